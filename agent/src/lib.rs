@@ -1,0 +1,3 @@
+//! Simulated agents: ego vehicles and roadside units.
+
+pub mod truth;

@@ -1,0 +1,194 @@
+//! Object classes: the 23 nuScenes categories and `unknown`.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+macro_rules! classes {
+    ($($variant:ident = $byte:literal, $name:literal, [$w:literal, $d:literal];)*) => {
+        /// What an object is: one byte on the wire, its nuScenes name in JSON.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Class {
+            $(#[doc = concat!("`", $name, "`")] $variant = $byte,)*
+        }
+
+        impl Class {
+            /// Every class, by its byte.
+            pub const ALL: [Self; classes!(@count $($variant)*)] = [$(Self::$variant,)*];
+
+            /// The name in JSON and in tables.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// A typical width and depth, m: round numbers from makers' data sheets and traffic
+            /// standards, for reports that name no size. Not estimated from any data set.
+            pub const fn typical_size(self) -> (f64, f64) {
+                match self { $(Self::$variant => ($w, $d),)* }
+            }
+        }
+    };
+    (@count $($x:ident)*) => { [$(classes!(@unit $x)),*].len() };
+    (@unit $x:ident) => { () };
+}
+
+classes! {
+    Unknown = 0, "unknown", [1.0, 1.0];
+    Animal = 1, "animal", [0.4, 0.8];
+    Adult = 2, "human.pedestrian.adult", [0.7, 0.7];
+    Child = 3, "human.pedestrian.child", [0.5, 0.5];
+    ConstructionWorker = 4, "human.pedestrian.construction_worker", [0.7, 0.7];
+    PersonalMobility = 5, "human.pedestrian.personal_mobility", [0.6, 1.2];
+    PoliceOfficer = 6, "human.pedestrian.police_officer", [0.7, 0.7];
+    Stroller = 7, "human.pedestrian.stroller", [0.6, 1.0];
+    Wheelchair = 8, "human.pedestrian.wheelchair", [0.7, 1.1];
+    Barrier = 9, "movable_object.barrier", [2.0, 0.5];
+    Debris = 10, "movable_object.debris", [0.6, 0.6];
+    PushablePullable = 11, "movable_object.pushable_pullable", [0.6, 0.7];
+    TrafficCone = 12, "movable_object.trafficcone", [0.4, 0.4];
+    BicycleRack = 13, "static_object.bicycle_rack", [2.0, 4.0];
+    Bicycle = 14, "vehicle.bicycle", [0.6, 1.8];
+    BendyBus = 15, "vehicle.bus.bendy", [2.55, 18.0];
+    RigidBus = 16, "vehicle.bus.rigid", [2.55, 12.0];
+    Car = 17, "vehicle.car", [1.8, 4.5];
+    ConstructionVehicle = 18, "vehicle.construction", [2.5, 6.5];
+    Ambulance = 19, "vehicle.emergency.ambulance", [2.1, 6.0];
+    PoliceCar = 20, "vehicle.emergency.police", [1.9, 4.8];
+    Motorcycle = 21, "vehicle.motorcycle", [0.8, 2.1];
+    Trailer = 22, "vehicle.trailer", [2.5, 12.0];
+    Truck = 23, "vehicle.truck", [2.5, 7.5];
+}
+
+/// Names that other data sets and detectors use, in lower case with `_` for spaces and dashes.
+const FOREIGN_NAMES: &[(&str, Class)] = &[
+    ("adult", Class::Adult),
+    ("ambulance", Class::Ambulance),
+    ("barrier", Class::Barrier),
+    ("bicycle", Class::Bicycle),
+    ("bicyclist", Class::Bicycle),
+    ("bike", Class::Bicycle),
+    ("bus", Class::RigidBus),
+    ("car", Class::Car),
+    ("child", Class::Child),
+    ("cone", Class::TrafficCone),
+    ("construction_vehicle", Class::ConstructionVehicle),
+    ("cyclist", Class::Bicycle),
+    ("emergency_vehicle", Class::Ambulance),
+    ("human", Class::Adult),
+    ("motorbike", Class::Motorcycle),
+    ("motorcycle", Class::Motorcycle),
+    ("motorcyclist", Class::Motorcycle),
+    ("other", Class::Unknown),
+    ("passenger_car", Class::Car),
+    ("pedestrian", Class::Adult),
+    ("person", Class::Adult),
+    ("police_car", Class::PoliceCar),
+    ("scooter", Class::Motorcycle),
+    ("traffic_cone", Class::TrafficCone),
+    ("trafficcone", Class::TrafficCone),
+    ("trailer", Class::Trailer),
+    ("tram", Class::BendyBus),
+    ("truck", Class::Truck),
+    ("van", Class::Car),
+    ("vehicle", Class::Car),
+];
+
+impl Class {
+    /// The class of a wire byte.
+    pub fn from_byte(byte: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(byte)).copied()
+    }
+
+    /// The wire byte.
+    pub const fn byte(self) -> u8 {
+        self as u8
+    }
+
+    /// The class of a name: ours, or one that other data sets use (`car`, `Pedestrian`, `traffic-cone`).
+    pub fn from_name(name: &str) -> Option<Self> {
+        if let Some(class) = Self::ALL.into_iter().find(|class| class.name() == name) {
+            return Some(class);
+        }
+        let folded: String = name
+            .trim()
+            .chars()
+            .map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_lowercase() })
+            .collect();
+        FOREIGN_NAMES.iter().find(|(foreign, _)| *foreign == folded).map(|(_, class)| *class)
+    }
+
+    /// Whether two reports can be of one object: equal classes, or one is unknown.
+    pub fn is_compatible_with(self, other: Self) -> bool {
+        self == other || self == Self::Unknown || other == Self::Unknown
+    }
+
+    /// People on foot and what they push or sit in.
+    pub const fn is_pedestrian(self) -> bool {
+        matches!(
+            self,
+            Self::Adult
+                | Self::Child
+                | Self::ConstructionWorker
+                | Self::PersonalMobility
+                | Self::PoliceOfficer
+                | Self::Stroller
+                | Self::Wheelchair
+        )
+    }
+
+    /// Things that move only when somebody carries them.
+    pub const fn is_immobile(self) -> bool {
+        matches!(
+            self,
+            Self::Barrier | Self::Debris | Self::PushablePullable | Self::TrafficCone | Self::BicycleRack
+        )
+    }
+
+    /// Vehicles on two wheels.
+    pub const fn is_two_wheeler(self) -> bool {
+        matches!(self, Self::Bicycle | Self::Motorcycle)
+    }
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl Serialize for Class {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Class {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = <std::borrow::Cow<'de, str>>::deserialize(deserializer)?;
+        Self::from_name(&name).ok_or_else(|| serde::de::Error::custom(format_args!("unknown class {name:?}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_and_names_round_trip_for_all_24() {
+        assert_eq!(Class::ALL.len(), 24);
+        for (byte, class) in (0u8..).zip(Class::ALL) {
+            assert_eq!(class.byte(), byte);
+            assert_eq!(Class::from_byte(byte), Some(class));
+            assert_eq!(Class::from_name(class.name()), Some(class));
+        }
+        assert_eq!(Class::from_byte(24), None);
+    }
+
+    #[test]
+    fn foreign_names_are_mapped_and_others_are_not_guessed() {
+        assert_eq!(Class::from_name("Car"), Some(Class::Car));
+        assert_eq!(Class::from_name("Traffic-Cone"), Some(Class::TrafficCone));
+        assert_eq!(Class::from_name("spaceship"), None);
+        assert!(FOREIGN_NAMES.is_sorted_by_key(|(name, _)| *name));
+    }
+}

@@ -1,0 +1,71 @@
+//! What a report says of its own error.
+
+/// A 2×2 covariance of a position (m²) or a velocity (m²/s²).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Covariance2 {
+    /// Variance along x.
+    pub xx: f64,
+    /// Covariance of x and y.
+    pub xy: f64,
+    /// Variance along y.
+    pub yy: f64,
+}
+
+impl Covariance2 {
+    /// Equal in every direction, from one standard deviation.
+    pub const fn isotropic(sigma: f64) -> Self {
+        Self { xx: sigma * sigma, xy: 0.0, yy: sigma * sigma }
+    }
+
+    /// Finite and positive definite.
+    pub fn is_valid(&self) -> bool {
+        self.xx > 0.0 && self.yy > 0.0 && self.xx.is_finite() && self.yy.is_finite() && self.determinant() > 0.0
+    }
+
+    /// Determinant.
+    pub fn determinant(&self) -> f64 {
+        self.xx * self.yy - self.xy * self.xy
+    }
+
+    /// The larger of the two marginal standard deviations.
+    pub fn max_sigma(&self) -> f64 {
+        libm::sqrt(self.xx.max(self.yy))
+    }
+}
+
+/// Covariance of a box z = [x y w d θ]: no cross terms between position, width, depth and heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BoxCovariance {
+    /// Of the centre, m².
+    pub position: Covariance2,
+    /// Variance of the width, m².
+    pub ww: f64,
+    /// Variance of the depth, m².
+    pub dd: f64,
+    /// Variance of the heading, rad².
+    pub yaw: f64,
+}
+
+/// A velocity report: components in the map frame with their covariance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Velocity {
+    /// East, m/s.
+    pub x: f64,
+    /// North, m/s.
+    pub y: f64,
+    /// Covariance, m²/s².
+    pub covariance: Covariance2,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_finite_positive_definite_matrices_are_valid() {
+        assert!(Covariance2::isotropic(0.3).is_valid());
+        assert!(!Covariance2::isotropic(0.0).is_valid());
+        assert!(!Covariance2 { xx: 1.0, xy: 1.0, yy: 1.0 }.is_valid());
+        assert!(!Covariance2 { xx: f64::NAN, xy: 0.0, yy: 1.0 }.is_valid());
+    }
+}

@@ -1,0 +1,165 @@
+//! What an agent saw: detections, and the frame that carries them.
+
+use crate::class::Class;
+use crate::covariance::{BoxCovariance, Velocity};
+use crate::geometry::{BevBox, Pose};
+use crate::id::{FrameId, MapFrame};
+use crate::time::Timestamp;
+
+/// Most detections in one frame.
+pub const MAX_DETECTIONS: usize = 4096;
+/// Farthest that a detection may lie from its sensor along one axis, m.
+pub const MAX_RANGE_M: f64 = 10_000.0;
+/// Largest width or depth, m.
+pub const MAX_SIZE_M: f64 = 65.0;
+/// Smallest width or depth, m.
+pub const MIN_SIZE_M: f64 = 0.001;
+/// Largest standard deviation of a position or a size, m.
+pub const MAX_SIGMA_M: f64 = 70.0;
+/// Largest standard deviation of a heading, rad (beyond it a heading says nothing).
+pub const MAX_SIGMA_YAW_RAD: f64 = 7.0;
+/// Largest reported speed along one axis, m/s.
+pub const MAX_SPEED_MPS: f64 = 150.0;
+
+/// One object as one sensor saw it at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// What it looked like.
+    pub class: Class,
+    /// The detector's confidence, 0 to 1.
+    pub score: f64,
+    /// Where, how large, and which way, in the map frame.
+    pub bev: BevBox,
+    /// What the detector knows of its own error.
+    pub covariance: BoxCovariance,
+    /// Measured velocity, where the sensor has one.
+    pub velocity: Option<Velocity>,
+    /// The sender's track number: with it this is a filtered track, without it a raw detection.
+    pub source_track: Option<u64>,
+}
+
+/// All that one sensor saw at one time. The order of detections means nothing; none at all means
+/// "nothing seen".
+#[derive(Clone, Debug, PartialEq)]
+pub struct DetectionFrame {
+    /// Sender and number.
+    pub id: FrameId,
+    /// When it was measured, by the sender's clock: untrusted.
+    pub captured_at: Timestamp,
+    /// Where the sensor was then.
+    pub sensor_pose: Option<Pose>,
+    /// Under which revision of the sensor description it was made; 0 where there is none.
+    pub sensor_revision: u32,
+    /// The coordinate frame of all positions; unnamed means the hub's.
+    pub map_frame: Option<MapFrame>,
+    /// What was seen.
+    pub detections: Vec<Detection>,
+}
+
+/// A value in a frame that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{field}{} is {value}, expected {expected}", .index.map(|i| format!(" of detection {i}")).unwrap_or_default())]
+pub struct AbsurdValue {
+    /// The field's name.
+    pub field: &'static str,
+    /// In which detection of the frame, where it is of one.
+    pub index: Option<usize>,
+    /// What it holds.
+    pub value: f64,
+    /// What it may hold.
+    pub expected: &'static str,
+}
+
+impl Detection {
+    /// Checks every number against the limits of this module; `origin` is the sensor's position, where known.
+    pub fn validate(&self, origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+        let bev = &self.bev;
+        let (ox, oy) = origin.map_or((bev.x, bev.y), |pose| (pose.x, pose.y));
+        check("x", bev.x, (bev.x - ox).abs() <= MAX_RANGE_M, "within 10 km of the sensor")?;
+        check("y", bev.y, (bev.y - oy).abs() <= MAX_RANGE_M, "within 10 km of the sensor")?;
+        let size = MIN_SIZE_M..=MAX_SIZE_M;
+        check("w", bev.w, size.contains(&bev.w), "0.001 to 65 m")?;
+        check("d", bev.d, size.contains(&bev.d), "0.001 to 65 m")?;
+        check("yaw", bev.yaw, bev.yaw.abs() <= std::f64::consts::PI + 1e-9, "-π to π")?;
+        check("score", self.score, (0.0..=1.0).contains(&self.score), "0 to 1")?;
+        let variance_m2 = MAX_SIGMA_M * MAX_SIGMA_M;
+        let position = &self.covariance.position;
+        let in_range = |variance: f64, limit: f64| variance > 0.0 && variance <= limit;
+        check("variance of x", position.xx, in_range(position.xx, variance_m2), "more than 0, at most 4900 m²")?;
+        check("variance of y", position.yy, in_range(position.yy, variance_m2), "more than 0, at most 4900 m²")?;
+        check("covariance of x and y", position.xy, position.is_valid(), "positive definite with the variances")?;
+        let BoxCovariance { ww, dd, yaw, .. } = self.covariance;
+        check("variance of w", ww, in_range(ww, variance_m2), "more than 0, at most 4900 m²")?;
+        check("variance of d", dd, in_range(dd, variance_m2), "more than 0, at most 4900 m²")?;
+        let yaw_limit = MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD;
+        check("variance of yaw", yaw, in_range(yaw, yaw_limit), "more than 0, at most 49 rad²")?;
+        if let Some(velocity) = &self.velocity {
+            check("velocity x", velocity.x, velocity.x.abs() <= MAX_SPEED_MPS, "at most 150 m/s")?;
+            check("velocity y", velocity.y, velocity.y.abs() <= MAX_SPEED_MPS, "at most 150 m/s")?;
+            let covariance = &velocity.covariance;
+            let ok = covariance.is_valid() && covariance.max_sigma() <= MAX_SIGMA_M;
+            check("velocity covariance", covariance.xx, ok, "positive definite, at most 70 m/s")?;
+        }
+        Ok(())
+    }
+}
+
+impl DetectionFrame {
+    /// Checks every number of the frame; the error names the field and the detection.
+    pub fn validate(&self) -> Result<(), AbsurdValue> {
+        let count = self.detections.len();
+        #[expect(clippy::cast_precision_loss, reason = "only printed")]
+        check("number of detections", count as f64, count <= MAX_DETECTIONS, "at most 4096")?;
+        if let Some(pose) = &self.sensor_pose {
+            let limit = 1e8;
+            check("sensor_pose.x", pose.x, pose.x.abs() <= limit, "at most 1e8 m")?;
+            check("sensor_pose.y", pose.y, pose.y.abs() <= limit, "at most 1e8 m")?;
+            check("sensor_pose.yaw", pose.yaw, pose.yaw.abs() <= std::f64::consts::PI + 1e-9, "-π to π")?;
+        }
+        for (index, detection) in self.detections.iter().enumerate() {
+            detection
+                .validate(self.sensor_pose.as_ref())
+                .map_err(|absurd| AbsurdValue { index: Some(index), ..absurd })?;
+        }
+        Ok(())
+    }
+}
+
+fn check(field: &'static str, value: f64, ok: bool, expected: &'static str) -> Result<(), AbsurdValue> {
+    if ok && value.is_finite() { Ok(()) } else { Err(AbsurdValue { field, index: None, value, expected }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::covariance::Covariance2;
+
+    fn detection() -> Detection {
+        Detection {
+            class: Class::Car,
+            score: 1.0,
+            bev: BevBox { x: 1.0, y: 2.0, w: 1.8, d: 4.5, yaw: 0.3 },
+            covariance: BoxCovariance { position: Covariance2::isotropic(0.3), ww: 0.1, dd: 0.1, yaw: 0.01 },
+            velocity: None,
+            source_track: None,
+        }
+    }
+
+    #[test]
+    fn every_absurd_number_is_named() {
+        let cases: [(&str, fn(&mut Detection)); 6] = [
+            ("x", |d| d.bev.x = f64::NAN),
+            ("y", |d| d.bev.y = 2e4),
+            ("w", |d| d.bev.w = 0.0),
+            ("yaw", |d| d.bev.yaw = 4.0),
+            ("covariance of x and y", |d| d.covariance.position.xy = 1.0),
+            ("variance of yaw", |d| d.covariance.yaw = f64::INFINITY),
+        ];
+        for (field, spoil) in cases {
+            let mut bad = detection();
+            spoil(&mut bad);
+            assert_eq!(bad.validate(Some(&Pose::default())).unwrap_err().field, field);
+        }
+        assert_eq!(detection().validate(None), Ok(()));
+    }
+}

@@ -1,0 +1,95 @@
+//! What a hub republishes: fused objects, and the frame that carries them.
+
+use crate::class::Class;
+use crate::geometry::BevBox;
+use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
+use crate::time::{Span, Timestamp};
+
+/// Symmetric 4×4 covariance of (x, y, vx, vy), upper triangle by rows: xx, x-y, x-vx, x-vy, yy, y-vx,
+/// y-vy, vx-vx, vx-vy, vy-vy; m², m²/s and m²/s².
+pub type KinematicCovariance = [f64; 10];
+
+/// Where the diagonal of a [`KinematicCovariance`] stands.
+pub const KINEMATIC_DIAGONAL: [usize; 4] = [0, 4, 7, 9];
+
+/// Row and column of every element of a [`KinematicCovariance`].
+pub const KINEMATIC_INDEX: [(usize, usize); 10] =
+    [(0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3)];
+
+/// One object, fused from all agents' reports, predicted to the frame's `fused_at`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FusedObject {
+    /// Stable over the object's life, unique over restarts of the hub.
+    pub track: TrackId,
+    /// The most probable class.
+    pub class: Class,
+    /// All classes with their probabilities, most probable first; they sum to 1.
+    pub class_probabilities: Vec<(Class, f64)>,
+    /// Where, how large, and which way, in the map frame.
+    pub bev: BevBox,
+    /// Velocity east and north, m/s.
+    pub velocity: (f64, f64),
+    /// Covariance of position and velocity.
+    pub kinematic_covariance: KinematicCovariance,
+    /// Variance of the width, m².
+    pub ww: f64,
+    /// Variance of the depth, m².
+    pub dd: f64,
+    /// Variance of the heading, rad².
+    pub yaw_variance: f64,
+    /// Probability that there is such an object.
+    pub existence: f64,
+    /// From the first measurement to `fused_at`.
+    pub age: Span,
+    /// When it was last measured, by the agent's clock.
+    pub last_measured_at: Timestamp,
+    /// The last measurement of each agent that contributed, by agent.
+    pub contributors: Vec<MeasurementId>,
+}
+
+/// How one agent fares at the hub.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AgentHealth {
+    /// Which agent.
+    pub agent: AgentId,
+    /// Its newest accepted frame's capture time.
+    pub newest_captured_at: Timestamp,
+    /// Frames accepted since the hub's start.
+    pub accepted: u64,
+    /// Frames refused since the hub's start, for any reason.
+    pub refused: u64,
+    /// Frames accepted that were older than something already fused.
+    pub out_of_sequence: u64,
+}
+
+/// A detection frame that this fused frame is the first to contain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inclusion {
+    /// Which frame.
+    pub frame: FrameId,
+    /// When it was measured, by the agent's clock.
+    pub captured_at: Timestamp,
+    /// When the hub received it, by the hub's clock.
+    pub received_at: Timestamp,
+}
+
+/// The hub's list of objects, valid at `fused_at`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FusedFrame {
+    /// Which hub.
+    pub hub: HubId,
+    /// The hub's lineage: new at every start.
+    pub lineage: u32,
+    /// Number in this lineage.
+    pub sequence: u64,
+    /// The hub time for which every state holds.
+    pub fused_at: Timestamp,
+    /// The coordinate frame of all positions.
+    pub map_frame: Option<MapFrame>,
+    /// What is there, by track id.
+    pub objects: Vec<FusedObject>,
+    /// How the agents fare, by agent.
+    pub agents: Vec<AgentHealth>,
+    /// What is new in this frame, in order of arrival.
+    pub includes: Vec<Inclusion>,
+}
