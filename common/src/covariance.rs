@@ -19,7 +19,11 @@ impl Covariance2 {
 
     /// Finite and positive definite.
     pub fn is_valid(&self) -> bool {
-        self.xx > 0.0 && self.yy > 0.0 && self.xx.is_finite() && self.yy.is_finite() && self.determinant() > 0.0
+        self.xx > 0.0
+            && self.yy > 0.0
+            && self.xx.is_finite()
+            && self.yy.is_finite()
+            && self.determinant() > 0.0
     }
 
     /// Determinant.

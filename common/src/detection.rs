@@ -85,9 +85,24 @@ impl Detection {
         let variance_m2 = MAX_SIGMA_M * MAX_SIGMA_M;
         let position = &self.covariance.position;
         let in_range = |variance: f64, limit: f64| variance > 0.0 && variance <= limit;
-        check("variance of x", position.xx, in_range(position.xx, variance_m2), "more than 0, at most 4900 m²")?;
-        check("variance of y", position.yy, in_range(position.yy, variance_m2), "more than 0, at most 4900 m²")?;
-        check("covariance of x and y", position.xy, position.is_valid(), "positive definite with the variances")?;
+        check(
+            "variance of x",
+            position.xx,
+            in_range(position.xx, variance_m2),
+            "more than 0, at most 4900 m²",
+        )?;
+        check(
+            "variance of y",
+            position.yy,
+            in_range(position.yy, variance_m2),
+            "more than 0, at most 4900 m²",
+        )?;
+        check(
+            "covariance of x and y",
+            position.xy,
+            position.is_valid(),
+            "positive definite with the variances",
+        )?;
         let BoxCovariance { ww, dd, yaw, .. } = self.covariance;
         check("variance of w", ww, in_range(ww, variance_m2), "more than 0, at most 4900 m²")?;
         check("variance of d", dd, in_range(dd, variance_m2), "more than 0, at most 4900 m²")?;
@@ -147,7 +162,8 @@ mod tests {
 
     #[test]
     fn every_absurd_number_is_named() {
-        let cases: [(&str, fn(&mut Detection)); 6] = [
+        type Spoil = fn(&mut Detection);
+        let cases: [(&str, Spoil); 6] = [
             ("x", |d| d.bev.x = f64::NAN),
             ("y", |d| d.bev.y = 2e4),
             ("w", |d| d.bev.w = 0.0),

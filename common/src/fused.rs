@@ -52,6 +52,8 @@ pub struct FusedObject {
 pub struct AgentHealth {
     /// Which agent.
     pub agent: AgentId,
+    /// The boot epoch of its newest accepted frame.
+    pub epoch: u64,
     /// Its newest accepted frame's capture time.
     pub newest_captured_at: Timestamp,
     /// Frames accepted since the hub's start.

@@ -12,5 +12,10 @@ pub mod detection;
 pub mod fused;
 pub mod geometry;
 pub mod id;
+pub mod keys;
+#[cfg(feature = "net")]
+pub mod net;
+pub mod recording;
 pub mod sensor;
 pub mod time;
+pub mod wire;

@@ -182,7 +182,12 @@ impl SensorDescription {
         check("detection_probability", p, (0.0..=1.0).contains(&p), "0 to 1")?;
         check("clutter_per_m2", self.clutter_per_m2, self.clutter_per_m2 >= 0.0, "0 or more")?;
         if let Some(law) = self.size_noise {
-            check("size_noise.sigma", law.sigma, law.sigma > 0.0 && law.sigma <= 10.0, "more than 0, at most 10")?;
+            check(
+                "size_noise.sigma",
+                law.sigma,
+                law.sigma > 0.0 && law.sigma <= 10.0,
+                "more than 0, at most 10",
+            )?;
             check("size_noise.lower", law.lower, (0.0..1.0).contains(&law.lower), "0 to below 1")?;
         }
         if let Some(body) = self.body {

@@ -1,1 +1,3 @@
-//! placeholder
+//! Late fusion of bird's-eye-view detections.
+
+pub mod assignment;

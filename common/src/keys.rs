@@ -1,0 +1,152 @@
+//! Key expressions of a network.
+//!
+//! | key | what |
+//! |---|---|
+//! | `v2x/{network}/agent/{agent}/detections` | detection frames |
+//! | `v2x/{network}/agent/{agent}/sensor` | the sensor description, at start and every second |
+//! | `v2x/{network}/agent/{agent}/alive` | liveliness token |
+//! | `v2x/{network}/hub/{hub}/fused` | fused frames, postcard |
+//! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, made only while somebody subscribes |
+//! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
+//! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
+//! | `v2x/{network}/sim/truth/{agent}` | simulation only: whose detection stands where in a frame |
+
+use crate::id::{AgentId, HubId, NetworkId};
+
+/// The keys of one network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keys {
+    network: NetworkId,
+}
+
+impl Keys {
+    /// Of this network.
+    pub const fn new(network: NetworkId) -> Self {
+        Self { network }
+    }
+
+    /// Where an agent publishes its detection frames.
+    pub fn detections(&self, agent: &AgentId) -> String {
+        format!("v2x/{}/agent/{agent}/detections", self.network)
+    }
+
+    /// Every agent's detection frames.
+    pub fn all_detections(&self) -> String {
+        format!("v2x/{}/agent/*/detections", self.network)
+    }
+
+    /// Where an agent publishes its sensor description.
+    pub fn sensor(&self, agent: &AgentId) -> String {
+        format!("v2x/{}/agent/{agent}/sensor", self.network)
+    }
+
+    /// Every agent's sensor description.
+    pub fn all_sensors(&self) -> String {
+        format!("v2x/{}/agent/*/sensor", self.network)
+    }
+
+    /// An agent's liveliness token.
+    pub fn agent_alive(&self, agent: &AgentId) -> String {
+        format!("v2x/{}/agent/{agent}/alive", self.network)
+    }
+
+    /// Every agent's liveliness token.
+    pub fn all_agents_alive(&self) -> String {
+        format!("v2x/{}/agent/*/alive", self.network)
+    }
+
+    /// Where a hub publishes its fused frames.
+    pub fn fused(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused", self.network)
+    }
+
+    /// Every hub's fused frames.
+    pub fn all_fused(&self) -> String {
+        format!("v2x/{}/hub/*/fused", self.network)
+    }
+
+    /// Where a hub publishes its fused frames as JSON.
+    pub fn fused_json(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/json", self.network)
+    }
+
+    /// A hub's liveliness token.
+    pub fn hub_alive(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/alive", self.network)
+    }
+
+    /// Where a hub answers with its status.
+    pub fn status(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/status", self.network)
+    }
+
+    /// Every hub's status.
+    pub fn all_status(&self) -> String {
+        format!("v2x/{}/hub/*/status", self.network)
+    }
+
+    /// Where a simulated agent publishes whose detections are whose.
+    pub fn truth(&self, agent: &AgentId) -> String {
+        format!("v2x/{}/sim/truth/{agent}", self.network)
+    }
+
+    /// Every simulated agent's truth.
+    pub fn all_truth(&self) -> String {
+        format!("v2x/{}/sim/truth/*", self.network)
+    }
+}
+
+/// What a key carries, as far as it is ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// Detection frames of this agent.
+    Detections(AgentId),
+    /// The sensor description of this agent.
+    Sensor(AgentId),
+    /// Liveliness of this agent.
+    AgentAlive(AgentId),
+    /// Fused frames of this hub.
+    Fused(HubId),
+    /// Simulation truth of this agent.
+    Truth(AgentId),
+}
+
+impl Topic {
+    /// The topic of a key of any network.
+    pub fn of(key: &str) -> Option<Self> {
+        let mut chunks = key.split('/');
+        let (v2x, _network) = (chunks.next()?, chunks.next()?);
+        let (role, who, what) = (chunks.next()?, chunks.next()?, chunks.next()?);
+        if v2x != "v2x" || chunks.next().is_some() {
+            return None;
+        }
+        match (role, who, what) {
+            ("agent", agent, "detections") => Some(Self::Detections(AgentId::new(agent).ok()?)),
+            ("agent", agent, "sensor") => Some(Self::Sensor(AgentId::new(agent).ok()?)),
+            ("agent", agent, "alive") => Some(Self::AgentAlive(AgentId::new(agent).ok()?)),
+            ("hub", hub, "fused") => Some(Self::Fused(HubId::new(hub).ok()?)),
+            ("sim", "truth", agent) => Some(Self::Truth(AgentId::new(agent).ok()?)),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_tells_its_topic_again() {
+        let keys = Keys::new(NetworkId::new("demo").unwrap());
+        let agent = AgentId::new("ego").unwrap();
+        let hub = HubId::new("hub").unwrap();
+        assert_eq!(keys.detections(&agent), "v2x/demo/agent/ego/detections");
+        assert_eq!(Topic::of(&keys.detections(&agent)), Some(Topic::Detections(agent)));
+        assert_eq!(Topic::of(&keys.sensor(&agent)), Some(Topic::Sensor(agent)));
+        assert_eq!(Topic::of(&keys.agent_alive(&agent)), Some(Topic::AgentAlive(agent)));
+        assert_eq!(Topic::of(&keys.fused(&hub)), Some(Topic::Fused(hub)));
+        assert_eq!(Topic::of(&keys.truth(&agent)), Some(Topic::Truth(agent)));
+        assert_eq!(Topic::of("v2x/demo/agent/ego"), None);
+        assert_eq!(Topic::of("v2x/demo/agent/ego/detections/x"), None);
+    }
+}

@@ -1,0 +1,90 @@
+//! A bounded queue between a Zenoh callback and a task: when full, the oldest goes and is counted.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tokio::sync::Notify;
+
+/// Newest data wins: sensor frames that nobody could take in time are worth less than the next one.
+#[derive(Debug)]
+pub struct DropOldestQueue<T> {
+    state: Mutex<State<T>>,
+    arrived: Notify,
+    capacity: usize,
+}
+
+#[derive(Debug)]
+struct State<T> {
+    items: VecDeque<T>,
+    dropped: u64,
+}
+
+impl<T> DropOldestQueue<T> {
+    /// Holds at most `capacity` items.
+    pub fn new(capacity: usize) -> Self {
+        let state = State { items: VecDeque::with_capacity(capacity), dropped: 0 };
+        Self { state: Mutex::new(state), arrived: Notify::new(), capacity: capacity.max(1) }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State<T>> {
+        // The state is consistent between any two statements: a panic elsewhere cannot have broken it.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts an item at the end, from any thread, without waiting.
+    pub fn push(&self, item: T) {
+        let mut state = self.lock();
+        if state.items.len() >= self.capacity {
+            state.items.pop_front();
+            state.dropped += 1;
+        }
+        state.items.push_back(item);
+        drop(state);
+        self.arrived.notify_one();
+    }
+
+    /// The first item, if there is one.
+    pub fn try_pop(&self) -> Option<T> {
+        self.lock().items.pop_front()
+    }
+
+    /// The first item, waiting for one. Cancelling loses nothing.
+    pub async fn pop(&self) -> T {
+        loop {
+            if let Some(item) = self.try_pop() {
+                return item;
+            }
+            self.arrived.notified().await;
+        }
+    }
+
+    /// How many items went unread.
+    pub fn dropped(&self) -> u64 {
+        self.lock().dropped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_oldest_goes_and_is_counted() {
+        let queue = DropOldestQueue::new(2);
+        for item in 0..5 {
+            queue.push(item);
+        }
+        assert_eq!((queue.try_pop(), queue.try_pop(), queue.try_pop()), (Some(3), Some(4), None));
+        assert_eq!(queue.dropped(), 3);
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_waiting_reader_is_woken() {
+        let queue = std::sync::Arc::new(DropOldestQueue::new(2));
+        let reader = tokio::spawn({
+            let queue = queue.clone();
+            async move { queue.pop().await }
+        });
+        queue.push(7);
+        assert_eq!(reader.await.unwrap(), 7);
+    }
+}

@@ -1,0 +1,164 @@
+//! Opening and closing a Zenoh session.
+
+use anyhow::{Context, anyhow};
+use std::path::PathBuf;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use zenoh::{Config, Session};
+
+/// Where a hub listens and a client connects when nobody says otherwise: this machine only.
+pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+
+/// How long a connection attempt may take before the next one.
+const CONNECT_TIMEOUT_MS: u64 = 2_000;
+/// How long a session may take to close.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
+/// Largest message that is put together from fragments, bytes: far above any frame, far below Zenoh's 1 GiB.
+const MAX_MESSAGE_BYTES: u64 = 16 << 20;
+
+/// What stands on the command line about the network.
+#[derive(Clone, Debug, Default)]
+pub struct SessionOptions {
+    /// A Zenoh configuration file that replaces our defaults.
+    pub config: Option<PathBuf>,
+    /// Endpoints to connect to, such as `tcp/192.168.1.10:7447`.
+    pub connect: Vec<String>,
+    /// Endpoints to listen on, such as `tcp/0.0.0.0:7447`.
+    pub listen: Vec<String>,
+}
+
+/// A hub's configuration: router mode, so that it relays for its agents and nothing else must run.
+pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
+    let mut config = base_config(options)?;
+    if options.config.is_none() {
+        set(&mut config, "mode", "\"router\"")?;
+        set(&mut config, "transport/unicast", r#"{ max_sessions: 1024 }"#)?;
+    }
+    if options.config.is_none() || !options.listen.is_empty() {
+        let listen = endpoints(&options.listen);
+        set(&mut config, "listen", &format!("{{ endpoints: {listen}, exit_on_failure: true }}"))?;
+    }
+    if !options.connect.is_empty() {
+        let connect = endpoints(&options.connect);
+        set(&mut config, "connect", &format!("{{ endpoints: {connect}, timeout_ms: -1, {RETRY} }}"))?;
+    }
+    Ok(config)
+}
+
+/// An agent's or a consumer's configuration: a client of one of the endpoints.
+pub fn client_config(options: &SessionOptions) -> anyhow::Result<Config> {
+    let mut config = base_config(options)?;
+    if options.config.is_none() {
+        set(&mut config, "mode", "\"client\"")?;
+    }
+    if options.config.is_none() || !options.connect.is_empty() {
+        let connect = endpoints(&options.connect);
+        let json = format!(
+            "{{ endpoints: {connect}, timeout_ms: {CONNECT_TIMEOUT_MS}, exit_on_failure: true, {RETRY} }}"
+        );
+        set(&mut config, "connect", &json)?;
+    }
+    Ok(config)
+}
+
+const RETRY: &str = "retry: { period_init_ms: 100, period_max_ms: 1000, period_increase_factor: 2 }";
+
+fn base_config(options: &SessionOptions) -> anyhow::Result<Config> {
+    if let Some(path) = &options.config {
+        return Config::from_file(path)
+            .map_err(|error| anyhow!("Zenoh configuration {}: {error}", path.display()));
+    }
+    let mut config = Config::default();
+    // Multicast is absent in containers and makes networks on one machine find each other.
+    set(&mut config, "scouting/multicast/enabled", "false")?;
+    set(&mut config, "scouting/gossip/enabled", "false")?;
+    set(&mut config, "timestamping/enabled", "true")?;
+    set(&mut config, "queries_default_timeout", "2000")?;
+    set(&mut config, "transport/link/tx/lease", "3000")?;
+    set(&mut config, "transport/link/tx/keep_alive", "4")?;
+    set(&mut config, "transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
+    Ok(config)
+}
+
+fn endpoints(given: &[String]) -> String {
+    if given.is_empty() { format!("[{DEFAULT_ENDPOINT:?}]") } else { format!("{given:?}") }
+}
+
+fn set(config: &mut Config, key: &str, json5: &str) -> anyhow::Result<()> {
+    config.insert_json5(key, json5).map_err(|error| anyhow!("Zenoh option {key} = {json5}: {error}"))
+}
+
+/// Opens a session once.
+pub async fn open(config: Config) -> anyhow::Result<Session> {
+    zenoh::open(config).await.map_err(|error| anyhow!("{error}"))
+}
+
+/// Opens a session, trying again until there is somebody to connect to, the patience ends (`None`: never)
+/// or shutdown is asked for (`Ok(None)`).
+pub async fn open_patiently(
+    config: Config,
+    patience: Option<Duration>,
+    shutdown: &CancellationToken,
+) -> anyhow::Result<Option<Session>> {
+    let attempts = async {
+        let mut attempt = 0_u32;
+        loop {
+            match open(config.clone()).await {
+                Ok(session) => return session,
+                Err(error) if attempt == 0 => tracing::info!(%error, "no hub or router yet, trying again"),
+                Err(error) => tracing::debug!(%error, attempt, "no hub or router yet"),
+            }
+            attempt += 1;
+            tokio::time::sleep(Duration::from_millis(250)).await;
+        }
+    };
+    let deadline = async {
+        match patience {
+            Some(patience) => tokio::time::sleep(patience).await,
+            None => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        session = attempts => Ok(Some(session)),
+        () = deadline => Err(anyhow!("no hub or router answered in {:.0?}", patience.unwrap_or_default())),
+        () = shutdown.cancelled() => Ok(None),
+    }
+}
+
+/// Where a session listens, with the real port where 0 was asked for.
+pub async fn locators(session: &Session) -> Vec<String> {
+    session.info().locators().await.iter().map(ToString::to_string).collect()
+}
+
+/// Closes a session, for as long as that may take.
+pub async fn close(session: Session) -> anyhow::Result<()> {
+    tokio::time::timeout(CLOSE_TIMEOUT, session.close())
+        .await
+        .context("closing the Zenoh session took too long")?
+        .map_err(|error| anyhow!("closing the Zenoh session: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn our_options_are_ones_that_zenoh_knows() {
+        let hub = hub_config(&SessionOptions::default()).unwrap();
+        assert!(hub.get_json("listen/endpoints").unwrap().contains(DEFAULT_ENDPOINT));
+        assert_eq!(hub.get_json("mode").unwrap(), "\"router\"");
+        assert_eq!(hub.get_json("transport/link/tx/lease").unwrap(), "3000");
+        let options = SessionOptions { connect: vec!["tcp/127.0.0.1:1".into()], ..Default::default() };
+        let client = client_config(&options).unwrap();
+        assert!(client.get_json("connect/endpoints").unwrap().contains("tcp/127.0.0.1:1"));
+        assert!(client.get_json("connect/retry").unwrap().contains("100"));
+        assert_eq!(client.get_json("scouting/multicast/enabled").unwrap(), "false");
+    }
+
+    #[test]
+    fn a_missing_configuration_file_is_named() {
+        let options = SessionOptions { config: Some("no-such-file.json5".into()), ..Default::default() };
+        let message = format!("{:#}", client_config(&options).unwrap_err());
+        assert!(message.contains("no-such-file.json5"), "{message}");
+    }
+}

@@ -1,0 +1,279 @@
+//! Detection frames as JSON.
+
+use super::{Id64, Micros, covariance, deviations, parse, print};
+use crate::class::Class;
+use crate::covariance::{BoxCovariance, Velocity};
+use crate::detection::{Detection, DetectionFrame};
+use crate::geometry::{BevBox, Pose, wrap_angle};
+use crate::id::{AgentId, FrameId, MapFrame};
+use crate::wire::WireError;
+use serde::{Deserialize, Serialize};
+
+/// What is assumed where a JSON frame says nothing (1 σ). A hub holds one set, and may hold others for
+/// single agents.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportDefaults {
+    /// Of x and of y, m.
+    pub sigma_position_m: f64,
+    /// Of a heading that was given without one, rad.
+    pub sigma_yaw_rad: f64,
+    /// Of a size that was given without one, relative to it.
+    pub sigma_size_relative: f64,
+    /// Of the class's typical size, relative to it, where no size was given.
+    pub sigma_typical_size_relative: f64,
+}
+
+impl Default for ReportDefaults {
+    fn default() -> Self {
+        Self {
+            sigma_position_m: 0.5,
+            sigma_yaw_rad: 0.175,
+            sigma_size_relative: 0.2,
+            sigma_typical_size_relative: 0.5,
+        }
+    }
+}
+
+/// Standard deviation of a heading of which nothing is known: uniform over the circle, π/√3 rad.
+const SIGMA_YAW_UNKNOWN_RAD: f64 = 1.813_799_364_234_217_8;
+
+/// A frame, and how much of it had to be guessed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DecodedDetections {
+    /// The frame.
+    pub frame: DetectionFrame,
+    /// Detections whose class name no table knows; they became [`Class::Unknown`].
+    pub unmapped_classes: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JsonFrame<'a> {
+    captured_at: Micros,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    agent: Option<AgentId>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    epoch: Option<Id64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sequence: Option<Id64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sensor_pose: Option<Pose>,
+    #[serde(default)]
+    sensor_revision: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    map_frame: Option<MapFrame>,
+    #[serde(borrow)]
+    detections: Vec<JsonDetection<'a>>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JsonDetection<'a> {
+    #[serde(borrow)]
+    class: std::borrow::Cow<'a, str>,
+    x: f64,
+    y: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    w: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    d: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    yaw: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    score: Option<f64>,
+    #[serde(default)]
+    sigma: JsonSigma,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    velocity: Option<JsonVelocity>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    source_track: Option<Id64>,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct JsonSigma {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    x: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    y: Option<f64>,
+    rho: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    w: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    d: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    yaw: Option<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JsonVelocity {
+    x: f64,
+    y: f64,
+    sigma_x: f64,
+    sigma_y: f64,
+    #[serde(default)]
+    rho: f64,
+}
+
+/// The frame of a JSON text, validated. `agent` is who the key says sent it; a frame that names another
+/// one is returned as it is, for the receiver to refuse.
+///
+/// Without a sequence number the capture time stands in for it: such an agent can send one frame per
+/// microsecond.
+pub fn decode_detections(
+    bytes: &[u8],
+    agent: AgentId,
+    defaults: &ReportDefaults,
+) -> Result<DecodedDetections, WireError> {
+    let json: JsonFrame<'_> = parse(bytes)?;
+    let mut unmapped_classes = 0;
+    let detections = json.detections.iter().map(|detection| {
+        let class = Class::from_name(&detection.class).unwrap_or_else(|| {
+            unmapped_classes += 1;
+            Class::Unknown
+        });
+        detection.to_detection(class, defaults)
+    });
+    let detections = detections.collect();
+    let by_time = u64::try_from(json.captured_at.0.as_micros()).unwrap_or(0);
+    let frame = DetectionFrame {
+        id: FrameId {
+            agent: json.agent.unwrap_or(agent),
+            epoch: json.epoch.map_or(0, |id| id.0),
+            sequence: json.sequence.map_or(by_time, |id| id.0),
+        },
+        captured_at: json.captured_at.0,
+        sensor_pose: json.sensor_pose.map(|pose| Pose { yaw: wrap_angle(pose.yaw), ..pose }),
+        sensor_revision: json.sensor_revision,
+        map_frame: json.map_frame,
+        detections,
+    };
+    frame.validate()?;
+    Ok(DecodedDetections { frame, unmapped_classes })
+}
+
+impl JsonDetection<'_> {
+    fn to_detection(&self, class: Class, defaults: &ReportDefaults) -> Detection {
+        let (typical_w, typical_d) = class.typical_size();
+        let sigma = &self.sigma;
+        let size = |given: Option<f64>, typical: f64, sigma: Option<f64>| {
+            let relative = match given {
+                Some(_) => defaults.sigma_size_relative,
+                None => defaults.sigma_typical_size_relative,
+            };
+            let extent = given.unwrap_or(typical);
+            (extent, sigma.unwrap_or(relative * extent))
+        };
+        let (w, sigma_w) = size(self.w, typical_w, sigma.w);
+        let (d, sigma_d) = size(self.d, typical_d, sigma.d);
+        let sigma_yaw = match self.yaw {
+            Some(_) => sigma.yaw.unwrap_or(defaults.sigma_yaw_rad),
+            None => SIGMA_YAW_UNKNOWN_RAD,
+        };
+        let sigma_x = sigma.x.unwrap_or(defaults.sigma_position_m);
+        Detection {
+            class,
+            score: self.score.unwrap_or(1.0),
+            bev: BevBox { x: self.x, y: self.y, w, d, yaw: wrap_angle(self.yaw.unwrap_or(0.0)) },
+            covariance: BoxCovariance {
+                position: covariance(sigma_x, sigma.y.unwrap_or(sigma_x), sigma.rho),
+                ww: sigma_w * sigma_w,
+                dd: sigma_d * sigma_d,
+                yaw: sigma_yaw * sigma_yaw,
+            },
+            velocity: self.velocity.as_ref().map(|velocity| Velocity {
+                x: velocity.x,
+                y: velocity.y,
+                covariance: covariance(velocity.sigma_x, velocity.sigma_y, velocity.rho),
+            }),
+            source_track: self.source_track.map(|id| id.0),
+        }
+    }
+
+    fn from_detection(detection: &Detection) -> JsonDetection<'static> {
+        let Detection { bev, covariance, .. } = detection;
+        let (sigma_x, sigma_y, rho) = deviations(&covariance.position);
+        JsonDetection {
+            class: detection.class.name().into(),
+            x: bev.x,
+            y: bev.y,
+            w: Some(bev.w),
+            d: Some(bev.d),
+            yaw: Some(bev.yaw),
+            score: Some(detection.score),
+            sigma: JsonSigma {
+                x: Some(sigma_x),
+                y: Some(sigma_y),
+                rho,
+                w: Some(libm::sqrt(covariance.ww)),
+                d: Some(libm::sqrt(covariance.dd)),
+                yaw: Some(libm::sqrt(covariance.yaw)),
+            },
+            velocity: detection.velocity.as_ref().map(|velocity| {
+                let (sigma_x, sigma_y, rho) = deviations(&velocity.covariance);
+                JsonVelocity { x: velocity.x, y: velocity.y, sigma_x, sigma_y, rho }
+            }),
+            source_track: detection.source_track.map(Id64),
+        }
+    }
+}
+
+/// The frame as JSON, with every field.
+pub fn encode_detections(frame: &DetectionFrame) -> Result<Vec<u8>, WireError> {
+    print(&JsonFrame {
+        captured_at: Micros(frame.captured_at),
+        agent: Some(frame.id.agent),
+        epoch: Some(Id64(frame.id.epoch)),
+        sequence: Some(Id64(frame.id.sequence)),
+        sensor_pose: frame.sensor_pose,
+        sensor_revision: frame.sensor_revision,
+        map_frame: frame.map_frame,
+        detections: frame.detections.iter().map(JsonDetection::from_detection).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decode(text: &str) -> Result<DecodedDetections, WireError> {
+        decode_detections(text.as_bytes(), AgentId::new("cam").unwrap(), &ReportDefaults::default())
+    }
+
+    #[test]
+    fn time_class_and_place_are_enough() {
+        let text =
+            r#"{"captured_at": 1790000000000000, "detections": [{"class": "car", "x": 1.0, "y": 2.0}]}"#;
+        let decoded = decode(text).unwrap();
+        let detection = decoded.frame.detections[0];
+        assert_eq!(decoded.frame.id.agent.as_str(), "cam");
+        assert_eq!(decoded.frame.id.sequence, 1_790_000_000_000_000);
+        assert_eq!((detection.class, detection.bev.w, detection.bev.d), (Class::Car, 1.8, 4.5));
+        assert!(detection.covariance.yaw > 3.0, "an unknown heading must weigh nothing");
+    }
+
+    #[test]
+    fn an_unmapped_class_is_counted_and_kept_as_unknown() {
+        let text = r#"{"captured_at": 1, "detections": [{"class": "ufo", "x": 1.0, "y": 2.0}]}"#;
+        let decoded = decode(text).unwrap();
+        assert_eq!((decoded.unmapped_classes, decoded.frame.detections[0].class), (1, Class::Unknown));
+    }
+
+    #[test]
+    fn errors_name_the_field() {
+        let cases = [
+            (r#"{"detections": []}"#, "captured_at"),
+            (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1}]}"#, "y"),
+            (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "theta": 1}]}"#, "theta"),
+            (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "w": -1}]}"#, "w"),
+            (r#"{"captured_at": 1.5, "detections": []}"#, "1.5"),
+            (r#"{"captured_at": 1, "agent": "a/b", "detections": []}"#, "a/b"),
+        ];
+        for (text, named) in cases {
+            let message = decode(text).unwrap_err().to_string();
+            assert!(message.contains(named), "{message:?} should name {named:?}");
+        }
+    }
+}
