@@ -88,12 +88,13 @@ impl Span {
     /// Seconds.
     #[expect(clippy::cast_precision_loss, reason = "spans of days keep sub-microsecond precision")]
     pub const fn as_secs_f64(self) -> f64 {
-        self.0 as f64 * 1e-9
+        self.0 as f64 / 1e9
     }
 
     /// Milliseconds.
+    #[expect(clippy::cast_precision_loss, reason = "spans of days keep sub-microsecond precision")]
     pub const fn as_millis_f64(self) -> f64 {
-        self.as_secs_f64() * 1e3
+        self.0 as f64 / 1e6
     }
 
     /// The span without its sign.

@@ -208,7 +208,8 @@ impl Search {
 
     fn relax(&mut self, row: u32, col: u32, distance: f64) {
         let known = &mut self.distance[col as usize];
-        if distance < *known {
+        // A closed column is final; rounding must not reopen it and tie the path into a loop.
+        if distance < *known && !self.closed[col as usize] {
             if known.is_infinite() {
                 self.touched.push(col);
             }

@@ -1,0 +1,123 @@
+//! The same evidence gives the same bits in any order of arrival.
+
+use crate::world::{agent, at, description, detection, engine, frame};
+use proptest::prelude::*;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedObject;
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::Disposition;
+
+/// One report of one frame: which objects are seen, and with what errors.
+#[derive(Clone, Debug)]
+struct Report {
+    agent: usize,
+    captured_ms: i64,
+    seen: Vec<Option<(f64, f64)>>,
+}
+
+const AGENTS: [&str; 3] = ["ego", "rsu", "van"];
+const N_OBJECTS: usize = 4;
+/// All frames lie within Δmax of the moment at which the last one arrives.
+const NOW_MS: i64 = 490;
+
+fn reports() -> impl Strategy<Value = Vec<Report>> {
+    // Errors within 1 σ: whatever is known at the time, no true pair falls out of the gate.
+    let seen = prop::collection::vec(prop::option::weighted(0.8, (-0.3..0.3f64, -0.3..0.3f64)), N_OBJECTS);
+    let report = (0..AGENTS.len(), 0..NOW_MS, seen);
+    let report = report.prop_map(|(agent, captured_ms, seen)| Report { agent, captured_ms, seen });
+    prop::collection::vec(report, 1..24)
+}
+
+fn frames(reports: &[Report]) -> Vec<DetectionFrame> {
+    let frame_of = |(sequence, report): (u64, &Report)| {
+        let seen = (0..).zip(&report.seen);
+        let detections =
+            seen.filter_map(|(object, error)| Some(detection(object, at(report.captured_ms), (*error)?)));
+        frame(agent(AGENTS[report.agent]), sequence, report.captured_ms, detections.collect())
+    };
+    (0..).zip(reports).map(frame_of).collect()
+}
+
+fn run<'a>(frames: impl IntoIterator<Item = &'a DetectionFrame>) -> (Engine, Vec<FusedObject>) {
+    let mut engine = engine();
+    for name in AGENTS {
+        engine.handle_description(agent(name), description(1e-5));
+    }
+    for frame in frames {
+        let disposition = engine.handle_frame(frame, at(NOW_MS));
+        assert!(matches!(disposition, Disposition::Accepted { .. }), "{disposition:?}");
+    }
+    let mut objects = engine.fused(at(NOW_MS)).objects;
+    objects.sort_by(|a, b| a.bev.y.total_cmp(&b.bev.y));
+    (engine, objects)
+}
+
+/// Everything but the track's number, which tells who came first.
+fn assert_same_bits(left: &[FusedObject], right: &[FusedObject]) {
+    let unnumbered = |objects: &[FusedObject]| -> Vec<FusedObject> {
+        objects.iter().map(|object| FusedObject { track: Default::default(), ..object.clone() }).collect()
+    };
+    for (left, right) in unnumbered(left).iter().zip(&unnumbered(right)) {
+        assert_eq!(left, right);
+    }
+    assert_eq!(left.len(), right.len());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn any_order_of_arrival_gives_the_same_objects_and_states(
+        (reports, order) in reports().prop_flat_map(|reports| {
+            let order = Just((0..reports.len()).collect::<Vec<_>>()).prop_shuffle();
+            (Just(reports), order)
+        })
+    ) {
+        let frames = frames(&reports);
+        let (_, in_time) = run({
+            let mut sorted: Vec<_> = frames.iter().collect();
+            sorted.sort_by_key(|frame| (frame.captured_at, frame.id));
+            sorted
+        });
+        let (_, shuffled) = run(order.iter().map(|place| &frames[*place]));
+        assert_same_bits(&in_time, &shuffled);
+    }
+
+    #[test]
+    fn permuted_detections_give_the_same_objects_and_states(
+        reports in reports(), rotate in 0usize..N_OBJECTS
+    ) {
+        let frames = frames(&reports);
+        let mut rotated = frames.clone();
+        for frame in &mut rotated {
+            let count = frame.detections.len().max(1);
+            frame.detections.rotate_left(rotate % count);
+        }
+        let strip = |objects: Vec<FusedObject>| -> Vec<FusedObject> {
+            objects.into_iter().map(|object| FusedObject { contributors: Vec::new(), ..object }).collect()
+        };
+        assert_same_bits(&strip(run(&frames).1), &strip(run(&rotated).1));
+    }
+}
+
+#[test]
+fn a_late_detection_is_worth_as_much_as_if_it_had_come_in_time() {
+    let ego = |sequence, ms| frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.2, 0.1))]);
+    let rsu = frame(agent("rsu"), 0, 100, vec![detection(0, at(100), (-0.3, 0.0))]);
+    let egos: Vec<_> = (0..5).map(|k| ego(k, 100 * i64::try_from(k).expect("test input"))).collect();
+    let (_, in_time) = run([&egos[0], &rsu, &egos[1], &egos[2], &egos[3], &egos[4]]);
+    let (_, late) = run([&egos[0], &egos[1], &egos[2], &egos[3], &egos[4], &rsu]);
+    let (_, without) = run(&egos);
+    assert_same_bits(&in_time, &late);
+    let variance = |objects: &[FusedObject]| objects[0].kinematic_covariance[0];
+    assert!(variance(&late) < variance(&without));
+}
+
+#[test]
+fn evidence_older_than_the_birth_becomes_the_birth() {
+    let newer = frame(agent("ego"), 1, 200, vec![detection(0, at(200), (0.0, 0.0))]);
+    let older = frame(agent("rsu"), 1, 100, vec![detection(0, at(100), (0.0, 0.0))]);
+    let (_, objects) = run([&newer, &older]);
+    assert_eq!(objects.len(), 1, "one object, not one for each order");
+    assert_eq!(objects[0].age, at(NOW_MS) - at(100));
+}

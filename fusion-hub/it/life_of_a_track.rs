@@ -1,0 +1,88 @@
+//! Tracks are confirmed and deleted by evidence in time, never by cycles of the hub.
+
+use crate::world::{agent, at, description, detection, engine, frame};
+use v2x_common::fused::FusedFrame;
+use v2x_fusion_hub::engine::Engine;
+
+/// One agent at 10 Hz which reports object 0 in the frames of `seen`, and a hub asked every `step_ms`.
+fn published_at(seen: impl Fn(u64) -> bool, clutter_per_m2: f64, step_ms: i64) -> Vec<(i64, usize)> {
+    let mut engine = engine();
+    engine.handle_description(agent("ego"), description(clutter_per_m2));
+    let mut published = Vec::new();
+    let mut next = 0;
+    for ms in (0..4000).step_by(usize::try_from(step_ms).expect("test input")) {
+        while i64::try_from(next).expect("test input") * 100 <= ms {
+            let captured_ms = i64::try_from(next).expect("test input") * 100;
+            let detections =
+                if seen(next) { vec![detection(0, at(captured_ms), (0.0, 0.0))] } else { vec![] };
+            engine.handle_frame(&frame(agent("ego"), next, captured_ms, detections), at(captured_ms));
+            next += 1;
+        }
+        if ms % 200 == 0 {
+            published.push((ms, engine.fused(at(ms)).objects.len()));
+        } else {
+            engine.fused(at(ms));
+        }
+    }
+    published
+}
+
+#[test]
+fn confirmation_and_deletion_do_not_depend_on_the_hubs_rate() {
+    let seen = |k| (3..12).contains(&k) || k == 25;
+    let at_50_hz = published_at(seen, 1e-4, 20);
+    for step_ms in [50, 100, 200] {
+        assert_eq!(published_at(seen, 1e-4, step_ms), at_50_hz, "hub at every {step_ms} ms");
+    }
+    assert!(at_50_hz.contains(&(1000, 1)) && at_50_hz.contains(&(2000, 0)), "{at_50_hz:?}");
+}
+
+#[test]
+fn among_clutter_one_report_is_not_enough_and_two_are() {
+    let published = published_at(|k| k == 5 || k == 15 || k == 16, 1e-4, 100);
+    assert!(published.contains(&(600, 0)), "{published:?}");
+    assert!(published.contains(&(1600, 1)), "{published:?}");
+}
+
+#[test]
+fn without_clutter_the_first_report_confirms() {
+    assert!(published_at(|k| k == 2, 0.0, 100).contains(&(200, 1)));
+}
+
+#[test]
+fn an_agent_at_1_hz_keeps_its_tracks() {
+    let mut engine = engine();
+    let mut objects = Vec::new();
+    for second in 0..6 {
+        let ms = 1000 * second;
+        let sequence = u64::try_from(second).expect("test input");
+        engine
+            .handle_frame(&frame(agent("rsu"), sequence, ms, vec![detection(0, at(ms), (0.0, 0.0))]), at(ms));
+        objects.push(engine.fused(at(ms + 900)).objects);
+    }
+    let ids: Vec<_> = objects.iter().flatten().map(|object| object.track).collect();
+    assert_eq!(ids.len(), 6, "an object in every second");
+    assert!(ids.windows(2).all(|pair| pair[0] == pair[1]), "and always the same: {ids:?}");
+}
+
+#[test]
+fn an_object_under_nobodys_eyes_is_published_for_the_coasting_time_only() {
+    let mut engine = engine();
+    engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![detection(0, at(0), (0.0, 0.0))]), at(0));
+    let count = |engine: &mut Engine, ms| engine.fused(at(ms)).objects.len();
+    assert_eq!((count(&mut engine, 1400), count(&mut engine, 1600)), (1, 0));
+    assert_eq!((engine.fused(at(3000)), engine.n_tracks()).1, 0, "and is forgotten");
+}
+
+#[test]
+fn a_fused_frame_names_each_frame_that_it_is_the_first_to_contain() {
+    let mut engine = engine();
+    let sent = frame(agent("ego"), 4, 0, vec![]);
+    engine.handle_frame(&sent, at(30));
+    engine.handle_frame(&sent, at(31));
+    let FusedFrame { includes, agents, .. } = engine.fused(at(40));
+    assert_eq!(includes.len(), 1, "the duplicate is not in it");
+    assert_eq!((includes[0].frame, includes[0].received_at), (sent.id, at(30)));
+    assert_eq!((agents[0].accepted, agents[0].refused), (1, 1));
+    assert!(engine.fused(at(50)).includes.is_empty());
+}

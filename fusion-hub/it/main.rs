@@ -1,0 +1,5 @@
+//! Tests of the pure engine at its boundary: frames in, fused frames out.
+
+mod arrival_order;
+mod life_of_a_track;
+mod world;

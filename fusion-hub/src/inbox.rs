@@ -1,0 +1,240 @@
+//! What is let in, and the books on every agent.
+
+use crate::refusal::Refusal;
+use crate::sensing::Sensing;
+use std::collections::BTreeMap;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::AgentHealth;
+use v2x_common::id::{AgentId, MapFrame};
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::{Span, Timestamp};
+
+/// Most agents that a hub keeps books on.
+pub const MAX_AGENTS: usize = 1024;
+/// Most frames of one agent within Δmax.
+pub const MAX_FRAMES_WITHIN_DELTA_MAX: usize = 4096;
+
+/// What is known of one agent.
+#[derive(Clone, Debug, Default)]
+pub struct AgentRecord {
+    /// Its sensor description, once it has sent one.
+    pub description: Option<SensorDescription>,
+    /// What follows from it for its reports.
+    pub sensing: Sensing,
+    /// Capture time of its newest accepted frame.
+    pub newest_captured_at: Option<Timestamp>,
+    /// Boot epoch of its newest accepted frame.
+    pub epoch: u64,
+    /// Frames accepted.
+    pub accepted: u64,
+    /// Frames accepted that were older than something accepted before.
+    pub out_of_sequence: u64,
+    /// Frames refused, by reason.
+    pub refused: BTreeMap<&'static str, u64>,
+    /// The newest refusal.
+    pub last_refusal: Option<Refusal>,
+    /// Detections whose class name was not known.
+    pub unmapped_classes: u64,
+    /// Numbers of the frames within Δmax, to know duplicates by.
+    seen: BTreeMap<(u64, u64), Timestamp>,
+}
+
+impl AgentRecord {
+    /// Frames refused, for any reason.
+    pub fn refused_total(&self) -> u64 {
+        self.refused.values().sum()
+    }
+
+    /// What a fused frame tells of it.
+    pub fn health(&self, agent: AgentId) -> AgentHealth {
+        AgentHealth {
+            agent,
+            epoch: self.epoch,
+            newest_captured_at: self.newest_captured_at.unwrap_or(Timestamp::EPOCH),
+            accepted: self.accepted,
+            refused: self.refused_total(),
+            out_of_sequence: self.out_of_sequence,
+        }
+    }
+}
+
+/// Admission: one place where a frame is accepted or refused, and counted.
+#[derive(Clone, Debug)]
+pub struct Inbox {
+    delta_max: Span,
+    map_frame: Option<MapFrame>,
+    agents: BTreeMap<AgentId, AgentRecord>,
+    newest_captured_at: Option<Timestamp>,
+    refused_beyond_limit: u64,
+}
+
+impl Inbox {
+    /// With the maximum latency Δmax and the map frame of the hub.
+    pub fn new(delta_max: Span, map_frame: Option<MapFrame>) -> Self {
+        Self {
+            delta_max,
+            map_frame,
+            agents: BTreeMap::new(),
+            newest_captured_at: None,
+            refused_beyond_limit: 0,
+        }
+    }
+
+    /// Lets a frame in, or refuses it; `now` is the hub's clock. `Ok(true)` where it is out of sequence.
+    pub fn admit(&mut self, frame: &DetectionFrame, now: Timestamp) -> Result<bool, Refusal> {
+        let verdict = self.examine(frame, now);
+        if let Err(refusal) = &verdict {
+            self.refuse(frame.id.agent, refusal.clone());
+            return verdict.map(|()| false);
+        }
+        let out_of_sequence = self.newest_captured_at.is_some_and(|newest| frame.captured_at < newest);
+        self.newest_captured_at = self.newest_captured_at.max(Some(frame.captured_at));
+        let horizon = now - self.delta_max;
+        let record = self.agents.entry(frame.id.agent).or_default();
+        record.seen.retain(|_, captured_at| *captured_at >= horizon);
+        record.seen.insert((frame.id.epoch, frame.id.sequence), frame.captured_at);
+        if record.newest_captured_at.is_none_or(|newest| frame.captured_at >= newest) {
+            record.newest_captured_at = Some(frame.captured_at);
+            record.epoch = frame.id.epoch;
+        }
+        record.accepted += 1;
+        record.out_of_sequence += u64::from(out_of_sequence);
+        Ok(out_of_sequence)
+    }
+
+    fn examine(&self, frame: &DetectionFrame, now: Timestamp) -> Result<(), Refusal> {
+        if let (Some(theirs), Some(hub)) = (frame.map_frame, self.map_frame)
+            && theirs != hub
+        {
+            return Err(Refusal::MapFrameMismatch { frame: theirs, hub });
+        }
+        let age = now - frame.captured_at;
+        if age > self.delta_max {
+            return Err(Refusal::TooLate { age });
+        }
+        if age < -self.delta_max {
+            return Err(Refusal::TooEarly { ahead: -age });
+        }
+        let Some(record) = self.agents.get(&frame.id.agent) else {
+            let limit = MAX_AGENTS;
+            return if self.agents.len() < limit { Ok(()) } else { Err(Refusal::TooManyAgents { limit }) };
+        };
+        let (epoch, sequence) = (frame.id.epoch, frame.id.sequence);
+        if record.seen.contains_key(&(epoch, sequence)) {
+            return Err(Refusal::Duplicate { epoch, sequence });
+        }
+        let horizon = now - self.delta_max;
+        let full = record.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX;
+        if full && record.seen.values().all(|captured_at| *captured_at >= horizon) {
+            return Err(Refusal::TooManyFrames { limit: MAX_FRAMES_WITHIN_DELTA_MAX });
+        }
+        Ok(())
+    }
+
+    /// Counts a refusal, also one that was decided before the frame was a frame.
+    pub fn refuse(&mut self, agent: AgentId, refusal: Refusal) {
+        if let Some(record) = self.record_mut(agent) {
+            *record.refused.entry(refusal.reason()).or_default() += 1;
+            record.last_refusal = Some(refusal);
+        } else {
+            self.refused_beyond_limit += 1;
+        }
+    }
+
+    /// The record of an agent, made where there is none yet; `None` beyond [`MAX_AGENTS`].
+    pub fn record_mut(&mut self, agent: AgentId) -> Option<&mut AgentRecord> {
+        if !self.agents.contains_key(&agent) && self.agents.len() >= MAX_AGENTS {
+            return None;
+        }
+        Some(self.agents.entry(agent).or_default())
+    }
+
+    /// The record of an agent.
+    pub fn record(&self, agent: &AgentId) -> Option<&AgentRecord> {
+        self.agents.get(agent)
+    }
+
+    /// Every agent with its record, by name.
+    pub fn agents(&self) -> impl Iterator<Item = (&AgentId, &AgentRecord)> {
+        self.agents.iter()
+    }
+
+    /// Frames of agents beyond [`MAX_AGENTS`], which no record counts.
+    pub fn refused_beyond_limit(&self) -> u64 {
+        self.refused_beyond_limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::id::FrameId;
+
+    fn frame(agent: &str, sequence: u64, captured_ms: i64) -> DetectionFrame {
+        DetectionFrame {
+            id: FrameId { agent: AgentId::new(agent).unwrap(), epoch: 1, sequence },
+            captured_at: at(captured_ms),
+            sensor_pose: None,
+            sensor_revision: 0,
+            map_frame: None,
+            detections: Vec::new(),
+        }
+    }
+
+    fn at(ms: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(1_000_000 + ms)
+    }
+
+    fn inbox() -> Inbox {
+        Inbox::new(Span::from_millis(500), None)
+    }
+
+    #[test]
+    fn age_is_measured_against_the_hubs_clock_at_both_ends() {
+        let mut inbox = inbox();
+        assert_eq!(inbox.admit(&frame("a", 0, 0), at(500)), Ok(false));
+        assert!(matches!(inbox.admit(&frame("a", 1, 0), at(501)), Err(Refusal::TooLate { .. })));
+        assert_eq!(inbox.admit(&frame("a", 2, 1001), at(501)), Ok(false));
+        assert!(matches!(inbox.admit(&frame("a", 3, 1002), at(501)), Err(Refusal::TooEarly { .. })));
+        let record = inbox.record(&AgentId::new("a").unwrap()).unwrap();
+        assert_eq!((record.accepted, record.refused["too_late"], record.refused["too_early"]), (2, 1, 1));
+    }
+
+    #[test]
+    fn a_frame_is_taken_once_and_again_only_in_a_new_epoch() {
+        let mut inbox = inbox();
+        assert_eq!(inbox.admit(&frame("a", 7, 0), at(10)), Ok(false));
+        assert!(matches!(inbox.admit(&frame("a", 7, 0), at(10)), Err(Refusal::Duplicate { .. })));
+        let mut rebooted = frame("a", 7, 20);
+        rebooted.id.epoch = 2;
+        assert_eq!(inbox.admit(&rebooted, at(30)), Ok(false));
+        assert_eq!(inbox.admit(&frame("b", 7, 0), at(30)), Ok(true));
+    }
+
+    #[test]
+    fn another_map_frame_is_refused_by_name() {
+        let mut inbox = Inbox::new(Span::from_millis(500), Some(MapFrame::new("EPSG:32632").unwrap()));
+        let mut foreign = frame("a", 0, 0);
+        foreign.map_frame = Some(MapFrame::new("EPSG:25833").unwrap());
+        let message = inbox.admit(&foreign, at(0)).unwrap_err().to_string();
+        assert!(message.contains("EPSG:25833") && message.contains("EPSG:32632"), "{message}");
+        assert_eq!(inbox.admit(&frame("a", 1, 0), at(0)), Ok(false));
+    }
+
+    #[test]
+    fn memory_is_bounded_against_many_agents_and_many_frames() {
+        let mut inbox = inbox();
+        for agent in 0..MAX_AGENTS {
+            inbox.admit(&frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
+        }
+        assert!(matches!(inbox.admit(&frame("z", 0, 0), at(0)), Err(Refusal::TooManyAgents { .. })));
+        assert_eq!(inbox.refused_beyond_limit(), 1);
+        for sequence in 1..MAX_FRAMES_WITHIN_DELTA_MAX as u64 {
+            inbox.admit(&frame("a0", sequence, 0), at(0)).unwrap();
+        }
+        let one_more = frame("a0", 1 << 40, 0);
+        assert!(matches!(inbox.admit(&one_more, at(0)), Err(Refusal::TooManyFrames { .. })));
+        let later = frame("a0", 1 << 41, 600);
+        assert_eq!(inbox.admit(&later, at(600)), Ok(false), "room again once Δmax has passed");
+    }
+}
