@@ -1,2 +1,26 @@
-//! placeholder
-fn main() {}
+//! `agent`: one agent alone.
+
+use clap::Parser;
+use std::process::ExitCode;
+use v2x_agent::shell::{AgentArgs, run};
+use v2x_common::net::{logging, shutdown};
+
+#[derive(Parser)]
+#[command(name = "agent", version, about = None, long_about = None)]
+struct Cli {
+    #[command(flatten)]
+    agent: AgentArgs,
+    /// What to log: a level, or a filter such as warn,v2x_agent=debug
+    #[arg(long, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    log: String,
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = async {
+        logging::init(&cli.log)?;
+        run(cli.agent.clone(), shutdown::token(cli.agent.exit_with_stdin)?).await
+    };
+    v2x_common::net::exit_code("agent", result.await)
+}

@@ -2,14 +2,19 @@
 //! feature `net` the hub that serves it.
 //!
 //! Order of the pipeline: [`inbox`] → [`sensing`] → [`association`] → [`track`] and [`filter`] →
-//! [`engine`].
+//! [`engine`] → [`schedule`].
 
 pub mod assignment;
 pub mod association;
 pub mod config;
 pub mod engine;
 pub mod filter;
+#[cfg(feature = "net")]
+pub mod hub;
 pub mod inbox;
 pub mod refusal;
+pub mod schedule;
 pub mod sensing;
+#[cfg(feature = "net")]
+pub mod settings;
 pub mod track;

@@ -1,2 +1,26 @@
-//! placeholder
-fn main() {}
+//! `fusion-hub`: the hub alone.
+
+use clap::Parser;
+use std::process::ExitCode;
+use v2x_common::net::{logging, shutdown};
+use v2x_fusion_hub::hub::{HubArgs, run};
+
+#[derive(Parser)]
+#[command(name = "fusion-hub", version, about = None, long_about = None)]
+struct Cli {
+    #[command(flatten)]
+    hub: HubArgs,
+    /// What to log: a level, or a filter such as warn,v2x_fusion_hub=debug
+    #[arg(long, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    log: String,
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = async {
+        logging::init(&cli.log)?;
+        run(cli.hub.clone(), shutdown::token(cli.hub.exit_with_stdin)?).await
+    };
+    v2x_common::net::exit_code("fusion-hub", result.await)
+}

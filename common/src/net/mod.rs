@@ -1,6 +1,21 @@
 //! What every shell of the project needs of the network and the operating system.
 
+pub mod events;
 pub mod logging;
 pub mod queue;
 pub mod session;
 pub mod shutdown;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+/// The exit code of a program's outcome; an error is printed with its causes.
+pub fn exit_code(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(std::io::stderr(), "{program}: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

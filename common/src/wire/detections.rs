@@ -1,11 +1,11 @@
 //! Detection frames as bytes.
 
-use super::quantity::{self, MILLI, YAW_STEP_RAD, fixed, unfixed};
+use super::quantity::{self, MILLI, fixed, unfixed};
 use super::{Kind, VERSION, WireError, checked_count, finish, put, take, take_preamble, wire_count};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
-use crate::detection::{Detection, DetectionFrame, MAX_DETECTIONS};
-use crate::geometry::{BevBox, Pose, wrap_angle};
+use crate::detection::{Detection, DetectionFrame, MAX_DETECTIONS, MAX_RANGE_M};
+use crate::geometry::{BevBox, Pose};
 use crate::id::{AgentId, FrameId, MapFrame};
 use crate::time::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -30,14 +30,14 @@ struct Header<'a> {
 #[derive(Serialize, Deserialize)]
 struct WirePose(i64, i64, i16);
 
-/// Position relative to the sensor, mm; sizes, mm; heading, 0.1 mrad; then one byte each.
+/// Position relative to the sensor, or to the map frame's origin where no pose is given, mm; sizes, mm; heading, 0.1 mrad; then one byte each.
 #[derive(Serialize, Deserialize)]
 struct WireDetection {
     flags: u8,
     class: u8,
     score: u8,
-    x: i32,
-    y: i32,
+    x: i64,
+    y: i64,
     w: u16,
     d: u16,
     yaw: i16,
@@ -88,7 +88,7 @@ fn wire_pose(pose: &Pose) -> Result<WirePose, WireError> {
     Ok(WirePose(
         fixed("sensor_pose.x", pose.x, MILLI)?,
         fixed("sensor_pose.y", pose.y, MILLI)?,
-        fixed("sensor_pose.yaw", wrap_angle(pose.yaw), YAW_STEP_RAD)?,
+        quantity::yaw_steps("sensor_pose.yaw", pose.yaw)?,
     ))
 }
 
@@ -113,7 +113,7 @@ fn encode_detection(
         y: fixed("y", bev.y - origin.1, MILLI)?,
         w: fixed("w", bev.w, MILLI)?,
         d: fixed("d", bev.d, MILLI)?,
-        yaw: fixed("yaw", wrap_angle(bev.yaw), YAW_STEP_RAD)?,
+        yaw: quantity::yaw_steps("yaw", bev.yaw)?,
         position: quantity::covariance_bytes("position covariance", &covariance.position)?,
         sw: quantity::metric_sigma("variance of w", covariance.ww)?,
         sd: quantity::metric_sigma("variance of d", covariance.dd)?,
@@ -146,7 +146,7 @@ pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
     if header.flags & HAS_POSE != 0 {
         let WirePose(x, y, yaw) = take(&mut bytes)?;
         origin = (quantity::millimetres(x), quantity::millimetres(y));
-        sensor_pose = Some(Pose { x: origin.0, y: origin.1, yaw: wrap_angle(unfixed(yaw, YAW_STEP_RAD)) });
+        sensor_pose = Some(Pose { x: origin.0, y: origin.1, yaw: quantity::yaw(yaw) });
     }
     let mut map_frame = None;
     if header.flags & HAS_MAP_FRAME != 0 {
@@ -189,11 +189,11 @@ fn decode_detection(bytes: &mut &[u8], origin: (f64, f64)) -> Result<Detection, 
         class: Class::from_byte(wire.class).ok_or(WireError::UnknownClass(wire.class))?,
         score: quantity::probability(wire.score),
         bev: BevBox {
-            x: origin.0 + unfixed(wire.x, MILLI),
-            y: origin.1 + unfixed(wire.y, MILLI),
+            x: origin.0 + quantity::millimetres(wire.x),
+            y: origin.1 + quantity::millimetres(wire.y),
             w: unfixed(wire.w, MILLI),
             d: unfixed(wire.d, MILLI),
-            yaw: wrap_angle(unfixed(wire.yaw, YAW_STEP_RAD)),
+            yaw: quantity::yaw(wire.yaw),
         },
         covariance: BoxCovariance {
             position: quantity::covariance(wire.position),

@@ -2,17 +2,19 @@
 
 use super::WireError;
 use crate::covariance::Covariance2;
+use crate::geometry::wrap_angle;
 
 /// Resolution of positions and sizes, m, and of velocities, m/s.
 pub(super) const MILLI: f64 = 1e-3;
 /// Resolution of headings, rad.
-pub(super) const YAW_STEP_RAD: f64 = 1e-4;
+const YAW_STEP_RAD: f64 = 1e-4;
 /// Smallest standard deviation of positions, sizes (m) and velocities (m/s).
 const SIGMA_MIN: f64 = 1e-3;
 /// Smallest standard deviation of headings, rad.
 const SIGMA_YAW_MIN_RAD: f64 = 1e-4;
-/// Ratio of neighbouring standard deviations: 255 steps span 1 mm to 72 m, or 0.1 mrad to 7.2 rad.
-const SIGMA_RATIO: f64 = 1.0448;
+/// Ratio of neighbouring standard deviations, the 255th root of 70 000: the steps span 1 mm to 70 m, or
+/// 0.1 mrad to 7 rad. They end at the limits of validation, so that rounding up never leaves these.
+const SIGMA_RATIO: f64 = 1.044_721_144_087_336_7;
 
 const fn sigma_scale() -> [f64; 256] {
     let mut scale = [1.0; 256];
@@ -39,6 +41,20 @@ pub(super) fn fixed<T: TryFrom<i64>>(field: &'static str, value: f64, step: f64)
 /// The value of whole steps.
 pub(super) fn unfixed(steps: impl Into<f64>, step: f64) -> f64 {
     steps.into() * step
+}
+
+/// Half a turn in steps, rounded; as this many steps the other way it is nearly the same direction.
+const HALF_TURN_STEPS: i16 = 31_416;
+
+/// A heading in steps; of the two numbers for (nearly) half a turn always the positive one.
+pub(super) fn yaw_steps(field: &'static str, yaw_rad: f64) -> Result<i16, WireError> {
+    let steps: i16 = fixed(field, wrap_angle(yaw_rad), YAW_STEP_RAD)?;
+    Ok(if steps == -HALF_TURN_STEPS { HALF_TURN_STEPS } else { steps })
+}
+
+/// The heading of steps, rad in (-π, π].
+pub(super) fn yaw(steps: i16) -> f64 {
+    wrap_angle(unfixed(steps, YAW_STEP_RAD))
 }
 
 /// A coordinate in whole millimetres since the origin of the map frame: 1e8 m fit, and f64 keeps them exact.
@@ -86,17 +102,24 @@ pub(super) fn yaw_variance(byte: u8) -> f64 {
 }
 
 /// A correlation, cut toward zero to 1/128: what is claimed of dependence is never more than is known.
-pub(super) fn correlation_byte(covariance: f64, variance_a: f64, variance_b: f64) -> i8 {
+pub(super) fn correlation_byte(
+    field: &'static str,
+    covariance: f64,
+    (variance_a, variance_b): (f64, f64),
+) -> Result<i8, WireError> {
+    if !covariance.is_finite() {
+        return Err(WireError::NotEncodable { field, value: covariance });
+    }
     let product = libm::sqrt(variance_a * variance_b);
     if product <= 0.0 {
-        return 0;
+        return Ok(0);
     }
     let steps = covariance / product * 128.0;
     // The nudge keeps a decoded value on its own byte although the quotient rounds.
     let nudged = steps + libm::copysign(1e-9, steps);
-    #[expect(clippy::cast_possible_truncation, reason = "clamped to ±127 before the cast; NaN becomes 0")]
+    #[expect(clippy::cast_possible_truncation, reason = "clamped to ±127 before the cast")]
     let byte = libm::trunc(nudged).clamp(-127.0, 127.0) as i8;
-    byte
+    Ok(byte)
 }
 
 /// The correlation of a byte.
@@ -110,7 +133,7 @@ pub(super) fn covariance_bytes(
     covariance: &Covariance2,
 ) -> Result<(u8, u8, i8), WireError> {
     let Covariance2 { xx, xy, yy } = *covariance;
-    Ok((metric_sigma(field, xx)?, metric_sigma(field, yy)?, correlation_byte(xy, xx, yy)))
+    Ok((metric_sigma(field, xx)?, metric_sigma(field, yy)?, correlation_byte(field, xy, (xx, yy))?))
 }
 
 /// The covariance of two standard deviations and a correlation.
@@ -155,7 +178,7 @@ mod tests {
             assert_eq!(probability_byte("p", probability(byte)), Ok(byte));
         }
         for byte in -127..=127 {
-            assert_eq!(correlation_byte(correlation(byte) * 0.06, 0.3, 0.012), byte);
+            assert_eq!(correlation_byte("r", correlation(byte) * 0.06, (0.3, 0.012)), Ok(byte));
         }
     }
 
@@ -163,6 +186,7 @@ mod tests {
     fn what_has_no_room_is_an_error() {
         assert!(metric_sigma("s", 100.0 * 100.0).is_err());
         assert!(metric_sigma("s", f64::NAN).is_err());
+        assert!(correlation_byte("r", f64::NAN, (1.0, 1.0)).is_err());
         assert!(fixed::<u16>("w", 66.0, MILLI).is_err());
         assert!(fixed::<i32>("x", f64::INFINITY, MILLI).is_err());
     }
@@ -170,8 +194,11 @@ mod tests {
     #[test]
     fn limits_of_validation_fit_on_the_wire() {
         use crate::detection::{MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
-        assert!(metric_sigma("s", MAX_SIGMA_M * MAX_SIGMA_M).is_ok());
-        assert!(yaw_sigma("s", MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD).is_ok());
+        let variance_m2 = MAX_SIGMA_M * MAX_SIGMA_M;
+        let variance_rad2 = MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD;
+        assert_eq!(metric_sigma("s", variance_m2), Ok(255));
+        assert_eq!(yaw_sigma("s", variance_rad2), Ok(255));
+        assert!(metric_variance(255) <= variance_m2 && yaw_variance(255) <= variance_rad2);
         assert!(fixed::<u16>("w", MAX_SIZE_M, MILLI).is_ok());
     }
 }

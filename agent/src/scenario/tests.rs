@@ -1,0 +1,161 @@
+use super::*;
+use crate::noise::NoiseLevel;
+use v2x_common::geometry::Pose;
+use v2x_common::sensor::SensorKind;
+
+const MINIMAL: &str = r#"
+name = "small"
+[world]
+kind = "crossing"
+[[agents]]
+id = "a"
+kind = "vehicle"
+route = "block-ne"
+[[agents]]
+id = "b"
+kind = "roadside-unit"
+pose = { x = 1, y = 2, yaw_deg = 270 }
+"#;
+
+fn shipped(name: &str) -> std::path::PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "../deploy/scenarios", name].iter().collect()
+}
+
+/// The message for a minimal scenario with one text replaced.
+fn refusal(from: &str, to: &str) -> String {
+    assert!(MINIMAL.contains(from), "{from}");
+    Scenario::from_toml(&MINIMAL.replacen(from, to, 1)).unwrap_err().to_string()
+}
+
+#[test]
+fn every_shipped_scenario_is_valid() {
+    for (name, n_agents) in [("crossing", 2), ("ten-agents", 10), ("highway", 4)] {
+        let scenario = Scenario::load(shipped(&format!("{name}.toml"))).unwrap();
+        assert_eq!((scenario.name.as_str(), scenario.agents.len()), (name, n_agents));
+    }
+}
+
+#[test]
+fn the_default_scenario_puts_both_agents_on_equal_footing() {
+    let scenario = Scenario::load(shipped("crossing.toml")).unwrap();
+    let [ego, rsu] = &scenario.agents[..] else { panic!("two agents") };
+    assert_eq!((ego.id.as_str(), ego.kind), ("ego", SensorKind::Vehicle));
+    assert_eq!((rsu.id.as_str(), rsu.kind), ("rsu", SensorKind::RoadsideUnit));
+    assert_eq!(ego.noise, NoiseLevel::N1.model());
+    assert_eq!((ego.noise, ego.link, ego.rate), (rsu.noise, rsu.link, rsu.rate));
+    assert_eq!((ego.detection_probability, ego.clutter_per_frame), (0.95, 0.5));
+    assert_eq!((rsu.detection_probability, rsu.clutter_per_frame), (0.95, 0.5));
+    assert_eq!(rsu.phase - ego.phase, Span::from_millis(50));
+}
+
+#[test]
+fn what_is_left_out_takes_its_default() {
+    let scenario = Scenario::from_toml(MINIMAL).unwrap();
+    assert_eq!((scenario.loop_length, scenario.seed), (Span::from_millis(120_000), 1));
+    assert_eq!(scenario.world, WorldConfig::Crossing(CrossingConfig::default()));
+    let [car, unit] = &scenario.agents[..] else { panic!("two agents") };
+    assert_eq!(car.station, Station::Driving(Route::Block(0)));
+    assert_eq!((car.field_of_view.range_min_m, unit.field_of_view.range_min_m), (2.5, 0.0));
+    assert_eq!((car.self_report.position_m, unit.self_report.position_m), (0.3, 0.0));
+    let Station::Fixed(Pose { x, y, yaw }) = unit.station else { panic!("it stands") };
+    assert_eq!((x, y), (1.0, 2.0));
+    assert!((yaw + std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{yaw} is wrapped");
+}
+
+#[test]
+fn the_hubs_table_is_kept_unread() {
+    let text = format!("{MINIMAL}\n[hub]\nanything = [1, 2]\n");
+    assert!(Scenario::from_toml(&text).unwrap().hub.contains_key("anything"));
+}
+
+#[test]
+fn own_noise_numbers_are_read_in_their_units() {
+    let table = r#"id = "a"
+noise = { position_m = 0.3, position_per_m = 0.02, yaw_deg = 90, yaw_deg_per_m = 0.1, size = 0.3 }"#;
+    let noise = Scenario::from_toml(&MINIMAL.replace(r#"id = "a""#, table)).unwrap().agents[0].noise;
+    assert_eq!((noise.position_m, noise.position_per_m), (0.3, 0.02));
+    assert!((noise.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert_eq!((noise.size.sigma, noise.size.lower), (0.3, 0.1));
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let message = Scenario::load("/nowhere/x.toml").unwrap_err().to_string();
+    assert!(message.contains("/nowhere/x.toml") && message.contains("cannot read"), "{message}");
+}
+
+#[test]
+fn unknown_fields_and_wrong_types_are_named_with_their_line() {
+    let cases = [
+        ("[world]", "[world]\ntraffik = 1", ["line 4", "traffik"]),
+        (r#"id = "b""#, "id = \"b\"\nrate = 10", ["line 11", "rate"]),
+        (r#"kind = "crossing""#, r#"kind = "village""#, ["line 4", "village"]),
+        (r#"id = "b""#, "id = \"b\"\nnoise = \"N4\"", ["line 11", "N4"]),
+        (r#"id = "b""#, "id = \"b\"\nnoise = { position_m = 1, foo = 2 }", ["line 11", "foo"]),
+        (r#"id = "b""#, "id = \"b\"\nlink = { delay_ms = \"long\" }", ["line 11", "long"]),
+        (r#"kind = "roadside-unit""#, "", ["line 9", "kind"]),
+        ("x = 1", "x = 1, z = 4", ["line 12", "z"]),
+        ("name =", "name", ["line 2", "="]),
+    ];
+    for (from, to, expected) in cases {
+        let message = refusal(from, to);
+        for part in expected {
+            assert!(message.contains(part), "{part:?} is not in {message}");
+        }
+    }
+}
+
+#[test]
+fn impossible_values_are_named_by_field_and_value() {
+    let id_b = r#"id = "b""#;
+    let cases = [
+        (id_b, "id = \"b\"\nrate_hz = 0", "agents[1].rate_hz is 0, expected 0.1 to 1000"),
+        (id_b, "id = \"b\"\nrate_hz = nan", "agents[1].rate_hz is NaN"),
+        (id_b, "id = \"a\"", "agents[1].id is \"a\", expected an id that no other agent has"),
+        (id_b, "id = \"a b\"", "agents[1].id is \"a b\""),
+        (id_b, "id = \"b\"\nphase_ms = -1", "agents[1].phase_ms is -1"),
+        (id_b, "id = \"b\"\ndetection_probability = 1.2", "agents[1].detection_probability is 1.2"),
+        (id_b, "id = \"b\"\nclutter_per_frame = -1", "agents[1].clutter_per_frame is -1"),
+        (id_b, "id = \"b\"\nlink = { loss = 2 }", "agents[1].link.loss is 2"),
+        (id_b, "id = \"b\"\nlink = { jitter_ms = -2 }", "agents[1].link.jitter_ms is -2"),
+        (id_b, "id = \"b\"\nfield_of_view = { range_max_m = 0 }", "agents[1].field_of_view.range_max_m is 0"),
+        (id_b, "id = \"b\"\nfield_of_view = { width_deg = 400 }", "agents[1].field_of_view.width_deg is 400"),
+        (id_b, "id = \"b\"\nself_report = {}", "agents[1].self_report is given"),
+        (id_b, "id = \"b\"\nroute = \"block-ne\"", "agents[1] is with both pose and route"),
+        ("block-ne", "main-street", "agents[0].route is \"main-street\", expected block-ne"),
+        ("block-ne", "service-south", "agents[0].route is \"service-south\", expected block-ne"),
+        ("route = \"block-ne\"", "", "agents[0] is without pose and route"),
+        ("x = 1,", "x = inf,", "agents[1].pose.x is inf"),
+        ("[world]", "loop_s = 5\n[world]", "loop_s is 5, expected 100 to 3600"),
+        ("[world]", "map_frame = \"a/b\"\n[world]", "map_frame is \"a/b\""),
+        ("[world]", "[world]\ntraffic = 2", "world.traffic is 2, expected 0 to 1"),
+        ("[world]", "[world]\nparked = 1000", "world.parked is 1000, expected at most 120"),
+        ("[world]", "[world]\nlanes = 2", "world.lanes is 2, expected no such field in a crossing"),
+    ];
+    for (from, to, expected) in cases {
+        let message = refusal(from, to);
+        assert!(message.contains(expected), "{expected:?} is not in {message}");
+    }
+}
+
+#[test]
+fn noise_that_the_wire_could_not_carry_is_refused() {
+    let with = |numbers: &str| refusal(r#"id = "b""#, &format!("id = \"b\"\nnoise = {{ {numbers} }}"));
+    let zero = with("position_m = 0, position_per_m = 0, yaw_deg = 1, yaw_deg_per_m = 0, size = 0.1");
+    assert!(zero.contains("agents[1].noise.position_m is 0"), "{zero}");
+    let huge = with("position_m = 1, position_per_m = 0.5, yaw_deg = 1, yaw_deg_per_m = 0, size = 0.1");
+    assert!(huge.contains("agents[1].noise is 31 m"), "{huge}");
+    let lower = with(
+        "position_m = 1, position_per_m = 0, yaw_deg = 1, yaw_deg_per_m = 0, size = 0.1, size_lower = 1",
+    );
+    assert!(lower.contains("agents[1].noise.size_lower is 1"), "{lower}");
+}
+
+#[test]
+fn a_route_has_room_for_few() {
+    let another = |id| format!("[[agents]]\nid = \"{id}\"\nkind = \"vehicle\"\nroute = \"block-ne\"\n");
+    let two = format!("{MINIMAL}{}", another("c"));
+    assert!(Scenario::from_toml(&two).is_ok());
+    let message = Scenario::from_toml(&format!("{two}{}", another("d"))).unwrap_err().to_string();
+    assert!(message.contains("agents[3].route") && message.contains("at most 2 agents"), "{message}");
+}

@@ -1,0 +1,227 @@
+use super::*;
+use std::collections::BTreeMap;
+
+const CROSSING: &str = include_str!("../../../deploy/scenarios/crossing.toml");
+const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
+const BOOT: Boot = Boot { seed: 1, epoch: 9, start: START };
+const N_FRAMES: u64 = 1200;
+
+fn agent_of(text: &str, id: &str, boot: Boot) -> SimulatedAgent {
+    let scenario = Scenario::from_toml(text).unwrap();
+    let world = Arc::new(World::new(&scenario, boot.seed));
+    SimulatedAgent::new(&scenario, world, &AgentId::new(id).unwrap(), boot).unwrap()
+}
+
+fn agent(id: &str) -> SimulatedAgent {
+    agent_of(CROSSING, id, BOOT)
+}
+
+fn truth(agent: &SimulatedAgent, sequence: u64) -> BTreeMap<ObjectId, TrueObject> {
+    let mut objects = Vec::new();
+    agent.world().objects_at(agent.capture_time(sequence) - START, &mut objects);
+    objects.into_iter().map(|object| (object.id, object)).collect()
+}
+
+/// The detections of a frame with their identities.
+fn named(observation: &Observation) -> impl Iterator<Item = (Option<ObjectId>, &Detection)> {
+    observation.identities.objects.iter().copied().zip(&observation.frame.detections)
+}
+
+#[test]
+fn every_frame_is_valid_and_has_an_identity_for_each_detection() {
+    for id in ["ego", "rsu"] {
+        let agent = agent(id);
+        for sequence in 0..N_FRAMES {
+            let Observation { frame, identities } = agent.observe(sequence);
+            assert_eq!(frame.validate(), Ok(()));
+            assert_eq!((identities.epoch, identities.sequence), (frame.id.epoch, frame.id.sequence));
+            assert_eq!(identities.objects.len(), frame.detections.len());
+        }
+        assert!(agent.description().validate().is_ok());
+    }
+}
+
+#[test]
+fn capture_times_follow_phase_and_rate_and_are_found_again() {
+    let rsu = agent("rsu");
+    assert_eq!(rsu.capture_time(0), START + Span::from_millis(50));
+    assert_eq!(rsu.capture_time(3), START + Span::from_millis(350));
+    assert_eq!(rsu.sequence_at_or_after(START + Span::from_millis(350)), 3);
+    assert_eq!(rsu.sequence_at_or_after(START + Span::from_nanos(350_000_001)), 4);
+    assert_eq!(rsu.sequence_at_or_after(START - Span::from_millis(5000)), 0);
+    assert_eq!(rsu.observe(3).frame.captured_at, rsu.capture_time(3));
+}
+
+#[test]
+fn the_share_of_detected_objects_is_the_detection_probability_and_none_is_outside_of_the_view() {
+    let rsu = agent("rsu");
+    let pose = rsu.world().agent_pose(1, Span::ZERO);
+    let (mut n_visible, mut n_detected) = (0, 0);
+    for sequence in 0..N_FRAMES {
+        let objects = truth(&rsu, sequence);
+        let visible = |o: &TrueObject| rsu.config().field_of_view.contains(&pose, o.bev.x, o.bev.y);
+        n_visible += objects.values().filter(|o| visible(o)).count();
+        let observation = rsu.observe(sequence);
+        for id in observation.identities.objects.iter().flatten() {
+            assert!(visible(&objects[id]));
+            n_detected += 1;
+        }
+    }
+    let share = f64::from(n_detected) / n_visible as f64;
+    // Some 30 000 draws: three standard errors are 0.004.
+    assert!((share - 0.95).abs() < 0.004, "{share}");
+}
+
+#[test]
+fn clutter_has_its_rate_and_lies_in_the_view() {
+    for id in ["ego", "rsu"] {
+        let agent = agent(id);
+        let index = usize::from(id == "rsu");
+        let mut n_clutter = 0;
+        let mut n_in_inner_half = 0;
+        for sequence in 0..4 * N_FRAMES {
+            let observation = agent.observe(sequence);
+            let pose = agent.world().agent_pose(index, agent.capture_time(sequence) - START);
+            for (_, phantom) in named(&observation).filter(|(object, _)| object.is_none()) {
+                let range_m = pose.distance_to(phantom.bev.x, phantom.bev.y);
+                assert!((agent.config().field_of_view.range_min_m..=60.0).contains(&range_m), "{range_m}");
+                n_clutter += 1;
+                n_in_inner_half += u32::from(range_m < 60.0 * std::f64::consts::FRAC_1_SQRT_2);
+            }
+        }
+        // About 2400 phantoms: three standard errors of the rate are 0.03, of the share 0.03.
+        let rate = f64::from(n_clutter) / (4 * N_FRAMES) as f64;
+        assert!((rate - 0.5).abs() < 0.03, "{rate}");
+        let share = f64::from(n_in_inner_half) / f64::from(n_clutter);
+        assert!((share - 0.5).abs() < 0.03, "{share} of the clutter in half of the area");
+    }
+}
+
+#[test]
+fn detections_err_by_what_they_report() {
+    let rsu = agent("rsu");
+    let (mut n, mut squares) = (0.0, [0.0; 3]);
+    for sequence in 0..N_FRAMES {
+        let objects = truth(&rsu, sequence);
+        let observation = rsu.observe(sequence);
+        for (id, detection) in named(&observation) {
+            let Some(object) = id.map(|id| objects[&id]) else { continue };
+            assert_eq!(object.class, detection.class);
+            let (ex, ey) = (detection.bev.x - object.bev.x, detection.bev.y - object.bev.y);
+            let e_yaw = wrap_angle(detection.bev.yaw - object.bev.yaw);
+            squares[0] += ex * ex / detection.covariance.position.xx;
+            squares[1] += ey * ey / detection.covariance.position.yy;
+            squares[2] += e_yaw * e_yaw / detection.covariance.yaw;
+            n += 1.0;
+        }
+    }
+    for normalized in squares.map(|sum| sum / n) {
+        // Standard error 0.008; σ from the measured range instead of the true one adds little.
+        assert!((normalized - 1.0).abs() < 0.03, "{normalized}");
+    }
+}
+
+#[test]
+fn a_vehicle_always_reports_itself_with_the_error_it_declares_and_never_sees_itself() {
+    let ego = agent("ego");
+    let own = ego.world().agent_object(0).unwrap();
+    let body = ego.description().body.unwrap();
+    let (mut position, mut yaw) = (0.0, 0.0);
+    for sequence in 0..N_FRAMES {
+        let observation = ego.observe(sequence);
+        let reports: Vec<&Detection> =
+            named(&observation).filter(|(id, _)| *id == Some(own)).map(|(_, detection)| detection).collect();
+        let [report] = reports[..] else { panic!("{} reports of itself", reports.len()) };
+        assert_eq!((report.class, report.bev.w, report.bev.d), (body.class, body.w, body.d));
+        assert_eq!(Some(report.bev.pose()), observation.frame.sensor_pose);
+        let truth = truth(&ego, sequence)[&own].bev;
+        position += (report.bev.x - truth.x) * (report.bev.x - truth.x);
+        yaw += wrap_angle(report.bev.yaw - truth.yaw) * wrap_angle(report.bev.yaw - truth.yaw);
+    }
+    let n = N_FRAMES as f64;
+    // Standard error of a σ from 1200 draws: 2 %.
+    assert!((libm::sqrt(position / n) / 0.3 - 1.0).abs() < 0.07, "{}", libm::sqrt(position / n));
+    assert!(
+        (libm::sqrt(yaw / n).to_degrees() / 0.5 - 1.0).abs() < 0.07,
+        "{}",
+        libm::sqrt(yaw / n).to_degrees()
+    );
+}
+
+#[test]
+fn the_roadside_unit_sees_the_ego() {
+    let (ego, rsu) = (agent("ego"), agent("rsu"));
+    let own = ego.world().agent_object(0);
+    assert!((0..100).any(|sequence| rsu.observe(sequence).identities.objects.contains(&own)));
+    assert_eq!(rsu.description().body, None);
+}
+
+#[test]
+fn the_order_of_detections_tells_nothing_of_who_they_are() {
+    let rsu = agent("rsu");
+    let (mut n_clutter_last, mut n_with_clutter, mut rank_correlation) = (0, 0.0, 0.0);
+    for sequence in 0..N_FRAMES {
+        let ids = rsu.observe(sequence).identities.objects;
+        let mean_index = (ids.len() as f64 - 1.0) / 2.0;
+        let known: Vec<_> =
+            (0..).zip(&ids).filter_map(|(index, id)| id.map(|id| (f64::from(index), id))).collect();
+        let mut sorted: Vec<ObjectId> = known.iter().map(|(_, id)| *id).collect();
+        sorted.sort_unstable();
+        for (index, id) in &known {
+            let rank = sorted.binary_search(id).unwrap() as f64;
+            rank_correlation += (index - mean_index) * (rank - mean_index) / (mean_index * mean_index);
+        }
+        let n_phantoms = ids.len() - known.len();
+        n_with_clutter += n_phantoms as f64 / ids.len() as f64;
+        n_clutter_last += u32::from(ids.last() == Some(&None));
+    }
+    // Sums of some 35 000 terms of variance about 1/9: four standard errors.
+    assert!(rank_correlation.abs() < 4.0 * 62.0, "{rank_correlation}");
+    // About 20 expected.
+    assert!((f64::from(n_clutter_last) - n_with_clutter).abs() < 18.0, "{n_clutter_last} {n_with_clutter}");
+}
+
+#[test]
+fn the_same_inputs_give_the_same_bits_and_the_epoch_changes_none() {
+    let (first, second) = (agent("ego"), agent_of(CROSSING, "ego", Boot { epoch: 77, ..BOOT }));
+    let later = agent_of(CROSSING, "ego", Boot { start: START + Span::from_millis(9), ..BOOT });
+    let other_seed = agent_of(CROSSING, "ego", Boot { seed: 2, ..BOOT });
+    for sequence in [0, 1, 500, 1_000_000] {
+        let expected = first.observe(sequence).frame.detections;
+        assert_eq!(expected, second.observe(sequence).frame.detections);
+        assert_eq!(expected, later.observe(sequence).frame.detections);
+        assert_ne!(expected, other_seed.observe(sequence).frame.detections);
+    }
+}
+
+#[test]
+fn another_agent_changes_no_detection_of_what_was_there_before() {
+    let car = "[[agents]]\nid = \"x\"\nkind = \"vehicle\"\npose = { x = 12, y = -20 }\n[hub]";
+    let (before, after) = (agent("rsu"), agent_of(&CROSSING.replace("[hub]", car), "rsu", BOOT));
+    let new = after.world().agent_object(2);
+    let sorted = |observation: &Observation| {
+        let mut xs: Vec<(Option<ObjectId>, u64)> =
+            named(observation).filter(|(id, _)| *id != new).map(|(id, d)| (id, d.bev.x.to_bits())).collect();
+        xs.sort_unstable();
+        xs
+    };
+    for sequence in 0..50 {
+        assert_eq!(sorted(&before.observe(sequence)), sorted(&after.observe(sequence)));
+    }
+}
+
+#[test]
+fn a_sector_sees_only_ahead() {
+    let narrow = CROSSING.replace("{ range_max_m = 60 }", "{ range_max_m = 60, width_deg = 90 }");
+    let rsu = agent_of(&narrow, "rsu", BOOT);
+    let pose = rsu.world().agent_pose(1, Span::ZERO);
+    let quarter = rsu.config().field_of_view.area_m2() / (PI * 3600.0);
+    assert!((quarter - 0.25).abs() < 1e-12);
+    for sequence in 0..200 {
+        let (objects, observation) = (truth(&rsu, sequence), rsu.observe(sequence));
+        for (id, detection) in named(&observation) {
+            let bev = id.map_or(detection.bev, |id| objects[&id].bev);
+            assert!(pose.bearing_to(bev.x, bev.y).abs() <= PI / 4.0 + 1e-9);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The agent's command line.
+
+use std::path::PathBuf;
+use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::net::session::SessionOptions;
+
+/// How frames become bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum WireFormat {
+    /// Compact, the default
+    #[default]
+    Postcard,
+    /// For reading along
+    Json,
+}
+
+/// Be one agent of a scenario: see its world, and publish detections over its link.
+///
+/// Agents started by hand agree on the world's time: it is the Unix time, rounded down to a multiple of
+/// the scenario's loop.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  agent --scenario crossing.toml --id ego
+  agent --scenario crossing.toml --id rsu --connect tcp/192.168.1.10:7447
+  agent --scenario crossing.toml --id ego --format json    to read along with any Zenoh client")]
+pub struct AgentArgs {
+    /// The scenario file
+    #[arg(long, value_name = "FILE")]
+    pub scenario: PathBuf,
+    /// Which agent of the scenario to be
+    #[arg(long)]
+    pub id: AgentId,
+    /// The network to join
+    #[arg(long, default_value = "demo")]
+    pub network: NetworkId,
+    /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
+    #[arg(long, value_name = "ENDPOINT")]
+    pub connect: Vec<String>,
+    /// A Zenoh configuration file that replaces our defaults
+    #[arg(long, value_name = "FILE")]
+    pub zenoh_config: Option<PathBuf>,
+    /// Seed of the world and of all noise [default: the scenario's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Unix time in µs at which scenario time is 0 [default: now, rounded down to the scenario's loop]
+    #[arg(long, value_name = "MICROSECONDS")]
+    pub start: Option<i64>,
+    /// How frames become bytes
+    #[arg(long, value_enum, default_value_t)]
+    pub format: WireFormat,
+    /// Print life-cycle events as JSON lines on standard output
+    #[arg(long, hide = true)]
+    pub events: bool,
+    /// End when standard input does (for children of a launcher)
+    #[arg(long, hide = true)]
+    pub exit_with_stdin: bool,
+}
+
+impl AgentArgs {
+    /// What the command line says of the network.
+    pub fn session_options(&self) -> SessionOptions {
+        SessionOptions {
+            config: self.zenoh_config.clone(),
+            connect: self.connect.clone(),
+            listen: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! An agent's declarations on the network.
+
+use super::args::WireFormat;
+use crate::sensor::Observation;
+use anyhow::anyhow;
+use std::time::Duration;
+use v2x_common::id::AgentId;
+use v2x_common::keys::Keys;
+use v2x_common::sensor::SensorDescription;
+use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
+use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::{CongestionControl, Priority};
+
+/// What an agent holds of the network.
+pub(super) struct AgentPublisher {
+    detections: Publisher<'static>,
+    sensor: Publisher<'static>,
+    truth: Publisher<'static>,
+    format: WireFormat,
+    // Dropping it undeclares it.
+    _alive: LivelinessToken,
+}
+
+impl AgentPublisher {
+    pub(super) async fn declare(
+        session: &Session,
+        keys: &Keys,
+        agent: &AgentId,
+        format: WireFormat,
+    ) -> zenoh::Result<Self> {
+        let encoding = match format {
+            WireFormat::Postcard => ENCODING_POSTCARD,
+            WireFormat::Json => ENCODING_JSON,
+        };
+        let detections = session
+            .declare_publisher(keys.detections(agent))
+            .encoding(encoding)
+            .congestion_control(CongestionControl::Drop)
+            .priority(Priority::DataHigh)
+            .express(true);
+        let sensor = session
+            .declare_publisher(keys.sensor(agent))
+            .encoding(encoding)
+            .congestion_control(CongestionControl::Block);
+        let truth = session
+            .declare_publisher(keys.truth(agent))
+            .encoding(ENCODING_JSON)
+            .congestion_control(CongestionControl::Block);
+        Ok(Self {
+            detections: detections.await?,
+            sensor: sensor.await?,
+            truth: truth.await?,
+            format,
+            _alive: session.liveliness().declare_token(keys.agent_alive(agent)).await?,
+        })
+    }
+
+    /// Waits until somebody subscribes to the detections, for a while: what is put before is lost.
+    pub(super) async fn wait_for_subscriber(&self, patience: Duration) -> zenoh::Result<bool> {
+        let listener = self.detections.matching_listener().await?;
+        let matching = async {
+            while !self.detections.matching_status().await?.matching() {
+                listener.recv_async().await?;
+            }
+            Ok(())
+        };
+        match tokio::time::timeout(patience, matching).await {
+            Ok(result) => result.map(|()| true),
+            Err(_) => Ok(false),
+        }
+    }
+
+    pub(super) async fn put_description(&self, description: &SensorDescription) -> anyhow::Result<()> {
+        let payload = match self.format {
+            WireFormat::Postcard => {
+                let mut payload = Vec::new();
+                wire::sensor::encode(description, &mut payload)?;
+                payload
+            }
+            WireFormat::Json => wire::json::encode_sensor(description)?,
+        };
+        self.sensor.put(payload).await.map_err(|error| anyhow!("{error}"))
+    }
+
+    /// Sends the frame, and before it on its own key whose detections they are.
+    pub(super) async fn put_observation(&self, observation: &Observation) -> anyhow::Result<()> {
+        let payload = match self.format {
+            WireFormat::Postcard => {
+                let mut payload = Vec::with_capacity(512);
+                wire::detections::encode(&observation.frame, &mut payload)?;
+                payload
+            }
+            WireFormat::Json => wire::json::encode_detections(&observation.frame)?,
+        };
+        let truth = serde_json::to_vec(&observation.identities)?;
+        self.truth.put(truth).await.map_err(|error| anyhow!("{error}"))?;
+        self.detections.put(payload).await.map_err(|error| anyhow!("{error}"))
+    }
+}

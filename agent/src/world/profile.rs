@@ -1,0 +1,105 @@
+//! Distance over time with piecewise constant acceleration, in closed form.
+
+/// A ride: starts at time 0, has a duration.
+#[derive(Clone, Debug)]
+pub(super) struct Profile {
+    pieces: Vec<Piece>,
+    end: Piece,
+}
+
+/// State at the beginning of a stretch of constant acceleration: s, m, m/s, m/s².
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    t: f64,
+    s: f64,
+    v: f64,
+    a: f64,
+}
+
+impl Piece {
+    fn at(&self, t: f64) -> (f64, f64) {
+        let dt = t - self.t;
+        (self.s + (self.v + self.a * dt / 2.0) * dt, self.v + self.a * dt)
+    }
+}
+
+impl Profile {
+    /// A ride of no duration, from which to build on.
+    pub(super) const fn from(distance_m: f64, speed_mps: f64) -> Self {
+        Self { pieces: Vec::new(), end: Piece { t: 0.0, s: distance_m, v: speed_mps, a: 0.0 } }
+    }
+
+    /// Goes on at the present speed for a while.
+    pub(super) fn hold(self, duration_s: f64) -> Self {
+        self.piece(duration_s, 0.0)
+    }
+
+    /// Goes on at the present speed up to a distance.
+    pub(super) fn cruise_to(self, distance_m: f64) -> Self {
+        let duration_s = (distance_m - self.end.s) / self.end.v;
+        self.hold(duration_s)
+    }
+
+    /// Changes speed at a constant rate (m/s², positive).
+    pub(super) fn change_speed(self, speed_mps: f64, rate_mps2: f64) -> Self {
+        let change = speed_mps - self.end.v;
+        let mut changed = self.piece(change.abs() / rate_mps2, rate_mps2.copysign(change));
+        changed.end.v = speed_mps;
+        changed
+    }
+
+    fn piece(mut self, duration_s: f64, a: f64) -> Self {
+        debug_assert!(duration_s >= 0.0, "a piece of {duration_s} s");
+        let piece = Piece { a, ..self.end };
+        let t = piece.t + duration_s;
+        let (s, v) = piece.at(t);
+        self.pieces.push(piece);
+        self.end = Piece { t, s, v, a: 0.0 };
+        self
+    }
+
+    /// s.
+    pub(super) const fn duration_s(&self) -> f64 {
+        self.end.t
+    }
+
+    /// Distance (m) and speed (m/s) at a time (s); beyond the end it goes on at the last speed.
+    pub(super) fn at(&self, t: f64) -> (f64, f64) {
+        if t >= self.end.t {
+            return self.end.at(t);
+        }
+        let after = self.pieces.partition_point(|piece| piece.t <= t);
+        self.pieces[after.saturating_sub(1)].at(t)
+    }
+}
+
+/// Distance that a change of speed takes, m.
+pub(super) fn speed_change_distance_m(from_mps: f64, to_mps: f64, rate_mps2: f64) -> f64 {
+    (to_mps * to_mps - from_mps * from_mps).abs() / (2.0 * rate_mps2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stops_and_starts_again_where_and_when_it_should() {
+        let ride =
+            Profile::from(0.0, 10.0).cruise_to(20.0).change_speed(0.0, 2.0).hold(3.0).change_speed(4.0, 1.0);
+        assert_eq!(ride.at(1.0), (10.0, 10.0));
+        assert_eq!(ride.at(8.0), (45.0, 0.0));
+        assert_eq!(ride.duration_s(), 2.0 + 5.0 + 3.0 + 4.0);
+        assert_eq!(ride.at(14.0), (45.0 + 8.0, 4.0));
+        assert_eq!(speed_change_distance_m(10.0, 0.0, 2.0), 25.0);
+    }
+
+    #[test]
+    fn speed_is_the_derivative_of_distance() {
+        let ride = Profile::from(0.0, 3.0).hold(1.0).change_speed(8.0, 1.5).hold(2.0).change_speed(0.0, 2.5);
+        for step in 1..90 {
+            let t = f64::from(step) * 0.1;
+            let slope = (ride.at(t + 1e-5).0 - ride.at(t - 1e-5).0) / 2e-5;
+            assert!((slope - ride.at(t).1).abs() < 1e-4, "at {t} s: {slope}");
+        }
+    }
+}

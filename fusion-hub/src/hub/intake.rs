@@ -1,0 +1,63 @@
+//! From a Zenoh sample to a frame, or to the reason why not.
+
+use crate::refusal::Refusal;
+use crate::settings::HubSettings;
+use v2x_common::clock;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::AgentId;
+use v2x_common::keys::Topic;
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::Timestamp;
+use v2x_common::wire::{self, ENCODING_JSON, WireError};
+use zenoh::sample::Sample;
+
+/// A sample as it came, with the time at which it came.
+#[derive(Debug)]
+pub(super) struct Received {
+    pub(super) agent: AgentId,
+    pub(super) received_at: Timestamp,
+    sample: Sample,
+}
+
+impl Received {
+    /// Stamps a sample with the hub's clock; `None` where its key is not an agent's.
+    pub(super) fn stamp(sample: Sample) -> Option<Self> {
+        let received_at = clock::now();
+        match Topic::of(sample.key_expr().as_str())? {
+            Topic::Detections(agent) | Topic::Sensor(agent) => Some(Self { agent, received_at, sample }),
+            Topic::AgentAlive(_) | Topic::Fused(_) | Topic::Truth(_) => None,
+        }
+    }
+
+    /// Whether the payload is JSON: by its encoding, or where that says nothing, by its first character.
+    fn is_json(&self, bytes: &[u8]) -> bool {
+        let encoding = self.sample.encoding().to_string();
+        match encoding.as_str() {
+            ENCODING_JSON | "text/json" => true,
+            wire::ENCODING_POSTCARD => false,
+            _ => bytes.trim_ascii_start().first() == Some(&b'{'),
+        }
+    }
+
+    /// The frame, and how many of its classes had unknown names.
+    pub(super) fn frame(&self, settings: &HubSettings) -> Result<(DetectionFrame, usize), Refusal> {
+        let bytes = self.sample.payload().to_bytes();
+        let (frame, unmapped_classes) = if self.is_json(&bytes) {
+            let defaults = settings.report_defaults_of(&self.agent);
+            let decoded = wire::json::decode_detections(&bytes, self.agent, defaults)?;
+            (decoded.frame, decoded.unmapped_classes)
+        } else {
+            (wire::detections::decode(&bytes)?, 0)
+        };
+        if frame.id.agent != self.agent {
+            return Err(Refusal::AgentMismatch { payload: frame.id.agent, key: self.agent });
+        }
+        Ok((frame, unmapped_classes))
+    }
+
+    /// The sensor description.
+    pub(super) fn description(&self) -> Result<SensorDescription, WireError> {
+        let bytes = self.sample.payload().to_bytes();
+        if self.is_json(&bytes) { wire::json::decode_sensor(&bytes) } else { wire::sensor::decode(&bytes) }
+    }
+}

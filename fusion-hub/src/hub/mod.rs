@@ -1,0 +1,13 @@
+//! The hub as a process: the shell around the engine.
+
+mod args;
+mod intake;
+mod network;
+mod roster;
+mod run;
+mod status;
+mod timing;
+
+pub use args::HubArgs;
+pub use run::run;
+pub use status::{AgentStatus, HubStatus, Quantiles};

@@ -1,0 +1,106 @@
+//! The hub's declarations on the network.
+
+use super::intake::Received;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use v2x_common::id::{AgentId, HubId};
+use v2x_common::keys::{Keys, Topic};
+use v2x_common::net::queue::DropOldestQueue;
+use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
+use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::{Query, Queryable};
+use zenoh::sample::SampleKind;
+
+/// Detection frames that may wait: a second of a hundred agents at 10 Hz.
+const FRAME_QUEUE: usize = 1024;
+/// Descriptions, liveliness changes and queries that may wait.
+const CONTROL_QUEUE: usize = 4096;
+/// What is not a detection frame.
+pub(super) enum Control {
+    Description(Received),
+    Alive(AgentId, bool),
+    Query(Query),
+}
+
+/// What a hub holds of the network: publishers, and two queues that subscribers fill.
+pub(super) struct Network {
+    /// Detection frames.
+    pub(super) frames: Arc<DropOldestQueue<Received>>,
+    /// Everything else.
+    pub(super) control: Arc<DropOldestQueue<Control>>,
+    pub(super) fused: Publisher<'static>,
+    pub(super) fused_json: Publisher<'static>,
+    /// Whether anybody subscribes to JSON.
+    pub(super) json_wanted: Arc<AtomicBool>,
+    // Dropping these undeclares them.
+    _subscribers: [Subscriber<()>; 3],
+    _status: Queryable<()>,
+    _alive: LivelinessToken,
+}
+
+impl Network {
+    pub(super) async fn declare(session: &Session, keys: &Keys, hub: &HubId) -> zenoh::Result<Self> {
+        let frames = Arc::new(DropOldestQueue::new(FRAME_QUEUE));
+        let control = Arc::new(DropOldestQueue::new(CONTROL_QUEUE));
+        let fused = declare_publisher(session, keys.fused(hub), ENCODING_POSTCARD).await?;
+        let fused_json = declare_publisher(session, keys.fused_json(hub), ENCODING_JSON).await?;
+        let json_wanted = Arc::new(AtomicBool::new(false));
+        let wanted = json_wanted.clone();
+        fused_json
+            .matching_listener()
+            .callback(move |status| wanted.store(status.matching(), Ordering::Relaxed))
+            .background()
+            .await?;
+        // The callbacks run on Zenoh's threads: they stamp and hand over, nothing more.
+        let queue = frames.clone();
+        let detections = session.declare_subscriber(keys.all_detections()).callback(move |sample| {
+            if let Some(received) = Received::stamp(sample) {
+                queue.push(received);
+            }
+        });
+        let queue = control.clone();
+        let sensors = session.declare_subscriber(keys.all_sensors()).callback(move |sample| {
+            if let Some(received) = Received::stamp(sample) {
+                queue.push(Control::Description(received));
+            }
+        });
+        let queue = control.clone();
+        let roster = session.liveliness().declare_subscriber(keys.all_agents_alive()).history(true);
+        let roster = roster.callback(move |sample| {
+            if let Some(Topic::AgentAlive(agent)) = Topic::of(sample.key_expr().as_str()) {
+                queue.push(Control::Alive(agent, sample.kind() == SampleKind::Put));
+            }
+        });
+        let queue = control.clone();
+        let status = session
+            .declare_queryable(keys.status(hub))
+            .callback(move |query| queue.push(Control::Query(query)));
+        Ok(Self {
+            frames,
+            control,
+            fused,
+            fused_json,
+            json_wanted,
+            _subscribers: [detections.await?, sensors.await?, roster.await?],
+            _status: status.await?,
+            _alive: session.liveliness().declare_token(keys.hub_alive(hub)).await?,
+        })
+    }
+}
+
+async fn declare_publisher(
+    session: &Session,
+    key: String,
+    encoding: &'static str,
+) -> zenoh::Result<Publisher<'static>> {
+    session
+        .declare_publisher(key)
+        .encoding(encoding)
+        .congestion_control(CongestionControl::Drop)
+        .priority(Priority::DataHigh)
+        .express(true)
+        .await
+}

@@ -1,0 +1,258 @@
+//! The hub's loop: samples in, fused frames out.
+
+use super::HubArgs;
+use super::intake::Received;
+use super::network::{Control, Network};
+use super::roster::Roster;
+use super::status::{AgentStatus, HubStatus, memory_bytes};
+use super::timing::Timing;
+use crate::engine::Engine;
+use crate::refusal::Disposition;
+use crate::schedule::Schedule;
+use crate::settings::HubSettings;
+use anyhow::anyhow;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::fused::FusedFrame;
+use v2x_common::id::AgentId;
+use v2x_common::keys::Keys;
+use v2x_common::net::{events, session};
+use v2x_common::time::Timestamp;
+use v2x_common::wire::{self, ENCODING_JSON};
+use zenoh::Session;
+
+/// How often the books are looked through.
+const BOOKKEEPING: Duration = Duration::from_secs(1);
+
+/// Runs a hub until shutdown.
+pub async fn run(args: HubArgs, shutdown: CancellationToken) -> anyhow::Result<()> {
+    let settings = args.settings()?;
+    let session = session::open(session::hub_config(&args.session_options())?).await.map_err(|error| {
+        let endpoints = if args.listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { args.listen.join(", ") };
+        anyhow!("cannot listen on {endpoints} ({error}); is another hub running there? try --listen tcp/127.0.0.1:0")
+    })?;
+    let locators = session::locators(&session).await;
+    let mut hub = Hub::declare(&args, settings, &session, locators).await?;
+    tracing::info!(hub = %hub.settings.engine.hub, network = %args.network, locators = ?hub.locators, "hub is ready");
+    if args.events {
+        events::emit(
+            "ready",
+            &serde_json::json!({ "locators": hub.locators, "hub": hub.settings.engine.hub }),
+        );
+    }
+    hub.serve(&shutdown).await;
+    if args.events {
+        events::emit("stopped", &serde_json::json!({ "status": hub.status() }));
+    }
+    drop(hub);
+    session::close(session).await
+}
+
+struct Hub {
+    args: HubArgs,
+    settings: HubSettings,
+    engine: Engine,
+    schedule: Schedule,
+    timing: Timing,
+    roster: Roster,
+    network: Network,
+    locators: Vec<String>,
+    started_at: Timestamp,
+    objects: usize,
+    frames_published: u64,
+    publish_errors: u64,
+    buffer: Vec<u8>,
+}
+
+impl Hub {
+    async fn declare(
+        args: &HubArgs,
+        mut settings: HubSettings,
+        session: &Session,
+        locators: Vec<String>,
+    ) -> anyhow::Result<Self> {
+        let started_at = clock::now();
+        settings.engine.lineage = lineage_of(started_at);
+        let keys = Keys::new(args.network);
+        let hub = settings.engine.hub;
+        let network = Network::declare(session, &keys, &hub).await;
+        let network = network.map_err(|error| anyhow!("declaring the hub {hub}: {error}"))?;
+        Ok(Self {
+            args: args.clone(),
+            engine: Engine::new(settings.engine),
+            schedule: Schedule::new(settings.publish, started_at),
+            settings,
+            timing: Timing::new(),
+            roster: Roster::default(),
+            network,
+            locators,
+            started_at,
+            objects: 0,
+            frames_published: 0,
+            publish_errors: 0,
+            buffer: Vec::new(),
+        })
+    }
+
+    async fn serve(&mut self, shutdown: &CancellationToken) {
+        let mut bookkeeping = tokio::time::interval(BOOKKEEPING);
+        loop {
+            let (frames, control) = (self.network.frames.clone(), self.network.control.clone());
+            let until_deadline = (self.schedule.next_deadline() - clock::now()).to_duration();
+            tokio::select! {
+                biased;
+                () = shutdown.cancelled() => return,
+                event = control.pop() => self.handle_control(event).await,
+                received = frames.pop() => self.handle_frame(&received),
+                _ = bookkeeping.tick() => self.roster.tell_of_hopeless(self.engine.inbox()),
+                () = tokio::time::sleep(until_deadline) => {}
+            }
+            if self.schedule.take_due(clock::now()) {
+                self.publish().await;
+            }
+        }
+    }
+
+    fn handle_frame(&mut self, received: &Received) {
+        let begun_at = clock::now();
+        match received.frame(&self.settings) {
+            Ok((frame, unmapped_classes)) => {
+                if unmapped_classes > 0 {
+                    self.engine.note_unmapped_classes(received.agent, unmapped_classes as u64);
+                }
+                match self.engine.handle_frame(&frame, received.received_at) {
+                    Disposition::Accepted { out_of_sequence } => {
+                        tracing::trace!(agent = %received.agent, sequence = frame.id.sequence, out_of_sequence);
+                        self.timing.note_handled(frame.id, clock::now() - begun_at);
+                        self.schedule.note_update();
+                    }
+                    Disposition::Refused(refusal) => {
+                        tracing::debug!(agent = %received.agent, reason = refusal.reason(), %refusal, "refused");
+                    }
+                }
+            }
+            Err(refusal) => {
+                tracing::debug!(agent = %received.agent, reason = refusal.reason(), %refusal, "refused");
+                self.engine.note_refusal(received.agent, refusal);
+            }
+        }
+    }
+
+    async fn handle_control(&mut self, event: Control) {
+        match event {
+            Control::Description(received) => match received.description() {
+                Ok(description) => self.engine.handle_description(received.agent, description),
+                Err(error) => {
+                    tracing::debug!(agent = %received.agent, %error, "sensor description refused");
+                    self.engine.note_refusal(received.agent, error.into());
+                }
+            },
+            Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
+            Control::Query(query) => {
+                let answer = serde_json::to_vec(&self.status()).unwrap_or_default();
+                let reply = query.reply(query.key_expr().clone(), answer).encoding(ENCODING_JSON).await;
+                if let Err(error) = reply {
+                    tracing::debug!(%error, "status query not answered");
+                }
+            }
+        }
+    }
+
+    async fn publish(&mut self) {
+        let begun_at = clock::now();
+        let frame = self.engine.fused(begun_at);
+        self.objects = frame.objects.len();
+        if let Err(error) = self.put(&frame).await {
+            self.publish_errors += 1;
+            tracing::warn!(%error, "fused frame not published");
+            return;
+        }
+        self.frames_published += 1;
+        let put_at = clock::now();
+        self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
+        if self.network.json_wanted.load(Ordering::Relaxed)
+            && let Err(error) = self.put_json(&frame).await
+        {
+            self.publish_errors += 1;
+            tracing::warn!(%error, "fused frame not published as JSON");
+        }
+    }
+
+    async fn put(&mut self, frame: &FusedFrame) -> anyhow::Result<()> {
+        self.buffer.clear();
+        wire::fused::encode(frame, &mut self.buffer)?;
+        self.network.fused.put(self.buffer.as_slice()).await.map_err(|error| anyhow!("{error}"))
+    }
+
+    async fn put_json(&self, frame: &FusedFrame) -> anyhow::Result<()> {
+        let json = wire::json::encode_fused(frame)?;
+        self.network.fused_json.put(json).await.map_err(|error| anyhow!("{error}"))
+    }
+
+    fn status(&self) -> HubStatus {
+        HubStatus {
+            hub: self.settings.engine.hub,
+            network: self.args.network,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            lineage: self.settings.engine.lineage,
+            started_at: self.started_at.as_micros(),
+            now: clock::now().as_micros(),
+            locators: self.locators.clone(),
+            tracks: self.engine.n_tracks(),
+            objects: self.objects,
+            frames_published: self.frames_published,
+            publish_errors: self.publish_errors,
+            dropped_overload: self.network.frames.dropped() + self.network.control.dropped(),
+            refused_beyond_limit: self.engine.inbox().refused_beyond_limit(),
+            births_refused: self.engine.births_refused(),
+            latency_ms: self.timing.latency_ms(),
+            compute_ms: self.timing.compute_ms(),
+            memory_bytes: memory_bytes(),
+            agents: self.agent_statuses(),
+        }
+    }
+
+    fn agent_statuses(&self) -> Vec<AgentStatus> {
+        let inbox = self.engine.inbox();
+        let silent = self.roster.alive().filter(|agent| inbox.record(agent).is_none());
+        let mut statuses: Vec<_> = silent.map(|agent| AgentStatus::silent(*agent)).collect();
+        statuses.extend(inbox.agents().map(|(agent, record)| AgentStatus {
+            id: *agent,
+            alive: self.roster.is_alive(agent),
+            accepted: record.accepted,
+            out_of_sequence: record.out_of_sequence,
+            refused: record.refused.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
+            last_refusal: record.last_refusal.as_ref().map(ToString::to_string),
+            unmapped_classes: record.unmapped_classes,
+            newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
+            sensor: record.description,
+        }));
+        statuses.sort_by_key(|status| status.id);
+        statuses
+    }
+}
+
+/// Tenths of a second since the epoch, cut to 32 bits: new at every start, for 13 years.
+fn lineage_of(started_at: Timestamp) -> u32 {
+    let tenths = started_at.as_nanos() / 100_000_000;
+    u32::try_from(tenths & 0xffff_ffff).expect("cut to 32 bits")
+}
+
+impl AgentStatus {
+    /// An agent that is alive but has sent nothing yet.
+    fn silent(id: AgentId) -> Self {
+        Self {
+            id,
+            alive: true,
+            accepted: 0,
+            out_of_sequence: 0,
+            refused: std::collections::BTreeMap::new(),
+            last_refusal: None,
+            unmapped_classes: 0,
+            newest_captured_at: None,
+            sensor: None,
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! What a person writes in the `[hub]` table of a scenario or settings file, and what it means.
+
+use crate::config::EngineConfig;
+use crate::schedule::PublishMode;
+use crate::sensing::SensingDefaults;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use v2x_common::id::{AgentId, HubId, MapFrame};
+use v2x_common::time::Span;
+use v2x_common::wire::json::ReportDefaults;
+
+/// The `[hub]` table as it is typed. Every field has a default.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct HubTable {
+    id: HubId,
+    map_frame: Option<MapFrame>,
+    delta_max_ms: f64,
+    coast_ms: f64,
+    gate: f64,
+    publish_existence: f64,
+    publish: PublishTable,
+    sensing: SensingDefaults,
+    report_defaults: ReportDefaults,
+    agents: BTreeMap<AgentId, ReportDefaults>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, tag = "mode", rename_all = "kebab-case")]
+enum PublishTable {
+    OnUpdate {
+        #[serde(default = "default_tick_hz")]
+        tick_hz: f64,
+        #[serde(default = "default_max_hz")]
+        max_hz: f64,
+    },
+    Fixed {
+        rate_hz: f64,
+    },
+}
+
+fn default_tick_hz() -> f64 {
+    10.0
+}
+
+fn default_max_hz() -> f64 {
+    500.0
+}
+
+impl Default for HubTable {
+    fn default() -> Self {
+        let engine = EngineConfig::new(HubId::new("hub").expect("a legal name"), 0);
+        Self {
+            id: engine.hub,
+            map_frame: engine.map_frame,
+            delta_max_ms: engine.delta_max.as_millis_f64(),
+            coast_ms: engine.coast.as_millis_f64(),
+            gate: engine.gate,
+            publish_existence: engine.publish_existence,
+            publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
+            sensing: engine.sensing,
+            report_defaults: ReportDefaults::default(),
+            agents: BTreeMap::new(),
+        }
+    }
+}
+
+/// Settings of a hub, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HubSettings {
+    /// Of the engine; its lineage is set at the start.
+    pub engine: EngineConfig,
+    /// When to publish.
+    pub publish: PublishMode,
+    /// What is assumed where a JSON frame says nothing.
+    pub report_defaults: ReportDefaults,
+    /// The same for single agents.
+    pub report_defaults_of: BTreeMap<AgentId, ReportDefaults>,
+}
+
+/// Why a `[hub]` table cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A field is unknown, misspelt or of the wrong kind.
+    #[error("[hub]: {0}")]
+    Table(String),
+    /// A number is out of its range.
+    #[error("hub.{field} is {value}, expected {expected}")]
+    OutOfRange {
+        /// The field, within `[hub]`.
+        field: &'static str,
+        /// What it holds.
+        value: f64,
+        /// What it may hold.
+        expected: &'static str,
+    },
+}
+
+impl Default for HubSettings {
+    fn default() -> Self {
+        HubTable::default().check().expect("the defaults are legal")
+    }
+}
+
+impl HubSettings {
+    /// The settings of a `[hub]` table.
+    pub fn from_table(table: toml::Table) -> Result<Self, SettingsError> {
+        let table: HubTable = table.try_into().map_err(|error| {
+            let text = toml::de::Error::to_string(&error);
+            SettingsError::Table(text.trim().replace('\n', " "))
+        })?;
+        table.check()
+    }
+
+    /// What is assumed of this agent's JSON frames.
+    pub fn report_defaults_of(&self, agent: &AgentId) -> &ReportDefaults {
+        self.report_defaults_of.get(agent).unwrap_or(&self.report_defaults)
+    }
+}
+
+impl HubTable {
+    fn check(self) -> Result<HubSettings, SettingsError> {
+        within("delta_max_ms", self.delta_max_ms, 1.0..=60_000.0, "1 to 60000")?;
+        within("coast_ms", self.coast_ms, 0.0..=60_000.0, "0 to 60000")?;
+        within("gate", self.gate, 0.1..=1e4, "0.1 to 10000")?;
+        within("publish_existence", self.publish_existence, 0.0..=0.999, "0 to 0.999")?;
+        let sensing = &self.sensing;
+        within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
+        within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
+        within("sensing.births_per_m2", sensing.births_per_m2, 1e-12..=10.0, "1e-12 to 10")?;
+        check_report_defaults(&self.report_defaults)?;
+        self.agents.values().try_for_each(check_report_defaults)?;
+        let mut engine = EngineConfig::new(self.id, 0);
+        engine.map_frame = self.map_frame;
+        engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
+        engine.coast = Span::from_secs_f64(self.coast_ms * 1e-3);
+        engine.gate = self.gate;
+        engine.publish_existence = self.publish_existence;
+        engine.sensing = self.sensing;
+        Ok(HubSettings {
+            engine,
+            publish: self.publish.check()?,
+            report_defaults: self.report_defaults,
+            report_defaults_of: self.agents,
+        })
+    }
+}
+
+impl PublishTable {
+    fn check(self) -> Result<PublishMode, SettingsError> {
+        let interval = |hz: f64| Span::from_secs_f64(1.0 / hz);
+        match self {
+            Self::OnUpdate { tick_hz, max_hz } => {
+                within("publish.tick_hz", tick_hz, 0.1..=1000.0, "0.1 to 1000")?;
+                within("publish.max_hz", max_hz, tick_hz..=100_000.0, "tick_hz to 100000")?;
+                Ok(PublishMode::OnUpdate { tick: interval(tick_hz), min_interval: interval(max_hz) })
+            }
+            Self::Fixed { rate_hz } => {
+                within("publish.rate_hz", rate_hz, 0.1..=1000.0, "0.1 to 1000")?;
+                Ok(PublishMode::Fixed { interval: interval(rate_hz) })
+            }
+        }
+    }
+}
+
+fn check_report_defaults(defaults: &ReportDefaults) -> Result<(), SettingsError> {
+    let ReportDefaults {
+        sigma_position_m,
+        sigma_yaw_rad,
+        sigma_size_relative,
+        sigma_typical_size_relative,
+        ..
+    } = *defaults;
+    within("report_defaults.sigma_position_m", sigma_position_m, 1e-3..=70.0, "0.001 to 70")?;
+    within("report_defaults.sigma_yaw_rad", sigma_yaw_rad, 1e-4..=7.0, "0.0001 to 7")?;
+    within("report_defaults.sigma_size_relative", sigma_size_relative, 1e-3..=1.0, "0.001 to 1")?;
+    let typical = sigma_typical_size_relative;
+    within("report_defaults.sigma_typical_size_relative", typical, 1e-3..=1.0, "0.001 to 1")
+}
+
+fn within(
+    field: &'static str,
+    value: f64,
+    range: std::ops::RangeInclusive<f64>,
+    expected: &'static str,
+) -> Result<(), SettingsError> {
+    if range.contains(&value) { Ok(()) } else { Err(SettingsError::OutOfRange { field, value, expected }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(text: &str) -> Result<HubSettings, SettingsError> {
+        HubSettings::from_table(text.parse().expect("valid TOML"))
+    }
+
+    #[test]
+    fn an_empty_table_is_the_default() {
+        assert_eq!(settings(""), Ok(HubSettings::default()));
+    }
+
+    #[test]
+    fn what_is_typed_is_what_holds() {
+        let settings = settings(
+            "delta_max_ms = 700\npublish = { mode = \"fixed\", rate_hz = 20 }\n\
+             [agents.cam]\nsigma_position_m = 1.5\n",
+        )
+        .unwrap();
+        assert_eq!(settings.engine.delta_max, Span::from_millis(700));
+        assert_eq!(settings.publish, PublishMode::Fixed { interval: Span::from_millis(50) });
+        let cam = AgentId::new("cam").unwrap();
+        assert_eq!(settings.report_defaults_of(&cam).sigma_position_m, 1.5);
+        assert_eq!(settings.report_defaults_of(&AgentId::new("x").unwrap()).sigma_position_m, 0.5);
+    }
+
+    #[test]
+    fn errors_name_the_field_and_the_value() {
+        let cases = [
+            ("delta_max = 5", "delta_max"),
+            ("delta_max_ms = -5", "delta_max_ms is -5"),
+            ("gate = nan", "gate is NaN"),
+            ("publish = { mode = \"sometimes\" }", "sometimes"),
+            ("publish = { mode = \"fixed\", rate_hz = 0 }", "publish.rate_hz is 0"),
+            ("agents.\"a/b\" = {}", "a/b"),
+        ];
+        for (text, named) in cases {
+            let message = settings(text).unwrap_err().to_string();
+            assert!(message.contains(named), "{message:?} should name {named:?}");
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Pictures of a run.
+
+pub mod bev;
+pub mod scene;
+mod svg;
