@@ -10,6 +10,10 @@ use crate::time::Timestamp;
 pub const MAX_DETECTIONS: usize = 4096;
 /// Farthest that a detection may lie from its sensor along one axis, m.
 pub const MAX_RANGE_M: f64 = 10_000.0;
+/// Largest coordinate in the map frame, m.
+pub const MAX_COORDINATE_M: f64 = 1e8;
+/// What differences of large coordinates may be off by, m.
+const ROUNDING_M: f64 = 1e-6;
 /// Largest width or depth, m.
 pub const MAX_SIZE_M: f64 = 65.0;
 /// Smallest width or depth, m.
@@ -74,9 +78,8 @@ impl Detection {
     /// Checks every number against the limits of this module; `origin` is the sensor's position, where known.
     pub fn validate(&self, origin: Option<&Pose>) -> Result<(), AbsurdValue> {
         let bev = &self.bev;
-        let (ox, oy) = origin.map_or((bev.x, bev.y), |pose| (pose.x, pose.y));
-        check("x", bev.x, (bev.x - ox).abs() <= MAX_RANGE_M, "within 10 km of the sensor")?;
-        check("y", bev.y, (bev.y - oy).abs() <= MAX_RANGE_M, "within 10 km of the sensor")?;
+        check_coordinate("x", bev.x, origin.map(|pose| pose.x))?;
+        check_coordinate("y", bev.y, origin.map(|pose| pose.y))?;
         let size = MIN_SIZE_M..=MAX_SIZE_M;
         check("w", bev.w, size.contains(&bev.w), "0.001 to 65 m")?;
         check("d", bev.d, size.contains(&bev.d), "0.001 to 65 m")?;
@@ -126,9 +129,8 @@ impl DetectionFrame {
         #[expect(clippy::cast_precision_loss, reason = "only printed")]
         check("number of detections", count as f64, count <= MAX_DETECTIONS, "at most 4096")?;
         if let Some(pose) = &self.sensor_pose {
-            let limit = 1e8;
-            check("sensor_pose.x", pose.x, pose.x.abs() <= limit, "at most 1e8 m")?;
-            check("sensor_pose.y", pose.y, pose.y.abs() <= limit, "at most 1e8 m")?;
+            check_coordinate("sensor_pose.x", pose.x, None)?;
+            check_coordinate("sensor_pose.y", pose.y, None)?;
             check("sensor_pose.yaw", pose.yaw, pose.yaw.abs() <= std::f64::consts::PI + 1e-9, "-π to π")?;
         }
         for (index, detection) in self.detections.iter().enumerate() {
@@ -137,6 +139,17 @@ impl DetectionFrame {
                 .map_err(|absurd| AbsurdValue { index: Some(index), ..absurd })?;
         }
         Ok(())
+    }
+}
+
+/// Near the sensor where that is known, on the planet where not.
+fn check_coordinate(field: &'static str, value: f64, sensor: Option<f64>) -> Result<(), AbsurdValue> {
+    match sensor {
+        Some(sensor) => {
+            let near = (value - sensor).abs() <= MAX_RANGE_M + ROUNDING_M;
+            check(field, value, near, "within 10 km of the sensor")
+        }
+        None => check(field, value, value.abs() <= MAX_COORDINATE_M, "at most 1e8 m"),
     }
 }
 
@@ -177,5 +190,8 @@ mod tests {
             assert_eq!(bad.validate(Some(&Pose::default())).unwrap_err().field, field);
         }
         assert_eq!(detection().validate(None), Ok(()));
+        let mut nowhere = detection();
+        nowhere.bev.x = 1e300;
+        assert_eq!(nowhere.validate(None).unwrap_err().field, "x");
     }
 }

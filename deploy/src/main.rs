@@ -1,2 +1,77 @@
-//! placeholder
-fn main() {}
+//! `v2x`: one command for a cooperative-perception network.
+
+mod demo;
+mod network;
+mod scenarios;
+mod up;
+mod watch;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+use v2x_agent::shell::AgentArgs;
+use v2x_common::net::{logging, shutdown};
+use v2x_fusion_hub::hub::HubArgs;
+
+/// Cooperative perception over a network: agents publish what they see, a hub fuses it, consumers trust it.
+#[derive(Parser)]
+#[command(
+    name = "v2x",
+    version,
+    after_help = "\
+Examples:
+  v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer, and what fusion gains
+  v2x up highway                   a whole network until Ctrl-C
+  v2x watch                        the fused objects, live
+  v2x watch --json | jq .objects   the same for pipes"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// What to log: a level, or a filter such as warn,v2x_fusion_hub=debug
+    #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    log: String,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a small network for a while, and show what fusion gains
+    Demo(demo::DemoArgs),
+    /// Run a whole network from a scenario file until Ctrl-C
+    Up(up::UpArgs),
+    /// Watch the fused objects of a network, live or as JSON lines
+    Watch(watch::WatchArgs),
+    /// Run a hub alone
+    Hub(HubArgs),
+    /// Run one agent of a scenario alone
+    Agent(AgentArgs),
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = async {
+        logging::init(&cli.log)?;
+        match cli.command {
+            Command::Demo(args) => demo::run(&args, &cli.log, &shutdown::token(false)?).await,
+            Command::Up(args) => {
+                up::run(&args, &cli.log, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Watch(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                watch::run(&args, &shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Hub(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                v2x_fusion_hub::hub::run(args, shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Agent(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                v2x_agent::shell::run(args, shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
+        }
+    };
+    match outcome.await {
+        Ok(code) => code,
+        Err(error) => v2x_common::net::exit_code("v2x", Err(error)),
+    }
+}

@@ -1,17 +1,23 @@
-//! The laboratory: recording, scoring and reporting cooperative-perception networks.
+//! The laboratory: running ([`loopback`]), recording ([`consumer`], [`recorded`]), scoring and reporting
+//! cooperative-perception networks.
 //!
 //! Scoring reads as a pipeline of pure functions: a run's [`run_log`] and the [`truth`] → what agents
 //! can know ([`coverage`]) → [`matching`] → [`metrics`] → [`summary`] → [`report`] and [`plot`].
 
+pub mod consumer;
 pub mod coverage;
 pub mod gospa;
+pub mod loopback;
 pub mod matching;
 pub mod metrics;
 pub mod percentiles;
 pub mod plot;
+pub mod recorded;
 pub mod report;
+pub mod run_folder;
 pub mod run_log;
 pub mod score;
+pub mod simulation;
 pub mod summary;
 pub mod timing;
 pub mod truth;

@@ -1,2 +1,55 @@
-//! placeholder
-fn main() {}
+//! `lab`: the laboratory's command line.
+
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use v2x_agent::shell::AgentArgs;
+use v2x_common::net::{logging, shutdown};
+use v2x_fusion_hub::hub::HubArgs;
+
+/// Measure cooperative-perception networks.
+#[derive(Parser)]
+#[command(name = "lab", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// What to log: a level, or a filter such as warn,v2x_lab=debug
+    #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    log: String,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Score a recorded run again, and write its report
+    Score {
+        /// The run's folder, as `v2x demo` leaves it
+        folder: PathBuf,
+        /// Print the summary as one line of JSON
+        #[arg(long)]
+        json: bool,
+    },
+    #[command(hide = true)]
+    Hub(HubArgs),
+    #[command(hide = true)]
+    Agent(AgentArgs),
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = async {
+        logging::init(&cli.log)?;
+        match cli.command {
+            Command::Score { folder, json } => v2x_lab::run_folder::rescore(&folder, json),
+            Command::Hub(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                v2x_fusion_hub::hub::run(args, shutdown).await
+            }
+            Command::Agent(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                v2x_agent::shell::run(args, shutdown).await
+            }
+        }
+    };
+    v2x_common::net::exit_code("lab", outcome.await)
+}

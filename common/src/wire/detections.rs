@@ -4,7 +4,7 @@ use super::quantity::{self, MILLI, fixed, unfixed};
 use super::{Kind, VERSION, WireError, checked_count, finish, put, take, take_preamble, wire_count};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
-use crate::detection::{Detection, DetectionFrame, MAX_DETECTIONS, MAX_RANGE_M};
+use crate::detection::{Detection, DetectionFrame, MAX_COORDINATE_M, MAX_DETECTIONS, MAX_RANGE_M};
 use crate::geometry::{BevBox, Pose};
 use crate::id::{AgentId, FrameId, MapFrame};
 use crate::time::Timestamp;
@@ -72,16 +72,42 @@ pub fn encode(frame: &DetectionFrame, buffer: &mut Vec<u8>) -> Result<(), WireEr
         count: wire_count("detections", frame.detections.len(), MAX_DETECTIONS)?,
     };
     put(&header, buffer)?;
-    let mut origin = (0.0, 0.0);
+    let mut origin = Origin::OF_THE_MAP;
     if let Some(pose) = &frame.sensor_pose {
         let wire = wire_pose(pose)?;
-        origin = (quantity::millimetres(wire.0), quantity::millimetres(wire.1));
+        origin = Origin::sensor(&wire);
         put(&wire, buffer)?;
     }
     if let Some(map_frame) = &frame.map_frame {
         put(&map_frame.as_str(), buffer)?;
     }
-    frame.detections.iter().try_for_each(|detection| encode_detection(detection, origin, buffer))
+    frame.detections.iter().try_for_each(|detection| encode_detection(detection, &origin, buffer))
+}
+
+/// What positions are relative to, as the receiver will know it, m.
+struct Origin {
+    x: f64,
+    y: f64,
+    /// How far from it a position may lie along one axis.
+    reach_m: f64,
+}
+
+impl Origin {
+    const OF_THE_MAP: Self = Self { x: 0.0, y: 0.0, reach_m: MAX_COORDINATE_M };
+
+    fn sensor(&WirePose(x, y, _): &WirePose) -> Self {
+        Self { x: quantity::millimetres(x), y: quantity::millimetres(y), reach_m: MAX_RANGE_M }
+    }
+
+    /// A position in mm. At the limit it may round to what the receiver would refuse: that is an error here.
+    fn steps_to(&self, field: &'static str, value: f64, origin: f64) -> Result<i64, WireError> {
+        let steps: i64 = fixed(field, value - origin, MILLI)?;
+        if quantity::millimetres(steps).abs() <= self.reach_m {
+            Ok(steps)
+        } else {
+            Err(WireError::NotEncodable { field, value })
+        }
+    }
 }
 
 fn wire_pose(pose: &Pose) -> Result<WirePose, WireError> {
@@ -94,7 +120,7 @@ fn wire_pose(pose: &Pose) -> Result<WirePose, WireError> {
 
 fn encode_detection(
     detection: &Detection,
-    origin: (f64, f64),
+    origin: &Origin,
     buffer: &mut Vec<u8>,
 ) -> Result<(), WireError> {
     let Detection { bev, covariance, .. } = detection;
@@ -109,8 +135,8 @@ fn encode_detection(
         flags,
         class: detection.class.byte(),
         score: quantity::probability_byte("score", detection.score)?,
-        x: fixed("x", bev.x - origin.0, MILLI)?,
-        y: fixed("y", bev.y - origin.1, MILLI)?,
+        x: origin.steps_to("x", bev.x, origin.x)?,
+        y: origin.steps_to("y", bev.y, origin.y)?,
         w: fixed("w", bev.w, MILLI)?,
         d: fixed("d", bev.d, MILLI)?,
         yaw: quantity::yaw_steps("yaw", bev.yaw)?,
@@ -141,12 +167,12 @@ pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
     }
     let count = checked_count("detections", header.count, MAX_DETECTIONS)?;
     let agent = AgentId::new(header.agent)?;
-    let mut origin = (0.0, 0.0);
+    let mut origin = Origin::OF_THE_MAP;
     let mut sensor_pose = None;
     if header.flags & HAS_POSE != 0 {
-        let WirePose(x, y, yaw) = take(&mut bytes)?;
-        origin = (quantity::millimetres(x), quantity::millimetres(y));
-        sensor_pose = Some(Pose { x: origin.0, y: origin.1, yaw: quantity::yaw(yaw) });
+        let wire = take(&mut bytes)?;
+        origin = Origin::sensor(&wire);
+        sensor_pose = Some(Pose { x: origin.x, y: origin.y, yaw: quantity::yaw(wire.2) });
     }
     let mut map_frame = None;
     if header.flags & HAS_MAP_FRAME != 0 {
@@ -155,7 +181,7 @@ pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
     // The count is only claimed yet: reserve no more than the bytes could hold.
     let mut detections = Vec::with_capacity(count.min(bytes.len() / MIN_DETECTION_BYTES + 1));
     for _ in 0..count {
-        detections.push(decode_detection(&mut bytes, origin)?);
+        detections.push(decode_detection(&mut bytes, &origin)?);
     }
     finish(bytes)?;
     let frame = DetectionFrame {
@@ -173,7 +199,7 @@ pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
 /// A detection with every integer as short as it gets.
 const MIN_DETECTION_BYTES: usize = 14;
 
-fn decode_detection(bytes: &mut &[u8], origin: (f64, f64)) -> Result<Detection, WireError> {
+fn decode_detection(bytes: &mut &[u8], origin: &Origin) -> Result<Detection, WireError> {
     let wire: WireDetection = take(bytes)?;
     if wire.flags & !(HAS_VELOCITY | HAS_SOURCE_TRACK) != 0 {
         return Err(WireError::UnknownFlags(wire.flags));
@@ -189,8 +215,8 @@ fn decode_detection(bytes: &mut &[u8], origin: (f64, f64)) -> Result<Detection, 
         class: Class::from_byte(wire.class).ok_or(WireError::UnknownClass(wire.class))?,
         score: quantity::probability(wire.score),
         bev: BevBox {
-            x: origin.0 + quantity::millimetres(wire.x),
-            y: origin.1 + quantity::millimetres(wire.y),
+            x: origin.x + quantity::millimetres(wire.x),
+            y: origin.y + quantity::millimetres(wire.y),
             w: unfixed(wire.w, MILLI),
             d: unfixed(wire.d, MILLI),
             yaw: quantity::yaw(wire.yaw),

@@ -1,12 +1,11 @@
 //! Fused frames as bytes.
 
-use super::quantity::{self, MILLI, YAW_STEP_RAD, fixed, unfixed};
+use super::kinematic::{self, WireKinematic};
+use super::quantity::{self, MILLI, fixed, unfixed};
 use super::{Kind, VERSION, WireError, checked_count, finish, put, take, take_preamble, wire_count};
 use crate::class::Class;
-use crate::fused::{
-    AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_DIAGONAL, KINEMATIC_INDEX, KinematicCovariance,
-};
-use crate::geometry::{BevBox, wrap_angle};
+use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion};
+use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::{Span, Timestamp};
 use serde::{Deserialize, Serialize};
@@ -54,15 +53,14 @@ struct WireObject {
     w: u16,
     d: u16,
     yaw: i16,
-    kinematic_sigma: [u8; 4],
-    kinematic_rho: [i8; 6],
+    kinematic: WireKinematic,
     sw: u8,
     sd: u8,
     st: u8,
     existence: u8,
     age_ns: i64,
     measured_before_fused_ns: i64,
-    classes: u8,
+    classes: u32,
     contributors: u32,
 }
 
@@ -79,14 +77,13 @@ struct WireInclusion(WireFrameId, i64, i64);
 /// Every agent that an object or an inclusion refers to must stand in `frame.agents`, which is sorted.
 pub fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
     buffer.extend([VERSION, Kind::Fused as u8]);
-    let origin = frame.objects.first().map_or((0.0, 0.0), |object| (object.bev.x, object.bev.y));
     let header = Header {
         hub: frame.hub.as_str(),
         lineage: frame.lineage,
         sequence: frame.sequence,
         fused_at_ns: frame.fused_at.as_nanos(),
         map_frame: frame.map_frame.as_ref().map(MapFrame::as_str),
-        origin_m: (fixed("x", origin.0, 1.0)?, fixed("y", origin.1, 1.0)?),
+        origin_m: origin_m(frame)?,
         agents: wire_count("agents", frame.agents.len(), MAX_AGENTS)?,
         objects: wire_count("objects", frame.objects.len(), MAX_OBJECTS)?,
         includes: wire_count("includes", frame.includes.len(), MAX_INCLUDES)?,
@@ -114,6 +111,29 @@ pub fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError>
     Ok(())
 }
 
+/// The whole metres at or below the first object: taken from its millimetres, so that what was decoded
+/// has the same origin again.
+fn origin_m(frame: &FusedFrame) -> Result<(i32, i32), WireError> {
+    let Some(FusedObject { bev, .. }) = frame.objects.first() else { return Ok((0, 0)) };
+    let metres = |field, value| -> Result<i32, WireError> {
+        let millimetres: i64 = fixed(field, value, MILLI)?;
+        i32::try_from(millimetres.div_euclid(1000)).map_err(|_| WireError::NotEncodable { field, value })
+    };
+    Ok((metres("x", bev.x)?, metres("y", bev.y)?))
+}
+
+/// A coordinate in mm from the origin.
+fn relative(field: &'static str, value: f64, origin_m: i32) -> Result<i32, WireError> {
+    let millimetres: i64 = fixed(field, value, MILLI)?;
+    let relative = millimetres - 1000 * i64::from(origin_m);
+    i32::try_from(relative).map_err(|_| WireError::NotEncodable { field, value })
+}
+
+/// The coordinate of mm from the origin.
+fn absolute(millimetres: i32, origin_m: i32) -> f64 {
+    quantity::millimetres(1000 * i64::from(origin_m) + i64::from(millimetres))
+}
+
 fn wire_frame_id(id: &FrameId, agents: &[AgentHealth]) -> Result<WireFrameId, WireError> {
     let place = agents.binary_search_by_key(&id.agent, |health| health.agent);
     let place = place.map_err(|_| WireError::UnlistedAgent)?;
@@ -127,40 +147,29 @@ fn encode_object(
     origin_m: (i32, i32),
     buffer: &mut Vec<u8>,
 ) -> Result<(), WireError> {
-    let FusedObject { bev, kinematic_covariance: covariance, .. } = object;
-    let variances = KINEMATIC_DIAGONAL.map(|place| covariance[place]);
-    let mut kinematic_sigma = [0; 4];
-    for (byte, variance) in kinematic_sigma.iter_mut().zip(variances) {
-        *byte = quantity::metric_sigma("kinematic variance", variance)?;
-    }
-    let mut kinematic_rho = [0; 6];
-    let off_diagonal = KINEMATIC_INDEX.iter().zip(covariance).filter(|((row, column), _)| row != column);
-    for (byte, ((row, column), value)) in kinematic_rho.iter_mut().zip(off_diagonal) {
-        *byte = quantity::correlation_byte(*value, variances[*row], variances[*column]);
-    }
+    let FusedObject { bev, .. } = object;
     let wire = WireObject {
         lineage_xor: object.track.lineage() ^ frame.lineage,
         counter: object.track.counter(),
-        x: fixed("x", bev.x - f64::from(origin_m.0), MILLI)?,
-        y: fixed("y", bev.y - f64::from(origin_m.1), MILLI)?,
+        x: relative("x", bev.x, origin_m.0)?,
+        y: relative("y", bev.y, origin_m.1)?,
         vx: fixed("vx", object.velocity.0, MILLI)?,
         vy: fixed("vy", object.velocity.1, MILLI)?,
         w: fixed("w", bev.w, MILLI)?,
         d: fixed("d", bev.d, MILLI)?,
-        yaw: fixed("yaw", wrap_angle(bev.yaw), YAW_STEP_RAD)?,
-        kinematic_sigma,
-        kinematic_rho,
+        yaw: quantity::yaw_steps("yaw", bev.yaw)?,
+        kinematic: kinematic::encode(&object.kinematic_covariance)?,
         sw: quantity::metric_sigma("variance of w", object.ww)?,
         sd: quantity::metric_sigma("variance of d", object.dd)?,
         st: quantity::yaw_sigma("variance of yaw", object.yaw_variance)?,
         existence: quantity::probability_byte("existence", object.existence)?,
         age_ns: object.age.as_nanos(),
         measured_before_fused_ns: (frame.fused_at - object.last_measured_at).as_nanos(),
-        classes: u8::try_from(object.class_probabilities.len()).unwrap_or(u8::MAX),
+        classes: wire_count("class probabilities", object.class_probabilities.len(), Class::ALL.len())?,
         contributors: wire_count("contributors", object.contributors.len(), MAX_AGENTS)?,
     };
     put(&wire, buffer)?;
-    for (class, probability) in object.class_probabilities.iter().take(usize::from(wire.classes)) {
+    for (class, probability) in &object.class_probabilities {
         put(&(class.byte(), quantity::probability_byte("class probability", *probability)?), buffer)?;
     }
     for measurement in &object.contributors {
@@ -226,8 +235,9 @@ fn decode_object(
 ) -> Result<FusedObject, WireError> {
     let wire: WireObject = take(bytes)?;
     let contributors_count = checked_count("contributors", wire.contributors, MAX_AGENTS)?;
-    let mut class_probabilities = Vec::with_capacity(usize::from(wire.classes));
-    for _ in 0..wire.classes {
+    let n_classes = checked_count("class probabilities", wire.classes, Class::ALL.len())?;
+    let mut class_probabilities = Vec::with_capacity(n_classes);
+    for _ in 0..n_classes {
         let (class, probability): (u8, u8) = take(bytes)?;
         let class = Class::from_byte(class).ok_or(WireError::UnknownClass(class))?;
         class_probabilities.push((class, quantity::probability(probability)));
@@ -242,14 +252,14 @@ fn decode_object(
         class: class_probabilities.first().map_or(Class::Unknown, |(class, _)| *class),
         class_probabilities,
         bev: BevBox {
-            x: f64::from(origin_m.0) + unfixed(wire.x, MILLI),
-            y: f64::from(origin_m.1) + unfixed(wire.y, MILLI),
+            x: absolute(wire.x, origin_m.0),
+            y: absolute(wire.y, origin_m.1),
             w: unfixed(wire.w, MILLI),
             d: unfixed(wire.d, MILLI),
-            yaw: wrap_angle(unfixed(wire.yaw, YAW_STEP_RAD)),
+            yaw: quantity::yaw(wire.yaw),
         },
         velocity: (unfixed(wire.vx, MILLI), unfixed(wire.vy, MILLI)),
-        kinematic_covariance: kinematic_covariance(wire.kinematic_sigma, wire.kinematic_rho),
+        kinematic_covariance: kinematic::decode(wire.kinematic)?,
         ww: quantity::metric_variance(wire.sw),
         dd: quantity::metric_variance(wire.sd),
         yaw_variance: quantity::yaw_variance(wire.st),
@@ -258,18 +268,4 @@ fn decode_object(
         last_measured_at: frame.fused_at - Span::from_nanos(wire.measured_before_fused_ns),
         contributors,
     })
-}
-
-fn kinematic_covariance(sigma: [u8; 4], rho: [i8; 6]) -> KinematicCovariance {
-    let variances = sigma.map(quantity::metric_variance);
-    let mut covariance = [0.0; 10];
-    let mut correlations = rho.into_iter().map(quantity::correlation);
-    for (value, (row, column)) in covariance.iter_mut().zip(KINEMATIC_INDEX) {
-        *value = if row == column {
-            variances[row]
-        } else {
-            correlations.next().unwrap_or(0.0) * libm::sqrt(variances[row] * variances[column])
-        };
-    }
-    covariance
 }

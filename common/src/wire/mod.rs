@@ -8,6 +8,7 @@
 pub mod detections;
 pub mod fused;
 pub mod json;
+mod kinematic;
 mod quantity;
 pub mod sensor;
 

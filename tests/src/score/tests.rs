@@ -94,6 +94,7 @@ fn fused(ms: i64, objects: &[(u32, f64, f64)]) -> ReceivedFused {
         objects: objects.iter().map(object).collect(),
         agents: vec![AgentHealth {
             agent: agent("ego"),
+            epoch: 1,
             newest_captured_at: at_ms(ms),
             accepted: 48,
             refused: 2,

@@ -1,6 +1,6 @@
 //! Detection frames as JSON.
 
-use super::{Id64, Micros, covariance, deviations, parse, print};
+use super::{Id64, Micros, covariance, deviations, parse, print, variance};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
 use crate::detection::{Detection, DetectionFrame};
@@ -179,9 +179,9 @@ impl JsonDetection<'_> {
             bev: BevBox { x: self.x, y: self.y, w, d, yaw: wrap_angle(self.yaw.unwrap_or(0.0)) },
             covariance: BoxCovariance {
                 position: covariance(sigma_x, sigma.y.unwrap_or(sigma_x), sigma.rho),
-                ww: sigma_w * sigma_w,
-                dd: sigma_d * sigma_d,
-                yaw: sigma_yaw * sigma_yaw,
+                ww: variance(sigma_w),
+                dd: variance(sigma_d),
+                yaw: variance(sigma_yaw),
             },
             velocity: self.velocity.as_ref().map(|velocity| Velocity {
                 x: velocity.x,
@@ -222,6 +222,7 @@ impl JsonDetection<'_> {
 
 /// The frame as JSON, with every field.
 pub fn encode_detections(frame: &DetectionFrame) -> Result<Vec<u8>, WireError> {
+    frame.validate()?;
     print(&JsonFrame {
         captured_at: Micros(frame.captured_at),
         agent: Some(frame.id.agent),
@@ -268,6 +269,10 @@ mod tests {
             (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1}]}"#, "y"),
             (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "theta": 1}]}"#, "theta"),
             (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "w": -1}]}"#, "w"),
+            (
+                r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "sigma": {"d": -1}}]}"#,
+                "variance of d",
+            ),
             (r#"{"captured_at": 1.5, "detections": []}"#, "1.5"),
             (r#"{"captured_at": 1, "agent": "a/b", "detections": []}"#, "a/b"),
         ];

@@ -2,7 +2,7 @@
 
 use super::{Id64, Micros, parse, print};
 use crate::class::Class;
-use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion, KinematicCovariance};
+use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_DIAGONAL, KinematicCovariance};
 use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::Span;
@@ -207,8 +207,35 @@ impl From<JsonInclusion> for Inclusion {
     }
 }
 
+/// JSON has no word for a number that is not finite, nor for the root of a negative variance.
+fn check_finite(object: &FusedObject) -> Result<(), WireError> {
+    let FusedObject { bev, velocity, .. } = object;
+    let fields = [
+        ("x", bev.x),
+        ("y", bev.y),
+        ("w", bev.w),
+        ("d", bev.d),
+        ("yaw", bev.yaw),
+        ("vx", velocity.0),
+        ("vy", velocity.1),
+        ("sigma.w", libm::sqrt(object.ww)),
+        ("sigma.d", libm::sqrt(object.dd)),
+        ("sigma.yaw", libm::sqrt(object.yaw_variance)),
+        ("existence", object.existence),
+    ];
+    let variances = KINEMATIC_DIAGONAL.map(|place| object.kinematic_covariance[place]);
+    let sigmas = variances.map(|variance| ("sigma", libm::sqrt(variance)));
+    let covariance = object.kinematic_covariance.iter().map(|value| ("kinematic covariance", *value));
+    let classes = object.class_probabilities.iter().map(|(_, value)| ("class probability", *value));
+    match fields.into_iter().chain(sigmas).chain(covariance).chain(classes).find(|(_, value)| !value.is_finite()) {
+        Some((field, value)) => Err(WireError::NotEncodable { field, value }),
+        None => Ok(()),
+    }
+}
+
 /// The frame as JSON.
 pub fn encode_fused(frame: &FusedFrame) -> Result<Vec<u8>, WireError> {
+    frame.objects.iter().try_for_each(check_finite)?;
     print(&JsonFused {
         hub: frame.hub,
         lineage: frame.lineage,

@@ -75,9 +75,14 @@ fn print<T: Serialize>(value: &T) -> Result<Vec<u8>, WireError> {
     serde_json::to_vec(value).map_err(|error| WireError::Json(error.to_string()))
 }
 
+/// The variance of a standard deviation; a negative one stays negative, for validation to refuse.
+fn variance(sigma: f64) -> f64 {
+    sigma * sigma.abs()
+}
+
 /// A covariance of two standard deviations and a correlation.
 fn covariance(sigma_a: f64, sigma_b: f64, rho: f64) -> Covariance2 {
-    Covariance2 { xx: sigma_a * sigma_a, xy: rho * sigma_a * sigma_b, yy: sigma_b * sigma_b }
+    Covariance2 { xx: variance(sigma_a), xy: rho * sigma_a * sigma_b, yy: variance(sigma_b) }
 }
 
 /// Two standard deviations and a correlation of a covariance.

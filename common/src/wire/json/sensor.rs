@@ -13,5 +13,6 @@ pub fn decode_sensor(bytes: &[u8]) -> Result<SensorDescription, WireError> {
 
 /// The description as JSON.
 pub fn encode_sensor(description: &SensorDescription) -> Result<Vec<u8>, WireError> {
+    description.validate()?;
     print(description)
 }

@@ -1,0 +1,20 @@
+//! The wire as its users see it: resolution, sizes, hostile bytes, golden files, JSON twin, schemas.
+
+#[cfg(test)]
+mod damage;
+#[cfg(test)]
+mod fixture;
+#[cfg(test)]
+mod golden;
+#[cfg(test)]
+mod json_twin;
+#[cfg(test)]
+mod refusals;
+#[cfg(test)]
+mod round_trip;
+#[cfg(test)]
+mod schemas;
+#[cfg(test)]
+mod sizes;
+#[cfg(test)]
+mod strategy;

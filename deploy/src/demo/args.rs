@@ -1,0 +1,77 @@
+//! The demo's command line.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Shortest run: scoring starts 2 s after every agent's first frame.
+const SHORTEST_S: f64 = 4.0;
+/// Longest run: an hour.
+const LONGEST_S: f64 = 3600.0;
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x demo                                    20 s of the default crossing
+  v2x demo --duration 10s --seed 7
+  v2x demo --scenario ten-agents              another shipped scenario, or a file of yours
+  v2x demo --json > summary.json              for a program; all else goes to standard error
+
+The exit code is 0 only if every process did its work and the fused error on the objects that all agents
+cover is below each agent's.")]
+pub(crate) struct DemoArgs {
+    /// How long the agents publish, such as 10s or 2min
+    #[arg(long, default_value = "20s", value_parser = parse_duration)]
+    pub(crate) duration: Duration,
+    /// Seed of the world and of all noise [default: the scenario's]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// A scenario file, or the name of a shipped scenario
+    #[arg(long, default_value = "crossing", value_name = "FILE|NAME")]
+    pub(crate) scenario: String,
+    /// Print the summary as one line of JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Where the run's folder is made [default: v2x-runs/<time>-<scenario>]
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// A duration such as `10s`, `1.5s`, `500ms` or `2min`; a plain number is seconds.
+fn parse_duration(text: &str) -> Result<Duration, String> {
+    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let scale = match unit.trim() {
+        "" | "s" => 1.0,
+        "ms" => 1e-3,
+        "min" | "m" => 60.0,
+        "h" => 3600.0,
+        other => return Err(format!("unknown unit {other:?}; write 10s, 500ms or 2min")),
+    };
+    let number: f64 = number.parse().map_err(|_| "write 10s, 500ms or 2min".to_owned())?;
+    let seconds = number * scale;
+    if (SHORTEST_S..=LONGEST_S).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(format!("{seconds} s is not between {SHORTEST_S} s and {LONGEST_S} s"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_read_with_their_units() {
+        assert_eq!(parse_duration("10s"), Ok(Duration::from_secs(10)));
+        assert_eq!(parse_duration("12"), Ok(Duration::from_secs(12)));
+        assert_eq!(parse_duration("4500ms"), Ok(Duration::from_millis(4500)));
+        assert_eq!(parse_duration("2min"), Ok(Duration::from_secs(120)));
+    }
+
+    #[test]
+    fn what_is_too_short_too_long_or_no_duration_is_refused() {
+        for bad in ["1s", "0", "2h", "10 parsecs", "-5s", "soon", ""] {
+            assert!(parse_duration(bad).is_err(), "{bad}");
+        }
+    }
+}

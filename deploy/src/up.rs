@@ -1,0 +1,91 @@
+//! `v2x up`: a whole network until Ctrl-C.
+
+use crate::network::{AgentsOfRun, LastWords, Network};
+use crate::scenarios;
+use anyhow::{Context, anyhow};
+use std::io::Write;
+use std::path::PathBuf;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::id::NetworkId;
+use v2x_common::net::session::DEFAULT_ENDPOINT;
+use v2x_lab::loopback::Launcher;
+use v2x_lab::run_folder::RunFolder;
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x up crossing                               then, in another terminal: v2x watch
+  v2x up my-scenario.toml --seed 7
+  v2x up highway --listen tcp/0.0.0.0:7447      for consumers and agents on other machines")]
+pub(crate) struct UpArgs {
+    /// A scenario file, or the name of a shipped scenario
+    #[arg(value_name = "SCENARIO")]
+    scenario: String,
+    /// The network's name
+    #[arg(long, default_value = "demo")]
+    network: NetworkId,
+    /// Where the hub listens
+    #[arg(long, value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT)]
+    listen: String,
+    /// Seed of the world and of all noise [default: the scenario's]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Where the run's folder with the logs is made [default: v2x-runs/<time>-<scenario>]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the network until shutdown, or until one of its processes ends.
+pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    let chosen = scenarios::choose(&args.scenario)?;
+    let now = clock::now();
+    let default = || {
+        PathBuf::from("v2x-runs").join(format!("{}-{}", now.as_micros() / 1_000_000, chosen.scenario.name))
+    };
+    let folder = RunFolder::create(&args.out.clone().unwrap_or_else(default))?;
+    folder.write("scenario.toml", &chosen.text)?;
+    let program = std::env::current_exe().context("finding this program")?;
+    let launcher = Launcher::new(program, args.network).with_logs(&folder.logs(), log_filter);
+    let file = folder.scenario();
+    let mut network = Network::start_hub(&launcher, &args.listen, &file).await?;
+    let run = AgentsOfRun {
+        scenario: &chosen.scenario,
+        file: &file,
+        seed: args.seed.unwrap_or(chosen.scenario.seed),
+        // As agents that are started by hand do: they agree without being told.
+        start: now.floor_to(chosen.scenario.loop_length),
+    };
+    tokio::select! {
+        started = network.start_agents(&launcher, &run) => started?,
+        () = shutdown.cancelled() => return Ok(()),
+    }
+    say(&format!(
+        "{} is up: hub at {}, {} agents; logs in {}\nwatch it with: v2x watch --network {} --connect {}\nCtrl-C ends it",
+        chosen.scenario.name,
+        network.locator,
+        chosen.scenario.agents.len(),
+        folder.logs().display(),
+        args.network,
+        network.locator,
+    ));
+    let death = tokio::select! {
+        error = network.first_death() => Some(error),
+        () = shutdown.cancelled() => None,
+    };
+    let mut words = LastWords::default();
+    network.end_agents(&mut words).await;
+    network.end_hub(&mut words).await;
+    match (death, words.failures.is_empty()) {
+        (Some(error), _) => Err(error.into()),
+        (None, false) => Err(anyhow!("{}", words.failures.join("; "))),
+        (None, true) => {
+            say("all processes have ended");
+            Ok(())
+        }
+    }
+}
+
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}

@@ -1,0 +1,53 @@
+//! The consumer's command line.
+
+use std::path::PathBuf;
+use v2x_common::id::NetworkId;
+use v2x_common::net::session::SessionOptions;
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x watch                                    a live table, of a network on this machine
+  v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
+  v2x watch --json --count 100                 the next hundred fused frames as JSON lines
+  v2x watch --record run.v2xrec                everything on the network into a file")]
+pub(crate) struct WatchArgs {
+    /// The network to watch
+    #[arg(long, default_value = "demo")]
+    pub(crate) network: NetworkId,
+    /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) connect: Vec<String>,
+    /// A Zenoh configuration file that replaces our defaults
+    #[arg(long, value_name = "FILE")]
+    pub(crate) zenoh_config: Option<PathBuf>,
+    /// Print every fused frame as one line of JSON
+    #[arg(long, conflicts_with = "record")]
+    pub(crate) json: bool,
+    /// Record everything on the network into a file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// End after this many fused frames
+    #[arg(long, value_name = "N")]
+    pub(crate) count: Option<u64>,
+    /// Seconds to wait for a hub
+    #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
+    pub(crate) wait: f64,
+    /// Print life-cycle events as JSON lines on standard output
+    #[arg(long, hide = true, conflicts_with = "json")]
+    pub(crate) events: bool,
+    /// End when standard input does (for children of a launcher)
+    #[arg(long, hide = true)]
+    pub(crate) exit_with_stdin: bool,
+}
+
+impl WatchArgs {
+    /// What the command line says of the network.
+    pub(crate) fn session_options(&self) -> SessionOptions {
+        SessionOptions {
+            config: self.zenoh_config.clone(),
+            connect: self.connect.clone(),
+            listen: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! `v2x watch`: a consumer of fused objects.
+
+mod args;
+mod record;
+mod run;
+mod table;
+
+pub(crate) use args::WatchArgs;
+pub(crate) use run::run;

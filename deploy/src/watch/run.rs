@@ -1,0 +1,151 @@
+//! The consumer's loop.
+
+use super::WatchArgs;
+use super::record::{Counts, RecordingFile};
+use super::table::table;
+use anyhow::Context;
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::net::events;
+use v2x_common::recording::Entry;
+use v2x_common::wire;
+use v2x_lab::consumer::{Consumer, Traffic};
+
+/// Samples that may wait: a table wants the newest only, a recording everything.
+const VIEW_CAPACITY: usize = 1;
+const STREAM_CAPACITY: usize = 1 << 16;
+/// Time between two tables in a terminal, and elsewhere.
+const REDRAW: Duration = Duration::from_millis(200);
+const REPRINT: Duration = Duration::from_secs(1);
+/// Time between two progress events.
+const PROGRESS: Duration = Duration::from_secs(1);
+
+/// Watches until shutdown, or until `--count` frames have come.
+pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    let mut recording = args.record.as_deref().map(RecordingFile::create).transpose()?;
+    let traffic = if recording.is_some() { Traffic::Everything } else { Traffic::Fused };
+    let is_table = recording.is_none() && !args.json;
+    let capacity = if is_table { VIEW_CAPACITY } else { STREAM_CAPACITY };
+    let patience = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
+    let options = args.session_options();
+    let connected = Consumer::connect(&options, args.network, (traffic, capacity), patience, shutdown);
+    let Some(consumer) = connected.await.context("start a hub with `v2x up crossing`, or give --connect")?
+    else {
+        return Ok(());
+    };
+    if args.events {
+        events::emit("ready", &serde_json::json!({}));
+    }
+    let mut watch = Watch { args, counts: Counts::default() };
+    let watched = if is_table {
+        watch.show_tables(&consumer, shutdown).await
+    } else {
+        watch.follow(&consumer, recording.as_mut(), shutdown).await
+    };
+    if args.events {
+        events::emit("stopped", &watch.counts.to_json(if is_table { 0 } else { consumer.dropped() }));
+    }
+    consumer.close().await?;
+    watched
+}
+
+struct Watch<'a> {
+    args: &'a WatchArgs,
+    counts: Counts,
+}
+
+impl Watch<'_> {
+    fn is_done(&self) -> bool {
+        self.args.count.is_some_and(|count| self.counts.fused_frames >= count)
+    }
+
+    async fn show_tables(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
+        let clears = std::io::stdout().is_terminal();
+        let mut pace = tokio::time::interval(if clears { REDRAW } else { REPRINT });
+        while !self.is_done() {
+            let entry = tokio::select! {
+                () = shutdown.cancelled() => return Ok(()),
+                entry = consumer.next() => entry,
+            };
+            self.counts.note(&entry);
+            match wire::fused::decode(&entry.payload) {
+                Ok(frame) => {
+                    let table = table(&frame, clock::now());
+                    let text = if clears { format!("\x1b[2J\x1b[H{table}") } else { table + "\n" };
+                    if !print(&text)? {
+                        return Ok(());
+                    }
+                }
+                Err(error) => tracing::warn!(key = entry.key, %error, "unreadable fused frame"),
+            }
+            pace.tick().await;
+        }
+        Ok(())
+    }
+
+    /// Takes every sample: into the recording, or as JSON lines.
+    async fn follow(
+        &mut self,
+        consumer: &Consumer,
+        mut recording: Option<&mut RecordingFile>,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<()> {
+        let mut progress = tokio::time::interval(PROGRESS);
+        while !self.is_done() {
+            tokio::select! {
+                biased;
+                () = shutdown.cancelled() => break,
+                entry = consumer.next() => if !self.take(&entry, recording.as_deref_mut())? {
+                    return Ok(());
+                },
+                _ = progress.tick() => if self.args.events {
+                    events::emit("progress", &self.counts.to_json(consumer.dropped()));
+                },
+            }
+        }
+        while !self.is_done()
+            && let Some(entry) = consumer.try_next()
+        {
+            self.take(&entry, recording.as_deref_mut())?;
+        }
+        recording.map_or(Ok(()), RecordingFile::flush)
+    }
+
+    /// Takes one sample; false where standard output is closed.
+    fn take(&mut self, entry: &Entry, recording: Option<&mut RecordingFile>) -> anyhow::Result<bool> {
+        let is_fused = self.counts.note(entry);
+        let frame = if is_fused {
+            wire::fused::decode(&entry.payload)
+                .inspect_err(|error| {
+                    self.counts.unreadable += 1;
+                    tracing::warn!(key = entry.key, %error, "unreadable fused frame");
+                })
+                .ok()
+        } else {
+            None
+        };
+        if let Some(frame) = &frame {
+            self.counts.objects = frame.objects.len();
+        }
+        if let Some(recording) = recording {
+            recording.write(entry)?;
+        } else if let Some(frame) = &frame {
+            let mut line = wire::json::encode_fused(frame)?;
+            line.push(b'\n');
+            return print(&String::from_utf8(line)?);
+        }
+        Ok(true)
+    }
+}
+
+/// Prints; false where the reader of a pipe is gone.
+fn print(text: &str) -> anyhow::Result<bool> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(error).context("writing to standard output"),
+    }
+}

@@ -1,0 +1,102 @@
+//! A consumer of a network: what it subscribes to, and what it receives, stamped on arrival.
+
+use anyhow::anyhow;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::id::NetworkId;
+use v2x_common::keys::Keys;
+use v2x_common::net::queue::DropOldestQueue;
+use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::recording::Entry;
+use zenoh::Session;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
+
+/// Which part of the traffic a consumer wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traffic {
+    /// What consumers use: fused frames.
+    Fused,
+    /// What a run is scored from: detections, sensor descriptions and simulation truth too.
+    Everything,
+}
+
+/// A connected consumer.
+pub struct Consumer {
+    session: Session,
+    queue: Arc<DropOldestQueue<Entry>>,
+    // Dropping these undeclares them.
+    subscribers: Vec<Subscriber<()>>,
+}
+
+impl Consumer {
+    /// Connects and subscribes; waits `patience` for a hub. `None` where shutdown came first.
+    ///
+    /// At most `capacity` samples wait to be read; beyond that the oldest is dropped and counted.
+    pub async fn connect(
+        options: &SessionOptions,
+        network: NetworkId,
+        (traffic, capacity): (Traffic, usize),
+        patience: Duration,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Option<Self>> {
+        let config = session::client_config(options)?;
+        let Some(session) = session::open_patiently(config, Some(patience), shutdown).await? else {
+            return Ok(None);
+        };
+        let keys = Keys::new(network);
+        let queue = Arc::new(DropOldestQueue::new(capacity));
+        let mut expressions = vec![keys.all_fused()];
+        if traffic == Traffic::Everything {
+            expressions.extend([keys.all_detections(), keys.all_sensors(), keys.all_truth()]);
+        }
+        let mut subscribers = Vec::new();
+        for expression in expressions {
+            let queue = queue.clone();
+            let subscriber = session
+                .declare_subscriber(expression.as_str())
+                .callback(move |sample| queue.push(stamped(&sample)))
+                .await
+                .map_err(|error| anyhow!("subscribing to {expression}: {error}"))?;
+            subscribers.push(subscriber);
+        }
+        Ok(Some(Self { session, queue, subscribers }))
+    }
+
+    /// The next sample. Cancelling loses nothing.
+    pub async fn next(&self) -> Entry {
+        self.queue.pop().await
+    }
+
+    /// The next sample, if one waits.
+    pub fn try_next(&self) -> Option<Entry> {
+        self.queue.try_pop()
+    }
+
+    /// Samples that were dropped because nobody read them in time.
+    pub fn dropped(&self) -> u64 {
+        self.queue.dropped()
+    }
+
+    /// The session, for queries.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Leaves the network.
+    pub async fn close(self) -> anyhow::Result<()> {
+        drop(self.subscribers);
+        session::close(self.session).await
+    }
+}
+
+fn stamped(sample: &Sample) -> Entry {
+    Entry {
+        received_at: clock::now(),
+        key: sample.key_expr().to_string(),
+        encoding: sample.encoding().to_string(),
+        payload: sample.payload().to_bytes().into_owned(),
+    }
+}

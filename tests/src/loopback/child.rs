@@ -1,0 +1,183 @@
+//! One process of ours: started, listened to, and ended.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::time::Duration;
+use tokio::io::{AsyncBufReadExt, BufReader, Lines};
+use tokio::process::{ChildStdin, ChildStdout, Command};
+
+/// How long a child may take to end by itself.
+const END_PATIENCE: Duration = Duration::from_secs(5);
+
+/// What can go wrong with a child.
+#[derive(Debug, thiserror::Error)]
+pub enum ChildError {
+    /// It could not be started, or not be waited for.
+    #[error("{name}: {source}")]
+    Io {
+        /// Which child.
+        name: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// It ended before it said what was waited for.
+    #[error("{name} ended ({status}) before it was {event}{}", tail(.log.as_deref()))]
+    Ended {
+        /// Which child.
+        name: String,
+        /// How it ended.
+        status: String,
+        /// What was waited for.
+        event: String,
+        /// Where it logged.
+        log: Option<PathBuf>,
+    },
+    /// It did not say in time what was waited for.
+    #[error("{name} was not {event} within {patience:?}{}", tail(.log.as_deref()))]
+    TooSlow {
+        /// Which child.
+        name: String,
+        /// What was waited for.
+        event: String,
+        /// For how long.
+        patience: Duration,
+        /// Where it logged.
+        log: Option<PathBuf>,
+    },
+}
+
+/// The last lines of a log, for an error message.
+fn tail(log: Option<&Path>) -> String {
+    const LINES: usize = 8;
+    let Some(text) = log.and_then(|path| std::fs::read_to_string(path).ok()) else { return String::new() };
+    let lines: Vec<_> = text.lines().collect();
+    let last = &lines[lines.len().saturating_sub(LINES)..];
+    if last.is_empty() { String::new() } else { format!("; its log ends:\n  {}", last.join("\n  ")) }
+}
+
+/// A child process that prints life-cycle events on its standard output and ends when its standard input
+/// does. Dropping it kills it.
+#[derive(Debug)]
+pub struct Child {
+    name: String,
+    log: Option<PathBuf>,
+    process: tokio::process::Child,
+    // Closing this pipe is how the child learns that it is to end; the system closes it should we die.
+    stdin: Option<ChildStdin>,
+    events: Lines<BufReader<ChildStdout>>,
+}
+
+impl Child {
+    /// Starts a child; its log goes to the file, or nowhere.
+    pub fn start(
+        name: &str,
+        program: &Path,
+        args: &[String],
+        log: Option<PathBuf>,
+    ) -> Result<Self, ChildError> {
+        let io_error = |source| ChildError::Io { name: name.to_owned(), source };
+        let stderr = match &log {
+            Some(path) => Stdio::from(std::fs::File::create(path).map_err(io_error)?),
+            None => Stdio::null(),
+        };
+        let mut command = Command::new(program);
+        command.args(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(stderr).kill_on_drop(true);
+        // Ctrl-C in the terminal is for the launcher, which then ends its children in order.
+        #[cfg(unix)]
+        command.process_group(0);
+        let mut process = command.spawn().map_err(io_error)?;
+        let stdin = process.stdin.take();
+        let stdout = process.stdout.take().ok_or_else(|| io_error(std::io::ErrorKind::BrokenPipe.into()))?;
+        let events = BufReader::new(stdout).lines();
+        Ok(Self { name: name.to_owned(), log, process, stdin, events })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its process id, while it runs.
+    pub fn process_id(&self) -> Option<u32> {
+        self.process.id()
+    }
+
+    /// Its next event, or `None` when it says nothing any more. Cancelling loses nothing.
+    pub async fn next_event(&mut self) -> Option<Value> {
+        loop {
+            let line = self.events.next_line().await.ok().flatten()?;
+            if let Ok(event) = serde_json::from_str(&line) {
+                return Some(event);
+            }
+        }
+    }
+
+    /// Waits for an event of this kind; others are passed over.
+    pub async fn expect_event(&mut self, kind: &str, patience: Duration) -> Result<Value, ChildError> {
+        let awaited = async {
+            while let Some(event) = self.next_event().await {
+                if event["event"] == kind {
+                    return Some(event);
+                }
+            }
+            None
+        };
+        match tokio::time::timeout(patience, awaited).await {
+            Ok(Some(event)) => Ok(event),
+            Ok(None) => Err(self.ended_before(kind).await),
+            Err(_) => Err(ChildError::TooSlow {
+                name: self.name.clone(),
+                event: kind.to_owned(),
+                patience,
+                log: self.log.clone(),
+            }),
+        }
+    }
+
+    /// The error of a child that has ended although something was still expected of it.
+    pub async fn ended_before(&mut self, event: &str) -> ChildError {
+        let status = match tokio::time::timeout(END_PATIENCE, self.process.wait()).await {
+            Ok(Ok(status)) => status.to_string(),
+            Ok(Err(error)) => error.to_string(),
+            Err(_) => "its output is closed".to_owned(),
+        };
+        ChildError::Ended { name: self.name.clone(), status, event: event.to_owned(), log: self.log.clone() }
+    }
+
+    /// Asks it to end, without waiting.
+    pub fn ask_to_end(&mut self) {
+        self.stdin = None;
+    }
+
+    /// Ends it: asks, waits, and kills it where that does not help. Returns its last words of this kind.
+    pub async fn end(mut self, last_words: &str) -> Result<(ExitStatus, Option<Value>), ChildError> {
+        self.ask_to_end();
+        let words = async {
+            let mut found = None;
+            while let Some(event) = self.next_event().await {
+                if event["event"] == last_words {
+                    found = Some(event);
+                }
+            }
+            found
+        };
+        let words = tokio::time::timeout(END_PATIENCE, words).await.unwrap_or_default();
+        let io_error = |source| ChildError::Io { name: self.name.clone(), source };
+        let status = match tokio::time::timeout(END_PATIENCE, self.process.wait()).await {
+            Ok(status) => status.map_err(io_error)?,
+            Err(_) => {
+                tracing::warn!(child = self.name, "did not end by itself, killed");
+                self.process.start_kill().map_err(io_error)?;
+                self.process.wait().await.map_err(io_error)?
+            }
+        };
+        Ok((status, words))
+    }
+
+    /// Kills it on the spot.
+    pub async fn kill(mut self) -> Result<(), ChildError> {
+        let name = self.name.clone();
+        self.process.kill().await.map_err(|source| ChildError::Io { name, source })
+    }
+}

@@ -1,0 +1,56 @@
+//! The truth of a simulated run: the scenario's world, asked by Unix time.
+
+use crate::run_log::RunLog;
+use crate::score::{AgentFacts, RunFacts, ScoreError, ScoredRun, score};
+use crate::truth::Truth;
+use v2x_agent::scenario::Scenario;
+use v2x_agent::truth::TrueObject;
+use v2x_agent::world::World;
+use v2x_common::geometry::Pose;
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+
+/// A scenario's world with its start in Unix time.
+#[derive(Debug)]
+pub struct Simulation<'a> {
+    scenario: &'a Scenario,
+    world: World,
+    start: Timestamp,
+}
+
+impl<'a> Simulation<'a> {
+    /// The world of a run.
+    pub fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
+        Self { scenario, world: World::new(scenario, seed), start }
+    }
+
+    fn objects_at(&self, at: Timestamp, out: &mut Vec<TrueObject>) {
+        self.world.objects_at(at - self.start, out);
+    }
+
+    fn agent_pose(&self, agent: &AgentId, at: Timestamp) -> Option<Pose> {
+        Some(self.world.agent_pose(self.scenario.agent_index(agent)?, at - self.start))
+    }
+
+    /// The agents of the scenario, as the score wants them; `frames_sent` is what each says of itself.
+    pub fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
+        let facts = |(index, agent): (usize, &v2x_agent::scenario::AgentConfig)| AgentFacts {
+            id: agent.id,
+            itself: self.world.agent_object(index),
+            frames_sent: frames_sent(&agent.id),
+        };
+        self.scenario.agents.iter().enumerate().map(facts).collect()
+    }
+
+    /// Scores a run in this world.
+    pub fn score(&self, log: &RunLog, facts: &RunFacts) -> Result<ScoredRun, ScoreError> {
+        self.with_truth(|truth| score(log, truth, facts))
+    }
+
+    /// Lends the truth.
+    pub fn with_truth<R>(&self, use_it: impl FnOnce(Truth<'_>) -> R) -> R {
+        let objects_at = |at, out: &mut Vec<TrueObject>| self.objects_at(at, out);
+        let agent_pose = |agent: &AgentId, at| self.agent_pose(agent, at);
+        use_it(Truth { objects_at: &objects_at, agent_pose: &agent_pose })
+    }
+}
