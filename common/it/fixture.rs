@@ -7,7 +7,9 @@ use std::f64::consts::TAU;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
 use v2x_common::detection::{Detection, DetectionFrame};
-use v2x_common::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_INDEX, KinematicCovariance};
+use v2x_common::fused::{
+    AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_INDEX, KinematicCovariance,
+};
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use v2x_common::sensor::{Accuracy, Body, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
@@ -142,7 +144,10 @@ pub(crate) fn fused_frame() -> FusedFrame {
         sequence: 1_234_567,
         fused_at,
         map_frame: map_frame(),
-        objects: vec![revived_bus(before(80_000_000), rebooted), parked_car(before(42_000_111), ego_frame, rsu_frame)],
+        objects: vec![
+            revived_bus(before(80_000_000), rebooted),
+            parked_car(before(42_000_111), ego_frame, rsu_frame),
+        ],
         agents: vec![
             health(ego_frame, before(52_000_000), [3_990, 9, 120]),
             health(rsu_frame, before(42_000_111), [4_000, 0, 1]),

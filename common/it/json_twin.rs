@@ -1,1 +1,144 @@
-//! todo
+//! The JSON twin keeps every number, times to the microsecond, and ids of 64 bits.
+
+use crate::{fixture, strategy};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+use v2x_common::wire::json::{self, ReportDefaults};
+
+/// Parsing, roots and squares each round once or twice.
+const TOLERANCE: f64 = 1e-12;
+
+fn decoded(text: &[u8]) -> DetectionFrame {
+    let sender = AgentId::new("the-key-says").unwrap();
+    json::decode_detections(text, sender, &ReportDefaults::default()).unwrap().frame
+}
+
+/// Equal texts, except that numbers may differ by rounding.
+#[track_caller]
+pub(crate) fn assert_near(got: &[u8], expected: &[u8]) {
+    let [got, expected] = [got, expected].map(|text| serde_json::from_slice::<Value>(text).unwrap());
+    if let Some(difference) = difference(&got, &expected, "") {
+        panic!("{difference}");
+    }
+}
+
+fn difference(got: &Value, expected: &Value, path: &str) -> Option<String> {
+    match (got, expected) {
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            a.iter().find_map(|(key, value)| difference(value, &b[key], &format!("{path}/{key}")))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let pairs = a.iter().zip(b).enumerate();
+            pairs.into_iter().find_map(|(i, (a, b))| difference(a, b, &format!("{path}/{i}")))
+        }
+        (Value::Number(a), Value::Number(b)) if a.is_f64() && b.is_f64() => {
+            let (a, b) = (a.as_f64()?, b.as_f64()?);
+            let near = (a - b).abs() <= TOLERANCE * b.abs().max(1.0);
+            (!near).then(|| format!("{path}: {a} is not {b}"))
+        }
+        (a, b) => (a != b).then(|| format!("{path}: {a} is not {b}")),
+    }
+}
+
+fn cut(at: Timestamp) -> Timestamp {
+    Timestamp::from_micros(at.as_micros()).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn a_detection_frame_survives_json(frame in strategy::detection_frame()) {
+        let text = json::encode_detections(&frame).unwrap();
+        let got = decoded(&text);
+        prop_assert_eq!((got.id, got.captured_at), (frame.id, cut(frame.captured_at)));
+        prop_assert_eq!(got.detections.len(), frame.detections.len());
+        for (got, sent) in got.detections.iter().zip(&frame.detections) {
+            prop_assert_eq!((got.class, got.source_track), (sent.class, sent.source_track));
+            let (got_cov, sent_cov) = (got.covariance, sent.covariance);
+            for (a, b) in [
+                (got.bev.x, sent.bev.x),
+                (got.bev.d, sent.bev.d),
+                (got_cov.position.xx, sent_cov.position.xx),
+                (got_cov.position.xy, sent_cov.position.xy),
+                (got_cov.ww, sent_cov.ww),
+                (got_cov.yaw, sent_cov.yaw),
+            ] {
+                prop_assert!((a - b).abs() <= TOLERANCE * b.abs().max(1.0), "{a} is not {b}");
+            }
+        }
+        assert_near(&json::encode_detections(&got).unwrap(), &text);
+    }
+
+    #[test]
+    fn a_sensor_description_survives_json(description in strategy::sensor_description()) {
+        let text = json::encode_sensor(&description).unwrap();
+        let got = json::decode_sensor(&text).unwrap();
+        prop_assert_eq!((got.kind, got.revision), (description.kind, description.revision));
+        assert_near(&json::encode_sensor(&got).unwrap(), &text);
+    }
+
+    #[test]
+    fn a_fused_frame_survives_json(frame in strategy::fused_frame()) {
+        let text = json::encode_fused(&frame).unwrap();
+        let got = json::decode_fused(&text).unwrap();
+        prop_assert_eq!((got.sequence, got.fused_at), (frame.sequence, cut(frame.fused_at)));
+        for (got, sent) in got.objects.iter().zip(&frame.objects) {
+            prop_assert_eq!((got.track, &got.contributors), (sent.track, &sent.contributors));
+            prop_assert_eq!(got.last_measured_at, cut(sent.last_measured_at));
+            for (a, b) in [(got.ww, sent.ww), (got.bev.y, sent.bev.y), (got.velocity.0, sent.velocity.0)] {
+                prop_assert!((a - b).abs() <= TOLERANCE * b.abs().max(1.0), "{a} is not {b}");
+            }
+        }
+        assert_near(&json::encode_fused(&got).unwrap(), &text);
+    }
+}
+
+fn value(text: &[u8]) -> Value {
+    serde_json::from_slice(text).unwrap()
+}
+
+#[test]
+fn ids_beyond_53_bits_are_strings_and_survive() {
+    let mut frame = fixture::detection_frame();
+    frame.id.epoch = (1 << 53) + 1;
+    frame.id.sequence = u64::MAX;
+    let text = json::encode_detections(&frame).unwrap();
+    assert_eq!(decoded(&text).id, frame.id);
+    assert_eq!(decoded(&text).detections[1].source_track, Some(u64::MAX));
+    let text = value(&text);
+    assert_eq!(text["epoch"], json!("9007199254740993"));
+    assert_eq!(text["sequence"], json!("18446744073709551615"));
+    let fused = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
+    assert_eq!(fused["objects"][0]["track"], json!(0xdead_beee_0000_0011_u64.to_string()));
+}
+
+#[test]
+fn small_ids_may_be_plain_numbers() {
+    let text = br#"{"captured_at": 1, "epoch": 5, "sequence": 7, "detections": []}"#;
+    let id = decoded(text).id;
+    assert_eq!((id.epoch, id.sequence), (5, 7));
+}
+
+#[test]
+fn times_are_whole_microseconds_rounded_down() {
+    let text = value(&json::encode_detections(&fixture::detection_frame()).unwrap());
+    assert_eq!(text["captured_at"], json!(1_789_998_400_123_456_i64));
+    let fused = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
+    assert_eq!(fused["fused_at"], json!(1_789_998_400_165_456_i64));
+    assert_eq!(fused["objects"][0]["age_us"], json!(3_600_000_000_i64));
+}
+
+#[test]
+fn a_heading_of_more_than_half_a_turn_is_taken_as_its_direction() {
+    let text = br#"{"captured_at": 1, "detections": [{"class": "car", "x": 0, "y": 0, "yaw": 3.5}]}"#;
+    let yaw = decoded(text).detections[0].bev.yaw;
+    assert!((yaw - (3.5 - std::f64::consts::TAU)).abs() < 1e-12, "{yaw}");
+}
+
+#[test]
+fn a_payload_that_names_another_agent_than_the_key_is_returned_as_it_is() {
+    let text = br#"{"captured_at": 1, "agent": "mallory", "detections": []}"#;
+    assert_eq!(decoded(text).id.agent.as_str(), "mallory");
+}

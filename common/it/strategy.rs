@@ -7,7 +7,9 @@ use std::f64::consts::PI;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
 use v2x_common::detection::{Detection, DetectionFrame};
-use v2x_common::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_INDEX, KinematicCovariance};
+use v2x_common::fused::{
+    AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_INDEX, KinematicCovariance,
+};
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use v2x_common::sensor::{Accuracy, Body, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
@@ -15,24 +17,33 @@ use v2x_common::time::{Span, Timestamp};
 
 pub(crate) fn detection_frame() -> impl Strategy<Value = DetectionFrame> {
     let sensor = (option::of(pose()), any::<u32>(), option::of(map_frame()));
-    (frame_id(), time(), sensor).prop_flat_map(|(id, captured_at, (sensor_pose, sensor_revision, map_frame))| {
-        // Without a pose the detections lie anywhere on the map, also at UTM coordinates.
-        let around = sensor_pose.unwrap_or(Pose { x: 500_000.0, y: 5_400_000.0, yaw: 0.0 });
-        vec(detection(around), 0..12).prop_map(move |detections| DetectionFrame {
-            id,
-            captured_at,
-            sensor_pose,
-            sensor_revision,
-            map_frame,
-            detections,
-        })
-    })
+    (frame_id(), time(), sensor).prop_flat_map(
+        |(id, captured_at, (sensor_pose, sensor_revision, map_frame))| {
+            // Without a pose the detections lie anywhere on the map, also at UTM coordinates.
+            let around = sensor_pose.unwrap_or(Pose { x: 500_000.0, y: 5_400_000.0, yaw: 0.0 });
+            vec(detection(around), 0..12).prop_map(move |detections| DetectionFrame {
+                id,
+                captured_at,
+                sensor_pose,
+                sensor_revision,
+                map_frame,
+                detections,
+            })
+        },
+    )
 }
 
 pub(crate) fn detection(around: Pose) -> impl Strategy<Value = Detection> {
     let velocity = (-150.0..150.0, -150.0..150.0, covariance2());
     let velocity = velocity.prop_map(|(x, y, covariance)| Velocity { x, y, covariance });
-    (class(), 0.0..=1.0, bev(around, 9_999.0), box_covariance(), option::of(velocity), option::of(any::<u64>()))
+    (
+        class(),
+        0.0..=1.0,
+        bev(around, 9_999.0),
+        box_covariance(),
+        option::of(velocity),
+        option::of(any::<u64>()),
+    )
         .prop_map(|(class, score, bev, covariance, velocity, source_track)| Detection {
             class,
             score,
@@ -72,20 +83,22 @@ pub(crate) fn sensor_description() -> impl Strategy<Value = SensorDescription> {
 pub(crate) fn fused_frame() -> impl Strategy<Value = FusedFrame> {
     let hub = name().prop_map(|text| HubId::new(&text).unwrap());
     let head = (hub, any::<u32>(), any::<u64>(), time(), option::of(map_frame()), pose());
-    (head, vec(agent_health(), 1..5)).prop_flat_map(|((hub, lineage, sequence, fused_at, map_frame, at), agents)| {
-        let agents = by_name(agents);
-        let objects = vec(fused_object(at, agents.clone()), 0..6);
-        (objects, vec(inclusion(agents.clone()), 0..4)).prop_map(move |(objects, includes)| FusedFrame {
-            hub,
-            lineage,
-            sequence,
-            fused_at,
-            map_frame,
-            objects,
-            agents: agents.clone(),
-            includes,
-        })
-    })
+    (head, vec(agent_health(), 1..5)).prop_flat_map(
+        |((hub, lineage, sequence, fused_at, map_frame, at), agents)| {
+            let agents = by_name(agents);
+            let objects = vec(fused_object(at, agents.clone()), 0..6);
+            (objects, vec(inclusion(agents.clone()), 0..4)).prop_map(move |(objects, includes)| FusedFrame {
+                hub,
+                lineage,
+                sequence,
+                fused_at,
+                map_frame,
+                objects,
+                agents: agents.clone(),
+                includes,
+            })
+        },
+    )
 }
 
 fn by_name(mut agents: Vec<AgentHealth>) -> Vec<AgentHealth> {
@@ -162,14 +175,21 @@ fn agent_health() -> impl Strategy<Value = AgentHealth> {
 }
 
 fn inclusion(agents: Vec<AgentHealth>) -> impl Strategy<Value = Inclusion> {
-    (frame_of(agents), time(), time())
-        .prop_map(|(frame, captured_at, received_at)| Inclusion { frame, captured_at, received_at })
+    (frame_of(agents), time(), time()).prop_map(|(frame, captured_at, received_at)| Inclusion {
+        frame,
+        captured_at,
+        received_at,
+    })
 }
 
 fn frame_of(agents: Vec<AgentHealth>) -> impl Strategy<Value = FrameId> {
-    (prop::sample::select(agents), option::of(any::<u64>()), any::<u64>()).prop_map(|(health, epoch, sequence)| {
-        FrameId { agent: health.agent, epoch: epoch.unwrap_or(health.epoch), sequence }
-    })
+    (prop::sample::select(agents), option::of(any::<u64>()), any::<u64>()).prop_map(
+        |(health, epoch, sequence)| FrameId {
+            agent: health.agent,
+            epoch: epoch.unwrap_or(health.epoch),
+            sequence,
+        },
+    )
 }
 
 fn frame_id() -> impl Strategy<Value = FrameId> {
@@ -214,8 +234,13 @@ fn heading() -> impl Strategy<Value = f64> {
 
 fn bev(around: Pose, reach_m: f64) -> impl Strategy<Value = BevBox> {
     let offset = -reach_m..reach_m;
-    (offset.clone(), offset, 0.001..65.0, 0.001..65.0, heading())
-        .prop_map(move |(x, y, w, d, yaw)| BevBox { x: around.x + x, y: around.y + y, w, d, yaw })
+    (offset.clone(), offset, 0.001..65.0, 0.001..65.0, heading()).prop_map(move |(x, y, w, d, yaw)| BevBox {
+        x: around.x + x,
+        y: around.y + y,
+        w,
+        d,
+        yaw,
+    })
 }
 
 fn box_covariance() -> impl Strategy<Value = BoxCovariance> {
@@ -228,8 +253,11 @@ fn box_covariance() -> impl Strategy<Value = BoxCovariance> {
 }
 
 fn covariance2() -> impl Strategy<Value = Covariance2> {
-    (sigma_m(), sigma_m(), -0.9999..0.9999)
-        .prop_map(|(x, y, rho)| Covariance2 { xx: x * x, xy: rho * x * y, yy: y * y })
+    (sigma_m(), sigma_m(), -0.9999..0.9999).prop_map(|(x, y, rho)| Covariance2 {
+        xx: x * x,
+        xy: rho * x * y,
+        yy: y * y,
+    })
 }
 
 /// From the smallest step of the wire to the limit of validation, evenly in the logarithm.

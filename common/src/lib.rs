@@ -16,6 +16,7 @@ pub mod keys;
 #[cfg(feature = "net")]
 pub mod net;
 pub mod recording;
+pub mod schemas;
 pub mod sensor;
 pub mod time;
 pub mod wire;

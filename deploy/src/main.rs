@@ -3,6 +3,7 @@
 mod demo;
 mod network;
 mod scenarios;
+mod status;
 mod up;
 mod watch;
 
@@ -40,6 +41,8 @@ enum Command {
     Up(up::UpArgs),
     /// Watch the fused objects of a network, live or as JSON lines
     Watch(watch::WatchArgs),
+    /// Ask the hubs how they and their agents fare
+    Status(status::StatusArgs),
     /// Run a hub alone
     Hub(HubArgs),
     /// Run one agent of a scenario alone
@@ -59,6 +62,9 @@ async fn main() -> ExitCode {
             Command::Watch(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 watch::run(&args, &shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Status(args) => {
+                status::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;

@@ -7,6 +7,7 @@
 pub mod consumer;
 pub mod coverage;
 pub mod gospa;
+pub mod hub_status;
 pub mod loopback;
 pub mod matching;
 pub mod metrics;

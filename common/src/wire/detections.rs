@@ -118,11 +118,7 @@ fn wire_pose(pose: &Pose) -> Result<WirePose, WireError> {
     ))
 }
 
-fn encode_detection(
-    detection: &Detection,
-    origin: &Origin,
-    buffer: &mut Vec<u8>,
-) -> Result<(), WireError> {
+fn encode_detection(detection: &Detection, origin: &Origin, buffer: &mut Vec<u8>) -> Result<(), WireError> {
     let Detection { bev, covariance, .. } = detection;
     let mut flags = 0;
     if detection.velocity.is_some() {

@@ -2,7 +2,9 @@
 
 use super::{Id64, Micros, parse, print};
 use crate::class::Class;
-use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_DIAGONAL, KinematicCovariance};
+use crate::fused::{
+    AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_DIAGONAL, KinematicCovariance,
+};
 use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::Span;
@@ -227,7 +229,13 @@ fn check_finite(object: &FusedObject) -> Result<(), WireError> {
     let sigmas = variances.map(|variance| ("sigma", libm::sqrt(variance)));
     let covariance = object.kinematic_covariance.iter().map(|value| ("kinematic covariance", *value));
     let classes = object.class_probabilities.iter().map(|(_, value)| ("class probability", *value));
-    match fields.into_iter().chain(sigmas).chain(covariance).chain(classes).find(|(_, value)| !value.is_finite()) {
+    match fields
+        .into_iter()
+        .chain(sigmas)
+        .chain(covariance)
+        .chain(classes)
+        .find(|(_, value)| !value.is_finite())
+    {
         Some((field, value)) => Err(WireError::NotEncodable { field, value }),
         None => Ok(()),
     }

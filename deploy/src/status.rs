@@ -1,0 +1,54 @@
+//! `v2x status`: how the hubs of a network fare.
+
+use anyhow::{Context, bail};
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::id::NetworkId;
+use v2x_common::net::session::{self, SessionOptions};
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x status
+  v2x status --connect tcp/192.168.1.10:7447 | jq '.agents[] | {id, accepted, refused}'")]
+pub(crate) struct StatusArgs {
+    /// The network to ask
+    #[arg(long, default_value = "demo")]
+    network: NetworkId,
+    /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
+    #[arg(long, value_name = "ENDPOINT")]
+    connect: Vec<String>,
+    /// A Zenoh configuration file that replaces our defaults
+    #[arg(long, value_name = "FILE")]
+    zenoh_config: Option<PathBuf>,
+    /// Seconds to wait for a hub
+    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    wait: f64,
+}
+
+/// Prints each hub's status as JSON.
+pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    let options = SessionOptions {
+        config: args.zenoh_config.clone(),
+        connect: args.connect.clone(),
+        listen: Vec::new(),
+    };
+    let patience = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
+    let opened = session::open_patiently(session::client_config(&options)?, Some(patience), shutdown);
+    let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
+        return Ok(());
+    };
+    let statuses = v2x_lab::hub_status::query(&session, args.network).await;
+    session::close(session).await?;
+    let statuses = statuses?;
+    if statuses.is_empty() {
+        bail!("no hub of network {} answered; is --network right?", args.network);
+    }
+    let mut out = std::io::stdout().lock();
+    for status in statuses {
+        writeln!(out, "{}", serde_json::to_string_pretty(&status)?).context("writing to standard output")?;
+    }
+    Ok(())
+}
