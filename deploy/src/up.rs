@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
-use v2x_lab::loopback::Launcher;
+use v2x_lab::loopback::{ChildError, Launcher};
 use v2x_lab::run_folder::RunFolder;
 
 #[derive(Clone, Debug, clap::Args)]
@@ -48,7 +48,6 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     let program = std::env::current_exe().context("finding this program")?;
     let launcher = Launcher::new(program, args.network).with_logs(&folder.logs(), log_filter);
     let file = folder.scenario();
-    let mut network = Network::start_hub(&launcher, &args.listen, &file).await?;
     let run = AgentsOfRun {
         scenario: &chosen.scenario,
         file: &file,
@@ -56,10 +55,15 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         // As agents that are started by hand do: they agree without being told.
         start: now.floor_to(chosen.scenario.loop_length),
     };
-    tokio::select! {
-        started = network.start_agents(&launcher, &run) => started?,
+    let start = async {
+        let mut network = Network::start_hub(&launcher, &args.listen, &file).await?;
+        network.start_agents(&launcher, &run).await?;
+        Ok::<_, ChildError>(network)
+    };
+    let mut network = tokio::select! {
+        started = start => started?,
         () = shutdown.cancelled() => return Ok(()),
-    }
+    };
     say(&format!(
         "{} is up: hub at {}, {} agents; logs in {}\nwatch it with: v2x watch --network {} --connect {}\nCtrl-C ends it",
         chosen.scenario.name,

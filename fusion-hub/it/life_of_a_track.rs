@@ -86,3 +86,17 @@ fn a_fused_frame_names_each_frame_that_it_is_the_first_to_contain() {
     assert_eq!((agents[0].accepted, agents[0].refused), (1, 1));
     assert!(engine.fused(at(50)).includes.is_empty());
 }
+
+#[test]
+fn an_object_of_which_nothing_is_known_any_more_is_not_published_and_takes_no_other_with_it() {
+    use v2x_common::covariance::Covariance2;
+    let mut engine = engine();
+    let mut vague = detection(0, at(0), (0.0, 0.0));
+    vague.covariance.position = Covariance2::isotropic(69.9);
+    engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![vague, detection(1, at(0), (0.0, 0.0))]), at(0));
+    assert_eq!(engine.fused(at(0)).objects.len(), 2);
+    let later = engine.fused(at(1000));
+    assert_eq!(later.objects.len(), 1, "7 m/s of unknown velocity for a second: beyond 70 m");
+    let mut bytes = Vec::new();
+    assert_eq!(v2x_common::wire::fused::encode(&later, &mut bytes), Ok(()));
+}

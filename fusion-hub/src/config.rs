@@ -1,5 +1,6 @@
 //! The engine's settings.
 
+use crate::association::AssociationCost;
 use crate::sensing::SensingDefaults;
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
@@ -17,6 +18,8 @@ pub struct EngineConfig {
     pub delta_max: Span,
     /// How long an object is published without being measured.
     pub coast: Span,
+    /// What makes a pair of detection and track likely.
+    pub association: AssociationCost,
     /// χ² gate on the squared Mahalanobis distance of positions (2 degrees of freedom).
     pub gate: f64,
     /// Probability of existence from which on an object is published.
@@ -35,6 +38,7 @@ impl EngineConfig {
             map_frame: None,
             delta_max: Span::from_millis(500),
             coast: Span::from_millis(1500),
+            association: AssociationCost::default(),
             gate: 16.2,
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),

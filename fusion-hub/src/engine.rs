@@ -3,13 +3,14 @@
 
 use crate::association::{Associator, Expected};
 use crate::config::EngineConfig;
-use crate::filter::Measurement;
+use crate::duplicates::{Duplicates, Seen};
+use crate::filter::{Measurement, State};
 use crate::inbox::Inbox;
 use crate::refusal::{Disposition, Refusal};
 use crate::sensing::Sensing;
 use crate::track::{Evidence, EvidenceKey, Existence, Look, Sighting, Track};
 use std::collections::VecDeque;
-use v2x_common::detection::DetectionFrame;
+use v2x_common::detection::{DetectionFrame, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::{AgentId, TrackId};
 use v2x_common::sensor::SensorDescription;
@@ -39,6 +40,7 @@ pub struct Engine {
     looks: VecDeque<(EvidenceKey, Look)>,
     pending: Vec<Inclusion>,
     sequence: u64,
+    duplicates: Duplicates,
     associator: Associator,
     sightings: Vec<Sighting>,
     measurements: Vec<Measurement>,
@@ -57,6 +59,7 @@ impl Engine {
             looks: VecDeque::new(),
             pending: Vec::new(),
             sequence: 0,
+            duplicates: Duplicates::default(),
             associator: Associator::default(),
             sightings: Vec::new(),
             measurements: Vec::new(),
@@ -98,6 +101,7 @@ impl Engine {
         self.measure(frame);
         self.associate(frame, look.as_ref());
         if let Some(look) = look {
+            self.merge_duplicates(frame, &look);
             self.remember_look(look_key(frame), look);
         }
         Disposition::Accepted { out_of_sequence }
@@ -152,7 +156,7 @@ impl Engine {
 
     fn associate(&mut self, frame: &DetectionFrame, look: Option<&Look>) {
         let Self { associator, measurements, expected, sightings, tracks, looks, config, .. } = self;
-        let matches = associator.associate(measurements, expected, config.gate);
+        let matches = associator.associate(measurements, expected, (config.association, config.gate));
         let mut births = Vec::new();
         for (index, (sighting, found)) in sightings.iter().zip(matches).enumerate() {
             let key = sighting_key(frame, index);
@@ -179,6 +183,27 @@ impl Engine {
         }
         for (key, sighting) in births {
             self.give_birth(key, sighting);
+        }
+    }
+
+    /// Makes tracks one that frames have shown to be of one object.
+    fn merge_duplicates(&mut self, frame: &DetectionFrame, look: &Look) {
+        let seen = self.expected.iter().filter_map(|expected| {
+            let track = &self.tracks[expected.track];
+            let [x, y] = expected.state.kinematic.position;
+            let report = track.sighting_in(frame.captured_at, &frame.id);
+            let in_view = report.is_some() || look.covers(x, y, 0.0);
+            in_view.then_some(Seen { id: track.id, expected, report })
+        });
+        let detection_probability = -libm::expm1(look.ln_miss);
+        let merges =
+            self.duplicates.note_frame(&seen.collect::<Vec<_>>(), detection_probability, self.config.gate);
+        for (older, younger) in merges {
+            let places = [older, younger].map(|id| self.tracks.binary_search_by_key(&id, |track| track.id));
+            if let [Ok(older), Ok(younger)] = places {
+                let absorbed = self.tracks.remove(younger);
+                self.tracks[older].absorb(absorbed);
+            }
         }
     }
 
@@ -209,6 +234,8 @@ impl Engine {
             let revivable = last_measured_at >= horizon || track.latest().existence >= floor;
             revivable && last_measured_at >= gone
         });
+        let tracks = &self.tracks;
+        self.duplicates.retain(|id| tracks.binary_search_by_key(&id, |track| track.id).is_ok());
     }
 
     /// The list of objects as of `now`, and what is new in it since the last call.
@@ -237,6 +264,11 @@ impl Engine {
     /// Number of tracks, published or not.
     pub fn n_tracks(&self) -> usize {
         self.tracks.len()
+    }
+
+    /// Tracks that were merged into an older one of the same object.
+    pub fn merges(&self) -> u64 {
+        self.duplicates.merges()
     }
 
     /// Objects that were not tracked for lack of room.
@@ -284,6 +316,9 @@ fn fused_object(track: &mut Track, now: Timestamp, config: &EngineConfig) -> Opt
         return None;
     }
     let state = latest.state_at(now);
+    if !is_tellable(&state) {
+        return None;
+    }
     let [vx, vy] = state.kinematic.velocity;
     Some(FusedObject {
         track: track.id,
@@ -300,4 +335,16 @@ fn fused_object(track: &mut Track, now: Timestamp, config: &EngineConfig) -> Opt
         last_measured_at,
         contributors: track.contributors().collect(),
     })
+}
+
+/// Whether a state says anything, and fits on the wire: a position known to no better than 70 m does not.
+fn is_tellable(state: &State) -> bool {
+    let kinematic = &state.kinematic;
+    let size = 0.0..=MAX_SIZE_M;
+    kinematic.pp.max_sigma() <= MAX_SIGMA_M
+        && kinematic.vv.max_sigma() <= MAX_SIGMA_M
+        && state.heading.variance <= MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD
+        && size.contains(&state.width.mean)
+        && size.contains(&state.depth.mean)
+        && state.width.variance.max(state.depth.variance) <= MAX_SIGMA_M * MAX_SIGMA_M
 }

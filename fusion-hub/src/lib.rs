@@ -7,6 +7,7 @@
 pub mod assignment;
 pub mod association;
 pub mod config;
+pub mod duplicates;
 pub mod engine;
 pub mod filter;
 #[cfg(feature = "net")]

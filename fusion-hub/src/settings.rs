@@ -1,5 +1,6 @@
 //! What a person writes in the `[hub]` table of a scenario or settings file, and what it means.
 
+use crate::association::AssociationCost;
 use crate::config::EngineConfig;
 use crate::schedule::PublishMode;
 use crate::sensing::SensingDefaults;
@@ -17,6 +18,7 @@ struct HubTable {
     map_frame: Option<MapFrame>,
     delta_max_ms: f64,
     coast_ms: f64,
+    association: AssociationCost,
     gate: f64,
     publish_existence: f64,
     publish: PublishTable,
@@ -55,6 +57,7 @@ impl Default for HubTable {
             map_frame: engine.map_frame,
             delta_max_ms: engine.delta_max.as_millis_f64(),
             coast_ms: engine.coast.as_millis_f64(),
+            association: engine.association,
             gate: engine.gate,
             publish_existence: engine.publish_existence,
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
@@ -134,6 +137,7 @@ impl HubTable {
         engine.map_frame = self.map_frame;
         engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
         engine.coast = Span::from_secs_f64(self.coast_ms * 1e-3);
+        engine.association = self.association;
         engine.gate = self.gate;
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;

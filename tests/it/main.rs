@@ -1,1 +1,14 @@
-//! Multi-process tests over real Zenoh.
+//! A hub and agents as real processes, and consumers and foreign clients in the test, over real Zenoh on
+//! free ports.
+//!
+//! Every wait is for an event: mostly for the next fused frame, which a hub publishes at least ten times
+//! a second.
+
+mod agents;
+mod foreign;
+mod hub_restart;
+mod isolation;
+mod refusals;
+mod status;
+
+mod support;

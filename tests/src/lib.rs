@@ -18,10 +18,12 @@ pub mod report;
 pub mod run_folder;
 pub mod run_log;
 pub mod score;
+pub mod simulate;
 pub mod simulation;
 pub mod summary;
 pub mod timing;
 pub mod truth;
+pub mod virtual_run;
 
 #[cfg(test)]
 mod fixture;

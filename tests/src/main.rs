@@ -28,6 +28,7 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    Simulate(v2x_lab::simulate::SimulateArgs),
     #[command(hide = true)]
     Hub(HubArgs),
     #[command(hide = true)]
@@ -41,6 +42,7 @@ async fn main() -> ExitCode {
         logging::init(&cli.log)?;
         match cli.command {
             Command::Score { folder, json } => v2x_lab::run_folder::rescore(&folder, json),
+            Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 v2x_fusion_hub::hub::run(args, shutdown).await

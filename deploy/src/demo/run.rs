@@ -41,8 +41,8 @@ pub(crate) async fn run(
     };
     demo.folder.write_record(&record)?;
     let summary = demo.folder.score().with_context(|| {
-        let failures = record.failures.join("; ");
-        format!("scoring the run in {}{failures}", demo.folder.path().display())
+        let scoring = format!("scoring the run in {}", demo.folder.path().display());
+        record.failures.iter().cloned().chain([scoring]).collect::<Vec<_>>().join("\n")
     })?;
     demo.report(&summary)?;
     Ok(if summary.verdict.passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })

@@ -39,7 +39,7 @@ pub fn pair_cost(z: &Measurement, state: &State, mahalanobis2: f64, weights: &Cs
 }
 
 /// Squared distance of the sizes, χ² with 2 degrees of freedom.
-fn dimension_distance2(z: &Measurement, state: &State) -> f64 {
+pub(super) fn dimension_distance2(z: &Measurement, state: &State) -> f64 {
     let pairs =
         [(z.size[0], z.relative_variance[0], state.width), (z.size[1], z.relative_variance[1], state.depth)];
     pairs

@@ -1,12 +1,40 @@
 //! Which detection is of which track: gate, cost, optimal assignment.
 
-mod csba;
+pub mod csba;
+pub mod likelihood;
 
-pub use csba::{COST_ALONE, CsbaWeights, pair_cost};
+use crate::filter::PositionInnovation;
 
 use crate::assignment::{Assigner, Candidate};
 use crate::filter::{Measurement, State};
 use v2x_common::class::Class;
+
+/// What makes a pair likely.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AssociationCost {
+    /// Combined scores of centre, dimension and orientation, as the paper has it.
+    #[default]
+    Csba,
+    /// The negative log-likelihood.
+    Likelihood,
+}
+
+impl AssociationCost {
+    fn of_pair(self, z: &Measurement, state: &State, innovation: &PositionInnovation) -> f64 {
+        match self {
+            Self::Csba => csba::pair_cost(z, state, innovation.mahalanobis2, &csba::CsbaWeights::PUBLISHED),
+            Self::Likelihood => likelihood::pair_cost(z, state, innovation),
+        }
+    }
+
+    const fn of_staying_alone(self) -> f64 {
+        match self {
+            Self::Csba => csba::COST_ALONE,
+            Self::Likelihood => likelihood::COST_ALONE,
+        }
+    }
+}
 
 /// A track as it stood at the time of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +45,28 @@ pub struct Expected {
     pub class: Class,
     /// Where, predicted to the frame's time.
     pub state: State,
+}
+
+impl Expected {
+    /// The innovation of a measurement that could be of this track: of compatible class and within the gate.
+    fn gated(&self, z: &Measurement, gate: f64) -> Option<PositionInnovation> {
+        let kinematic = &self.state.kinematic;
+        let dx = z.position[0] - kinematic.position[0];
+        let dy = z.position[1] - kinematic.position[1];
+        // On each axis the distance is bounded by the marginal: most pairs end here.
+        let is_near =
+            dx * dx <= gate * (kinematic.pp.xx + z.r.xx) && dy * dy <= gate * (kinematic.pp.yy + z.r.yy);
+        if !is_near || !z.class.is_compatible_with(self.class) {
+            return None;
+        }
+        let innovation = kinematic.innovation(z.position, &z.r);
+        (innovation.mahalanobis2 <= gate).then_some(innovation)
+    }
+
+    /// Whether a measurement could be of this track.
+    pub fn fits(&self, z: &Measurement, gate: f64) -> bool {
+        self.gated(z, gate).is_some()
+    }
 }
 
 /// Associates frames with tracks; holds the buffers.
@@ -30,34 +80,22 @@ impl Associator {
     /// For each measurement the place in `expected` of the track that it is of, or `None`.
     ///
     /// Candidates are pairs of compatible class whose squared Mahalanobis distance does not exceed
-    /// `gate` (χ² with 2 degrees of freedom); of these the assignment of least total CSBA cost.
+    /// `gate` (χ² with 2 degrees of freedom); of these the assignment of least total cost.
     pub fn associate(
         &mut self,
         measurements: &[Measurement],
         expected: &[Expected],
-        gate: f64,
+        (cost, gate): (AssociationCost, f64),
     ) -> &[Option<u32>] {
         self.candidates.clear();
         for (row, z) in (0..).zip(measurements) {
             for (col, track) in (0..).zip(expected) {
-                if !is_near(z, track, gate) || !z.class.is_compatible_with(track.class) {
-                    continue;
-                }
-                let innovation = track.state.kinematic.innovation(z.position, &z.r);
-                if innovation.mahalanobis2 <= gate {
-                    let cost = pair_cost(z, &track.state, innovation.mahalanobis2, &CsbaWeights::PUBLISHED);
+                if let Some(innovation) = track.gated(z, gate) {
+                    let cost = cost.of_pair(z, &track.state, &innovation);
                     self.candidates.push(Candidate { row, col, cost });
                 }
             }
         }
-        self.assigner.solve(measurements.len(), expected.len(), &self.candidates, COST_ALONE)
+        self.assigner.solve(measurements.len(), expected.len(), &self.candidates, cost.of_staying_alone())
     }
-}
-
-/// Whether a pair can be within the gate at all: on each axis the distance is bounded by the marginal.
-fn is_near(z: &Measurement, track: &Expected, gate: f64) -> bool {
-    let kinematic = &track.state.kinematic;
-    let dx = z.position[0] - kinematic.position[0];
-    let dy = z.position[1] - kinematic.position[1];
-    dx * dx <= gate * (kinematic.pp.xx + z.r.xx) && dy * dy <= gate * (kinematic.pp.yy + z.r.yy)
 }

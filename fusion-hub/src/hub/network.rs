@@ -2,7 +2,7 @@
 
 use super::intake::Received;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use v2x_common::id::{AgentId, HubId};
 use v2x_common::keys::{Keys, Topic};
 use v2x_common::net::queue::DropOldestQueue;
@@ -35,6 +35,8 @@ pub(super) struct Network {
     pub(super) fused_json: Publisher<'static>,
     /// Whether anybody subscribes to JSON.
     pub(super) json_wanted: Arc<AtomicBool>,
+    /// Samples under keys in which no agent's name stands.
+    pub(super) unnamed: Arc<AtomicU64>,
     // Dropping these undeclares them.
     _subscribers: [Subscriber<()>; 3],
     _status: Queryable<()>,
@@ -55,15 +57,24 @@ impl Network {
             .background()
             .await?;
         // The callbacks run on Zenoh's threads: they stamp and hand over, nothing more.
-        let queue = frames.clone();
+        let unnamed = Arc::new(AtomicU64::new(0));
+        let named = {
+            let unnamed = unnamed.clone();
+            move |sample| {
+                let received = Received::stamp(sample);
+                unnamed.fetch_add(u64::from(received.is_none()), Ordering::Relaxed);
+                received
+            }
+        };
+        let (queue, stamp) = (frames.clone(), named.clone());
         let detections = session.declare_subscriber(keys.all_detections()).callback(move |sample| {
-            if let Some(received) = Received::stamp(sample) {
+            if let Some(received) = stamp(sample) {
                 queue.push(received);
             }
         });
-        let queue = control.clone();
+        let (queue, stamp) = (control.clone(), named);
         let sensors = session.declare_subscriber(keys.all_sensors()).callback(move |sample| {
-            if let Some(received) = Received::stamp(sample) {
+            if let Some(received) = stamp(sample) {
                 queue.push(Control::Description(received));
             }
         });
@@ -84,6 +95,7 @@ impl Network {
             fused,
             fused_json,
             json_wanted,
+            unnamed,
             _subscribers: [detections.await?, sensors.await?, roster.await?],
             _status: status.await?,
             _alive: session.liveliness().declare_token(keys.hub_alive(hub)).await?,

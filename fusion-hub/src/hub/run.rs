@@ -206,6 +206,7 @@ impl Hub {
             publish_errors: self.publish_errors,
             dropped_overload: self.network.frames.dropped() + self.network.control.dropped(),
             refused_beyond_limit: self.engine.inbox().refused_beyond_limit(),
+            refused_unnamed: self.network.unnamed.load(Ordering::Relaxed),
             births_refused: self.engine.births_refused(),
             latency_ms: self.timing.latency_ms(),
             compute_ms: self.timing.compute_ms(),

@@ -34,6 +34,8 @@ pub struct HubStatus {
     pub dropped_overload: u64,
     /// Frames of agents beyond the number that the hub keeps books on.
     pub refused_beyond_limit: u64,
+    /// Samples under keys in which no legal agent name stands.
+    pub refused_unnamed: u64,
     /// Objects that were not tracked for lack of room.
     pub births_refused: u64,
     /// Frame received → first fused frame put that contains it, ms.

@@ -1,6 +1,7 @@
 //! A track's evidence, sorted by its own time, with replay of what came after a late piece.
 
 use super::{Evidence, EvidenceKey, Snapshot};
+use crate::filter::Measurement;
 use std::collections::VecDeque;
 use v2x_common::id::{FrameId, MeasurementId, TrackId};
 use v2x_common::time::Timestamp;
@@ -64,12 +65,44 @@ impl Track {
         }
     }
 
-    /// Whether it holds evidence of this frame.
-    pub fn has_evidence_of(&self, captured_at: Timestamp, frame: &FrameId) -> bool {
+    /// Where the evidence of this frame stands, if there is any.
+    fn place_of(&self, captured_at: Timestamp, frame: &FrameId) -> Option<usize> {
         let start = self.evidence.partition_point(|(key, _)| key.captured_at < captured_at);
         let same_time =
             self.evidence.iter().skip(start).take_while(|(key, _)| key.captured_at == captured_at);
-        same_time.into_iter().any(|(key, _)| key.frame == *frame)
+        same_time.into_iter().position(|(key, _)| key.frame == *frame).map(|offset| start + offset)
+    }
+
+    /// Whether it holds evidence of this frame.
+    pub fn has_evidence_of(&self, captured_at: Timestamp, frame: &FrameId) -> bool {
+        self.place_of(captured_at, frame).is_some()
+    }
+
+    /// The report of it in this frame, if there is one.
+    pub fn sighting_in(&self, captured_at: Timestamp, frame: &FrameId) -> Option<&Measurement> {
+        match &self.evidence[self.place_of(captured_at, frame)?].1 {
+            Evidence::Sighting(sighting) => Some(&sighting.z),
+            Evidence::Look(_) => None,
+        }
+    }
+
+    /// Takes over the sightings of a track that turned out to be of the same object. Of frames in which both
+    /// were sighted, the own sighting stays; looks that found only the other one are no evidence against.
+    pub fn absorb(&mut self, other: Self) {
+        for (key, evidence) in other.evidence {
+            let known = self.place_of(key.captured_at, &key.frame);
+            match (evidence, known.map(|place| (place, self.evidence[place].1))) {
+                (Evidence::Sighting(_), Some((place, Evidence::Look(_)))) => {
+                    self.evidence.remove(place);
+                    self.replayed.truncate(place);
+                    self.insert(key, evidence);
+                }
+                (Evidence::Sighting(_), None) => {
+                    self.insert(key, evidence);
+                }
+                (Evidence::Sighting(_), Some((_, Evidence::Sighting(_)))) | (Evidence::Look(_), _) => {}
+            }
+        }
     }
 
     /// What was known after the first `count` pieces; `None` before the first sighting.

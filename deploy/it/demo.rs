@@ -1,0 +1,65 @@
+//! The one command, end to end.
+
+use crate::support::{folder, run};
+use serde_json::Value;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_demo_runs_four_processes_gains_by_fusion_and_leaves_its_report() -> anyhow::Result<()> {
+    let folder = folder("demo")?;
+    let ending = run(&folder, &["demo", "--duration", "6s", "--json", "--out", "run"]).await?;
+    assert_eq!(ending.code, Some(0), "{ending:#?}");
+    assert_eq!(
+        ending.stdout.lines().count(),
+        1,
+        "all but the summary goes to standard error: {}",
+        ending.stdout
+    );
+    let summary: Value = serde_json::from_str(&ending.stdout)?;
+
+    assert_has_numbers(&summary, &FIELDS);
+    assert_eq!(summary["processes"], 4);
+    assert!(summary["duration_s"].as_f64().is_some_and(|duration_s| duration_s >= 6.0), "{summary:#}");
+    let ids: Vec<_> = summary["agents"].as_array().into_iter().flatten().map(|agent| &agent["id"]).collect();
+    assert_eq!(ids, ["ego", "rsu"]);
+    for place in ["/agents/0", "/agents/1"] {
+        assert_has_numbers(summary.pointer(place).unwrap_or(&Value::Null), &AGENT_FIELDS);
+    }
+    for name in ["report.md", "bev.svg", "scenario.toml", "run.json", "consumer.v2xrec"] {
+        let length = std::fs::metadata(folder.join("run").join(name)).map_or(0, |metadata| metadata.len());
+        assert!(length > 0, "{name} is missing or empty");
+    }
+    let written: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("run/summary.json"))?)?;
+    assert_eq!(written, summary);
+    Ok(())
+}
+
+const FIELDS: [&str; 19] = [
+    "/fused/ate_m",
+    "/fused/ade_m",
+    "/fused/aoe_deg",
+    "/fused/precision",
+    "/fused/recall",
+    "/fused/gospa_m",
+    "/fused/common/ate_m",
+    "/latency_ms/p50",
+    "/latency_ms/p95",
+    "/latency_ms/p99",
+    "/compute_ms/p50",
+    "/compute_ms/p99",
+    "/end_to_end_ms/p50",
+    "/end_to_end_ms/p99",
+    "/age_of_information_ms/p50",
+    "/age_of_information_ms/p99",
+    "/processes",
+    "/seed",
+    "/match_radius_m",
+];
+
+const AGENT_FIELDS: [&str; 7] =
+    ["/ate_m", "/ade_m", "/aoe_deg", "/common/ate_m", "/frames_sent", "/frames_received", "/frames_refused"];
+
+fn assert_has_numbers(json: &Value, pointers: &[&str]) {
+    for pointer in pointers {
+        assert!(json.pointer(pointer).is_some_and(Value::is_number), "{pointer} in {json:#}");
+    }
+}

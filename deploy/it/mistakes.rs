@@ -1,0 +1,57 @@
+//! What a user can get wrong, and what is said of it.
+
+use crate::support::{folder, run};
+use std::net::TcpListener;
+use std::path::Path;
+
+const CROSSING: &str = include_str!("../scenarios/crossing.toml");
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_bad_scenario_is_refused_with_the_name_of_what_is_wrong() -> anyhow::Result<()> {
+    let folder = folder("bad-scenarios")?;
+    let misspelt = CROSSING.replacen("rate_hz", "rate_herz", 1);
+    assert_refused(&folder, "misspelt.toml", Some(&misspelt), &["rate_herz", "line", "rate_hz"]).await?;
+    let impossible = CROSSING.replacen("rate_hz = 10", "rate_hz = -3", 1);
+    assert_refused(&folder, "impossible.toml", Some(&impossible), &["agents[0].rate_hz", "-3"]).await?;
+    let bad_hub = CROSSING.replacen("[hub]", "[hub]\ngate = 0", 1);
+    assert_refused(&folder, "hub.toml", Some(&bad_hub), &["hub.gate", "0"]).await?;
+    assert_refused(&folder, "missing.toml", None, &["no scenario file", "crossing"]).await
+}
+
+/// Refused by `demo` and `up` alike, before anything is started.
+async fn assert_refused(folder: &Path, name: &str, text: Option<&str>, named: &[&str]) -> anyhow::Result<()> {
+    if let Some(text) = text {
+        assert_ne!(text, CROSSING, "the mistake is in it");
+        std::fs::write(folder.join(name), text)?;
+    }
+    for args in [["demo", "--scenario", name].as_slice(), &["up", name]] {
+        let ending = run(folder, args).await?;
+        assert_eq!(ending.code, Some(1), "{ending:#?}");
+        let named = named.iter().chain([&name]);
+        let silent_on: Vec<_> = named.filter(|words| !ending.stderr.contains(**words)).collect();
+        assert!(silent_on.is_empty(), "{args:?} says nothing of {silent_on:?}: {}", ending.stderr);
+        assert!(ending.stdout.is_empty() && !folder.join("v2x-runs").exists(), "{ending:#?}");
+    }
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_taken_port_is_named() -> anyhow::Result<()> {
+    let folder = folder("taken-port")?;
+    let holder = TcpListener::bind("127.0.0.1:0")?;
+    let endpoint = format!("tcp/{}", holder.local_addr()?);
+    let ending = run(&folder, &["up", "crossing", "--listen", &endpoint, "--out", "run"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert!(ending.stderr.contains(&format!("cannot listen on {endpoint}")), "{ending:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_agent_that_the_scenario_does_not_have_is_named_beside_those_it_has() -> anyhow::Result<()> {
+    let folder = folder("no-such-agent")?;
+    std::fs::write(folder.join("crossing.toml"), CROSSING)?;
+    let ending = run(&folder, &["agent", "--scenario", "crossing.toml", "--id", "drone"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert!(["drone", "ego", "rsu"].iter().all(|id| ending.stderr.contains(id)), "{ending:#?}");
+    Ok(())
+}

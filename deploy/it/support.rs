@@ -1,0 +1,124 @@
+//! Running `v2x`, listening to it, and knowing when it and all its children have ended.
+
+use anyhow::{Context, anyhow};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader, Lines};
+use tokio::process::{Child, ChildStderr, ChildStdout, Command};
+
+/// How long any one event may take on a machine that is busy with other things.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// An empty folder of one test's own.
+pub(crate) fn folder(test: &str) -> anyhow::Result<PathBuf> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).with_context(|| format!("emptying {}", folder.display()))?;
+    }
+    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+    Ok(folder)
+}
+
+/// `v2x` under way. Dropping it kills it.
+pub(crate) struct V2x {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    stderr: Lines<BufReader<ChildStderr>>,
+    said: Vec<String>,
+}
+
+/// How `v2x` ended.
+#[derive(Debug)]
+pub(crate) struct Ending {
+    /// `None` where a signal ended it.
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl V2x {
+    /// Starts it in this folder.
+    ///
+    /// Its standard output is a pipe that each of its children holds too, as descriptor 3: the pipe ends
+    /// when the last of them does.
+    pub(crate) fn start(folder: &Path, args: &[&str]) -> anyhow::Result<Self> {
+        let mut process = Command::new("sh")
+            .args(["-c", r#"exec "$0" "$@" 3>&1"#, env!("CARGO_BIN_EXE_v2x")])
+            .args(args)
+            .current_dir(folder)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .kill_on_drop(true)
+            .spawn()
+            .context("starting v2x")?;
+        let stdout = process.stdout.take().context("stdout is piped")?;
+        let stderr = process.stderr.take().context("stderr is piped")?;
+        Ok(Self {
+            process,
+            stdout: BufReader::new(stdout),
+            stderr: BufReader::new(stderr).lines(),
+            said: Vec::new(),
+        })
+    }
+
+    /// The line of standard error that holds this; lines before it are passed over.
+    pub(crate) async fn says(&mut self, text: &str) -> anyhow::Result<String> {
+        let awaited = async {
+            while let Some(line) = self.stderr.next_line().await? {
+                self.said.push(line.clone());
+                if line.contains(text) {
+                    return Ok(Some(line));
+                }
+            }
+            Ok::<_, std::io::Error>(None)
+        };
+        let line = tokio::time::timeout(PATIENCE, awaited).await;
+        let line = line.map_err(|_| anyhow!("it did not say {text:?}, but {:#?}", self.said))??;
+        line.ok_or_else(|| anyhow!("it ended before it said {text:?}: {:#?}", self.said))
+    }
+
+    /// Its next line of standard output.
+    pub(crate) async fn line(&mut self) -> anyhow::Result<String> {
+        let mut line = String::new();
+        let read = tokio::time::timeout(PATIENCE, self.stdout.read_line(&mut line));
+        read.await.context("no line on standard output")??;
+        Ok(line)
+    }
+
+    /// Waits until it and everything that it started have ended.
+    pub(crate) async fn end(mut self) -> anyhow::Result<Ending> {
+        let status = tokio::time::timeout(PATIENCE, self.process.wait()).await;
+        let status = status.map_err(|_| anyhow!("it does not end; it said {:#?}", self.said))??;
+        let mut stdout = String::new();
+        let rest = async {
+            self.stdout.read_to_string(&mut stdout).await?;
+            while let Some(line) = self.stderr.next_line().await? {
+                self.said.push(line);
+            }
+            Ok::<_, std::io::Error>(())
+        };
+        tokio::time::timeout(PATIENCE, rest).await.context("it has ended, but not all that it started")??;
+        Ok(Ending { code: status.code(), stdout, stderr: self.said.join("\n") })
+    }
+
+    /// Its process id.
+    pub(crate) fn process_id(&self) -> anyhow::Result<u32> {
+        self.process.id().context("it has ended")
+    }
+}
+
+/// Runs `v2x` to its end.
+pub(crate) async fn run(folder: &Path, args: &[&str]) -> anyhow::Result<Ending> {
+    V2x::start(folder, args)?.end().await
+}
+
+/// A network that stays up, of this name; returns it with the hub's endpoint.
+pub(crate) async fn up(folder: &Path, network: &str) -> anyhow::Result<(V2x, String)> {
+    let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", network, "--out", "run"];
+    let mut up = V2x::start(folder, &args)?;
+    let line = up.says(" is up: hub at ").await?;
+    let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;
+    Ok((up, endpoint.trim_end_matches(',').to_owned()))
+}

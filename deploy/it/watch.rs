@@ -1,0 +1,46 @@
+//! The consumer's command.
+
+use crate::support::{V2x, folder, run, up};
+use v2x_common::wire;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn watch_gives_as_many_lines_of_fused_frames_as_asked_for() -> anyhow::Result<()> {
+    let folder = folder("watch-json")?;
+    let (_up, endpoint) = up(&folder, "watch-json").await?;
+    let args = ["watch", "--json", "--count", "3", "--network", "watch-json", "--connect", &endpoint];
+    let ending = run(&folder, &args).await?;
+    assert_eq!(ending.code, Some(0), "{ending:#?}");
+    let frames = ending.stdout.lines().map(|line| wire::json::decode_fused(line.as_bytes()));
+    let frames: Vec<_> = frames.collect::<Result<_, _>>()?;
+    assert_eq!(frames.len(), 3);
+    assert!(frames.is_sorted_by(|a, b| a.sequence < b.sequence && a.fused_at < b.fused_at));
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn watch_shows_a_table_of_objects_and_agents() -> anyhow::Result<()> {
+    let folder = folder("watch-table")?;
+    let (_up, endpoint) = up(&folder, "watch-table").await?;
+    let mut watch = V2x::start(&folder, &["watch", "--network", "watch-table", "--connect", &endpoint])?;
+    let mut seen = [false; 3];
+    while !seen.iter().all(|is_seen| *is_seen) {
+        let line = watch.line().await?;
+        anyhow::ensure!(!line.is_empty(), "the table has ended");
+        seen[0] |= line.contains("ms since the newest measurement");
+        seen[1] |= line.contains("ego:") && line.contains("frames accepted");
+        seen[2] |= line.contains("vehicle.car");
+    }
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn watch_without_a_hub_gives_up_and_says_what_to_do() -> anyhow::Result<()> {
+    let folder = folder("watch-nothing")?;
+    // Port 1 of the loopback: nobody listens there, and no free port of another test is 1.
+    let ending = run(&folder, &["watch", "--connect", "tcp/127.0.0.1:1", "--wait", "0.5"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    let advice = ["no hub or router answered", "v2x up crossing", "--connect"];
+    assert!(advice.iter().all(|words| ending.stderr.contains(words)), "{ending:#?}");
+    assert!(ending.stdout.is_empty(), "{ending:#?}");
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! Networks beside each other.
+
+use crate::support::{Lab, Watch, rests_on, standing};
+
+/// Fused frames in which a stranger would have shown.
+const FRAMES: usize = 30;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn two_hubs_on_different_ports_do_not_find_each_other_even_under_one_name() -> anyhow::Result<()> {
+    let lab = Lab::new("two-ports")?;
+    let (first, second) = (lab.hub().await?, lab.hub().await?);
+    assert_ne!(first.locator, second.locator);
+    let (at_first, at_second) = (lab.watch(&first).await?, lab.watch(&second).await?);
+    let _agents = [lab.agent("ego", &first).await?, lab.agent("rsu", &second).await?];
+    each_sees_only_its_own(&at_first, &at_second).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn two_networks_on_one_router_do_not_see_each_other() -> anyhow::Result<()> {
+    let lab = Lab::new("one-router")?;
+    let sibling = lab.sibling("one-router-sibling")?;
+    let router = lab.hub().await?;
+    let _second_hub = sibling.hub_joined_to(&router).await?;
+    // Everybody is connected to the same router.
+    let (at_first, at_second) = (lab.watch(&router).await?, sibling.watch(&router).await?);
+    let _agents = [lab.agent("ego", &router).await?, sibling.agent("rsu", &router).await?];
+    each_sees_only_its_own(&at_first, &at_second).await
+}
+
+/// `ego` is in the first network, `rsu` in the second.
+async fn each_sees_only_its_own(first: &Watch, second: &Watch) -> anyhow::Result<()> {
+    first.until("ego is fused", |frame| rests_on(frame, "ego")).await?;
+    second.until("rsu is fused", |frame| rests_on(frame, "rsu")).await?;
+    for (watch, own) in [(first, "ego"), (second, "rsu")] {
+        let mut seen = 0;
+        let all_seen = watch.until("enough frames", |frame| {
+            assert!(frame.agents.iter().all(|health| health.agent.as_str() == own), "{:?}", frame.agents);
+            seen += usize::from(rests_on(frame, own));
+            seen == FRAMES
+        });
+        let last = all_seen.await?;
+        let status = watch.status_when("a roster", |status| standing(status, own).is_some()).await?;
+        assert_eq!(status.lineage, last.lineage, "the answer is of the hub that fused");
+        assert_eq!(status.agents.len(), 1, "{:?}", status.agents);
+    }
+    Ok(())
+}

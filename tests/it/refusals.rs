@@ -1,0 +1,162 @@
+//! What a hub does not take, it counts by reason, and goes on with the rest.
+
+use crate::support::{Lab, Watch, foreign_session, health, matched_publisher, rests_on, standing};
+use anyhow::{Context, anyhow};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use v2x_common::clock;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::{AgentId, FrameId};
+use v2x_common::time::Span;
+use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
+
+/// Far beyond any Δmax, and beyond any pause of a busy machine.
+const MINUTE: Span = Span::from_millis(60_000);
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fused() -> anyhow::Result<()> {
+    let lab = Lab::new("refusals")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let _ego = lab.agent("ego", &hub).await?;
+    let before = watch.until("ego is fused", |frame| rests_on(frame, "ego")).await?;
+
+    let session = foreign_session(&hub).await?;
+    let stranger = AgentId::new("stranger")?;
+    let publisher = matched_publisher(&session, lab.keys().detections(&stranger)).await?;
+    let mut expected = BTreeMap::new();
+    for (reason, encoding, payload) in bad_postcard(stranger)?.into_iter().chain(bad_json()) {
+        *expected.entry(reason.to_owned()).or_insert(0) += 1;
+        publisher.put(payload).encoding(encoding).await.map_err(|error| anyhow!("{error}"))?;
+    }
+    // A good one, and the same again.
+    let good = serde_json::to_vec(&frame_json(Span::ZERO))?;
+    expected.insert("duplicate".to_owned(), 1);
+    for payload in [good.clone(), good] {
+        publisher.put(payload).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
+    }
+
+    let total: u64 = expected.values().sum();
+    let status = watch.status_when("every bad frame is counted", |status| {
+        standing(status, "stranger").is_some_and(|agent| agent.refused.values().sum::<u64>() == total)
+    });
+    let status = status.await?;
+    let counted = standing(&status, "stranger").context("it was counted")?;
+    assert_eq!(counted.refused, expected);
+    assert_eq!(counted.accepted, 1);
+    assert!(counted.last_refusal.as_ref().is_some_and(|words| words.contains("duplicate")), "{counted:?}");
+    goes_on_being_fused(&watch, "ego", health(&before, "ego").context("ego was fused")?.accepted).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_log_says_once_why_an_agent_is_never_heard() -> anyhow::Result<()> {
+    let lab = Lab::new("hopeless")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let session = foreign_session(&hub).await?;
+    let publisher = matched_publisher(&session, lab.keys().detections(&AgentId::new("unset-clock")?)).await?;
+    for _ in 0..10 {
+        let payload = serde_json::to_vec(&frame_json(MINUTE))?;
+        publisher.put(payload).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
+    }
+    let mut log = Ok(String::new());
+    watch
+        .until("the log tells of the agent", |_| {
+            log = lab.hub_log();
+            log.as_ref().is_ok_and(|log| log.contains("every frame of this agent is refused"))
+        })
+        .await?;
+    let log = log?;
+    let lines: Vec<_> = log.lines().filter(|line| line.contains("every frame of this agent")).collect();
+    assert_eq!(lines.len(), 1, "{log}");
+    assert!(lines[0].contains("unset-clock") && lines[0].contains("too_early"), "{}", lines[0]);
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn frames_of_agents_without_a_legal_name_are_counted_too() -> anyhow::Result<()> {
+    let lab = Lab::new("unnamed")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let session = foreign_session(&hub).await?;
+    let nameless = format!("v2x/unnamed/agent/{}/detections", "x".repeat(33));
+    let publisher = matched_publisher(&session, nameless).await?;
+    publisher.put(frame_json(Span::ZERO).to_string()).await.map_err(|error| anyhow!("{error}"))?;
+    let status = watch.status_when("it is counted", |status| status.refused_unnamed == 1).await?;
+    assert!(status.agents.is_empty(), "{:?}", status.agents);
+    Ok(())
+}
+
+/// Waits until ten more frames of the agent are in, and objects rest on it.
+async fn goes_on_being_fused(watch: &Watch, agent: &str, accepted: u64) -> anyhow::Result<()> {
+    let goes_on = watch.until("the good agent goes on", |frame| {
+        rests_on(frame, agent) && health(frame, agent).is_some_and(|health| health.accepted >= accepted + 10)
+    });
+    goes_on.await.map(|_| ())
+}
+
+type BadFrame = (&'static str, &'static str, Vec<u8>);
+
+/// Reason, encoding and payload of damaged frames.
+fn bad_postcard(agent: AgentId) -> anyhow::Result<Vec<BadFrame>> {
+    let frame = DetectionFrame {
+        id: FrameId { agent, epoch: 1, sequence: 1 },
+        captured_at: clock::now(),
+        sensor_pose: None,
+        sensor_revision: 0,
+        map_frame: None,
+        detections: Vec::new(),
+    };
+    let mut good = Vec::new();
+    wire::detections::encode(&frame, &mut good)?;
+    let with_byte = |place: usize, byte: u8| {
+        let mut bytes = good.clone();
+        bytes[place] = byte;
+        bytes
+    };
+    let mut of_another = Vec::new();
+    let id = FrameId { agent: AgentId::new("ego")?, ..frame.id };
+    wire::detections::encode(&DetectionFrame { id, ..frame.clone() }, &mut of_another)?;
+    let bad = [
+        ("truncated", Vec::new()),
+        ("truncated", good[..good.len() - 1].to_vec()),
+        ("trailing_bytes", [good.as_slice(), &[0]].concat()),
+        ("unknown_version", with_byte(0, 99)),
+        ("wrong_kind", with_byte(1, b'F')),
+        ("agent_mismatch", of_another),
+    ];
+    Ok(bad.into_iter().map(|(reason, payload)| (reason, ENCODING_POSTCARD, payload)).collect())
+}
+
+/// Reason, encoding and payload of frames that are no JSON, or say what cannot be.
+fn bad_json() -> Vec<BadFrame> {
+    let with = |pointer: &str, value: Value| {
+        let mut frame = frame_json(Span::ZERO);
+        match pointer.rsplit_once('/') {
+            Some((parent, field)) => frame.pointer_mut(parent).expect("it is in the frame")[field] = value,
+            None => frame[pointer] = value,
+        }
+        frame.to_string()
+    };
+    let bad = [
+        ("bad_json", "{\"captured_at\":".to_owned()),
+        ("bad_json", with("/detections/0/theta", json!(1.0))),
+        ("bad_json", with("/captured_at", json!("now"))),
+        ("absurd_value", with("/detections/0/x", json!(1e300))),
+        ("absurd_value", with("/detections/0/w", json!(-2.0))),
+        ("absurd_value", with("/detections/0/sigma", json!({ "x": 0.0 }))),
+        ("agent_mismatch", with("/agent", json!("ego"))),
+        ("map_frame_mismatch", with("/map_frame", json!("EPSG:25833"))),
+        ("too_late", frame_json(-MINUTE).to_string()),
+        ("too_early", frame_json(MINUTE).to_string()),
+    ];
+    bad.into_iter().map(|(reason, text)| (reason, ENCODING_JSON, text.into_bytes())).collect()
+}
+
+/// A car, captured so much after now.
+fn frame_json(ahead: Span) -> Value {
+    json!({
+        "captured_at": (clock::now() + ahead).as_micros(),
+        "detections": [{ "class": "car", "x": 500.0, "y": 500.0 }],
+    })
+}
