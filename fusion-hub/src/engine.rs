@@ -14,12 +14,14 @@ use v2x_common::detection::{DetectionFrame, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::{AgentId, TrackId};
 use v2x_common::sensor::SensorDescription;
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
 /// A track less likely than this is dropped as soon as no late data can revive it.
 const MIN_EXISTENCE: f64 = 0.01;
 /// Beyond a sensor's range by more than this, a look cannot become evidence later, m.
 const LOOK_SLACK_M: f64 = 20.0;
+/// Time between two rounds of forgetting.
+const FORGET_INTERVAL: Span = Span::from_millis(20);
 /// Most tracks, published or not.
 const MAX_TRACKS: usize = 65_536;
 /// Most frames remembered as looks.
@@ -38,6 +40,7 @@ pub struct Engine {
     births_refused: u64,
     /// Frames within Δmax as looks, sorted: a late birth is held against those that came after it.
     looks: VecDeque<(EvidenceKey, Look)>,
+    forgotten_at: Timestamp,
     pending: Vec<Inclusion>,
     sequence: u64,
     duplicates: Duplicates,
@@ -57,6 +60,7 @@ impl Engine {
             next_counter: 0,
             births_refused: 0,
             looks: VecDeque::new(),
+            forgotten_at: Timestamp::MIN,
             pending: Vec::new(),
             sequence: 0,
             duplicates: Duplicates::default(),
@@ -221,6 +225,10 @@ impl Engine {
 
     /// Forgets what can no longer matter: nothing older than Δmax is let in any more.
     fn forget(&mut self, now: Timestamp) {
+        if now - self.forgotten_at < FORGET_INTERVAL {
+            return;
+        }
+        self.forgotten_at = now;
         let horizon = now - self.config.delta_max;
         let gone = horizon - self.config.coast;
         let floor = Existence::from_probability(MIN_EXISTENCE);
@@ -309,7 +317,7 @@ fn may_concern(look: &Look, track: &mut Track, at: Timestamp) -> bool {
 }
 
 fn fused_object(track: &mut Track, now: Timestamp, config: &EngineConfig) -> Option<FusedObject> {
-    let latest = track.latest();
+    let latest = *track.latest();
     let existence = latest.existence.survived(now - latest.at).probability();
     let last_measured_at = track.last_measured_at();
     if existence < config.publish_existence || now - last_measured_at > config.coast {

@@ -59,15 +59,14 @@ async fn the_log_says_once_why_an_agent_is_never_heard() -> anyhow::Result<()> {
         let payload = serde_json::to_vec(&frame_json(MINUTE))?;
         publisher.put(payload).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
     }
-    let mut log = Ok(String::new());
-    watch
-        .until("the log tells of the agent", |_| {
-            log = lab.hub_log();
-            log.as_ref().is_ok_and(|log| log.contains("every frame of this agent is refused"))
-        })
-        .await?;
-    let log = log?;
-    let lines: Vec<_> = log.lines().filter(|line| line.contains("every frame of this agent")).collect();
+    let told = "every frame of this agent is refused";
+    let is_told = |_: &_| lab.hub_log().is_ok_and(|log| log.contains(told));
+    let first = watch.until("the log tells of the agent", is_told).await?;
+    // The hub looks through its books every second.
+    let twice = Span::from_millis(2500);
+    watch.until("two more looks through the books", |frame| frame.fused_at - first.fused_at > twice).await?;
+    let log = lab.hub_log()?;
+    let lines: Vec<_> = log.lines().filter(|line| line.contains(told)).collect();
     assert_eq!(lines.len(), 1, "{log}");
     assert!(lines[0].contains("unset-clock") && lines[0].contains("too_early"), "{}", lines[0]);
     Ok(())

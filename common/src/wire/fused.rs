@@ -106,7 +106,10 @@ pub fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError>
     for inclusion in &frame.includes {
         let captured = (frame.fused_at - inclusion.captured_at).as_nanos();
         let received = (frame.fused_at - inclusion.received_at).as_nanos();
-        put(&WireInclusion(wire_frame_id(&inclusion.frame, &frame.agents)?, captured, received), buffer)?;
+        put(
+            &WireInclusion(wire_frame_id(&inclusion.frame, &frame.agents, &mut 0)?, captured, received),
+            buffer,
+        )?;
     }
     Ok(())
 }
@@ -134,9 +137,18 @@ fn absolute(millimetres: i32, origin_m: i32) -> f64 {
     quantity::millimetres(1000 * i64::from(origin_m) + i64::from(millimetres))
 }
 
-fn wire_frame_id(id: &FrameId, agents: &[AgentHealth]) -> Result<WireFrameId, WireError> {
-    let place = agents.binary_search_by_key(&id.agent, |health| health.agent);
-    let place = place.map_err(|_| WireError::UnlistedAgent)?;
+/// `expected` is where the agent most likely stands in the list: references mostly come in its order.
+fn wire_frame_id(
+    id: &FrameId,
+    agents: &[AgentHealth],
+    expected: &mut usize,
+) -> Result<WireFrameId, WireError> {
+    let mut place = *expected;
+    if agents.get(place).is_none_or(|health| health.agent != id.agent) {
+        let found = agents.binary_search_by_key(&id.agent, |health| health.agent);
+        place = found.map_err(|_| WireError::UnlistedAgent)?;
+    }
+    *expected = place + 1;
     let index = wire_count("agents", place, MAX_AGENTS)?;
     Ok(WireFrameId(index, id.epoch ^ agents[place].epoch, id.sequence))
 }
@@ -172,8 +184,10 @@ fn encode_object(
     for (class, probability) in &object.class_probabilities {
         put(&(class.byte(), quantity::probability_byte("class probability", *probability)?), buffer)?;
     }
+    let mut expected = 0;
     for measurement in &object.contributors {
-        put(&(wire_frame_id(&measurement.frame, &frame.agents)?, measurement.index), buffer)?;
+        let id = wire_frame_id(&measurement.frame, &frame.agents, &mut expected)?;
+        put(&(id, measurement.index), buffer)?;
     }
     Ok(())
 }

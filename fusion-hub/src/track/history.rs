@@ -106,9 +106,12 @@ impl Track {
     }
 
     /// What was known after the first `count` pieces; `None` before the first sighting.
-    fn after(&mut self, count: usize) -> Option<Snapshot> {
+    fn after(&mut self, count: usize) -> Option<&Snapshot> {
         while self.replayed.len() < count {
-            let before = self.replayed.back().copied().unwrap_or(self.base);
+            let before = match self.replayed.back() {
+                Some(before) => before.as_ref(),
+                None => self.base.as_ref(),
+            };
             let (key, evidence) = &self.evidence[self.replayed.len()];
             let snapshot = match (before, evidence) {
                 (Some(before), evidence) => Some(before.after(key.captured_at, evidence)),
@@ -117,27 +120,29 @@ impl Track {
             };
             self.replayed.push_back(snapshot);
         }
-        if count == 0 { self.base } else { self.replayed[count - 1] }
+        if count == 0 { self.base.as_ref() } else { self.replayed[count - 1].as_ref() }
     }
 
     /// What is known after all evidence. A track has at least one sighting.
-    pub fn latest(&mut self) -> Snapshot {
+    pub fn latest(&mut self) -> &Snapshot {
         self.after(self.evidence.len()).expect("a track begins with a sighting")
     }
 
     /// What was known at a time, from the evidence up to and including it; before the first sighting, what
     /// the first sighting tells.
-    pub fn known_at(&mut self, at: Timestamp) -> Snapshot {
-        let count = self.evidence.partition_point(|(key, _)| key.captured_at <= at);
-        match self.after(count) {
-            Some(snapshot) => snapshot,
-            None => self.first(),
-        }
+    pub fn known_at(&mut self, at: Timestamp) -> &Snapshot {
+        let known = self.evidence.partition_point(|(key, _)| key.captured_at <= at);
+        let count = known.max(self.count_to_first_sighting());
+        self.after(count).expect("a track begins with a sighting")
     }
 
-    fn first(&mut self) -> Snapshot {
+    /// How many pieces of evidence it takes to know anything.
+    fn count_to_first_sighting(&self) -> usize {
+        if self.base.is_some() {
+            return 0;
+        }
         let first = self.evidence.iter().position(|(_, evidence)| matches!(evidence, Evidence::Sighting(_)));
-        self.after(first.map_or(0, |place| place + 1)).expect("a track begins with a sighting")
+        first.map_or(0, |place| place + 1)
     }
 
     /// The newest measurement of each agent, by agent.
@@ -164,7 +169,7 @@ impl Track {
     }
 
     fn fold_front(&mut self) {
-        self.base = self.after(1);
+        self.base = self.after(1).copied();
         self.evidence.pop_front();
         self.replayed.pop_front();
     }
