@@ -4,7 +4,7 @@ use anyhow::{Context, anyhow};
 use std::path::PathBuf;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
-use zenoh::{Config, Session};
+use zenoh::{Config, Session, Wait};
 
 /// Where a hub listens and a client connects when nobody says otherwise: this machine only.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
@@ -90,7 +90,11 @@ fn set(config: &mut Config, key: &str, json5: &str) -> anyhow::Result<()> {
 
 /// Opens a session once.
 pub async fn open(config: Config) -> anyhow::Result<Session> {
-    zenoh::open(config).await.map_err(|error| anyhow!("{error}"))
+    // Zenoh blocks the thread that awaits an opening for as long as connecting takes. On a thread of its own
+    // that holds up neither the caller's deadline nor shutdown, nor the end of the process.
+    let (done, opened) = tokio::sync::oneshot::channel();
+    std::thread::spawn(move || done.send(zenoh::open(config).wait()));
+    opened.await.context("opening the Zenoh session panicked")?.map_err(|error| anyhow!("{error}"))
 }
 
 /// Opens a session, trying again until there is somebody to connect to, the patience ends (`None`: never)
