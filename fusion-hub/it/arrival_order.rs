@@ -47,7 +47,7 @@ fn run<'a>(frames: impl IntoIterator<Item = &'a DetectionFrame>) -> (Engine, Vec
         let disposition = engine.handle_frame(frame, at(NOW_MS));
         assert!(matches!(disposition, Disposition::Accepted { .. }), "{disposition:?}");
     }
-    let mut objects = engine.fused(at(NOW_MS)).objects;
+    let mut objects = engine.fused(at(NOW_MS)).objects.clone();
     objects.sort_by(|a, b| a.bev.y.total_cmp(&b.bev.y));
     (engine, objects)
 }

@@ -58,7 +58,7 @@ fn an_agent_at_1_hz_keeps_its_tracks() {
         let sequence = u64::try_from(second).expect("test input");
         engine
             .handle_frame(&frame(agent("rsu"), sequence, ms, vec![detection(0, at(ms), (0.0, 0.0))]), at(ms));
-        objects.push(engine.fused(at(ms + 900)).objects);
+        objects.push(engine.fused(at(ms + 900)).objects.clone());
     }
     let ids: Vec<_> = objects.iter().flatten().map(|object| object.track).collect();
     assert_eq!(ids.len(), 6, "an object in every second");
@@ -71,7 +71,8 @@ fn an_object_under_nobodys_eyes_is_published_for_the_coasting_time_only() {
     engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![detection(0, at(0), (0.0, 0.0))]), at(0));
     let count = |engine: &mut Engine, ms| engine.fused(at(ms)).objects.len();
     assert_eq!((count(&mut engine, 1400), count(&mut engine, 1600)), (1, 0));
-    assert_eq!((engine.fused(at(3000)), engine.n_tracks()).1, 0, "and is forgotten");
+    engine.fused(at(3100));
+    assert_eq!(engine.n_tracks(), 0, "and is forgotten");
 }
 
 #[test]
@@ -80,7 +81,7 @@ fn a_fused_frame_names_each_frame_that_it_is_the_first_to_contain() {
     let sent = frame(agent("ego"), 4, 0, vec![]);
     engine.handle_frame(&sent, at(30));
     engine.handle_frame(&sent, at(31));
-    let FusedFrame { includes, agents, .. } = engine.fused(at(40));
+    let FusedFrame { includes, agents, .. } = engine.fused(at(40)).clone();
     assert_eq!(includes.len(), 1, "the duplicate is not in it");
     assert_eq!((includes[0].frame, includes[0].received_at), (sent.id, at(30)));
     assert_eq!((agents[0].accepted, agents[0].refused), (1, 1));
@@ -95,7 +96,7 @@ fn an_object_of_which_nothing_is_known_any_more_is_not_published_and_takes_no_ot
     vague.covariance.position = Covariance2::isotropic(69.9);
     engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![vague, detection(1, at(0), (0.0, 0.0))]), at(0));
     assert_eq!(engine.fused(at(0)).objects.len(), 2);
-    let later = engine.fused(at(1000));
+    let later = engine.fused(at(1000)).clone();
     assert_eq!(later.objects.len(), 1, "7 m/s of unknown velocity for a second: beyond 70 m");
     let mut bytes = Vec::new();
     assert_eq!(v2x_common::wire::fused::encode(&later, &mut bytes), Ok(()));

@@ -4,14 +4,15 @@
 use crate::association::{Associator, Expected};
 use crate::config::EngineConfig;
 use crate::duplicates::{Duplicates, Seen};
-use crate::filter::{Measurement, State};
+use crate::filter::Measurement;
 use crate::inbox::Inbox;
+use crate::publish;
 use crate::refusal::{Disposition, Refusal};
 use crate::sensing::Sensing;
 use crate::track::{Evidence, EvidenceKey, Existence, Look, Sighting, Track};
 use std::collections::VecDeque;
-use v2x_common::detection::{DetectionFrame, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
-use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::{FusedFrame, Inclusion};
 use v2x_common::id::{AgentId, TrackId};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
@@ -43,6 +44,8 @@ pub struct Engine {
     forgotten_at: Timestamp,
     pending: Vec<Inclusion>,
     sequence: u64,
+    /// The newest fused frame; its buffers are used again.
+    fused: FusedFrame,
     duplicates: Duplicates,
     associator: Associator,
     sightings: Vec<Sighting>,
@@ -63,6 +66,16 @@ impl Engine {
             forgotten_at: Timestamp::MIN,
             pending: Vec::new(),
             sequence: 0,
+            fused: FusedFrame {
+                hub: config.hub,
+                lineage: config.lineage,
+                sequence: 0,
+                fused_at: Timestamp::EPOCH,
+                map_frame: config.map_frame,
+                objects: Vec::new(),
+                agents: Vec::new(),
+                includes: Vec::new(),
+            },
             duplicates: Duplicates::default(),
             associator: Associator::default(),
             sightings: Vec::new(),
@@ -199,7 +212,7 @@ impl Engine {
             let in_view = report.is_some() || look.covers(x, y, 0.0);
             in_view.then_some(Seen { id: track.id, expected, report })
         });
-        let detection_probability = -libm::expm1(look.ln_miss);
+        let detection_probability = 1.0 - look.miss_probability;
         let merges =
             self.duplicates.note_frame(&seen.collect::<Vec<_>>(), detection_probability, self.config.gate);
         for (older, younger) in merges {
@@ -247,21 +260,18 @@ impl Engine {
     }
 
     /// The list of objects as of `now`, and what is new in it since the last call.
-    pub fn fused(&mut self, now: Timestamp) -> FusedFrame {
+    pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
         self.forget(now);
-        let sequence = self.sequence;
+        let Self { config, fused, pending, inbox, tracks, .. } = self;
+        fused.sequence = self.sequence;
         self.sequence += 1;
-        let config = self.config;
-        FusedFrame {
-            hub: config.hub,
-            lineage: config.lineage,
-            sequence,
-            fused_at: now,
-            map_frame: config.map_frame,
-            objects: self.tracks.iter_mut().filter_map(|track| fused_object(track, now, &config)).collect(),
-            agents: self.inbox.agents().map(|(agent, record)| record.health(*agent)).collect(),
-            includes: std::mem::take(&mut self.pending),
-        }
+        fused.fused_at = now;
+        fused.agents.clear();
+        fused.agents.extend(inbox.agents().map(|(agent, record)| record.health(*agent)));
+        fused.includes.clear();
+        fused.includes.append(pending);
+        publish::fill(&mut fused.objects, tracks, now, config);
+        fused
     }
 
     /// The books on every agent.
@@ -314,45 +324,4 @@ fn may_concern(look: &Look, track: &mut Track, at: Timestamp) -> bool {
     let state = track.known_at(at).state_at(at);
     let [x, y] = state.kinematic.position;
     look.pose.distance_to(x, y) <= look.field_of_view.range_max_m + LOOK_SLACK_M
-}
-
-fn fused_object(track: &mut Track, now: Timestamp, config: &EngineConfig) -> Option<FusedObject> {
-    let latest = *track.latest();
-    let existence = latest.existence.survived(now - latest.at).probability();
-    let last_measured_at = track.last_measured_at();
-    if existence < config.publish_existence || now - last_measured_at > config.coast {
-        return None;
-    }
-    let state = latest.state_at(now);
-    if !is_tellable(&state) {
-        return None;
-    }
-    let [vx, vy] = state.kinematic.velocity;
-    Some(FusedObject {
-        track: track.id,
-        class: latest.class(),
-        class_probabilities: latest.class_shares().collect(),
-        bev: state.bev(),
-        velocity: (vx, vy),
-        kinematic_covariance: state.kinematic.covariance(),
-        ww: state.width.variance,
-        dd: state.depth.variance,
-        yaw_variance: state.heading.variance,
-        existence,
-        age: now - latest.born_at,
-        last_measured_at,
-        contributors: track.contributors().collect(),
-    })
-}
-
-/// Whether a state says anything, and fits on the wire: a position known to no better than 70 m does not.
-fn is_tellable(state: &State) -> bool {
-    let kinematic = &state.kinematic;
-    let size = 0.0..=MAX_SIZE_M;
-    kinematic.pp.max_sigma() <= MAX_SIGMA_M
-        && kinematic.vv.max_sigma() <= MAX_SIGMA_M
-        && state.heading.variance <= MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD
-        && size.contains(&state.width.mean)
-        && size.contains(&state.depth.mean)
-        && state.width.variance.max(state.depth.variance) <= MAX_SIGMA_M * MAX_SIGMA_M
 }

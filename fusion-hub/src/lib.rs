@@ -13,6 +13,7 @@ pub mod filter;
 #[cfg(feature = "net")]
 pub mod hub;
 pub mod inbox;
+mod publish;
 pub mod refusal;
 pub mod schedule;
 pub mod sensing;

@@ -33,8 +33,8 @@ impl Default for SensingDefaults {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing {
     ln_detection_over_clutter: f64,
-    birth_log_odds: f64,
-    ln_miss: f64,
+    birth_odds: f64,
+    miss_probability: f64,
     size_factor: SizeFactor,
 }
 
@@ -72,8 +72,8 @@ impl Sensing {
         let p = detection_probability.min(MAX_DETECTION_PROBABILITY);
         Self {
             ln_detection_over_clutter: libm::log(p) - libm::log(clutter_per_m2),
-            birth_log_odds: libm::log(defaults.births_per_m2) - libm::log(clutter_per_m2),
-            ln_miss: libm::log1p(-p),
+            birth_odds: defaults.births_per_m2 / clutter_per_m2,
+            miss_probability: 1.0 - p,
             size_factor: size_noise.map_or(SizeFactor::Undeclared, |law| SizeFactor::of(&law)),
         }
     }
@@ -95,13 +95,18 @@ impl Sensing {
                 velocity: detection.velocity,
             },
             ln_detection_over_clutter: self.ln_detection_over_clutter,
-            birth_log_odds: self.birth_log_odds,
+            birth_odds: self.birth_odds,
         }
     }
 
     /// A frame as a look at everything that it does not report.
     pub fn look(&self, description: &SensorDescription, pose: Pose) -> Look {
-        Look { pose, field_of_view: description.field_of_view, body: description.body, ln_miss: self.ln_miss }
+        Look {
+            pose,
+            field_of_view: description.field_of_view,
+            body: description.body,
+            miss_probability: self.miss_probability,
+        }
     }
 }
 
@@ -153,7 +158,7 @@ mod tests {
     fn without_clutter_the_first_report_is_certain() {
         let defaults = SensingDefaults { clutter_per_m2: 0.0, ..SensingDefaults::default() };
         let sensing = Sensing::undescribed(&defaults);
-        let first = crate::track::Existence::from_log_odds(sensing.birth_log_odds);
+        let first = crate::track::Existence::from_odds(sensing.birth_odds);
         assert!(first.probability() > 0.99);
     }
 }

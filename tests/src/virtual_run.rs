@@ -50,7 +50,7 @@ impl VirtualRun<'_> {
             });
             if matches!(disposition, Disposition::Accepted { .. }) {
                 bytes.clear();
-                wire::fused::encode(&engine.fused(received_at), &mut bytes)?;
+                wire::fused::encode(engine.fused(received_at), &mut bytes)?;
                 log.fused.push(ReceivedFused { received_at, frame: wire::fused::decode(&bytes)? });
             }
         }

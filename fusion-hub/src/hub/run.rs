@@ -164,7 +164,7 @@ impl Hub {
         let begun_at = clock::now();
         let frame = self.engine.fused(begun_at);
         self.objects = frame.objects.len();
-        if let Err(error) = self.put(&frame).await {
+        if let Err(error) = put(&self.network, frame, &mut self.buffer).await {
             self.publish_errors += 1;
             tracing::warn!(%error, "fused frame not published");
             return;
@@ -173,22 +173,11 @@ impl Hub {
         let put_at = clock::now();
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
         if self.network.json_wanted.load(Ordering::Relaxed)
-            && let Err(error) = self.put_json(&frame).await
+            && let Err(error) = put_json(&self.network, frame).await
         {
             self.publish_errors += 1;
             tracing::warn!(%error, "fused frame not published as JSON");
         }
-    }
-
-    async fn put(&mut self, frame: &FusedFrame) -> anyhow::Result<()> {
-        self.buffer.clear();
-        wire::fused::encode(frame, &mut self.buffer)?;
-        self.network.fused.put(self.buffer.as_slice()).await.map_err(|error| anyhow!("{error}"))
-    }
-
-    async fn put_json(&self, frame: &FusedFrame) -> anyhow::Result<()> {
-        let json = wire::json::encode_fused(frame)?;
-        self.network.fused_json.put(json).await.map_err(|error| anyhow!("{error}"))
     }
 
     fn status(&self) -> HubStatus {
@@ -233,6 +222,17 @@ impl Hub {
         statuses.sort_by_key(|status| status.id);
         statuses
     }
+}
+
+async fn put(network: &Network, frame: &FusedFrame, buffer: &mut Vec<u8>) -> anyhow::Result<()> {
+    buffer.clear();
+    wire::fused::encode(frame, buffer)?;
+    network.fused.put(buffer.as_slice()).await.map_err(|error| anyhow!("{error}"))
+}
+
+async fn put_json(network: &Network, frame: &FusedFrame) -> anyhow::Result<()> {
+    let json = wire::json::encode_fused(frame)?;
+    network.fused_json.put(json).await.map_err(|error| anyhow!("{error}"))
 }
 
 /// Tenths of a second since the epoch, cut to 32 bits: new at every start, for 13 years.

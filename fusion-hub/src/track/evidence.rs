@@ -31,8 +31,8 @@ pub struct Sighting {
     pub z: Measurement,
     /// Natural logarithm of detection probability over clutter density (m²); ∞ without clutter.
     pub ln_detection_over_clutter: f64,
-    /// Log-odds that such a report, if it is of nothing known, is of something real.
-    pub birth_log_odds: f64,
+    /// Odds that such a report, if it is of nothing known, is of something real.
+    pub birth_odds: f64,
 }
 
 /// A look of an agent that did not report the object. Whether the object was in view is decided when the
@@ -45,8 +45,8 @@ pub struct Look {
     pub field_of_view: FieldOfView,
     /// The vehicle around it, through which it does not see.
     pub body: Option<Body>,
-    /// Natural logarithm of the probability that it misses what is in view.
-    pub ln_miss: f64,
+    /// Probability that it misses what is in view.
+    pub miss_probability: f64,
 }
 
 /// One piece of evidence.

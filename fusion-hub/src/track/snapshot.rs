@@ -35,7 +35,7 @@ impl Snapshot {
         votes[0] = (sighting.z.class, 1);
         Self {
             state: State::born(at, &sighting.z),
-            existence: Existence::from_log_odds(sighting.birth_log_odds),
+            existence: Existence::from_odds(sighting.birth_odds),
             at,
             born_at: at,
             n_sightings: 1,
@@ -72,7 +72,7 @@ impl Snapshot {
         let [x, y] = state.kinematic.position;
         let margin_m = VIEW_MARGIN_SIGMAS * state.kinematic.pp.max_sigma() + VIEW_MARGIN_M;
         if look.covers(x, y, margin_m) {
-            self.existence = self.existence.missed(look.ln_miss);
+            self.existence = self.existence.missed(look.miss_probability);
         }
     }
 
