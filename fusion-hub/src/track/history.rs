@@ -42,7 +42,7 @@ impl Track {
 
     /// Puts a piece of evidence in its place in time. `false` where that very piece was there already.
     pub fn insert(&mut self, key: EvidenceKey, evidence: Evidence) -> bool {
-        let place = self.evidence.partition_point(|(other, _)| *other < key);
+        let place = self.place_after(|other| *other < key);
         if self.evidence.get(place).is_some_and(|(other, _)| *other == key) {
             return false;
         }
@@ -57,6 +57,13 @@ impl Track {
         true
     }
 
+    /// The place after the last piece that is before something. From the end: what comes is mostly new, and
+    /// what is old need not be touched.
+    fn place_after(&self, is_before: impl Fn(&EvidenceKey) -> bool) -> usize {
+        let last = self.evidence.iter().rposition(|(key, _)| is_before(key));
+        last.map_or(0, |place| place + 1)
+    }
+
     fn note_contributor(&mut self, key: EvidenceKey) {
         let entry = (key.captured_at, key.measurement());
         match self.contributors.binary_search_by_key(&key.frame.agent, |(_, id)| id.frame.agent) {
@@ -67,7 +74,7 @@ impl Track {
 
     /// Where the evidence of this frame stands, if there is any.
     fn place_of(&self, captured_at: Timestamp, frame: &FrameId) -> Option<usize> {
-        let start = self.evidence.partition_point(|(key, _)| key.captured_at < captured_at);
+        let start = self.place_after(|key| key.captured_at < captured_at);
         let same_time =
             self.evidence.iter().skip(start).take_while(|(key, _)| key.captured_at == captured_at);
         same_time.into_iter().position(|(key, _)| key.frame == *frame).map(|offset| start + offset)
@@ -131,7 +138,7 @@ impl Track {
     /// What was known at a time, from the evidence up to and including it; before the first sighting, what
     /// the first sighting tells.
     pub fn known_at(&mut self, at: Timestamp) -> &Snapshot {
-        let known = self.evidence.partition_point(|(key, _)| key.captured_at <= at);
+        let known = self.place_after(|key| key.captured_at <= at);
         let count = known.max(self.count_to_first_sighting());
         self.after(count).expect("a track begins with a sighting")
     }
