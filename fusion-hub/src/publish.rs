@@ -11,7 +11,12 @@ use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Fills the list with the objects as of `now`; what the list held is overwritten, its memory used again.
-pub fn fill(objects: &mut Vec<FusedObject>, tracks: &mut [Track], now: Timestamp, config: &EngineConfig) {
+pub(crate) fn fill(
+    objects: &mut Vec<FusedObject>,
+    tracks: &mut [Track],
+    now: Timestamp,
+    config: &EngineConfig,
+) {
     let mut count = 0;
     for track in tracks {
         if objects.len() == count {

@@ -21,7 +21,9 @@ struct State<T> {
 impl<T> DropOldestQueue<T> {
     /// Holds at most `capacity` items.
     pub fn new(capacity: usize) -> Self {
-        let state = State { items: VecDeque::with_capacity(capacity), dropped: 0 };
+        // Not allocated for its capacity at once: a ring that large would be touched bit by bit, and look
+        // like a leak for minutes.
+        let state = State { items: VecDeque::new(), dropped: 0 };
         Self { state: Mutex::new(state), arrived: Notify::new(), capacity: capacity.max(1) }
     }
 
