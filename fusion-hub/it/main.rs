@@ -1,5 +1,6 @@
 //! Tests of the pure engine at its boundary: frames in, fused frames out.
 
 mod arrival_order;
+mod consistency;
 mod life_of_a_track;
 mod world;

@@ -175,18 +175,26 @@ impl Engine {
         let Self { associator, measurements, expected, sightings, tracks, looks, config, .. } = self;
         let matches = associator.associate(measurements, expected, (config.association, config.gate));
         let mut births = Vec::new();
+        let (mut nis_sum, mut nis_count) = (0.0, 0);
         for (index, (sighting, found)) in sightings.iter().zip(matches).enumerate() {
             let key = sighting_key(frame, index);
             let Some(found) = found else {
                 births.push((key, *sighting));
                 continue;
             };
-            let track = &mut tracks[expected[*found as usize].track];
+            let expected = &expected[*found as usize];
+            nis_sum += expected.state.kinematic.innovation(sighting.z.position, &sighting.z.r).mahalanobis2;
+            nis_count += 1;
+            let track = &mut tracks[expected.track];
             let becomes_birth = track.oldest_key().is_some_and(|oldest| key < oldest);
             track.insert(key, Evidence::Sighting(*sighting));
             if becomes_birth {
                 hold_against(looks, track, &key);
             }
+        }
+        if let Some(record) = self.inbox.record_mut(frame.id.agent) {
+            record.nis_sum += nis_sum;
+            record.nis_count += nis_count;
         }
         if let Some(look) = look {
             let key = look_key(frame);

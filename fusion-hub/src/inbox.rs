@@ -35,6 +35,10 @@ pub struct AgentRecord {
     pub last_refusal: Option<Refusal>,
     /// Detections whose class name was not known.
     pub unmapped_classes: u64,
+    /// Sum of the normalised innovations squared of its associated positions, 2 degrees of freedom each.
+    pub nis_sum: f64,
+    /// How many these are.
+    pub nis_count: u64,
     /// Numbers of the frames within Δmax, to know duplicates by.
     seen: BTreeMap<(u64, u64), Timestamp>,
 }
@@ -43,6 +47,13 @@ impl AgentRecord {
     /// Frames refused, for any reason.
     pub fn refused_total(&self) -> u64 {
         self.refused.values().sum()
+    }
+
+    /// Mean normalised innovation squared of its positions for each degree of freedom: 1 where the agent's
+    /// reported covariance and the tracks' are honest, more where it claims to be better than it is.
+    pub fn nis_per_dof(&self) -> Option<f64> {
+        #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
+        (self.nis_count > 0).then(|| self.nis_sum / (2.0 * self.nis_count as f64))
     }
 
     /// What a fused frame tells of it.

@@ -216,6 +216,7 @@ impl Hub {
             refused: record.refused.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
             last_refusal: record.last_refusal.as_ref().map(ToString::to_string),
             unmapped_classes: record.unmapped_classes,
+            nis_per_dof: record.nis_per_dof(),
             newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
             sensor: record.description,
         }));
@@ -252,6 +253,7 @@ impl AgentStatus {
             refused: std::collections::BTreeMap::new(),
             last_refusal: None,
             unmapped_classes: 0,
+            nis_per_dof: None,
             newest_captured_at: None,
             sensor: None,
         }

@@ -65,6 +65,9 @@ pub struct AgentStatus {
     pub last_refusal: Option<String>,
     /// Detections whose class name was not known.
     pub unmapped_classes: u64,
+    /// Mean normalised innovation squared of its positions for each degree of freedom: 1 where its reported
+    /// covariance is honest, more where it claims to be better than it is.
+    pub nis_per_dof: Option<f64>,
     /// Capture time of its newest accepted frame, µs.
     pub newest_captured_at: Option<i64>,
     /// Its sensor description, once it has sent one.

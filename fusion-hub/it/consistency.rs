@@ -1,0 +1,131 @@
+//! Honest covariance: with truth and noise drawn from the filter's own model, the normalised estimation error
+//! squared follows its χ² distribution (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
+use v2x_common::geometry::angle_difference;
+use v2x_common::time::{Span, Timestamp};
+use v2x_fusion_hub::filter::{Measurement, MotionParams, State};
+
+const RUNS: u32 = 2000;
+const STEPS: u32 = 15;
+
+/// A standard normal draw (Box & Muller 1958).
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let mut unit = || (f64::from(rng.next_u32()) + 0.5) / 4_294_967_296.0;
+    let (u, v) = (unit(), unit());
+    libm::sqrt(-2.0 * libm::log(u)) * libm::cos(2.0 * std::f64::consts::PI * v)
+}
+
+/// The truth: x, y, vx, vy and the heading.
+struct Truth {
+    position: [f64; 2],
+    velocity: [f64; 2],
+    yaw: f64,
+}
+
+impl Truth {
+    fn drawn(motion: &MotionParams, rng: &mut ChaCha8Rng) -> Self {
+        let velocity = [normal(rng), normal(rng)].map(|draw| draw * motion.sigma_velocity_mps);
+        Self { position: [100.0, -50.0], velocity, yaw: 3.0 }
+    }
+
+    /// One step of the constant-velocity model with white acceleration, exactly: velocity and position noise
+    /// have covariance q·[[T³/3, T²/2], [T²/2, T]].
+    fn advance(&mut self, dt: f64, motion: &MotionParams, rng: &mut ChaCha8Rng) {
+        for axis in 0..2 {
+            let (a, b) = (normal(rng), normal(rng));
+            let velocity_noise = libm::sqrt(motion.accel_psd * dt) * a;
+            let position_noise = dt * (velocity_noise / 2.0 + libm::sqrt(motion.accel_psd * dt / 12.0) * b);
+            self.position[axis] += dt * self.velocity[axis] + position_noise;
+            self.velocity[axis] += velocity_noise;
+        }
+        self.yaw += libm::sqrt(motion.yaw_diffusion * dt) * normal(rng);
+    }
+
+    fn measured(&self, rng: &mut ChaCha8Rng) -> Measurement {
+        let r = Covariance2 { xx: 0.25, xy: 0.12, yy: 0.16 };
+        let (a, b) = (normal(rng), normal(rng));
+        let dx = 0.5 * a;
+        let dy = 0.12 / 0.5 * a + libm::sqrt(0.16 - 0.12 * 0.12 / 0.25) * b;
+        Measurement {
+            class: Class::Car,
+            position: [self.position[0] + dx, self.position[1] + dy],
+            r,
+            size: [1.8, 4.5],
+            relative_variance: [0.04, 0.04],
+            yaw: self.yaw + 0.1 * normal(rng),
+            yaw_variance: 0.01,
+            velocity: None,
+        }
+    }
+}
+
+/// Squared error of (x, y, vx, vy) and of the heading, each over its covariance.
+fn nees(state: &State, truth: &Truth) -> (f64, f64) {
+    use nalgebra::{Matrix4, Vector4};
+    let mut covariance = Matrix4::zeros();
+    for (value, (row, column)) in
+        state.kinematic.covariance().into_iter().zip(v2x_common::fused::KINEMATIC_INDEX)
+    {
+        covariance[(row, column)] = value;
+        covariance[(column, row)] = value;
+    }
+    let error = Vector4::new(
+        state.kinematic.position[0] - truth.position[0],
+        state.kinematic.position[1] - truth.position[1],
+        state.kinematic.velocity[0] - truth.velocity[0],
+        state.kinematic.velocity[1] - truth.velocity[1],
+    );
+    let solved = covariance.cholesky().expect("positive definite").solve(&error);
+    let turn = angle_difference(state.heading.mean, truth.yaw);
+    (error.dot(&solved), turn * turn / state.heading.variance)
+}
+
+#[test]
+fn the_error_is_as_large_as_the_covariance_says() {
+    let motion = MotionParams::of(Class::Car);
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_122);
+    let (mut kinematic, mut heading) = (0.0, 0.0);
+    for _ in 0..RUNS {
+        let mut truth = Truth::drawn(&motion, &mut rng);
+        let mut at = Timestamp::EPOCH;
+        let mut state = State::born(at, &truth.measured(&mut rng));
+        for step in 0..STEPS {
+            let dt = Span::from_millis(if step % 3 == 0 { 40 } else { 110 });
+            at += dt;
+            truth.advance(dt.as_secs_f64(), &motion, &mut rng);
+            state = state.predicted(at, &motion);
+            state.update(&truth.measured(&mut rng));
+        }
+        let (of_kinematic, of_heading) = nees(&state, &truth);
+        kinematic += of_kinematic;
+        heading += of_heading;
+    }
+    // Sums of χ² with 4 · 2000 and 2000 degrees of freedom: the central 95 %.
+    assert!((7753.9..=8249.8).contains(&kinematic), "position and velocity: {kinematic}");
+    assert!((1877.9..=2125.8).contains(&heading), "heading: {heading}");
+}
+
+#[test]
+fn an_agent_that_claims_half_its_error_shows_in_its_innovations() {
+    use crate::world::{SIGMA_M, agent, at, detection, engine, frame};
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut engine = engine();
+    for k in 0..400_u32 {
+        let ms = 50 * i64::from(k);
+        for (name, true_sigma) in [("honest", SIGMA_M), ("boaster", 2.0 * SIGMA_M)] {
+            let errors = [0, 1, 2]
+                .map(|object| (object, (true_sigma * normal(&mut rng), true_sigma * normal(&mut rng))));
+            let seen = errors.map(|(object, error)| detection(object, at(ms), error)).to_vec();
+            engine.handle_frame(&frame(agent(name), u64::from(k), ms, seen), at(ms));
+        }
+    }
+    let nis = |name| engine.inbox().record(&agent(name)).and_then(|record| record.nis_per_dof());
+    let (honest, boaster) = (nis("honest").expect("measured"), nis("boaster").expect("measured"));
+    // Below 1: these cars keep their speed better than the model takes for granted.
+    assert!((0.5..1.2).contains(&honest), "{honest}");
+    assert!(boaster > 1.8 * honest, "{boaster} against {honest}");
+}
