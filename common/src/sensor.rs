@@ -179,15 +179,10 @@ impl SensorDescription {
         let width_ok = fov.width_rad > 0.0 && fov.width_rad <= 2.0 * PI + 1e-9;
         check("field_of_view.width_rad", fov.width_rad, width_ok, "more than 0, at most 2π")?;
         let p = self.detection_probability;
-        check("detection_probability", p, (0.0..=1.0).contains(&p), "0 to 1")?;
+        check("detection_probability", p, p > 0.0 && p <= 1.0, "more than 0, at most 1")?;
         check("clutter_per_m2", self.clutter_per_m2, self.clutter_per_m2 >= 0.0, "0 or more")?;
         if let Some(law) = self.size_noise {
-            check(
-                "size_noise.sigma",
-                law.sigma,
-                law.sigma > 0.0 && law.sigma <= 10.0,
-                "more than 0, at most 10",
-            )?;
+            check("size_noise.sigma", law.sigma, (1e-3..=10.0).contains(&law.sigma), "0.001 to 10")?;
             check("size_noise.lower", law.lower, (0.0..1.0).contains(&law.lower), "0 to below 1")?;
         }
         if let Some(body) = self.body {

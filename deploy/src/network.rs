@@ -92,7 +92,18 @@ impl Network {
     /// Ends the hub.
     pub(crate) async fn end_hub(self, words: &mut LastWords) {
         if let Some(mut said) = end(self.hub, words).await {
-            words.hub = serde_json::from_value(said["status"].take()).ok();
+            match serde_json::from_value::<HubStatus>(said["status"].take()) {
+                Ok(status) => {
+                    if status.dropped_overload > 0 {
+                        words.failures.push(format!(
+                            "the hub could not keep up: {} samples were dropped",
+                            status.dropped_overload
+                        ));
+                    }
+                    words.hub = Some(status);
+                }
+                Err(error) => words.failures.push(format!("the hub's last status is unreadable: {error}")),
+            }
         }
     }
 }

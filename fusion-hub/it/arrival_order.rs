@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
+use v2x_fusion_hub::refusal::{Disposition, Refusal};
 
 /// One report of one frame: which objects are seen, and with what errors.
 #[derive(Clone, Debug)]
@@ -120,4 +120,15 @@ fn evidence_older_than_the_birth_becomes_the_birth() {
     let (_, objects) = run([&newer, &older]);
     assert_eq!(objects.len(), 1, "one object, not one for each order");
     assert_eq!(objects[0].age, at(NOW_MS) - at(100));
+}
+
+#[test]
+fn a_frame_that_waited_while_the_hub_published_is_as_old_as_it_is_by_then() {
+    let mut engine = engine();
+    let ego = |sequence, ms| frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.0, 0.0))]);
+    engine.handle_frame(&ego(0, 0), at(0));
+    engine.fused(at(700));
+    // Received at 490, when it was young enough, but the hub has folded everything before 200 since.
+    let waited = engine.handle_frame(&ego(1, 10), at(490));
+    assert!(matches!(waited, Disposition::Refused(Refusal::TooLate { .. })), "{waited:?}");
 }

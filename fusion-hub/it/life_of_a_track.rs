@@ -101,3 +101,16 @@ fn an_object_of_which_nothing_is_known_any_more_is_not_published_and_takes_no_ot
     let mut bytes = Vec::new();
     assert_eq!(v2x_common::wire::fused::encode(&later, &mut bytes), Ok(()));
 }
+
+#[test]
+fn an_agent_at_the_other_end_of_the_world_silences_nobody() {
+    let mut engine = engine();
+    let mut lost = frame(agent("lost"), 0, 0, vec![detection(0, at(0), (500_000.0, 5_400_000.0))]);
+    lost.sensor_pose = None;
+    engine.handle_frame(&lost, at(0));
+    engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![detection(1, at(0), (0.0, 0.0))]), at(0));
+    let fused = engine.fused(at(0)).clone();
+    assert_eq!(fused.objects.len(), 2);
+    let mut bytes = Vec::new();
+    assert_eq!(v2x_common::wire::fused::encode(&fused, &mut bytes), Ok(()));
+}

@@ -8,7 +8,7 @@
 use crate::association::Expected;
 use crate::filter::Measurement;
 use std::collections::BTreeMap;
-use v2x_common::id::TrackId;
+use v2x_common::id::{AgentId, TrackId};
 
 /// Natural logarithm of the odds from which on two tracks are one: 1000 to 1.
 const MERGE_AT: f64 = 6.907_755_278_982_137;
@@ -20,9 +20,8 @@ const BOTH_REPORTED_OF_ONE: f64 = 0.02;
 /// Evidence on pairs of tracks that compete for reports.
 #[derive(Debug, Default)]
 pub struct Duplicates {
-    /// Log-odds of one object, by ids, the older first.
-    pairs: BTreeMap<(TrackId, TrackId), f64>,
-    merges: u64,
+    /// Each agent's log-odds of one object, by ids, the older first.
+    pairs: BTreeMap<(TrackId, TrackId), Vec<(AgentId, f64)>>,
 }
 
 /// A track in the eyes of one frame.
@@ -37,12 +36,15 @@ pub struct Seen<'a> {
 }
 
 impl Duplicates {
-    /// Takes in one frame of a sensor with this detection probability. Returns the pairs that turn out to be
-    /// one object, the older track first.
+    /// Takes in one frame of this agent, whose sensor has this detection probability. Returns the pairs that
+    /// turn out to be one object, the older track first.
+    ///
+    /// An agent that mostly reports both has a veto: to others one of two objects may be hidden behind the
+    /// other, frame after frame.
     pub fn note_frame(
         &mut self,
         seen: &[Seen<'_>],
-        detection_probability: f64,
+        (agent, detection_probability): (AgentId, f64),
         gate: f64,
     ) -> Vec<(TrackId, TrackId)> {
         let p = detection_probability.clamp(0.01, 0.999);
@@ -58,14 +60,11 @@ impl Duplicates {
                 }
                 let evidence = if a.report.is_some() && b.report.is_some() { for_two } else { for_one };
                 let pair = (a.id.min(b.id), a.id.max(b.id));
-                let odds = self.pairs.entry(pair).or_insert(0.0);
-                *odds = (*odds + evidence).max(DISTINCT_AT_MOST);
-                if *odds >= MERGE_AT {
+                if note_evidence(self.pairs.entry(pair).or_default(), agent, evidence) {
                     merges.push(pair);
                 }
             }
         }
-        self.merges += merges.len() as u64;
         merges
     }
 
@@ -73,11 +72,17 @@ impl Duplicates {
     pub fn retain(&mut self, lives: impl Fn(TrackId) -> bool) {
         self.pairs.retain(|(older, younger), _| lives(*older) && lives(*younger));
     }
+}
 
-    /// How many tracks were found to be of an object that had one already.
-    pub const fn merges(&self) -> u64 {
-        self.merges
-    }
+/// Adds an agent's evidence on a pair; true where it is now one object to all that tell.
+fn note_evidence(pair: &mut Vec<(AgentId, f64)>, agent: AgentId, evidence: f64) -> bool {
+    let place = pair.iter().position(|(other, _)| *other == agent).unwrap_or_else(|| {
+        pair.push((agent, 0.0));
+        pair.len() - 1
+    });
+    pair[place].1 = (pair[place].1 + evidence).max(DISTINCT_AT_MOST);
+    let has_veto = pair.iter().any(|(_, odds)| *odds < 0.0);
+    !has_veto && pair.iter().map(|(_, odds)| odds).sum::<f64>() >= MERGE_AT
 }
 
 /// Whether a report of one track could have been of the other.
@@ -96,6 +101,10 @@ mod tests {
     use v2x_common::class::Class;
     use v2x_common::covariance::Covariance2;
     use v2x_common::time::Timestamp;
+
+    fn agent(name: &str) -> AgentId {
+        AgentId::new(name).unwrap()
+    }
 
     fn report(x: f64) -> Measurement {
         Measurement {
@@ -126,7 +135,7 @@ mod tests {
                 Seen { id: TrackId(7), expected: &a, report: first.then_some(&of_a) },
                 Seen { id: TrackId(3), expected: &b, report: second.then_some(&of_b) },
             ];
-            let merges = duplicates.note_frame(&seen, 0.95, 16.2);
+            let merges = duplicates.note_frame(&seen, (agent("ego"), 0.95), 16.2);
             assert!(merges.is_empty() || merges == [(TrackId(3), TrackId(7))]);
             !merges.is_empty()
         })
@@ -141,6 +150,22 @@ mod tests {
     fn tracks_that_are_reported_together_stay_two_through_some_misses() {
         let together = std::iter::repeat_n((true, true), 5);
         assert_eq!(merged_after(1.0, together.chain([(true, false); 3])), None);
+    }
+
+    #[test]
+    fn two_objects_of_which_most_agents_see_only_one_stay_two() {
+        let (a, b) = (expected(0.0), expected(1.0));
+        let (of_a, of_b) = (report(0.0), report(1.0));
+        let mut duplicates = Duplicates::default();
+        for _ in 0..100 {
+            for (name, sees_b) in [("rsu", true), ("ego", false), ("van", false)] {
+                let seen = [
+                    Seen { id: TrackId(1), expected: &a, report: Some(&of_a) },
+                    Seen { id: TrackId(2), expected: &b, report: sees_b.then_some(&of_b) },
+                ];
+                assert_eq!(duplicates.note_frame(&seen, (agent(name), 0.95), 16.2), []);
+            }
+        }
     }
 
     #[test]

@@ -39,8 +39,10 @@ pub struct Engine {
     tracks: Vec<Track>,
     next_counter: u32,
     births_refused: u64,
+    merges: u64,
     /// Frames within Δmax as looks, sorted: a late birth is held against those that came after it.
     looks: VecDeque<(EvidenceKey, Look)>,
+    newest_now: Timestamp,
     forgotten_at: Timestamp,
     pending: Vec<Inclusion>,
     sequence: u64,
@@ -62,7 +64,9 @@ impl Engine {
             tracks: Vec::new(),
             next_counter: 0,
             births_refused: 0,
+            merges: 0,
             looks: VecDeque::new(),
+            newest_now: Timestamp::MIN,
             forgotten_at: Timestamp::MIN,
             pending: Vec::new(),
             sequence: 0,
@@ -98,6 +102,14 @@ impl Engine {
         self.inbox.refuse(agent, refusal);
     }
 
+    /// Counts a sensor description that cannot be.
+    pub fn note_refused_description(&mut self, agent: AgentId, refusal: Refusal) {
+        if let Some(record) = self.inbox.record_mut(agent) {
+            record.descriptions_refused += 1;
+            record.last_refusal = Some(refusal);
+        }
+    }
+
     /// Counts detections whose class name was not known.
     pub fn note_unmapped_classes(&mut self, agent: AgentId, count: u64) {
         if let Some(record) = self.inbox.record_mut(agent) {
@@ -107,11 +119,14 @@ impl Engine {
 
     /// Takes in a frame, received at `now` by the hub's clock.
     pub fn handle_frame(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
-        let out_of_sequence = match self.inbox.admit(frame, now) {
+        // A frame that waited while the hub published is as old as it is now: what it is older than may be
+        // folded already.
+        self.newest_now = self.newest_now.max(now);
+        let out_of_sequence = match self.inbox.admit(frame, self.newest_now) {
             Ok(out_of_sequence) => out_of_sequence,
             Err(refusal) => return Disposition::Refused(refusal),
         };
-        self.forget(now);
+        self.forget(self.newest_now);
         self.note_pending(frame, now);
         let look = self.look_of(frame);
         self.expect_tracks(frame.captured_at);
@@ -186,9 +201,9 @@ impl Engine {
             nis_sum += expected.state.kinematic.innovation(sighting.z.position, &sighting.z.r).mahalanobis2;
             nis_count += 1;
             let track = &mut tracks[expected.track];
-            let becomes_birth = track.oldest_key().is_some_and(|oldest| key < oldest);
+            let may_move_birth = track.oldest_key().is_some_and(|oldest| key < oldest);
             track.insert(key, Evidence::Sighting(*sighting));
-            if becomes_birth {
+            if may_move_birth {
                 hold_against(looks, track, &key);
             }
         }
@@ -221,24 +236,25 @@ impl Engine {
             in_view.then_some(Seen { id: track.id, expected, report })
         });
         let detection_probability = 1.0 - look.miss_probability;
-        let merges =
-            self.duplicates.note_frame(&seen.collect::<Vec<_>>(), detection_probability, self.config.gate);
+        let sensor = (frame.id.agent, detection_probability);
+        let merges = self.duplicates.note_frame(&seen.collect::<Vec<_>>(), sensor, self.config.gate);
         for (older, younger) in merges {
             let places = [older, younger].map(|id| self.tracks.binary_search_by_key(&id, |track| track.id));
             if let [Ok(older), Ok(younger)] = places {
                 let absorbed = self.tracks.remove(younger);
                 self.tracks[older].absorb(absorbed);
+                self.merges += 1;
             }
         }
     }
 
     fn give_birth(&mut self, key: EvidenceKey, sighting: Sighting) {
-        if self.tracks.len() >= MAX_TRACKS {
+        if self.tracks.len() >= MAX_TRACKS || self.next_counter == u32::MAX {
             self.births_refused += 1;
             return;
         }
         let id = TrackId::new(self.config.lineage, self.next_counter);
-        self.next_counter = self.next_counter.wrapping_add(1);
+        self.next_counter += 1;
         let mut track = Track::new(id, key, Evidence::Sighting(sighting));
         hold_against(&self.looks, &mut track, &key);
         self.tracks.push(track);
@@ -269,11 +285,14 @@ impl Engine {
 
     /// The list of objects as of `now`, and what is new in it since the last call.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
+        self.newest_now = self.newest_now.max(now);
+        self.inbox.tell_time(now);
         self.forget(now);
         let Self { config, fused, pending, inbox, tracks, .. } = self;
         fused.sequence = self.sequence;
         self.sequence += 1;
         fused.fused_at = now;
+        fused.map_frame = inbox.map_frame();
         fused.agents.clear();
         fused.agents.extend(inbox.agents().map(|(agent, record)| record.health(*agent)));
         fused.includes.clear();
@@ -294,7 +313,7 @@ impl Engine {
 
     /// Tracks that were merged into an older one of the same object.
     pub fn merges(&self) -> u64 {
-        self.duplicates.merges()
+        self.merges
     }
 
     /// Objects that were not tracked for lack of room.

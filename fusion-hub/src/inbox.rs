@@ -11,6 +11,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// Most agents that a hub keeps books on.
 pub const MAX_AGENTS: usize = 1024;
+/// How long an agent must have been silent before its books make room for a newcomer's.
+const SILENT_FOR_GOOD: Span = Span::from_millis(60_000);
 /// Most frames of one agent within Δmax.
 pub const MAX_FRAMES_WITHIN_DELTA_MAX: usize = 4096;
 
@@ -35,6 +37,10 @@ pub struct AgentRecord {
     pub last_refusal: Option<Refusal>,
     /// Detections whose class name was not known.
     pub unmapped_classes: u64,
+    /// Sensor descriptions refused.
+    pub descriptions_refused: u64,
+    /// When anything of it last came, by the hub's clock.
+    last_heard_at: Option<Timestamp>,
     /// Sum of the normalised innovations squared of its associated positions, 2 degrees of freedom each.
     pub nis_sum: f64,
     /// How many these are.
@@ -77,6 +83,8 @@ pub struct Inbox {
     agents: BTreeMap<AgentId, AgentRecord>,
     newest_captured_at: Option<Timestamp>,
     refused_beyond_limit: u64,
+    /// The hub's clock, as far as it was told.
+    now: Timestamp,
 }
 
 impl Inbox {
@@ -88,11 +96,13 @@ impl Inbox {
             agents: BTreeMap::new(),
             newest_captured_at: None,
             refused_beyond_limit: 0,
+            now: Timestamp::MIN,
         }
     }
 
     /// Lets a frame in, or refuses it; `now` is the hub's clock. `Ok(true)` where it is out of sequence.
     pub fn admit(&mut self, frame: &DetectionFrame, now: Timestamp) -> Result<bool, Refusal> {
+        self.tell_time(now);
         let verdict = self.examine(frame, now);
         if let Err(refusal) = &verdict {
             self.refuse(frame.id.agent, refusal.clone());
@@ -100,8 +110,12 @@ impl Inbox {
         }
         let out_of_sequence = self.newest_captured_at.is_some_and(|newest| frame.captured_at < newest);
         self.newest_captured_at = self.newest_captured_at.max(Some(frame.captured_at));
+        // The first map frame that is named is the hub's, where it has none of its own.
+        self.map_frame = self.map_frame.or(frame.map_frame);
         let horizon = now - self.delta_max;
+        self.make_room(frame.id.agent);
         let record = self.agents.entry(frame.id.agent).or_default();
+        record.last_heard_at = Some(now);
         record.seen.retain(|_, captured_at| *captured_at >= horizon);
         record.seen.insert((frame.id.epoch, frame.id.sequence), frame.captured_at);
         if record.newest_captured_at.is_none_or(|newest| frame.captured_at >= newest) {
@@ -111,6 +125,16 @@ impl Inbox {
         record.accepted += 1;
         record.out_of_sequence += u64::from(out_of_sequence);
         Ok(out_of_sequence)
+    }
+
+    /// Tells the hub's clock, which never runs backwards.
+    pub fn tell_time(&mut self, now: Timestamp) {
+        self.now = self.now.max(now);
+    }
+
+    /// The coordinate frame of all positions, once there is one.
+    pub fn map_frame(&self) -> Option<MapFrame> {
+        self.map_frame
     }
 
     fn examine(&self, frame: &DetectionFrame, now: Timestamp) -> Result<(), Refusal> {
@@ -128,7 +152,8 @@ impl Inbox {
         }
         let Some(record) = self.agents.get(&frame.id.agent) else {
             let limit = MAX_AGENTS;
-            return if self.agents.len() < limit { Ok(()) } else { Err(Refusal::TooManyAgents { limit }) };
+            let has_room = self.agents.len() < limit || self.longest_silent().is_some();
+            return if has_room { Ok(()) } else { Err(Refusal::TooManyAgents { limit }) };
         };
         let (epoch, sequence) = (frame.id.epoch, frame.id.sequence);
         if record.seen.contains_key(&(epoch, sequence)) {
@@ -154,10 +179,26 @@ impl Inbox {
 
     /// The record of an agent, made where there is none yet; `None` beyond [`MAX_AGENTS`].
     pub fn record_mut(&mut self, agent: AgentId) -> Option<&mut AgentRecord> {
+        self.make_room(agent)?;
+        let record = self.agents.entry(agent).or_default();
+        record.last_heard_at = Some(self.now);
+        Some(record)
+    }
+
+    /// Sees to it that a record of this agent can be made; `None` where it cannot.
+    fn make_room(&mut self, agent: AgentId) -> Option<()> {
         if !self.agents.contains_key(&agent) && self.agents.len() >= MAX_AGENTS {
-            return None;
+            let gone = self.longest_silent()?;
+            self.agents.remove(&gone);
         }
-        Some(self.agents.entry(agent).or_default())
+        Some(())
+    }
+
+    /// The agent that was silent for the longest time, if that is for good.
+    fn longest_silent(&self) -> Option<AgentId> {
+        let (agent, record) = self.agents.iter().min_by_key(|(_, record)| record.last_heard_at)?;
+        let last_heard_at = record.last_heard_at.unwrap_or(Timestamp::MIN);
+        (self.now - last_heard_at > SILENT_FOR_GOOD).then_some(*agent)
     }
 
     /// The record of an agent.
@@ -230,6 +271,33 @@ mod tests {
         let message = inbox.admit(&foreign, at(0)).unwrap_err().to_string();
         assert!(message.contains("EPSG:25833") && message.contains("EPSG:32632"), "{message}");
         assert_eq!(inbox.admit(&frame("a", 1, 0), at(0)), Ok(false));
+    }
+
+    #[test]
+    fn the_first_named_map_frame_holds_where_the_hub_names_none() {
+        let named = |name: &str, sequence| {
+            let mut frame = frame("a", sequence, 0);
+            frame.map_frame = Some(MapFrame::new(name).unwrap());
+            frame
+        };
+        let mut inbox = inbox();
+        assert_eq!(inbox.admit(&named("EPSG:32632", 0), at(0)), Ok(false));
+        assert!(matches!(inbox.admit(&named("EPSG:25833", 1), at(0)), Err(Refusal::MapFrameMismatch { .. })));
+        assert_eq!(inbox.map_frame(), Some(MapFrame::new("EPSG:32632").unwrap()));
+    }
+
+    #[test]
+    fn an_agent_that_is_silent_for_good_makes_room_for_a_new_one() {
+        let mut inbox = inbox();
+        for agent in 0..MAX_AGENTS {
+            inbox.admit(&frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
+        }
+        assert!(matches!(
+            inbox.admit(&frame("z", 0, 50_000), at(50_000)),
+            Err(Refusal::TooManyAgents { .. })
+        ));
+        assert_eq!(inbox.admit(&frame("z", 1, 61_000), at(61_000)), Ok(false));
+        assert_eq!(inbox.agents().count(), MAX_AGENTS);
     }
 
     #[test]

@@ -32,7 +32,8 @@ fn tell(object: &mut FusedObject, track: &mut Track, now: Timestamp, config: &En
     let last_measured_at = track.last_measured_at();
     let latest = track.latest();
     let existence = latest.existence.survived(now - latest.at).probability();
-    if existence < config.publish_existence || now - last_measured_at > config.coast {
+    let exists = existence >= config.publish_existence;
+    if !exists || now - last_measured_at > config.coast {
         return false;
     }
     let state = latest.state_at(now);

@@ -9,7 +9,7 @@ use v2x_common::keys::Topic;
 use v2x_common::recording::{Entry, RecordingError};
 use v2x_common::time::Timestamp;
 use v2x_common::wire::json::ReportDefaults;
-use v2x_common::wire::{self, ENCODING_JSON, WireError};
+use v2x_common::wire::{self, WireError};
 
 /// Why a recording is no run.
 #[derive(Debug, thiserror::Error)]
@@ -35,8 +35,8 @@ pub enum RunLogError {
     },
 }
 
-/// The run of a recording. Detection frames without simulation truth (of foreign agents) are left out:
-/// they cannot be scored.
+/// The run of a recording. Detection frames that are unreadable or without simulation truth (of foreign
+/// agents) are left out: they cannot be scored.
 pub fn run_log(
     entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
 ) -> Result<RunLog, RunLogError> {
@@ -51,11 +51,12 @@ pub fn run_log(
                 let frame = wire::fused::decode(&entry.payload).map_err(payload)?;
                 log.fused.push(ReceivedFused { received_at: entry.received_at, frame });
             }
-            Some(Topic::Detections(agent)) => {
-                frames.push((entry.received_at, detections(&entry, agent).map_err(payload)?));
-            }
+            Some(Topic::Detections(agent)) => match detections(&entry, agent) {
+                Ok(frame) => frames.push((entry.received_at, frame)),
+                Err(error) => tracing::warn!(key = entry.key, %error, "unreadable frame is not scored"),
+            },
             Some(Topic::Sensor(agent)) => {
-                let description = if entry.encoding == ENCODING_JSON {
+                let description = if wire::is_json(&entry.encoding, &entry.payload) {
                     wire::json::decode_sensor(&entry.payload)
                 } else {
                     wire::sensor::decode(&entry.payload)
@@ -82,7 +83,7 @@ pub fn run_log(
 }
 
 fn detections(entry: &Entry, agent: AgentId) -> Result<DetectionFrame, WireError> {
-    if entry.encoding == ENCODING_JSON {
+    if wire::is_json(&entry.encoding, &entry.payload) {
         Ok(wire::json::decode_detections(&entry.payload, agent, &ReportDefaults::default())?.frame)
     } else {
         wire::detections::decode(&entry.payload)

@@ -57,6 +57,15 @@ impl RunFolder {
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let folder = Self { path: path.to_owned() };
         std::fs::create_dir_all(folder.logs()).with_context(|| format!("making {}", path.display()))?;
+        // Of an earlier run into the same folder nothing may pass for this one's result.
+        for stale in ["run.json", "summary.json", "report.md", "bev.svg"] {
+            match std::fs::remove_file(path.join(stale)) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(error).with_context(|| format!("removing {stale} from {}", path.display()));
+                }
+                _ => {}
+            }
+        }
         Ok(folder)
     }
 

@@ -36,7 +36,7 @@ pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
     let settings = HubSettings::from_table(scenario.hub.clone())?;
     let seed = args.seed.unwrap_or(scenario.seed);
     let duration = Span::from_secs_f64(args.duration_s);
-    let run = VirtualRun { scenario: &scenario, seed, start: START, duration };
+    let run = VirtualRun { scenario: &scenario, seed, start: START, duration, publish: settings.publish };
     let mut engine = Engine::new(settings.engine);
     let log = run.run(&mut engine).context("simulating")?;
     let simulation = Simulation::new(&scenario, seed, START);

@@ -13,6 +13,7 @@ use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::refusal::Disposition;
+use v2x_fusion_hub::schedule::{PublishMode, Schedule};
 
 /// What a virtual run is told.
 #[derive(Clone, Copy, Debug)]
@@ -25,11 +26,12 @@ pub struct VirtualRun<'a> {
     pub start: Timestamp,
     /// How long the agents capture.
     pub duration: Span,
+    /// When the hub publishes.
+    pub publish: PublishMode,
 }
 
 impl VirtualRun<'_> {
-    /// Runs the scenario through an engine that publishes after every accepted frame. What a consumer next
-    /// to the hub would have received is the log.
+    /// Runs the scenario through an engine. What a consumer next to the hub would have received is the log.
     pub fn run(&self, engine: &mut Engine) -> Result<RunLog, WireError> {
         let agents = self.agents();
         let mut log = RunLog::default();
@@ -38,7 +40,13 @@ impl VirtualRun<'_> {
             log.descriptions.insert(agent.config().id, agent.description());
         }
         let mut bytes = Vec::new();
+        let mut schedule = Schedule::new(self.publish, self.start);
         for ((received_at, _), observation) in self.arrivals(&agents) {
+            while schedule.next_deadline() < received_at {
+                let due = schedule.next_deadline();
+                schedule.take_due(due);
+                log.fused.push(publish(engine, due)?);
+            }
             bytes.clear();
             wire::detections::encode(&observation.frame, &mut bytes)?;
             let frame = wire::detections::decode(&bytes)?;
@@ -49,9 +57,10 @@ impl VirtualRun<'_> {
                 identities: observation.identities,
             });
             if matches!(disposition, Disposition::Accepted { .. }) {
-                bytes.clear();
-                wire::fused::encode(engine.fused(received_at), &mut bytes)?;
-                log.fused.push(ReceivedFused { received_at, frame: wire::fused::decode(&bytes)? });
+                schedule.note_update();
+            }
+            if schedule.take_due(received_at) {
+                log.fused.push(publish(engine, received_at)?);
             }
         }
         Ok(log)
@@ -91,18 +100,33 @@ impl VirtualRun<'_> {
     }
 }
 
+/// The fused frame as of `now`, as it comes off the wire.
+fn publish(engine: &mut Engine, now: Timestamp) -> Result<ReceivedFused, WireError> {
+    let mut bytes = Vec::new();
+    wire::fused::encode(engine.fused(now), &mut bytes)?;
+    Ok(ReceivedFused { received_at: now, frame: wire::fused::decode(&bytes)? })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use v2x_common::id::HubId;
     use v2x_fusion_hub::config::EngineConfig;
 
+    const ON_UPDATE: PublishMode =
+        PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };
+
     fn run(seed: u64) -> RunLog {
+        run_publishing(seed, ON_UPDATE)
+    }
+
+    fn run_publishing(seed: u64, publish: PublishMode) -> RunLog {
         let text = include_str!("../../deploy/scenarios/crossing.toml");
         let scenario = Scenario::from_toml(text).unwrap();
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
         let mut engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
-        let run = VirtualRun { scenario: &scenario, seed, start, duration: Span::from_millis(2000) };
+        let duration = Span::from_millis(2000);
+        let run = VirtualRun { scenario: &scenario, seed, start, duration, publish };
         run.run(&mut engine).unwrap()
     }
 
@@ -110,6 +134,15 @@ mod tests {
     fn the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
         assert_eq!(run(1), run(1));
         assert_ne!(run(1), run(2));
+    }
+
+    #[test]
+    fn a_fixed_rate_is_kept_whatever_arrives() {
+        let interval = Span::from_millis(50);
+        let log = run_publishing(1, PublishMode::Fixed { interval });
+        let stamps: Vec<_> = log.fused.iter().map(|received| received.frame.fused_at).collect();
+        assert!(stamps.len() > 30);
+        assert!(stamps.windows(2).all(|pair| pair[1] - pair[0] == interval));
     }
 
     #[test]

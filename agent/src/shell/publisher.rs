@@ -47,7 +47,8 @@ impl AgentPublisher {
         let truth = session
             .declare_publisher(keys.truth(agent))
             .encoding(ENCODING_JSON)
-            .congestion_control(CongestionControl::Block);
+            // Never in the way of live data: a frame whose truth is lost is not scored.
+            .congestion_control(CongestionControl::Drop);
         Ok(Self {
             detections: detections.await?,
             sensor: sensor.await?,
@@ -84,7 +85,7 @@ impl AgentPublisher {
         self.sensor.put(payload).await.map_err(|error| anyhow!("{error}"))
     }
 
-    /// Sends the frame, and before it on its own key whose detections they are.
+    /// Sends the frame, and after it on its own key whose detections they are.
     pub(super) async fn put_observation(&self, observation: &Observation) -> anyhow::Result<()> {
         let payload = match self.format {
             WireFormat::Postcard => {
@@ -95,7 +96,7 @@ impl AgentPublisher {
             WireFormat::Json => wire::json::encode_detections(&observation.frame)?,
         };
         let truth = serde_json::to_vec(&observation.identities)?;
-        self.truth.put(truth).await.map_err(|error| anyhow!("{error}"))?;
-        self.detections.put(payload).await.map_err(|error| anyhow!("{error}"))
+        self.detections.put(payload).await.map_err(|error| anyhow!("{error}"))?;
+        self.truth.put(truth).await.map_err(|error| anyhow!("{error}"))
     }
 }

@@ -46,8 +46,8 @@ struct WireObject {
     /// Mostly zero: the track began under the hub that tells of it.
     lineage_xor: u32,
     counter: u32,
-    x: i32,
-    y: i32,
+    x: i64,
+    y: i64,
     vx: i32,
     vy: i32,
     w: u16,
@@ -126,15 +126,14 @@ fn origin_m(frame: &FusedFrame) -> Result<(i32, i32), WireError> {
 }
 
 /// A coordinate in mm from the origin.
-fn relative(field: &'static str, value: f64, origin_m: i32) -> Result<i32, WireError> {
+fn relative(field: &'static str, value: f64, origin_m: i32) -> Result<i64, WireError> {
     let millimetres: i64 = fixed(field, value, MILLI)?;
-    let relative = millimetres - 1000 * i64::from(origin_m);
-    i32::try_from(relative).map_err(|_| WireError::NotEncodable { field, value })
+    Ok(millimetres - 1000 * i64::from(origin_m))
 }
 
 /// The coordinate of mm from the origin.
-fn absolute(millimetres: i32, origin_m: i32) -> f64 {
-    quantity::millimetres(1000 * i64::from(origin_m) + i64::from(millimetres))
+fn absolute(millimetres: i64, origin_m: i32) -> f64 {
+    quantity::millimetres(millimetres.saturating_add(1000 * i64::from(origin_m)))
 }
 
 /// `expected` is where the agent most likely stands in the list: references mostly come in its order.

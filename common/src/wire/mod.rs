@@ -24,6 +24,15 @@ pub const ENCODING_POSTCARD: &str = "application/vnd.v2x.postcard";
 /// The Zenoh encoding of a JSON payload.
 pub const ENCODING_JSON: &str = "application/json";
 
+/// Whether a payload is JSON: by its Zenoh encoding, or where that says nothing, by its first character.
+pub fn is_json(encoding: &str, bytes: &[u8]) -> bool {
+    match encoding {
+        ENCODING_JSON | "text/json" => true,
+        ENCODING_POSTCARD => false,
+        _ => bytes.trim_ascii_start().first() == Some(&b'{'),
+    }
+}
+
 /// What a payload is: its second byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

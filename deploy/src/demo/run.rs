@@ -56,8 +56,8 @@ fn launcher(started_at: Timestamp) -> anyhow::Result<Launcher> {
 }
 
 fn default_folder(chosen: &Chosen, started_at: Timestamp) -> PathBuf {
-    let seconds = started_at.as_micros() / 1_000_000;
-    PathBuf::from("v2x-runs").join(format!("{seconds}-{}", chosen.scenario.name))
+    // To the microsecond: runs that a script starts side by side keep apart.
+    PathBuf::from("v2x-runs").join(format!("{}-{}", started_at.as_micros(), chosen.scenario.name))
 }
 
 struct Demo<'a> {
@@ -66,6 +66,13 @@ struct Demo<'a> {
     seed: u64,
     folder: RunFolder,
     launcher: Launcher,
+}
+
+/// A network that runs, and when its scenario began.
+struct Started {
+    network: Network,
+    consumer: Child,
+    start: Timestamp,
 }
 
 impl Demo<'_> {
@@ -79,31 +86,31 @@ impl Demo<'_> {
             n_agents + 2,
         ));
         let scenario_file = self.folder.scenario();
-        tokio::select! {
-            record = self.run_network(&scenario_file, &mut progress) => record.map(Some),
-            // Dropping the network closes its children's pipes and kills what does not end.
-            () = shutdown.cancelled() => {
-                progress.end();
-                progress.say("interrupted; all processes are ended");
-                Ok(None)
-            }
+        let record = self.run_network(&scenario_file, &mut progress, shutdown).await?;
+        if record.is_none() {
+            progress.say("interrupted; all processes have ended");
         }
+        Ok(record)
     }
 
     async fn run_network(
         &self,
         scenario_file: &std::path::Path,
         progress: &mut Progress,
-    ) -> anyhow::Result<RunRecord> {
-        let mut network = Network::start_hub(&self.launcher, "tcp/127.0.0.1:0", scenario_file).await?;
-        let mut consumer = self.start_consumer(&network.locator).await?;
-        let start = clock::now();
-        let run =
-            AgentsOfRun { scenario: &self.chosen.scenario, file: scenario_file, seed: self.seed, start };
-        network.start_agents(&self.launcher, &run).await?;
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Option<RunRecord>> {
+        // During the start, Ctrl-C drops and so kills what has been started; after it, all end in order.
+        let started = tokio::select! {
+            started = self.start_network(scenario_file) => started?,
+            () = shutdown.cancelled() => return Ok(None),
+        };
+        let Started { mut network, mut consumer, start } = started;
         progress.say(&format!("hub at {}, all processes are up", network.locator));
         let began_at = clock::now();
-        let death = self.watch(&mut network, &mut consumer, progress).await;
+        let death = tokio::select! {
+            death = self.watch(&mut network, &mut consumer, progress) => death,
+            () = shutdown.cancelled() => None,
+        };
         progress.end();
         let duration_s = (clock::now() - began_at).as_secs_f64();
         let mut words = LastWords::default();
@@ -111,7 +118,10 @@ impl Demo<'_> {
         network.end_agents(&mut words).await;
         end_consumer(consumer, &mut words).await;
         network.end_hub(&mut words).await;
-        Ok(RunRecord {
+        if shutdown.is_cancelled() {
+            return Ok(None);
+        }
+        Ok(Some(RunRecord {
             seed: self.seed,
             start_us: start.as_micros(),
             duration_s,
@@ -119,7 +129,17 @@ impl Demo<'_> {
             frames_sent: words.frames_sent,
             hub: words.hub,
             failures: words.failures,
-        })
+        }))
+    }
+
+    async fn start_network(&self, scenario_file: &std::path::Path) -> anyhow::Result<Started> {
+        let mut network = Network::start_hub(&self.launcher, "tcp/127.0.0.1:0", scenario_file).await?;
+        let consumer = self.start_consumer(&network.locator).await?;
+        let start = clock::now();
+        let run =
+            AgentsOfRun { scenario: &self.chosen.scenario, file: scenario_file, seed: self.seed, start };
+        network.start_agents(&self.launcher, &run).await?;
+        Ok(Started { network, consumer, start })
     }
 
     async fn start_consumer(&self, locator: &str) -> anyhow::Result<Child> {

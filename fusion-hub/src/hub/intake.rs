@@ -8,7 +8,7 @@ use v2x_common::id::AgentId;
 use v2x_common::keys::Topic;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
-use v2x_common::wire::{self, ENCODING_JSON, WireError};
+use v2x_common::wire::{self, WireError};
 use zenoh::sample::Sample;
 
 /// A sample as it came, with the time at which it came.
@@ -29,14 +29,8 @@ impl Received {
         }
     }
 
-    /// Whether the payload is JSON: by its encoding, or where that says nothing, by its first character.
     fn is_json(&self, bytes: &[u8]) -> bool {
-        let encoding = self.sample.encoding().to_string();
-        match encoding.as_str() {
-            ENCODING_JSON | "text/json" => true,
-            wire::ENCODING_POSTCARD => false,
-            _ => bytes.trim_ascii_start().first() == Some(&b'{'),
-        }
+        wire::is_json(&self.sample.encoding().to_string(), bytes)
     }
 
     /// The frame, and how many of its classes had unknown names.

@@ -39,8 +39,8 @@ impl Roster {
             }
             let main = record.refused.iter().max_by_key(|(_, count)| **count);
             let (reason, count) = main.map_or(("", 0), |(reason, count)| (*reason, *count));
-            let detail = record.last_refusal.as_ref().map(ToString::to_string).unwrap_or_default();
-            tracing::warn!(%agent, reason, count, detail, "every frame of this agent is refused");
+            let last = record.last_refusal.as_ref().map(ToString::to_string).unwrap_or_default();
+            tracing::warn!(%agent, reason, count, last, "every frame of this agent is refused");
         }
     }
 }

@@ -15,7 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
-use v2x_common::fused::FusedFrame;
+use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::id::AgentId;
 use v2x_common::keys::Keys;
 use v2x_common::net::{events, session};
@@ -63,6 +63,7 @@ struct Hub {
     objects: usize,
     frames_published: u64,
     publish_errors: u64,
+    objects_withheld: u64,
     buffer: Vec<u8>,
 }
 
@@ -92,6 +93,7 @@ impl Hub {
             objects: 0,
             frames_published: 0,
             publish_errors: 0,
+            objects_withheld: 0,
             buffer: Vec::new(),
         })
     }
@@ -146,7 +148,7 @@ impl Hub {
                 Ok(description) => self.engine.handle_description(received.agent, description),
                 Err(error) => {
                     tracing::debug!(agent = %received.agent, %error, "sensor description refused");
-                    self.engine.note_refusal(received.agent, error.into());
+                    self.engine.note_refused_description(received.agent, error.into());
                 }
             },
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
@@ -164,8 +166,15 @@ impl Hub {
         let begun_at = clock::now();
         let frame = self.engine.fused(begun_at);
         self.objects = frame.objects.len();
-        if let Err(error) = put(&self.network, frame, &mut self.buffer).await {
+        let encoded = encode(frame, &mut self.buffer);
+        self.objects_withheld += encoded.as_ref().map_or(0, |withheld| *withheld as u64);
+        let put = match encoded {
+            Ok(_) => put(&self.network, &self.buffer).await,
+            Err(error) => Err(error.into()),
+        };
+        if let Err(error) = put {
             self.publish_errors += 1;
+            self.timing.forget_handled();
             tracing::warn!(%error, "fused frame not published");
             return;
         }
@@ -197,6 +206,8 @@ impl Hub {
             refused_beyond_limit: self.engine.inbox().refused_beyond_limit(),
             refused_unnamed: self.network.unnamed.load(Ordering::Relaxed),
             births_refused: self.engine.births_refused(),
+            merges: self.engine.merges(),
+            objects_withheld: self.objects_withheld,
             latency_ms: self.timing.latency_ms(),
             compute_ms: self.timing.compute_ms(),
             memory_bytes: memory_bytes(),
@@ -216,6 +227,7 @@ impl Hub {
             refused: record.refused.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
             last_refusal: record.last_refusal.as_ref().map(ToString::to_string),
             unmapped_classes: record.unmapped_classes,
+            descriptions_refused: record.descriptions_refused,
             nis_per_dof: record.nis_per_dof(),
             newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
             sensor: record.description,
@@ -225,10 +237,23 @@ impl Hub {
     }
 }
 
-async fn put(network: &Network, frame: &FusedFrame, buffer: &mut Vec<u8>) -> anyhow::Result<()> {
+/// Encodes a frame; gives the number of objects that the wire has no room for. They are left out: one absurd
+/// object must not silence all others.
+fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<usize, wire::WireError> {
     buffer.clear();
-    wire::fused::encode(frame, buffer)?;
-    network.fused.put(buffer.as_slice()).await.map_err(|error| anyhow!("{error}"))
+    let Err(error) = wire::fused::encode(frame, buffer) else { return Ok(0) };
+    let alone = |object: &FusedObject| FusedFrame { objects: vec![object.clone()], ..frame.clone() };
+    let fits = |object: &&FusedObject| wire::fused::encode(&alone(object), &mut Vec::new()).is_ok();
+    let objects: Vec<_> = frame.objects.iter().filter(fits).cloned().collect();
+    let withheld = frame.objects.len() - objects.len();
+    tracing::warn!(%error, withheld, "objects that the wire has no room for");
+    buffer.clear();
+    wire::fused::encode(&FusedFrame { objects, ..frame.clone() }, buffer)?;
+    Ok(withheld)
+}
+
+async fn put(network: &Network, bytes: &[u8]) -> anyhow::Result<()> {
+    network.fused.put(bytes).await.map_err(|error| anyhow!("{error}"))
 }
 
 async fn put_json(network: &Network, frame: &FusedFrame) -> anyhow::Result<()> {
@@ -253,6 +278,7 @@ impl AgentStatus {
             refused: std::collections::BTreeMap::new(),
             last_refusal: None,
             unmapped_classes: 0,
+            descriptions_refused: 0,
             nis_per_dof: None,
             newest_captured_at: None,
             sensor: None,

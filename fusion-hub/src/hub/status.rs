@@ -38,6 +38,10 @@ pub struct HubStatus {
     pub refused_unnamed: u64,
     /// Objects that were not tracked for lack of room.
     pub births_refused: u64,
+    /// Tracks that were merged into an older one of the same object.
+    pub merges: u64,
+    /// Objects left out of a fused frame because the wire has no room for their values.
+    pub objects_withheld: u64,
     /// Frame received → first fused frame put that contains it, ms.
     pub latency_ms: Quantiles,
     /// The part of it in which the hub worked, ms.
@@ -65,6 +69,8 @@ pub struct AgentStatus {
     pub last_refusal: Option<String>,
     /// Detections whose class name was not known.
     pub unmapped_classes: u64,
+    /// Sensor descriptions refused.
+    pub descriptions_refused: u64,
     /// Mean normalised innovation squared of its positions for each degree of freedom: 1 where its reported
     /// covariance is honest, more where it claims to be better than it is.
     pub nis_per_dof: Option<f64>,

@@ -29,6 +29,11 @@ impl Timing {
         self.handled.push((frame, took));
     }
 
+    /// What was handled is in no fused frame that went out.
+    pub(super) fn forget_handled(&mut self) {
+        self.handled.clear();
+    }
+
     /// A fused frame that is the first to contain these was put at `put_at`, after this much work.
     pub(super) fn note_published(&mut self, includes: &[Inclusion], put_at: Timestamp, took: Span) {
         for inclusion in includes {

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use v2x_common::id::{FrameId, MeasurementId, TrackId};
 use v2x_common::time::Timestamp;
 
-/// Most pieces of evidence that one track holds; beyond it the oldest are folded early and counted.
+/// Most pieces of evidence that one track holds; beyond it the oldest are folded early.
 const MAX_EVIDENCE: usize = 4096;
 
 /// One tracked object.
