@@ -10,8 +10,8 @@ use v2x_common::net::{logging, shutdown};
 struct Cli {
     #[command(flatten)]
     agent: AgentArgs,
-    /// What to log: a level, or a filter such as warn,v2x_agent=debug
-    #[arg(long, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_agent=debug
+    #[arg(long, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
 }
 

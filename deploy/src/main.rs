@@ -28,8 +28,8 @@ Examples:
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// What to log: a level, or a filter such as warn,v2x_fusion_hub=debug
-    #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_fusion_hub=debug
+    #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
 }
 

@@ -53,9 +53,12 @@ impl Duplicates {
         let for_one = libm::log((1.0 - BOTH_REPORTED_OF_ONE) / (1.0 - both_of_two));
         let for_two = libm::log(BOTH_REPORTED_OF_ONE / both_of_two);
         let mut merges = Vec::new();
+        let reach = 2.0 * longest_reach(seen, gate);
         for (place, a) in seen.iter().enumerate() {
+            let x = a.expected.state.kinematic.position[0];
             for b in &seen[place + 1..] {
-                if !compete(a, b, gate) {
+                let is_far = (b.expected.state.kinematic.position[0] - x).abs() > reach;
+                if is_far || !compete(a, b, gate) {
                     continue;
                 }
                 let evidence = if a.report.is_some() && b.report.is_some() { for_two } else { for_one };
@@ -83,6 +86,13 @@ fn note_evidence(pair: &mut Vec<(AgentId, f64)>, agent: AgentId, evidence: f64) 
     pair[place].1 = (pair[place].1 + evidence).max(DISTINCT_AT_MOST);
     let has_veto = pair.iter().any(|(_, odds)| *odds < 0.0);
     !has_veto && pair.iter().map(|(_, odds)| odds).sum::<f64>() >= MERGE_AT
+}
+
+/// How far along x a report can lie from a track that it could be of, at most.
+fn longest_reach(seen: &[Seen<'_>], gate: f64) -> f64 {
+    let of_tracks = seen.iter().map(|track| track.expected.state.kinematic.pp.xx).fold(0.0, f64::max);
+    let of_reports = seen.iter().filter_map(|track| Some(track.report?.r.xx)).fold(0.0, f64::max);
+    libm::sqrt(gate * (of_tracks + of_reports))
 }
 
 /// Whether a report of one track could have been of the other.
@@ -122,7 +132,8 @@ mod tests {
     /// A track with a hundredfold better position than one report gives.
     fn expected(x: f64) -> Expected {
         let precise = Measurement { r: Covariance2::isotropic(0.05), ..report(x) };
-        Expected { track: 0, class: Class::Car, state: State::born(Timestamp::EPOCH, &precise) }
+        let (class, born_at) = (Class::Car, Timestamp::EPOCH);
+        Expected { track: 0, class, state: State::born(born_at, &precise), born_at }
     }
 
     /// Frames until the pair is merged, where each frame reports the two tracks as told.

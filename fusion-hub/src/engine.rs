@@ -4,7 +4,7 @@
 use crate::association::{Associator, Expected};
 use crate::config::EngineConfig;
 use crate::duplicates::{Duplicates, Seen};
-use crate::filter::Measurement;
+use crate::filter::{Measurement, State};
 use crate::inbox::Inbox;
 use crate::publish;
 use crate::refusal::{Disposition, Refusal};
@@ -172,7 +172,12 @@ impl Engine {
             if (at - known.state.at).abs() > self.config.coast {
                 continue;
             }
-            self.expected.push(Expected { track: place, class: known.class(), state: known.state_at(at) });
+            self.expected.push(Expected {
+                track: place,
+                class: known.class(),
+                state: known.state_at(at),
+                born_at: known.born_at,
+            });
         }
     }
 
@@ -213,9 +218,12 @@ impl Engine {
         }
         if let Some(look) = look {
             let key = look_key(frame);
-            for track in tracks.iter_mut() {
-                if !track.has_evidence_of(key.captured_at, &key.frame)
-                    && may_concern(look, track, key.captured_at)
+            // Tracks that were not expected then have not been sighted for so long that nothing counts any more.
+            for expected in expected.iter() {
+                let track = &mut tracks[expected.track];
+                if expected.born_at <= key.captured_at
+                    && is_in_range(look, &expected.state)
+                    && !track.has_evidence_of(key.captured_at, &key.frame)
                 {
                     track.insert(key, Evidence::Look(*look));
                 }
@@ -348,7 +356,10 @@ fn may_concern(look: &Look, track: &mut Track, at: Timestamp) -> bool {
     if at < track.latest().born_at {
         return false;
     }
-    let state = track.known_at(at).state_at(at);
+    is_in_range(look, &track.known_at(at).state_at(at))
+}
+
+fn is_in_range(look: &Look, state: &State) -> bool {
     let [x, y] = state.kinematic.position;
     look.pose.distance_to(x, y) <= look.field_of_view.range_max_m + LOOK_SLACK_M
 }

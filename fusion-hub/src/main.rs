@@ -10,8 +10,8 @@ use v2x_fusion_hub::hub::{HubArgs, run};
 struct Cli {
     #[command(flatten)]
     hub: HubArgs,
-    /// What to log: a level, or a filter such as warn,v2x_fusion_hub=debug
-    #[arg(long, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_fusion_hub=debug
+    #[arg(long, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
 }
 

@@ -70,6 +70,11 @@ impl Consumer {
         self.queue.pop().await
     }
 
+    /// Waits until there is a sample, and leaves it.
+    pub async fn wait(&self) {
+        self.queue.wait().await;
+    }
+
     /// The next sample, if one waits.
     pub fn try_next(&self) -> Option<Entry> {
         self.queue.try_pop()

@@ -9,12 +9,19 @@ use v2x_fusion_hub::hub::HubArgs;
 
 /// Measure cooperative-perception networks.
 #[derive(Parser)]
-#[command(name = "lab", version)]
+#[command(
+    name = "lab",
+    version,
+    after_help = "\
+Examples:
+  lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
+  lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// What to log: a level, or a filter such as warn,v2x_lab=debug
-    #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, value_name = "FILTER")]
+    /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_lab=debug
+    #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
 }
 

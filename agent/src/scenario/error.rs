@@ -7,20 +7,20 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
-    #[error("cannot read scenario {}: {source}", path.display())]
+    #[error("cannot read scenario {}: {cause}", path.display())]
     Read {
         /// Which file.
         path: PathBuf,
         /// Why not.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
-    /// Not TOML, an unknown or missing field, or a value of the wrong type; the source names the line.
-    #[error("{origin}: {source}")]
+    /// Not TOML, an unknown or missing field, or a value of the wrong type; the cause names the line.
+    #[error("{origin}: {cause}")]
     Syntax {
         /// Where the text came from.
         origin: Origin,
         /// Line, column and cause.
-        source: Box<toml::de::Error>,
+        cause: Box<toml::de::Error>,
     },
     /// A value that cannot be.
     #[error("{origin}: {field} is {value}, expected {expected}")]

@@ -55,7 +55,7 @@ impl Scenario {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ScenarioError> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path)
-            .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
+            .map_err(|source| ScenarioError::Read { path: path.to_owned(), cause: source })?;
         validate::scenario(&text, Origin::file(path))
     }
 

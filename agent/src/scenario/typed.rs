@@ -98,8 +98,10 @@ pub(super) struct TypedLink {
 #[serde(deny_unknown_fields)]
 pub(super) struct TypedNoiseNumbers {
     pub(super) position_m: f64,
+    #[serde(default)]
     pub(super) position_per_m: f64,
     pub(super) yaw_deg: f64,
+    #[serde(default)]
     pub(super) yaw_deg_per_m: f64,
     pub(super) size: f64,
     pub(super) size_lower: Option<f64>,

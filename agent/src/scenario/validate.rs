@@ -17,7 +17,7 @@ const DEFAULT_SEED: u64 = 1;
 pub(super) fn scenario(text: &str, origin: Origin) -> Result<Scenario, ScenarioError> {
     let typed: TypedScenario = match toml::from_str(text) {
         Ok(typed) => typed,
-        Err(source) => return Err(ScenarioError::Syntax { origin, source: Box::new(source) }),
+        Err(source) => return Err(ScenarioError::Syntax { origin, cause: Box::new(source) }),
     };
     Field { origin: &origin, path: String::new() }.scenario(typed)
 }

@@ -21,9 +21,10 @@ pub enum WireFormat {
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  agent --scenario crossing.toml --id ego
-  agent --scenario crossing.toml --id rsu --connect tcp/192.168.1.10:7447
-  agent --scenario crossing.toml --id ego --format json    to read along with any Zenoh client")]
+  v2x agent --scenario crossing.toml --id ego
+  v2x agent --scenario crossing.toml --id rsu --connect tcp/192.168.1.10:7447
+  v2x agent --scenario crossing.toml --id ego --format json    to read along with any Zenoh client
+The program agent is the same agent alone.")]
 pub struct AgentArgs {
     /// The scenario file
     #[arg(long, value_name = "FILE")]

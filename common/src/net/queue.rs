@@ -59,6 +59,13 @@ impl<T> DropOldestQueue<T> {
         }
     }
 
+    /// Waits until there is an item, and leaves it. For one reader.
+    pub async fn wait(&self) {
+        while self.lock().items.is_empty() {
+            self.arrived.notified().await;
+        }
+    }
+
     /// How many items went unread.
     pub fn dropped(&self) -> u64 {
         self.lock().dropped

@@ -3,7 +3,7 @@
 use super::WatchArgs;
 use super::record::{Counts, RecordingFile};
 use super::table::table;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -19,6 +19,8 @@ const STREAM_CAPACITY: usize = 1 << 16;
 /// Time between two tables in a terminal, and elsewhere.
 const REDRAW: Duration = Duration::from_millis(200);
 const REPRINT: Duration = Duration::from_secs(1);
+/// How long a hub may be silent before a person is told; it ticks ten times a second.
+const SILENCE: Duration = Duration::from_secs(3);
 /// Time between two progress events.
 const PROGRESS: Duration = Duration::from_secs(1);
 
@@ -44,6 +46,10 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     } else {
         watch.follow(&consumer, recording.as_mut(), shutdown).await
     };
+    if let (Some(path), false) = (&args.record, args.events) {
+        let Counts { fused_frames, detection_frames, .. } = watch.counts;
+        tracing::info!(fused_frames, detection_frames, file = %path.display(), "recorded");
+    }
     if args.events {
         events::emit("stopped", &watch.counts.to_json(if is_table { 0 } else { consumer.dropped() }));
     }
@@ -63,11 +69,16 @@ impl Watch<'_> {
 
     async fn show_tables(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
         let clears = std::io::stdout().is_terminal();
+        self.wait_for_a_frame(consumer, shutdown).await?;
         let mut pace = tokio::time::interval(if clears { REDRAW } else { REPRINT });
         while !self.is_done() {
             let entry = tokio::select! {
                 () = shutdown.cancelled() => return Ok(()),
                 entry = consumer.next() => entry,
+                () = tokio::time::sleep(SILENCE) => {
+                    tracing::warn!("no fused frame for {SILENCE:?}; is the hub still there?");
+                    continue;
+                }
             };
             self.counts.note(&entry);
             match wire::fused::decode(&entry.payload) {
@@ -85,6 +96,24 @@ impl Watch<'_> {
         Ok(())
     }
 
+    /// Waits for the first fused frame as long as `--wait` says: a router without a hub, or a network of
+    /// another name, is silent for ever.
+    async fn wait_for_a_frame(
+        &self,
+        consumer: &Consumer,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<()> {
+        let patience = Duration::try_from_secs_f64(self.args.wait)?;
+        tokio::select! {
+            () = consumer.wait() => Ok(()),
+            () = shutdown.cancelled() => Ok(()),
+            () = tokio::time::sleep(patience) => bail!(
+                "no fused frame of network {} came within {patience:.0?}; is --network right, and does a hub run?",
+                self.args.network
+            ),
+        }
+    }
+
     /// Takes every sample: into the recording, or as JSON lines.
     async fn follow(
         &mut self,
@@ -92,6 +121,9 @@ impl Watch<'_> {
         mut recording: Option<&mut RecordingFile>,
         shutdown: &CancellationToken,
     ) -> anyhow::Result<()> {
+        if recording.is_none() {
+            self.wait_for_a_frame(consumer, shutdown).await?;
+        }
         let mut progress = tokio::time::interval(PROGRESS);
         while !self.is_done() {
             tokio::select! {

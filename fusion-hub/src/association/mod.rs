@@ -8,6 +8,7 @@ use crate::filter::PositionInnovation;
 use crate::assignment::{Assigner, Candidate};
 use crate::filter::{Measurement, State};
 use v2x_common::class::Class;
+use v2x_common::time::Timestamp;
 
 /// What makes a pair likely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
@@ -45,6 +46,8 @@ pub struct Expected {
     pub class: Class,
     /// Where, predicted to the frame's time.
     pub state: State,
+    /// When it was first sighted.
+    pub born_at: Timestamp,
 }
 
 impl Expected {
@@ -74,6 +77,7 @@ impl Expected {
 pub struct Associator {
     assigner: Assigner,
     candidates: Vec<Candidate>,
+    by_x: Vec<(f64, u32)>,
 }
 
 impl Associator {
@@ -88,8 +92,19 @@ impl Associator {
         (cost, gate): (AssociationCost, f64),
     ) -> &[Option<u32>] {
         self.candidates.clear();
+        self.by_x.clear();
+        self.by_x.extend((0..).zip(expected).map(|(col, track)| (track.state.kinematic.position[0], col)));
+        self.by_x.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let widest = expected.iter().map(|track| track.state.kinematic.pp.xx).fold(0.0, f64::max);
         for (row, z) in (0..).zip(measurements) {
-            for (col, track) in (0..).zip(expected) {
+            // No track further away along x than this can be within the gate.
+            let reach = libm::sqrt(gate * (widest + z.r.xx));
+            let start = self.by_x.partition_point(|(x, _)| *x < z.position[0] - reach);
+            for &(x, col) in &self.by_x[start..] {
+                if x > z.position[0] + reach {
+                    break;
+                }
+                let track = &expected[col as usize];
                 if let Some(innovation) = track.gated(z, gate) {
                     let cost = cost.of_pair(z, &track.state, &innovation);
                     self.candidates.push(Candidate { row, col, cost });

@@ -43,6 +43,7 @@ pub async fn run(args: HubArgs, shutdown: CancellationToken) -> anyhow::Result<(
         );
     }
     hub.serve(&shutdown).await;
+    tracing::info!(hub = %hub.settings.engine.hub, published = hub.frames_published, "hub ends");
     if args.events {
         events::emit("stopped", &serde_json::json!({ "status": hub.status() }));
     }
