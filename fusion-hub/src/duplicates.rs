@@ -35,6 +35,12 @@ pub struct Seen<'a> {
     pub report: Option<&'a Measurement>,
 }
 
+impl Seen<'_> {
+    fn x(&self) -> f64 {
+        self.expected.state.kinematic.position[0]
+    }
+}
+
 impl Duplicates {
     /// Takes in one frame of this agent, whose sensor has this detection probability. Returns the pairs that
     /// turn out to be one object, the older track first.
@@ -43,7 +49,7 @@ impl Duplicates {
     /// other, frame after frame.
     pub fn note_frame(
         &mut self,
-        seen: &[Seen<'_>],
+        seen: &mut [Seen<'_>],
         (agent, detection_probability): (AgentId, f64),
         gate: f64,
     ) -> Vec<(TrackId, TrackId)> {
@@ -54,11 +60,10 @@ impl Duplicates {
         let for_two = libm::log(BOTH_REPORTED_OF_ONE / both_of_two);
         let mut merges = Vec::new();
         let reach = 2.0 * longest_reach(seen, gate);
+        seen.sort_unstable_by(|a, b| a.x().total_cmp(&b.x()).then(a.id.cmp(&b.id)));
         for (place, a) in seen.iter().enumerate() {
-            let x = a.expected.state.kinematic.position[0];
-            for b in &seen[place + 1..] {
-                let is_far = (b.expected.state.kinematic.position[0] - x).abs() > reach;
-                if is_far || !compete(a, b, gate) {
+            for b in seen[place + 1..].iter().take_while(|b| b.x() - a.x() <= reach) {
+                if !compete(a, b, gate) {
                     continue;
                 }
                 let evidence = if a.report.is_some() && b.report.is_some() { for_two } else { for_one };
@@ -142,11 +147,11 @@ mod tests {
         let (of_a, of_b) = (report(0.0), report(distance_m));
         let mut duplicates = Duplicates::default();
         reports.into_iter().position(|(first, second)| {
-            let seen = [
+            let mut seen = [
                 Seen { id: TrackId(7), expected: &a, report: first.then_some(&of_a) },
                 Seen { id: TrackId(3), expected: &b, report: second.then_some(&of_b) },
             ];
-            let merges = duplicates.note_frame(&seen, (agent("ego"), 0.95), 16.2);
+            let merges = duplicates.note_frame(&mut seen, (agent("ego"), 0.95), 16.2);
             assert!(merges.is_empty() || merges == [(TrackId(3), TrackId(7))]);
             !merges.is_empty()
         })
@@ -170,11 +175,11 @@ mod tests {
         let mut duplicates = Duplicates::default();
         for _ in 0..100 {
             for (name, sees_b) in [("rsu", true), ("ego", false), ("van", false)] {
-                let seen = [
+                let mut seen = [
                     Seen { id: TrackId(1), expected: &a, report: Some(&of_a) },
                     Seen { id: TrackId(2), expected: &b, report: sees_b.then_some(&of_b) },
                 ];
-                assert_eq!(duplicates.note_frame(&seen, (agent(name), 0.95), 16.2), []);
+                assert_eq!(duplicates.note_frame(&mut seen, (agent(name), 0.95), 16.2), []);
             }
         }
     }

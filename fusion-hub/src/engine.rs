@@ -245,7 +245,7 @@ impl Engine {
         });
         let detection_probability = 1.0 - look.miss_probability;
         let sensor = (frame.id.agent, detection_probability);
-        let merges = self.duplicates.note_frame(&seen.collect::<Vec<_>>(), sensor, self.config.gate);
+        let merges = self.duplicates.note_frame(&mut seen.collect::<Vec<_>>(), sensor, self.config.gate);
         for (older, younger) in merges {
             let places = [older, younger].map(|id| self.tracks.binary_search_by_key(&id, |track| track.id));
             if let [Ok(older), Ok(younger)] = places {
