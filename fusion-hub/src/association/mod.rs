@@ -114,3 +114,75 @@ impl Associator {
         self.assigner.solve(measurements.len(), expected.len(), &self.candidates, cost.of_staying_alone())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use v2x_common::covariance::Covariance2;
+
+    const GATE: f64 = 16.2;
+
+    fn measurement() -> impl Strategy<Value = Measurement> {
+        let class = prop::sample::select(vec![Class::Car, Class::Adult, Class::Unknown]);
+        (class, [0.0..8.0f64, 0.0..8.0f64], 0.2..1.5f64, [1.0..3.0f64, 1.0..6.0f64], -3.0..3.0f64).prop_map(
+            |(class, position, sigma, size, yaw)| Measurement {
+                class,
+                position,
+                r: Covariance2::isotropic(sigma),
+                size,
+                relative_variance: [0.04, 0.04],
+                yaw,
+                yaw_variance: 0.02,
+                velocity: None,
+            },
+        )
+    }
+
+    fn expected(z: &Measurement) -> Expected {
+        let born_at = Timestamp::EPOCH;
+        Expected { track: 0, class: z.class, state: State::born(born_at, z), born_at }
+    }
+
+    /// The cost of a pair by the definition, `None` beyond the gate.
+    fn cost(z: &Measurement, track: &Expected, which: AssociationCost) -> Option<f64> {
+        let innovation = track.state.kinematic.innovation(z.position, &z.r);
+        let is_candidate = innovation.mahalanobis2 <= GATE && z.class.is_compatible_with(track.class);
+        is_candidate.then(|| which.of_pair(z, &track.state, &innovation))
+    }
+
+    /// The least total cost over every assignment.
+    fn brute_force(measurements: &[Measurement], tracks: &mut Vec<Expected>, which: AssociationCost) -> f64 {
+        let Some((z, rest)) = measurements.split_first() else { return 0.0 };
+        let mut best = which.of_staying_alone() + brute_force(rest, tracks, which);
+        for place in 0..tracks.len() {
+            if let Some(pair) = cost(z, &tracks[place], which) {
+                let track = tracks.remove(place);
+                best = best.min(pair + brute_force(rest, tracks, which));
+                tracks.insert(place, track);
+            }
+        }
+        best
+    }
+
+    proptest! {
+        #[test]
+        fn the_association_is_the_optimum_over_all_assignments_within_the_gate(
+            measurements in prop::collection::vec(measurement(), 0..5),
+            tracks in prop::collection::vec(measurement(), 0..5),
+            which in prop::sample::select(vec![AssociationCost::Csba, AssociationCost::Likelihood]),
+        ) {
+            let mut tracks: Vec<_> = tracks.iter().map(expected).collect();
+            let mut associator = Associator::default();
+            let found = associator.associate(&measurements, &tracks, (which, GATE)).to_vec();
+            let mut total = 0.0;
+            for (z, found) in measurements.iter().zip(found) {
+                total += match found {
+                    Some(col) => cost(z, &tracks[col as usize], which).expect("only candidates are assigned"),
+                    None => which.of_staying_alone(),
+                };
+            }
+            prop_assert!((total - brute_force(&measurements, &mut tracks, which)).abs() < 1e-9);
+        }
+    }
+}
