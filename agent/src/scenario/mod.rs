@@ -1,6 +1,6 @@
 //! Scenario files: which world, which agents, which links. TOML; units stand in the field names.
 //!
-//! What was typed is [`typed`]'s business, what it means is a [`Scenario`]: in SI, complete, checked.
+//! What was typed is `typed`'s business, what it means is a [`Scenario`]: in SI, complete, checked.
 
 mod agent;
 mod error;

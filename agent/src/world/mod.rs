@@ -1,7 +1,7 @@
 //! Ground truth as a pure function of (scenario, seed, time).
 //!
 //! A world is periodic with the scenario's loop length. Its objects are boxes that stand, that go round a closed
-//! [`path`] by a [`profile`] of speed, or that travel an open path and are absent until the loop brings them
+//! `path` by a `profile` of speed, or that travel an open path and are absent until the loop brings them
 //! back: they come and go at the ends of the roads, far from where agents drive.
 
 mod body;
