@@ -31,7 +31,7 @@ pub(crate) struct UpArgs {
     /// Seed of the world and of all noise [default: the scenario's]
     #[arg(long)]
     seed: Option<u64>,
-    /// Where the run's folder with the logs is made [default: v2x-runs/<time>-<scenario>]
+    /// Where the run's folder with the logs is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -31,7 +31,7 @@ pub(crate) struct DemoArgs {
     /// Print the summary as one line of JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Where the run's folder is made [default: v2x-runs/<time>-<scenario>]
+    /// Where the run's folder is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
 }

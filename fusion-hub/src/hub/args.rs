@@ -24,7 +24,7 @@ pub struct HubArgs {
     /// The hub's name in keys and frames [default: the settings' id, or `hub`]
     #[arg(long)]
     pub id: Option<HubId>,
-    /// A TOML file whose [hub] table holds the settings (a scenario file is one)
+    /// A TOML file whose `[hub]` table holds the settings (a scenario file is one)
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Endpoint to listen on; may be given more than once [default: tcp/127.0.0.1:7447]
