@@ -12,7 +12,8 @@ pub struct EngineConfig {
     pub hub: HubId,
     /// New at every start, so that track ids never come back.
     pub lineage: u32,
-    /// The coordinate frame of all positions; frames that name another one are refused.
+    /// The coordinate frame of all positions; frames that name another one are refused. Where it is `None`, the
+    /// first one that an accepted frame names holds.
     pub map_frame: Option<MapFrame>,
     /// Δmax: frames older, or further in the future, are refused.
     pub delta_max: Span,

@@ -56,7 +56,8 @@ impl AgentRecord {
     }
 
     /// Mean normalised innovation squared of its positions for each degree of freedom: 1 where the agent's
-    /// reported covariance and the tracks' are honest, more where it claims to be better than it is.
+    /// reported covariance and the tracks' are honest, more where it claims to be better than it is. Only what
+    /// is within the gate is associated and counted, so even honest agents stay slightly below.
     pub fn nis_per_dof(&self) -> Option<f64> {
         #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
         (self.nis_count > 0).then(|| self.nis_sum / (2.0 * self.nis_count as f64))
