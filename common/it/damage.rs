@@ -13,9 +13,17 @@ use v2x_common::wire::{VERSION, WireError, detections, fused, sensor};
 
 type Outcome = Result<(), WireError>;
 
-/// Decodes; a frame that comes out must be valid, and stable when encoded again.
+/// Decodes; a frame that comes out must be valid, and stable when encoded again. A frame that was there
+/// before becomes the same one, or is left valid.
 fn digest_detections(bytes: &[u8]) -> Outcome {
-    check_detections(&detections::decode(bytes)?);
+    let mut reused = fixture::detection_frame();
+    let outcome = detections::decode_into(bytes, &mut reused);
+    reused.validate().unwrap();
+    let decoded = detections::decode(bytes);
+    assert_eq!(decoded.as_ref().map(drop), outcome.as_ref().map(drop));
+    let frame = decoded?;
+    assert_eq!(frame, reused);
+    check_detections(&frame);
     Ok(())
 }
 

@@ -9,6 +9,8 @@ mod golden;
 #[cfg(test)]
 mod json_twin;
 #[cfg(test)]
+mod layout;
+#[cfg(test)]
 mod refusals;
 #[cfg(test)]
 mod round_trip;

@@ -100,6 +100,7 @@ impl Class {
     }
 
     /// The wire byte.
+    #[inline]
     pub const fn byte(self) -> u8 {
         self as u8
     }
@@ -118,11 +119,13 @@ impl Class {
     }
 
     /// Whether two reports can be of one object: equal classes, or one is unknown.
+    #[inline]
     pub fn is_compatible_with(self, other: Self) -> bool {
         self == other || self == Self::Unknown || other == Self::Unknown
     }
 
     /// People on foot and what they push or sit in.
+    #[inline]
     pub const fn is_pedestrian(self) -> bool {
         matches!(
             self,
@@ -137,6 +140,7 @@ impl Class {
     }
 
     /// Things that move only when somebody carries them.
+    #[inline]
     pub const fn is_immobile(self) -> bool {
         matches!(
             self,
@@ -145,6 +149,7 @@ impl Class {
     }
 
     /// Vehicles on two wheels.
+    #[inline]
     pub const fn is_two_wheeler(self) -> bool {
         matches!(self, Self::Bicycle | Self::Motorcycle)
     }

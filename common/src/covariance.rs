@@ -5,14 +5,15 @@
 pub struct Covariance2 {
     /// Variance along x.
     pub xx: f64,
-    /// Covariance of x and y.
-    pub xy: f64,
     /// Variance along y.
     pub yy: f64,
+    /// Covariance of x and y.
+    pub xy: f64,
 }
 
 impl Covariance2 {
     /// Equal in every direction, from one standard deviation.
+    #[inline]
     pub const fn isotropic(sigma: f64) -> Self {
         Self { xx: sigma * sigma, xy: 0.0, yy: sigma * sigma }
     }
@@ -26,14 +27,22 @@ impl Covariance2 {
             && self.determinant() > 0.0
     }
 
+    /// Times a factor.
+    #[must_use]
+    pub const fn scaled(&self, factor: f64) -> Self {
+        Self { xx: self.xx * factor, xy: self.xy * factor, yy: self.yy * factor }
+    }
+
     /// Determinant.
+    #[inline]
     pub fn determinant(&self) -> f64 {
         self.xx * self.yy - self.xy * self.xy
     }
 
     /// The larger of the two marginal standard deviations.
+    #[inline]
     pub fn max_sigma(&self) -> f64 {
-        libm::sqrt(self.xx.max(self.yy))
+        self.xx.max(self.yy).sqrt()
     }
 }
 

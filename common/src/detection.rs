@@ -12,6 +12,7 @@ pub const MAX_DETECTIONS: usize = 4096;
 pub const MAX_RANGE_M: f64 = 10_000.0;
 /// Largest coordinate in the map frame, m.
 pub const MAX_COORDINATE_M: f64 = 1e8;
+const AT_MOST_COORDINATE: &str = "at most 1e8 m";
 /// What differences of large coordinates may be off by, m.
 const ROUNDING_M: f64 = 1e-6;
 /// Largest width or depth, m.
@@ -22,6 +23,8 @@ pub const MIN_SIZE_M: f64 = 0.001;
 pub const MAX_SIGMA_M: f64 = 70.0;
 /// Largest standard deviation of a heading, rad (beyond it a heading says nothing).
 pub const MAX_SIGMA_YAW_RAD: f64 = 7.0;
+/// Largest heading, rad: half a turn, and what its rounding may add.
+const MAX_YAW_RAD: f64 = std::f64::consts::PI + 1e-9;
 /// Largest reported speed along one axis, m/s.
 pub const MAX_SPEED_MPS: f64 = 150.0;
 
@@ -76,39 +79,46 @@ pub struct AbsurdValue {
 
 impl Detection {
     /// Checks every number against the limits of this module; `origin` is the sensor's position, where known.
+    #[inline]
     pub fn validate(&self, origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+        let is_valid = self.check_each(origin, |_, _, ok, _| if ok { Ok(()) } else { Err(()) }).is_ok();
+        if is_valid { Ok(()) } else { self.find_absurd(origin) }
+    }
+
+    /// The first number that cannot be. Apart from the check without names, which nearly always is enough.
+    #[cold]
+    fn find_absurd(&self, origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+        self.check_each(origin, check)
+    }
+
+    /// Calls `check` with name, value, whether that is within its limits, and these.
+    #[inline]
+    fn check_each<E>(
+        &self,
+        origin: Option<&Pose>,
+        check: impl Fn(&'static str, f64, bool, &'static str) -> Result<(), E>,
+    ) -> Result<(), E> {
         let bev = &self.bev;
-        check_coordinate("x", bev.x, origin.map(|pose| pose.x))?;
-        check_coordinate("y", bev.y, origin.map(|pose| pose.y))?;
+        let (x, y, reach_m, expected) = match origin {
+            Some(pose) => (pose.x, pose.y, MAX_RANGE_M + ROUNDING_M, "within 10 km of the sensor"),
+            None => (0.0, 0.0, MAX_COORDINATE_M, AT_MOST_COORDINATE),
+        };
+        check("x", bev.x, (bev.x - x).abs() <= reach_m, expected)?;
+        check("y", bev.y, (bev.y - y).abs() <= reach_m, expected)?;
         let size = MIN_SIZE_M..=MAX_SIZE_M;
         check("w", bev.w, size.contains(&bev.w), "0.001 to 65 m")?;
         check("d", bev.d, size.contains(&bev.d), "0.001 to 65 m")?;
-        check("yaw", bev.yaw, bev.yaw.abs() <= std::f64::consts::PI + 1e-9, "-π to π")?;
+        check("yaw", bev.yaw, bev.yaw.abs() <= MAX_YAW_RAD, "-π to π")?;
         check("score", self.score, (0.0..=1.0).contains(&self.score), "0 to 1")?;
-        let variance_m2 = MAX_SIGMA_M * MAX_SIGMA_M;
-        let position = &self.covariance.position;
+        let (variance_m2, expected) = (MAX_SIGMA_M * MAX_SIGMA_M, "more than 0, at most 4900 m²");
         let in_range = |variance: f64, limit: f64| variance > 0.0 && variance <= limit;
-        check(
-            "variance of x",
-            position.xx,
-            in_range(position.xx, variance_m2),
-            "more than 0, at most 4900 m²",
-        )?;
-        check(
-            "variance of y",
-            position.yy,
-            in_range(position.yy, variance_m2),
-            "more than 0, at most 4900 m²",
-        )?;
-        check(
-            "covariance of x and y",
-            position.xy,
-            position.is_valid(),
-            "positive definite with the variances",
-        )?;
-        let BoxCovariance { ww, dd, yaw, .. } = self.covariance;
-        check("variance of w", ww, in_range(ww, variance_m2), "more than 0, at most 4900 m²")?;
-        check("variance of d", dd, in_range(dd, variance_m2), "more than 0, at most 4900 m²")?;
+        let BoxCovariance { position, ww, dd, yaw } = self.covariance;
+        check("variance of x", position.xx, in_range(position.xx, variance_m2), expected)?;
+        check("variance of y", position.yy, in_range(position.yy, variance_m2), expected)?;
+        let is_definite = position.determinant() > 0.0;
+        check("covariance of x and y", position.xy, is_definite, "positive definite with the variances")?;
+        check("variance of w", ww, in_range(ww, variance_m2), expected)?;
+        check("variance of d", dd, in_range(dd, variance_m2), expected)?;
         let yaw_limit = MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD;
         check("variance of yaw", yaw, in_range(yaw, yaw_limit), "more than 0, at most 49 rad²")?;
         if let Some(velocity) = &self.velocity {
@@ -123,38 +133,48 @@ impl Detection {
 }
 
 impl DetectionFrame {
+    /// A frame that saw nothing, from a sensor that is not described.
+    pub const fn empty(id: FrameId, captured_at: Timestamp) -> Self {
+        Self {
+            id,
+            captured_at,
+            sensor_pose: None,
+            sensor_revision: 0,
+            map_frame: None,
+            detections: Vec::new(),
+        }
+    }
+
     /// Checks every number of the frame; the error names the field and the detection.
     pub fn validate(&self) -> Result<(), AbsurdValue> {
         let count = self.detections.len();
         #[expect(clippy::cast_precision_loss, reason = "only printed")]
         check("number of detections", count as f64, count <= MAX_DETECTIONS, "at most 4096")?;
-        if let Some(pose) = &self.sensor_pose {
-            check_coordinate("sensor_pose.x", pose.x, None)?;
-            check_coordinate("sensor_pose.y", pose.y, None)?;
-            check("sensor_pose.yaw", pose.yaw, pose.yaw.abs() <= std::f64::consts::PI + 1e-9, "-π to π")?;
-        }
-        for (index, detection) in self.detections.iter().enumerate() {
-            detection
-                .validate(self.sensor_pose.as_ref())
-                .map_err(|absurd| AbsurdValue { index: Some(index), ..absurd })?;
-        }
-        Ok(())
+        validate_pose(self.sensor_pose.as_ref())?;
+        validate_all(&self.detections, self.sensor_pose.as_ref())
     }
 }
 
-/// Near the sensor where that is known, on the planet where not.
-fn check_coordinate(field: &'static str, value: f64, sensor: Option<f64>) -> Result<(), AbsurdValue> {
-    match sensor {
-        Some(sensor) => {
-            let near = (value - sensor).abs() <= MAX_RANGE_M + ROUNDING_M;
-            check(field, value, near, "within 10 km of the sensor")
-        }
-        None => check(field, value, value.abs() <= MAX_COORDINATE_M, "at most 1e8 m"),
-    }
+/// Checks a sensor's pose, where there is one.
+pub(crate) fn validate_pose(pose: Option<&Pose>) -> Result<(), AbsurdValue> {
+    let Some(pose) = pose else { return Ok(()) };
+    check("sensor_pose.x", pose.x, pose.x.abs() <= MAX_COORDINATE_M, AT_MOST_COORDINATE)?;
+    check("sensor_pose.y", pose.y, pose.y.abs() <= MAX_COORDINATE_M, AT_MOST_COORDINATE)?;
+    check("sensor_pose.yaw", pose.yaw, pose.yaw.abs() <= MAX_YAW_RAD, "-π to π")
 }
 
+/// Checks all detections of a sensor at `origin`, where that is known.
+pub(crate) fn validate_all(detections: &[Detection], origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+    for (index, detection) in detections.iter().enumerate() {
+        detection.validate(origin).map_err(|absurd| AbsurdValue { index: Some(index), ..absurd })?;
+    }
+    Ok(())
+}
+
+/// `ok` must not hold of what is not finite.
 fn check(field: &'static str, value: f64, ok: bool, expected: &'static str) -> Result<(), AbsurdValue> {
-    if ok && value.is_finite() { Ok(()) } else { Err(AbsurdValue { field, index: None, value, expected }) }
+    debug_assert!(value.is_finite() || !ok, "{field} = {value} was let pass");
+    if ok { Ok(()) } else { Err(AbsurdValue { field, index: None, value, expected }) }
 }
 
 #[cfg(test)]

@@ -6,7 +6,18 @@ use std::f64::consts::{PI, TAU};
 /// An angle in radians brought into (-π, π].
 ///
 /// Not finite in, not finite out.
+#[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
+    // Most angles are in the interval already. Nearer to its open end the quotient below may round to a turn.
+    const SURELY_ABOVE_MINUS_PI: f64 = -(PI - 1e-6);
+    if angle_rad > SURELY_ABOVE_MINUS_PI && angle_rad <= PI {
+        // Negative zero becomes zero, as by the subtraction below.
+        return angle_rad + 0.0;
+    }
+    wrap_by_turns(angle_rad)
+}
+
+fn wrap_by_turns(angle_rad: f64) -> f64 {
     let wrapped = angle_rad - TAU * libm::ceil((angle_rad - PI) / TAU);
     // Rounding of the quotient can leave the result one turn or one ulp outside of the interval.
     if wrapped <= -PI {
@@ -112,6 +123,16 @@ mod tests {
         assert_eq!(wrap_angle(3.0 * PI), PI);
         assert_eq!(wrap_angle(0.0), 0.0);
         assert!(wrap_angle(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn an_angle_in_the_interval_is_wrapped_as_any_other() {
+        let in_steps = (-31_420..=31_420).map(|steps| f64::from(steps) * 1e-4);
+        let ends = [PI, -PI, 1e-6 - PI, 0.0, -0.0, f64::MIN_POSITIVE, 5e-324];
+        let angles = in_steps.chain(ends).flat_map(|angle| [angle, angle.next_up(), angle.next_down()]);
+        for angle in angles {
+            assert_eq!(wrap_angle(angle).to_bits(), wrap_by_turns(angle).to_bits(), "{angle:e}");
+        }
     }
 
     #[test]

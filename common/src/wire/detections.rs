@@ -1,229 +1,250 @@
 //! Detection frames as bytes.
 
-use super::quantity::{self, MILLI, fixed, unfixed};
-use super::{Kind, VERSION, WireError, checked_count, finish, put, take, take_preamble, wire_count};
+use super::quantity::{self, MILLI, fixed, milli, unfixed};
+use super::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Reader, Writer, append};
+use super::{Kind, VERSION, WireError, checked_count, finish, take_preamble, wire_count};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
-use crate::detection::{Detection, DetectionFrame, MAX_COORDINATE_M, MAX_DETECTIONS, MAX_RANGE_M};
+use crate::detection::{
+    self, Detection, DetectionFrame, MAX_COORDINATE_M, MAX_DETECTIONS, MAX_RANGE_M, MAX_SIZE_M,
+    MAX_SPEED_MPS, MIN_SIZE_M,
+};
 use crate::geometry::{BevBox, Pose};
-use crate::id::{AgentId, FrameId, MapFrame};
+use crate::id::{AgentId, FrameId, MAX_NAME_LEN, MapFrame};
 use crate::time::Timestamp;
-use serde::{Deserialize, Serialize};
 
 const HAS_POSE: u8 = 1;
 const HAS_MAP_FRAME: u8 = 2;
 const HAS_VELOCITY: u8 = 1;
 const HAS_SOURCE_TRACK: u8 = 2;
 
-#[derive(Serialize, Deserialize)]
-struct Header<'a> {
-    agent: &'a str,
-    epoch: u64,
-    sequence: u64,
-    captured_at_ns: i64,
-    sensor_revision: u32,
-    flags: u8,
-    count: u32,
-}
-
-/// The sensor's pose: mm, mm, 0.1 mrad.
-#[derive(Serialize, Deserialize)]
-struct WirePose(i64, i64, i16);
-
-/// Position relative to the sensor, or to the map frame's origin where no pose is given, mm; sizes, mm; heading, 0.1 mrad; then one byte each.
-#[derive(Serialize, Deserialize)]
-struct WireDetection {
-    flags: u8,
-    class: u8,
-    score: u8,
-    x: i64,
-    y: i64,
-    w: u16,
-    d: u16,
-    yaw: i16,
-    position: (u8, u8, i8),
-    sw: u8,
-    sd: u8,
-    st: u8,
-}
-
-/// mm/s, mm/s, and the covariance.
-#[derive(Serialize, Deserialize)]
-struct WireVelocity(i32, i32, (u8, u8, i8));
-
-/// Appends the frame to the buffer, in version [`VERSION`].
-pub fn encode(frame: &DetectionFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
-    frame.validate()?;
-    buffer.extend([VERSION, Kind::Detections as u8]);
-    let mut flags = 0;
-    if frame.sensor_pose.is_some() {
-        flags |= HAS_POSE;
-    }
-    if frame.map_frame.is_some() {
-        flags |= HAS_MAP_FRAME;
-    }
-    let header = Header {
-        agent: frame.id.agent.as_str(),
-        epoch: frame.id.epoch,
-        sequence: frame.id.sequence,
-        captured_at_ns: frame.captured_at.as_nanos(),
-        sensor_revision: frame.sensor_revision,
-        flags,
-        count: wire_count("detections", frame.detections.len(), MAX_DETECTIONS)?,
-    };
-    put(&header, buffer)?;
-    let mut origin = Origin::OF_THE_MAP;
-    if let Some(pose) = &frame.sensor_pose {
-        let wire = wire_pose(pose)?;
-        origin = Origin::sensor(&wire);
-        put(&wire, buffer)?;
-    }
-    if let Some(map_frame) = &frame.map_frame {
-        put(&map_frame.as_str(), buffer)?;
-    }
-    frame.detections.iter().try_for_each(|detection| encode_detection(detection, &origin, buffer))
-}
+/// Two names with their lengths, the preamble and flags; epoch, sequence, time; revision and count; the pose.
+const MAX_HEAD_LEN: usize =
+    2 * (MAX_NAME_LEN + 1) + 3 + 3 * MAX_LEN_64 + 2 * MAX_LEN_32 + 2 * MAX_LEN_64 + MAX_LEN_16;
+/// Nine single bytes, position and box; velocity and its covariance; the sender's track.
+const MAX_DETECTION_LEN: usize = 9 + 2 * MAX_LEN_64 + 3 * MAX_LEN_16 + 2 * MAX_LEN_32 + 3 + MAX_LEN_64;
+/// A detection with every integer as short as it gets.
+const MIN_DETECTION_LEN: usize = 14;
 
 /// What positions are relative to, as the receiver will know it, m.
 struct Origin {
     x: f64,
     y: f64,
-    /// How far from it a position may lie along one axis.
-    reach_m: f64,
+    /// How far from it a position may lie along one axis, mm: as far as validation allows, where rounding of
+    /// large coordinates is left to it.
+    reach_mm: u64,
 }
 
 impl Origin {
-    const OF_THE_MAP: Self = Self { x: 0.0, y: 0.0, reach_m: MAX_COORDINATE_M };
+    const OF_THE_MAP: Self = Self { x: 0.0, y: 0.0, reach_mm: milli(MAX_COORDINATE_M) };
 
-    fn sensor(&WirePose(x, y, _): &WirePose) -> Self {
-        Self { x: quantity::millimetres(x), y: quantity::millimetres(y), reach_m: MAX_RANGE_M }
+    fn sensor(x_mm: i64, y_mm: i64) -> Self {
+        Self { x: quantity::millimetres(x_mm), y: quantity::millimetres(y_mm), reach_mm: milli(MAX_RANGE_M) }
     }
 
     /// A position in mm. At the limit it may round to what the receiver would refuse: that is an error here.
+    #[inline]
     fn steps_to(&self, field: &'static str, value: f64, origin: f64) -> Result<i64, WireError> {
         let steps: i64 = fixed(field, value - origin, MILLI)?;
-        if quantity::millimetres(steps).abs() <= self.reach_m {
-            Ok(steps)
-        } else {
-            Err(WireError::NotEncodable { field, value })
-        }
+        if self.reaches(steps) { Ok(steps) } else { Err(quantity::not_encodable(field, value)) }
+    }
+
+    #[inline]
+    fn reaches(&self, steps: i64) -> bool {
+        steps.unsigned_abs() <= self.reach_mm
     }
 }
 
-fn wire_pose(pose: &Pose) -> Result<WirePose, WireError> {
-    Ok(WirePose(
-        fixed("sensor_pose.x", pose.x, MILLI)?,
-        fixed("sensor_pose.y", pose.y, MILLI)?,
-        quantity::yaw_steps("sensor_pose.yaw", pose.yaw)?,
-    ))
+/// Appends the frame to the buffer, in version [`VERSION`]; on an error the buffer is as it was.
+///
+/// Allocates nothing where the buffer's capacity suffices: it makes room for the longest numbers.
+pub fn encode(frame: &DetectionFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
+    frame.validate()?;
+    let start = buffer.len();
+    write(frame, buffer).inspect_err(|_| buffer.truncate(start))
 }
 
-fn encode_detection(detection: &Detection, origin: &Origin, buffer: &mut Vec<u8>) -> Result<(), WireError> {
-    let Detection { bev, covariance, .. } = detection;
-    let mut flags = 0;
-    if detection.velocity.is_some() {
-        flags |= HAS_VELOCITY;
-    }
-    if detection.source_track.is_some() {
-        flags |= HAS_SOURCE_TRACK;
-    }
-    let wire = WireDetection {
-        flags,
-        class: detection.class.byte(),
-        score: quantity::probability_byte("score", detection.score)?,
-        x: origin.steps_to("x", bev.x, origin.x)?,
-        y: origin.steps_to("y", bev.y, origin.y)?,
-        w: fixed("w", bev.w, MILLI)?,
-        d: fixed("d", bev.d, MILLI)?,
-        yaw: quantity::yaw_steps("yaw", bev.yaw)?,
-        position: quantity::covariance_bytes("position covariance", &covariance.position)?,
-        sw: quantity::metric_sigma("variance of w", covariance.ww)?,
-        sd: quantity::metric_sigma("variance of d", covariance.dd)?,
-        st: quantity::yaw_sigma("variance of yaw", covariance.yaw)?,
-    };
-    put(&wire, buffer)?;
-    if let Some(velocity) = &detection.velocity {
-        let vx = fixed("velocity x", velocity.x, MILLI)?;
-        let vy = fixed("velocity y", velocity.y, MILLI)?;
-        put(&WireVelocity(vx, vy, quantity::covariance_bytes("velocity", &velocity.covariance)?), buffer)?;
-    }
-    if let Some(track) = detection.source_track {
-        put(&track, buffer)?;
+/// Makes room for one detection at a time: room for all of them is mostly not needed.
+fn write(frame: &DetectionFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
+    let origin = append(buffer, MAX_HEAD_LEN, |writer| write_head(frame, writer))?;
+    for detection in &frame.detections {
+        append(buffer, MAX_DETECTION_LEN, |writer| write_detection(detection, &origin, writer))?;
     }
     Ok(())
 }
 
-/// The frame of the bytes, validated.
-pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
-    let mut bytes = bytes;
-    take_preamble(&mut bytes, Kind::Detections)?;
-    let header: Header<'_> = take(&mut bytes)?;
-    if header.flags & !(HAS_POSE | HAS_MAP_FRAME) != 0 {
-        return Err(WireError::UnknownFlags(header.flags));
-    }
-    let count = checked_count("detections", header.count, MAX_DETECTIONS)?;
-    let agent = AgentId::new(header.agent)?;
+fn write_head(frame: &DetectionFrame, writer: &mut Writer<'_>) -> Result<Origin, WireError> {
+    let count = wire_count("detections", frame.detections.len(), MAX_DETECTIONS)?;
+    let flags = (HAS_POSE * u8::from(frame.sensor_pose.is_some()))
+        | (HAS_MAP_FRAME * u8::from(frame.map_frame.is_some()));
+    writer.bytes([VERSION, Kind::Detections as u8]);
+    writer.text(frame.id.agent.as_str());
+    writer.u64(frame.id.epoch);
+    writer.u64(frame.id.sequence);
+    writer.i64(frame.captured_at.as_nanos());
+    writer.u32(frame.sensor_revision);
+    writer.bytes([flags]);
+    writer.u32(count);
     let mut origin = Origin::OF_THE_MAP;
-    let mut sensor_pose = None;
-    if header.flags & HAS_POSE != 0 {
-        let wire = take(&mut bytes)?;
-        origin = Origin::sensor(&wire);
-        sensor_pose = Some(Pose { x: origin.x, y: origin.y, yaw: quantity::yaw(wire.2) });
+    if let Some(pose) = &frame.sensor_pose {
+        let x_mm = fixed("sensor_pose.x", pose.x, MILLI)?;
+        let y_mm = fixed("sensor_pose.y", pose.y, MILLI)?;
+        writer.i64(x_mm);
+        writer.i64(y_mm);
+        writer.i16(quantity::yaw_steps("sensor_pose.yaw", pose.yaw)?);
+        origin = Origin::sensor(x_mm, y_mm);
     }
-    let mut map_frame = None;
-    if header.flags & HAS_MAP_FRAME != 0 {
-        map_frame = Some(MapFrame::new(take(&mut bytes)?)?);
+    if let Some(map_frame) = &frame.map_frame {
+        writer.text(map_frame.as_str());
     }
-    // The count is only claimed yet: reserve no more than the bytes could hold.
-    let mut detections = Vec::with_capacity(count.min(bytes.len() / MIN_DETECTION_BYTES + 1));
-    for _ in 0..count {
-        detections.push(decode_detection(&mut bytes, &origin)?);
-    }
-    finish(bytes)?;
-    let frame = DetectionFrame {
-        id: FrameId { agent, epoch: header.epoch, sequence: header.sequence },
-        captured_at: Timestamp::from_nanos(header.captured_at_ns),
-        sensor_pose,
-        sensor_revision: header.sensor_revision,
-        map_frame,
-        detections,
-    };
-    frame.validate()?;
-    Ok(frame)
+    Ok(origin)
 }
 
-/// A detection with every integer as short as it gets.
-const MIN_DETECTION_BYTES: usize = 14;
-
-fn decode_detection(bytes: &mut &[u8], origin: &Origin) -> Result<Detection, WireError> {
-    let wire: WireDetection = take(bytes)?;
-    if wire.flags & !(HAS_VELOCITY | HAS_SOURCE_TRACK) != 0 {
-        return Err(WireError::UnknownFlags(wire.flags));
+/// Position relative to the origin, sizes: mm; heading: 0.1 mrad; velocity: mm/s; one byte for all else.
+#[inline]
+fn write_detection(detection: &Detection, origin: &Origin, writer: &mut Writer<'_>) -> Result<(), WireError> {
+    let Detection { bev, covariance, .. } = detection;
+    let flags = (HAS_VELOCITY * u8::from(detection.velocity.is_some()))
+        | (HAS_SOURCE_TRACK * u8::from(detection.source_track.is_some()));
+    let score = quantity::probability_byte("score", detection.score)?;
+    writer.bytes([flags, detection.class.byte(), score]);
+    writer.i64(origin.steps_to("x", bev.x, origin.x)?);
+    writer.i64(origin.steps_to("y", bev.y, origin.y)?);
+    writer.u16(fixed("w", bev.w, MILLI)?);
+    writer.u16(fixed("d", bev.d, MILLI)?);
+    writer.i16(quantity::yaw_steps("yaw", bev.yaw)?);
+    let [sx, sy, rho] = quantity::covariance_bytes("position covariance", &covariance.position)?;
+    let sw = quantity::metric_sigma("variance of w", covariance.ww)?;
+    let sd = quantity::metric_sigma("variance of d", covariance.dd)?;
+    let st = quantity::yaw_sigma("variance of yaw", covariance.yaw)?;
+    writer.bytes([sx, sy, rho, sw, sd, st]);
+    if let Some(velocity) = &detection.velocity {
+        writer.i32(fixed("velocity x", velocity.x, MILLI)?);
+        writer.i32(fixed("velocity y", velocity.y, MILLI)?);
+        writer.bytes(quantity::covariance_bytes("velocity", &velocity.covariance)?);
     }
+    if let Some(track) = detection.source_track {
+        writer.u64(track);
+    }
+    Ok(())
+}
+
+/// A frame without its detections.
+struct Head {
+    id: FrameId,
+    captured_at: Timestamp,
+    sensor_pose: Option<Pose>,
+    sensor_revision: u32,
+    map_frame: Option<MapFrame>,
+}
+
+/// The frame of the bytes, validated.
+pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
+    let mut detections = Vec::new();
+    let Head { id, captured_at, sensor_pose, sensor_revision, map_frame } = read(bytes, &mut detections)?;
+    Ok(DetectionFrame { id, captured_at, sensor_pose, sensor_revision, map_frame, detections })
+}
+
+/// Makes `frame` the frame of the bytes, validated; allocates nothing where there is room for the detections.
+///
+/// On an error the frame has lost its detections and is otherwise as it was.
+pub fn decode_into(bytes: &[u8], frame: &mut DetectionFrame) -> Result<(), WireError> {
+    frame.detections.clear();
+    let head = read(bytes, &mut frame.detections).inspect_err(|_| frame.detections.clear())?;
+    frame.id = head.id;
+    frame.captured_at = head.captured_at;
+    frame.sensor_pose = head.sensor_pose;
+    frame.sensor_revision = head.sensor_revision;
+    frame.map_frame = head.map_frame;
+    Ok(())
+}
+
+/// Appends the detections, validated, and gives the rest.
+fn read(bytes: &[u8], detections: &mut Vec<Detection>) -> Result<Head, WireError> {
+    let mut bytes = bytes;
+    take_preamble(&mut bytes, Kind::Detections)?;
+    let reader = &mut Reader(bytes);
+    let (head, count, origin) = read_head(reader)?;
+    // The count is only claimed yet: reserve no more than the bytes could hold.
+    detections.reserve(count.min(reader.0.len() / MIN_DETECTION_LEN));
+    let mut are_plausible = true;
+    for _ in 0..count {
+        are_plausible &= read_detection(reader, &origin, detections)?;
+    }
+    finish(reader.0)?;
+    detection::validate_pose(head.sensor_pose.as_ref())?;
+    if !are_plausible {
+        detection::validate_all(detections, head.sensor_pose.as_ref())?;
+    }
+    debug_assert_eq!(detection::validate_all(detections, head.sensor_pose.as_ref()), Ok(()));
+    Ok(head)
+}
+
+fn read_head(reader: &mut Reader<'_>) -> Result<(Head, usize, Origin), WireError> {
+    let agent = reader.text()?;
+    let (epoch, sequence) = (reader.u64()?, reader.u64()?);
+    let captured_at = Timestamp::from_nanos(reader.i64()?);
+    let sensor_revision = reader.u32()?;
+    let [flags] = reader.bytes()?;
+    let count = reader.u32()?;
+    if flags & !(HAS_POSE | HAS_MAP_FRAME) != 0 {
+        return Err(WireError::UnknownFlags(flags));
+    }
+    let count = checked_count("detections", count, MAX_DETECTIONS)?;
+    let id = FrameId { agent: AgentId::new(agent)?, epoch, sequence };
+    let mut origin = Origin::OF_THE_MAP;
+    let mut sensor_pose = None;
+    if flags & HAS_POSE != 0 {
+        let (x_mm, y_mm, yaw) = (reader.i64()?, reader.i64()?, reader.i16()?);
+        origin = Origin::sensor(x_mm, y_mm);
+        sensor_pose = Some(Pose { x: origin.x, y: origin.y, yaw: quantity::yaw(yaw) });
+    }
+    let mut map_frame = None;
+    if flags & HAS_MAP_FRAME != 0 {
+        map_frame = Some(MapFrame::new(reader.text()?)?);
+    }
+    Ok((Head { id, captured_at, sensor_pose, sensor_revision, map_frame }, count, origin))
+}
+
+/// Appends a detection; gives whether its integers alone prove that it is valid. One byte cannot hold a bad number.
+#[inline]
+fn read_detection(
+    reader: &mut Reader<'_>,
+    origin: &Origin,
+    detections: &mut Vec<Detection>,
+) -> Result<bool, WireError> {
+    let [flags, class, score] = reader.bytes()?;
+    let (x, y) = (reader.i64()?, reader.i64()?);
+    let (w, d, yaw) = (reader.u16()?, reader.u16()?, reader.i16()?);
+    let [sx, sy, rho, sw, sd, st] = reader.bytes()?;
+    if flags & !(HAS_VELOCITY | HAS_SOURCE_TRACK) != 0 {
+        return Err(WireError::UnknownFlags(flags));
+    }
+    let is_size = |size_mm: u16| (milli(MIN_SIZE_M)..=milli(MAX_SIZE_M)).contains(&u64::from(size_mm));
+    let mut is_plausible = origin.reaches(x) & origin.reaches(y) & is_size(w) & is_size(d);
     let mut velocity = None;
-    if wire.flags & HAS_VELOCITY != 0 {
-        let WireVelocity(x, y, covariance) = take(bytes)?;
-        let covariance = quantity::covariance(covariance);
+    if flags & HAS_VELOCITY != 0 {
+        let (x, y) = (reader.i32()?, reader.i32()?);
+        is_plausible &= u64::from(x.unsigned_abs().max(y.unsigned_abs())) <= milli(MAX_SPEED_MPS);
+        let covariance = quantity::covariance(reader.bytes()?);
         velocity = Some(Velocity { x: unfixed(x, MILLI), y: unfixed(y, MILLI), covariance });
     }
-    let source_track = if wire.flags & HAS_SOURCE_TRACK != 0 { Some(take(bytes)?) } else { None };
-    Ok(Detection {
-        class: Class::from_byte(wire.class).ok_or(WireError::UnknownClass(wire.class))?,
-        score: quantity::probability(wire.score),
-        bev: BevBox {
-            x: origin.x + quantity::millimetres(wire.x),
-            y: origin.y + quantity::millimetres(wire.y),
-            w: unfixed(wire.w, MILLI),
-            d: unfixed(wire.d, MILLI),
-            yaw: quantity::yaw(wire.yaw),
-        },
-        covariance: BoxCovariance {
-            position: quantity::covariance(wire.position),
-            ww: quantity::metric_variance(wire.sw),
-            dd: quantity::metric_variance(wire.sd),
-            yaw: quantity::yaw_variance(wire.st),
-        },
-        velocity,
-        source_track,
-    })
+    let source_track = if flags & HAS_SOURCE_TRACK != 0 { Some(reader.u64()?) } else { None };
+    let Some(class) = Class::from_byte(class) else { return Err(WireError::UnknownClass(class)) };
+    let bev = BevBox {
+        x: origin.x + quantity::millimetres(x),
+        y: origin.y + quantity::millimetres(y),
+        w: unfixed(w, MILLI),
+        d: unfixed(d, MILLI),
+        yaw: quantity::yaw(yaw),
+    };
+    let covariance = BoxCovariance {
+        position: quantity::covariance([sx, sy, rho]),
+        ww: quantity::metric_variance(sw),
+        dd: quantity::metric_variance(sd),
+        yaw: quantity::yaw_variance(st),
+    };
+    let score = quantity::probability(score);
+    detections.push(Detection { class, score, bev, covariance, velocity, source_track });
+    Ok(is_plausible)
 }

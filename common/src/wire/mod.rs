@@ -11,6 +11,8 @@ pub mod json;
 mod kinematic;
 mod quantity;
 pub mod sensor;
+mod sigma;
+mod varint;
 
 use crate::detection::AbsurdValue;
 use crate::id::NameError;

@@ -1,0 +1,187 @@
+//! Fused frames into bytes.
+
+use super::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
+use crate::class::Class;
+use crate::fused::{AgentHealth, FusedFrame, FusedObject};
+use crate::id::{AgentId, FrameId, MAX_NAME_LEN};
+use crate::time::Timestamp;
+use crate::wire::quantity::{self, MILLI, fixed};
+use crate::wire::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Writer, append};
+use crate::wire::{Kind, VERSION, WireError, kinematic, wire_count};
+
+/// Preamble and option; names with their lengths; lineage, origin, counts; sequence and time.
+const MAX_HEAD_LEN: usize = 3 + 2 * (MAX_NAME_LEN + 1) + 6 * MAX_LEN_32 + 2 * MAX_LEN_64;
+/// The name with its length; epoch, time, counts.
+const MAX_AGENT_LEN: usize = MAX_NAME_LEN + 1 + 5 * MAX_LEN_64;
+/// 14 single bytes; sizes and heading; track, velocity, counts; position and times.
+const MAX_OBJECT_LEN: usize = 14 + 3 * MAX_LEN_16 + 6 * MAX_LEN_32 + 4 * MAX_LEN_64;
+const CLASS_LEN: usize = 2;
+const MAX_FRAME_ID_LEN: usize = MAX_LEN_32 + 2 * MAX_LEN_64;
+const MAX_CONTRIBUTOR_LEN: usize = MAX_FRAME_ID_LEN + MAX_LEN_16;
+const MAX_INCLUSION_LEN: usize = MAX_FRAME_ID_LEN + 2 * MAX_LEN_64;
+
+/// Appends the frame to the buffer, in version [`VERSION`].
+///
+/// Every agent that an object or an inclusion refers to must stand in `frame.agents`, which is sorted. On an
+/// error the buffer is as it was.
+///
+/// Allocates nothing where the buffer's capacity suffices: it makes room for the longest numbers.
+pub fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
+    let start = buffer.len();
+    write(frame, buffer).inspect_err(|_| buffer.truncate(start))
+}
+
+/// Makes room for one item at a time: room for all items' longest numbers would not stay in the cache.
+fn write(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
+    let origin_m = origin_m(frame)?;
+    append(buffer, MAX_HEAD_LEN, |writer| write_head(frame, origin_m, writer))?;
+    for health in &frame.agents {
+        append(buffer, MAX_AGENT_LEN, |writer| write_agent(health, frame.fused_at, writer))?;
+    }
+    for object in &frame.objects {
+        // More of either cannot be sent.
+        let n_classes = object.class_probabilities.len().min(Class::ALL.len());
+        let n_contributors = object.contributors.len().min(MAX_AGENTS);
+        let room = MAX_OBJECT_LEN + CLASS_LEN * n_classes + MAX_CONTRIBUTOR_LEN * n_contributors;
+        append(buffer, room, |writer| {
+            write_object(object, frame, origin_m, writer)?;
+            write_classes(object, writer)?;
+            write_contributors(object, frame, writer)
+        })?;
+    }
+    for inclusion in &frame.includes {
+        append(buffer, MAX_INCLUSION_LEN, |writer| {
+            write_frame_id(&inclusion.frame, &frame.agents, &mut 0, writer)?;
+            writer.i64((frame.fused_at - inclusion.captured_at).as_nanos());
+            writer.i64((frame.fused_at - inclusion.received_at).as_nanos());
+            Ok::<_, WireError>(())
+        })?;
+    }
+    Ok(())
+}
+
+fn write_head(frame: &FusedFrame, origin_m: (i32, i32), writer: &mut Writer<'_>) -> Result<(), WireError> {
+    let n_agents = wire_count("agents", frame.agents.len(), MAX_AGENTS)?;
+    let n_objects = wire_count("objects", frame.objects.len(), MAX_OBJECTS)?;
+    let n_includes = wire_count("includes", frame.includes.len(), MAX_INCLUDES)?;
+    writer.bytes([VERSION, Kind::Fused as u8]);
+    writer.text(frame.hub.as_str());
+    writer.u32(frame.lineage);
+    writer.u64(frame.sequence);
+    writer.i64(frame.fused_at.as_nanos());
+    writer.bytes([u8::from(frame.map_frame.is_some())]);
+    if let Some(map_frame) = &frame.map_frame {
+        writer.text(map_frame.as_str());
+    }
+    // Whole metres, to which the objects' millimetres are relative.
+    writer.i32(origin_m.0);
+    writer.i32(origin_m.1);
+    [n_agents, n_objects, n_includes].into_iter().for_each(|count| writer.u32(count));
+    Ok(())
+}
+
+fn write_agent(health: &AgentHealth, fused_at: Timestamp, writer: &mut Writer<'_>) -> Result<(), WireError> {
+    writer.text(health.agent.as_str());
+    writer.u64(health.epoch);
+    writer.i64((fused_at - health.newest_captured_at).as_nanos());
+    writer.u64(health.accepted);
+    writer.u64(health.refused);
+    writer.u64(health.out_of_sequence);
+    Ok(())
+}
+
+/// The whole metres at or below the first object: taken from its millimetres, so that what was decoded
+/// has the same origin again.
+fn origin_m(frame: &FusedFrame) -> Result<(i32, i32), WireError> {
+    let Some(FusedObject { bev, .. }) = frame.objects.first() else { return Ok((0, 0)) };
+    let metres = |field, value| -> Result<i32, WireError> {
+        let millimetres: i64 = fixed(field, value, MILLI)?;
+        i32::try_from(millimetres.div_euclid(1000)).map_err(|_| WireError::NotEncodable { field, value })
+    };
+    Ok((metres("x", bev.x)?, metres("y", bev.y)?))
+}
+
+/// A coordinate in mm from the origin.
+fn relative(field: &'static str, value: f64, origin_m: i32) -> Result<i64, WireError> {
+    let millimetres: i64 = fixed(field, value, MILLI)?;
+    Ok(millimetres - 1000 * i64::from(origin_m))
+}
+
+/// Agent by its place in the list, epoch relative to the agent's newest, sequence. `expected` is where the
+/// agent most likely stands in the list: references mostly come in its order.
+#[inline(always)]
+fn write_frame_id(
+    id: &FrameId,
+    agents: &[AgentHealth],
+    expected: &mut u32,
+    writer: &mut Writer<'_>,
+) -> Result<(), WireError> {
+    let place = match agents.get(*expected as usize) {
+        Some(health) if health.agent == id.agent => *expected,
+        _ => place_of(id.agent, agents)?,
+    };
+    *expected = place + 1;
+    writer.u32(place);
+    writer.u64(id.epoch ^ agents[place as usize].epoch);
+    writer.u64(id.sequence);
+    Ok(())
+}
+
+#[cold]
+fn place_of(agent: AgentId, agents: &[AgentHealth]) -> Result<u32, WireError> {
+    let found = agents.binary_search_by_key(&agent, |health| health.agent);
+    wire_count("agents", found.map_err(|_| WireError::UnlistedAgent)?, MAX_AGENTS)
+}
+
+/// Track, mostly of this lineage; position relative to the origin, sizes: mm; velocity: mm/s; heading: 0.1 mrad;
+/// one byte for each standard deviation, correlation and probability; times: ns.
+fn write_object(
+    object: &FusedObject,
+    frame: &FusedFrame,
+    origin_m: (i32, i32),
+    writer: &mut Writer<'_>,
+) -> Result<(), WireError> {
+    let FusedObject { bev, .. } = object;
+    writer.u32(object.track.lineage() ^ frame.lineage);
+    writer.u32(object.track.counter());
+    writer.i64(relative("x", bev.x, origin_m.0)?);
+    writer.i64(relative("y", bev.y, origin_m.1)?);
+    writer.i32(fixed("vx", object.velocity.0, MILLI)?);
+    writer.i32(fixed("vy", object.velocity.1, MILLI)?);
+    writer.u16(fixed("w", bev.w, MILLI)?);
+    writer.u16(fixed("d", bev.d, MILLI)?);
+    writer.i16(quantity::yaw_steps("yaw", bev.yaw)?);
+    let (sigma, rho) = kinematic::encode(&object.kinematic_covariance)?;
+    writer.bytes(sigma);
+    writer.bytes(rho.map(i8::cast_unsigned));
+    let sw = quantity::metric_sigma("variance of w", object.ww)?;
+    let sd = quantity::metric_sigma("variance of d", object.dd)?;
+    let st = quantity::yaw_sigma("variance of yaw", object.yaw_variance)?;
+    let existence = quantity::probability_byte("existence", object.existence)?;
+    writer.bytes([sw, sd, st, existence]);
+    writer.i64(object.age.as_nanos());
+    writer.i64((frame.fused_at - object.last_measured_at).as_nanos());
+    writer.u32(wire_count("class probabilities", object.class_probabilities.len(), Class::ALL.len())?);
+    writer.u32(wire_count("contributors", object.contributors.len(), MAX_AGENTS)?);
+    Ok(())
+}
+
+fn write_classes(object: &FusedObject, writer: &mut Writer<'_>) -> Result<(), WireError> {
+    for (class, probability) in &object.class_probabilities {
+        writer.bytes([class.byte(), quantity::probability_byte("class probability", *probability)?]);
+    }
+    Ok(())
+}
+
+fn write_contributors(
+    object: &FusedObject,
+    frame: &FusedFrame,
+    writer: &mut Writer<'_>,
+) -> Result<(), WireError> {
+    let mut expected = 0;
+    for measurement in &object.contributors {
+        write_frame_id(&measurement.frame, &frame.agents, &mut expected, writer)?;
+        writer.u16(measurement.index);
+    }
+    Ok(())
+}
