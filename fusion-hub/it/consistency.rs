@@ -7,7 +7,7 @@ use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::filter::{Measurement, MotionParams, State};
+use v2x_fusion_hub::filter::{Filter, Measurement, MotionParams, State};
 
 const RUNS: u32 = 2000;
 const STEPS: u32 = 15;
@@ -58,7 +58,9 @@ impl Truth {
             relative_variance: [0.04, 0.04],
             yaw: self.yaw + 0.1 * normal(rng),
             yaw_variance: 0.01,
+            size_law: [None; 2],
             velocity: None,
+            is_track: false,
         }
     }
 }
@@ -97,7 +99,7 @@ fn the_error_is_as_large_as_the_covariance_says() {
             let dt = Span::from_millis(if step % 3 == 0 { 40 } else { 110 });
             at += dt;
             truth.advance(dt.as_secs_f64(), &motion, &mut rng);
-            state = state.predicted(at, &motion);
+            state.predict(at, Class::Car);
             state.update(&truth.measured(&mut rng));
         }
         let (of_kinematic, of_heading) = nees(&state, &truth);

@@ -1,6 +1,8 @@
 //! Tests of the pure engine at its boundary: frames in, fused frames out.
 
+mod abuse;
 mod arrival_order;
 mod consistency;
 mod life_of_a_track;
+mod numerics;
 mod world;

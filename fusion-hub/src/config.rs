@@ -1,9 +1,37 @@
 //! The engine's settings.
 
-use crate::association::AssociationCost;
+use crate::association::AssociationConfig;
 use crate::sensing::SensingDefaults;
+use crate::track::LateData;
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
+
+/// ε_s of the paper.
+const EPSILON_S: Span = Span::from_millis(10);
+
+/// How objects are taken to move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionModel {
+    /// Constant velocity: the paper's UniKF.
+    Cv,
+    /// Four interacting models: parked, stopped, smooth, manoeuvring.
+    #[default]
+    Imm,
+}
+
+/// A named set of rules.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// The best we know.
+    #[default]
+    Ours,
+    /// UniKF as in the paper, with late data replayed: constant velocity, CSBA, ε_s = 10 ms.
+    Paper,
+    /// UniKF as the paper's text reads literally: what is newer than a late measurement is lost.
+    PaperLiteral,
+}
 
 /// What an engine is told once.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,10 +47,16 @@ pub struct EngineConfig {
     pub delta_max: Span,
     /// How long an object is published without being measured.
     pub coast: Span,
-    /// What makes a pair of detection and track likely.
-    pub association: AssociationCost,
-    /// χ² gate on the squared Mahalanobis distance of positions (2 degrees of freedom).
-    pub gate: f64,
+    /// ε_s: frames this near to the newest one count as synchronous.
+    pub synchronous: Span,
+    /// Reports this near to a track's own time are taken as simultaneous: ε_s in the paper, zero for exact time.
+    pub filter_synchronous: Span,
+    /// What becomes of measurements newer than a late one.
+    pub late_data: LateData,
+    /// How objects move.
+    pub motion: MotionModel,
+    /// Which reports can be of which tracks.
+    pub association: AssociationConfig,
     /// Probability of existence from which on an object is published.
     pub publish_existence: f64,
     /// What is assumed where agents say nothing.
@@ -39,10 +73,28 @@ impl EngineConfig {
             map_frame: None,
             delta_max: Span::from_millis(500),
             coast: Span::from_millis(1500),
-            association: AssociationCost::default(),
-            gate: 16.2,
+            synchronous: EPSILON_S,
+            filter_synchronous: Span::ZERO,
+            late_data: LateData::Replay,
+            motion: MotionModel::default(),
+            association: AssociationConfig::default(),
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
+        }
+    }
+    /// With the rules of a preset.
+    #[must_use]
+    pub fn with_preset(self, preset: Preset) -> Self {
+        let paper = Self {
+            filter_synchronous: EPSILON_S,
+            motion: MotionModel::Cv,
+            association: AssociationConfig::default(),
+            ..self
+        };
+        match preset {
+            Preset::Ours => self,
+            Preset::Paper => paper,
+            Preset::PaperLiteral => Self { late_data: LateData::RollbackOnly, ..paper },
         }
     }
 }

@@ -5,10 +5,10 @@
 //! sees one object with two tracks reports one. A sequential probability ratio test (Wald 1945) over such
 //! frames decides.
 
-use crate::association::Expected;
-use crate::filter::Measurement;
-use std::collections::BTreeMap;
-use v2x_common::id::{AgentId, TrackId};
+use crate::agents::AgentSlot;
+use std::collections::HashMap;
+use v2x_common::id::TrackId;
+use v2x_common::time::{Span, Timestamp};
 
 /// Natural logarithm of the odds from which on two tracks are one: 1000 to 1.
 const MERGE_AT: f64 = 6.907_755_278_982_137;
@@ -16,176 +16,138 @@ const MERGE_AT: f64 = 6.907_755_278_982_137;
 const DISTINCT_AT_MOST: f64 = -MERGE_AT;
 /// Share of frames in which two tracks of one object are both reported: clutter beside it.
 const BOTH_REPORTED_OF_ONE: f64 = 0.02;
+/// How long a pair that no longer competes is remembered.
+const MEMORY: Span = Span::from_millis(30_000);
+
+/// Two tracks, the older first.
+type Pair = (TrackId, TrackId);
+
+/// What a frame says of two tracks that compete for its reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    one_reported: f64,
+    both_reported: f64,
+}
+
+impl Weights {
+    /// Of a sensor with this detection probability.
+    pub fn of(detection_probability: f64) -> Self {
+        let p = detection_probability.clamp(0.01, 0.999);
+        let at_least_one = 1.0 - (1.0 - p) * (1.0 - p);
+        let both_of_two = p * p / at_least_one;
+        Self {
+            one_reported: libm::log((1.0 - BOTH_REPORTED_OF_ONE) / (1.0 - both_of_two)),
+            both_reported: libm::log(BOTH_REPORTED_OF_ONE / both_of_two),
+        }
+    }
+}
+
+/// All agents' evidence on a pair.
+#[derive(Clone, Copy, Debug, Default)]
+struct Verdict {
+    log_odds: f64,
+    /// Agents that mostly report both.
+    vetoes: u32,
+    noted_at: Timestamp,
+}
 
 /// Evidence on pairs of tracks that compete for reports.
 #[derive(Debug, Default)]
 pub struct Duplicates {
-    /// Each agent's log-odds of one object, by ids, the older first.
-    pairs: BTreeMap<(TrackId, TrackId), Vec<(AgentId, f64)>>,
-}
-
-/// A track in the eyes of one frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
-    /// Its number.
-    pub id: TrackId,
-    /// Where it was expected.
-    pub expected: &'a Expected,
-    /// The report of it in this frame, which had it in view.
-    pub report: Option<&'a Measurement>,
-}
-
-impl Seen<'_> {
-    fn x(&self) -> f64 {
-        self.expected.state.kinematic.position[0]
-    }
+    verdicts: HashMap<Pair, Verdict>,
+    /// Each agent's log-odds of one object.
+    testimonies: HashMap<(Pair, AgentSlot), f64>,
 }
 
 impl Duplicates {
-    /// Takes in one frame of this agent, whose sensor has this detection probability. Returns the pairs that
-    /// turn out to be one object, the older track first.
+    /// Takes in what a frame of this agent says of two tracks that compete for its reports, both in its view.
+    /// Returns the pair, the older first, if it is now one object to all that tell.
     ///
     /// An agent that mostly reports both has a veto: to others one of two objects may be hidden behind the
     /// other, frame after frame.
-    pub fn note_frame(
+    pub fn note(
         &mut self,
-        seen: &mut [Seen<'_>],
-        (agent, detection_probability): (AgentId, f64),
-        gate: f64,
-    ) -> Vec<(TrackId, TrackId)> {
-        let p = detection_probability.clamp(0.01, 0.999);
-        let at_least_one = 1.0 - (1.0 - p) * (1.0 - p);
-        let both_of_two = p * p / at_least_one;
-        let for_one = libm::log((1.0 - BOTH_REPORTED_OF_ONE) / (1.0 - both_of_two));
-        let for_two = libm::log(BOTH_REPORTED_OF_ONE / both_of_two);
-        let mut merges = Vec::new();
-        let reach = 2.0 * longest_reach(seen, gate);
-        seen.sort_unstable_by(|a, b| a.x().total_cmp(&b.x()).then(a.id.cmp(&b.id)));
-        for (place, a) in seen.iter().enumerate() {
-            for b in seen[place + 1..].iter().take_while(|b| b.x() - a.x() <= reach) {
-                if !compete(a, b, gate) {
-                    continue;
-                }
-                let evidence = if a.report.is_some() && b.report.is_some() { for_two } else { for_one };
-                let pair = (a.id.min(b.id), a.id.max(b.id));
-                if note_evidence(self.pairs.entry(pair).or_default(), agent, evidence) {
-                    merges.push(pair);
-                }
-            }
-        }
-        merges
+        (a, b): Pair,
+        both_reported: bool,
+        (agent, weights): (AgentSlot, &Weights),
+        at: Timestamp,
+    ) -> Option<Pair> {
+        let pair = (a.min(b), a.max(b));
+        let testimony = self.testimonies.entry((pair, agent)).or_default();
+        let before = *testimony;
+        let evidence = if both_reported { weights.both_reported } else { weights.one_reported };
+        *testimony = (before + evidence).max(DISTINCT_AT_MOST);
+        let verdict = self.verdicts.entry(pair).or_default();
+        verdict.log_odds += *testimony - before;
+        verdict.vetoes += u32::from(*testimony < 0.0);
+        verdict.vetoes -= u32::from(before < 0.0);
+        verdict.noted_at = verdict.noted_at.max(at);
+        (verdict.vetoes == 0 && verdict.log_odds >= MERGE_AT).then_some(pair)
     }
 
-    /// Forgets pairs of which a track is gone.
-    pub fn retain(&mut self, lives: impl Fn(TrackId) -> bool) {
-        self.pairs.retain(|(older, younger), _| lives(*older) && lives(*younger));
+    /// Forgets pairs of which a track is gone, or that have not competed for long.
+    pub fn forget(&mut self, now: Timestamp, lives: impl Fn(TrackId) -> bool) {
+        self.verdicts.retain(|(older, younger), verdict| {
+            now - verdict.noted_at <= MEMORY && lives(*older) && lives(*younger)
+        });
+        let verdicts = &self.verdicts;
+        self.testimonies.retain(|(pair, _), _| verdicts.contains_key(pair));
     }
-}
-
-/// Adds an agent's evidence on a pair; true where it is now one object to all that tell.
-fn note_evidence(pair: &mut Vec<(AgentId, f64)>, agent: AgentId, evidence: f64) -> bool {
-    let place = pair.iter().position(|(other, _)| *other == agent).unwrap_or_else(|| {
-        pair.push((agent, 0.0));
-        pair.len() - 1
-    });
-    pair[place].1 = (pair[place].1 + evidence).max(DISTINCT_AT_MOST);
-    let has_veto = pair.iter().any(|(_, odds)| *odds < 0.0);
-    !has_veto && pair.iter().map(|(_, odds)| odds).sum::<f64>() >= MERGE_AT
-}
-
-/// How far along x a report can lie from a track that it could be of, at most.
-fn longest_reach(seen: &[Seen<'_>], gate: f64) -> f64 {
-    let of_tracks = seen.iter().map(|track| track.expected.state.kinematic.pp.xx).fold(0.0, f64::max);
-    let of_reports = seen.iter().filter_map(|track| Some(track.report?.r.xx)).fold(0.0, f64::max);
-    libm::sqrt(gate * (of_tracks + of_reports))
-}
-
-/// Whether a report of one track could have been of the other.
-///
-/// Not how far the tracks are apart: two tracks that share one object's reports, each taking the nearer ones,
-/// push each other away further than their own covariances would allow.
-fn compete(a: &Seen<'_>, b: &Seen<'_>, gate: f64) -> bool {
-    let fits = |z: Option<&Measurement>, expected: &Expected| z.is_some_and(|z| expected.fits(z, gate));
-    fits(a.report, b.expected) || fits(b.report, a.expected)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::filter::State;
-    use v2x_common::class::Class;
-    use v2x_common::covariance::Covariance2;
-    use v2x_common::time::Timestamp;
+    use crate::agents::Agents;
+    use v2x_common::id::AgentId;
 
-    fn agent(name: &str) -> AgentId {
-        AgentId::new(name).unwrap()
-    }
+    const PAIR: Pair = (TrackId(7), TrackId(3));
 
-    fn report(x: f64) -> Measurement {
-        Measurement {
-            class: Class::Car,
-            position: [x, 0.0],
-            r: Covariance2::isotropic(0.5),
-            size: [1.8, 4.5],
-            relative_variance: [0.04, 0.04],
-            yaw: 0.0,
-            yaw_variance: 0.01,
-            velocity: None,
-        }
-    }
-
-    /// A track with a hundredfold better position than one report gives.
-    fn expected(x: f64) -> Expected {
-        let precise = Measurement { r: Covariance2::isotropic(0.05), ..report(x) };
-        let (class, born_at) = (Class::Car, Timestamp::EPOCH);
-        Expected { track: 0, class, state: State::born(born_at, &precise), born_at }
-    }
-
-    /// Frames until the pair is merged, where each frame reports the two tracks as told.
-    fn merged_after(distance_m: f64, reports: impl IntoIterator<Item = (bool, bool)>) -> Option<usize> {
-        let (a, b) = (expected(0.0), expected(distance_m));
-        let (of_a, of_b) = (report(0.0), report(distance_m));
+    /// Frames until the pair is merged, where each frame reports both tracks or one.
+    fn merged_after(both_reported: impl IntoIterator<Item = bool>) -> Option<usize> {
         let mut duplicates = Duplicates::default();
-        reports.into_iter().position(|(first, second)| {
-            let mut seen = [
-                Seen { id: TrackId(7), expected: &a, report: first.then_some(&of_a) },
-                Seen { id: TrackId(3), expected: &b, report: second.then_some(&of_b) },
-            ];
-            let merges = duplicates.note_frame(&mut seen, (agent("ego"), 0.95), 16.2);
-            assert!(merges.is_empty() || merges == [(TrackId(3), TrackId(7))]);
-            !merges.is_empty()
+        let weights = Weights::of(0.95);
+        both_reported.into_iter().position(|both| {
+            let merge = duplicates.note(PAIR, both, (AgentSlot::default(), &weights), Timestamp::EPOCH);
+            assert!(merge.is_none_or(|pair| pair == (TrackId(3), TrackId(7))));
+            merge.is_some()
         })
     }
 
     #[test]
     fn tracks_that_take_turns_are_one_object() {
-        assert_eq!(merged_after(1.0, [(true, false), (false, true), (true, false)]), Some(2));
+        assert_eq!(merged_after([false; 3]), Some(2));
     }
 
     #[test]
     fn tracks_that_are_reported_together_stay_two_through_some_misses() {
-        let together = std::iter::repeat_n((true, true), 5);
-        assert_eq!(merged_after(1.0, together.chain([(true, false); 3])), None);
+        assert_eq!(merged_after([[true; 5].as_slice(), &[false; 3]].concat()), None);
     }
 
     #[test]
     fn two_objects_of_which_most_agents_see_only_one_stay_two() {
-        let (a, b) = (expected(0.0), expected(1.0));
-        let (of_a, of_b) = (report(0.0), report(1.0));
+        let mut agents = Agents::default();
+        let slots = ["rsu", "ego", "van"].map(|name| agents.slot_for(AgentId::new(name).unwrap()));
         let mut duplicates = Duplicates::default();
+        let weights = Weights::of(0.95);
         for _ in 0..100 {
-            for (name, sees_b) in [("rsu", true), ("ego", false), ("van", false)] {
-                let mut seen = [
-                    Seen { id: TrackId(1), expected: &a, report: Some(&of_a) },
-                    Seen { id: TrackId(2), expected: &b, report: sees_b.then_some(&of_b) },
-                ];
-                assert_eq!(duplicates.note_frame(&mut seen, (agent(name), 0.95), 16.2), []);
+            for slot in slots {
+                let both = slot == slots[0];
+                assert_eq!(duplicates.note(PAIR, both, (slot, &weights), Timestamp::EPOCH), None);
             }
         }
     }
 
     #[test]
-    fn tracks_out_of_each_others_gate_are_never_one() {
-        assert_eq!(merged_after(4.0, [(true, false); 10]), None);
+    fn pairs_are_forgotten_with_their_tracks() {
+        let mut duplicates = Duplicates::default();
+        let weights = Weights::of(0.95);
+        let note = |duplicates: &mut Duplicates| {
+            duplicates.note(PAIR, false, (AgentSlot::default(), &weights), Timestamp::EPOCH)
+        };
+        note(&mut duplicates);
+        note(&mut duplicates);
+        duplicates.forget(Timestamp::EPOCH, |id| id != TrackId(7));
+        assert_eq!(note(&mut duplicates), None, "the count begins anew");
     }
 }

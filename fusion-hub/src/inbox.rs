@@ -1,8 +1,10 @@
 //! What is let in, and the books on every agent.
 
+use crate::agents::{AgentSlot, Agents};
+use crate::config::EngineConfig;
 use crate::refusal::Refusal;
-use crate::sensing::Sensing;
-use std::collections::BTreeMap;
+use crate::sensing::{Look, Sensing};
+use std::collections::{BTreeMap, VecDeque};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::AgentHealth;
 use v2x_common::id::{AgentId, MapFrame};
@@ -29,8 +31,12 @@ pub struct AgentRecord {
     pub epoch: u64,
     /// Frames accepted.
     pub accepted: u64,
-    /// Frames accepted that were older than something accepted before.
+    /// Frames accepted that were measured within ε_s of the newest accepted before.
+    pub synchronous: u64,
+    /// Frames accepted that were older than the newest accepted before by more than ε_s.
     pub out_of_sequence: u64,
+    /// Frames accepted that were measured in the future by the hub's clock.
+    pub ahead_of_time: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<&'static str, u64>,
     /// The newest refusal.
@@ -45,8 +51,8 @@ pub struct AgentRecord {
     pub nis_sum: f64,
     /// How many these are.
     pub nis_count: u64,
-    /// Numbers of the frames within Δmax, to know duplicates by.
-    seen: BTreeMap<(u64, u64), Timestamp>,
+    /// Epochs and numbers of the frames within Δmax, in order, to know duplicates by.
+    seen: VecDeque<((u64, u64), Timestamp)>,
 }
 
 impl AgentRecord {
@@ -61,6 +67,27 @@ impl AgentRecord {
     pub fn nis_per_dof(&self) -> Option<f64> {
         #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
         (self.nis_count > 0).then(|| self.nis_sum / (2.0 * self.nis_count as f64))
+    }
+
+    /// What a frame of it says of objects that it does not report; `None` where nothing.
+    pub fn look(&self, frame: &DetectionFrame) -> Option<Look> {
+        Some(self.sensing.look(self.description.as_ref()?, frame.sensor_pose?))
+    }
+
+    fn has_seen(&self, frame: (u64, u64)) -> bool {
+        self.seen.binary_search_by_key(&frame, |(id, _)| *id).is_ok()
+    }
+
+    /// Notes a frame, and forgets those that are too old to come again.
+    fn note_seen(&mut self, frame: (u64, u64), captured_at: Timestamp, horizon: Timestamp) {
+        while self.seen.front().is_some_and(|(_, captured_at)| *captured_at < horizon) {
+            self.seen.pop_front();
+        }
+        if self.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX {
+            self.seen.retain(|(_, captured_at)| *captured_at >= horizon);
+        }
+        let place = self.seen.partition_point(|(id, _)| *id < frame);
+        self.seen.insert(place, (frame, captured_at));
     }
 
     /// What a fused frame tells of it.
@@ -80,24 +107,36 @@ impl AgentRecord {
 #[derive(Clone, Debug)]
 pub struct Inbox {
     delta_max: Span,
+    synchronous: Span,
+    silent_for_good: Span,
     map_frame: Option<MapFrame>,
-    agents: BTreeMap<AgentId, AgentRecord>,
+    agents: Agents,
+    /// By slot.
+    records: Vec<AgentRecord>,
     newest_captured_at: Option<Timestamp>,
     refused_beyond_limit: u64,
     /// The hub's clock, as far as it was told.
     now: Timestamp,
+    /// What was captured before is refused, for lack of room.
+    history_begins: Timestamp,
 }
 
 impl Inbox {
-    /// With the maximum latency Δmax and the map frame of the hub.
-    pub fn new(delta_max: Span, map_frame: Option<MapFrame>) -> Self {
+    /// Of an engine with this configuration.
+    pub fn new(config: &EngineConfig) -> Self {
+        // A track may name an agent for as long as it is published and late data may revive it.
+        let named_for = config.coast + config.delta_max + config.delta_max;
         Self {
-            delta_max,
-            map_frame,
-            agents: BTreeMap::new(),
+            delta_max: config.delta_max,
+            synchronous: config.synchronous,
+            silent_for_good: SILENT_FOR_GOOD.max(named_for),
+            map_frame: config.map_frame,
+            agents: Agents::default(),
+            records: Vec::new(),
             newest_captured_at: None,
             refused_beyond_limit: 0,
             now: Timestamp::MIN,
+            history_begins: Timestamp::MIN,
         }
     }
 
@@ -109,22 +148,25 @@ impl Inbox {
             self.refuse(frame.id.agent, refusal.clone());
             return verdict.map(|()| false);
         }
-        let out_of_sequence = self.newest_captured_at.is_some_and(|newest| frame.captured_at < newest);
+        let newer_by = self.newest_captured_at.map_or(Span::ZERO, |newest| frame.captured_at - newest);
+        let is_synchronous = newer_by.abs() <= self.synchronous;
+        let out_of_sequence = newer_by < Span::ZERO && !is_synchronous;
         self.newest_captured_at = self.newest_captured_at.max(Some(frame.captured_at));
         // The first map frame that is named is the hub's, where it has none of its own.
         self.map_frame = self.map_frame.or(frame.map_frame);
         let horizon = now - self.delta_max;
-        self.make_room(frame.id.agent);
-        let record = self.agents.entry(frame.id.agent).or_default();
+        let Some(slot) = self.slot_for(frame.id.agent) else { return Ok(out_of_sequence) };
+        let record = &mut self.records[slot.index()];
         record.last_heard_at = Some(now);
-        record.seen.retain(|_, captured_at| *captured_at >= horizon);
-        record.seen.insert((frame.id.epoch, frame.id.sequence), frame.captured_at);
+        record.note_seen((frame.id.epoch, frame.id.sequence), frame.captured_at, horizon);
         if record.newest_captured_at.is_none_or(|newest| frame.captured_at >= newest) {
             record.newest_captured_at = Some(frame.captured_at);
             record.epoch = frame.id.epoch;
         }
         record.accepted += 1;
+        record.synchronous += u64::from(is_synchronous);
         record.out_of_sequence += u64::from(out_of_sequence);
+        record.ahead_of_time += u64::from(frame.captured_at > now);
         Ok(out_of_sequence)
     }
 
@@ -136,6 +178,16 @@ impl Inbox {
     /// The coordinate frame of all positions, once there is one.
     pub fn map_frame(&self) -> Option<MapFrame> {
         self.map_frame
+    }
+
+    /// Shortens history: what was captured before is refused from now on.
+    pub fn begin_history_at(&mut self, at: Timestamp) {
+        self.history_begins = self.history_begins.max(at);
+    }
+
+    /// Nothing captured before this is let in.
+    pub fn horizon(&self) -> Timestamp {
+        (self.now - self.delta_max).max(self.history_begins)
     }
 
     fn examine(&self, frame: &DetectionFrame, now: Timestamp) -> Result<(), Refusal> {
@@ -151,18 +203,22 @@ impl Inbox {
         if age < -self.delta_max {
             return Err(Refusal::TooEarly { ahead: -age });
         }
-        let Some(record) = self.agents.get(&frame.id.agent) else {
+        if frame.captured_at < self.history_begins {
+            return Err(Refusal::Overloaded { age });
+        }
+        let Some(slot) = self.agents.slot(&frame.id.agent) else {
             let limit = MAX_AGENTS;
             let has_room = self.agents.len() < limit || self.longest_silent().is_some();
             return if has_room { Ok(()) } else { Err(Refusal::TooManyAgents { limit }) };
         };
+        let record = &self.records[slot.index()];
         let (epoch, sequence) = (frame.id.epoch, frame.id.sequence);
-        if record.seen.contains_key(&(epoch, sequence)) {
+        if record.has_seen((epoch, sequence)) {
             return Err(Refusal::Duplicate { epoch, sequence });
         }
         let horizon = now - self.delta_max;
         let full = record.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX;
-        if full && record.seen.values().all(|captured_at| *captured_at >= horizon) {
+        if full && record.seen.iter().all(|(_, captured_at)| *captured_at >= horizon) {
             return Err(Refusal::TooManyFrames { limit: MAX_FRAMES_WITHIN_DELTA_MAX });
         }
         Ok(())
@@ -180,36 +236,55 @@ impl Inbox {
 
     /// The record of an agent, made where there is none yet; `None` beyond [`MAX_AGENTS`].
     pub fn record_mut(&mut self, agent: AgentId) -> Option<&mut AgentRecord> {
-        self.make_room(agent)?;
-        let record = self.agents.entry(agent).or_default();
+        let slot = self.slot_for(agent)?;
+        let record = &mut self.records[slot.index()];
         record.last_heard_at = Some(self.now);
         Some(record)
     }
 
-    /// Sees to it that a record of this agent can be made; `None` where it cannot.
-    fn make_room(&mut self, agent: AgentId) -> Option<()> {
-        if !self.agents.contains_key(&agent) && self.agents.len() >= MAX_AGENTS {
-            let gone = self.longest_silent()?;
-            self.agents.remove(&gone);
+    /// The slot of an agent, given to it now where it has none; `None` beyond [`MAX_AGENTS`].
+    fn slot_for(&mut self, agent: AgentId) -> Option<AgentSlot> {
+        if let Some(slot) = self.agents.slot(&agent) {
+            return Some(slot);
         }
-        Some(())
+        if self.agents.len() >= MAX_AGENTS {
+            let gone = self.longest_silent()?;
+            let slot = self.agents.remove(&gone)?;
+            self.records[slot.index()] = AgentRecord::default();
+        }
+        let slot = self.agents.slot_for(agent);
+        if self.records.len() <= slot.index() {
+            self.records.resize_with(slot.index() + 1, AgentRecord::default);
+        }
+        Some(slot)
     }
 
     /// The agent that was silent for the longest time, if that is for good.
     fn longest_silent(&self) -> Option<AgentId> {
-        let (agent, record) = self.agents.iter().min_by_key(|(_, record)| record.last_heard_at)?;
+        let (agent, record) = self.agents().min_by_key(|(_, record)| record.last_heard_at)?;
         let last_heard_at = record.last_heard_at.unwrap_or(Timestamp::MIN);
-        (self.now - last_heard_at > SILENT_FOR_GOOD).then_some(*agent)
+        (self.now - last_heard_at > self.silent_for_good).then_some(*agent)
     }
 
     /// The record of an agent.
     pub fn record(&self, agent: &AgentId) -> Option<&AgentRecord> {
-        self.agents.get(agent)
+        Some(&self.records[self.agents.slot(agent)?.index()])
+    }
+
+    /// The slot and the record of an agent.
+    pub(crate) fn entry(&self, agent: &AgentId) -> Option<(AgentSlot, &AgentRecord)> {
+        let slot = self.agents.slot(agent)?;
+        Some((slot, &self.records[slot.index()]))
     }
 
     /// Every agent with its record, by name.
     pub fn agents(&self) -> impl Iterator<Item = (&AgentId, &AgentRecord)> {
-        self.agents.iter()
+        self.agents.iter().map(|(name, slot)| (name, &self.records[slot.index()]))
+    }
+
+    /// Names and slots.
+    pub(crate) fn names(&self) -> &Agents {
+        &self.agents
     }
 
     /// Frames of agents beyond [`MAX_AGENTS`], which no record counts.
@@ -221,7 +296,7 @@ impl Inbox {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use v2x_common::id::FrameId;
+    use v2x_common::id::{FrameId, HubId};
 
     fn frame(agent: &str, sequence: u64, captured_ms: i64) -> DetectionFrame {
         DetectionFrame {
@@ -238,8 +313,12 @@ mod tests {
         Timestamp::EPOCH + Span::from_millis(1_000_000 + ms)
     }
 
+    fn config() -> EngineConfig {
+        EngineConfig::new(HubId::new("hub").unwrap(), 1)
+    }
+
     fn inbox() -> Inbox {
-        Inbox::new(Span::from_millis(500), None)
+        Inbox::new(&config())
     }
 
     #[test]
@@ -266,7 +345,8 @@ mod tests {
 
     #[test]
     fn another_map_frame_is_refused_by_name() {
-        let mut inbox = Inbox::new(Span::from_millis(500), Some(MapFrame::new("EPSG:32632").unwrap()));
+        let map_frame = Some(MapFrame::new("EPSG:32632").unwrap());
+        let mut inbox = Inbox::new(&EngineConfig { map_frame, ..config() });
         let mut foreign = frame("a", 0, 0);
         foreign.map_frame = Some(MapFrame::new("EPSG:25833").unwrap());
         let message = inbox.admit(&foreign, at(0)).unwrap_err().to_string();

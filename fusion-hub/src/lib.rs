@@ -1,18 +1,21 @@
 //! Late fusion of bird's-eye-view detections: the pure engine (association, filter, tracks), and with the
 //! feature `net` the hub that serves it.
 //!
-//! Order of the pipeline: [`inbox`] → [`sensing`] → [`association`] → [`track`] and [`filter`] →
-//! [`engine`] → [`schedule`].
+//! Order of the pipeline: [`engine`] → [`inbox`] → [`sensing`] → [`frames`] → [`association`] → [`track`] and
+//! [`filter`] → [`schedule`].
 
+pub mod agents;
 pub mod assignment;
 pub mod association;
 pub mod config;
 pub mod duplicates;
 pub mod engine;
 pub mod filter;
+pub mod frames;
 #[cfg(feature = "net")]
 pub mod hub;
 pub mod inbox;
+pub mod overlap;
 mod publish;
 pub mod refusal;
 pub mod schedule;
@@ -20,3 +23,6 @@ pub mod sensing;
 #[cfg(feature = "net")]
 pub mod settings;
 pub mod track;
+mod tracker;
+
+pub use tracker::Counts;

@@ -1,34 +1,53 @@
 //! Which tracks are told of, and what.
 
+use crate::agents::Agents;
 use crate::config::EngineConfig;
-use crate::filter::State;
+use crate::filter::size_priors::SizePriors;
+use crate::filter::{Estimate, Filter};
 use crate::track::Track;
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
-use v2x_common::fused::FusedObject;
+use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Fills the list with the objects as of `now`; what the list held is overwritten, its memory used again.
-pub(crate) fn fill(
+pub(crate) fn fill<F: Filter>(
     objects: &mut Vec<FusedObject>,
-    tracks: &mut [Track],
-    now: Timestamp,
+    tracks: &[Track<F>],
+    (now, agents): (Timestamp, &Agents),
     config: &EngineConfig,
+    past_sizes: &SizePriors,
 ) {
+    let mut priors = past_sizes.clone();
+    for track in tracks {
+        note_sizes(&mut priors, track);
+    }
     let mut count = 0;
     for track in tracks {
         if objects.len() == count {
             objects.push(blank());
         }
-        count += usize::from(tell(&mut objects[count], track, now, config));
+        count += usize::from(tell(&mut objects[count], track, (now, agents), (config, &priors)));
     }
     objects.truncate(count);
 }
 
+/// Adds what a track shows of the sizes of its class, where its filter keeps that.
+pub(crate) fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>) {
+    if let Some(evidence) = track.latest().state.size_evidence() {
+        priors.note(track.latest().class(), evidence);
+    }
+}
+
 /// Writes down the object of a track; `false` where it is not told of.
-fn tell(object: &mut FusedObject, track: &mut Track, now: Timestamp, config: &EngineConfig) -> bool {
+fn tell<F: Filter>(
+    object: &mut FusedObject,
+    track: &Track<F>,
+    (now, agents): (Timestamp, &Agents),
+    (config, priors): (&EngineConfig, &SizePriors),
+) -> bool {
     let last_measured_at = track.last_measured_at();
     let latest = track.latest();
     let existence = latest.existence.survived(now - latest.at).probability();
@@ -36,26 +55,26 @@ fn tell(object: &mut FusedObject, track: &mut Track, now: Timestamp, config: &En
     if !exists || now - last_measured_at > config.coast {
         return false;
     }
-    let state = latest.state_at(now);
-    if !is_tellable(&state) {
+    let told = latest.state_at(now, config.filter_synchronous).estimate(latest.class(), priors);
+    if !is_tellable(&told) {
         return false;
     }
-    let [vx, vy] = state.kinematic.velocity;
+    let [x, y] = told.position;
     object.class = latest.class();
     object.class_probabilities.clear();
     object.class_probabilities.extend(latest.class_shares());
-    object.bev = state.bev();
-    object.velocity = (vx, vy);
-    object.kinematic_covariance = state.kinematic.covariance();
-    object.ww = state.width.variance;
-    object.dd = state.depth.variance;
-    object.yaw_variance = state.heading.variance;
+    object.bev = BevBox { x, y, w: told.width.mean, d: told.depth.mean, yaw: told.heading.mean };
+    object.velocity = (told.velocity[0], told.velocity[1]);
+    object.kinematic_covariance = told.covariance;
+    object.ww = told.width.variance;
+    object.dd = told.depth.variance;
+    object.yaw_variance = told.heading.variance;
     object.existence = existence;
     object.age = now - latest.born_at;
     object.last_measured_at = last_measured_at;
     object.track = track.id;
     object.contributors.clear();
-    object.contributors.extend(track.contributors());
+    object.contributors.extend(track.contributors().iter().map(|newest| newest.measurement(agents)));
     true
 }
 
@@ -77,14 +96,12 @@ fn blank() -> FusedObject {
     }
 }
 
-/// Whether a state says anything, and fits on the wire: a position known to no better than 70 m does not.
-fn is_tellable(state: &State) -> bool {
-    let kinematic = &state.kinematic;
+/// Whether an estimate says anything, and fits on the wire: a position known to no better than 70 m does not.
+fn is_tellable(told: &Estimate) -> bool {
     let size = 0.0..=MAX_SIZE_M;
-    kinematic.pp.max_sigma() <= MAX_SIGMA_M
-        && kinematic.vv.max_sigma() <= MAX_SIGMA_M
-        && state.heading.variance <= MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD
-        && size.contains(&state.width.mean)
-        && size.contains(&state.depth.mean)
-        && state.width.variance.max(state.depth.variance) <= MAX_SIGMA_M * MAX_SIGMA_M
+    KINEMATIC_DIAGONAL.iter().all(|place| told.covariance[*place] <= MAX_SIGMA_M * MAX_SIGMA_M)
+        && told.heading.variance <= MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD
+        && size.contains(&told.width.mean)
+        && size.contains(&told.depth.mean)
+        && told.width.variance.max(told.depth.variance) <= MAX_SIGMA_M * MAX_SIGMA_M
 }

@@ -46,6 +46,12 @@ pub enum Refusal {
         /// The frame's number.
         sequence: u64,
     },
+    /// Younger than Δmax, but history was shortened for lack of room.
+    #[error("captured {age} before the hub's time: overloaded, history is shorter than the maximum latency")]
+    Overloaded {
+        /// How long ago.
+        age: Span,
+    },
     /// More agents than the hub keeps books on.
     #[error("more than {limit} agents")]
     TooManyAgents {
@@ -70,6 +76,7 @@ impl Refusal {
             Self::TooLate { .. } => "too_late",
             Self::TooEarly { .. } => "too_early",
             Self::Duplicate { .. } => "duplicate",
+            Self::Overloaded { .. } => "overloaded",
             Self::TooManyAgents { .. } => "too_many_agents",
             Self::TooManyFrames { .. } => "too_many_frames",
         }

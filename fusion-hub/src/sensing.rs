@@ -1,15 +1,16 @@
 //! What a sensor description means for the reports made under it.
 
-use crate::filter::Measurement;
-use crate::track::{Look, Sighting};
+use crate::filter::{Measurement, SizeLaw};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::detection::Detection;
 use v2x_common::geometry::Pose;
-use v2x_common::sensor::{SensorDescription, SizeNoiseLaw};
+use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
 
 /// Detection probability above which a sensor is not believed: one miss must not be proof.
 const MAX_DETECTION_PROBABILITY: f64 = 0.999;
+/// Beyond a sensor's range by more than this, a look cannot become evidence later, m.
+const LOOK_SLACK_M: f64 = 20.0;
 
 /// Assumptions about agents that describe no sensor, and about new objects.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,17 +33,48 @@ impl Default for SensingDefaults {
 /// One agent's sensor, as the evidence needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing {
-    ln_detection_over_clutter: f64,
-    birth_odds: f64,
+    model: ReportModel,
     miss_probability: f64,
-    size_factor: SizeFactor,
+    size_law: Option<SizeLaw>,
 }
 
-/// Mean and coefficient of variation of the factor by which sizes are measured, where a law is declared.
+/// What a report says of existence.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReportModel {
+    /// Detection probability over clutter density, m²; ∞ without clutter.
+    pub detection_over_clutter: f64,
+    /// Odds that a report of nothing known is of something real.
+    pub birth_odds: f64,
+}
+
+/// A frame as a look at everything that it does not report. Whether an object was in view is decided when
+/// the evidence is evaluated, with the state of that moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum SizeFactor {
-    Undeclared,
-    Declared { mean: f64, relative_variance: f64 },
+pub struct Look {
+    /// Where the sensor was.
+    pub pose: Pose,
+    /// What it sees.
+    pub field_of_view: FieldOfView,
+    /// The vehicle around it, through which it does not see.
+    pub body: Option<Body>,
+    /// Probability that it misses what is in view.
+    pub miss_probability: f64,
+}
+
+impl Look {
+    /// Whether an object here would have been in view: well inside, since at the border nobody knows.
+    pub fn covers(&self, [x, y]: [f64; 2], margin_m: f64) -> bool {
+        self.field_of_view.contains_within(&self.pose, x, y, margin_m)
+            && !self.body.is_some_and(|body| {
+                self.pose.distance_to(x, y) < body.at(&self.pose).circumradius() + margin_m
+            })
+    }
+
+    /// Whether an object about here can have been in view, or may turn out to have been once late data has
+    /// moved it.
+    pub fn may_cover(&self, [x, y]: [f64; 2]) -> bool {
+        self.pose.distance_to(x, y) <= self.field_of_view.range_max_m + LOOK_SLACK_M
+    }
 }
 
 impl Default for Sensing {
@@ -71,31 +103,36 @@ impl Sensing {
     ) -> Self {
         let p = detection_probability.min(MAX_DETECTION_PROBABILITY);
         Self {
-            ln_detection_over_clutter: libm::log(p) - libm::log(clutter_per_m2),
-            birth_odds: defaults.births_per_m2 / clutter_per_m2,
+            model: ReportModel {
+                detection_over_clutter: p / clutter_per_m2,
+                birth_odds: defaults.births_per_m2 / clutter_per_m2,
+            },
             miss_probability: 1.0 - p,
-            size_factor: size_noise.map_or(SizeFactor::Undeclared, |law| SizeFactor::of(&law)),
+            size_law: size_noise.as_ref().map(moments),
         }
     }
 
-    /// A detection as evidence.
-    pub fn sighting(&self, detection: &Detection) -> Sighting {
+    /// What each report says of existence.
+    pub const fn model(&self) -> ReportModel {
+        self.model
+    }
+
+    /// A detection as a measurement.
+    pub fn measurement(&self, detection: &Detection) -> Measurement {
         let Detection { bev, covariance, .. } = detection;
-        let (w, relative_w) = self.size_factor.apply(bev.w, covariance.ww);
-        let (d, relative_d) = self.size_factor.apply(bev.d, covariance.dd);
-        Sighting {
-            z: Measurement {
-                class: detection.class,
-                position: [bev.x, bev.y],
-                r: covariance.position,
-                size: [w, d],
-                relative_variance: [relative_w, relative_d],
-                yaw: bev.yaw,
-                yaw_variance: covariance.yaw,
-                velocity: detection.velocity,
-            },
-            ln_detection_over_clutter: self.ln_detection_over_clutter,
-            birth_odds: self.birth_odds,
+        let [w, d] = [(bev.w, covariance.ww), (bev.d, covariance.dd)]
+            .map(|(reported, variance)| Debiased::of(reported, variance, self.size_law));
+        Measurement {
+            class: detection.class,
+            position: [bev.x, bev.y],
+            r: covariance.position,
+            size: [w.size, d.size],
+            relative_variance: [w.relative_variance, d.relative_variance],
+            size_law: [w.law, d.law],
+            yaw: bev.yaw,
+            yaw_variance: covariance.yaw,
+            velocity: detection.velocity,
+            is_track: detection.source_track.is_some(),
         }
     }
 
@@ -110,28 +147,38 @@ impl Sensing {
     }
 }
 
-impl SizeFactor {
-    /// Moments of a normal of mean 1 and standard deviation σ, truncated below (Burkardt 2014, section 2.3).
-    fn of(law: &SizeNoiseLaw) -> Self {
-        let a = (law.lower - 1.0) / law.sigma;
-        let density = libm::exp(-a * a / 2.0) / libm::sqrt(2.0 * PI);
-        let kept = libm::erfc(a / libm::sqrt(2.0)) / 2.0;
-        let hazard = density / kept;
-        let mean = 1.0 + law.sigma * hazard;
-        let variance = law.sigma * law.sigma * (1.0 + a * hazard - hazard * hazard);
-        Self::Declared { mean, relative_variance: variance / (mean * mean) }
-    }
+/// Moments of a normal of mean 1 and standard deviation σ, truncated below (Burkardt 2014, section 2.3).
+fn moments(law: &SizeNoiseLaw) -> SizeLaw {
+    let a = (law.lower - 1.0) / law.sigma;
+    let density = libm::exp(-a * a / 2.0) / libm::sqrt(2.0 * PI);
+    let kept = libm::erfc(a / libm::sqrt(2.0)) / 2.0;
+    let hazard = density / kept;
+    let mean = 1.0 + law.sigma * hazard;
+    let variance = law.sigma * law.sigma * (1.0 + a * hazard - hazard * hazard);
+    let relative_variance = variance / (mean * mean);
+    SizeLaw { variance: law.sigma * law.sigma, lower: law.lower, mean, relative_variance }
+}
 
-    /// A reported size (m) with its variance (m²): debiased, and the variance relative to the true size.
+/// A reported size with its sensor's bias taken out.
+#[derive(Clone, Copy)]
+struct Debiased {
+    /// m.
+    size: f64,
+    relative_variance: f64,
+    law: Option<SizeLaw>,
+}
+
+impl Debiased {
+    /// Of a reported size (m) with its variance (m²).
     ///
     /// A report that states a much smaller error than the law (an agent's own, known body) keeps its own.
-    fn apply(&self, reported: f64, variance: f64) -> (f64, f64) {
+    fn of(reported: f64, variance: f64, law: Option<SizeLaw>) -> Self {
         let stated = variance / (reported * reported);
-        match *self {
-            Self::Declared { mean, relative_variance } if stated > relative_variance / 4.0 => {
-                (reported / mean, relative_variance)
+        match law {
+            Some(law) if stated > law.relative_variance / 4.0 => {
+                Self { size: reported / law.mean, relative_variance: law.relative_variance, law: Some(law) }
             }
-            Self::Declared { .. } | Self::Undeclared => (reported, stated),
+            _ => Self { size: reported, relative_variance: stated, law: None },
         }
     }
 }
@@ -144,11 +191,7 @@ mod tests {
     fn the_size_laws_moments_are_those_of_the_truncated_normal() {
         // METHODS.md 12: mean and coefficient of variation of N1, N2, N3 with lower bound 0.1.
         for (sigma, mean, cv) in [(0.2, 1.000, 0.200), (0.5, 1.041, 0.442), (1.0, 1.326, 0.584)] {
-            let SizeFactor::Declared { mean: m, relative_variance } =
-                SizeFactor::of(&SizeNoiseLaw { sigma, lower: 0.1 })
-            else {
-                panic!("a law gives a declared factor");
-            };
+            let SizeLaw { mean: m, relative_variance, .. } = moments(&SizeNoiseLaw { sigma, lower: 0.1 });
             assert!((m - mean).abs() < 1e-3, "mean {m} at sigma {sigma}");
             assert!((libm::sqrt(relative_variance) - cv).abs() < 1e-3, "cv at sigma {sigma}");
         }
@@ -158,7 +201,7 @@ mod tests {
     fn without_clutter_the_first_report_is_certain() {
         let defaults = SensingDefaults { clutter_per_m2: 0.0, ..SensingDefaults::default() };
         let sensing = Sensing::undescribed(&defaults);
-        let first = crate::track::Existence::from_odds(sensing.birth_odds);
+        let first = crate::track::Existence::from_odds(sensing.model().birth_odds);
         assert!(first.probability() > 0.99);
     }
 }

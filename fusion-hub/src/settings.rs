@@ -1,16 +1,17 @@
 //! What a person writes in the `[hub]` table of a scenario or settings file, and what it means.
 
-use crate::association::AssociationCost;
-use crate::config::EngineConfig;
+use crate::association::{AssociationConfig, AssociationCost};
+use crate::config::{EngineConfig, MotionModel, Preset};
 use crate::schedule::PublishMode;
 use crate::sensing::SensingDefaults;
+use crate::track::LateData;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, MapFrame};
 use v2x_common::time::Span;
 use v2x_common::wire::json::ReportDefaults;
 
-/// The `[hub]` table as it is typed. Every field has a default.
+/// The `[hub]` table as it is typed. Every field has a default; what is `None` is as the preset has it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct HubTable {
@@ -18,8 +19,13 @@ struct HubTable {
     map_frame: Option<MapFrame>,
     delta_max_ms: f64,
     coast_ms: f64,
-    association: AssociationCost,
-    gate: f64,
+    preset: Preset,
+    motion: Option<MotionModel>,
+    late_data: Option<LateData>,
+    synchronous_ms: Option<f64>,
+    association: Option<AssociationCost>,
+    gate: Option<f64>,
+    class_aware: Option<bool>,
     publish_existence: f64,
     publish: PublishTable,
     sensing: SensingDefaults,
@@ -57,8 +63,13 @@ impl Default for HubTable {
             map_frame: engine.map_frame,
             delta_max_ms: engine.delta_max.as_millis_f64(),
             coast_ms: engine.coast.as_millis_f64(),
-            association: engine.association,
-            gate: engine.gate,
+            preset: Preset::default(),
+            motion: None,
+            late_data: None,
+            synchronous_ms: None,
+            association: None,
+            gate: None,
+            class_aware: None,
             publish_existence: engine.publish_existence,
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
             sensing: engine.sensing,
@@ -125,7 +136,6 @@ impl HubTable {
     fn check(self) -> Result<HubSettings, SettingsError> {
         within("delta_max_ms", self.delta_max_ms, 1.0..=60_000.0, "1 to 60000")?;
         within("coast_ms", self.coast_ms, 0.0..=60_000.0, "0 to 60000")?;
-        within("gate", self.gate, 0.1..=1e4, "0.1 to 10000")?;
         within("publish_existence", self.publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let sensing = &self.sensing;
         within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
@@ -133,12 +143,11 @@ impl HubTable {
         within("sensing.births_per_m2", sensing.births_per_m2, 1e-12..=10.0, "1e-12 to 10")?;
         check_report_defaults(&self.report_defaults)?;
         self.agents.values().try_for_each(check_report_defaults)?;
-        let mut engine = EngineConfig::new(self.id, 0);
+        let mut engine = EngineConfig::new(self.id, 0).with_preset(self.preset);
+        self.override_rules(&mut engine)?;
         engine.map_frame = self.map_frame;
         engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
         engine.coast = Span::from_secs_f64(self.coast_ms * 1e-3);
-        engine.association = self.association;
-        engine.gate = self.gate;
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;
         Ok(HubSettings {
@@ -147,6 +156,28 @@ impl HubTable {
             report_defaults: self.report_defaults,
             report_defaults_of: self.agents,
         })
+    }
+}
+
+impl HubTable {
+    /// Single rules, over those of the preset.
+    fn override_rules(&self, engine: &mut EngineConfig) -> Result<(), SettingsError> {
+        if let Some(synchronous_ms) = self.synchronous_ms {
+            within("synchronous_ms", synchronous_ms, 0.0..=1000.0, "0 to 1000")?;
+            engine.synchronous = Span::from_secs_f64(synchronous_ms * 1e-3);
+            if engine.filter_synchronous > Span::ZERO {
+                engine.filter_synchronous = engine.synchronous;
+            }
+        }
+        let AssociationConfig { cost, gate, class_aware } = engine.association;
+        engine.motion = self.motion.unwrap_or(engine.motion);
+        engine.late_data = self.late_data.unwrap_or(engine.late_data);
+        engine.association = AssociationConfig {
+            cost: self.association.unwrap_or(cost),
+            gate: self.gate.unwrap_or(gate),
+            class_aware: self.class_aware.unwrap_or(class_aware),
+        };
+        within("gate", engine.association.gate, 0.1..=1e4, "0.1 to 10000")
     }
 }
 

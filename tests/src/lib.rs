@@ -21,6 +21,7 @@ pub mod score;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;
+pub mod throughput;
 pub mod timing;
 pub mod truth;
 pub mod virtual_run;

@@ -1,11 +1,22 @@
 //! `lab`: the laboratory's command line.
 
 use clap::{Parser, Subcommand};
+use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
+use std::alloc::System;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use v2x_agent::shell::AgentArgs;
 use v2x_common::net::{logging, shutdown};
 use v2x_fusion_hub::hub::HubArgs;
+
+/// Counts allocations, for `lab throughput`.
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+fn allocations() -> u64 {
+    let stats = ALLOCATOR.stats();
+    (stats.allocations + stats.reallocations) as u64
+}
 
 /// Measure cooperative-perception networks.
 #[derive(Parser)]
@@ -15,6 +26,7 @@ use v2x_fusion_hub::hub::HubArgs;
     after_help = "\
 Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
+  lab throughput --agents 200 --late 0.2              how many detections one core fuses
   lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded"
 )]
 struct Cli {
@@ -36,6 +48,7 @@ enum Command {
         json: bool,
     },
     Simulate(v2x_lab::simulate::SimulateArgs),
+    Throughput(v2x_lab::throughput::ThroughputArgs),
     #[command(hide = true)]
     Hub(HubArgs),
     #[command(hide = true)]
@@ -50,6 +63,7 @@ async fn main() -> ExitCode {
         match cli.command {
             Command::Score { folder, json } => v2x_lab::run_folder::rescore(&folder, json),
             Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
+            Command::Throughput(args) => v2x_lab::throughput::throughput(&args, allocations),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 v2x_fusion_hub::hub::run(args, shutdown).await

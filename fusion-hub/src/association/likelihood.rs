@@ -3,8 +3,10 @@
 //! C = m² + ln det S + min(Δθ², 12) + min(Δd², 12), in units of −2 ln p (METHODS.md 7). The caps keep one
 //! outlying heading or size from outweighing the position.
 
+use super::Expected;
 use super::csba::dimension_distance2;
-use crate::filter::{Measurement, PositionInnovation, State};
+use super::gate::Separation;
+use crate::filter::Measurement;
 use v2x_common::geometry::angle_difference;
 
 /// Most that a heading or a size can speak against a pair.
@@ -13,11 +15,11 @@ const CUE_CAP: f64 = 12.0;
 /// What a detection without a track costs (METHODS.md 14).
 pub const COST_ALONE: f64 = 24.0;
 
-/// The cost of a pair with this innovation of the position.
-pub fn pair_cost(z: &Measurement, state: &State, innovation: &PositionInnovation) -> f64 {
-    let turn = angle_difference(z.yaw, state.heading.mean);
-    let heading = turn * turn / (z.yaw_variance + state.heading.variance);
-    // −2 ln of the normal density, less its constant 2 ln 2π.
-    let position = -2.0 * innovation.ln_likelihood - 2.0 * libm::log(2.0 * std::f64::consts::PI);
-    position + heading.min(CUE_CAP) + dimension_distance2(z, state).min(CUE_CAP)
+/// The cost of a pair. The position's density has its constant 2 ln 2π left out.
+pub fn pair_cost(z: &Measurement, track: &Expected) -> f64 {
+    let separation = Separation::of(z, track);
+    let position = separation.mahalanobis2() + libm::log(separation.determinant);
+    let turn = angle_difference(z.yaw, track.yaw);
+    let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
+    position + heading.min(CUE_CAP) + dimension_distance2(z, track).min(CUE_CAP)
 }

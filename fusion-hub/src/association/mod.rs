@@ -1,14 +1,22 @@
 //! Which detection is of which track: gate, cost, optimal assignment.
 
+mod candidates;
 pub mod csba;
+mod gate;
+mod grid;
 pub mod likelihood;
+mod tail;
+#[cfg(test)]
+mod tests;
 
-use crate::filter::PositionInnovation;
-
-use crate::assignment::{Assigner, Candidate};
-use crate::filter::{Measurement, State};
+use crate::assignment::Assigner;
+use crate::filter::Measurement;
+use candidates::Candidates;
 use v2x_common::class::Class;
-use v2x_common::time::Timestamp;
+use v2x_common::covariance::Covariance2;
+
+/// Beyond this distance of centres, m, [`AssociationCost::Euclidean`] makes no pair (paper, section IV).
+pub const EUCLIDEAN_REACH_M: f64 = 3.0;
 
 /// What makes a pair likely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
@@ -19,170 +27,145 @@ pub enum AssociationCost {
     Csba,
     /// The negative log-likelihood.
     Likelihood,
+    /// One minus the overlap of the boxes (paper, Fig. 4); the gate is that they overlap.
+    Iou,
+    /// The distance of the centres (paper, Fig. 4); the gate is [`EUCLIDEAN_REACH_M`].
+    Euclidean,
 }
 
-impl AssociationCost {
-    fn of_pair(self, z: &Measurement, state: &State, innovation: &PositionInnovation) -> f64 {
-        match self {
-            Self::Csba => csba::pair_cost(z, state, innovation.mahalanobis2, &csba::CsbaWeights::PUBLISHED),
-            Self::Likelihood => likelihood::pair_cost(z, state, innovation),
-        }
-    }
+/// How pairs are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AssociationConfig {
+    /// What makes a pair likely.
+    pub cost: AssociationCost,
+    /// The largest squared Mahalanobis distance of positions (χ² with 2 degrees of freedom) of a pair; of no
+    /// effect on the costs that have a gate of their own.
+    pub gate: f64,
+    /// Whether only compatible classes make a pair.
+    pub class_aware: bool,
+}
 
-    const fn of_staying_alone(self) -> f64 {
-        match self {
-            Self::Csba => csba::COST_ALONE,
-            Self::Likelihood => likelihood::COST_ALONE,
-        }
+impl Default for AssociationConfig {
+    /// The gate is that of METHODS.md 7: 0.9997 of true pairs are within it.
+    fn default() -> Self {
+        Self { cost: AssociationCost::default(), gate: 16.2, class_aware: true }
     }
 }
 
-/// A track as it stood at the time of a frame.
+/// A track as expected at the time of a frame: the moments that association needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// Its place in the hub's list.
-    pub track: usize,
     /// What it is.
     pub class: Class,
-    /// Where, predicted to the frame's time.
-    pub state: State,
-    /// When it was first sighted.
-    pub born_at: Timestamp,
-}
-
-impl Expected {
-    /// The innovation of a measurement that could be of this track: of compatible class and within the gate.
-    fn gated(&self, z: &Measurement, gate: f64) -> Option<PositionInnovation> {
-        let kinematic = &self.state.kinematic;
-        let dx = z.position[0] - kinematic.position[0];
-        let dy = z.position[1] - kinematic.position[1];
-        // On each axis the distance is bounded by the marginal: most pairs end here.
-        let is_near =
-            dx * dx <= gate * (kinematic.pp.xx + z.r.xx) && dy * dy <= gate * (kinematic.pp.yy + z.r.yy);
-        if !is_near || !z.class.is_compatible_with(self.class) {
-            return None;
-        }
-        let innovation = kinematic.innovation(z.position, &z.r);
-        (innovation.mahalanobis2 <= gate).then_some(innovation)
-    }
-
-    /// Whether a measurement could be of this track.
-    pub fn fits(&self, z: &Measurement, gate: f64) -> bool {
-        self.gated(z, gate).is_some()
-    }
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Covariance of the position, m².
+    pub position_covariance: Covariance2,
+    /// Covariance of the position by which gates are opened, m²: at least as wide.
+    pub gate_covariance: Covariance2,
+    /// Width and depth, m.
+    pub size: [f64; 2],
+    /// Variances of width and depth, m².
+    pub size_variance: [f64; 2],
+    /// Heading, rad.
+    pub yaw: f64,
+    /// Variance of the heading, rad².
+    pub yaw_variance: f64,
 }
 
 /// Associates frames with tracks; holds the buffers.
 #[derive(Debug, Default)]
 pub struct Associator {
+    candidates: Candidates,
     assigner: Assigner,
-    candidates: Vec<Candidate>,
-    by_x: Vec<(f64, u32)>,
+    /// The tracks that the assigner has to decide on.
+    contested: Vec<u32>,
+    track_of: Vec<Option<u32>>,
 }
 
 impl Associator {
-    /// For each measurement the place in `expected` of the track that it is of, or `None`.
-    ///
-    /// Candidates are pairs of compatible class whose squared Mahalanobis distance does not exceed
-    /// `gate` (χ² with 2 degrees of freedom); of these the assignment of least total cost.
+    /// Associates a frame: candidates are the pairs of compatible class within the gate; of these the
+    /// assignment of least total cost, where a measurement that stays alone costs as much as the worst pair
+    /// (for the likelihood: [`likelihood::COST_ALONE`]). Allocates nothing once the buffers have grown.
     pub fn associate(
         &mut self,
         measurements: &[Measurement],
         expected: &[Expected],
-        (cost, gate): (AssociationCost, f64),
-    ) -> &[Option<u32>] {
-        self.candidates.clear();
-        self.by_x.clear();
-        self.by_x.extend((0..).zip(expected).map(|(col, track)| (track.state.kinematic.position[0], col)));
-        self.by_x.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let widest = expected.iter().map(|track| track.state.kinematic.pp.xx).fold(0.0, f64::max);
-        for (row, z) in (0..).zip(measurements) {
-            // No track further away along x than this can be within the gate.
-            let reach = libm::sqrt(gate * (widest + z.r.xx));
-            let start = self.by_x.partition_point(|(x, _)| *x < z.position[0] - reach);
-            for &(x, col) in &self.by_x[start..] {
-                if x > z.position[0] + reach {
-                    break;
+        config: &AssociationConfig,
+    ) {
+        self.candidates.find(measurements, expected, config);
+        self.track_of.clear();
+        self.track_of.resize(measurements.len(), None);
+        let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
+        match config.cost {
+            AssociationCost::Csba => self.assign(csba::COST_ALONE, true, |_, track, place| {
+                let (z, track) = pair(track, place);
+                csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)
+            }),
+            AssociationCost::Likelihood => self.assign(likelihood::COST_ALONE, false, |_, track, place| {
+                let (z, track) = pair(track, place);
+                likelihood::pair_cost(z, track)
+            }),
+            AssociationCost::Iou => {
+                self.assign(1.0, true, |candidates, track, place| {
+                    1.0 - candidates.outlines.iou(track, place)
+                });
+            }
+            AssociationCost::Euclidean => self.assign(EUCLIDEAN_REACH_M, true, |_, track, place| {
+                let (z, track) = pair(track, place);
+                libm::sqrt(distance2(z.position, track.position))
+            }),
+        }
+    }
+
+    /// For each measurement the place in `expected` of its track.
+    pub fn track_of(&self) -> &[Option<u32>] {
+        &self.track_of
+    }
+
+    /// Every pair within the gate, as places in `expected` and in `measurements`, in this order.
+    pub fn candidates(&self) -> impl Iterator<Item = (u32, u32)> {
+        let by_track = (0..).zip(self.candidates.by_track());
+        by_track.flat_map(|(track, places)| places.iter().map(move |place| (track, *place)))
+    }
+
+    /// The places of the measurements within the gate of the track at this place in `expected`, in order.
+    pub fn candidates_of(&self, expected: usize) -> &[u32] {
+        self.candidates.of(expected)
+    }
+
+    /// Decides on the candidates. Where no pair costs more than staying alone (`is_bounded`), one that competes
+    /// with no other is made without asking for its cost.
+    fn assign(&mut self, cost_alone: f64, is_bounded: bool, cost: impl Fn(&Candidates, u32, u32) -> f64) {
+        let Self { candidates, assigner, contested, track_of } = self;
+        contested.clear();
+        assigner.begin(track_of.len(), cost_alone);
+        for (track, places) in (0..).zip(candidates.by_track()) {
+            match places {
+                [] => {}
+                [only] if candidates.rivals(*only) == 1 => {
+                    if is_bounded || cost(candidates, track, *only) <= cost_alone {
+                        track_of[*only as usize] = Some(track);
+                    }
                 }
-                let track = &expected[col as usize];
-                if let Some(innovation) = track.gated(z, gate) {
-                    let cost = cost.of_pair(z, &track.state, &innovation);
-                    self.candidates.push(Candidate { row, col, cost });
+                several => {
+                    for &place in several {
+                        assigner.edge(place, cost(candidates, track, place));
+                    }
+                    assigner.end_row();
+                    contested.push(track);
                 }
             }
         }
-        self.assigner.solve(measurements.len(), expected.len(), &self.candidates, cost.of_staying_alone())
+        for (track, found) in contested.iter().zip(assigner.finish()) {
+            if let Some(place) = found {
+                track_of[*place as usize] = Some(*track);
+            }
+        }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use v2x_common::covariance::Covariance2;
-
-    const GATE: f64 = 16.2;
-
-    fn measurement() -> impl Strategy<Value = Measurement> {
-        let class = prop::sample::select(vec![Class::Car, Class::Adult, Class::Unknown]);
-        (class, [0.0..8.0f64, 0.0..8.0f64], 0.2..1.5f64, [1.0..3.0f64, 1.0..6.0f64], -3.0..3.0f64).prop_map(
-            |(class, position, sigma, size, yaw)| Measurement {
-                class,
-                position,
-                r: Covariance2::isotropic(sigma),
-                size,
-                relative_variance: [0.04, 0.04],
-                yaw,
-                yaw_variance: 0.02,
-                velocity: None,
-            },
-        )
-    }
-
-    fn expected(z: &Measurement) -> Expected {
-        let born_at = Timestamp::EPOCH;
-        Expected { track: 0, class: z.class, state: State::born(born_at, z), born_at }
-    }
-
-    /// The cost of a pair by the definition, `None` beyond the gate.
-    fn cost(z: &Measurement, track: &Expected, which: AssociationCost) -> Option<f64> {
-        let innovation = track.state.kinematic.innovation(z.position, &z.r);
-        let is_candidate = innovation.mahalanobis2 <= GATE && z.class.is_compatible_with(track.class);
-        is_candidate.then(|| which.of_pair(z, &track.state, &innovation))
-    }
-
-    /// The least total cost over every assignment.
-    fn brute_force(measurements: &[Measurement], tracks: &mut Vec<Expected>, which: AssociationCost) -> f64 {
-        let Some((z, rest)) = measurements.split_first() else { return 0.0 };
-        let mut best = which.of_staying_alone() + brute_force(rest, tracks, which);
-        for place in 0..tracks.len() {
-            if let Some(pair) = cost(z, &tracks[place], which) {
-                let track = tracks.remove(place);
-                best = best.min(pair + brute_force(rest, tracks, which));
-                tracks.insert(place, track);
-            }
-        }
-        best
-    }
-
-    proptest! {
-        #[test]
-        fn the_association_is_the_optimum_over_all_assignments_within_the_gate(
-            measurements in prop::collection::vec(measurement(), 0..5),
-            tracks in prop::collection::vec(measurement(), 0..5),
-            which in prop::sample::select(vec![AssociationCost::Csba, AssociationCost::Likelihood]),
-        ) {
-            let mut tracks: Vec<_> = tracks.iter().map(expected).collect();
-            let mut associator = Associator::default();
-            let found = associator.associate(&measurements, &tracks, (which, GATE)).to_vec();
-            let mut total = 0.0;
-            for (z, found) in measurements.iter().zip(found) {
-                total += match found {
-                    Some(col) => cost(z, &tracks[col as usize], which).expect("only candidates are assigned"),
-                    None => which.of_staying_alone(),
-                };
-            }
-            prop_assert!((total - brute_force(&measurements, &mut tracks, which)).abs() < 1e-9);
-        }
-    }
+fn distance2(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    dx * dx + dy * dy
 }

@@ -1,21 +1,35 @@
 //! Position and velocity: x' = F x + q, z = [x y] + r.
+//!
+//! Everything is computed in pairs, x with y: two lanes of one register.
 
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::fused::KinematicCovariance;
+
+/// Something of x and the same of y.
+type Pair = [f64; 2];
 
 /// Mean and covariance of (x, y, vx, vy); m, m/s. The covariance in blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kinematic {
     /// Position, m.
-    pub position: [f64; 2],
+    pub position: Pair,
     /// Velocity, m/s.
-    pub velocity: [f64; 2],
+    pub velocity: Pair,
     /// Covariance of the position, m².
     pub pp: Covariance2,
-    /// Cross covariance, position by velocity: [x·vx, x·vy, y·vx, y·vy], m²/s.
-    pub pv: [f64; 4],
+    /// Cross covariance of position and velocity, m²/s.
+    pub pv: Cross,
     /// Covariance of the velocity, m²/s².
     pub vv: Covariance2,
+}
+
+/// A general 2×2 matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cross {
+    /// x by x and y by y.
+    pub along: Pair,
+    /// x by y and y by x.
+    pub across: Pair,
 }
 
 /// How far a position report lies from the prediction.
@@ -23,66 +37,111 @@ pub struct Kinematic {
 pub struct PositionInnovation {
     /// Squared Mahalanobis distance (NIS), χ² with 2 degrees of freedom.
     pub mahalanobis2: f64,
-    /// Natural logarithm of the innovation's density at the report, 1/m².
-    pub ln_likelihood: f64,
+    /// Determinant of the innovation's covariance, m⁴.
+    pub determinant: f64,
 }
 
-/// Inverse of a symmetric positive definite 2×2 matrix.
-fn inverse(matrix: &Covariance2) -> Covariance2 {
-    let determinant = matrix.determinant();
-    debug_assert!(determinant > 0.0, "innovation covariance must be positive definite: {matrix:?}");
-    Covariance2 { xx: matrix.yy / determinant, xy: -matrix.xy / determinant, yy: matrix.xx / determinant }
+impl PositionInnovation {
+    /// An innovation of this covariance (m²), which must be positive definite.
+    #[inline]
+    pub fn new(difference: Pair, s: &Covariance2) -> Self {
+        let determinant = s.determinant();
+        let [wx, wy] = times_vector(&adjugate(s), difference);
+        Self { mahalanobis2: (difference[0] * wx + difference[1] * wy) / determinant, determinant }
+    }
 }
 
+#[inline(always)]
+fn plus(a: Pair, b: Pair) -> Pair {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+#[inline(always)]
+fn times(a: Pair, b: Pair) -> Pair {
+    [a[0] * b[0], a[1] * b[1]]
+}
+
+#[inline(always)]
+fn scaled(a: Pair, factor: f64) -> Pair {
+    [a[0] * factor, a[1] * factor]
+}
+
+#[inline(always)]
+fn swapped([a, b]: Pair) -> Pair {
+    [b, a]
+}
+
+#[inline(always)]
+fn diagonal(symmetric: &Covariance2) -> Pair {
+    [symmetric.xx, symmetric.yy]
+}
+
+#[inline(always)]
+fn symmetric([xx, yy]: Pair, xy: f64) -> Covariance2 {
+    Covariance2 { xx, yy, xy }
+}
+
+/// The determinant times the inverse.
+#[inline(always)]
+fn adjugate(matrix: &Covariance2) -> Covariance2 {
+    Covariance2 { xx: matrix.yy, yy: matrix.xx, xy: -matrix.xy }
+}
+
+#[inline(always)]
 fn sum(a: &Covariance2, b: &Covariance2) -> Covariance2 {
-    Covariance2 { xx: a.xx + b.xx, xy: a.xy + b.xy, yy: a.yy + b.yy }
+    symmetric(plus(diagonal(a), diagonal(b)), a.xy + b.xy)
 }
 
-/// A general 2×2 matrix by rows, times a symmetric one.
-fn times(matrix: [f64; 4], symmetric: &Covariance2) -> [f64; 4] {
-    let [a, b, c, d] = matrix;
-    let Covariance2 { xx, xy, yy } = *symmetric;
-    [a * xx + b * xy, a * xy + b * yy, c * xx + d * xy, c * xy + d * yy]
+#[inline(always)]
+fn times_vector(matrix: &Covariance2, vector: Pair) -> Pair {
+    plus(times(diagonal(matrix), vector), scaled(swapped(vector), matrix.xy))
 }
 
-fn full(symmetric: &Covariance2) -> [f64; 4] {
-    [symmetric.xx, symmetric.xy, symmetric.xy, symmetric.yy]
-}
+impl Cross {
+    /// A symmetric matrix times this one.
+    #[inline(always)]
+    fn under(&self, matrix: &Covariance2) -> Self {
+        let diagonal = diagonal(matrix);
+        Self {
+            along: plus(times(diagonal, self.along), scaled(swapped(self.across), matrix.xy)),
+            across: plus(times(diagonal, self.across), scaled(swapped(self.along), matrix.xy)),
+        }
+    }
 
-fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [
-        a[0] * b[0] + a[1] * b[2],
-        a[0] * b[1] + a[1] * b[3],
-        a[2] * b[0] + a[3] * b[2],
-        a[2] * b[1] + a[3] * b[3],
-    ]
-}
+    /// The transposed matrix times a vector.
+    #[inline(always)]
+    fn transposed_times(&self, vector: Pair) -> Pair {
+        plus(times(self.along, vector), swapped(times(self.across, vector)))
+    }
 
-fn transposed([a, b, c, d]: [f64; 4]) -> [f64; 4] {
-    [a, c, b, d]
-}
+    /// This matrix transposed times another one, where the product is symmetric.
+    #[inline(always)]
+    fn transposed_under(&self, other: &Self) -> Covariance2 {
+        let diagonal = plus(times(self.along, other.along), swapped(times(self.across, other.across)));
+        symmetric(diagonal, self.along[0] * other.across[0] + self.across[1] * other.along[1])
+    }
 
-/// The symmetric part of a matrix that is symmetric but for rounding.
-fn symmetrised([a, b, c, d]: [f64; 4]) -> Covariance2 {
-    Covariance2 { xx: a, xy: (b + c) / 2.0, yy: d }
-}
+    #[inline(always)]
+    fn scaled(&self, factor: f64) -> Self {
+        Self { along: scaled(self.along, factor), across: scaled(self.across, factor) }
+    }
 
-/// Minus gain times innovation covariance times gain transposed, for two rows each: a − k·S·kᵀ where k·S = c.
-fn reduced(a: &Covariance2, gain: [f64; 4], cross: [f64; 4]) -> Covariance2 {
-    let taken = symmetrised(product(gain, transposed(cross)));
-    Covariance2 { xx: a.xx - taken.xx, xy: a.xy - taken.xy, yy: a.yy - taken.yy }
+    fn transposed(&self) -> Self {
+        Self { along: self.along, across: swapped(self.across) }
+    }
 }
 
 impl Kinematic {
     /// A first report, with the velocity unknown but for its prior, or measured.
+    #[inline]
     pub fn born(
-        position: [f64; 2],
+        position: Pair,
         pp: Covariance2,
         sigma_velocity_mps: f64,
         velocity: Option<&Velocity>,
     ) -> Self {
         let vv = Covariance2::isotropic(sigma_velocity_mps);
-        let mut born = Self { position, velocity: [0.0; 2], pp, pv: [0.0; 4], vv };
+        let mut born = Self { position, velocity: [0.0; 2], pp, pv: Cross::default(), vv };
         if let Some(velocity) = velocity {
             born.update_velocity(velocity);
         }
@@ -94,76 +153,91 @@ impl Kinematic {
     ///
     /// The noise is the integral of white acceleration, q·[[T³/3, T²/2], [T²/2, T]]: unlike the form of
     /// Baisa 2020 it is additive, so a step that is split gives the same result.
+    #[inline(always)]
     pub fn predict(&mut self, dt_s: f64, accel_psd: f64) {
         let dt = dt_s;
-        self.position[0] += dt * self.velocity[0];
-        self.position[1] += dt * self.velocity[1];
-        let duration = dt.abs();
-        // Going back, position and velocity noise are anticorrelated: the cross term takes dt's sign.
-        let q_pp = accel_psd * duration * duration * duration / 3.0;
-        let q_pv = accel_psd * dt * duration / 2.0;
+        let (duration, dt2) = (dt.abs(), dt * dt);
         let q_vv = accel_psd * duration;
-        let [a, b, c, d] = self.pv;
-        let vv = self.vv;
-        self.pp.xx += dt * (2.0 * a + dt * vv.xx) + q_pp;
-        self.pp.xy += dt * (b + c + dt * vv.xy);
-        self.pp.yy += dt * (2.0 * d + dt * vv.yy) + q_pp;
-        self.pv = [a + dt * vv.xx + q_pv, b + dt * vv.xy, c + dt * vv.xy, d + dt * vv.yy + q_pv];
-        self.vv.xx += q_vv;
-        self.vv.yy += q_vv;
+        // Going back, position and velocity noise are anticorrelated: the cross term takes dt's sign.
+        let (q_pv, q_pp) = (0.5 * q_vv * dt, q_vv * dt2 * (1.0 / 3.0));
+        let Self { pv, vv, .. } = *self;
+        self.position = plus(self.position, scaled(self.velocity, dt));
+        let pp = plus(plus(diagonal(&self.pp), [q_pp; 2]), scaled(pv.along, 2.0 * dt));
+        let pp = plus(pp, scaled(diagonal(&vv), dt2));
+        self.pp = symmetric(pp, (self.pp.xy + dt * (pv.across[0] + pv.across[1])) + dt2 * vv.xy);
+        self.pv.along = plus(plus(pv.along, [q_pv; 2]), scaled(diagonal(&vv), dt));
+        self.pv.across = plus(pv.across, [dt * vv.xy; 2]);
+        self.vv = symmetric(plus(diagonal(&vv), [q_vv; 2]), vv.xy);
     }
 
     /// What a position report with covariance `r` (m²) would mean, without taking it in.
-    pub fn innovation(&self, z: [f64; 2], r: &Covariance2) -> PositionInnovation {
-        let s = sum(&self.pp, r);
-        let inverse = inverse(&s);
-        let (dx, dy) = (z[0] - self.position[0], z[1] - self.position[1]);
-        let mahalanobis2 = dx * dx * inverse.xx + 2.0 * dx * dy * inverse.xy + dy * dy * inverse.yy;
-        let ln_normaliser =
-            libm::log(4.0 * std::f64::consts::PI * std::f64::consts::PI * s.determinant()) / 2.0;
-        PositionInnovation { mahalanobis2, ln_likelihood: -mahalanobis2 / 2.0 - ln_normaliser }
+    #[inline]
+    pub fn innovation(&self, z: Pair, r: &Covariance2) -> PositionInnovation {
+        PositionInnovation::new([z[0] - self.position[0], z[1] - self.position[1]], &sum(&self.pp, r))
     }
 
     /// Takes in a position report with covariance `r` (m²).
-    pub fn update_position(&mut self, z: [f64; 2], r: &Covariance2) {
-        let inverse = inverse(&sum(&self.pp, r));
-        let (dx, dy) = (z[0] - self.position[0], z[1] - self.position[1]);
-        let cross = transposed(self.pv);
-        let gain_p = times(full(&self.pp), &inverse);
-        let gain_v = times(cross, &inverse);
-        self.apply([dx, dy], gain_p, gain_v);
-        self.vv = reduced(&self.vv, gain_v, cross);
-        // (I − K) P = R S⁻¹ P: no cancellation where the report is far better than the state.
-        let kept = times(full(r), &inverse);
-        self.pv = product(kept, self.pv);
-        self.pp = symmetrised(product(kept, full(&self.pp)));
+    ///
+    /// With S = P + R and the blocks pp, pv, vv of P: the means move by pp S⁻¹ν and pvᵀS⁻¹ν, and the blocks
+    /// become pp S⁻¹R, R S⁻¹pv and vv − pvᵀS⁻¹pv. For 2×2 matrices pp S⁻¹R = (|R| pp + |pp| R) / |S|: a sum of
+    /// positive definite matrices, so nothing cancels where the report is far better than the state. S⁻¹ is
+    /// its adjugate over |S|, and multiplied by last: the division runs while the products are made.
+    #[inline(always)]
+    pub fn update_position(&mut self, z: Pair, r: &Covariance2) -> PositionInnovation {
+        let Self { position, pp, pv, vv, .. } = *self;
+        let s = sum(&pp, r);
+        let determinant = s.determinant();
+        debug_assert!(determinant > 0.0, "innovation covariance must be positive definite: {s:?}");
+        let scale = 1.0 / determinant;
+        let adjugate = adjugate(&s);
+        let innovation = [z[0] - position[0], z[1] - position[1]];
+        let w = times_vector(&adjugate, innovation);
+        self.position = plus(position, scaled(times_vector(&pp, w), scale));
+        self.velocity = plus(self.velocity, scaled(pv.transposed_times(w), scale));
+        let g = pv.under(&adjugate);
+        let taken = pv.transposed_under(&g);
+        self.vv = symmetric(plus(diagonal(&vv), scaled(diagonal(&taken), -scale)), vv.xy - taken.xy * scale);
+        self.pv = g.under(r).scaled(scale);
+        let (det_r, det_p) = (r.determinant(), pp.determinant());
+        let kept = plus(scaled(diagonal(&pp), det_r), scaled(diagonal(r), det_p));
+        self.pp = symmetric(scaled(kept, scale), (det_r * pp.xy + det_p * r.xy) * scale);
+        let [x, y] = times(innovation, w);
+        PositionInnovation { mahalanobis2: (x + y) * scale, determinant }
     }
 
-    /// Takes in a velocity report.
+    /// Makes everything less certain by a factor on the covariance.
+    pub fn inflate(&mut self, factor: f64) {
+        self.pp = self.pp.scaled(factor);
+        self.pv = self.pv.scaled(factor);
+        self.vv = self.vv.scaled(factor);
+    }
+
+    /// Takes in a velocity report: a position report with the blocks the other way round.
+    #[inline]
     pub fn update_velocity(&mut self, report: &Velocity) {
-        let inverse = inverse(&sum(&self.vv, &report.covariance));
-        let innovation = [report.x - self.velocity[0], report.y - self.velocity[1]];
-        let gain_p = times(self.pv, &inverse);
-        let gain_v = times(full(&self.vv), &inverse);
-        self.apply(innovation, gain_p, gain_v);
-        self.pp = reduced(&self.pp, gain_p, self.pv);
-        let kept = times(full(&report.covariance), &inverse);
-        self.pv = transposed(product(kept, transposed(self.pv)));
-        self.vv = symmetrised(product(kept, full(&self.vv)));
-    }
-
-    fn apply(&mut self, innovation: [f64; 2], gain_p: [f64; 4], gain_v: [f64; 4]) {
-        let [dx, dy] = innovation;
-        self.position[0] += gain_p[0] * dx + gain_p[1] * dy;
-        self.position[1] += gain_p[2] * dx + gain_p[3] * dy;
-        self.velocity[0] += gain_v[0] * dx + gain_v[1] * dy;
-        self.velocity[1] += gain_v[2] * dx + gain_v[3] * dy;
+        let mut turned = Self {
+            position: self.velocity,
+            velocity: self.position,
+            pp: self.vv,
+            pv: self.pv.transposed(),
+            vv: self.pp,
+        };
+        turned.update_position([report.x, report.y], &report.covariance);
+        *self = Self {
+            position: turned.velocity,
+            velocity: turned.position,
+            pp: turned.vv,
+            pv: turned.pv.transposed(),
+            vv: turned.pp,
+        };
     }
 
     /// The covariance in the order of the wire.
+    #[inline]
     pub fn covariance(&self) -> KinematicCovariance {
-        let [a, b, c, d] = self.pv;
-        [self.pp.xx, self.pp.xy, a, b, self.pp.yy, c, d, self.vv.xx, self.vv.xy, self.vv.yy]
+        let Cross { along: [x_vx, y_vy], across: [x_vy, y_vx] } = self.pv;
+        let Self { pp, vv, .. } = self;
+        [pp.xx, pp.xy, x_vx, x_vy, pp.yy, y_vx, y_vy, vv.xx, vv.xy, vv.yy]
     }
 }
 
@@ -226,6 +300,7 @@ mod tests {
         }
     }
 
+    #[inline]
     fn covariance() -> impl Strategy<Value = Covariance2> {
         (0.05..3.0f64, 0.05..3.0f64, -0.95..0.95f64).prop_map(|(sx, sy, rho)| Covariance2 {
             xx: sx * sx,
@@ -268,11 +343,13 @@ mod tests {
     }
 
     #[test]
-    fn an_innovation_is_the_density_of_the_report() {
-        let state = Kinematic::born([0.0, 0.0], Covariance2::isotropic(0.6), 7.0, None);
-        let innovation = state.innovation([1.0, 0.0], &Covariance2::isotropic(0.8));
+    fn an_innovation_is_measured_by_both_covariances() {
+        let mut state = Kinematic::born([0.0, 0.0], Covariance2::isotropic(0.6), 7.0, None);
+        let r = Covariance2 { xx: 0.64, xy: 0.0, yy: 0.64 };
+        let innovation = state.innovation([1.0, 0.0], &r);
         assert!((innovation.mahalanobis2 - 1.0).abs() < 1e-12);
-        let expected = -0.5 - libm::log(2.0 * std::f64::consts::PI);
-        assert!((innovation.ln_likelihood - expected).abs() < 1e-12);
+        assert!((innovation.determinant - 1.0).abs() < 1e-12);
+        let taken = state.update_position([1.0, 0.0], &r);
+        assert!((taken.mahalanobis2 - 1.0).abs() < 1e-12 && taken.determinant == innovation.determinant);
     }
 }

@@ -1,16 +1,91 @@
-//! UniKF's filter: one object's state and its two steps, predict and update.
+//! UniKF's filters: one object's state and its two steps, predict and update.
 //!
-//! The paper's state is [x y vx vy w d θ] (eq. 7) with a constant-velocity transition (eq. 8) and a
-//! measurement [x y w d θ] (eq. 9). Reports carry no cross terms between position, width, depth and
-//! heading, so the 7-state filter falls apart, exactly, into a 4-state one for position and velocity and
-//! three scalar ones.
+//! [`Filter`] is what a track needs of one. [`State`] is the paper's: [x y vx vy w d θ] (eq. 7) with a
+//! constant-velocity transition (eq. 8) and a measurement [x y w d θ] (eq. 9). Reports carry no cross terms
+//! between position, width, depth and heading, so the 7-state filter falls apart, exactly, into a 4-state one
+//! for position and velocity and three scalar ones.
 
+mod compact;
+pub mod imm;
+mod intersection;
 mod kinematic;
+mod manoeuvring;
+mod measurement;
 mod params;
 mod scalar;
+pub mod size_evidence;
+pub mod size_priors;
 mod state;
 
-pub use kinematic::{Kinematic, PositionInnovation};
+pub use compact::{CompactMeasurement, SizeLaws};
+pub use intersection::intersection_weight;
+pub use kinematic::{Cross, Kinematic, PositionInnovation};
+pub use manoeuvring::ImmState;
+pub use measurement::{Measurement, SizeLaw};
 pub use params::MotionParams;
 pub use scalar::{Heading, Size};
-pub use state::{Measurement, State};
+pub use state::State;
+
+use crate::association::Expected;
+use size_evidence::SizeEvidence;
+use size_priors::SizePriors;
+use std::fmt::Debug;
+use v2x_common::class::Class;
+use v2x_common::fused::KinematicCovariance;
+use v2x_common::time::Timestamp;
+
+/// One object's state under one model of motion, at one time.
+pub trait Filter: Copy + Debug + PartialEq {
+    /// The state after a first report.
+    fn born(at: Timestamp, z: &Measurement) -> Self;
+
+    /// When it holds.
+    fn at(&self) -> Timestamp;
+
+    /// Moves the state of an object of this class to another time, later or earlier.
+    fn predict(&mut self, to: Timestamp, class: Class);
+
+    /// The state of an object of this class at another time, later or earlier.
+    #[must_use]
+    #[inline]
+    fn predicted(&self, to: Timestamp, class: Class) -> Self {
+        let mut state = *self;
+        state.predict(to, class);
+        state
+    }
+
+    /// Takes in a report made at the state's time; tells how far off the prediction it lay.
+    fn update(&mut self, z: &Measurement) -> PositionInnovation;
+
+    /// Position (m) and its larger standard deviation along an axis (m), as of another time.
+    fn place_at(&self, to: Timestamp, class: Class) -> ([f64; 2], f64);
+
+    /// The same as of the state's own time, roughly and cheaply: to tell what is far away.
+    fn neighbourhood(&self) -> ([f64; 2], f64);
+
+    /// What association needs.
+    fn expected(&self, class: Class) -> Expected;
+
+    /// What the reports of width and depth say, where they are held together; then class priors are learnt.
+    fn size_evidence(&self) -> Option<&[SizeEvidence; 2]>;
+
+    /// All that is told of an object of this class.
+    fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate;
+}
+
+/// What a filter believes of an object: means and variances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Velocity, m/s.
+    pub velocity: [f64; 2],
+    /// Covariance of both.
+    pub covariance: KinematicCovariance,
+    /// Width, m and m².
+    pub width: Size,
+    /// Depth, m and m².
+    pub depth: Size,
+    /// Heading, rad and rad².
+    pub heading: Heading,
+}

@@ -22,6 +22,7 @@ impl MotionParams {
     /// Of a class. Accelerations are those of everyday traffic (braking 1-3 m/s² for a second or two;
     /// Bokare & Maurya 2017), velocities those of cities; a turning vehicle's 0.3 rad/s is the heading's
     /// diffusion over half a second.
+    #[inline]
     pub fn of(class: Class) -> Self {
         let (accel_psd, sigma_velocity_mps, yaw_diffusion) = if class.is_immobile() {
             (1e-4, 0.05, 1e-5)

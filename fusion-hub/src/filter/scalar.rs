@@ -13,11 +13,13 @@ pub struct Size {
 
 impl Size {
     /// A first report (m) with its variance relative to the true size.
+    #[inline]
     pub fn born(z: f64, relative_variance: f64) -> Self {
         Self { mean: z, variance: relative_variance * z * z }
     }
 
     /// Lets the estimate age: a tiny diffusion (m²/s) keeps it open to change.
+    #[inline]
     pub fn predict(&mut self, dt_s: f64, diffusion: f64) {
         self.variance += diffusion * dt_s.abs();
     }
@@ -26,11 +28,21 @@ impl Size {
     ///
     /// The proportion is taken of the estimate, not of the report: weighting by the reported size would
     /// favour what was measured too small (METHODS: the relative information form).
+    #[inline]
     pub fn update(&mut self, z: f64, relative_variance: f64) {
         let r = relative_variance * self.mean * self.mean;
         let gain = self.variance / (self.variance + r);
         self.mean += gain * (z - self.mean);
         self.variance *= 1.0 - gain;
+    }
+
+    /// Takes in a report whose error may be correlated with the estimate's in any way: of one quantity,
+    /// covariance intersection takes the better one.
+    pub fn intersect(&mut self, z: f64, relative_variance: f64) {
+        let r = relative_variance * z * z;
+        if r < self.variance {
+            *self = Self { mean: z, variance: r };
+        }
     }
 }
 
@@ -45,20 +57,30 @@ pub struct Heading {
 
 impl Heading {
     /// A first report, rad and rad².
+    #[inline]
     pub fn born(z: f64, variance: f64) -> Self {
         Self { mean: wrap_angle(z), variance }
     }
 
     /// Lets the heading wander with this diffusion (rad²/s).
+    #[inline]
     pub fn predict(&mut self, dt_s: f64, diffusion: f64) {
         self.variance += diffusion * dt_s.abs();
     }
 
     /// Takes in a report; the innovation is the shorter way around.
+    #[inline]
     pub fn update(&mut self, z: f64, variance: f64) {
         let gain = self.variance / (self.variance + variance);
         self.mean = wrap_angle(self.mean + gain * angle_difference(z, self.mean));
         self.variance *= 1.0 - gain;
+    }
+
+    /// Takes in a report whose error may be correlated with the estimate's in any way: the better one holds.
+    pub fn intersect(&mut self, z: f64, variance: f64) {
+        if variance < self.variance {
+            *self = Self::born(z, variance);
+        }
     }
 }
 

@@ -1,31 +1,18 @@
-//! One object's whole state, and one report of it.
+//! One object's whole state under constant velocity.
 
-use super::{Heading, Kinematic, MotionParams, Size};
+use super::size_evidence::SizeEvidence;
+use super::size_priors::SizePriors;
+use super::{
+    Estimate, Filter, Heading, Kinematic, Measurement, MotionParams, PositionInnovation, Size,
+    intersection_weight,
+};
+use crate::association::Expected;
 use v2x_common::class::Class;
-use v2x_common::covariance::{Covariance2, Velocity};
-use v2x_common::geometry::BevBox;
+use v2x_common::covariance::Velocity;
 use v2x_common::time::Timestamp;
 
-/// A detection as the filter sees it: sizes debiased, with variances relative to the true size.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
-    /// What it looked like.
-    pub class: Class,
-    /// Position, m.
-    pub position: [f64; 2],
-    /// Covariance of the position, m².
-    pub r: Covariance2,
-    /// Width and depth, m.
-    pub size: [f64; 2],
-    /// Variances of width and depth, relative to the squares of the true ones.
-    pub relative_variance: [f64; 2],
-    /// Heading, rad.
-    pub yaw: f64,
-    /// Variance of the heading, rad².
-    pub yaw_variance: f64,
-    /// Velocity, where it was measured.
-    pub velocity: Option<Velocity>,
-}
+/// Least weight that covariance intersection gives to either side.
+const LEAST_WEIGHT: f64 = 0.01;
 
 /// The state [x y vx vy w d θ] of one object at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,8 +30,29 @@ pub struct State {
 }
 
 impl State {
-    /// The state after a first report.
-    pub fn born(at: Timestamp, z: &Measurement) -> Self {
+    /// Takes in a report that is a track of its sender. Its error depends on that of the sender's earlier ones,
+    /// nobody knows how: covariance intersection (Julier & Uhlmann 1997) counts nothing twice whatever it is.
+    fn intersect(&mut self, z: &Measurement) -> PositionInnovation {
+        let innovation = self.kinematic.innovation(z.position, &z.r);
+        // Any weight is consistent; at 0 or 1 one side would have no information left to divide by.
+        let weight = intersection_weight(&self.kinematic.pp, &z.r).clamp(LEAST_WEIGHT, 1.0 - LEAST_WEIGHT);
+        let of_report = 1.0 / (1.0 - weight);
+        self.kinematic.inflate(1.0 / weight);
+        self.kinematic.update_position(z.position, &z.r.scaled(of_report));
+        if let Some(Velocity { x, y, covariance }) = z.velocity {
+            let covariance = covariance.scaled(of_report);
+            self.kinematic.update_velocity(&Velocity { x, y, covariance });
+        }
+        self.width.intersect(z.size[0], z.relative_variance[0]);
+        self.depth.intersect(z.size[1], z.relative_variance[1]);
+        self.heading.intersect(z.yaw, z.yaw_variance);
+        innovation
+    }
+}
+
+impl Filter for State {
+    #[inline]
+    fn born(at: Timestamp, z: &Measurement) -> Self {
         let sigma_velocity = MotionParams::of(z.class).sigma_velocity_mps;
         Self {
             at,
@@ -55,36 +63,131 @@ impl State {
         }
     }
 
-    /// The state at another time, later or earlier.
-    #[must_use]
-    pub fn predicted(&self, to: Timestamp, motion: &MotionParams) -> Self {
-        let dt_s = (to - self.at).as_secs_f64();
-        let mut state = *self;
-        state.at = to;
-        if dt_s == 0.0 {
-            return state;
-        }
-        state.kinematic.predict(dt_s, motion.accel_psd);
-        state.width.predict(dt_s, motion.size_diffusion);
-        state.depth.predict(dt_s, motion.size_diffusion);
-        state.heading.predict(dt_s, motion.yaw_diffusion);
-        state
+    #[inline]
+    fn at(&self) -> Timestamp {
+        self.at
     }
 
-    /// Takes in a report made at the state's time.
-    pub fn update(&mut self, z: &Measurement) {
-        self.kinematic.update_position(z.position, &z.r);
+    #[inline(always)]
+    fn predict(&mut self, to: Timestamp, class: Class) {
+        let dt_s = (to - self.at).as_secs_f64();
+        self.at = to;
+        if dt_s == 0.0 {
+            return;
+        }
+        let motion = MotionParams::of(class);
+        self.kinematic.predict(dt_s, motion.accel_psd);
+        self.width.predict(dt_s, motion.size_diffusion);
+        self.depth.predict(dt_s, motion.size_diffusion);
+        self.heading.predict(dt_s, motion.yaw_diffusion);
+    }
+
+    #[inline(always)]
+    fn update(&mut self, z: &Measurement) -> PositionInnovation {
+        if z.is_track {
+            return self.intersect(z);
+        }
+        let innovation = self.kinematic.update_position(z.position, &z.r);
         if let Some(velocity) = &z.velocity {
             self.kinematic.update_velocity(velocity);
         }
         self.width.update(z.size[0], z.relative_variance[0]);
         self.depth.update(z.size[1], z.relative_variance[1]);
         self.heading.update(z.yaw, z.yaw_variance);
+        innovation
     }
 
-    /// The fused box.
-    pub fn bev(&self) -> BevBox {
-        let [x, y] = self.kinematic.position;
-        BevBox { x, y, w: self.width.mean, d: self.depth.mean, yaw: self.heading.mean }
+    #[inline]
+    fn place_at(&self, to: Timestamp, class: Class) -> ([f64; 2], f64) {
+        let mut kinematic = self.kinematic;
+        kinematic.predict((to - self.at).as_secs_f64(), MotionParams::of(class).accel_psd);
+        (kinematic.position, kinematic.pp.max_sigma())
+    }
+
+    #[inline]
+    fn neighbourhood(&self) -> ([f64; 2], f64) {
+        (self.kinematic.position, self.kinematic.pp.max_sigma())
+    }
+
+    #[inline]
+    fn expected(&self, class: Class) -> Expected {
+        Expected {
+            class,
+            position: self.kinematic.position,
+            position_covariance: self.kinematic.pp,
+            gate_covariance: self.kinematic.pp,
+            size: [self.width.mean, self.depth.mean],
+            size_variance: [self.width.variance, self.depth.variance],
+            yaw: self.heading.mean,
+            yaw_variance: self.heading.variance,
+        }
+    }
+
+    fn size_evidence(&self) -> Option<&[SizeEvidence; 2]> {
+        None
+    }
+
+    #[inline]
+    fn estimate(&self, _: Class, _: &SizePriors) -> Estimate {
+        Estimate {
+            position: self.kinematic.position,
+            velocity: self.kinematic.velocity,
+            covariance: self.kinematic.covariance(),
+            width: self.width,
+            depth: self.depth,
+            heading: self.heading,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::covariance::Covariance2;
+
+    fn report(is_track: bool) -> Measurement {
+        Measurement {
+            class: Class::Car,
+            position: [1.0, 2.0],
+            r: Covariance2 { xx: 0.09, xy: 0.03, yy: 0.16 },
+            size: [1.8, 4.5],
+            relative_variance: [0.01, 0.01],
+            yaw: 0.3,
+            yaw_variance: 0.01,
+            size_law: [None; 2],
+            velocity: Some(Velocity { x: 3.0, y: 0.0, covariance: Covariance2::isotropic(0.4) }),
+            is_track,
+        }
+    }
+
+    /// The state after this report was taken in again and again at one time.
+    fn after_repeats(is_track: bool) -> State {
+        let z = report(is_track);
+        let mut state = State::born(Timestamp::EPOCH, &z);
+        for _ in 0..50 {
+            state.update(&z);
+        }
+        state
+    }
+
+    #[test]
+    fn the_same_track_told_fifty_times_is_no_better_known_than_once() {
+        let z = report(true);
+        let told = after_repeats(true);
+        let p = told.kinematic.pp;
+        assert!(p.xx >= 0.98 * z.r.xx && p.yy >= 0.98 * z.r.yy, "{p:?}");
+        assert!(told.kinematic.vv.xx >= 0.98 * 0.15, "{:?}", told.kinematic.vv);
+        assert!((told.heading.variance - 0.01).abs() < 1e-12);
+        // Independent detections, in contrast, average out.
+        assert!(after_repeats(false).kinematic.pp.xx < 0.03 * z.r.xx);
+    }
+
+    #[test]
+    fn a_better_track_takes_over_from_a_vague_state() {
+        let vague = Measurement { r: Covariance2::isotropic(10.0), yaw_variance: 4.0, ..report(false) };
+        let mut state = State::born(Timestamp::EPOCH, &vague);
+        state.update(&Measurement { position: [9.0, 2.0], yaw: 1.0, ..report(true) });
+        assert!((state.kinematic.position[0] - 9.0).abs() < 0.2, "{:?}", state.kinematic);
+        assert!((state.heading.mean - 1.0).abs() < 1e-12 && state.kinematic.pp.xx < 0.1);
     }
 }

@@ -61,8 +61,12 @@ pub struct AgentStatus {
     pub alive: bool,
     /// Frames accepted.
     pub accepted: u64,
-    /// Frames accepted that were older than something accepted before.
+    /// Frames accepted that were measured within ε_s of the newest accepted before.
+    pub synchronous: u64,
+    /// Frames accepted that were older than the newest accepted before by more than ε_s.
     pub out_of_sequence: u64,
+    /// Frames accepted that were measured in the future by the hub's clock.
+    pub ahead_of_time: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<String, u64>,
     /// The newest refusal in words.

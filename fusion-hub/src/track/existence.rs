@@ -1,5 +1,7 @@
 //! The probability that a track is of something real, as odds.
 
+use crate::filter::PositionInnovation;
+use std::f64::consts::PI;
 use v2x_common::time::Span;
 
 /// Odds of 0.999: more certain than this nobody gets, so that a track can still die in time.
@@ -9,6 +11,25 @@ const MIN_ODDS: f64 = 1e-12;
 
 /// Mean time that an object which nobody looks at keeps existing where it was predicted, s.
 const SURVIVAL_TIME_S: f64 = 10.0;
+
+/// A squared Mahalanobis distance, and something below e^(−½ of it).
+const NEAR: f64 = 18.0;
+const DENSITY_AT_NEAR: f64 = 1.2e-4;
+
+/// 1 − e^(−x) for x ≥ 0.
+#[inline]
+fn share_lost(x: f64) -> f64 {
+    // Between two frames x is a few thousandths; the first term left out is x⁷/5040.
+    if x < 0.02 {
+        let series = 1.0 - x / 6.0;
+        let series = 1.0 - x / 5.0 * series;
+        let series = 1.0 - x / 4.0 * series;
+        let series = 1.0 - x / 3.0 * series;
+        x * (1.0 - x / 2.0 * series)
+    } else {
+        -libm::expm1(-x)
+    }
+}
 
 /// Odds of existence, r / (1 − r).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -31,14 +52,29 @@ impl Existence {
     }
 
     /// After a time in which the object may have gone: r' = r (1 − lost).
+    #[inline]
     pub fn survived(self, dt: Span) -> Self {
-        let lost = -libm::expm1(-dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
+        let lost = share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
         Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
     }
 
-    /// After a report: the ratio of its density given the object to that of clutter, as a logarithm.
-    pub fn reported(self, ln_likelihood_ratio: f64) -> Self {
-        Self::from_odds(self.0 * libm::exp(ln_likelihood_ratio))
+    /// After a report: times the ratio of its density given the object to that of clutter, where
+    /// `detection_over_clutter` is in m² and ∞ without clutter.
+    #[inline]
+    pub fn reported(self, innovation: &PositionInnovation, detection_over_clutter: f64) -> Self {
+        let odds = self.0 * detection_over_clutter;
+        // Most tracks are as good as certain: then neither root nor exponential changes anything. The squares
+        // of both sides of odds · e^(−m²/2) / 2π√det ≥ MAX_ODDS.
+        let at_least = odds * (DENSITY_AT_NEAR / (2.0 * PI * MAX_ODDS));
+        if innovation.mahalanobis2 <= NEAR && at_least * at_least >= innovation.determinant {
+            return Self(MAX_ODDS);
+        }
+        if odds == f64::INFINITY {
+            return Self(MAX_ODDS);
+        }
+        let density =
+            libm::exp(-innovation.mahalanobis2 / 2.0) / (2.0 * PI * libm::sqrt(innovation.determinant));
+        Self::from_odds(odds * density)
     }
 
     /// After a look that missed it, as it does with this probability.
@@ -83,6 +119,27 @@ mod tests {
         for _ in 0..10_000 {
             existence = existence.missed(0.001);
         }
-        assert!(existence.reported(f64::INFINITY).probability() > 0.99);
+        let certain = PositionInnovation { mahalanobis2: 900.0, determinant: 1.0 };
+        assert!(existence.reported(&certain, f64::INFINITY).probability() > 0.99);
+    }
+
+    #[test]
+    fn a_report_is_bayes_rule_whether_the_odds_saturate_or_not() {
+        for (odds, mahalanobis2, over_clutter) in
+            [(1e-6, 3.0, 1e3), (0.5, 0.1, 30.0), (5.0, 17.9, 1e7), (900.0, 17.9, 1e6), (0.1, 40.0, 1e9)]
+        {
+            let innovation = PositionInnovation { mahalanobis2, determinant: 0.09 };
+            let density = libm::exp(-mahalanobis2 / 2.0) / (2.0 * PI * 0.3);
+            let expected = (odds * over_clutter * density).clamp(MIN_ODDS, MAX_ODDS);
+            let found = Existence::from_odds(odds).reported(&innovation, over_clutter).0;
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn the_share_lost_is_the_exponential_on_both_sides_of_the_series_end() {
+        for x in [0.0, 1e-9, 1e-4, 0.005, 0.019_999, 0.02, 0.3, 50.0] {
+            assert!((share_lost(x) + libm::expm1(-x)).abs() <= 1e-13 * x, "{x}");
+        }
     }
 }

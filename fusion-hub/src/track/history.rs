@@ -1,188 +1,324 @@
 //! A track's evidence, sorted by its own time, with replay of what came after a late piece.
 
-use super::{Evidence, EvidenceKey, Snapshot};
-use crate::filter::Measurement;
+use super::{Contributors, Snapshot};
+use crate::agents::Agents;
+use crate::filter::Filter;
+use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
 use std::collections::VecDeque;
-use v2x_common::id::{FrameId, MeasurementId, TrackId};
-use v2x_common::time::Timestamp;
+use v2x_common::id::TrackId;
+use v2x_common::time::{Span, Timestamp};
 
-/// Most pieces of evidence that one track holds; beyond it the oldest are folded early.
-const MAX_EVIDENCE: usize = 4096;
+/// Pieces of evidence between two checkpoints: what a late frame replays to know the past, against memory.
+const CHECKPOINT_EVERY: usize = 8;
+/// How much older than the horizon evidence may be kept, so that it is folded at a checkpoint, for nothing.
+pub const FOLD_SLACK: Span = Span::from_millis(250);
+
+/// What becomes of measurements newer than a late one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LateData {
+    /// They are applied again after it.
+    #[default]
+    Replay,
+    /// They are lost, as in the paper's text read literally.
+    RollbackOnly,
+}
+
+/// What tracks refer to, and by which rules it is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Records<'a> {
+    /// Measurements and looks.
+    pub frames: &'a FrameStore,
+    /// Names.
+    pub agents: &'a Agents,
+    /// ε_s: a report this near to the state's own time is taken as simultaneous.
+    pub synchronous: Span,
+    /// What becomes of measurements newer than a late one.
+    pub late_data: LateData,
+}
+
+/// What was known after so many pieces of evidence.
+#[derive(Clone, Copy, Debug)]
+struct Checkpoint<F> {
+    /// Number of pieces, of those that are held.
+    count: usize,
+    snapshot: Snapshot<F>,
+}
 
 /// One tracked object.
 ///
-/// Everything it tells is a function of the evidence alone, sorted by [`EvidenceKey`]: the same evidence
-/// gives the same bits in any order of arrival. What is older than anything that can still arrive is
-/// folded into `base`, which is the same computation cut at another place.
+/// Everything it tells is a function of the evidence alone, sorted by time, then names and numbers: the same
+/// evidence gives the same bits in any order of arrival. What is older than anything that can still arrive is
+/// folded into the first checkpoint, which is the same computation cut at another place.
 #[derive(Clone, Debug)]
-pub struct Track {
+pub struct Track<F> {
     /// Its number.
     pub id: TrackId,
-    base: Option<Snapshot>,
-    evidence: VecDeque<(EvidenceKey, Evidence)>,
-    /// What was known after each piece, as far as it is computed: rolled back to the place of a late piece,
-    /// and replayed from there when somebody asks.
-    replayed: VecDeque<Option<Snapshot>>,
-    contributors: Vec<(Timestamp, MeasurementId)>,
+    evidence: VecDeque<Piece>,
+    /// By count. The first one is after the birth, or after what is folded.
+    checkpoints: VecDeque<Checkpoint<F>>,
+    /// After all evidence, but without late pieces that are not replayed yet.
+    head: Snapshot<F>,
+    /// The place of the oldest late piece that is not replayed yet.
+    stale_from: Option<usize>,
+    /// When the first report was.
+    born_at: Timestamp,
+    contributors: Contributors,
 }
 
-impl Track {
-    /// A track with its first piece of evidence.
-    pub fn new(id: TrackId, key: EvidenceKey, evidence: Evidence) -> Self {
-        let mut track = Self {
-            id,
-            base: None,
-            evidence: VecDeque::new(),
-            replayed: VecDeque::new(),
-            contributors: Vec::new(),
+impl<F: Filter> Track<F> {
+    /// A track with its first piece of evidence, a report. `spare` is a track that is not needed any more: its
+    /// memory is used again.
+    pub fn new(id: TrackId, birth: Piece, spare: Option<Self>, records: &Records<'_>) -> Self {
+        let head = born(&birth, records).expect("a birth is a report");
+        let mut track = match spare {
+            Some(spare) => Self { id, head, stale_from: None, born_at: birth.captured_at, ..spare },
+            None => Self {
+                id,
+                evidence: VecDeque::new(),
+                checkpoints: VecDeque::new(),
+                head,
+                stale_from: None,
+                born_at: birth.captured_at,
+                contributors: Contributors::default(),
+            },
         };
-        track.insert(key, evidence);
+        track.evidence.clear();
+        track.checkpoints.clear();
+        track.contributors.clear();
+        track.evidence.push_back(birth);
+        track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
+        track.contributors.note(&birth, records.frames.get(birth.frame), records.agents);
         track
     }
 
-    /// Puts a piece of evidence in its place in time. `false` where that very piece was there already.
-    pub fn insert(&mut self, key: EvidenceKey, evidence: Evidence) -> bool {
-        let place = self.place_after(|other| *other < key);
-        if self.evidence.get(place).is_some_and(|(other, _)| *other == key) {
-            return false;
+    /// Puts a piece of evidence in its place in time. `predicted` is the state at that time, if it is known.
+    pub fn insert(&mut self, piece: Piece, predicted: Option<&F>, records: &Records<'_>) {
+        if piece.index != LOOK {
+            self.note_report(&piece, records);
         }
-        self.evidence.insert(place, (key, evidence));
-        self.replayed.truncate(place);
-        if matches!(evidence, Evidence::Sighting(_)) {
-            self.note_contributor(key);
+        let is_newest = self.evidence.back().is_none_or(|last| records.frames.is_before(last, &piece));
+        if is_newest {
+            self.evidence.push_back(piece);
+            apply(&mut self.head, &piece, predicted, records);
+            let count = self.evidence.len();
+            if self.checkpoints.back().is_none_or(|last| count >= last.count + CHECKPOINT_EVERY) {
+                self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+            }
+            return;
         }
-        if self.evidence.len() > MAX_EVIDENCE {
-            self.fold_front();
+        let place = self.evidence.partition_point(|other| records.frames.is_before(other, &piece));
+        if self.evidence.get(place) == Some(&piece) {
+            return;
         }
-        true
-    }
-
-    /// The place after the last piece that is before something. From the end: what comes is mostly new, and
-    /// what is old need not be touched.
-    fn place_after(&self, is_before: impl Fn(&EvidenceKey) -> bool) -> usize {
-        let last = self.evidence.iter().rposition(|(key, _)| is_before(key));
-        last.map_or(0, |place| place + 1)
-    }
-
-    fn note_contributor(&mut self, key: EvidenceKey) {
-        let entry = (key.captured_at, key.measurement());
-        match self.contributors.binary_search_by_key(&key.frame.agent, |(_, id)| id.frame.agent) {
-            Ok(place) => self.contributors[place] = self.contributors[place].max(entry),
-            Err(place) => self.contributors.insert(place, entry),
+        if records.late_data == LateData::RollbackOnly && piece.index != LOOK {
+            self.roll_back_to(place, piece, records);
+        } else {
+            self.insert_late(place, piece);
         }
     }
 
-    /// Where the evidence of this frame stands, if there is any.
-    fn place_of(&self, captured_at: Timestamp, frame: &FrameId) -> Option<usize> {
-        let start = self.place_after(|key| key.captured_at < captured_at);
-        let same_time =
-            self.evidence.iter().skip(start).take_while(|(key, _)| key.captured_at == captured_at);
-        same_time.into_iter().position(|(key, _)| key.frame == *frame).map(|offset| start + offset)
+    fn note_report(&mut self, piece: &Piece, records: &Records<'_>) {
+        self.born_at = self.born_at.min(piece.captured_at);
+        self.contributors.note(piece, records.frames.get(piece.frame), records.agents);
     }
 
-    /// Whether it holds evidence of this frame.
-    pub fn has_evidence_of(&self, captured_at: Timestamp, frame: &FrameId) -> bool {
-        self.place_of(captured_at, frame).is_some()
-    }
-
-    /// The report of it in this frame, if there is one.
-    pub fn sighting_in(&self, captured_at: Timestamp, frame: &FrameId) -> Option<&Measurement> {
-        match &self.evidence[self.place_of(captured_at, frame)?].1 {
-            Evidence::Sighting(sighting) => Some(&sighting.z),
-            Evidence::Look(_) => None,
+    fn insert_late(&mut self, place: usize, piece: Piece) {
+        self.evidence.insert(place, piece);
+        for checkpoint in self.checkpoints.iter_mut().rev().take_while(|checkpoint| checkpoint.count > place)
+        {
+            checkpoint.count += 1;
         }
+        self.note_stale(place);
     }
 
-    /// Takes over the sightings of a track that turned out to be of the same object. Of frames in which both
-    /// were sighted, the own sighting stays; looks that found only the other one are no evidence against.
-    pub fn absorb(&mut self, other: Self) {
-        for (key, evidence) in other.evidence {
-            let known = self.place_of(key.captured_at, &key.frame);
-            match (evidence, known.map(|place| (place, self.evidence[place].1))) {
-                (Evidence::Sighting(_), Some((place, Evidence::Look(_)))) => {
-                    self.evidence.remove(place);
-                    self.replayed.truncate(place);
-                    self.insert(key, evidence);
-                }
-                (Evidence::Sighting(_), None) => {
-                    self.insert(key, evidence);
-                }
-                (Evidence::Sighting(_), Some((_, Evidence::Sighting(_)))) | (Evidence::Look(_), _) => {}
+    fn note_stale(&mut self, place: usize) {
+        self.stale_from = Some(self.stale_from.map_or(place, |known| known.min(place)));
+    }
+
+    /// Drops all evidence from a place on, and goes on from there with a late piece.
+    fn roll_back_to(&mut self, place: usize, piece: Piece, records: &Records<'_>) {
+        self.evidence.truncate(place);
+        self.evidence.push_back(piece);
+        self.note_stale(place);
+        self.replay(records);
+    }
+
+    /// Applies late pieces at their own times, and every later one again after them.
+    pub fn replay(&mut self, records: &Records<'_>) {
+        let Some(place) = self.stale_from.take() else { return };
+        self.checkpoints.truncate(self.checkpoints_within(place));
+        let Some(mut count) = self.rewind(records) else { return };
+        let mut marked = count;
+        for piece in self.evidence.range(count..) {
+            apply(&mut self.head, piece, None, records);
+            count += 1;
+            if count >= marked + CHECKPOINT_EVERY {
+                marked = count;
+                self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
             }
         }
     }
 
-    /// What was known after the first `count` pieces; `None` before the first sighting.
-    fn after(&mut self, count: usize) -> Option<&Snapshot> {
-        while self.replayed.len() < count {
-            let before = match self.replayed.back() {
-                Some(before) => before.as_ref(),
-                None => self.base.as_ref(),
-            };
-            let (key, evidence) = &self.evidence[self.replayed.len()];
-            let snapshot = match (before, evidence) {
-                (Some(before), evidence) => Some(before.after(key.captured_at, evidence)),
-                (None, Evidence::Sighting(sighting)) => Some(Snapshot::born(key.captured_at, sighting)),
-                (None, Evidence::Look(_)) => None,
-            };
-            self.replayed.push_back(snapshot);
+    /// Takes the head back to the last checkpoint, or to the birth; tells of how many pieces that is.
+    fn rewind(&mut self, records: &Records<'_>) -> Option<usize> {
+        if let Some(last) = self.checkpoints.back() {
+            self.head = last.snapshot;
+            return Some(last.count);
         }
-        if count == 0 { self.base.as_ref() } else { self.replayed[count - 1].as_ref() }
+        let birth = self.evidence.iter().position(|piece| piece.index != LOOK)?;
+        self.head = born(&self.evidence[birth], records)?;
+        self.checkpoints.push_back(Checkpoint { count: birth + 1, snapshot: self.head });
+        Some(birth + 1)
     }
 
-    /// What is known after all evidence. A track has at least one sighting.
-    pub fn latest(&mut self) -> &Snapshot {
-        self.after(self.evidence.len()).expect("a track begins with a sighting")
+    /// How many checkpoints are of no more than so many pieces.
+    fn checkpoints_within(&self, count: usize) -> usize {
+        let after = self.checkpoints.iter().rposition(|checkpoint| checkpoint.count <= count);
+        after.map_or(0, |place| place + 1)
     }
 
-    /// What was known at a time, from the evidence up to and including it; before the first sighting, what
-    /// the first sighting tells.
-    pub fn known_at(&mut self, at: Timestamp) -> &Snapshot {
-        let known = self.place_after(|key| key.captured_at <= at);
-        let count = known.max(self.count_to_first_sighting());
-        self.after(count).expect("a track begins with a sighting")
-    }
-
-    /// How many pieces of evidence it takes to know anything.
-    fn count_to_first_sighting(&self) -> usize {
-        if self.base.is_some() {
-            return 0;
+    /// What was known after the first `count` pieces; before the first report, what that tells.
+    fn after(&self, count: usize, records: &Records<'_>) -> Snapshot<F> {
+        let start = self.checkpoints_within(count).checked_sub(1).map(|place| self.checkpoints[place]);
+        let first = start.map_or(0, |checkpoint| checkpoint.count);
+        let mut known = start.map(|checkpoint| checkpoint.snapshot);
+        for (place, piece) in self.evidence.iter().enumerate().skip(first) {
+            if place >= count && known.is_some() {
+                break;
+            }
+            advance(&mut known, piece, records);
         }
-        let first = self.evidence.iter().position(|(_, evidence)| matches!(evidence, Evidence::Sighting(_)));
-        first.map_or(0, |place| place + 1)
+        known.unwrap_or(self.head)
     }
 
-    /// The newest measurement of each agent, by agent.
-    pub fn contributors(&self) -> impl Iterator<Item = MeasurementId> {
-        self.contributors.iter().map(|(_, measurement)| *measurement)
+    /// What is known after all evidence; late pieces count once they are replayed.
+    pub fn latest(&self) -> &Snapshot<F> {
+        &self.head
     }
 
-    /// When it was last sighted.
+    /// Whether there is no evidence after this time, so that [`Self::latest`] is what is known.
+    pub fn is_newest(&self, at: Timestamp) -> bool {
+        self.evidence.back().is_none_or(|last| last.captured_at <= at)
+    }
+
+    /// What was known at a time, from the evidence up to and including it; before the first report, what the
+    /// first report tells.
+    pub fn known_at(&self, at: Timestamp, records: &Records<'_>) -> Snapshot<F> {
+        let count = self.evidence.partition_point(|piece| piece.captured_at <= at);
+        if count == self.evidence.len() { self.head } else { self.after(count, records) }
+    }
+
+    /// Where the evidence of this frame stands, if there is any.
+    fn place_of(&self, captured_at: Timestamp, frame: FrameSlot) -> Option<usize> {
+        let start = self.evidence.partition_point(|piece| piece.captured_at < captured_at);
+        let mut same_time =
+            self.evidence.iter().skip(start).take_while(|piece| piece.captured_at == captured_at);
+        same_time.position(|piece| piece.frame == frame).map(|offset| start + offset)
+    }
+
+    /// Whether it holds evidence of this frame.
+    pub fn has_evidence_of(&self, captured_at: Timestamp, frame: FrameSlot) -> bool {
+        self.place_of(captured_at, frame).is_some()
+    }
+
+    /// Takes over the reports of a track that turned out to be of the same object. Of frames in which both were
+    /// reported, the own report stays; looks that found only the other one are no evidence against.
+    pub fn absorb(&mut self, other: &Self, records: &Records<'_>) {
+        for piece in other.evidence.iter().filter(|piece| piece.index != LOOK) {
+            let known = self.place_of(piece.captured_at, piece.frame);
+            match known.map(|place| (place, self.evidence[place].index)) {
+                Some((place, LOOK)) => {
+                    self.evidence[place] = *piece;
+                    self.note_report(piece, records);
+                    self.note_stale(place);
+                }
+                Some(_) => {}
+                None => self.insert(*piece, None, records),
+            }
+        }
+        self.replay(records);
+    }
+
+    /// The newest measurement of each agent.
+    pub fn contributors(&self) -> &Contributors {
+        &self.contributors
+    }
+
+    /// When it was first reported.
+    pub fn born_at(&self) -> Timestamp {
+        self.born_at
+    }
+
+    /// When it was last reported.
     pub fn last_measured_at(&self) -> Timestamp {
-        self.contributors.iter().map(|(at, _)| *at).max().unwrap_or(Timestamp::MIN)
-    }
-
-    /// Folds what is older than `horizon`: nothing older can still arrive.
-    pub fn fold(&mut self, horizon: Timestamp) {
-        while self.evidence.front().is_some_and(|(key, _)| key.captured_at < horizon) {
-            self.fold_front();
-        }
+        self.contributors.last_measured_at()
     }
 
     /// Forgets contributors that have not measured it since `oldest`, but for the newest.
     pub fn forget_contributors(&mut self, oldest: Timestamp) {
-        let newest = self.last_measured_at();
-        self.contributors.retain(|(at, _)| *at >= oldest || *at == newest);
+        self.contributors.forget_before(oldest);
     }
 
-    fn fold_front(&mut self) {
-        self.base = self.after(1).copied();
-        self.evidence.pop_front();
-        self.replayed.pop_front();
+    /// Folds what is older than `horizon`, since nothing older can still arrive; down to a checkpoint if there
+    /// is one within [`FOLD_SLACK`], which costs nothing. Late pieces must have been replayed.
+    pub fn fold(&mut self, horizon: Timestamp, records: &Records<'_>) {
+        debug_assert!(self.stale_from.is_none(), "folded before late pieces were replayed");
+        if self.evidence.front().is_none_or(|oldest| oldest.captured_at >= horizon) {
+            return;
+        }
+        let old = self.evidence.partition_point(|piece| piece.captured_at < horizon);
+        // Evidence begins with the birth or after what is folded, so there is a checkpoint.
+        let Some(place) = self.checkpoints_within(old).checked_sub(1) else { return };
+        self.checkpoints.drain(..place);
+        let folded = self.checkpoints[0].count;
+        self.forget_front(folded);
+        if self.evidence.front().is_some_and(|oldest| oldest.captured_at < horizon - FOLD_SLACK) {
+            let snapshot = self.after(old - folded, records);
+            self.checkpoints[0].snapshot = snapshot;
+            self.forget_front(old - folded);
+            self.checkpoints[0].count = 0;
+        }
     }
 
-    /// The key of the oldest piece that is not folded, where there is one.
-    pub fn oldest_key(&self) -> Option<EvidenceKey> {
-        self.evidence.front().map(|(key, _)| *key)
+    fn forget_front(&mut self, count: usize) {
+        self.evidence.drain(..count);
+        for checkpoint in &mut self.checkpoints {
+            checkpoint.count = checkpoint.count.saturating_sub(count);
+        }
+    }
+
+    /// The oldest piece that is not folded, where there is one.
+    pub fn oldest(&self) -> Option<&Piece> {
+        self.evidence.front()
+    }
+}
+
+/// Adds a piece to what is known; nothing is known before the first report.
+#[inline]
+fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, piece: &Piece, records: &Records<'_>) {
+    match known {
+        Some(known) => apply(known, piece, None, records),
+        None => *known = born(piece, records),
+    }
+}
+
+fn born<F: Filter>(piece: &Piece, records: &Records<'_>) -> Option<Snapshot<F>> {
+    let (z, _) = records.frames.report(piece)?;
+    let birth_odds = records.frames.get(piece.frame).model.birth_odds;
+    Some(Snapshot::born(piece.captured_at, &z, birth_odds))
+}
+
+#[inline(always)]
+fn apply<F: Filter>(known: &mut Snapshot<F>, piece: &Piece, predicted: Option<&F>, records: &Records<'_>) {
+    let at = piece.captured_at;
+    if let Some((z, detection_over_clutter)) = records.frames.report(piece) {
+        match predicted {
+            Some(predicted) => known.state = *predicted,
+            None => known.predict(at, records.synchronous),
+        }
+        known.see(at, &z, detection_over_clutter);
+    } else if let Some(look) = &records.frames.get(piece.frame).look {
+        known.miss(at, look, records.synchronous);
     }
 }

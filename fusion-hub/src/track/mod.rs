@@ -1,11 +1,11 @@
 //! One tracked object: its evidence in time order, and what follows from it.
 
-mod evidence;
+mod contributors;
 mod existence;
 mod history;
 mod snapshot;
 
-pub use evidence::{Evidence, EvidenceKey, Look, Sighting};
+pub use contributors::{Contributor, Contributors};
 pub use existence::Existence;
-pub use history::Track;
+pub use history::{FOLD_SLACK, LateData, Records, Track};
 pub use snapshot::Snapshot;

@@ -1,9 +1,10 @@
 //! What a track knows after each piece of evidence.
 
-use super::{Evidence, Existence, Look, Sighting};
-use crate::filter::{MotionParams, State};
+use super::Existence;
+use crate::filter::{Filter, Measurement};
+use crate::sensing::Look;
 use v2x_common::class::Class;
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
 /// Standard deviations of the position by which an object must lie inside a field of view to count as seen.
 const VIEW_MARGIN_SIGMAS: f64 = 3.0;
@@ -14,78 +15,104 @@ const MAX_CLASSES: usize = 4;
 
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Snapshot {
-    /// State at the last sighting.
-    pub state: State,
+pub struct Snapshot<F> {
+    /// State at the last report.
+    pub state: F,
     /// Existence at the last evidence.
     pub existence: Existence,
     /// When the last evidence was.
     pub at: Timestamp,
-    /// When the first sighting was.
+    /// When the first report was.
     pub born_at: Timestamp,
-    /// Number of sightings.
-    pub n_sightings: u32,
+    /// Number of reports.
+    pub n_reports: u32,
+    class: Class,
     votes: [(Class, u32); MAX_CLASSES],
 }
 
-impl Snapshot {
-    /// After the first sighting.
-    pub fn born(at: Timestamp, sighting: &Sighting) -> Self {
+impl<F: Filter> Snapshot<F> {
+    /// After the first report.
+    pub fn born(at: Timestamp, z: &Measurement, birth_odds: f64) -> Self {
         let mut votes = [(Class::Unknown, 0); MAX_CLASSES];
-        votes[0] = (sighting.z.class, 1);
+        votes[0] = (z.class, 1);
         Self {
-            state: State::born(at, &sighting.z),
-            existence: Existence::from_odds(sighting.birth_odds),
+            state: F::born(at, z),
+            existence: Existence::from_odds(birth_odds),
             at,
             born_at: at,
-            n_sightings: 1,
+            n_reports: 1,
+            class: z.class,
             votes,
         }
     }
 
-    /// After one more piece of evidence, at its own time.
-    #[must_use]
-    pub fn after(&self, at: Timestamp, evidence: &Evidence) -> Self {
-        let mut next = *self;
-        next.at = at;
-        next.existence = self.existence.survived(at - self.at);
-        match evidence {
-            Evidence::Sighting(sighting) => next.see(at, sighting),
-            Evidence::Look(look) => next.miss(at, look),
+    /// The state at another time, later or earlier. Within `synchronous` of the state it is the state.
+    #[inline]
+    pub fn state_at(&self, at: Timestamp, synchronous: Span) -> F {
+        if (at - self.state.at()).abs() <= synchronous {
+            return self.state;
         }
-        next
+        self.state.predicted(at, self.class)
     }
 
-    fn see(&mut self, at: Timestamp, sighting: &Sighting) {
-        let z = &sighting.z;
-        self.state = self.state.predicted(at, &self.motion());
-        let innovation = self.state.kinematic.innovation(z.position, &z.r);
-        let ratio = innovation.ln_likelihood + sighting.ln_detection_over_clutter;
-        self.existence = self.existence.reported(ratio);
-        self.state.update(z);
-        self.n_sightings += 1;
+    /// Takes in a report, made at the state's own time or taken as simultaneous.
+    #[inline]
+    pub fn see(&mut self, at: Timestamp, z: &Measurement, detection_over_clutter: f64) {
+        self.survive_to(at);
+        let innovation = self.state.update(z);
+        self.existence = self.existence.reported(&innovation, detection_over_clutter);
+        self.n_reports += 1;
         self.vote(z.class);
     }
 
-    fn miss(&mut self, at: Timestamp, look: &Look) {
-        let state = self.state.predicted(at, &self.motion());
-        let [x, y] = state.kinematic.position;
-        let margin_m = VIEW_MARGIN_SIGMAS * state.kinematic.pp.max_sigma() + VIEW_MARGIN_M;
-        if look.covers(x, y, margin_m) {
+    /// Moves the state to another time. Within `synchronous` of it, it stays.
+    #[inline]
+    pub fn predict(&mut self, at: Timestamp, synchronous: Span) {
+        if (at - self.state.at()).abs() > synchronous {
+            self.state.predict(at, self.class);
+        }
+    }
+
+    /// Takes in a look that did not report it.
+    pub fn miss(&mut self, at: Timestamp, look: &Look, synchronous: Span) {
+        self.survive_to(at);
+        let held_at = self.state.at();
+        let at = if (at - held_at).abs() > synchronous { at } else { held_at };
+        let (position, sigma_m) = self.state.place_at(at, self.class);
+        if look.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.existence = self.existence.missed(look.miss_probability);
         }
     }
 
+    #[inline]
+    fn survive_to(&mut self, at: Timestamp) {
+        self.existence = self.existence.survived(at - self.at);
+        self.at = at;
+    }
+
+    #[inline]
     fn vote(&mut self, class: Class) {
+        // Nearly always all reports agree.
+        if self.votes[0].0 == class && self.class == class {
+            self.votes[0].1 = self.votes[0].1.saturating_add(1);
+            return;
+        }
         let place = self.votes.iter().position(|(known, count)| *known == class || *count == 0);
         // With all places taken, a class never heard of before loses to those with a record.
         if let Some(place) = place {
             self.votes[place] = (class, self.votes[place].1.saturating_add(1));
+            if self.class != class {
+                self.class = self.most_reported();
+            }
         }
     }
 
     /// The most reported class; a named one goes before `unknown`, of equals the one reported first.
     pub fn class(&self) -> Class {
+        self.class
+    }
+
+    fn most_reported(&self) -> Class {
         let weight = |(class, count): (Class, u32)| (class != Class::Unknown && count > 0, count);
         let mut best = self.votes[0];
         for vote in self.votes {
@@ -104,15 +131,5 @@ impl Snapshot {
         let total: u32 = votes.iter().map(|(_, count)| count).sum();
         let share = move |count| f64::from(count) / f64::from(total.max(1));
         votes.into_iter().filter(|(_, count)| *count > 0).map(move |(class, count)| (class, share(count)))
-    }
-
-    /// How objects of its class move.
-    pub fn motion(&self) -> MotionParams {
-        MotionParams::of(self.class())
-    }
-
-    /// The state at another time, later or earlier.
-    pub fn state_at(&self, at: Timestamp) -> State {
-        self.state.predicted(at, &self.motion())
     }
 }

@@ -1,0 +1,157 @@
+//! The pairs of a frame that may be made at all, listed by track.
+
+use super::gate::Separation;
+use super::grid::{Grid, Pairs, Spot};
+use super::{AssociationConfig, AssociationCost, EUCLIDEAN_REACH_M, Expected, distance2};
+use crate::filter::Measurement;
+use crate::overlap::Footprint;
+use v2x_common::covariance::Covariance2;
+use v2x_common::geometry::BevBox;
+
+/// The candidates of one frame, with the buffers for the next.
+#[derive(Debug, Default)]
+pub(super) struct Candidates {
+    reported: Vec<Spot>,
+    expected: Vec<Spot>,
+    grid: Grid,
+    /// Pairs that may be within the gate.
+    near: Pairs,
+    /// Those of track i are places[starts[i]..starts[i + 1]].
+    starts: Vec<u32>,
+    places: Vec<u32>,
+    /// Of how many tracks each measurement is a candidate.
+    rivals: Vec<u32>,
+    /// Filled where the overlap is the cost.
+    pub outlines: Outlines,
+}
+
+/// The boxes' outlines.
+#[derive(Debug, Default)]
+pub(super) struct Outlines {
+    reported: Vec<Footprint>,
+    expected: Vec<Footprint>,
+}
+
+impl Outlines {
+    fn fill(&mut self, measurements: &[Measurement], expected: &[Expected]) {
+        let outline = |[x, y]: [f64; 2], [w, d]: [f64; 2], yaw| Footprint::of(&BevBox { x, y, w, d, yaw });
+        self.reported.clear();
+        self.reported.extend(measurements.iter().map(|z| outline(z.position, z.size, z.yaw)));
+        self.expected.clear();
+        self.expected.extend(expected.iter().map(|track| outline(track.position, track.size, track.yaw)));
+    }
+
+    /// The overlap of a track's box and a measurement's.
+    pub(super) fn iou(&self, track: u32, place: u32) -> f64 {
+        self.expected[track as usize].iou(&self.reported[place as usize])
+    }
+}
+
+impl Candidates {
+    /// The places of the measurements that may be of a track, in order, for each track.
+    pub(super) fn by_track(&self) -> impl Iterator<Item = &[u32]> {
+        self.starts.windows(2).map(|bounds| &self.places[bounds[0] as usize..bounds[1] as usize])
+    }
+
+    /// Those of one track.
+    pub(super) fn of(&self, track: usize) -> &[u32] {
+        &self.places[self.starts[track] as usize..self.starts[track + 1] as usize]
+    }
+
+    /// Of how many tracks a measurement may be.
+    pub(super) fn rivals(&self, place: u32) -> u32 {
+        self.rivals[place as usize]
+    }
+
+    /// Finds them.
+    pub(super) fn find(
+        &mut self,
+        measurements: &[Measurement],
+        expected: &[Expected],
+        config: &AssociationConfig,
+    ) {
+        // Here and below `&` for `&&`: what is a coin toss should not be a branch.
+        let fits_class =
+            |z: &Measurement, track: &Expected| !config.class_aware | z.class.is_compatible_with(track.class);
+        let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
+        match config.cost {
+            AssociationCost::Csba | AssociationCost::Likelihood => {
+                let spread = |p: &Covariance2| [p.xx, p.yy];
+                self.place(
+                    measurements.iter().map(|z| (z.position, spread(&z.r))),
+                    expected.iter().map(|track| (track.position, spread(&track.gate_covariance))),
+                );
+                self.gather(config.gate, |_, track, place| {
+                    let (z, track) = pair(track, place);
+                    fits_class(z, track) & Separation::to_gate(z, track).is_within(config.gate)
+                });
+            }
+            AssociationCost::Iou => {
+                self.outlines.fill(measurements, expected);
+                let spread = |[w, d]: [f64; 2]| [(w * w + d * d) / 4.0; 2];
+                self.place(
+                    measurements.iter().map(|z| (z.position, spread(z.size))),
+                    expected.iter().map(|track| (track.position, spread(track.size))),
+                );
+                // The circles around two boxes reach a + b, and (a + b)² ≤ 2 (a² + b²).
+                self.gather(2.0, |outlines, track, place| {
+                    let (z, expected) = pair(track, place);
+                    fits_class(z, expected) && outlines.iou(track, place) > 0.0
+                });
+            }
+            AssociationCost::Euclidean => {
+                let reach2 = EUCLIDEAN_REACH_M * EUCLIDEAN_REACH_M;
+                self.place(
+                    measurements.iter().map(|z| (z.position, [0.0; 2])),
+                    expected.iter().map(|track| (track.position, [reach2; 2])),
+                );
+                self.gather(1.0, |_, track, place| {
+                    let (z, track) = pair(track, place);
+                    fits_class(z, track) & (distance2(z.position, track.position) <= reach2)
+                });
+            }
+        }
+    }
+
+    /// Notes positions and spreads for the grid.
+    fn place(
+        &mut self,
+        reported: impl Iterator<Item = ([f64; 2], [f64; 2])>,
+        expected: impl Iterator<Item = ([f64; 2], [f64; 2])>,
+    ) {
+        let spot = |(position, spread)| Spot { position, spread };
+        self.reported.clear();
+        self.reported.extend(reported.map(spot));
+        self.expected.clear();
+        self.expected.extend(expected.map(spot));
+    }
+
+    /// Lists for each track the measurements near it that `fits` accepts.
+    fn gather(&mut self, scale: f64, fits: impl Fn(&Outlines, u32, u32) -> bool) {
+        let Self { reported, expected, grid, near, starts, places, rivals, outlines } = self;
+        grid.fill(scale, reported, expected);
+        grid.pairs(expected, near);
+        rivals.clear();
+        rivals.resize(reported.len(), 0);
+        starts.clear();
+        starts.resize(expected.len() + 1, 0);
+        places.clear();
+        places.resize(near.as_slice().len(), 0);
+        let mut count = 0;
+        for &[track, place] in near.as_slice() {
+            let fits = fits(outlines, track, place);
+            places[count] = place;
+            count += usize::from(fits);
+            rivals[place as usize] += u32::from(fits);
+            starts[track as usize + 1] += u32::from(fits);
+        }
+        places.truncate(count);
+        for track in 0..expected.len() {
+            starts[track + 1] += starts[track];
+            let of_track = starts[track] as usize..starts[track + 1] as usize;
+            if of_track.len() > 1 {
+                places[of_track].sort_unstable();
+            }
+        }
+    }
+}

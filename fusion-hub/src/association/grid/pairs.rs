@@ -1,0 +1,79 @@
+//! Going through runs of points without a branch for each.
+
+/// A point in the grid.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Point {
+    /// m.
+    pub x: f64,
+    /// m.
+    pub y: f64,
+    /// Of cells.
+    pub row: i32,
+    /// In the frame.
+    pub place: u32,
+}
+
+/// Pairs of places, of a query and of a point.
+#[derive(Debug, Default)]
+pub(in crate::association) struct Pairs {
+    buffer: Vec<[u32; 2]>,
+    count: usize,
+    /// How many points it took.
+    #[cfg(test)]
+    pub looked_at: usize,
+}
+
+impl Pairs {
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// What was found.
+    pub(in crate::association) fn as_slice(&self) -> &[[u32; 2]] {
+        &self.buffer[..self.count]
+    }
+}
+
+/// Points looked at in one go: whether there are one or three in a cell is not worth a branch.
+pub(super) const BATCH: usize = 4;
+
+/// What is asked of a run of points.
+pub(super) struct Probe {
+    /// Who asks.
+    pub query: u32,
+    /// Where, m.
+    pub position: [f64; 2],
+    /// How far along each axis, m.
+    pub reach: [f64; 2],
+    /// The row of cells meant, or all.
+    pub row: Option<i32>,
+}
+
+impl Probe {
+    /// Appends those points of a range that are near.
+    pub(super) fn scan(&self, points: &[Point], range: std::ops::Range<usize>, pairs: &mut Pairs) {
+        #[cfg(test)]
+        {
+            pairs.looked_at += range.len();
+        }
+        let mut start = range.start;
+        while start < range.end {
+            if pairs.buffer.len() < pairs.count + BATCH {
+                pairs.buffer.resize(2 * pairs.buffer.len() + BATCH, [0; 2]);
+            }
+            let out = &mut pairs.buffer[pairs.count..pairs.count + BATCH];
+            let mut found = 0;
+            for (offset, point) in points[start..start + BATCH].iter().enumerate() {
+                let (dx, dy) = (point.x - self.position[0], point.y - self.position[1]);
+                let is_near = (dx.abs() <= self.reach[0]) & (dy.abs() <= self.reach[1]);
+                // Two rows can share buckets; a point counts in its own.
+                let is_meant =
+                    (self.row.is_none() | (Some(point.row) == self.row)) & (start + offset < range.end);
+                out[found] = [self.query, point.place];
+                found += usize::from(is_near & is_meant);
+            }
+            pairs.count += found;
+            start += BATCH;
+        }
+    }
+}

@@ -1,0 +1,177 @@
+use super::gate::Separation;
+use super::*;
+use crate::assignment::Candidate;
+use crate::overlap::Footprint;
+use proptest::prelude::*;
+use v2x_common::geometry::BevBox;
+
+const COSTS: [AssociationCost; 4] =
+    [AssociationCost::Csba, AssociationCost::Likelihood, AssociationCost::Iou, AssociationCost::Euclidean];
+
+fn measurement(extent: f64) -> impl Strategy<Value = Measurement> {
+    let class = prop::sample::select(vec![Class::Car, Class::Adult, Class::Unknown]);
+    // One in twenty is of another order of magnitude: far away, or hardly known at all.
+    let position = prop_oneof![
+        19 => [0.0..extent, 0.0..extent],
+        1 => [-1e7..1e7f64, -1e7..1e7f64],
+    ];
+    let sigma = prop_oneof![19 => 0.2..1.5f64, 1 => 1.5..1e4f64];
+    (class, position, sigma, -0.9..0.9f64, [1.0..3.0f64, 1.0..6.0f64], -3.0..3.0f64).prop_map(
+        |(class, position, sigma, rho, size, yaw)| Measurement {
+            class,
+            position,
+            r: Covariance2 { xx: sigma * sigma, xy: 0.7 * rho * sigma * sigma, yy: 0.49 * sigma * sigma },
+            size,
+            relative_variance: [0.04, 0.04],
+            yaw,
+            yaw_variance: 0.02,
+            size_law: [None; 2],
+            velocity: None,
+            is_track: false,
+        },
+    )
+}
+
+fn expected(z: &Measurement) -> Expected {
+    Expected {
+        class: z.class,
+        position: z.position,
+        position_covariance: z.r,
+        gate_covariance: z.r,
+        size: z.size,
+        size_variance: [0.04 * z.size[0] * z.size[0], 0.04 * z.size[1] * z.size[1]],
+        yaw: z.yaw,
+        yaw_variance: z.yaw_variance,
+    }
+}
+
+/// The cost of a pair by the definition, `None` where it is no candidate.
+fn cost(z: &Measurement, track: &Expected, config: &AssociationConfig) -> Option<f64> {
+    let outline = |[x, y]: [f64; 2], [w, d]: [f64; 2], yaw| Footprint::of(&BevBox { x, y, w, d, yaw });
+    let iou = outline(track.position, track.size, track.yaw).iou(&outline(z.position, z.size, z.yaw));
+    let distance2 = distance2(z.position, track.position);
+    let within_gate = Separation::of(z, track).is_within(config.gate);
+    let (is_near, cost) = match config.cost {
+        AssociationCost::Csba => (within_gate, csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)),
+        AssociationCost::Likelihood => (within_gate, likelihood::pair_cost(z, track)),
+        AssociationCost::Iou => (iou > 0.0, 1.0 - iou),
+        AssociationCost::Euclidean => (distance2 <= 9.0, libm::sqrt(distance2)),
+    };
+    (is_near && (!config.class_aware || z.class.is_compatible_with(track.class))).then_some(cost)
+}
+
+fn cost_alone(cost: AssociationCost) -> f64 {
+    match cost {
+        AssociationCost::Csba | AssociationCost::Iou => 1.0,
+        AssociationCost::Likelihood => likelihood::COST_ALONE,
+        AssociationCost::Euclidean => 3.0,
+    }
+}
+
+/// The least total cost over every assignment.
+fn brute_force(measurements: &[Measurement], tracks: &mut Vec<Expected>, config: &AssociationConfig) -> f64 {
+    let Some((z, rest)) = measurements.split_first() else { return 0.0 };
+    let mut best = cost_alone(config.cost) + brute_force(rest, tracks, config);
+    for place in 0..tracks.len() {
+        if let Some(pair) = cost(z, &tracks[place], config) {
+            let track = tracks.remove(place);
+            best = best.min(pair + brute_force(rest, tracks, config));
+            tracks.insert(place, track);
+        }
+    }
+    best
+}
+
+/// The cost of what was found, which must be an assignment of candidates.
+fn total(
+    measurements: &[Measurement],
+    tracks: &[Expected],
+    associator: &Associator,
+    config: &AssociationConfig,
+) -> f64 {
+    let mut taken = vec![false; tracks.len()];
+    assert_eq!(associator.track_of().len(), measurements.len());
+    let costs = measurements.iter().zip(associator.track_of()).map(|(z, found)| {
+        let Some(track) = found else { return cost_alone(config.cost) };
+        let track = *track as usize;
+        assert!(!std::mem::replace(&mut taken[track], true), "a track has one measurement");
+        cost(z, &tracks[track], config).expect("only candidates are assigned")
+    });
+    costs.sum()
+}
+
+/// The least total cost, by one problem of all pairs with measurements as rows.
+fn one_for_all(measurements: &[Measurement], tracks: &[Expected], config: &AssociationConfig) -> f64 {
+    let mut candidates = Vec::new();
+    for (row, z) in (0..).zip(measurements) {
+        candidates.extend(
+            (0..)
+                .zip(tracks)
+                .filter_map(|(col, track)| cost(z, track, config).map(|cost| Candidate { row, col, cost })),
+        );
+    }
+    let alone = cost_alone(config.cost);
+    let mut assigner = Assigner::default();
+    let found = assigner.solve(measurements.len(), tracks.len(), &candidates, alone);
+    let costs = measurements.iter().zip(found).map(|(z, found)| {
+        found.map_or(alone, |track| cost(z, &tracks[track as usize], config).expect("a candidate"))
+    });
+    costs.sum()
+}
+
+fn config() -> impl Strategy<Value = AssociationConfig> {
+    (prop::sample::select(COSTS.to_vec()), any::<bool>()).prop_map(|(cost, class_aware)| AssociationConfig {
+        cost,
+        class_aware,
+        ..Default::default()
+    })
+}
+
+proptest! {
+    #[test]
+    fn the_association_is_the_optimum_over_all_assignments_within_the_gate(
+        measurements in prop::collection::vec(measurement(8.0), 0..5),
+        tracks in prop::collection::vec(measurement(8.0), 0..5),
+        config in config(),
+    ) {
+        let mut tracks: Vec<_> = tracks.iter().map(expected).collect();
+        let mut associator = Associator::default();
+        associator.associate(&measurements, &tracks, &config);
+        let total = total(&measurements, &tracks, &associator, &config);
+        let best = brute_force(&measurements, &mut tracks, &config);
+        prop_assert!((total - best).abs() < 1e-9, "{total} {best}");
+    }
+
+    #[test]
+    fn the_candidates_are_all_pairs_within_the_gate_in_order_and_all_are_weighed(
+        frames in prop::collection::vec(
+            (prop::collection::vec(measurement(60.0), 0..80), prop::collection::vec(measurement(60.0), 0..80)),
+            1..3),
+        config in config(),
+    ) {
+        let mut associator = Associator::default();
+        for (measurements, tracks) in frames {
+            let tracks: Vec<_> = tracks.iter().map(expected).collect();
+            associator.associate(&measurements, &tracks, &config);
+            let mut all = Vec::new();
+            for (i, track) in (0u32..).zip(&tracks) {
+                let start = all.len();
+                all.extend((0u32..).zip(&measurements).filter_map(|(j, z)| {
+                    cost(z, track, &config).map(|_| (i, j))
+                }));
+                let of_track: Vec<_> = all[start..].iter().map(|pair| pair.1).collect();
+                prop_assert_eq!(associator.candidates_of(i as usize), of_track);
+            }
+            prop_assert_eq!(associator.candidates().collect::<Vec<_>>(), all);
+            prop_assert!((total(&measurements, &tracks, &associator, &config)
+                - one_for_all(&measurements, &tracks, &config)).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn names_of_costs_are_in_kebab_case() {
+    for (cost, name) in COSTS.iter().zip(["csba", "likelihood", "iou", "euclidean"]) {
+        assert_eq!(serde_json::from_str::<AssociationCost>(&format!("\"{name}\"")).unwrap(), *cost);
+    }
+}

@@ -1,0 +1,150 @@
+//! A measurement in one cache line: what tracks replay.
+
+use super::{Measurement, SizeLaw};
+use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
+
+/// Correlations are cut by this share before they are rounded, so that no covariance becomes indefinite.
+const CORRELATION_KEPT: f64 = 1.0 - 1.0 / (1 << 20) as f64;
+
+/// A measurement without its velocity. Variances, sizes and headings are held in single precision, six
+/// digits more than any sensor knows of them; positions are not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct CompactMeasurement {
+    position: [f64; 2],
+    r: [f32; 3],
+    size: [f32; 2],
+    relative_variance: [f32; 2],
+    yaw: f32,
+    yaw_variance: f32,
+    detection_over_clutter: f32,
+    class: Class,
+    /// Whether a velocity was reported; it is held elsewhere.
+    pub has_velocity: bool,
+    is_track: bool,
+    /// Place in the list of laws, and whether it holds for width and depth.
+    law: u8,
+    has_law: [bool; 2],
+}
+
+/// The laws that sensors have declared: few, so that a measurement names its own in one byte.
+#[derive(Clone, Debug, Default)]
+pub struct SizeLaws(Vec<SizeLaw>);
+
+impl SizeLaws {
+    /// The place of a law; where there is no more room, that of none.
+    fn place(&mut self, law: &SizeLaw) -> Option<u8> {
+        let known = self.0.iter().position(|known| known == law);
+        let place = known.unwrap_or(self.0.len());
+        let place = u8::try_from(place).ok()?;
+        if known.is_none() {
+            self.0.push(*law);
+        }
+        Some(place)
+    }
+}
+
+impl CompactMeasurement {
+    /// From a measurement and what a report says of existence (m²). With more laws than 256 in use, the last ones
+    /// hold by their first two moments.
+    #[expect(clippy::cast_possible_truncation, reason = "single precision is meant")]
+    pub fn new(z: &Measurement, detection_over_clutter: f64, laws: &mut SizeLaws) -> Self {
+        let law = z.size_law.iter().flatten().next().and_then(|law| laws.place(law));
+        let single = |[a, b]: [f64; 2]| [a as f32, b as f32];
+        Self {
+            position: z.position,
+            r: [z.r.xx as f32, (z.r.xy * CORRELATION_KEPT) as f32, z.r.yy as f32],
+            size: single(z.size),
+            relative_variance: single(z.relative_variance),
+            yaw: z.yaw as f32,
+            yaw_variance: z.yaw_variance as f32,
+            detection_over_clutter: detection_over_clutter as f32,
+            class: z.class,
+            has_velocity: z.velocity.is_some(),
+            is_track: z.is_track,
+            law: law.unwrap_or(0),
+            has_law: z.size_law.map(|of_dimension| of_dimension.is_some() && law.is_some()),
+        }
+    }
+
+    /// As a filter wants it, without velocity.
+    #[inline(always)]
+    pub fn expanded(&self, laws: &SizeLaws) -> Measurement {
+        let double = |[a, b]: [f32; 2]| [f64::from(a), f64::from(b)];
+        let [xx, xy, yy] = self.r.map(f64::from);
+        Measurement {
+            class: self.class,
+            position: self.position,
+            r: Covariance2 { xx, xy, yy },
+            size: double(self.size),
+            relative_variance: double(self.relative_variance),
+            yaw: f64::from(self.yaw),
+            yaw_variance: f64::from(self.yaw_variance),
+            size_law: self.has_law.map(|holds| holds.then(|| laws.0[usize::from(self.law)])),
+            velocity: None,
+            is_track: self.is_track,
+        }
+    }
+
+    /// Detection probability over clutter density, m²; ∞ without clutter.
+    #[inline]
+    pub fn detection_over_clutter(&self) -> f64 {
+        f64::from(self.detection_over_clutter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_measurement_is_one_cache_line_and_keeps_six_digits() {
+        assert_eq!(size_of::<CompactMeasurement>(), 64);
+        let z = Measurement {
+            class: Class::Truck,
+            position: [691_607.123_456, 5_334_764.654_321],
+            r: Covariance2 { xx: 0.123_456_7, xy: -0.1, yy: 0.345_678_9 },
+            size: [2.5, 11.1],
+            relative_variance: [0.04, 0.01],
+            yaw: -3.101_592,
+            yaw_variance: 0.0123,
+            size_law: [None; 2],
+            velocity: None,
+            is_track: false,
+        };
+        let mut laws = SizeLaws::default();
+        let back = CompactMeasurement::new(&z, f64::INFINITY, &mut laws).expanded(&laws);
+        assert_eq!((back.position, back.class), (z.position, z.class));
+        for (a, b) in [(back.r.xx, z.r.xx), (back.r.xy, z.r.xy), (back.yaw, z.yaw), (back.size[1], z.size[1])]
+        {
+            assert!((a / b - 1.0).abs() < 2e-6, "{a} for {b}");
+        }
+    }
+
+    #[test]
+    fn a_covariance_on_the_edge_stays_positive_definite() {
+        let mut laws = SizeLaws::default();
+        for k in 1..2000_u32 {
+            let (xx, yy) = (1e-3 * f64::from(k), 1.7e-5 * f64::from(k * k));
+            let xy = libm::sqrt(xx * yy) * (1.0 - 1e-12);
+            let r = Covariance2 { xx, xy, yy };
+            let z = Measurement {
+                class: Class::Car,
+                position: [0.0; 2],
+                r,
+                size: [1.0; 2],
+                relative_variance: [0.1; 2],
+                yaw: 0.0,
+                yaw_variance: 0.1,
+                size_law: [None; 2],
+                velocity: None,
+                is_track: false,
+            };
+            assert!(
+                r.is_valid() && CompactMeasurement::new(&z, 1.0, &mut laws).expanded(&laws).r.is_valid(),
+                "{k}"
+            );
+        }
+    }
+}

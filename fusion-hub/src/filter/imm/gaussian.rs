@@ -1,0 +1,328 @@
+//! Normal distributions of the leading 3, 4 or 5 components of (x, y, θ, v, ω).
+
+use super::likelihood::{Factored, Likelihood, sum};
+use super::params::Motion;
+use std::f64::consts::{PI, TAU};
+use v2x_common::covariance::Covariance2;
+use v2x_common::detection::MAX_SPEED_MPS;
+use v2x_common::geometry::angle_difference;
+
+/// Index of the heading.
+pub(super) const YAW: usize = 2;
+/// Index of the speed.
+pub(super) const SPEED: usize = 3;
+/// Index of the turn rate.
+pub(super) const TURN: usize = 4;
+
+/// Mean and covariance; the covariance's lower triangle by rows, so that a leading block comes first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gaussian<const N: usize, const T: usize> {
+    pub(super) mean: [f64; N],
+    pub(super) covariance: [f64; T],
+}
+
+/// See [`apart`], m.
+const MAX_APART_M: f64 = 1000.0;
+
+/// One turn in a second, rad/s.
+const MAX_TURN_RATE: f64 = TAU;
+
+/// (x, y, θ).
+pub(super) type Still = Gaussian<3, 6>;
+/// (x, y, θ, v).
+pub(super) type Smooth = Gaussian<4, 10>;
+/// (x, y, θ, v, ω).
+pub(super) type Full = Gaussian<5, 15>;
+
+/// Where row and column of a symmetric matrix are stored.
+pub(super) const fn at(row: usize, column: usize) -> usize {
+    if row < column { column * (column + 1) / 2 + row } else { row * (row + 1) / 2 + column }
+}
+
+/// How far two models of one object are apart (m), as far as f64 can tell a narrow ellipse so long.
+///
+/// A report that moves them further from each other is 1 km off, and no gate lets it pass.
+pub(super) fn apart(deviation: f64) -> f64 {
+    deviation.clamp(-MAX_APART_M, MAX_APART_M)
+}
+
+/// An angle that is at most one turn off brought into [-π, π]; any other goes the long way.
+fn wrapped(angle: f64) -> f64 {
+    if angle.abs() <= PI {
+        angle
+    } else if angle.abs() <= TAU {
+        angle - TAU.copysign(angle)
+    } else {
+        angle_difference(angle, 0.0)
+    }
+}
+
+impl<const N: usize, const T: usize> Gaussian<N, T> {
+    fn entry(&self, row: usize, column: usize) -> f64 {
+        self.covariance[at(row, column)]
+    }
+
+    /// The leading components alone.
+    pub(super) fn narrowed<const M: usize, const U: usize>(&self) -> Gaussian<M, U> {
+        Gaussian {
+            mean: std::array::from_fn(|i| self.mean[i]),
+            covariance: std::array::from_fn(|i| self.covariance[i]),
+        }
+    }
+
+    /// Covariance of the position, m².
+    pub(super) fn position_covariance(&self) -> Covariance2 {
+        Covariance2 { xx: self.covariance[0], xy: self.covariance[1], yy: self.covariance[2] }
+    }
+
+    /// Keeps the heading in [-π, π].
+    pub(super) fn wrap(&mut self) {
+        self.mean[YAW] = wrapped(self.mean[YAW]);
+    }
+
+    pub(super) fn inflate(&mut self, factor: f64) {
+        self.covariance = self.covariance.map(|entry| entry * factor);
+    }
+
+    /// Keeps speed and turn rate within what a body can do, and so within what f64 can subtract.
+    ///
+    /// Only absurd reports, or covariance intersection of what is never measured, lead there.
+    pub(super) fn limit(&mut self) {
+        for (component, most) in [(SPEED, MAX_SPEED_MPS), (TURN, MAX_TURN_RATE)] {
+            if component >= N {
+                return;
+            }
+            self.mean[component] = self.mean[component].clamp(-most, most);
+            let variance = self.entry(component, component);
+            if variance > most * most {
+                let factor = most / libm::sqrt(variance);
+                for other in 0..N {
+                    self.covariance[at(component, other)] *= factor;
+                }
+                self.covariance[at(component, component)] *= factor;
+            }
+        }
+    }
+
+    /// Takes in position and heading, whose errors are independent of each other, one after the other.
+    pub(super) fn update_pose(
+        &mut self,
+        position: [f64; 2],
+        r: &Covariance2,
+        yaw: f64,
+        yaw_variance: f64,
+    ) -> Likelihood {
+        let mut likelihood = self.update_position(position, r);
+        likelihood.also(self.update_yaw(yaw, yaw_variance));
+        likelihood
+    }
+
+    fn update_position(&mut self, z: [f64; 2], r: &Covariance2) -> Likelihood {
+        let s = Factored::of(&sum(&self.position_covariance(), r));
+        let innovation = s.split([z[0] - self.mean[0], z[1] - self.mean[1]]);
+        let cross: [[f64; 2]; N] = std::array::from_fn(|i| s.split([self.entry(i, 0), self.entry(i, 1)]));
+        for (mean, cross) in self.mean.iter_mut().zip(cross) {
+            *mean += s.product(cross, innovation);
+        }
+        let gain = cross.map(|cross| s.solve(cross));
+        for row in 2..N {
+            for column in 2..=row {
+                self.covariance[at(row, column)] -= s.product(cross[row], cross[column]);
+            }
+            // P (I − K)ᵀ = P S⁻¹ R: no cancellation where the report is far better than the state.
+            self.covariance[at(row, 0)] = gain[row][0] * r.xx + gain[row][1] * r.xy;
+            self.covariance[at(row, 1)] = gain[row][0] * r.xy + gain[row][1] * r.yy;
+        }
+        self.covariance[0] = gain[0][0] * r.xx + gain[0][1] * r.xy;
+        self.covariance[1] =
+            (gain[0][0] * r.xy + gain[0][1] * r.yy + gain[1][0] * r.xx + gain[1][1] * r.xy) / 2.0;
+        self.covariance[2] = gain[1][0] * r.xy + gain[1][1] * r.yy;
+        s.likelihood(innovation)
+    }
+
+    fn update_yaw(&mut self, z: f64, variance: f64) -> Likelihood {
+        let s = self.entry(YAW, YAW) + variance;
+        let innovation = wrapped(z - self.mean[YAW]);
+        let cross: [f64; N] = std::array::from_fn(|i| self.entry(i, YAW));
+        for (mean, c) in self.mean.iter_mut().zip(cross) {
+            *mean += c * (innovation / s);
+        }
+        let kept = variance / s;
+        let gain = cross.map(|c| c / s);
+        for (row, gain) in gain.into_iter().enumerate() {
+            for (column, cross) in cross.into_iter().enumerate().take(row + 1) {
+                if row == YAW || column == YAW {
+                    self.covariance[at(row, column)] *= kept;
+                } else {
+                    self.covariance[at(row, column)] -= gain * cross;
+                }
+            }
+        }
+        self.wrap();
+        Likelihood { mahalanobis2: innovation * innovation / s, determinant: s }
+    }
+}
+
+impl Still {
+    /// With a motion that is not correlated with it.
+    pub(super) fn with_motion(&self, motion: &Motion) -> Full {
+        let [x, y, yaw] = self.mean;
+        let mut covariance = [0.0; 15];
+        covariance[..6].copy_from_slice(&self.covariance);
+        covariance[at(SPEED, SPEED)] = motion.speed_variance;
+        covariance[at(TURN, TURN)] = motion.turn_variance;
+        Full { mean: [x, y, yaw, motion.speed, 0.0], covariance }
+    }
+}
+
+impl Smooth {
+    /// With a turn rate about 0 of this variance (rad²/s²).
+    pub(super) fn with_turn(&self, variance: f64) -> Full {
+        let [x, y, yaw, speed] = self.mean;
+        let mut covariance = [0.0; 15];
+        covariance[..10].copy_from_slice(&self.covariance);
+        covariance[at(TURN, TURN)] = variance;
+        Full { mean: [x, y, yaw, speed, 0.0], covariance }
+    }
+}
+
+/// Mean and covariance of a mixture's leading components; `None` where the weights are all 0.
+///
+/// Deviations are taken from component `own`, the heading's the shorter way around, and the covariance
+/// about the mean found, so that nothing cancels.
+pub(super) fn mixed<const N: usize, const T: usize>(
+    sources: &[Full; 4],
+    own: usize,
+    weights: &[f64; 4],
+) -> Option<Gaussian<N, T>> {
+    let sum: f64 = weights.iter().sum();
+    // A model that nothing points to keeps what it had.
+    if sum < f64::MIN_POSITIVE {
+        return None;
+    }
+    let shares = weights.map(|weight| weight / sum);
+    let mut mean = [0.0; N];
+    let deviations: [[f64; N]; 4] = std::array::from_fn(|from| {
+        let mut deviation: [f64; N] = std::array::from_fn(|i| sources[from].mean[i] - sources[own].mean[i]);
+        deviation[YAW] = wrapped(deviation[YAW]);
+        deviation[0] = apart(deviation[0]);
+        deviation[1] = apart(deviation[1]);
+        for (mean, deviation) in mean.iter_mut().zip(deviation) {
+            *mean += shares[from] * deviation;
+        }
+        deviation
+    });
+    let mut covariance = [0.0; T];
+    for (from, deviation) in deviations.iter().enumerate() {
+        if shares[from] == 0.0 {
+            continue;
+        }
+        let centred: [f64; N] = std::array::from_fn(|i| deviation[i] - mean[i]);
+        for row in 0..N {
+            for column in 0..=row {
+                covariance[at(row, column)] += shares[from]
+                    * (sources[from].covariance[at(row, column)] + centred[row] * centred[column]);
+            }
+        }
+    }
+    for (mean, reference) in mean.iter_mut().zip(sources[own].mean) {
+        *mean += reference;
+    }
+    let mut result = Gaussian { mean, covariance };
+    result.wrap();
+    Some(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{SMatrix, SVector};
+    use proptest::prelude::*;
+
+    type Dense = SMatrix<f64, 5, 5>;
+
+    fn dense(state: &Full) -> Dense {
+        Dense::from_fn(|row, column| state.covariance[at(row, column)])
+    }
+
+    /// A covariance from its factor.
+    fn any_state() -> impl Strategy<Value = Full> {
+        (prop::array::uniform5(-2.0..2.0f64), prop::collection::vec(-1.0..1.0f64, 25)).prop_map(
+            |(mean, factor)| {
+                let factor = Dense::from_row_slice(&factor);
+                let full = factor * factor.transpose() + Dense::identity() * 0.01;
+                let mut covariance = [0.0; 15];
+                for row in 0..5 {
+                    for column in 0..=row {
+                        covariance[at(row, column)] = full[(row, column)];
+                    }
+                }
+                Full { mean, covariance }
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn the_update_is_the_textbooks(
+            state in any_state(),
+            z in [-2.0..2.0f64, -2.0..2.0, -1.0..1.0],
+            sigmas in [0.01..3.0f64, 0.01..3.0, 0.01..3.0],
+            rho in -0.95..0.95f64,
+        ) {
+            let [sx, sy, sigma_yaw] = sigmas;
+            let r = Covariance2 { xx: sx * sx, xy: rho * sx * sy, yy: sy * sy };
+            let mut updated = state;
+            let likelihood = updated.update_pose([z[0], z[1]], &r, z[2], sigma_yaw * sigma_yaw);
+            let noise = SMatrix::<f64, 3, 3>::new(r.xx, r.xy, 0., r.xy, r.yy, 0., 0., 0., sigma_yaw * sigma_yaw);
+            let h = SMatrix::<f64, 3, 5>::identity();
+            let p = dense(&state);
+            let s = h * p * h.transpose() + noise;
+            let gain = p * h.transpose() * s.try_inverse().unwrap();
+            let innovation = SVector::<f64, 3>::from(z) - h * SVector::from(state.mean);
+            let kept = Dense::identity() - gain * h;
+            let joseph = kept * p * kept.transpose() + gain * noise * gain.transpose();
+            let mean = SVector::from(state.mean) + gain * innovation;
+            // One after the other, the heading is wrapped after the position has turned it.
+            let mut turned = state;
+            turned.update_position([z[0], z[1]], &r);
+            prop_assume!((z[2] - turned.mean[YAW]).abs() < PI && mean[2].abs() < PI);
+            prop_assert!((mean - SVector::from(updated.mean)).abs().max() < 1e-7);
+            prop_assert!((joseph - dense(&updated)).abs().max() < 1e-7);
+            let m2 = (innovation.transpose() * s.try_inverse().unwrap() * innovation)[0];
+            prop_assert!((likelihood.mahalanobis2 - m2).abs() < 1e-6 * (1.0 + m2));
+            prop_assert!((likelihood.determinant / s.determinant() - 1.0).abs() < 1e-6);
+        }
+
+        #[test]
+        fn a_mixture_has_the_moments_of_its_parts(
+            sources in [any_state(), any_state(), any_state(), any_state()],
+            weights in [0.01..1.0f64, 0.01..1.0, 0.01..1.0, 0.01..1.0],
+        ) {
+            let mut sources = sources;
+            for source in &mut sources {
+                source.mean[YAW] /= 2.0;
+            }
+            let mixture: Full = mixed(&sources, 2, &weights).unwrap();
+            let sum: f64 = weights.iter().sum();
+            let parts = || sources.iter().zip(weights.map(|weight| weight / sum));
+            let mean: SVector<f64, 5> = parts().map(|(s, w)| SVector::from(s.mean) * w).sum();
+            let second: Dense = parts()
+                .map(|(s, w)| (dense(s) + SVector::from(s.mean) * SVector::from(s.mean).transpose()) * w)
+                .sum();
+            prop_assert!((mean - SVector::from(mixture.mean)).abs().max() < 1e-12);
+            prop_assert!((second - mean * mean.transpose() - dense(&mixture)).abs().max() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn headings_on_both_sides_of_the_seam_meet_on_it() {
+        let east = Full { mean: [0.0; 5], covariance: std::array::from_fn(|i| f64::from(u8::from(i == 5))) };
+        let mut sources = [east; 4];
+        sources[0].mean[YAW] = PI - 0.1;
+        sources[1].mean[YAW] = -PI + 0.1;
+        let mixture: Full = mixed(&sources, 0, &[0.5, 0.5, 0.0, 0.0]).unwrap();
+        assert!((mixture.mean[YAW].abs() - PI).abs() < 1e-12, "{mixture:?}");
+        assert!((mixture.covariance[at(YAW, YAW)] - 1.01).abs() < 1e-12);
+    }
+}

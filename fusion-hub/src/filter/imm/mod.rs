@@ -1,0 +1,246 @@
+//! Interacting multiple models: parked, stopped, smooth and manoeuvring, of one object.
+//!
+//! State (x, y, θ, v, ω): centre, heading, speed along it, turn rate. Mixing and mode probabilities are
+//! those of Bar-Shalom, Li & Kirubarajan 2001, section 11.6.6; everything is continuous in time, so that
+//! steps of 10 ms and of 0.5 s describe the same object. The parameters are those of METHODS.md,
+//! section 14.
+
+mod displacement;
+mod gaussian;
+mod likelihood;
+mod motion;
+mod output;
+mod params;
+mod transitions;
+mod velocity;
+
+pub use output::{Moments, Place};
+
+use super::{Measurement, PositionInnovation};
+use gaussian::{Full, Smooth, Still};
+use likelihood::{Likelihood, nearest, scaled};
+use motion::Step;
+use params::Params;
+use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
+use v2x_common::geometry::wrap_angle;
+
+/// The models, in the order of all arrays.
+const PARKED: usize = 0;
+const STOPPED: usize = 1;
+const SMOOTH: usize = 2;
+const MANOEUVRE: usize = 3;
+
+/// Longest step in which a change of model is taken to come at its beginning, s.
+const LONGEST_STEP_S: f64 = 0.25;
+
+/// A longer prediction than this many steps is nobody's: its steps grow instead.
+const MOST_STEPS: f64 = 16.0;
+
+/// A model less probable than this after an update is given up, until another one leads to it again.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// Factors on covariances before they are combined, for covariance intersection (Julier & Uhlmann 1997).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inflation {
+    /// On the track's own covariances.
+    pub prior: f64,
+    /// On the report's.
+    pub report: f64,
+}
+
+impl Inflation {
+    /// Track and report are independent: the Kalman update.
+    pub const NONE: Self = Self { prior: 1.0, report: 1.0 };
+}
+
+/// One object under four models of motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Imm {
+    weights: [f64; 4],
+    parked: Still,
+    stopped: Still,
+    smooth: Smooth,
+    manoeuvre: Full,
+    /// The centre lies this far ahead of the point that follows the heading, m.
+    lever_m: f64,
+}
+
+impl Imm {
+    /// After a first report; what it cannot know comes from its class.
+    pub fn born(z: &Measurement) -> Self {
+        let params = Params::of(z.class);
+        let birth = params.birth;
+        let yaw = wrap_angle(z.yaw);
+        let pose = Still {
+            mean: [z.position[0], z.position[1], yaw],
+            covariance: [z.r.xx, z.r.xy, z.r.yy, 0.0, 0.0, z.yaw_variance],
+        };
+        let mut born = Self {
+            weights: birth.weights,
+            parked: pose,
+            stopped: pose,
+            smooth: pose.with_motion(&birth.motion).narrowed(),
+            manoeuvre: pose.with_motion(&birth.unusual),
+            lever_m: params.lever * z.size[1],
+        };
+        if z.velocity.is_some() {
+            let mut likelihoods = [Likelihood::CERTAIN; 4];
+            born.update_velocity(z, 1.0, &mut likelihoods);
+            born.weigh(&likelihoods);
+        }
+        born
+    }
+
+    /// Moves the state by `dt_s` seconds, also backwards; an object of `length_m` turns about its rear axle.
+    ///
+    /// Uncertainty and changes of model grow with the length of the step in either direction.
+    pub fn predict(&mut self, dt_s: f64, class: Class, length_m: f64) {
+        if dt_s == 0.0 {
+            return;
+        }
+        let params = Params::of(class);
+        self.lever_m = params.lever * length_m;
+        let steps = libm::ceil(dt_s.abs() / LONGEST_STEP_S).clamp(1.0, MOST_STEPS);
+        let step = Step::of(dt_s / steps, self.lever_m);
+        let transitions = (!class.is_immobile()).then(|| transitions::within(step.duration_s));
+        for _ in 0..steps as u32 {
+            if let Some(transitions) = &transitions {
+                self.mix(transitions, params);
+            }
+            self.advance(&step, params);
+        }
+    }
+
+    fn mix(&mut self, transitions: &[[f64; 4]; 4], params: &Params) {
+        let sources = [
+            self.parked.with_motion(&params.start),
+            self.stopped.with_motion(&params.start),
+            self.smooth.with_turn(params.smooth.turn_variance),
+            self.manoeuvre,
+        ];
+        let mut into = [[0.0; 4]; 4];
+        let mut predicted = [0.0; 4];
+        for (from, weight) in self.weights.into_iter().enumerate() {
+            for (to, probability) in transitions[from].into_iter().enumerate() {
+                into[to][from] = weight * probability;
+                predicted[to] += into[to][from];
+            }
+        }
+        // Nothing returns to the parked model: it needs no mixing.
+        self.stopped = gaussian::mixed(&sources, STOPPED, &into[STOPPED]).unwrap_or(self.stopped);
+        self.smooth = gaussian::mixed(&sources, SMOOTH, &into[SMOOTH]).unwrap_or(self.smooth);
+        self.manoeuvre = gaussian::mixed(&sources, MANOEUVRE, &into[MANOEUVRE]).unwrap_or(self.manoeuvre);
+        self.weights = predicted;
+    }
+
+    fn advance(&mut self, step: &Step, params: &Params) {
+        for still in [&mut self.parked, &mut self.stopped] {
+            params.still.diffuse(still, step.duration_s);
+        }
+        if self.weights[SMOOTH] > 0.0 {
+            self.smooth = motion::moved(&self.smooth.with_turn(0.0), step, &params.smooth).narrowed();
+        }
+        if self.weights[MANOEUVRE] > 0.0 {
+            self.manoeuvre = motion::moved(&self.manoeuvre, step, &params.manoeuvre);
+        }
+    }
+
+    /// Takes in a report made at the state's time; returns how far it lay from the prediction.
+    pub fn update(&mut self, z: &Measurement, inflation: Inflation) -> PositionInnovation {
+        if inflation.prior != 1.0 {
+            self.inflate(inflation.prior);
+        }
+        let r = scaled(&z.r, inflation.report);
+        let innovation = self.innovation(z.position, &r);
+        let yaw_variance = z.yaw_variance * inflation.report;
+        let yaw = wrap_angle(z.yaw);
+        let mut likelihoods = [
+            self.parked.update_pose(z.position, &r, yaw, yaw_variance),
+            self.stopped.update_pose(z.position, &r, yaw, yaw_variance),
+            self.smooth.update_pose(z.position, &r, yaw, yaw_variance),
+            self.manoeuvre.update_pose(z.position, &r, yaw, yaw_variance),
+        ];
+        self.update_velocity(z, inflation.report, &mut likelihoods);
+        self.smooth.limit();
+        self.manoeuvre.limit();
+        self.weigh(&likelihoods);
+        innovation
+    }
+
+    fn inflate(&mut self, factor: f64) {
+        self.parked.inflate(factor);
+        self.stopped.inflate(factor);
+        self.smooth.inflate(factor);
+        self.manoeuvre.inflate(factor);
+    }
+
+    fn update_velocity(&mut self, z: &Measurement, factor: f64, likelihoods: &mut [Likelihood; 4]) {
+        let Some(report) = z.velocity else { return };
+        let r = scaled(&report.covariance, factor);
+        let value = [report.x, report.y];
+        let mut smooth = self.smooth.with_turn(0.0);
+        let still = velocity::still_velocity(value, &r);
+        likelihoods[PARKED].also(still);
+        likelihoods[STOPPED].also(still);
+        likelihoods[SMOOTH].also(velocity::update_velocity(&mut smooth, self.lever_m, value, &r));
+        likelihoods[MANOEUVRE].also(velocity::update_velocity(&mut self.manoeuvre, self.lever_m, value, &r));
+        self.smooth = smooth.narrowed();
+    }
+
+    /// Bayes' rule over the models.
+    fn weigh(&mut self, likelihoods: &[Likelihood; 4]) {
+        let nearest = nearest(&self.weights, likelihoods);
+        let mut posterior = self.weights;
+        for (weight, likelihood) in posterior.iter_mut().zip(likelihoods) {
+            if *weight > 0.0 {
+                *weight *= likelihood.relative_to(nearest);
+            }
+        }
+        let sum: f64 = posterior.iter().sum();
+        posterior = posterior.map(|weight| if weight > NEGLIGIBLE * sum { weight } else { 0.0 });
+        let kept: f64 = posterior.iter().sum();
+        self.weights = posterior.map(|weight| weight / kept);
+    }
+
+    /// What a position report with covariance `r` (m²) would mean, without taking it in: by the mixture's mean
+    /// and covariance.
+    pub fn innovation(&self, z: [f64; 2], r: &Covariance2) -> PositionInnovation {
+        let Place { position: [x, y], position_covariance, .. } = self.place();
+        PositionInnovation::new([z[0] - x, z[1] - y], &likelihood::sum(&position_covariance, r))
+    }
+
+    /// The manoeuvring model's position (m) and its larger standard deviation along an axis (m): the widest.
+    pub fn neighbourhood(&self) -> ([f64; 2], f64) {
+        let [x, y, ..] = self.manoeuvre.mean;
+        ([x, y], self.manoeuvre.narrowed::<3, 6>().position_covariance().max_sigma())
+    }
+
+    /// Where it is and which way it looks, all models together.
+    pub fn place(&self) -> Place {
+        output::place(&self.places())
+    }
+
+    /// Probabilities of being parked, stopped, in smooth motion and manoeuvring; they sum to 1.
+    pub fn model_probabilities(&self) -> [f64; 4] {
+        self.weights
+    }
+
+    /// Mean and covariance of position, velocity and heading, all models together.
+    pub fn moments(&self) -> Moments {
+        output::moments(self)
+    }
+
+    fn places(&self) -> [(f64, Still); 4] {
+        let [parked, stopped, smooth, manoeuvre] = self.weights;
+        [
+            (parked, self.parked),
+            (stopped, self.stopped),
+            (smooth, self.smooth.narrowed()),
+            (manoeuvre, self.manoeuvre.narrowed()),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,278 @@
+//! How position, heading, speed and turn rate of one model develop over time.
+
+use super::displacement::Displacement;
+use super::gaussian::{Full, SPEED, Still, TURN, YAW, at};
+
+/// Decay of a manoeuvre's turn rate: to 0.6 of it in 0.5 s, 1/s.
+const TURN_DECAY: f64 = 1.021_651_247_531_981_4;
+
+/// What is left over of the variance that a turn rate at rest gains within 0.5 s: 1 − 0.6².
+const TURN_GAINED: f64 = 0.64;
+
+/// Diffusion of what stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    /// On each axis, m²/s.
+    position: f64,
+    /// rad²/s.
+    yaw: f64,
+}
+
+/// Noise of what moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drive {
+    /// Spectral density of the acceleration along the heading, m²/s³.
+    acceleration: f64,
+    /// Diffusion across the heading, m²/s.
+    lateral: f64,
+    /// Diffusion on each axis, m²/s.
+    position: f64,
+    /// Diffusion of the heading, rad²/s.
+    yaw: f64,
+    /// Spectral density of the turn rate's change, rad²/s³.
+    turn: f64,
+    /// Variance of the turn rate where it is no part of the state, rad²/s².
+    pub(super) turn_variance: f64,
+}
+
+/// A variance per second from a standard deviation that half a second brings about.
+const fn density(sigma: f64) -> f64 {
+    sigma * sigma / 0.5
+}
+
+const fn radians(degrees: f64) -> f64 {
+    degrees * std::f64::consts::PI / 180.0
+}
+
+impl Rest {
+    /// From what half a second brings about: m, degrees.
+    pub(super) const fn per_half_second(position_m: f64, yaw_deg: f64) -> Self {
+        Self { position: density(position_m), yaw: density(radians(yaw_deg)) }
+    }
+
+    pub(super) fn diffuse(&self, state: &mut Still, duration_s: f64) {
+        state.covariance[at(0, 0)] += self.position * duration_s;
+        state.covariance[at(1, 1)] += self.position * duration_s;
+        state.covariance[at(YAW, YAW)] += self.yaw * duration_s;
+    }
+}
+
+impl Drive {
+    /// From the table's acceleration (m/s²), turn rate (rad/s), lateral and position steps (m) and heading
+    /// step (degrees) of half a second.
+    ///
+    /// The turn rate is forgotten within 0.07 s (0.001 of it is left after 0.5 s): it moves the heading by 0.75
+    /// of a second times itself, and is no part of the state.
+    pub(super) const fn smooth(sa: f64, so: f64, sl: f64, qp: f64, qy_deg: f64) -> Self {
+        let yaw = density(radians(qy_deg)) + density(0.75 * so);
+        Self {
+            acceleration: sa * sa * 0.5,
+            lateral: density(sl),
+            position: density(qp),
+            yaw,
+            turn: 0.0,
+            turn_variance: so * so,
+        }
+    }
+
+    /// The same for a turn rate that lasts: an Ornstein-Uhlenbeck process.
+    pub(super) const fn manoeuvre(sa: f64, so: f64, sl: f64, qp: f64, qy_deg: f64) -> Self {
+        Self {
+            acceleration: sa * sa * 0.5,
+            lateral: density(sl),
+            position: density(qp),
+            yaw: density(radians(qy_deg)),
+            turn: 2.0 * TURN_DECAY * so * so / TURN_GAINED,
+            turn_variance: 0.0,
+        }
+    }
+}
+
+/// A step in time, and what follows from its length alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    dt_s: f64,
+    pub(super) duration_s: f64,
+    /// Share of the turn rate that is left.
+    left: f64,
+    /// ∫ of the decaying turn rate over the step, s.
+    turned: f64,
+    /// The same, averaged over the step: how far the mean heading is ahead, s.
+    ahead: f64,
+    /// Distance from the rear axle to the centre, m.
+    lever_m: f64,
+    /// Of a turn rate driven by unit noise: variance of the heading, covariance, variance of the rate.
+    turn_noise: [f64; 3],
+}
+
+impl Step {
+    /// A decaying turn rate looks the same backwards in time (it is a stationary process), but for the sign
+    /// of what it integrates to.
+    pub(super) fn of(dt_s: f64, lever_m: f64) -> Self {
+        let duration_s = dt_s.abs();
+        let sign = 1.0f64.copysign(dt_s);
+        let rate = TURN_DECAY;
+        let lost = -libm::expm1(-rate * duration_s);
+        let left = 1.0 - lost;
+        let turned = lost / rate;
+        let ahead = (duration_s - turned) / (rate * duration_s);
+        let rate_variance = lost * (2.0 - lost) / (2.0 * rate);
+        let yaw_variance = (duration_s - 2.0 * turned + rate_variance) / (rate * rate);
+        let turn_noise = [yaw_variance, sign * turned * turned / 2.0, rate_variance];
+        Self { dt_s, duration_s, left, turned: sign * turned, ahead: sign * ahead, lever_m, turn_noise }
+    }
+}
+
+/// The state after a step.
+pub(super) fn moved(state: &Full, step: &Step, drive: &Drive) -> Full {
+    let lever = step.lever_m;
+    let displacement = Displacement::of(state, step.dt_s, lever * step.turned, step.ahead);
+    let Displacement { mean, covariance: spread, cross, .. } = displacement;
+    let mut next = *state;
+    next.mean[0] += mean.re;
+    next.mean[1] += mean.im;
+    next.mean[YAW] += step.turned * state.mean[TURN];
+    next.mean[TURN] *= step.left;
+    let old = &state.covariance;
+    let c = &mut next.covariance;
+    c[at(0, 0)] += 2.0 * cross[0].re + spread.xx;
+    c[at(1, 0)] += cross[0].im + cross[1].re + spread.xy;
+    c[at(1, 1)] += 2.0 * cross[1].im + spread.yy;
+    for (axis, part) in [(0, cross.map(|c| c.re)), (1, cross.map(|c| c.im))] {
+        c[at(SPEED, axis)] = old[at(SPEED, axis)] + part[SPEED];
+        let turn = old[at(TURN, axis)] + part[TURN];
+        c[at(YAW, axis)] = old[at(YAW, axis)] + part[YAW] + step.turned * turn;
+        c[at(TURN, axis)] = step.left * turn;
+    }
+    let yaw_turn = old[at(TURN, YAW)] + step.turned * old[at(TURN, TURN)];
+    c[at(YAW, YAW)] += step.turned * (old[at(TURN, YAW)] + yaw_turn);
+    c[at(SPEED, YAW)] += step.turned * old[at(TURN, SPEED)];
+    c[at(TURN, YAW)] = step.left * yaw_turn;
+    c[at(TURN, SPEED)] *= step.left;
+    c[at(TURN, TURN)] *= step.left * step.left;
+    add_noise(&mut next, step, drive, &displacement);
+    next.wrap();
+    next
+}
+
+/// White acceleration along the heading: q·[[T³/3, T²/2], [T²/2, T]]; diffusion across it and of all else.
+fn add_noise(state: &mut Full, step: &Step, drive: &Drive, displacement: &Displacement) {
+    let Displacement { direction, axis, .. } = displacement;
+    let duration = step.duration_s;
+    let along = drive.acceleration * duration * duration * duration / 3.0;
+    let across = drive.lateral * duration;
+    // Going back, noise of position and of speed are anticorrelated: the cross term takes dt's sign.
+    let with_speed = drive.acceleration * step.dt_s * duration / 2.0;
+    let isotropic = (along + across) / 2.0 + drive.position * duration;
+    let directed = (along - across) / 2.0;
+    let c = &mut state.covariance;
+    c[at(0, 0)] += isotropic + directed * axis.re;
+    c[at(1, 0)] += directed * axis.im;
+    c[at(1, 1)] += isotropic - directed * axis.re;
+    c[at(SPEED, 0)] += with_speed * direction.re;
+    c[at(SPEED, 1)] += with_speed * direction.im;
+    c[at(SPEED, SPEED)] += drive.acceleration * duration;
+    let [yaw, yaw_turn, turn] = step.turn_noise;
+    c[at(YAW, YAW)] += drive.yaw * duration + drive.turn * yaw;
+    c[at(TURN, YAW)] += drive.turn * yaw_turn;
+    c[at(TURN, TURN)] += drive.turn * turn;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
+    use std::f64::consts::TAU;
+
+    fn normal(random: &mut ChaCha8Rng) -> f64 {
+        let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
+        libm::sqrt(-2.0 * libm::log(uniform())) * libm::cos(TAU * uniform())
+    }
+
+    const QUIET: Drive =
+        Drive { acceleration: 0.0, lateral: 0.0, position: 0.0, yaw: 0.0, turn: 0.0, turn_variance: 0.0 };
+
+    /// Lower triangle of a factor of the covariance, by rows.
+    const FACTOR: [f64; 15] =
+        [0.5, 0.1, 0.4, 0.1, -0.2, 0.3, 0.5, 0.2, -0.3, 1.5, 0.02, 0.05, 0.1, 0.05, 0.2];
+
+    fn state() -> Full {
+        let mut covariance = [0.0; 15];
+        for row in 0..5 {
+            for column in 0..=row {
+                covariance[at(row, column)] =
+                    (0..=column).map(|k| FACTOR[at(row, k)] * FACTOR[at(column, k)]).sum();
+            }
+        }
+        Full { mean: [1.0, -2.0, 0.8, 6.0, 0.3], covariance }
+    }
+
+    #[test]
+    fn moments_after_a_step_are_those_of_many_samples() {
+        let step = Step::of(0.5, 1.2);
+        let state = state();
+        let predicted = moved(&state, &step, &QUIET);
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let count = 200_000;
+        let (mut sum, mut products) = ([0.0; 5], [0.0; 15]);
+        for _ in 0..count {
+            let unit: [f64; 5] = std::array::from_fn(|_| normal(&mut random));
+            let [x, y, yaw, v, turn]: [f64; 5] = std::array::from_fn(|row| {
+                state.mean[row] + (0..=row).map(|k| FACTOR[at(row, k)] * unit[k]).sum::<f64>()
+            });
+            let (sin, cos) = libm::sincos(yaw + step.ahead * turn);
+            let (along, aside) = (step.dt_s * v, step.lever_m * step.turned * turn);
+            let after = [
+                x + along * cos - aside * sin,
+                y + along * sin + aside * cos,
+                yaw + step.turned * turn,
+                v,
+                step.left * turn,
+            ];
+            let off: [f64; 5] = std::array::from_fn(|i| after[i] - predicted.mean[i]);
+            for row in 0..5 {
+                sum[row] += off[row] / f64::from(count);
+                for column in 0..=row {
+                    products[at(row, column)] += off[row] * off[column] / f64::from(count);
+                }
+            }
+        }
+        for row in 0..5 {
+            let sigma = |i: usize| libm::sqrt(predicted.covariance[at(i, i)]);
+            // Five standard errors of a mean, and of a covariance of heavy tails.
+            assert!(sum[row].abs() < 5.0 * sigma(row) / libm::sqrt(f64::from(count)), "{row} {sum:?}");
+            for column in 0..=row {
+                let off = products[at(row, column)] - predicted.covariance[at(row, column)];
+                assert!(off.abs() < 0.02 * sigma(row) * sigma(column), "{row} {column} {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_does_not_depend_on_how_a_step_is_split() {
+        let drive = Drive::manoeuvre(3.0, 0.08, 0.3, 0.2, 1.5);
+        // Nothing but the heading's noise is known to be nonlinear: the state itself is certain.
+        let start = Full { mean: [0.0; 5], covariance: [0.0; 15] };
+        for dt in [0.5, -0.5] {
+            let whole = moved(&start, &Step::of(dt, 0.0), &drive);
+            let part = Step::of(dt / 10.0, 0.0);
+            let split = (0..10).fold(start, |state, _| moved(&state, &part, &drive));
+            for entry in 0..15 {
+                let (a, b) = (whole.covariance[entry], split.covariance[entry]);
+                assert!((a - b).abs() < 0.02 * a.abs().max(0.01), "{dt} {entry}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_thousandth_of_a_second_and_a_microsecond_cancel_nothing() {
+        for dt in [1e-3, 1e-6, 1e-9] {
+            let [yaw, yaw_turn, turn] = Step::of(dt, 0.0).turn_noise;
+            assert!((turn / dt - 1.0).abs() < 0.01 && (yaw_turn / (dt * dt / 2.0) - 1.0).abs() < 0.01);
+            // Of third order in time: where it cancels, the heading's own diffusion is 1e12 times larger.
+            let expected = dt * dt * dt / 3.0;
+            assert!((yaw - expected).abs() < 0.01 * expected + 1e-15 * dt, "{dt} {yaw}");
+        }
+    }
+}

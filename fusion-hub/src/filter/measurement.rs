@@ -1,0 +1,55 @@
+//! A detection as a filter sees it.
+
+use v2x_common::class::Class;
+use v2x_common::covariance::{Covariance2, Velocity};
+
+/// One report of one object: sizes debiased where the sensor declares a law, with variances relative to the
+/// true size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// What it looked like.
+    pub class: Class,
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Covariance of the position, m².
+    pub r: Covariance2,
+    /// Width and depth, m.
+    pub size: [f64; 2],
+    /// Variances of width and depth, relative to the squares of the true ones.
+    pub relative_variance: [f64; 2],
+    /// The law by which width and depth were measured, where it is declared.
+    pub size_law: [Option<SizeLaw>; 2],
+    /// Heading, rad.
+    pub yaw: f64,
+    /// Variance of the heading, rad².
+    pub yaw_variance: f64,
+    /// Velocity, where it was measured.
+    pub velocity: Option<Velocity>,
+    /// Whether it is somebody's track: its error then depends on his earlier ones.
+    pub is_track: bool,
+}
+
+/// How a sensor errs in sizes, as it declares: reported = f · true, with f ~ N(1, σ²) cut off below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeLaw {
+    /// σ² before the cut.
+    pub variance: f64,
+    /// Smallest factor.
+    pub lower: f64,
+    /// Mean factor, by which [`Measurement::size`] is divided.
+    pub mean: f64,
+    /// Squared coefficient of variation of the factor.
+    pub relative_variance: f64,
+}
+
+impl Measurement {
+    /// What was reported of width (0) or depth (1), m, with the variance of its factor before the cut, and the
+    /// cut.
+    #[inline]
+    pub fn reported_size(&self, dimension: usize) -> (f64, f64, f64) {
+        match &self.size_law[dimension] {
+            Some(law) => (self.size[dimension] * law.mean, law.variance, law.lower),
+            None => (self.size[dimension], self.relative_variance[dimension], 0.0),
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! Width or depth from many reports whose errors are proportional to the true size.
+//!
+//! A report is z = f·s with f ~ N(1, σ²), cut off below at `lower` (METHODS.md, sections 0 and 13.1). In s
+//! the likelihood of all reports together is exp(−(A/s² − 2B/s)/2)/sⁿ for s ≤ min(z/lower), with
+//! A = Σ z²/σ², B = Σ z/σ²: four numbers that add up in any order and forget nothing.
+
+use super::Size;
+
+/// Square of the skewness up to which a series is exact to 1 % of a standard deviation (test).
+const NEARLY_NORMAL: f64 = 0.09;
+
+/// Variances between maximum and bound, from which on the bound does not matter.
+const CLEAR_OF_BOUND: f64 = 12.0;
+
+/// Steps of the quadrature; the error is below 1 % of a standard deviation (test).
+const STEPS: u32 = 16;
+
+/// Where the density has fallen to exp(−12) of its maximum nothing is left of it.
+const DEPTH: f64 = 12.0;
+
+/// The right side falls more slowly than a parabola, by up to this factor.
+const RIGHT_TAIL: f64 = 1.6;
+
+/// What all reports of one dimension say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeEvidence {
+    /// A, m².
+    squares: f64,
+    /// B, m.
+    sum: f64,
+    /// n.
+    count: f64,
+    /// Largest size (m) that could have been reported so small.
+    most: f64,
+}
+
+/// A normal distribution of the logarithm of a size in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogNormal {
+    /// Mean of ln s.
+    pub mean_ln: f64,
+    /// Variance of ln s.
+    pub variance_ln: f64,
+}
+
+impl LogNormal {
+    /// Median (m) and variance (m²) of the size.
+    pub fn size(&self) -> Size {
+        let median = libm::exp(self.mean_ln);
+        Size { mean: median, variance: median * median * self.variance_ln }
+    }
+}
+
+impl SizeEvidence {
+    /// After a first report `z` (m) with relative variance `variance`, cut off below `lower` times the size (0:
+    /// not cut off).
+    pub fn born(z: f64, variance: f64, lower: f64) -> Self {
+        let mut born = Self { squares: 0.0, sum: 0.0, count: 0.0, most: f64::INFINITY };
+        born.update(z, variance, lower);
+        born
+    }
+
+    /// Takes in a report.
+    pub fn update(&mut self, z: f64, variance: f64, lower: f64) {
+        let weight = 1.0 / variance;
+        self.squares += z * z * weight;
+        self.sum += z * weight;
+        self.count += 1.0;
+        // A division by 0 is the infinity that is meant.
+        self.most = self.most.min(z / lower);
+    }
+
+    /// Takes in a report whose error may be correlated with that of the others in any way: of one quantity,
+    /// covariance intersection takes the better one.
+    pub fn intersect(&mut self, z: f64, variance: f64, lower: f64) {
+        let alone = Self::born(z, variance, lower);
+        if alone.information() > self.information() {
+            *self = alone;
+        }
+    }
+
+    /// The size that makes the reports likeliest, m.
+    pub fn likeliest(&self) -> f64 {
+        self.unbounded().min(self.most)
+    }
+
+    /// Without the bound: 1/w for the positive root of A w² − B w − n.
+    fn unbounded(&self) -> f64 {
+        let Self { squares, sum, count, .. } = *self;
+        2.0 * squares / (sum + libm::sqrt(sum * sum + 4.0 * squares * count))
+    }
+
+    /// About ln s, at the likeliest size.
+    fn information(&self) -> f64 {
+        let w = 1.0 / self.likeliest();
+        // Where nothing bounds the size this is A w² + n.
+        (2.0 * self.squares * w * w - self.sum * w).max(self.count)
+    }
+
+    /// The likeliest size (m) and its variance (m²): what gates need, without a prior.
+    pub fn roughly(&self) -> Size {
+        let mean = self.likeliest();
+        Size { mean, variance: mean * mean / self.information() }
+    }
+
+    /// What is known of the size under a prior; without one every logarithm is as likely as any other.
+    ///
+    /// Mean and variance of ln s.
+    pub fn estimate(&self, prior: Option<&LogNormal>) -> LogNormal {
+        let posterior = Posterior::of(self, prior);
+        let peak = posterior.peak();
+        posterior.expanded(peak).unwrap_or_else(|| posterior.integrated(peak))
+    }
+}
+
+/// ln of the density of u = ln s, relative to `origin`, the likelihood's own maximum.
+struct Posterior {
+    /// A/s², B/s and n at the origin.
+    squares: f64,
+    sum: f64,
+    count: f64,
+    /// Of the prior, relative to the origin.
+    prior_mean: f64,
+    prior_precision: f64,
+    origin: f64,
+    /// Largest u, relative to the origin.
+    most: f64,
+}
+
+impl Posterior {
+    fn of(evidence: &SizeEvidence, prior: Option<&LogNormal>) -> Self {
+        let SizeEvidence { squares, sum, count, most } = *evidence;
+        // The likelihood's maximum: the positive root of A w² − B w − n, w = 1/s.
+        let w = (sum + libm::sqrt(sum * sum + 4.0 * squares * count)) / (2.0 * squares);
+        let origin = -libm::log(w);
+        let (prior_mean, prior_precision) =
+            prior.map_or((0.0, 0.0), |prior| (prior.mean_ln - origin, 1.0 / prior.variance_ln));
+        let most = if most < f64::INFINITY { libm::log(most * w) } else { f64::INFINITY };
+        Self { squares: squares * w * w, sum: sum * w, count, prior_mean, prior_precision, origin, most }
+    }
+
+    /// First derivative and minus the second one at u, where exp(−u) = w.
+    fn derivatives(&self, u: f64, w: f64) -> (f64, f64) {
+        let (a, b) = (self.squares * w * w, self.sum * w);
+        let slope = a - b - self.count - (u - self.prior_mean) * self.prior_precision;
+        (slope, 2.0 * a - b + self.prior_precision)
+    }
+
+    /// The maximum within the bound.
+    fn peak(&self) -> f64 {
+        // The maximum lies between those of likelihood and prior; from the left Newton cannot overshoot it.
+        let mut u = if self.prior_precision > 0.0 { self.prior_mean.min(0.0) } else { 0.0 };
+        if self.prior_precision > 0.0 {
+            // A weighted mean is near it; a step too far right is taken back by the first iteration.
+            let information = 2.0 * self.squares - self.sum;
+            let near = self.prior_mean * self.prior_precision / (information + self.prior_precision);
+            u = u.max(near.min(self.most));
+        }
+        for _ in 0..8 {
+            let (slope, curvature) = self.derivatives(u, libm::exp(-u));
+            // Where the right tail is convex the prior's precision and the likelihood's slope lead back.
+            let step = slope / curvature.max(self.count.max(self.prior_precision));
+            u = (u + step).min(self.most);
+            if step.abs() < 1e-3 {
+                break;
+            }
+        }
+        u.min(self.most)
+    }
+
+    /// By Laplace's method to the next order, where the posterior is nearly normal and no bound is near.
+    ///
+    /// About a maximum with −ℓ'' = 1/σ²: mean σ⁴ ℓ'''/2, variance σ² + σ⁶ ℓ''''/2 + σ⁸ ℓ'''².
+    fn expanded(&self, peak: f64) -> Option<LogNormal> {
+        let w = libm::exp(-peak);
+        let (a, b) = (self.squares * w * w, self.sum * w);
+        let (_, curvature) = self.derivatives(peak, w);
+        let (third, fourth) = (4.0 * a - b, b - 8.0 * a);
+        let variance = 1.0 / curvature;
+        let skew2 = third * third * variance * variance * variance;
+        let room = self.most - peak;
+        let is_normal = curvature > 0.0 && skew2 < NEARLY_NORMAL && room * room > CLEAR_OF_BOUND * variance;
+        is_normal.then(|| LogNormal {
+            mean_ln: self.origin + peak + third * variance * variance / 2.0,
+            variance_ln: variance * (1.0 + fourth * variance * variance / 2.0 + skew2),
+        })
+    }
+
+    /// By quadrature over where the posterior is not negligible.
+    fn integrated(&self, peak: f64) -> LogNormal {
+        let w = libm::exp(-peak);
+        let (slope, curvature) = self.derivatives(peak, w);
+        let curvature = curvature.max(self.prior_precision.max(self.count / 2.0));
+        // The density rises up to a bound: it then falls off to the left faster than a parabola.
+        let slope = slope.max(0.0);
+        let left = (libm::sqrt(slope * slope + 2.0 * DEPTH * curvature) - slope) / curvature;
+        let right = (RIGHT_TAIL * libm::sqrt(2.0 * DEPTH / curvature)).min(self.most - peak);
+        let step = (left + right) / f64::from(STEPS);
+        let (a, b) = (self.squares * w * w / 2.0, self.sum * w);
+        let ratio = libm::exp(-step);
+        let mut falling = libm::exp(left);
+        let (mut zeroth, mut first, mut second) = (0.0, 0.0, 0.0);
+        for index in 0..=STEPS {
+            let off = f64::from(index) * step - left;
+            let from_prior = off * (off / 2.0 + peak - self.prior_mean) * self.prior_precision;
+            // Relative to the peak, and factored, so that nothing cancels however many the reports.
+            let change = falling - 1.0;
+            let ln_density = change * (b - a * (falling + 1.0)) - self.count * off - from_prior;
+            // Simpson's rule.
+            let factor = if index == 0 || index == STEPS { 1.0 } else { 2.0 + 2.0 * f64::from(index % 2) };
+            let density = factor * libm::exp(ln_density);
+            zeroth += density;
+            first += density * off;
+            second += density * off * off;
+            falling *= ratio;
+        }
+        let mean = first / zeroth;
+        LogNormal { mean_ln: self.origin + peak + mean, variance_ln: second / zeroth - mean * mean }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
+
+    fn uniform(random: &mut ChaCha8Rng) -> f64 {
+        (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0
+    }
+
+    /// A factor of the truncated law.
+    fn factor(random: &mut ChaCha8Rng, sigma: f64, lower: f64) -> f64 {
+        loop {
+            let radius = libm::sqrt(-2.0 * libm::log(uniform(random)));
+            let f = 1.0 + sigma * radius * libm::cos(std::f64::consts::TAU * uniform(random));
+            if f >= lower {
+                return f;
+            }
+        }
+    }
+
+    /// The posterior on a dense grid.
+    fn on_a_grid(reports: &[(f64, f64, f64)], prior: Option<&LogNormal>) -> LogNormal {
+        let (mut zeroth, mut first, mut second) = (0.0, 0.0, 0.0);
+        let ln_density = |u: f64| {
+            let s = libm::exp(u);
+            let mut sum = prior.map_or(0.0, |p| -(u - p.mean_ln) * (u - p.mean_ln) / (2.0 * p.variance_ln));
+            for (z, sigma, lower) in reports {
+                let off = (z / s - 1.0) / sigma;
+                sum += if *z < lower * s { f64::NEG_INFINITY } else { -off * off / 2.0 - u };
+            }
+            sum
+        };
+        let grid = || (0..9_000).map(|i| -4.0 + f64::from(i) * 1e-3);
+        let most = grid().map(ln_density).fold(f64::NEG_INFINITY, f64::max);
+        for u in grid() {
+            let density = libm::exp(ln_density(u) - most);
+            zeroth += density;
+            first += density * u;
+            second += density * u * u;
+        }
+        let mean = first / zeroth;
+        LogNormal { mean_ln: mean, variance_ln: second / zeroth - mean * mean }
+    }
+
+    #[test]
+    fn the_posterior_is_that_of_a_dense_grid() {
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let class = LogNormal { mean_ln: 0.6, variance_ln: 0.04 };
+        let vague = LogNormal { mean_ln: 0.2, variance_ln: 2.25 };
+        for sigma in [0.05, 0.2, 0.5, 1.0] {
+            for count in [1, 2, 5, 20, 100] {
+                for (prior, tolerance) in [(Some(&class), 0.01), (Some(&vague), 0.12)] {
+                    for _ in 0..3 {
+                        let reports: Vec<_> =
+                            (0..count).map(|_| (2.0 * factor(&mut random, sigma, 0.1), sigma, 0.1)).collect();
+                        let (z, _, lower) = reports[0];
+                        let mut evidence = SizeEvidence::born(z, sigma * sigma, lower);
+                        reports[1..]
+                            .iter()
+                            .for_each(|(z, sigma, lower)| evidence.update(*z, sigma * sigma, *lower));
+                        let (estimate, grid) = (evidence.estimate(prior), on_a_grid(&reports, prior));
+                        let off = (estimate.mean_ln - grid.mean_ln).abs() / libm::sqrt(grid.variance_ln);
+                        let ratio = estimate.variance_ln / grid.variance_ln;
+                        assert!(off < tolerance, "{sigma} {count} {prior:?}: {estimate:?} {grid:?}");
+                        assert!(
+                            (ratio - 1.0).abs() < 3.0 * tolerance,
+                            "{sigma} {count} {prior:?}: {estimate:?} {grid:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn reports_add_up_in_any_order() {
+        let reports = [(2.0, 0.0625, 0.125), (1.5, 0.25, 0.0), (4.0, 0.0625, 0.125)];
+        let mut forward = SizeEvidence::born(reports[0].0, reports[0].1, reports[0].2);
+        reports[1..].iter().for_each(|(z, sigma, lower)| forward.update(*z, *sigma, *lower));
+        let mut backward = SizeEvidence::born(reports[2].0, reports[2].1, reports[2].2);
+        reports[..2].iter().for_each(|(z, sigma, lower)| backward.update(*z, *sigma, *lower));
+        assert_eq!(forward, backward);
+    }
+
+    #[test]
+    fn an_exact_report_is_the_size_and_absurd_ones_are_survived() {
+        let exact = SizeEvidence::born(4.5, 1e-8, 0.0).estimate(None).size();
+        assert!((exact.mean - 4.5).abs() < 1e-3 && exact.variance < 1e-6);
+        let prior = LogNormal { mean_ln: 0.5, variance_ln: 0.01 };
+        for (z, sigma, lower) in
+            [(1e-3, 0.2, 0.1), (65.0, 0.2, 0.1), (1e-3, 10.0, 0.9), (65.0, 1e-6, 0.0), (1e-3, 1e-6, 0.999)]
+        {
+            let variance = sigma * sigma;
+            let mut evidence = SizeEvidence::born(z, variance, lower);
+            for n in 0..1000 {
+                for prior in [None, Some(&prior)] {
+                    let estimate = evidence.estimate(prior);
+                    assert!(
+                        estimate.variance_ln > 0.0 && estimate.variance_ln.is_finite(),
+                        "{z} {sigma} {n} {estimate:?}"
+                    );
+                    assert!(estimate.mean_ln.is_finite());
+                }
+                evidence.update(z * (1.0 + 0.1 * f64::from(n % 3)), variance, lower);
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! What the objects of a class have in common: their size, learnt from the tracks themselves.
+//!
+//! Empirical Bayes in two levels (METHODS.md, section 14): ln s of an object is normal about its class's mean
+//! with a known spread, the class's mean normal about a typical one. Every track adds a pseudo-observation:
+//! what its own reports say, without the prior they were read under.
+
+use super::size_evidence::{LogNormal, SizeEvidence};
+use v2x_common::class::Class;
+
+/// Relative spread of class means about [`Class::typical_size`]: round numbers, good to a quarter.
+const TYPICAL_SPREAD: f64 = 0.25;
+
+/// Under this prior about the typical size the reports of one object are read for the pseudo-observation: wide
+/// enough to say nothing, narrow enough that a single report has a mean.
+const READING_SPREAD: f64 = 0.5;
+
+/// How sizes of one class differ: standard deviations of ln width and ln depth, and their correlation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Spread {
+    tau: [f64; 2],
+    rho: f64,
+}
+
+impl Spread {
+    const fn new(tau_width: f64, tau_depth: f64, rho: f64) -> Self {
+        Self { tau: [tau_width, tau_depth], rho }
+    }
+
+    /// METHODS.md, section 14; classes that are not in its table are taken for their likes.
+    const fn of(class: Class) -> Self {
+        match class {
+            Class::Car | Class::PoliceCar => Self::new(0.08, 0.08, 0.5),
+            Class::Truck | Class::Ambulance => Self::new(0.15, 0.25, 0.8),
+            Class::RigidBus | Class::BendyBus => Self::new(0.08, 0.2, 0.3),
+            Class::Trailer => Self::new(0.15, 0.3, 0.5),
+            Class::Barrier => Self::new(0.12, 0.2, 0.0),
+            Class::TrafficCone => Self::new(0.2, 0.2, 0.8),
+            Class::Motorcycle => Self::new(0.2, 0.2, 0.6),
+            Class::Bicycle => Self::new(0.2, 0.12, 0.5),
+            Class::ConstructionVehicle => Self::new(0.2, 0.3, 0.4),
+            Class::Unknown | Class::Debris | Class::PushablePullable | Class::BicycleRack | Class::Animal => {
+                Self::new(0.8, 0.8, 0.5)
+            }
+            _ => Self::new(0.15, 0.22, 0.5),
+        }
+    }
+}
+
+/// Information about one dimension's class mean, in whole parts of 2⁻²⁴: sums of integers are the same in any
+/// order of tracks, and what was added can be taken out again exactly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Information {
+    /// Σ weight.
+    weight: i64,
+    /// Σ weight · (ln s − typical).
+    sum: i64,
+}
+
+const PARTS: f64 = (1 << 24) as f64;
+/// Most that one track adds: sums over all tracks of a hub stay far inside of 64 bits.
+const MOST_PARTS: f64 = 1e12;
+
+impl Information {
+    fn new(weight: f64, sum: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "clamped before the cast")]
+        let parts = |value: f64| (value * PARTS).clamp(-MOST_PARTS, MOST_PARTS) as i64;
+        Self { weight: parts(weight), sum: parts(sum) }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.weight = self.weight.saturating_add(other.weight);
+        self.sum = self.sum.saturating_add(other.sum);
+    }
+}
+
+/// The sizes of all classes, as a number of tracks show them.
+///
+/// Tracks can be added in any order; a copy that holds the dead ones can be kept and added to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SizePriors {
+    classes: [[Information; 2]; Class::ALL.len()],
+}
+
+impl Default for SizePriors {
+    fn default() -> Self {
+        Self { classes: [[Information::default(); 2]; Class::ALL.len()] }
+    }
+}
+
+fn typical(class: Class) -> [f64; 2] {
+    let (width, depth) = class.typical_size();
+    [libm::log(width), libm::log(depth)]
+}
+
+/// What a track says of its class: a pseudo-observation and its weight, by dimension.
+fn contribution(class: Class, evidence: &[SizeEvidence; 2]) -> [Information; 2] {
+    let typical = typical(class);
+    let spread = Spread::of(class);
+    std::array::from_fn(|dimension| {
+        let reading = LogNormal { mean_ln: typical[dimension], variance_ln: READING_SPREAD * READING_SPREAD };
+        let LogNormal { mean_ln, variance_ln } = evidence[dimension].estimate(Some(&reading));
+        let gained = reading.variance_ln - variance_ln;
+        // Reports that leave the reading as wide as it was, or wider, say nothing.
+        if gained <= 0.0 {
+            return Information::default();
+        }
+        let factor = reading.variance_ln / gained;
+        let tau = spread.tau[dimension];
+        let weight = 1.0 / (tau * tau + variance_ln * factor);
+        Information::new(weight, weight * (mean_ln - typical[dimension]) * factor)
+    })
+}
+
+impl SizePriors {
+    /// Adds what one track says of its class.
+    pub fn note(&mut self, class: Class, evidence: &[SizeEvidence; 2]) {
+        let own = contribution(class, evidence);
+        for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(own) {
+            sum.add(own);
+        }
+    }
+
+    /// Width and depth of any object of a class.
+    pub fn of(&self, class: Class) -> [LogNormal; 2] {
+        self.without(class, &[Information::default(); 2])
+    }
+
+    /// Width and depth of a track that was noted, from its own reports and those of the others.
+    ///
+    /// Each dimension's prior is conditioned on what the other one has turned out to be.
+    pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
+        let priors = self.without(class, &contribution(class, evidence));
+        let first = [evidence[0].estimate(Some(&priors[0])), evidence[1].estimate(Some(&priors[1]))];
+        let rho = Spread::of(class).rho;
+        if rho == 0.0 {
+            return first;
+        }
+        std::array::from_fn(|dimension| {
+            let other = 1 - dimension;
+            let prior = given(&priors[dimension], &priors[other], &first[other], rho);
+            evidence[dimension].estimate(Some(&prior))
+        })
+    }
+
+    /// The class's prior without one track's own contribution: nothing is to be counted twice.
+    fn without(&self, class: Class, own: &[Information; 2]) -> [LogNormal; 2] {
+        let typical = typical(class);
+        let spread = Spread::of(class);
+        let all = &self.classes[usize::from(class.byte())];
+        std::array::from_fn(|dimension| {
+            let tau = spread.tau[dimension];
+            #[expect(clippy::cast_precision_loss, reason = "24 digits after the point are enough")]
+            let others =
+                |of: fn(&Information) -> i64| (of(&all[dimension]) - of(&own[dimension])) as f64 / PARTS;
+            let weight = others(|information| information.weight).max(0.0);
+            let precision = 1.0 / (TYPICAL_SPREAD * TYPICAL_SPREAD) + weight;
+            LogNormal {
+                mean_ln: typical[dimension] + others(|information| information.sum) / precision,
+                variance_ln: tau * tau + 1.0 / precision,
+            }
+        })
+    }
+}
+
+/// A prior, given an estimate of a quantity that is correlated with it.
+fn given(prior: &LogNormal, other_prior: &LogNormal, other: &LogNormal, rho: f64) -> LogNormal {
+    let ratio = libm::sqrt(prior.variance_ln / other_prior.variance_ln);
+    let explained = (1.0 - other.variance_ln / other_prior.variance_ln).max(0.0);
+    LogNormal {
+        mean_ln: prior.mean_ln + rho * ratio * (other.mean_ln - other_prior.mean_ln),
+        variance_ln: prior.variance_ln * (1.0 - rho * rho * explained),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `count` equal reports of a width and a depth.
+    fn reported(size: [f64; 2], sigma: f64, count: usize) -> [SizeEvidence; 2] {
+        size.map(|z| {
+            let mut evidence = SizeEvidence::born(z, sigma * sigma, 0.1);
+            (1..count).for_each(|_| evidence.update(z, sigma * sigma, 0.1));
+            evidence
+        })
+    }
+
+    #[test]
+    fn without_tracks_a_class_is_typical() {
+        let [width, depth] = SizePriors::default().of(Class::Car);
+        assert!((width.mean_ln - libm::log(1.8)).abs() < 1e-12);
+        assert!((depth.size().mean - 4.5).abs() < 1e-12);
+        assert!((depth.variance_ln - (0.08 * 0.08 + 0.25 * 0.25)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_class_is_learnt_from_its_tracks_and_from_no_others() {
+        let mut priors = SizePriors::default();
+        for _ in 0..100 {
+            priors.note(Class::Car, &reported([2.1, 5.2], 0.05, 50));
+        }
+        let [width, depth] = priors.of(Class::Car);
+        assert!((width.size().mean - 2.1).abs() < 0.02 && (depth.size().mean - 5.2).abs() < 0.05);
+        // The class's mean is known to 0.8 %: what is left is how cars differ.
+        assert!(depth.variance_ln < 1.05 * 0.08 * 0.08);
+        assert_eq!(priors.of(Class::Truck), SizePriors::default().of(Class::Truck));
+        // A single poor report of a car is hardly worth anything against a hundred of its likes.
+        let poor = reported([4.0, 2.0], 1.0, 1);
+        priors.note(Class::Car, &poor);
+        let [width, depth] = priors.sizes(Class::Car, &poor);
+        assert!((width.size().mean - 2.1).abs() < 0.1 && (depth.size().mean - 5.2).abs() < 0.3);
+    }
+
+    #[test]
+    fn a_track_is_not_its_own_prior() {
+        let alone = reported([2.4, 0.7], 0.2, 3);
+        let mut priors = SizePriors::default();
+        priors.note(Class::Barrier, &alone);
+        let sizes = priors.sizes(Class::Barrier, &alone);
+        for ((size, evidence), typical) in
+            sizes.iter().zip(alone).zip(SizePriors::default().of(Class::Barrier))
+        {
+            let expected = evidence.estimate(Some(&typical));
+            assert!((size.mean_ln - expected.mean_ln).abs() < 1e-12);
+            assert!((size.variance_ln - expected.variance_ln).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_long_truck_is_a_wide_one() {
+        let long = [SizeEvidence::born(2.5, 1.0, 0.1), reported([0.0, 12.0], 0.05, 50)[1]];
+        let short = [SizeEvidence::born(2.5, 1.0, 0.1), reported([0.0, 5.0], 0.05, 50)[1]];
+        let mut priors = SizePriors::default();
+        priors.note(Class::Truck, &long);
+        priors.note(Class::Truck, &short);
+        let width = |evidence| priors.sizes(Class::Truck, evidence)[0].size().mean;
+        assert!(width(&long) > 1.15 * width(&short), "{} {}", width(&long), width(&short));
+    }
+}

@@ -1,0 +1,189 @@
+//! The frames that can still matter: each measurement is held once, and tracks refer to it.
+//!
+//! Nothing older than Δmax is let in, so what is older than that, and folded into every track, is forgotten.
+
+use crate::agents::AgentSlot;
+use crate::filter::{CompactMeasurement, Measurement, SizeLaws};
+use crate::sensing::{Look, ReportModel, Sensing};
+use std::cmp::Ordering;
+use std::collections::VecDeque;
+use v2x_common::covariance::Velocity;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::FrameId;
+use v2x_common::time::Timestamp;
+
+/// Most frames held.
+pub const MAX_FRAMES: usize = 1 << 16;
+/// Most measurements held, in all frames.
+pub const MAX_MEASUREMENTS: usize = 1 << 20;
+
+/// Where a frame is held, until it is forgotten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameSlot(u32);
+
+/// What a frame tells of one track: that it reported it, or looked and did not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// When it was measured.
+    pub captured_at: Timestamp,
+    /// In which frame.
+    pub frame: FrameSlot,
+    /// Place in the frame; [`LOOK`] where the frame did not report the track.
+    pub index: u16,
+}
+
+/// In place of a detection's number: looked, and not reported.
+pub const LOOK: u16 = u16::MAX;
+
+/// A frame that can still matter.
+#[derive(Clone, Debug)]
+pub struct StoredFrame {
+    /// When it was measured.
+    pub captured_at: Timestamp,
+    /// Sender and number.
+    pub id: FrameId,
+    /// The sender's place in the books.
+    pub agent: AgentSlot,
+    /// Reported velocities, by the detection's number.
+    velocities: Vec<(u16, Velocity)>,
+    /// What each report says of existence.
+    pub model: ReportModel,
+    /// Where it looked; `None` where its misses count for nothing.
+    pub look: Option<Look>,
+}
+
+/// All frames within Δmax, by capture time.
+#[derive(Debug, Default)]
+pub struct FrameStore {
+    slots: Vec<StoredFrame>,
+    /// What was measured, by slot.
+    measurements: Vec<Vec<CompactMeasurement>>,
+    laws: SizeLaws,
+    free: Vec<FrameSlot>,
+    /// By (capture time, id).
+    order: VecDeque<(Timestamp, FrameSlot)>,
+    n_measurements: usize,
+}
+
+impl FrameStore {
+    /// Takes a frame in, as measured by this sensor.
+    pub fn insert(
+        &mut self,
+        frame: &DetectionFrame,
+        agent: AgentSlot,
+        sensing: &Sensing,
+        look: Option<Look>,
+    ) -> FrameSlot {
+        let slot = self.vacant_slot(frame.id);
+        let stored = &mut self.slots[slot.0 as usize];
+        stored.captured_at = frame.captured_at;
+        stored.id = frame.id;
+        stored.agent = agent;
+        stored.model = sensing.model();
+        stored.look = look;
+        stored.velocities.clear();
+        let measurements = &mut self.measurements[slot.0 as usize];
+        measurements.clear();
+        for (index, detection) in (0..).zip(&frame.detections) {
+            let z = sensing.measurement(detection);
+            measurements.push(CompactMeasurement::new(
+                &z,
+                stored.model.detection_over_clutter,
+                &mut self.laws,
+            ));
+            stored.velocities.extend(z.velocity.map(|velocity| (index, velocity)));
+        }
+        self.n_measurements += measurements.len();
+        let key = (frame.captured_at, slot);
+        let place = self.order.iter().rposition(|other| self.compare(*other, key) == Ordering::Less);
+        self.order.insert(place.map_or(0, |place| place + 1), key);
+        slot
+    }
+
+    fn vacant_slot(&mut self, id: FrameId) -> FrameSlot {
+        self.free.pop().unwrap_or_else(|| {
+            let slot = u32::try_from(self.slots.len()).expect("bounded by MAX_FRAMES");
+            self.slots.push(StoredFrame {
+                captured_at: Timestamp::MIN,
+                id,
+                agent: AgentSlot::default(),
+                velocities: Vec::new(),
+                model: ReportModel::default(),
+                look: None,
+            });
+            self.measurements.push(Vec::new());
+            FrameSlot(slot)
+        })
+    }
+
+    fn compare(&self, a: (Timestamp, FrameSlot), b: (Timestamp, FrameSlot)) -> Ordering {
+        a.0.cmp(&b.0).then_with(|| self.get(a.1).id.cmp(&self.get(b.1).id))
+    }
+
+    /// The frame in a slot.
+    pub fn get(&self, slot: FrameSlot) -> &StoredFrame {
+        &self.slots[slot.0 as usize]
+    }
+
+    /// What a frame measured, without velocities.
+    pub fn measurements(&self, slot: FrameSlot) -> impl Iterator<Item = Measurement> {
+        self.compact(slot).iter().map(|compact| compact.expanded(&self.laws))
+    }
+
+    fn compact(&self, slot: FrameSlot) -> &[CompactMeasurement] {
+        &self.measurements[slot.0 as usize]
+    }
+
+    /// The measurement of a piece, where it is a report, and its detection probability over clutter, m².
+    #[inline(always)]
+    pub fn report(&self, piece: &Piece) -> Option<(Measurement, f64)> {
+        let compact = self.compact(piece.frame).get(usize::from(piece.index))?;
+        let mut z = compact.expanded(&self.laws);
+        if compact.has_velocity {
+            z.velocity = self.velocity(piece);
+        }
+        Some((z, compact.detection_over_clutter()))
+    }
+
+    fn velocity(&self, piece: &Piece) -> Option<Velocity> {
+        let velocities = &self.get(piece.frame).velocities;
+        let place = velocities.binary_search_by_key(&piece.index, |(index, _)| *index).ok()?;
+        Some(velocities[place].1)
+    }
+
+    /// Whether one piece of evidence goes before another: by capture time, then by names and numbers, never
+    /// by arrival.
+    pub fn is_before(&self, a: &Piece, b: &Piece) -> bool {
+        let by_time = self.compare((a.captured_at, a.frame), (b.captured_at, b.frame));
+        by_time.then(a.index.cmp(&b.index)) == Ordering::Less
+    }
+
+    /// Frames captured at this time or later, in order.
+    pub fn since(&self, at: Timestamp) -> impl Iterator<Item = (FrameSlot, &StoredFrame)> {
+        let start = self.order.partition_point(|(captured_at, _)| *captured_at < at);
+        self.order.range(start..).map(|(_, slot)| (*slot, self.get(*slot)))
+    }
+
+    /// Forgets frames captured before this time; no track may refer to them any more.
+    pub fn forget_before(&mut self, at: Timestamp) {
+        while let Some((captured_at, slot)) = self.order.front().copied() {
+            if captured_at >= at {
+                break;
+            }
+            self.order.pop_front();
+            self.n_measurements -= self.compact(slot).len();
+            self.free.push(slot);
+        }
+    }
+
+    /// Whether there is no room for another frame with this many measurements.
+    pub fn is_full_for(&self, n_measurements: usize) -> bool {
+        self.order.len() >= MAX_FRAMES || self.n_measurements + n_measurements > MAX_MEASUREMENTS
+    }
+
+    /// Capture time of the frame that this share of all held frames is older than.
+    pub fn quantile(&self, numerator: usize, denominator: usize) -> Option<Timestamp> {
+        let place = self.order.len() * numerator / denominator;
+        self.order.get(place).map(|(captured_at, _)| *captured_at)
+    }
+}

@@ -1,0 +1,79 @@
+//! Whose measurements a track holds.
+
+use crate::agents::{AgentSlot, Agents};
+use crate::frames::{Piece, StoredFrame};
+use v2x_common::id::{FrameId, MeasurementId};
+use v2x_common::time::Timestamp;
+
+/// An agent's newest measurement of a track.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Contributor {
+    captured_at: Timestamp,
+    epoch: u64,
+    sequence: u64,
+    index: u16,
+    agent: AgentSlot,
+}
+
+impl Contributor {
+    /// Which detection it was.
+    pub fn measurement(&self, agents: &Agents) -> MeasurementId {
+        let frame = FrameId { agent: agents.name(self.agent), epoch: self.epoch, sequence: self.sequence };
+        MeasurementId { frame, index: self.index }
+    }
+}
+
+/// The newest measurement of each agent, by the agents' names.
+#[derive(Clone, Debug, Default)]
+pub struct Contributors {
+    newest: Vec<Contributor>,
+    last_measured_at: Option<Timestamp>,
+}
+
+impl Contributors {
+    /// Notes a report.
+    pub fn note(&mut self, piece: &Piece, frame: &StoredFrame, agents: &Agents) {
+        let entry = Contributor {
+            captured_at: piece.captured_at,
+            epoch: frame.id.epoch,
+            sequence: frame.id.sequence,
+            index: piece.index,
+            agent: frame.agent,
+        };
+        self.last_measured_at = self.last_measured_at.max(Some(piece.captured_at));
+        let rank = agents.rank_of(frame.agent);
+        // Where everybody sees everything, an agent stands at its rank.
+        if let Some(known) = self.newest.get_mut(usize::from(rank))
+            && known.agent == frame.agent
+        {
+            *known = (*known).max(entry);
+            return;
+        }
+        match self.newest.binary_search_by_key(&rank, |known| agents.rank_of(known.agent)) {
+            Ok(place) => self.newest[place] = self.newest[place].max(entry),
+            Err(place) => self.newest.insert(place, entry),
+        }
+    }
+
+    /// When any agent last measured it.
+    pub fn last_measured_at(&self) -> Timestamp {
+        self.last_measured_at.unwrap_or(Timestamp::MIN)
+    }
+
+    /// Forgets who has not measured it since `oldest`, but for the newest.
+    pub fn forget_before(&mut self, oldest: Timestamp) {
+        let newest = self.last_measured_at();
+        self.newest.retain(|known| known.captured_at >= oldest || known.captured_at == newest);
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.newest.clear();
+        self.last_measured_at = None;
+    }
+
+    /// Every contributor, by name.
+    pub fn iter(&self) -> impl Iterator<Item = &Contributor> {
+        self.newest.iter()
+    }
+}

@@ -1,0 +1,369 @@
+//! Tracks and frames: which report is of which track, what begins and what ends.
+
+use crate::agents::{AgentSlot, Agents};
+use crate::association::{Associator, Expected};
+use crate::config::EngineConfig;
+use crate::duplicates::{Duplicates, Weights};
+use crate::filter::size_priors::SizePriors;
+use crate::filter::{Filter, Measurement, PositionInnovation};
+use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
+use crate::inbox::AgentRecord;
+use crate::publish;
+use crate::sensing::{Look, Sensing};
+use crate::track::{Existence, FOLD_SLACK, Records, Track};
+use v2x_common::covariance::Covariance2;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedObject;
+use v2x_common::id::TrackId;
+use v2x_common::time::Timestamp;
+
+/// A track less likely than this is dropped as soon as no late data can revive it.
+const MIN_EXISTENCE: f64 = 0.01;
+/// Most tracks, published or not.
+const MAX_TRACKS: usize = 65_536;
+/// Most dropped tracks of which the memory is kept.
+const MAX_SPARE: usize = 4096;
+/// No object that a frame could report or miss lies further outside of its region than this, m, with this
+/// much more for each second since its state, m/s, and for each metre of its and the reports' standard deviation.
+const REGION_MARGIN_M: f64 = 100.0;
+const REGION_SPEED_MPS: f64 = 150.0;
+const REGION_SIGMAS: f64 = 10.0;
+
+/// All tracks under one kind of filter.
+#[derive(Debug)]
+pub(crate) struct Tracker<F> {
+    config: EngineConfig,
+    undescribed: Sensing,
+    frames: FrameStore,
+    /// By id.
+    tracks: Vec<Track<F>>,
+    spare: Vec<Track<F>>,
+    next_counter: u32,
+    duplicates: Duplicates,
+    associator: Associator,
+    /// Tracks at the time of a frame: their places, their states, and what association needs of these.
+    places: Vec<usize>,
+    predicted: Vec<F>,
+    expected: Vec<Expected>,
+    /// For each of them the report of it in the frame.
+    reports: Vec<Option<u16>>,
+    measurements: Vec<Measurement>,
+    merges_due: Vec<(TrackId, TrackId)>,
+    /// Sizes of objects that are gone.
+    past_sizes: SizePriors,
+    counts: Counts,
+}
+
+/// What happened to tracks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Objects that were not tracked for lack of room.
+    pub births_refused: u64,
+    /// Tracks that were merged into an older one of the same object.
+    pub merges: u64,
+}
+
+/// Innovations of one frame: sum of the normalised squares, 2 degrees of freedom each, and their number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Innovations {
+    pub(crate) nis_sum: f64,
+    pub(crate) count: u64,
+}
+
+impl<F: Filter> Tracker<F> {
+    pub(crate) fn new(config: EngineConfig) -> Self {
+        Self {
+            config,
+            undescribed: Sensing::undescribed(&config.sensing),
+            frames: FrameStore::default(),
+            tracks: Vec::new(),
+            spare: Vec::new(),
+            next_counter: 0,
+            duplicates: Duplicates::default(),
+            associator: Associator::default(),
+            places: Vec::new(),
+            predicted: Vec::new(),
+            expected: Vec::new(),
+            reports: Vec::new(),
+            measurements: Vec::new(),
+            merges_due: Vec::new(),
+            past_sizes: SizePriors::default(),
+            counts: Counts::default(),
+        }
+    }
+
+    /// Takes in an accepted frame.
+    pub(crate) fn handle(
+        &mut self,
+        frame: &DetectionFrame,
+        (agent, record): (AgentSlot, &AgentRecord),
+        agents: &Agents,
+    ) -> Innovations {
+        let look = record.look(frame);
+        let sensing = if record.description.is_some() { &record.sensing } else { &self.undescribed };
+        let slot = self.frames.insert(frame, agent, sensing, look);
+        self.measurements.clear();
+        self.measurements.extend(self.frames.measurements(slot));
+        self.expect_tracks(slot, agents);
+        let innovations = self.associate();
+        self.add_evidence(slot, agents);
+        self.give_births(slot, agents);
+        if look.is_some() {
+            self.merge_duplicates(slot, agents);
+        }
+        innovations
+    }
+
+    fn records<'a>(config: &EngineConfig, frames: &'a FrameStore, agents: &'a Agents) -> Records<'a> {
+        Records { frames, agents, synchronous: config.filter_synchronous, late_data: config.late_data }
+    }
+
+    /// The tracks that the frame can concern, as they stood at its time.
+    fn expect_tracks(&mut self, slot: FrameSlot, agents: &Agents) {
+        self.places.clear();
+        self.predicted.clear();
+        self.expected.clear();
+        let records = Self::records(&self.config, &self.frames, agents);
+        let frame = self.frames.get(slot);
+        let at = frame.captured_at;
+        let Some(region) = Region::of(&self.measurements, frame.look.as_ref()) else { return };
+        for (place, track) in self.tracks.iter().enumerate() {
+            let past;
+            let known = if track.is_newest(at) {
+                track.latest()
+            } else {
+                past = track.known_at(at, &records);
+                &past
+            };
+            // Existence does not matter here: a track that seems dead may only be waiting for late data.
+            let away = (at - known.state.at()).abs();
+            if away > self.config.coast || !region.may_hold(&known.state, away.as_secs_f64()) {
+                continue;
+            }
+            self.places.push(place);
+            // Predicted in its place: states are large, and copies cost as much as the prediction.
+            self.predicted.push(known.state);
+            if let Some(state) = self.predicted.last_mut() {
+                if away > records.synchronous {
+                    state.predict(at, known.class());
+                }
+                self.expected.push(state.expected(known.class()));
+            }
+        }
+    }
+
+    /// Finds the reports of the expected tracks, and how far off these lay.
+    fn associate(&mut self) -> Innovations {
+        let measurements = &self.measurements;
+        self.associator.associate(measurements, &self.expected, &self.config.association);
+        self.reports.clear();
+        self.reports.resize(self.expected.len(), None);
+        let mut innovations = Innovations::default();
+        for (index, (z, found)) in (0..).zip(measurements.iter().zip(self.associator.track_of())) {
+            let Some(found) = found else { continue };
+            self.reports[*found as usize] = Some(index);
+            let Expected { position: [x, y], position_covariance: p, .. } = self.expected[*found as usize];
+            let s = Covariance2 { xx: p.xx + z.r.xx, xy: p.xy + z.r.xy, yy: p.yy + z.r.yy };
+            let difference = [z.position[0] - x, z.position[1] - y];
+            innovations.nis_sum += PositionInnovation::new(difference, &s).mahalanobis2;
+            innovations.count += 1;
+        }
+        innovations
+    }
+
+    /// Gives every expected track its report, or the look that it was not reported in.
+    fn add_evidence(&mut self, slot: FrameSlot, agents: &Agents) {
+        let records = Self::records(&self.config, &self.frames, agents);
+        let frame = self.frames.get(slot);
+        let captured_at = frame.captured_at;
+        for (col, place) in self.places.iter().enumerate() {
+            let track = &mut self.tracks[*place];
+            let predicted = &self.predicted[col];
+            if let Some(index) = self.reports[col] {
+                let piece = Piece { captured_at, frame: slot, index };
+                let may_move_birth =
+                    track.oldest().is_some_and(|oldest| records.frames.is_before(&piece, oldest));
+                track.insert(piece, Some(predicted), &records);
+                if may_move_birth {
+                    hold_against(track, &piece, &records);
+                }
+            } else if let Some(look) = &frame.look
+                && look.may_cover(self.expected[col].position)
+                && track.born_at() <= captured_at
+            {
+                track.insert(Piece { captured_at, frame: slot, index: LOOK }, Some(predicted), &records);
+            }
+        }
+    }
+
+    fn give_births(&mut self, slot: FrameSlot, agents: &Agents) {
+        let records = Self::records(&self.config, &self.frames, agents);
+        let captured_at = self.frames.get(slot).captured_at;
+        for (index, found) in self.associator.track_of().iter().enumerate() {
+            if found.is_some() {
+                continue;
+            }
+            if self.tracks.len() >= MAX_TRACKS || self.next_counter == u32::MAX {
+                self.counts.births_refused += 1;
+                continue;
+            }
+            let id = TrackId::new(self.config.lineage, self.next_counter);
+            self.next_counter += 1;
+            let index = u16::try_from(index).expect("validated frames hold at most 4096 detections");
+            let birth = Piece { captured_at, frame: slot, index };
+            let mut track = Track::new(id, birth, self.spare.pop(), &records);
+            hold_against(&mut track, &birth, &records);
+            self.tracks.push(track);
+        }
+    }
+
+    /// Makes tracks one that frames have shown to be of one object.
+    ///
+    /// Two tracks compete where a report of one could have been of the other. How far they are apart does not
+    /// matter: two tracks that share one object's reports, each taking the nearer ones, push each other away
+    /// further than their own covariances would allow.
+    fn merge_duplicates(&mut self, slot: FrameSlot, agents: &Agents) {
+        let frame = self.frames.get(slot);
+        let Some(look) = &frame.look else { return };
+        let weights = Weights::of(1.0 - look.miss_probability);
+        let (associator, places) = (&self.associator, &self.places);
+        let id_of = |col: usize| self.tracks[places[col]].id;
+        self.merges_due.clear();
+        for (col, own) in self.reports.iter().enumerate() {
+            for report in associator.candidates_of(col) {
+                let Some(rival) = associator.track_of()[*report as usize] else { continue };
+                let rival = rival as usize;
+                // Where each could have had the other's report, the pair is met twice.
+                let is_mutual =
+                    || own.is_some_and(|own| associator.candidates_of(rival).contains(&u32::from(own)));
+                if rival == col || (rival < col && is_mutual()) {
+                    continue;
+                }
+                if own.is_none() && !look.covers(self.expected[col].position, 0.0) {
+                    continue;
+                }
+                let (pair, witness) = ((id_of(col), id_of(rival)), (frame.agent, &weights));
+                let merge = self.duplicates.note(pair, own.is_some(), witness, frame.captured_at);
+                self.merges_due.extend(merge);
+            }
+        }
+        self.merge(agents);
+    }
+
+    fn merge(&mut self, agents: &Agents) {
+        let records = Self::records(&self.config, &self.frames, agents);
+        for (older, younger) in &self.merges_due {
+            let places = [older, younger].map(|id| self.tracks.binary_search_by_key(id, |track| track.id));
+            if let [Ok(older), Ok(younger)] = places {
+                let absorbed = self.tracks.remove(younger);
+                self.tracks[older].absorb(&absorbed, &records);
+                self.counts.merges += 1;
+                if self.spare.len() < MAX_SPARE {
+                    self.spare.push(absorbed);
+                }
+            }
+        }
+    }
+
+    /// Replays late data and forgets what can no longer matter: nothing older than the horizon is let in.
+    pub(crate) fn settle(&mut self, now: Timestamp, horizon: Timestamp, agents: &Agents) {
+        let records = Self::records(&self.config, &self.frames, agents);
+        let gone = horizon - self.config.coast;
+        let floor = Existence::from_probability(MIN_EXISTENCE);
+        let before = self.tracks.len();
+        let mut kept = 0;
+        for place in 0..before {
+            let track = &mut self.tracks[place];
+            track.replay(&records);
+            track.fold(horizon, &records);
+            let last_measured_at = track.last_measured_at();
+            track.forget_contributors(gone);
+            let revivable = last_measured_at >= horizon || track.latest().existence >= floor;
+            if revivable && last_measured_at >= gone {
+                self.tracks.swap(kept, place);
+                kept += 1;
+            }
+        }
+        for dropped in self.tracks.drain(kept..) {
+            publish::note_sizes(&mut self.past_sizes, &dropped);
+            if self.spare.len() < MAX_SPARE {
+                self.spare.push(dropped);
+            }
+        }
+        self.frames.forget_before(horizon - FOLD_SLACK);
+        if kept < before {
+            let tracks = &self.tracks;
+            let lives = |id| tracks.binary_search_by_key(&id, |track| track.id).is_ok();
+            self.duplicates.forget(now, lives);
+        }
+    }
+
+    /// The time before which history must end for a frame with so many measurements to have room; `None` where
+    /// it has.
+    pub(crate) fn crowded_before(&self, n_measurements: usize) -> Option<Timestamp> {
+        self.frames.is_full_for(n_measurements).then(|| self.frames.quantile(1, 4))?
+    }
+
+    /// Writes down the objects as of `now`; what the list held is overwritten.
+    pub(crate) fn tell(&self, objects: &mut Vec<FusedObject>, now: Timestamp, agents: &Agents) {
+        publish::fill(objects, &self.tracks, (now, agents), &self.config, &self.past_sizes);
+    }
+
+    pub(crate) fn n_tracks(&self) -> usize {
+        self.tracks.len()
+    }
+
+    pub(crate) fn counts(&self) -> Counts {
+        self.counts
+    }
+}
+
+/// Where a frame's reports lie and its sensor looked: a circle.
+struct Region {
+    centre: [f64; 2],
+    radius_m: f64,
+}
+
+impl Region {
+    /// `None` for a frame that neither reports nor looks.
+    fn of(measurements: &[Measurement], look: Option<&Look>) -> Option<Self> {
+        let positions = || measurements.iter().map(|z| z.position);
+        let centre = match look {
+            Some(look) => [look.pose.x, look.pose.y],
+            None => positions().next()?,
+        };
+        let farthest = positions().map(|position| squared_distance(position, centre)).fold(0.0, f64::max);
+        let range = look.map_or(0.0, |look| look.field_of_view.range_max_m);
+        let variance = measurements.iter().map(|z| z.r.xx.max(z.r.yy)).fold(0.0, f64::max);
+        let margin = REGION_MARGIN_M + REGION_SIGMAS * libm::sqrt(variance);
+        Some(Self { centre, radius_m: libm::sqrt(farthest).max(range) + margin })
+    }
+
+    /// Whether a track with this state so many seconds before or after can be concerned.
+    fn may_hold<F: Filter>(&self, state: &F, away_s: f64) -> bool {
+        let (position, sigma_m) = state.neighbourhood();
+        let reach = self.radius_m + REGION_SPEED_MPS * away_s + REGION_SIGMAS * sigma_m;
+        squared_distance(position, self.centre) <= reach * reach
+    }
+}
+
+fn squared_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    dx * dx + dy * dy
+}
+
+/// Holds against a track, which now begins at `birth`, every look from then on that it does not know of. A look
+/// before the birth is no evidence; should the birth move, it is held against the track then.
+fn hold_against<F: Filter>(track: &mut Track<F>, birth: &Piece, records: &Records<'_>) {
+    for (slot, frame) in records.frames.since(birth.captured_at) {
+        let Some(look) = &frame.look else { continue };
+        if slot == birth.frame || track.has_evidence_of(frame.captured_at, slot) {
+            continue;
+        }
+        let known = track.known_at(frame.captured_at, records);
+        if look.may_cover(known.state.place_at(frame.captured_at, known.class()).0) {
+            let piece = Piece { captured_at: frame.captured_at, frame: slot, index: LOOK };
+            track.insert(piece, None, records);
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Whatever frames come in whatever order: the engine keeps its promises.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+#[path = "../../../fusion-hub/it/abuse.rs"]
+mod abuse;
+
+fuzz_target!(|bytes: &[u8]| abuse::run(bytes));

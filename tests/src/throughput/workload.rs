@@ -1,0 +1,223 @@
+//! What the hub is loaded with: moving objects, reported by agents all around, as bytes off the wire.
+
+use v2x_agent::random::{self, Purpose, keyed_rng};
+use v2x_agent::truth::ObjectId;
+use v2x_common::class::Class;
+use v2x_common::covariance::{BoxCovariance, Covariance2};
+use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::geometry::{BevBox, Pose, wrap_angle};
+use v2x_common::id::{AgentId, FrameId};
+use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
+use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire::{self, WireError};
+
+/// Area for each object, m².
+const AREA_PER_OBJECT_M2: f64 = 100.0;
+/// Time between two frames of an agent.
+const FRAME_INTERVAL: Span = Span::from_millis(100);
+/// How long a frame takes that is not late.
+const ON_TIME: Span = Span::from_millis(5);
+/// How long a late one takes at least and at most, ms: it comes after up to two and a half newer ones of every
+/// other agent.
+const LATE_MS: (f64, f64) = (60.0, 250.0);
+/// Standard deviations of a report: position m, size relative, heading rad.
+const SIGMA_POSITION_M: f64 = 0.3;
+const SIGMA_SIZE: f64 = 0.1;
+const SIGMA_YAW_RAD: f64 = 0.05;
+/// Probability that an agent reports an object, in truth and as it declares.
+const DETECTION_PROBABILITY: f64 = 0.95;
+
+/// How much there is of everything.
+#[derive(Clone, Copy, Debug)]
+pub struct Load {
+    /// Agents, each at 10 Hz, their phases spread evenly.
+    pub agents: u32,
+    /// Objects, all seen by all agents.
+    pub objects: u32,
+    /// Share of frames that come 60 to 250 ms late.
+    pub late_share: f64,
+    /// Seed of everything.
+    pub seed: u64,
+}
+
+/// A frame as it arrives.
+#[derive(Clone, Debug)]
+pub struct Arrival {
+    /// When, by the hub's clock.
+    pub received_at: Timestamp,
+    /// The frame's bytes.
+    pub bytes: Vec<u8>,
+    /// How many detections it holds.
+    pub n_detections: u64,
+}
+
+/// A load that can be had second by second.
+#[derive(Debug)]
+pub struct Workload {
+    load: Load,
+    start: Timestamp,
+    orbits: Vec<Orbit>,
+    /// Late frames that arrive in a second that was not asked for yet.
+    waiting: Vec<Arrival>,
+    next_frame: u64,
+}
+
+/// An object that drives in a circle: for ever, and never farther from its place than its radius.
+#[derive(Clone, Copy, Debug)]
+struct Orbit {
+    centre: (f64, f64),
+    radius_m: f64,
+    phase_rad: f64,
+    rate_rad_s: f64,
+    size: (f64, f64),
+}
+
+impl Orbit {
+    fn drawn(object: u32, load: &Load) -> Self {
+        let rng = &mut keyed_rng(load.seed, None, 0, Purpose::Measurement(ObjectId(object)));
+        let side_m = libm::sqrt(f64::from(load.objects) * AREA_PER_OBJECT_M2);
+        let radius_m = random::uniform(rng, 10.0, 50.0);
+        let speed_mps = random::uniform(rng, 1.0, 8.0);
+        let direction = if random::chance(rng, 0.5) { 1.0 } else { -1.0 };
+        Self {
+            centre: (random::uniform(rng, 0.0, side_m), random::uniform(rng, 0.0, side_m)),
+            radius_m,
+            phase_rad: random::uniform(rng, 0.0, std::f64::consts::TAU),
+            rate_rad_s: direction * speed_mps / radius_m,
+            size: (random::uniform(rng, 1.7, 2.0), random::uniform(rng, 4.0, 5.0)),
+        }
+    }
+
+    fn at(&self, t_s: f64) -> BevBox {
+        let angle = self.phase_rad + self.rate_rad_s * t_s;
+        let quarter_turn = libm::copysign(std::f64::consts::FRAC_PI_2, self.rate_rad_s);
+        BevBox {
+            x: self.centre.0 + self.radius_m * libm::cos(angle),
+            y: self.centre.1 + self.radius_m * libm::sin(angle),
+            w: self.size.0,
+            d: self.size.1,
+            yaw: wrap_angle(angle + quarter_turn),
+        }
+    }
+}
+
+impl Workload {
+    /// A load that begins at `start`.
+    pub fn new(load: Load, start: Timestamp) -> Self {
+        let orbits = (0..load.objects).map(|object| Orbit::drawn(object, &load)).collect();
+        Self { load, start, orbits, waiting: Vec::new(), next_frame: 0 }
+    }
+
+    /// The agents' names.
+    pub fn agents(&self) -> impl Iterator<Item = AgentId> + use<> {
+        (0..self.load.agents).map(agent_name)
+    }
+
+    /// What each agent tells of its sensor.
+    pub fn description(&self) -> SensorDescription {
+        SensorDescription {
+            revision: 1,
+            kind: SensorKind::RoadsideUnit,
+            field_of_view: FieldOfView::omnidirectional(0.0, 5000.0),
+            detection_probability: DETECTION_PROBABILITY,
+            clutter_per_m2: 1e-6,
+            size_noise: None,
+            body: None,
+            accuracy: Accuracy { position_m: 0.02, yaw_rad: 3e-4, clock_s: 1e-6 },
+            rate_hz: 10.0,
+        }
+    }
+
+    /// Everything that arrives before `until`, in order of arrival.
+    pub fn arrivals_before(&mut self, until: Timestamp) -> Result<Vec<Arrival>, WireError> {
+        let spacing = FRAME_INTERVAL.as_nanos() / i64::from(self.load.agents);
+        loop {
+            let number = i64::try_from(self.next_frame).expect("seconds, not centuries");
+            let captured_at = self.start + Span::from_nanos(number * spacing);
+            if captured_at + ON_TIME >= until {
+                break;
+            }
+            let arrival = self.frame(self.next_frame, captured_at)?;
+            self.waiting.push(arrival);
+            self.next_frame += 1;
+        }
+        let arrived = self.waiting.extract_if(.., |arrival| arrival.received_at < until);
+        let mut arrived: Vec<_> = arrived.collect();
+        arrived.sort_by_key(|arrival| arrival.received_at);
+        Ok(arrived)
+    }
+
+    fn frame(&self, number: u64, captured_at: Timestamp) -> Result<Arrival, WireError> {
+        let agents = u64::from(self.load.agents);
+        let agent = u32::try_from(number % agents).expect("below the number of agents");
+        let sequence = number / agents;
+        let rng = &mut keyed_rng(self.load.seed, Some(&agent_name(agent)), sequence, Purpose::Order);
+        let t_s = (captured_at - self.start).as_secs_f64();
+        let seen = self.orbits.iter().filter(|_| random::chance(rng, DETECTION_PROBABILITY));
+        let seen: Vec<_> = seen.map(|orbit| orbit.at(t_s)).collect();
+        let detections: Vec<_> = seen.into_iter().map(|truth| report(&truth, rng)).collect();
+        let is_late = random::chance(rng, self.load.late_share);
+        let late_ms = random::uniform(rng, LATE_MS.0, LATE_MS.1);
+        let delay = if is_late { Span::from_secs_f64(late_ms * 1e-3) } else { ON_TIME };
+        let n_detections = detections.len() as u64;
+        let frame = DetectionFrame {
+            id: FrameId { agent: agent_name(agent), epoch: 1, sequence },
+            captured_at,
+            sensor_pose: Some(Pose::default()),
+            sensor_revision: 1,
+            map_frame: None,
+            detections,
+        };
+        let mut bytes = Vec::new();
+        wire::detections::encode(&frame, &mut bytes)?;
+        Ok(Arrival { received_at: captured_at + delay, bytes, n_detections })
+    }
+}
+
+fn agent_name(number: u32) -> AgentId {
+    AgentId::new(&format!("agent-{number:04}")).expect("letters and digits")
+}
+
+fn report(truth: &BevBox, rng: &mut rand_chacha::ChaCha8Rng) -> Detection {
+    let mut normal = || random::standard_normal(rng);
+    let (w, d) = (truth.w * (1.0 + SIGMA_SIZE * normal()), truth.d * (1.0 + SIGMA_SIZE * normal()));
+    let bev = BevBox {
+        x: truth.x + SIGMA_POSITION_M * normal(),
+        y: truth.y + SIGMA_POSITION_M * normal(),
+        w,
+        d,
+        yaw: wrap_angle(truth.yaw + SIGMA_YAW_RAD * normal()),
+    };
+    let variance = |value: f64| value * value;
+    let covariance = BoxCovariance {
+        position: Covariance2::isotropic(SIGMA_POSITION_M),
+        ww: variance(SIGMA_SIZE * w),
+        dd: variance(SIGMA_SIZE * d),
+        yaw: variance(SIGMA_YAW_RAD),
+    };
+    Detection { class: Class::Car, score: 0.9, bev, covariance, velocity: None, source_track: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_frame_comes_once_and_the_wanted_share_is_late() {
+        let load = Load { agents: 5, objects: 3, late_share: 0.2, seed: 1 };
+        let start = Timestamp::EPOCH;
+        let mut workload = Workload::new(load, start);
+        let mut arrivals = Vec::new();
+        for second in 1..=20 {
+            arrivals.extend(workload.arrivals_before(start + Span::from_millis(1000 * second)).unwrap());
+        }
+        assert!(arrivals.is_sorted_by_key(|arrival| arrival.received_at));
+        let frames: Vec<_> =
+            arrivals.iter().map(|arrival| wire::detections::decode(&arrival.bytes).unwrap()).collect();
+        let late = frames.iter().zip(&arrivals);
+        let late = late.filter(|(frame, arrival)| arrival.received_at - frame.captured_at > ON_TIME).count();
+        // 1000 frames, standard deviation 1.3 %: four of them.
+        assert!((990..=1000).contains(&frames.len()), "{} frames", frames.len());
+        assert!((148..=252).contains(&late), "{late} of 1000 are late");
+    }
+}
