@@ -12,30 +12,45 @@ use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Fills the list with the objects as of `now`; what the list held is overwritten, its memory used again.
-pub(crate) fn fill<F: Filter>(
-    objects: &mut Vec<FusedObject>,
-    tracks: &[Track<F>],
-    (now, agents): (Timestamp, &Agents),
-    config: &EngineConfig,
-    past_sizes: &SizePriors,
-) {
-    let mut priors = past_sizes.clone();
-    for track in tracks {
-        note_sizes(&mut priors, track);
-    }
-    let mut count = 0;
-    for track in tracks {
-        if objects.len() == count {
-            objects.push(blank());
+/// Writes down objects; holds the memory of those that a shorter list has no use for.
+#[derive(Debug, Default)]
+pub(crate) struct Publisher {
+    spare: Vec<FusedObject>,
+    /// Sizes of objects that are gone.
+    past_sizes: SizePriors,
+}
+
+impl Publisher {
+    /// Fills the list with the objects as of `now`; what the list held is overwritten, its memory used again.
+    pub(crate) fn fill<F: Filter>(
+        &mut self,
+        objects: &mut Vec<FusedObject>,
+        tracks: &[Track<F>],
+        (now, agents): (Timestamp, &Agents),
+        config: &EngineConfig,
+    ) {
+        let mut priors = self.past_sizes.clone();
+        for track in tracks {
+            note_sizes(&mut priors, track);
         }
-        count += usize::from(tell(&mut objects[count], track, (now, agents), (config, &priors)));
+        let mut count = 0;
+        for track in tracks {
+            if objects.len() == count {
+                objects.push(self.spare.pop().unwrap_or_else(blank));
+            }
+            count += usize::from(tell(&mut objects[count], track, (now, agents), (config, &priors)));
+        }
+        self.spare.extend(objects.drain(count..));
     }
-    objects.truncate(count);
+
+    /// Remembers what a track that is gone has shown of the sizes of its class.
+    pub(crate) fn note_gone<F: Filter>(&mut self, track: &Track<F>) {
+        note_sizes(&mut self.past_sizes, track);
+    }
 }
 
 /// Adds what a track shows of the sizes of its class, where its filter keeps that.
-pub(crate) fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>) {
+fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>) {
     if let Some(evidence) = track.latest().state.size_evidence() {
         priors.note(track.latest().class(), evidence);
     }

@@ -4,23 +4,24 @@ use crate::agents::{AgentSlot, Agents};
 use crate::association::{Associator, Expected};
 use crate::config::EngineConfig;
 use crate::duplicates::{Duplicates, Weights};
-use crate::filter::size_priors::SizePriors;
 use crate::filter::{Filter, Measurement, PositionInnovation};
 use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
 use crate::inbox::AgentRecord;
-use crate::publish;
+use crate::publish::Publisher;
 use crate::sensing::{Look, Sensing};
 use crate::track::{Existence, FOLD_SLACK, Records, Track};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
 use v2x_common::id::TrackId;
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
 /// A track less likely than this is dropped as soon as no late data can revive it.
 const MIN_EXISTENCE: f64 = 0.01;
 /// Most tracks, published or not.
 const MAX_TRACKS: usize = 65_536;
+/// How often pairs of tracks that are gone are forgotten; ids never come back, so it only saves memory.
+const FORGET_DUPLICATES_EVERY: Span = Span::from_millis(5000);
 /// Most dropped tracks of which the memory is kept.
 const MAX_SPARE: usize = 4096;
 /// No object that a frame could report or miss lies further outside of its region than this, m, with this
@@ -40,6 +41,7 @@ pub(crate) struct Tracker<F> {
     spare: Vec<Track<F>>,
     next_counter: u32,
     duplicates: Duplicates,
+    duplicates_forgotten_at: Timestamp,
     associator: Associator,
     /// Tracks at the time of a frame: their places, their states, and what association needs of these.
     places: Vec<usize>,
@@ -49,8 +51,7 @@ pub(crate) struct Tracker<F> {
     reports: Vec<Option<u16>>,
     measurements: Vec<Measurement>,
     merges_due: Vec<(TrackId, TrackId)>,
-    /// Sizes of objects that are gone.
-    past_sizes: SizePriors,
+    publisher: Publisher,
     counts: Counts,
 }
 
@@ -80,6 +81,7 @@ impl<F: Filter> Tracker<F> {
             spare: Vec::new(),
             next_counter: 0,
             duplicates: Duplicates::default(),
+            duplicates_forgotten_at: Timestamp::MIN,
             associator: Associator::default(),
             places: Vec::new(),
             predicted: Vec::new(),
@@ -87,7 +89,7 @@ impl<F: Filter> Tracker<F> {
             reports: Vec::new(),
             measurements: Vec::new(),
             merges_due: Vec::new(),
-            past_sizes: SizePriors::default(),
+            publisher: Publisher::default(),
             counts: Counts::default(),
         }
     }
@@ -285,13 +287,14 @@ impl<F: Filter> Tracker<F> {
             }
         }
         for dropped in self.tracks.drain(kept..) {
-            publish::note_sizes(&mut self.past_sizes, &dropped);
+            self.publisher.note_gone(&dropped);
             if self.spare.len() < MAX_SPARE {
                 self.spare.push(dropped);
             }
         }
         self.frames.forget_before(horizon - FOLD_SLACK);
-        if kept < before {
+        if now - self.duplicates_forgotten_at > FORGET_DUPLICATES_EVERY {
+            self.duplicates_forgotten_at = now;
             let tracks = &self.tracks;
             let lives = |id| tracks.binary_search_by_key(&id, |track| track.id).is_ok();
             self.duplicates.forget(now, lives);
@@ -305,8 +308,8 @@ impl<F: Filter> Tracker<F> {
     }
 
     /// Writes down the objects as of `now`; what the list held is overwritten.
-    pub(crate) fn tell(&self, objects: &mut Vec<FusedObject>, now: Timestamp, agents: &Agents) {
-        publish::fill(objects, &self.tracks, (now, agents), &self.config, &self.past_sizes);
+    pub(crate) fn tell(&mut self, objects: &mut Vec<FusedObject>, now: Timestamp, agents: &Agents) {
+        self.publisher.fill(objects, &self.tracks, (now, agents), &self.config);
     }
 
     pub(crate) fn n_tracks(&self) -> usize {

@@ -23,11 +23,20 @@ impl Contributor {
     }
 }
 
+/// Room for agents in a new track.
+const AGENTS_AT_FIRST: usize = 16;
+
 /// The newest measurement of each agent, by the agents' names.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Contributors {
     newest: Vec<Contributor>,
     last_measured_at: Option<Timestamp>,
+}
+
+impl Default for Contributors {
+    fn default() -> Self {
+        Self { newest: Vec::with_capacity(AGENTS_AT_FIRST), last_measured_at: None }
+    }
 }
 
 impl Contributors {

@@ -52,7 +52,7 @@ impl Existence {
     }
 
     /// After a time in which the object may have gone: r' = r (1 − lost).
-    #[inline]
+    #[inline(always)]
     pub fn survived(self, dt: Span) -> Self {
         let lost = share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
         Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
@@ -60,7 +60,7 @@ impl Existence {
 
     /// After a report: times the ratio of its density given the object to that of clutter, where
     /// `detection_over_clutter` is in m² and ∞ without clutter.
-    #[inline]
+    #[inline(always)]
     pub fn reported(self, innovation: &PositionInnovation, detection_over_clutter: f64) -> Self {
         let odds = self.0 * detection_over_clutter;
         // Most tracks are as good as certain: then neither root nor exponential changes anything. The squares

@@ -10,6 +10,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// Pieces of evidence between two checkpoints: what a late frame replays to know the past, against memory.
 const CHECKPOINT_EVERY: usize = 8;
+/// Room for pieces of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
+const EVIDENCE_AT_FIRST: usize = 64;
 /// How much older than the horizon evidence may be kept, so that it is folded at a checkpoint, for nothing.
 pub const FOLD_SLACK: Span = Span::from_millis(250);
 
@@ -75,8 +77,8 @@ impl<F: Filter> Track<F> {
             Some(spare) => Self { id, head, stale_from: None, born_at: birth.captured_at, ..spare },
             None => Self {
                 id,
-                evidence: VecDeque::new(),
-                checkpoints: VecDeque::new(),
+                evidence: VecDeque::with_capacity(EVIDENCE_AT_FIRST),
+                checkpoints: VecDeque::with_capacity(EVIDENCE_AT_FIRST / CHECKPOINT_EVERY + 1),
                 head,
                 stale_from: None,
                 born_at: birth.captured_at,

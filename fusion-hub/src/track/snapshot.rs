@@ -56,7 +56,7 @@ impl<F: Filter> Snapshot<F> {
     }
 
     /// Takes in a report, made at the state's own time or taken as simultaneous.
-    #[inline]
+    #[inline(always)]
     pub fn see(&mut self, at: Timestamp, z: &Measurement, detection_over_clutter: f64) {
         self.survive_to(at);
         let innovation = self.state.update(z);
@@ -66,7 +66,7 @@ impl<F: Filter> Snapshot<F> {
     }
 
     /// Moves the state to another time. Within `synchronous` of it, it stays.
-    #[inline]
+    #[inline(always)]
     pub fn predict(&mut self, at: Timestamp, synchronous: Span) {
         if (at - self.state.at()).abs() > synchronous {
             self.state.predict(at, self.class);
@@ -84,13 +84,13 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn survive_to(&mut self, at: Timestamp) {
         self.existence = self.existence.survived(at - self.at);
         self.at = at;
     }
 
-    #[inline]
+    #[inline(always)]
     fn vote(&mut self, class: Class) {
         // Nearly always all reports agree.
         if self.votes[0].0 == class && self.class == class {
