@@ -134,15 +134,20 @@ impl FrameStore {
         &self.measurements[slot.0 as usize]
     }
 
-    /// The measurement of a piece, where it is a report, and its detection probability over clutter, m².
+    /// The measurement of a piece as it is held, where it is a report.
     #[inline(always)]
-    pub fn report(&self, piece: &Piece) -> Option<(Measurement, f64)> {
-        let compact = self.compact(piece.frame).get(usize::from(piece.index))?;
-        let mut z = compact.expanded(&self.laws);
-        if compact.has_velocity {
+    pub fn held(&self, piece: &Piece) -> Option<&CompactMeasurement> {
+        self.compact(piece.frame).get(usize::from(piece.index))
+    }
+
+    /// The measurement of a piece that is a report, from how it is held.
+    #[inline(always)]
+    pub fn expanded(&self, piece: &Piece, held: &CompactMeasurement) -> Measurement {
+        let mut z = held.expanded(&self.laws);
+        if held.has_velocity {
             z.velocity = self.velocity(piece);
         }
-        Some((z, compact.detection_over_clutter()))
+        z
     }
 
     fn velocity(&self, piece: &Piece) -> Option<Velocity> {

@@ -46,6 +46,22 @@ impl SizeLaws {
 }
 
 impl CompactMeasurement {
+    /// Of nothing: fills room that is not used yet.
+    pub const BLANK: Self = Self {
+        position: [0.0; 2],
+        r: [0.0; 3],
+        size: [0.0; 2],
+        relative_variance: [0.0; 2],
+        yaw: 0.0,
+        yaw_variance: 0.0,
+        detection_over_clutter: 0.0,
+        class: Class::Unknown,
+        has_velocity: false,
+        is_track: false,
+        law: 0,
+        has_law: [false; 2],
+    };
+
     /// From a measurement and what a report says of existence (m²). With more laws than 256 in use, the last ones
     /// hold by their first two moments.
     #[expect(clippy::cast_possible_truncation, reason = "single precision is meant")]

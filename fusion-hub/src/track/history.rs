@@ -2,7 +2,7 @@
 
 use super::{Contributors, Snapshot};
 use crate::agents::Agents;
-use crate::filter::Filter;
+use crate::filter::{CompactMeasurement, Filter};
 use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
 use std::collections::VecDeque;
 use v2x_common::id::TrackId;
@@ -10,6 +10,9 @@ use v2x_common::time::{Span, Timestamp};
 
 /// Pieces of evidence between two checkpoints: what a late frame replays to know the past, against memory.
 const CHECKPOINT_EVERY: usize = 8;
+/// Measurements fetched at once before they are replayed: they lie in as many frames, and fetching them one by one
+/// would wait for the memory each time.
+const GATHERED: usize = 16;
 /// Room for pieces of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
 const EVIDENCE_AT_FIRST: usize = 64;
 /// How much older than the horizon evidence may be kept, so that it is folded at a checkpoint, for nothing.
@@ -102,7 +105,7 @@ impl<F: Filter> Track<F> {
         let is_newest = self.evidence.back().is_none_or(|last| records.frames.is_before(last, &piece));
         if is_newest {
             self.evidence.push_back(piece);
-            apply(&mut self.head, &piece, predicted, records);
+            apply(&mut self.head, (&piece, records.frames.held(&piece)), predicted, records);
             let count = self.evidence.len();
             if self.checkpoints.back().is_none_or(|last| count >= last.count + CHECKPOINT_EVERY) {
                 self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
@@ -152,12 +155,22 @@ impl<F: Filter> Track<F> {
         self.checkpoints.truncate(self.checkpoints_within(place));
         let Some(mut count) = self.rewind(records) else { return };
         let mut marked = count;
-        for piece in self.evidence.range(count..) {
-            apply(&mut self.head, piece, None, records);
-            count += 1;
-            if count >= marked + CHECKPOINT_EVERY {
-                marked = count;
-                self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+        let mut gathered = [CompactMeasurement::BLANK; GATHERED];
+        while count < self.evidence.len() {
+            let block = self.evidence.range(count..self.evidence.len().min(count + GATHERED));
+            for (held, piece) in gathered.iter_mut().zip(block.clone()) {
+                if let Some(found) = records.frames.held(piece) {
+                    *held = *found;
+                }
+            }
+            for (held, piece) in gathered.iter().zip(block) {
+                let held = (piece.index != LOOK).then_some(held);
+                apply(&mut self.head, (piece, held), None, records);
+                count += 1;
+                if count >= marked + CHECKPOINT_EVERY {
+                    marked = count;
+                    self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+                }
             }
         }
     }
@@ -300,26 +313,32 @@ impl<F: Filter> Track<F> {
 #[inline]
 fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, piece: &Piece, records: &Records<'_>) {
     match known {
-        Some(known) => apply(known, piece, None, records),
+        Some(known) => apply(known, (piece, records.frames.held(piece)), None, records),
         None => *known = born(piece, records),
     }
 }
 
 fn born<F: Filter>(piece: &Piece, records: &Records<'_>) -> Option<Snapshot<F>> {
-    let (z, _) = records.frames.report(piece)?;
+    let z = records.frames.expanded(piece, records.frames.held(piece)?);
     let birth_odds = records.frames.get(piece.frame).model.birth_odds;
     Some(Snapshot::born(piece.captured_at, &z, birth_odds))
 }
 
+/// Adds a piece, with its measurement as it is held where it is a report.
 #[inline(always)]
-fn apply<F: Filter>(known: &mut Snapshot<F>, piece: &Piece, predicted: Option<&F>, records: &Records<'_>) {
+fn apply<F: Filter>(
+    known: &mut Snapshot<F>,
+    (piece, held): (&Piece, Option<&CompactMeasurement>),
+    predicted: Option<&F>,
+    records: &Records<'_>,
+) {
     let at = piece.captured_at;
-    if let Some((z, detection_over_clutter)) = records.frames.report(piece) {
+    if let Some(held) = held {
         match predicted {
             Some(predicted) => known.state = *predicted,
             None => known.predict(at, records.synchronous),
         }
-        known.see(at, &z, detection_over_clutter);
+        known.see(at, &records.frames.expanded(piece, held), held.detection_over_clutter());
     } else if let Some(look) = &records.frames.get(piece.frame).look {
         known.miss(at, look, records.synchronous);
     }
