@@ -1,9 +1,10 @@
 //! The same evidence gives the same bits in any order of arrival.
 
-use crate::world::{agent, at, description, detection, engine, frame};
+use crate::world::{agent, at, config, description, detection, engine, frame};
 use proptest::prelude::*;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
+use v2x_fusion_hub::config::Preset;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::refusal::{Disposition, Refusal};
 
@@ -131,4 +132,29 @@ fn a_frame_that_waited_while_the_hub_published_is_as_old_as_it_is_by_then() {
     // Received at 490, when it was young enough, but the hub has folded everything before 200 since.
     let waited = engine.handle_frame(&ego(1, 10), at(490));
     assert!(matches!(waited, Disposition::Refused(Refusal::TooLate { .. })), "{waited:?}");
+}
+
+#[test]
+fn read_literally_the_papers_text_loses_what_is_newer_than_a_late_measurement() {
+    let ego = |sequence: u64| {
+        let ms = 100 * i64::try_from(sequence).expect("test input");
+        frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.2, 0.1))])
+    };
+    let late = frame(agent("rsu"), 0, 150, vec![detection(0, at(150), (-0.3, 0.0))]);
+    let run = |preset: Preset, frames: &[&DetectionFrame]| {
+        let mut engine = Engine::new(config().with_preset(preset));
+        frames.iter().for_each(|frame| {
+            engine.handle_frame(frame, at(NOW_MS));
+        });
+        engine.fused(at(NOW_MS)).objects.clone()
+    };
+    let (early, newer) = ([ego(0), ego(1)], [ego(2), ego(3), ego(4)]);
+    let in_order = [&early[0], &early[1], &newer[0], &newer[1], &newer[2], &late];
+    let without_newer = [&early[0], &early[1], &late];
+    let states = |objects: Vec<FusedObject>| objects.iter().map(|object| object.bev).collect::<Vec<_>>();
+    assert_eq!(
+        states(run(Preset::PaperLiteral, &in_order)),
+        states(run(Preset::PaperLiteral, &without_newer))
+    );
+    assert_ne!(states(run(Preset::Paper, &in_order)), states(run(Preset::Paper, &without_newer)));
 }

@@ -16,8 +16,12 @@ pub(crate) fn at(ms: i64) -> Timestamp {
     Timestamp::EPOCH + Span::from_millis(1_000_000 + ms)
 }
 
+pub(crate) fn config() -> EngineConfig {
+    EngineConfig::new(HubId::new("hub").expect("test input"), 1)
+}
+
 pub(crate) fn engine() -> Engine {
-    Engine::new(EngineConfig::new(HubId::new("hub").expect("test input"), 1))
+    Engine::new(config())
 }
 
 pub(crate) fn agent(name: &str) -> AgentId {

@@ -1,13 +1,15 @@
-//! One track's filter: a step of 10 ms and a report under all four models; and its size.
+//! One track's filter: a step of 10 ms and a report, under constant velocity and under all four models; and its size.
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
-use v2x_fusion_hub::filter::Measurement;
+use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::filter::imm::{Imm, Inflation};
 use v2x_fusion_hub::filter::size_evidence::{LogNormal, SizeEvidence};
+use v2x_fusion_hub::filter::{Filter, Measurement, State};
 
+const TRACKS: usize = 100;
 const SPEED_MPS: f64 = 8.0;
 const DT_S: f64 = 0.01;
 
@@ -25,6 +27,24 @@ fn report(step: u32) -> Measurement {
         velocity: None,
         is_track: false,
     }
+}
+
+/// The structured constant-velocity filter, on a hundred tracks in turn as a frame brings them.
+fn cv(criterion: &mut Criterion) {
+    let mut tracks = vec![State::born(Timestamp::EPOCH, &report(0)); TRACKS];
+    let mut at = Timestamp::EPOCH;
+    let mut group = criterion.benchmark_group("cv");
+    group.throughput(Throughput::Elements(TRACKS as u64));
+    group.bench_function("predict and update, 100 tracks", |bencher| {
+        bencher.iter(|| {
+            at += Span::from_millis(10);
+            for track in &mut tracks {
+                track.predict(at, Class::Car);
+                track.update(black_box(&report(1)));
+            }
+        });
+    });
+    group.finish();
 }
 
 fn imm(criterion: &mut Criterion) {
@@ -75,5 +95,5 @@ fn sizes(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, imm);
+criterion_group!(benches, cv, imm);
 criterion_main!(benches);

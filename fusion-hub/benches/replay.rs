@@ -1,0 +1,77 @@
+//! A late report before 25 newer ones of its track: put in its place, and everything after it applied again.
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use v2x_common::class::Class;
+use v2x_common::covariance::{BoxCovariance, Covariance2};
+use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::geometry::BevBox;
+use v2x_common::id::{AgentId, FrameId, TrackId};
+use v2x_common::time::{Span, Timestamp};
+use v2x_fusion_hub::agents::Agents;
+use v2x_fusion_hub::filter::{Filter, ImmState, State};
+use v2x_fusion_hub::frames::{FrameStore, Piece};
+use v2x_fusion_hub::sensing::{Sensing, SensingDefaults};
+use v2x_fusion_hub::track::{LateData, Records, Track};
+
+/// Time between two reports, as ten agents at 10 Hz give them.
+const STEP: Span = Span::from_millis(10);
+const IN_TIME: u32 = 50;
+const NEWER: u32 = 25;
+
+fn frame(agent: AgentId, step: u32, sequence: u64) -> DetectionFrame {
+    let bev = BevBox { x: 0.1 * f64::from(step), y: 0.0, w: 1.8, d: 4.5, yaw: 0.0 };
+    let covariance = BoxCovariance { position: Covariance2::isotropic(0.3), ww: 0.1, dd: 0.6, yaw: 0.01 };
+    DetectionFrame {
+        id: FrameId { agent, epoch: 1, sequence },
+        captured_at: Timestamp::EPOCH + Span::from_nanos(i64::from(step) * STEP.as_nanos()),
+        sensor_pose: None,
+        sensor_revision: 0,
+        map_frame: None,
+        detections: vec![Detection {
+            class: Class::Car,
+            score: 0.9,
+            bev,
+            covariance,
+            velocity: None,
+            source_track: None,
+        }],
+    }
+}
+
+fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
+    let mut agents = Agents::default();
+    let name = AgentId::new("agent").expect("a legal name");
+    let slot = agents.slot_for(name);
+    let sensing = Sensing::undescribed(&SensingDefaults::default());
+    let mut frames = FrameStore::default();
+    let mut piece = |step: u32, sequence: u64| {
+        let frame = frame(name, step, sequence);
+        Piece { captured_at: frame.captured_at, frame: frames.insert(&frame, slot, &sensing, None), index: 0 }
+    };
+    let in_time: Vec<_> = (0..IN_TIME).map(|step| piece(step, u64::from(step))).collect();
+    // At the very time of the one before it, but later in order: exactly so many are newer.
+    let late = piece(IN_TIME - NEWER - 1, 1 << 40);
+    let records =
+        Records { frames: &frames, agents: &agents, synchronous: Span::ZERO, late_data: LateData::Replay };
+    let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
+    in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));
+    criterion.bench_function(&format!("replay/{filter}, 25 newer"), |bencher| {
+        bencher.iter_batched_ref(
+            || track.clone(),
+            |track| {
+                track.insert(late, None, &records);
+                track.replay(&records);
+            },
+            // As many tracks as stay in the caches, where a hub's are.
+            BatchSize::NumIterations(64),
+        );
+    });
+}
+
+fn replay(criterion: &mut Criterion) {
+    late_report::<State>(criterion, "cv");
+    late_report::<ImmState>(criterion, "imm");
+}
+
+criterion_group!(benches, replay);
+criterion_main!(benches);

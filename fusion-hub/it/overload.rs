@@ -1,0 +1,34 @@
+//! More than can be remembered: history gets shorter, and says so.
+
+use crate::world::{agent, at, detection, engine, frame};
+use v2x_fusion_hub::frames::MAX_FRAMES;
+use v2x_fusion_hub::refusal::{Disposition, Refusal};
+
+#[test]
+fn frames_beyond_all_room_shorten_the_history_and_late_ones_are_refused_by_name() {
+    let mut engine = engine();
+    let per_agent = 4000;
+    let n_agents = MAX_FRAMES / per_agent + 1;
+    let ms = |number: usize| i64::try_from(number * 400 / per_agent).expect("test input");
+    let mut accepted = 0;
+    for number in 0..per_agent {
+        for name in 0..n_agents {
+            let captured_ms = ms(number);
+            // One object is there all the time; most frames see nothing.
+            let seen =
+                if number % 400 == 0 { vec![detection(0, at(captured_ms), (0.0, 0.0))] } else { vec![] };
+            let sent = frame(agent(&format!("a{name}")), number as u64, captured_ms, seen);
+            let disposition = engine.handle_frame(&sent, at(captured_ms));
+            accepted += usize::from(matches!(disposition, Disposition::Accepted { .. }));
+        }
+    }
+    assert_eq!(accepted, per_agent * n_agents, "what is new is always let in");
+    let now_ms = ms(per_agent - 1);
+    let late = |captured_ms| frame(agent("late"), captured_ms as u64, captured_ms, vec![]);
+    let refused = engine.handle_frame(&late(1), at(now_ms));
+    assert!(matches!(refused, Disposition::Refused(Refusal::Overloaded { .. })), "{refused:?}");
+    let recent = engine.handle_frame(&late(now_ms - 1), at(now_ms));
+    assert!(matches!(recent, Disposition::Accepted { .. }), "{recent:?}");
+    assert_eq!(engine.inbox().record(&agent("late")).map(|record| record.refused["overloaded"]), Some(1));
+    assert_eq!(engine.fused(at(now_ms)).objects.len(), 1, "and the object is still one");
+}
