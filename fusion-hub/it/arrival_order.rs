@@ -85,6 +85,36 @@ proptest! {
     }
 
     #[test]
+    fn neither_duplicates_nor_publishing_in_between_change_anything(
+        (reports, order) in reports().prop_flat_map(|reports| {
+            let order = Just((0..reports.len()).collect::<Vec<_>>()).prop_shuffle();
+            (Just(reports), order)
+        }),
+        publishes in prop::collection::vec(any::<bool>(), 24),
+        repeats in prop::collection::vec(any::<bool>(), 24),
+    ) {
+        let frames = frames(&reports);
+        let (_, at_once) = run(order.iter().map(|place| &frames[*place]));
+        let mut engine = engine();
+        for name in AGENTS {
+            engine.handle_description(agent(name), description(1e-5));
+        }
+        for ((place, publish), repeat) in order.iter().zip(publishes).zip(repeats) {
+            engine.handle_frame(&frames[*place], at(NOW_MS));
+            if publish {
+                engine.fused(at(NOW_MS));
+            }
+            if repeat {
+                let again = engine.handle_frame(&frames[*place], at(NOW_MS));
+                prop_assert!(matches!(again, Disposition::Refused(Refusal::Duplicate { .. })), "{again:?}");
+            }
+        }
+        let mut step_by_step = engine.fused(at(NOW_MS)).objects.clone();
+        step_by_step.sort_by(|a, b| a.bev.y.total_cmp(&b.bev.y));
+        assert_same_bits(&at_once, &step_by_step);
+    }
+
+    #[test]
     fn permuted_detections_give_the_same_objects_and_states(
         reports in reports(), rotate in 0usize..N_OBJECTS
     ) {
