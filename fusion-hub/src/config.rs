@@ -1,6 +1,6 @@
 //! The engine's settings.
 
-use crate::association::AssociationConfig;
+use crate::association::{AssociationConfig, AssociationCost};
 use crate::sensing::SensingDefaults;
 use crate::track::LateData;
 use v2x_common::id::{HubId, MapFrame};
@@ -77,7 +77,7 @@ impl EngineConfig {
             filter_synchronous: Span::ZERO,
             late_data: LateData::Replay,
             motion: MotionModel::default(),
-            association: AssociationConfig::default(),
+            association: AssociationConfig { cost: AssociationCost::Likelihood, ..AssociationConfig::default() },
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
         }
