@@ -19,6 +19,8 @@ const ROUNDING_M: f64 = 1e-6;
 pub const MAX_SIZE_M: f64 = 65.0;
 /// Smallest width or depth, m.
 pub const MIN_SIZE_M: f64 = 0.001;
+/// Smallest variance of anything, m², rad² or m²/s²: nobody measures to 10 µm.
+pub const MIN_VARIANCE: f64 = 1e-10;
 /// Largest standard deviation of a position or a size, m.
 pub const MAX_SIGMA_M: f64 = 70.0;
 /// Largest standard deviation of a heading, rad (beyond it a heading says nothing).
@@ -110,8 +112,8 @@ impl Detection {
         check("d", bev.d, size.contains(&bev.d), "0.001 to 65 m")?;
         check("yaw", bev.yaw, bev.yaw.abs() <= MAX_YAW_RAD, "-π to π")?;
         check("score", self.score, (0.0..=1.0).contains(&self.score), "0 to 1")?;
-        let (variance_m2, expected) = (MAX_SIGMA_M * MAX_SIGMA_M, "more than 0, at most 4900 m²");
-        let in_range = |variance: f64, limit: f64| variance > 0.0 && variance <= limit;
+        let (variance_m2, expected) = (MAX_SIGMA_M * MAX_SIGMA_M, "1e-10 to 4900 m²");
+        let in_range = |variance: f64, limit: f64| variance >= MIN_VARIANCE && variance <= limit;
         let BoxCovariance { position, ww, dd, yaw } = self.covariance;
         check("variance of x", position.xx, in_range(position.xx, variance_m2), expected)?;
         check("variance of y", position.yy, in_range(position.yy, variance_m2), expected)?;
@@ -120,12 +122,13 @@ impl Detection {
         check("variance of w", ww, in_range(ww, variance_m2), expected)?;
         check("variance of d", dd, in_range(dd, variance_m2), expected)?;
         let yaw_limit = MAX_SIGMA_YAW_RAD * MAX_SIGMA_YAW_RAD;
-        check("variance of yaw", yaw, in_range(yaw, yaw_limit), "more than 0, at most 49 rad²")?;
+        check("variance of yaw", yaw, in_range(yaw, yaw_limit), "1e-10 to 49 rad²")?;
         if let Some(velocity) = &self.velocity {
             check("velocity x", velocity.x, velocity.x.abs() <= MAX_SPEED_MPS, "at most 150 m/s")?;
             check("velocity y", velocity.y, velocity.y.abs() <= MAX_SPEED_MPS, "at most 150 m/s")?;
             let covariance = &velocity.covariance;
-            let ok = covariance.is_valid() && covariance.max_sigma() <= MAX_SIGMA_M;
+            let is_sure = covariance.xx.min(covariance.yy) < MIN_VARIANCE;
+            let ok = covariance.is_valid() && !is_sure && covariance.max_sigma() <= MAX_SIGMA_M;
             check("velocity covariance", covariance.xx, ok, "positive definite, at most 70 m/s")?;
         }
         Ok(())

@@ -11,6 +11,7 @@ use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
 use v2x_fusion_hub::config::{EngineConfig, Preset};
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::Disposition;
 
 const AGENTS: [&str; 4] = ["ego", "rsu", "van", "cam"];
 
@@ -41,6 +42,12 @@ impl Source<'_> {
         self.signed() / 256.0
     }
 
+    /// A width or depth: mostly one that can be.
+    fn extent(&mut self) -> f64 {
+        let word = self.word();
+        if word > 65_000 { self.number() } else { 0.001 * f64::from(word.max(1)) }
+    }
+
     /// A standard deviation from 1 mm to 66 m.
     fn sigma(&mut self) -> f64 {
         0.001 * (1.0 + f64::from(self.word()))
@@ -61,8 +68,8 @@ impl Source<'_> {
         let bev = BevBox {
             x: self.number(),
             y: self.number(),
-            w: self.number().abs(),
-            d: self.number().abs(),
+            w: self.extent(),
+            d: self.extent(),
             yaw: self.signed() / 10_430.0,
         };
         let covariance = BoxCovariance {
@@ -84,8 +91,8 @@ impl Source<'_> {
     fn frame(&mut self, now: Timestamp) -> DetectionFrame {
         let flags = self.byte();
         let agent = AGENTS[usize::from(flags) % AGENTS.len()];
-        let captured_at = now + Span::from_micros(i64::from(self.word().cast_signed()) * 32);
-        let sequence = u64::from(self.byte());
+        let captured_at = now + Span::from_micros(i64::from(self.word().cast_signed()) * 16);
+        let sequence = u64::from(self.word());
         let sensor_pose = (flags & 8 != 0).then(|| Pose { x: self.number(), y: self.number(), yaw: 0.5 });
         let count = if flags & 128 != 0 { self.byte() % 64 } else { self.byte() % 8 };
         DetectionFrame {
@@ -121,13 +128,15 @@ impl Source<'_> {
 }
 
 /// Runs an engine on whatever the bytes say. Panics where it breaks a promise: finite numbers, time that never
-/// runs back, one track for each id, and fused frames that the wire can hold.
-pub(crate) fn run(bytes: &[u8]) {
+/// runs back, one track for each id, and fused frames that the wire can hold. Tells how many frames were sent and
+/// how many of them were let in.
+pub(crate) fn run(bytes: &[u8]) -> (usize, usize) {
     let mut source = Source(bytes);
     let preset = [Preset::Ours, Preset::Paper, Preset::PaperLiteral][usize::from(source.byte()) % 3];
     let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1).with_preset(preset);
     let mut engine = Engine::new(config);
     let mut now = Timestamp::EPOCH + Span::from_millis(1_000_000);
+    let (mut sent, mut accepted) = (0, 0);
     while !source.0.is_empty() {
         match source.byte() % 8 {
             0 => now += Span::from_millis(i64::from(source.byte())),
@@ -141,13 +150,16 @@ pub(crate) fn run(bytes: &[u8]) {
             2 => check(&mut engine, now),
             _ => {
                 let frame = source.frame(now);
+                sent += 1;
                 if frame.validate().is_ok() {
-                    engine.handle_frame(&frame, now);
+                    let disposition = engine.handle_frame(&frame, now);
+                    accepted += usize::from(matches!(disposition, Disposition::Accepted { .. }));
                 }
             }
         }
     }
     check(&mut engine, now);
+    (sent, accepted)
 }
 
 fn check(engine: &mut Engine, now: Timestamp) {
@@ -177,5 +189,16 @@ mod tests {
         fn no_sequence_of_valid_frames_breaks_the_engine(bytes in prop::collection::vec(any::<u8>(), 0..4000)) {
             super::run(&bytes);
         }
+    }
+
+    #[test]
+    fn most_of_what_it_sends_is_let_in() {
+        use rand_chacha::ChaCha8Rng;
+        use rand_chacha::rand_core::{Rng, SeedableRng};
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut bytes = vec![0; 100_000];
+        rng.fill_bytes(&mut bytes);
+        let (sent, accepted) = super::run(&bytes);
+        assert!(sent > 150 && 2 * accepted > sent, "{accepted} of {sent} frames");
     }
 }

@@ -6,4 +6,5 @@ mod consistency;
 mod life_of_a_track;
 mod numerics;
 mod overload;
+mod promises;
 mod world;

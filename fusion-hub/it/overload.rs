@@ -9,7 +9,7 @@ fn frames_beyond_all_room_shorten_the_history_and_late_ones_are_refused_by_name(
     let mut engine = engine();
     let per_agent = 4000;
     let n_agents = MAX_FRAMES / per_agent + 1;
-    let ms = |number: usize| i64::try_from(number * 400 / per_agent).expect("test input");
+    let ms = |number: usize| i64::try_from(number * 200 / per_agent).expect("test input");
     let mut accepted = 0;
     for number in 0..per_agent {
         for name in 0..n_agents {

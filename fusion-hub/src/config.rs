@@ -77,7 +77,10 @@ impl EngineConfig {
             filter_synchronous: Span::ZERO,
             late_data: LateData::Replay,
             motion: MotionModel::default(),
-            association: AssociationConfig { cost: AssociationCost::Likelihood, ..AssociationConfig::default() },
+            association: AssociationConfig {
+                cost: AssociationCost::Likelihood,
+                ..AssociationConfig::default()
+            },
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
         }

@@ -19,6 +19,9 @@ const BOTH_REPORTED_OF_ONE: f64 = 0.02;
 /// How long a pair that no longer competes is remembered.
 const MEMORY: Span = Span::from_millis(30_000);
 
+/// Most testimonies held; beyond it new pairs stay two.
+const MAX_TESTIMONIES: usize = 1 << 18;
+
 /// Two tracks, the older first.
 type Pair = (TrackId, TrackId);
 
@@ -36,8 +39,9 @@ impl Weights {
         let at_least_one = 1.0 - (1.0 - p) * (1.0 - p);
         let both_of_two = p * p / at_least_one;
         Self {
-            one_reported: libm::log((1.0 - BOTH_REPORTED_OF_ONE) / (1.0 - both_of_two)),
-            both_reported: libm::log(BOTH_REPORTED_OF_ONE / both_of_two),
+            // Whatever a sensor claims, one report never speaks for two objects, nor two for one.
+            one_reported: libm::log((1.0 - BOTH_REPORTED_OF_ONE) / (1.0 - both_of_two)).max(0.0),
+            both_reported: libm::log(BOTH_REPORTED_OF_ONE / both_of_two).min(0.0),
         }
     }
 }
@@ -73,6 +77,9 @@ impl Duplicates {
         at: Timestamp,
     ) -> Option<Pair> {
         let pair = (a.min(b), a.max(b));
+        if self.testimonies.len() >= MAX_TESTIMONIES && !self.testimonies.contains_key(&(pair, agent)) {
+            return None;
+        }
         let testimony = self.testimonies.entry((pair, agent)).or_default();
         let before = *testimony;
         let evidence = if both_reported { weights.both_reported } else { weights.one_reported };

@@ -3,6 +3,7 @@
 
 use crate::config::{EngineConfig, MotionModel};
 use crate::filter::{ImmState, State};
+use crate::frames::MAX_MEASUREMENTS_OF_AGENT;
 use crate::inbox::Inbox;
 use crate::refusal::{Disposition, Refusal};
 use crate::sensing::Sensing;
@@ -117,13 +118,14 @@ impl Engine {
         // A frame that waited while the hub published is as old as it is now: what it is older than may be
         // folded already.
         self.newest_now = self.newest_now.max(now);
-        self.make_room(frame.detections.len());
-        let out_of_sequence = match self.inbox.admit(frame, self.newest_now) {
-            Ok(out_of_sequence) => out_of_sequence,
-            Err(refusal) => return Disposition::Refused(refusal),
-        };
+        let verdict = self.inbox.examine(frame, self.newest_now).and_then(|()| self.make_room(frame));
+        if let Err(refusal) = verdict {
+            self.inbox.refuse(frame.id.agent, refusal.clone());
+            return Disposition::Refused(refusal);
+        }
+        let out_of_sequence = self.inbox.admit(frame, self.newest_now);
         if self.newest_now - self.settled_at > SETTLE_INTERVAL {
-            self.settle();
+            self.settle(FOLD_SLACK);
         }
         self.note_pending(frame, now);
         let innovations = self.track(frame);
@@ -151,27 +153,41 @@ impl Engine {
     }
 
     /// Where frames come faster than they can be remembered, the oldest quarter is folded early: late data as
-    /// old as that is then refused as `overloaded`.
-    fn make_room(&mut self, n_measurements: usize) {
-        let crowded = with_tracks!(&self.tracks, tracker => tracker.crowded_before(n_measurements));
-        if let Some(begin) = crowded {
-            self.inbox.begin_history_at(begin + FOLD_SLACK);
-            self.settle();
+    /// old as that is then refused as `overloaded`. No agent can fill the room alone.
+    fn make_room(&mut self, frame: &DetectionFrame) -> Result<(), Refusal> {
+        let count = frame.detections.len();
+        if let Some((agent, _)) = self.inbox.entry(&frame.id.agent) {
+            let held = with_tracks!(&self.tracks, tracker => tracker.n_measurements_of(agent));
+            if held + count > MAX_MEASUREMENTS_OF_AGENT {
+                return Err(Refusal::TooManyDetections { limit: MAX_MEASUREMENTS_OF_AGENT });
+            }
         }
+        if !with_tracks!(&self.tracks, tracker => tracker.is_full_for(count)) {
+            return Ok(());
+        }
+        if let Some(begin) = with_tracks!(&self.tracks, tracker => tracker.first_quarter()) {
+            self.inbox.begin_history_at(begin.min(self.newest_now));
+            self.settle(Span::ZERO);
+        }
+        let is_full = with_tracks!(&self.tracks, tracker => tracker.is_full_for(count));
+        if is_full || frame.captured_at < self.inbox.horizon() {
+            return Err(Refusal::Overloaded { age: self.newest_now - frame.captured_at });
+        }
+        Ok(())
     }
 
     /// Replays late data and forgets what can no longer matter.
-    fn settle(&mut self) {
+    fn settle(&mut self, slack: Span) {
         self.settled_at = self.newest_now;
+        self.inbox.tell_time(self.newest_now);
         let (now, horizon, names) = (self.newest_now, self.inbox.horizon(), self.inbox.names());
-        with_tracks!(&mut self.tracks, tracker => tracker.settle(now, horizon, names));
+        with_tracks!(&mut self.tracks, tracker => tracker.settle(now, (horizon, slack), names));
     }
 
     /// The list of objects as of `now`, and what is new in it since the last call.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
         self.newest_now = self.newest_now.max(now);
-        self.inbox.tell_time(self.newest_now);
-        self.settle();
+        self.settle(FOLD_SLACK);
         let Self { fused, pending, inbox, tracks, .. } = self;
         fused.sequence = self.sequence;
         self.sequence += 1;

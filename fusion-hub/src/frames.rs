@@ -17,6 +17,9 @@ pub const MAX_FRAMES: usize = 1 << 16;
 /// Most measurements held, in all frames.
 pub const MAX_MEASUREMENTS: usize = 1 << 20;
 
+/// Most of these that are one agent's: nobody fills the hub alone.
+pub const MAX_MEASUREMENTS_OF_AGENT: usize = MAX_MEASUREMENTS / 8;
+
 /// Where a frame is held, until it is forgotten.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameSlot(u32);
@@ -63,6 +66,8 @@ pub struct FrameStore {
     /// By (capture time, id).
     order: VecDeque<(Timestamp, FrameSlot)>,
     n_measurements: usize,
+    /// By agent.
+    n_measurements_of: Vec<usize>,
 }
 
 impl FrameStore {
@@ -94,6 +99,10 @@ impl FrameStore {
             stored.velocities.extend(z.velocity.map(|velocity| (index, velocity)));
         }
         self.n_measurements += measurements.len();
+        if self.n_measurements_of.len() <= agent.index() {
+            self.n_measurements_of.resize(agent.index() + 1, 0);
+        }
+        self.n_measurements_of[agent.index()] += measurements.len();
         let key = (frame.captured_at, slot);
         let place = self.order.iter().rposition(|other| self.compare(*other, key) == Ordering::Less);
         self.order.insert(place.map_or(0, |place| place + 1), key);
@@ -176,7 +185,9 @@ impl FrameStore {
                 break;
             }
             self.order.pop_front();
-            self.n_measurements -= self.compact(slot).len();
+            let (count, agent) = (self.compact(slot).len(), self.get(slot).agent);
+            self.n_measurements -= count;
+            self.n_measurements_of[agent.index()] -= count;
             self.free.push(slot);
         }
     }
@@ -186,9 +197,21 @@ impl FrameStore {
         self.order.len() >= MAX_FRAMES || self.n_measurements + n_measurements > MAX_MEASUREMENTS
     }
 
-    /// Capture time of the frame that this share of all held frames is older than.
-    pub fn quantile(&self, numerator: usize, denominator: usize) -> Option<Timestamp> {
-        let place = self.order.len() * numerator / denominator;
-        self.order.get(place).map(|(captured_at, _)| *captured_at)
+    /// The time before which a quarter of all that is held was captured, by frames and by measurements.
+    pub fn first_quarter(&self) -> Option<Timestamp> {
+        let mut measurements = 0;
+        let is_enough = |place: usize, measurements: usize| {
+            4 * place >= self.order.len() && 4 * measurements >= self.n_measurements
+        };
+        self.order.iter().enumerate().find_map(|(place, (captured_at, slot))| {
+            let found = is_enough(place, measurements).then_some(*captured_at);
+            measurements += self.compact(*slot).len();
+            found
+        })
+    }
+
+    /// Measurements of an agent that are held.
+    pub fn n_measurements_of(&self, agent: AgentSlot) -> usize {
+        self.n_measurements_of.get(agent.index()).copied().unwrap_or(0)
     }
 }

@@ -140,14 +140,9 @@ impl Inbox {
         }
     }
 
-    /// Lets a frame in, or refuses it; `now` is the hub's clock. `Ok(true)` where it is out of sequence.
-    pub fn admit(&mut self, frame: &DetectionFrame, now: Timestamp) -> Result<bool, Refusal> {
+    /// Notes a frame that is let in; `now` is the hub's clock. True where it is out of sequence.
+    pub fn admit(&mut self, frame: &DetectionFrame, now: Timestamp) -> bool {
         self.tell_time(now);
-        let verdict = self.examine(frame, now);
-        if let Err(refusal) = &verdict {
-            self.refuse(frame.id.agent, refusal.clone());
-            return verdict.map(|()| false);
-        }
         let newer_by = self.newest_captured_at.map_or(Span::ZERO, |newest| frame.captured_at - newest);
         let is_synchronous = newer_by.abs() <= self.synchronous;
         let out_of_sequence = newer_by < Span::ZERO && !is_synchronous;
@@ -155,7 +150,7 @@ impl Inbox {
         // The first map frame that is named is the hub's, where it has none of its own.
         self.map_frame = self.map_frame.or(frame.map_frame);
         let horizon = now - self.delta_max;
-        let Some(slot) = self.slot_for(frame.id.agent) else { return Ok(out_of_sequence) };
+        let Some(slot) = self.slot_for(frame.id.agent) else { return out_of_sequence };
         let record = &mut self.records[slot.index()];
         record.last_heard_at = Some(now);
         record.note_seen((frame.id.epoch, frame.id.sequence), frame.captured_at, horizon);
@@ -167,7 +162,7 @@ impl Inbox {
         record.synchronous += u64::from(is_synchronous);
         record.out_of_sequence += u64::from(out_of_sequence);
         record.ahead_of_time += u64::from(frame.captured_at > now);
-        Ok(out_of_sequence)
+        out_of_sequence
     }
 
     /// Tells the hub's clock, which never runs backwards.
@@ -190,7 +185,8 @@ impl Inbox {
         (self.now - self.delta_max).max(self.history_begins)
     }
 
-    fn examine(&self, frame: &DetectionFrame, now: Timestamp) -> Result<(), Refusal> {
+    /// Whether a frame may be let in; `now` is the hub's clock.
+    pub fn examine(&self, frame: &DetectionFrame, now: Timestamp) -> Result<(), Refusal> {
         if let (Some(theirs), Some(hub)) = (frame.map_frame, self.map_frame)
             && theirs != hub
         {
@@ -313,6 +309,18 @@ mod tests {
         Timestamp::EPOCH + Span::from_millis(1_000_000 + ms)
     }
 
+    /// As the engine does it.
+    fn admit(inbox: &mut Inbox, frame: &DetectionFrame, now: Timestamp) -> Result<bool, Refusal> {
+        inbox.tell_time(now);
+        match inbox.examine(frame, now) {
+            Ok(()) => Ok(inbox.admit(frame, now)),
+            Err(refusal) => {
+                inbox.refuse(frame.id.agent, refusal.clone());
+                Err(refusal)
+            }
+        }
+    }
+
     fn config() -> EngineConfig {
         EngineConfig::new(HubId::new("hub").unwrap(), 1)
     }
@@ -324,10 +332,10 @@ mod tests {
     #[test]
     fn age_is_measured_against_the_hubs_clock_at_both_ends() {
         let mut inbox = inbox();
-        assert_eq!(inbox.admit(&frame("a", 0, 0), at(500)), Ok(false));
-        assert!(matches!(inbox.admit(&frame("a", 1, 0), at(501)), Err(Refusal::TooLate { .. })));
-        assert_eq!(inbox.admit(&frame("a", 2, 1001), at(501)), Ok(false));
-        assert!(matches!(inbox.admit(&frame("a", 3, 1002), at(501)), Err(Refusal::TooEarly { .. })));
+        assert_eq!(admit(&mut inbox, &frame("a", 0, 0), at(500)), Ok(false));
+        assert!(matches!(admit(&mut inbox, &frame("a", 1, 0), at(501)), Err(Refusal::TooLate { .. })));
+        assert_eq!(admit(&mut inbox, &frame("a", 2, 1001), at(501)), Ok(false));
+        assert!(matches!(admit(&mut inbox, &frame("a", 3, 1002), at(501)), Err(Refusal::TooEarly { .. })));
         let record = inbox.record(&AgentId::new("a").unwrap()).unwrap();
         assert_eq!((record.accepted, record.refused["too_late"], record.refused["too_early"]), (2, 1, 1));
     }
@@ -335,12 +343,12 @@ mod tests {
     #[test]
     fn a_frame_is_taken_once_and_again_only_in_a_new_epoch() {
         let mut inbox = inbox();
-        assert_eq!(inbox.admit(&frame("a", 7, 0), at(10)), Ok(false));
-        assert!(matches!(inbox.admit(&frame("a", 7, 0), at(10)), Err(Refusal::Duplicate { .. })));
+        assert_eq!(admit(&mut inbox, &frame("a", 7, 0), at(10)), Ok(false));
+        assert!(matches!(admit(&mut inbox, &frame("a", 7, 0), at(10)), Err(Refusal::Duplicate { .. })));
         let mut rebooted = frame("a", 7, 20);
         rebooted.id.epoch = 2;
-        assert_eq!(inbox.admit(&rebooted, at(30)), Ok(false));
-        assert_eq!(inbox.admit(&frame("b", 7, 0), at(30)), Ok(true));
+        assert_eq!(admit(&mut inbox, &rebooted, at(30)), Ok(false));
+        assert_eq!(admit(&mut inbox, &frame("b", 7, 0), at(30)), Ok(true));
     }
 
     #[test]
@@ -349,9 +357,9 @@ mod tests {
         let mut inbox = Inbox::new(&EngineConfig { map_frame, ..config() });
         let mut foreign = frame("a", 0, 0);
         foreign.map_frame = Some(MapFrame::new("EPSG:25833").unwrap());
-        let message = inbox.admit(&foreign, at(0)).unwrap_err().to_string();
+        let message = admit(&mut inbox, &foreign, at(0)).unwrap_err().to_string();
         assert!(message.contains("EPSG:25833") && message.contains("EPSG:32632"), "{message}");
-        assert_eq!(inbox.admit(&frame("a", 1, 0), at(0)), Ok(false));
+        assert_eq!(admit(&mut inbox, &frame("a", 1, 0), at(0)), Ok(false));
     }
 
     #[test]
@@ -362,8 +370,11 @@ mod tests {
             frame
         };
         let mut inbox = inbox();
-        assert_eq!(inbox.admit(&named("EPSG:32632", 0), at(0)), Ok(false));
-        assert!(matches!(inbox.admit(&named("EPSG:25833", 1), at(0)), Err(Refusal::MapFrameMismatch { .. })));
+        assert_eq!(admit(&mut inbox, &named("EPSG:32632", 0), at(0)), Ok(false));
+        assert!(matches!(
+            admit(&mut inbox, &named("EPSG:25833", 1), at(0)),
+            Err(Refusal::MapFrameMismatch { .. })
+        ));
         assert_eq!(inbox.map_frame(), Some(MapFrame::new("EPSG:32632").unwrap()));
     }
 
@@ -371,13 +382,13 @@ mod tests {
     fn an_agent_that_is_silent_for_good_makes_room_for_a_new_one() {
         let mut inbox = inbox();
         for agent in 0..MAX_AGENTS {
-            inbox.admit(&frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
+            admit(&mut inbox, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
         }
         assert!(matches!(
-            inbox.admit(&frame("z", 0, 50_000), at(50_000)),
+            admit(&mut inbox, &frame("z", 0, 50_000), at(50_000)),
             Err(Refusal::TooManyAgents { .. })
         ));
-        assert_eq!(inbox.admit(&frame("z", 1, 61_000), at(61_000)), Ok(false));
+        assert_eq!(admit(&mut inbox, &frame("z", 1, 61_000), at(61_000)), Ok(false));
         assert_eq!(inbox.agents().count(), MAX_AGENTS);
     }
 
@@ -385,16 +396,16 @@ mod tests {
     fn memory_is_bounded_against_many_agents_and_many_frames() {
         let mut inbox = inbox();
         for agent in 0..MAX_AGENTS {
-            inbox.admit(&frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
+            admit(&mut inbox, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
         }
-        assert!(matches!(inbox.admit(&frame("z", 0, 0), at(0)), Err(Refusal::TooManyAgents { .. })));
+        assert!(matches!(admit(&mut inbox, &frame("z", 0, 0), at(0)), Err(Refusal::TooManyAgents { .. })));
         assert_eq!(inbox.refused_beyond_limit(), 1);
         for sequence in 1..MAX_FRAMES_WITHIN_DELTA_MAX as u64 {
-            inbox.admit(&frame("a0", sequence, 0), at(0)).unwrap();
+            admit(&mut inbox, &frame("a0", sequence, 0), at(0)).unwrap();
         }
         let one_more = frame("a0", 1 << 40, 0);
-        assert!(matches!(inbox.admit(&one_more, at(0)), Err(Refusal::TooManyFrames { .. })));
+        assert!(matches!(admit(&mut inbox, &one_more, at(0)), Err(Refusal::TooManyFrames { .. })));
         let later = frame("a0", 1 << 41, 600);
-        assert_eq!(inbox.admit(&later, at(600)), Ok(false), "room again once Δmax has passed");
+        assert_eq!(admit(&mut inbox, &later, at(600)), Ok(false), "room again once Δmax has passed");
     }
 }

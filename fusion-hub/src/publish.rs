@@ -12,6 +12,9 @@ use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
+/// Reports from which on an object that is gone has taught something of its class.
+const REMEMBERED_REPORTS: u32 = 10;
+
 /// Writes down objects; holds the memory of those that a shorter list has no use for.
 #[derive(Debug, Default)]
 pub(crate) struct Publisher {
@@ -31,7 +34,7 @@ impl Publisher {
     ) {
         let mut priors = self.past_sizes.clone();
         for track in tracks {
-            note_sizes(&mut priors, track);
+            note_sizes(&mut priors, track, config);
         }
         let mut count = 0;
         for track in tracks {
@@ -45,14 +48,25 @@ impl Publisher {
 
     /// Remembers what a track that is gone has shown of the sizes of its class.
     pub(crate) fn note_gone<F: Filter>(&mut self, track: &Track<F>) {
-        note_sizes(&mut self.past_sizes, track);
+        // What is gone is hardly believed in any more; how often it was reported tells it from clutter.
+        let latest = track.latest();
+        if let Some(evidence) = latest.state.size_evidence()
+            && latest.n_reports >= REMEMBERED_REPORTS
+        {
+            self.past_sizes.note(latest.class(), evidence);
+            self.past_sizes.fade(latest.class());
+        }
     }
 }
 
 /// Adds what a track shows of the sizes of its class, where its filter keeps that.
-fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>) {
-    if let Some(evidence) = track.latest().state.size_evidence() {
-        priors.note(track.latest().class(), evidence);
+fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>, config: &EngineConfig) {
+    let latest = track.latest();
+    // All that is told of is noted, and clutter teaches nothing.
+    if let Some(evidence) = latest.state.size_evidence()
+        && latest.existence.probability() >= config.publish_existence
+    {
+        priors.note(latest.class(), evidence);
     }
 }
 

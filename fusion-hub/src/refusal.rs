@@ -46,7 +46,7 @@ pub enum Refusal {
         /// The frame's number.
         sequence: u64,
     },
-    /// Younger than Δmax, but history was shortened for lack of room.
+    /// Younger than Δmax, but history was shortened for lack of room, or there is none even so.
     #[error("captured {age} before the hub's time: overloaded, history is shorter than the maximum latency")]
     Overloaded {
         /// How long ago.
@@ -55,6 +55,12 @@ pub enum Refusal {
     /// More agents than the hub keeps books on.
     #[error("more than {limit} agents")]
     TooManyAgents {
+        /// How many are allowed.
+        limit: usize,
+    },
+    /// More detections within Δmax than one agent may send.
+    #[error("more than {limit} detections of this agent within the maximum latency")]
+    TooManyDetections {
         /// How many are allowed.
         limit: usize,
     },
@@ -78,6 +84,7 @@ impl Refusal {
             Self::Duplicate { .. } => "duplicate",
             Self::Overloaded { .. } => "overloaded",
             Self::TooManyAgents { .. } => "too_many_agents",
+            Self::TooManyDetections { .. } => "too_many_detections",
             Self::TooManyFrames { .. } => "too_many_frames",
         }
     }

@@ -9,15 +9,15 @@ use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
 use crate::inbox::AgentRecord;
 use crate::publish::Publisher;
 use crate::sensing::{Look, Sensing};
-use crate::track::{Existence, FOLD_SLACK, Records, Track};
+use crate::track::{Records, Track};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
-/// A track less likely than this is dropped as soon as no late data can revive it.
-const MIN_EXISTENCE: f64 = 0.01;
+/// A track that could have more of a frame's reports than this tells nothing about duplicates.
+const MAX_RIVALS: usize = 8;
 /// Most tracks, published or not.
 const MAX_TRACKS: usize = 65_536;
 /// How often pairs of tracks that are gone are forgotten; ids never come back, so it only saves memory.
@@ -129,7 +129,13 @@ impl<F: Filter> Tracker<F> {
         let frame = self.frames.get(slot);
         let at = frame.captured_at;
         let Some(region) = Region::of(&self.measurements, frame.look.as_ref()) else { return };
+        // As long as a track is kept, so that a gap may be bridged by data that is still to come.
+        let memory = self.config.coast + self.config.delta_max;
+        let away_from = |track: &Track<F>| (at - track.latest().state.at()).abs();
         for (place, track) in self.tracks.iter().enumerate() {
+            if !region.may_hold(&track.latest().state, away_from(track).as_secs_f64()) {
+                continue;
+            }
             let past;
             let known = if track.is_newest(at) {
                 track.latest()
@@ -139,7 +145,7 @@ impl<F: Filter> Tracker<F> {
             };
             // A track that seems dead may only be waiting for late data: it is expected too, but yields to others.
             let away = (at - known.state.at()).abs();
-            if away > self.config.coast || !region.may_hold(&known.state, away.as_secs_f64()) {
+            if away > memory {
                 continue;
             }
             self.places.push(place);
@@ -239,7 +245,11 @@ impl<F: Filter> Tracker<F> {
         let id_of = |col: usize| self.tracks[places[col]].id;
         self.merges_due.clear();
         for (col, own) in self.reports.iter().enumerate() {
-            for report in associator.candidates_of(col) {
+            let candidates = associator.candidates_of(col);
+            if candidates.len() > MAX_RIVALS {
+                continue;
+            }
+            for report in candidates {
                 let Some(rival) = associator.track_of()[*report as usize] else { continue };
                 let rival = rival as usize;
                 // Where each could have had the other's report, the pair is met twice.
@@ -275,20 +285,21 @@ impl<F: Filter> Tracker<F> {
     }
 
     /// Replays late data and forgets what can no longer matter: nothing older than the horizon is let in.
-    pub(crate) fn settle(&mut self, now: Timestamp, horizon: Timestamp, agents: &Agents) {
+    ///
+    /// Frames are kept for `slack` longer, so that tracks can be folded where it costs nothing.
+    pub(crate) fn settle(&mut self, now: Timestamp, (horizon, slack): (Timestamp, Span), agents: &Agents) {
         let records = Self::records(&self.config, &self.frames, agents);
         let gone = horizon - self.config.coast;
-        let floor = Existence::from_probability(MIN_EXISTENCE);
         let before = self.tracks.len();
         let mut kept = 0;
         for place in 0..before {
             let track = &mut self.tracks[place];
             track.replay(&records);
-            track.fold(horizon, &records);
+            track.fold(horizon, slack, &records);
             let last_measured_at = track.last_measured_at();
             track.forget_contributors(gone);
-            let revivable = last_measured_at >= horizon || track.latest().existence >= floor;
-            if revivable && last_measured_at >= gone {
+            // However dead it seems: late data can still be its own, and how often the hub publishes must not show.
+            if last_measured_at >= gone {
                 self.tracks.swap(kept, place);
                 kept += 1;
             }
@@ -299,7 +310,7 @@ impl<F: Filter> Tracker<F> {
                 self.spare.push(dropped);
             }
         }
-        self.frames.forget_before(horizon - FOLD_SLACK);
+        self.frames.forget_before(horizon - slack);
         if now - self.duplicates_forgotten_at > FORGET_DUPLICATES_EVERY {
             self.duplicates_forgotten_at = now;
             let tracks = &self.tracks;
@@ -308,10 +319,19 @@ impl<F: Filter> Tracker<F> {
         }
     }
 
-    /// The time before which history must end for a frame with so many measurements to have room; `None` where
-    /// it has.
-    pub(crate) fn crowded_before(&self, n_measurements: usize) -> Option<Timestamp> {
-        self.frames.is_full_for(n_measurements).then(|| self.frames.quantile(1, 4))?
+    /// Whether there is no room for a frame with so many measurements.
+    pub(crate) fn is_full_for(&self, n_measurements: usize) -> bool {
+        self.frames.is_full_for(n_measurements)
+    }
+
+    /// The time before which the oldest quarter of history ends.
+    pub(crate) fn first_quarter(&self) -> Option<Timestamp> {
+        self.frames.first_quarter()
+    }
+
+    /// Measurements of an agent that are held.
+    pub(crate) fn n_measurements_of(&self, agent: AgentSlot) -> usize {
+        self.frames.n_measurements_of(agent)
     }
 
     /// Writes down the objects as of `now`; what the list held is overwritten.
@@ -370,8 +390,8 @@ fn hold_against<F: Filter>(track: &mut Track<F>, birth: &Piece, records: &Record
         if slot == birth.frame || track.has_evidence_of(frame.captured_at, slot) {
             continue;
         }
-        let known = track.known_at(frame.captured_at, records);
-        if look.may_cover(known.state.place_at(frame.captured_at, known.class()).0) {
+        // Roughly is enough: whether it was in view is decided when the evidence is evaluated.
+        if look.may_cover(track.latest().state.neighbourhood().0) {
             let piece = Piece { captured_at: frame.captured_at, frame: slot, index: LOOK };
             track.insert(piece, None, records);
         }

@@ -18,6 +18,9 @@ use v2x_common::covariance::Covariance2;
 /// Beyond this distance of centres, m, [`AssociationCost::Euclidean`] makes no pair (paper, section IV).
 pub const EUCLIDEAN_REACH_M: f64 = 3.0;
 
+/// Candidates of one track that are weighed, the cheapest: a pile of reports in one place must not stop the hub.
+const MOST_EDGES: usize = 16;
+
 /// What makes a pair likely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -82,6 +85,8 @@ pub struct Associator {
     assigner: Assigner,
     /// The tracks that the assigner has to decide on.
     contested: Vec<u32>,
+    /// Costs and places of one track's candidates.
+    costs: Vec<(f64, u32)>,
     track_of: Vec<Option<u32>>,
 }
 
@@ -158,7 +163,7 @@ impl Associator {
         report_cost: impl Fn(u32) -> Option<f64>,
         cost: impl Fn(&Candidates, u32, u32) -> f64,
     ) {
-        let Self { candidates, assigner, contested, track_of } = self;
+        let Self { candidates, assigner, contested, costs, track_of } = self;
         contested.clear();
         assigner.begin(track_of.len(), cost_alone);
         for (track, places) in (0..).zip(candidates.by_track()) {
@@ -171,9 +176,18 @@ impl Associator {
                 }
                 several => {
                     let report_cost = report_cost(track).unwrap_or(0.0);
-                    for &place in several {
-                        assigner.edge(place, cost(candidates, track, place) + report_cost);
+                    costs.clear();
+                    costs.extend(
+                        several.iter().map(|place| (cost(candidates, track, *place) + report_cost, *place)),
+                    );
+                    if costs.len() > MOST_EDGES {
+                        costs.select_nth_unstable_by(MOST_EDGES, |a, b| {
+                            a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+                        });
+                        costs.truncate(MOST_EDGES);
+                        costs.sort_unstable_by_key(|(_, place)| *place);
                     }
+                    costs.iter().for_each(|(cost, place)| assigner.edge(*place, *cost));
                     assigner.end_row();
                     contested.push(track);
                 }

@@ -3,13 +3,11 @@
 use super::imm::{Imm, Inflation};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::SizePriors;
+use super::state::GREATEST_WEIGHT;
 use super::{Estimate, Filter, Heading, Measurement, PositionInnovation, intersection_weight};
 use crate::association::Expected;
 use v2x_common::class::Class;
 use v2x_common::time::Timestamp;
-
-/// Least weight that covariance intersection gives to either side.
-const LEAST_WEIGHT: f64 = 0.01;
 
 /// However many reports agree on a size, their errors have something in common: half a percent is left.
 const SIZE_DOUBT: f64 = 0.005;
@@ -34,7 +32,7 @@ impl ImmState {
             return Inflation::NONE;
         }
         let weight = intersection_weight(&self.motion.place().position_covariance, &z.r);
-        let weight = weight.clamp(LEAST_WEIGHT, 1.0 - LEAST_WEIGHT);
+        let weight = weight.clamp(0.5, GREATEST_WEIGHT);
         Inflation { prior: 1.0 / weight, report: 1.0 / (1.0 - weight) }
     }
 }

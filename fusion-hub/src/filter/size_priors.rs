@@ -57,6 +57,8 @@ struct Information {
 }
 
 const PARTS: f64 = (1 << 24) as f64;
+/// As much as some thousand well known cars tell.
+const REMEMBERED_PARTS: i64 = 150_000 << 24;
 /// Most that one track adds: sums over all tracks of a hub stay far inside of 64 bits.
 const MOST_PARTS: f64 = 1e12;
 
@@ -117,6 +119,16 @@ impl SizePriors {
         let own = contribution(class, evidence);
         for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(own) {
             sum.add(own);
+        }
+    }
+
+    /// Lets older objects of a class count less once there are many.
+    pub fn fade(&mut self, class: Class) {
+        for information in &mut self.classes[usize::from(class.byte())] {
+            if information.weight > REMEMBERED_PARTS {
+                information.weight /= 2;
+                information.sum /= 2;
+            }
         }
     }
 

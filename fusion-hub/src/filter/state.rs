@@ -11,8 +11,10 @@ use v2x_common::class::Class;
 use v2x_common::covariance::Velocity;
 use v2x_common::time::Timestamp;
 
-/// Least weight that covariance intersection gives to either side.
-const LEAST_WEIGHT: f64 = 0.01;
+/// Greatest weight of the state in covariance intersection: at 1 the report would have no information left to
+/// divide by. The least is one half. Any weight is consistent, but a report of the position alone says nothing of
+/// the velocity, which the state would lose with its weight.
+pub(super) const GREATEST_WEIGHT: f64 = 0.99;
 
 /// The state [x y vx vy w d θ] of one object at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +36,7 @@ impl State {
     /// nobody knows how: covariance intersection (Julier & Uhlmann 1997) counts nothing twice whatever it is.
     fn intersect(&mut self, z: &Measurement) -> PositionInnovation {
         let innovation = self.kinematic.innovation(z.position, &z.r);
-        // Any weight is consistent; at 0 or 1 one side would have no information left to divide by.
-        let weight = intersection_weight(&self.kinematic.pp, &z.r).clamp(LEAST_WEIGHT, 1.0 - LEAST_WEIGHT);
+        let weight = intersection_weight(&self.kinematic.pp, &z.r).clamp(0.5, GREATEST_WEIGHT);
         let of_report = 1.0 / (1.0 - weight);
         self.kinematic.inflate(1.0 / weight);
         self.kinematic.update_position(z.position, &z.r.scaled(of_report));
@@ -189,6 +190,6 @@ mod tests {
         let mut state = State::born(Timestamp::EPOCH, &vague);
         state.update(&Measurement { position: [9.0, 2.0], yaw: 1.0, ..report(true) });
         assert!((state.kinematic.position[0] - 9.0).abs() < 0.2, "{:?}", state.kinematic);
-        assert!((state.heading.mean - 1.0).abs() < 1e-12 && state.kinematic.pp.xx < 0.1);
+        assert!((state.heading.mean - 1.0).abs() < 1e-12 && state.kinematic.pp.xx < 0.2);
     }
 }

@@ -75,6 +75,12 @@ impl Contributors {
         self.newest.retain(|known| known.captured_at >= oldest || known.captured_at == newest);
     }
 
+    /// Forgets measurements made after a time.
+    pub fn forget_after(&mut self, newest: Timestamp) {
+        self.newest.retain(|known| known.captured_at <= newest);
+        self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.newest.clear();

@@ -77,6 +77,22 @@ impl Existence {
         Self::from_odds(odds * density)
     }
 
+    /// Less likely than not.
+    pub fn is_doubtful(self) -> bool {
+        self.0 < 1.0
+    }
+
+    /// After a report that may also be of something new, with these odds: a track that seemed dead must not make a
+    /// report worth less than it would be alone.
+    pub fn or_born_now(self, birth_odds: f64) -> Self {
+        Self::from_odds(self.0 + birth_odds)
+    }
+
+    /// Whether it cannot become less.
+    pub fn is_least(self) -> bool {
+        self.0 <= MIN_ODDS
+    }
+
     /// After a look that missed it, as it does with this probability.
     pub fn missed(self, miss_probability: f64) -> Self {
         Self::from_odds(self.0 * miss_probability)

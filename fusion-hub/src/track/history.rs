@@ -145,6 +145,7 @@ impl<F: Filter> Track<F> {
     fn roll_back_to(&mut self, place: usize, piece: Piece, records: &Records<'_>) {
         self.evidence.truncate(place);
         self.evidence.push_back(piece);
+        self.contributors.forget_after(piece.captured_at);
         self.note_stale(place);
         self.replay(records);
     }
@@ -249,7 +250,11 @@ impl<F: Filter> Track<F> {
                     self.note_stale(place);
                 }
                 Some(_) => {}
-                None => self.insert(*piece, None, records),
+                None => {
+                    self.note_report(piece, records);
+                    let place = self.evidence.partition_point(|other| records.frames.is_before(other, piece));
+                    self.insert_late(place, *piece);
+                }
             }
         }
         self.replay(records);
@@ -276,8 +281,8 @@ impl<F: Filter> Track<F> {
     }
 
     /// Folds what is older than `horizon`, since nothing older can still arrive; down to a checkpoint if there
-    /// is one within [`FOLD_SLACK`], which costs nothing. Late pieces must have been replayed.
-    pub fn fold(&mut self, horizon: Timestamp, records: &Records<'_>) {
+    /// is one within `slack` (at most [`FOLD_SLACK`]), which costs nothing. Late pieces must have been replayed.
+    pub fn fold(&mut self, horizon: Timestamp, slack: Span, records: &Records<'_>) {
         debug_assert!(self.stale_from.is_none(), "folded before late pieces were replayed");
         if self.evidence.front().is_none_or(|oldest| oldest.captured_at >= horizon) {
             return;
@@ -288,7 +293,7 @@ impl<F: Filter> Track<F> {
         self.checkpoints.drain(..place);
         let folded = self.checkpoints[0].count;
         self.forget_front(folded);
-        if self.evidence.front().is_some_and(|oldest| oldest.captured_at < horizon - FOLD_SLACK) {
+        if self.evidence.front().is_some_and(|oldest| oldest.captured_at < horizon - slack) {
             let snapshot = self.after(old - folded, records);
             self.checkpoints[0].snapshot = snapshot;
             self.forget_front(old - folded);
@@ -338,7 +343,8 @@ fn apply<F: Filter>(
             Some(predicted) => known.state = *predicted,
             None => known.predict(at, records.synchronous),
         }
-        known.see(at, &records.frames.expanded(piece, held), held.detection_over_clutter());
+        let birth_odds = || records.frames.get(piece.frame).model.birth_odds;
+        known.see(at, &records.frames.expanded(piece, held), (held.detection_over_clutter(), birth_odds));
     } else if let Some(look) = &records.frames.get(piece.frame).look {
         known.miss(at, look, records.synchronous);
     }

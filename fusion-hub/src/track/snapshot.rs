@@ -60,12 +60,22 @@ impl<F: Filter> Snapshot<F> {
         self.existence.survived(at - self.at).probability()
     }
 
-    /// Takes in a report, made at the state's own time or taken as simultaneous.
+    /// Takes in a report, made at the state's own time or taken as simultaneous, with the detection probability
+    /// over the clutter density (m²) and the odds that such a report is of something new.
     #[inline(always)]
-    pub fn see(&mut self, at: Timestamp, z: &Measurement, detection_over_clutter: f64) {
+    pub fn see(
+        &mut self,
+        at: Timestamp,
+        z: &Measurement,
+        (detection_over_clutter, birth_odds): (f64, impl FnOnce() -> f64),
+    ) {
         self.survive_to(at);
         let innovation = self.state.update(z);
+        let is_doubtful = self.existence.is_doubtful();
         self.existence = self.existence.reported(&innovation, detection_over_clutter);
+        if is_doubtful {
+            self.existence = self.existence.or_born_now(birth_odds());
+        }
         self.n_reports += 1;
         self.vote(z.class);
     }
@@ -80,11 +90,15 @@ impl<F: Filter> Snapshot<F> {
 
     /// Takes in a look that did not report it.
     pub fn miss(&mut self, at: Timestamp, look: &Look, synchronous: Span) {
-        self.survive_to(at);
+        // A track as dead as can be stays so until somebody reports it.
+        if self.existence.is_least() {
+            return;
+        }
         let held_at = self.state.at();
-        let at = if (at - held_at).abs() > synchronous { at } else { held_at };
-        let (position, sigma_m) = self.state.place_at(at, self.class);
+        let seen_at = if (at - held_at).abs() > synchronous { at } else { held_at };
+        let (position, sigma_m) = self.state.place_at(seen_at, self.class);
         if look.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
+            self.survive_to(at);
             self.existence = self.existence.missed(look.miss_probability);
         }
     }

@@ -6,4 +6,6 @@ use libfuzzer_sys::fuzz_target;
 #[path = "../../../fusion-hub/it/abuse.rs"]
 mod abuse;
 
-fuzz_target!(|bytes: &[u8]| abuse::run(bytes));
+fuzz_target!(|bytes: &[u8]| {
+    abuse::run(bytes);
+});

@@ -120,6 +120,7 @@ impl Grid {
         pairs.clear();
         let levels = || self.levels.iter().filter(|level| level.count > 0);
         for (place, query) in (0..).zip(queries) {
+            pairs.begin_query();
             for level in levels() {
                 level.near(self.scale, (place, query), pairs);
             }

@@ -18,6 +18,8 @@ pub(super) struct Point {
 pub(in crate::association) struct Pairs {
     buffer: Vec<[u32; 2]>,
     count: usize,
+    /// Where those of the query that is asked begin.
+    begin: usize,
     /// How many points it took.
     #[cfg(test)]
     pub looked_at: usize,
@@ -28,6 +30,11 @@ impl Pairs {
         self.count = 0;
     }
 
+    /// The next query is another one's.
+    pub(super) fn begin_query(&mut self) {
+        self.begin = self.count;
+    }
+
     /// What was found.
     pub(in crate::association) fn as_slice(&self) -> &[[u32; 2]] {
         &self.buffer[..self.count]
@@ -36,6 +43,10 @@ impl Pairs {
 
 /// Points looked at in one go: whether there are one or three in a cell is not worth a branch.
 pub(super) const BATCH: usize = 4;
+
+/// Points that one query finds, give or take a batch. What could be any of so many is nobody's; and thousands of
+/// reports in one place must not stop the hub.
+pub(super) const MOST_NEAR: usize = 256;
 
 /// What is asked of a run of points.
 pub(super) struct Probe {
@@ -57,7 +68,7 @@ impl Probe {
             pairs.looked_at += range.len();
         }
         let mut start = range.start;
-        while start < range.end {
+        while start < range.end && pairs.count - pairs.begin < MOST_NEAR {
             if pairs.buffer.len() < pairs.count + BATCH {
                 pairs.buffer.resize(2 * pairs.buffer.len() + BATCH, [0; 2]);
             }

@@ -164,7 +164,10 @@ impl Imm {
         self.update_velocity(z, inflation.report, &mut likelihoods);
         self.smooth.limit();
         self.manoeuvre.limit();
-        self.weigh(&likelihoods);
+        // Positions whose errors depend on each other say nothing new about the model, however many they are.
+        if inflation == Inflation::NONE || z.velocity.is_some() {
+            self.weigh(&likelihoods);
+        }
         innovation
     }
 

@@ -1,0 +1,269 @@
+//! What the hub promises while it publishes, with delays, gaps, misses and agents that behave badly.
+
+use crate::world::{SIGMA_M, agent, at, config, description, detection, engine, frame};
+use proptest::prelude::*;
+use v2x_common::covariance::Covariance2;
+use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::fused::FusedObject;
+use v2x_common::geometry::BevBox;
+use v2x_fusion_hub::config::Preset;
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::Disposition;
+
+fn is_accepted(disposition: &Disposition) -> bool {
+    matches!(disposition, Disposition::Accepted { .. })
+}
+
+/// A parked car, 50 m from the next.
+fn parked(object: u32, error: (f64, f64)) -> Detection {
+    let bev = BevBox { x: error.0, y: 50.0 * f64::from(object) + error.1, w: 1.8, d: 4.5, yaw: 0.0 };
+    Detection { bev, ..detection(object, at(0), (0.0, 0.0)) }
+}
+
+#[derive(Clone, Debug)]
+struct Report {
+    agent: usize,
+    captured_ms: i64,
+    delay_ms: i64,
+    seen: Vec<Option<(f64, f64)>>,
+}
+
+const AGENTS: [&str; 3] = ["ego", "rsu", "van"];
+const END_MS: i64 = 2400;
+
+/// Few reports and many misses: tracks die and come back.
+fn sparse() -> impl Strategy<Value = Vec<Report>> {
+    let seen = prop::collection::vec(prop::option::weighted(0.35, (-0.3..0.3f64, -0.3..0.3f64)), 2);
+    let delay = prop_oneof![3 => 0..20i64, 1 => 0..480i64];
+    let report = (0..AGENTS.len(), 0..END_MS - 500, delay, seen);
+    let report =
+        report.prop_map(|(agent, captured_ms, delay_ms, seen)| Report { agent, captured_ms, delay_ms, seen });
+    prop::collection::vec(report, 20..60)
+}
+
+/// Many frames, many at the same time, and history folded meanwhile.
+fn dense() -> impl Strategy<Value = Vec<Report>> {
+    let seen = prop::collection::vec(prop::option::weighted(0.7, (-0.3..0.3f64, -0.3..0.3f64)), 2);
+    let report = (0..AGENTS.len(), 0..190i64, 0..490i64, seen);
+    let report = report.prop_map(|(agent, step, delay_ms, seen)| Report {
+        agent,
+        captured_ms: 10 * step,
+        delay_ms,
+        seen,
+    });
+    prop::collection::vec(report, 100..260)
+}
+
+/// Frames with the time at which they arrive, ms.
+fn frames(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
+    let arrival = |(sequence, report): (u64, &Report)| {
+        let seen = (0..).zip(&report.seen);
+        let seen = seen.filter_map(|(object, error)| Some(parked(object, (*error)?)));
+        let sent = frame(agent(AGENTS[report.agent]), sequence, report.captured_ms, seen.collect());
+        (report.captured_ms + report.delay_ms, sent)
+    };
+    (0..).zip(reports).map(arrival).collect()
+}
+
+/// The same frames without their delays.
+fn in_time(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
+    let in_time = |report: &Report| Report { delay_ms: 0, ..report.clone() };
+    frames(&reports.iter().map(in_time).collect::<Vec<_>>())
+}
+
+/// The objects at the end, but for their numbers, of a hub that publishes every so many ms.
+fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, preset: Preset) -> Vec<FusedObject> {
+    frames.sort_by_key(|(arrival, frame)| (*arrival, frame.captured_at, frame.id));
+    let mut engine = Engine::new(config().with_preset(preset));
+    for name in AGENTS {
+        engine.handle_description(agent(name), description(1e-5));
+    }
+    let mut due = 0;
+    for (received_ms, frame) in &frames {
+        while due <= *received_ms {
+            engine.fused(at(due));
+            due += every_ms;
+        }
+        assert!(is_accepted(&engine.handle_frame(frame, at(*received_ms))));
+    }
+    let mut objects = engine.fused(at(END_MS - 100)).objects.clone();
+    objects.sort_by(|a, b| a.bev.y.total_cmp(&b.bev.y));
+    objects.iter_mut().for_each(|object| object.track = Default::default());
+    objects
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn neither_delays_nor_the_rate_of_publishing_show(
+        reports in sparse(), every_ms in prop::sample::select(vec![2i64, 50, 190])
+    ) {
+        prop_assert_eq!(run(in_time(&reports), 100, Preset::Ours), run(frames(&reports), every_ms, Preset::Ours));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(30))]
+
+    #[test]
+    fn nor_do_they_among_many_frames_at_the_same_times(
+        reports in dense(),
+        every_ms in prop::sample::select(vec![7i64, 50, 190, 3000]),
+        preset in prop::sample::select(vec![Preset::Ours, Preset::Paper]),
+    ) {
+        prop_assert_eq!(run(in_time(&reports), 100, preset), run(frames(&reports), every_ms, preset));
+    }
+}
+
+#[test]
+fn late_data_bridges_a_gap_as_if_it_had_come_in_time() {
+    let run = |arrivals: [(&str, i64, i64); 3]| {
+        let mut engine = engine();
+        for (sequence, (name, captured_ms, now_ms)) in (0..).zip(arrivals) {
+            let sent = frame(agent(name), sequence, captured_ms, vec![parked(0, (0.0, 0.0))]);
+            assert!(is_accepted(&engine.handle_frame(&sent, at(now_ms))));
+            engine.fused(at(now_ms));
+        }
+        engine.fused(at(1750)).objects.iter().map(|object| (object.track, object.age)).collect::<Vec<_>>()
+    };
+    let in_time = run([("a", 0, 0), ("b", 1300, 1300), ("a", 1700, 1700)]);
+    assert_eq!(run([("a", 0, 0), ("a", 1700, 1700), ("b", 1300, 1700)]), in_time);
+}
+
+#[test]
+fn a_look_that_turns_out_to_cover_nothing_leaves_no_trace() {
+    for step in 0..200 {
+        let x = 219.0 + 0.01 * f64::from(step);
+        let far = |x| vec![parked(1, (x, 0.0))];
+        let frames = [
+            frame(agent("ego"), 0, 0, far(x)),
+            frame(agent("ego"), 1, 100, far(x + 0.4)),
+            frame(agent("rsu"), 0, 150, vec![]),
+        ];
+        let run = |order: [usize; 3]| {
+            let mut engine = engine();
+            engine.handle_description(agent("rsu"), description(1e-5));
+            for place in order {
+                engine.handle_frame(&frames[place], at(200));
+            }
+            engine.fused(at(333)).objects.clone()
+        };
+        assert_eq!(run([0, 1, 2]), run([0, 2, 1]), "at {x} m");
+    }
+}
+
+#[test]
+fn two_objects_that_are_always_reported_together_stay_two_whatever_the_sensor_claims() {
+    let mut engine = engine();
+    let mut modest = description(1e-6);
+    modest.detection_probability = 0.01;
+    engine.handle_description(agent("cam"), modest);
+    for (sequence, ms) in (0..).zip((0..5000).step_by(100)) {
+        let two = vec![parked(0, (0.0, 0.0)), parked(0, (0.0, 1.2))];
+        engine.handle_frame(&frame(agent("cam"), sequence, ms, two), at(ms));
+        engine.fused(at(ms));
+    }
+    assert_eq!(engine.counts().merges, 0);
+}
+
+#[test]
+fn the_literal_preset_names_only_measurements_that_it_still_holds() {
+    let mut engine = Engine::new(config().with_preset(Preset::PaperLiteral));
+    for (sequence, ms) in (0..).zip((0..=400).step_by(100)) {
+        let seen = vec![detection(0, at(ms), (0.0, 0.0))];
+        engine.handle_frame(&frame(agent("ego"), sequence, ms, seen), at(490));
+    }
+    let late = frame(agent("rsu"), 0, 150, vec![detection(0, at(150), (0.0, 0.0))]);
+    engine.handle_frame(&late, at(490));
+    let object = engine.fused(at(490)).objects[0].clone();
+    assert_eq!(object.last_measured_at, at(150));
+    assert!(object.contributors.iter().all(|measurement| measurement.frame.sequence <= 1), "{object:?}");
+}
+
+#[test]
+fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up() {
+    for preset in [Preset::Ours, Preset::Paper] {
+        for n_agents in [1u32, 3, 10] {
+            let mut engine = Engine::new(config().with_preset(preset));
+            for k in 0..20 * n_agents {
+                let ms = i64::from(100 * k / n_agents);
+                let told = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };
+                let name = format!("a{}", k % n_agents);
+                engine.handle_frame(&frame(agent(&name), u64::from(k), ms, vec![told]), at(ms));
+                assert_eq!(
+                    engine.fused(at(ms + 5)).objects.len(),
+                    1,
+                    "{preset:?}, {n_agents} agents, {ms} ms"
+                );
+            }
+            let object = engine.fused(at(2000)).objects[0].clone();
+            // The car drives at 10 m/s: whatever is told of its speed must leave room for that.
+            let sigmas = (object.velocity.0 - 10.0) / libm::sqrt(object.kinematic_covariance[7]);
+            assert!(sigmas.abs() < 3.0, "{preset:?}, {n_agents} agents: {object:?}");
+        }
+    }
+}
+
+#[test]
+fn sizes_are_learnt_from_objects_and_not_from_clutter() {
+    let size_of_a_car = |after_clutter: bool| {
+        let mut engine = engine();
+        engine.handle_description(agent("bad"), description(1.0));
+        let lorry = |x, y| {
+            let mut lorry = parked(0, (x, y));
+            (lorry.bev.w, lorry.bev.d) = (4.0, 12.0);
+            (lorry.covariance.ww, lorry.covariance.dd) = (1e-4, 1e-4);
+            lorry
+        };
+        for k in 0..if after_clutter { 30_u32 } else { 0 } {
+            let clutter = (0..50)
+                .map(|i| lorry(20.0 * f64::from(i) + 7.0 * f64::from(k), 1000.0 + 31.0 * f64::from(k)));
+            let ms = 100 * i64::from(k);
+            engine.handle_frame(&frame(agent("bad"), u64::from(k), ms, clutter.collect()), at(ms));
+            assert!(engine.fused(at(ms)).objects.is_empty(), "clutter is not told of");
+        }
+        engine.fused(at(20_000));
+        let mut car = parked(0, (0.0, 0.0));
+        (car.covariance.ww, car.covariance.dd) = (0.29, 1.8);
+        engine.handle_frame(&frame(agent("good"), 0, 20_000, vec![car]), at(20_000));
+        engine.fused(at(20_000)).objects[0].bev
+    };
+    assert_eq!(size_of_a_car(true), size_of_a_car(false));
+}
+
+#[test]
+fn one_agent_with_its_clock_ahead_and_huge_frames_silences_nobody() {
+    let mut engine = engine();
+    let place = |i: u32| (10.0 * f64::from(i % 64), 10.0 * f64::from(i / 64));
+    let huge: Vec<_> = (0..4096).map(|i| parked(0, place(i))).collect();
+    let honest = |ms: i64| frame(agent("honest"), ms.unsigned_abs(), ms, vec![parked(0, (0.0, 0.0))]);
+    for ms in 0..100_i64 {
+        engine.handle_frame(&frame(agent("bad"), ms.unsigned_abs(), 499 + ms / 10, huge.clone()), at(ms));
+        if ms % 10 == 0 {
+            assert!(is_accepted(&engine.handle_frame(&honest(ms), at(ms))), "{ms} ms");
+        }
+    }
+    let refused = &engine.inbox().record(&agent("bad")).expect("heard of").refused;
+    assert!(refused["too_many_detections"] > 0, "{refused:?}");
+}
+
+#[test]
+fn a_pile_of_reports_in_one_place_is_taken_in() {
+    let mut engine = engine();
+    engine.handle_description(agent("bad"), description(1e-5));
+    let mut vague = parked(0, (0.0, 0.0));
+    vague.covariance.position = Covariance2::isotropic(200.0 * SIGMA_M);
+    let pile: Vec<_> = (0..600)
+        .map(|i| {
+            let mut report = vague;
+            report.bev.x = 0.01 * f64::from(i);
+            report
+        })
+        .collect();
+    for k in 0..3 {
+        let sent = frame(agent("bad"), k, 100 * i64::try_from(k).expect("test input"), pile.clone());
+        assert!(is_accepted(&engine.handle_frame(&sent, sent.captured_at)));
+    }
+    assert!(engine.n_tracks() >= 600);
+}
