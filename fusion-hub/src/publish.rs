@@ -65,7 +65,7 @@ fn tell<F: Filter>(
 ) -> bool {
     let last_measured_at = track.last_measured_at();
     let latest = track.latest();
-    let existence = latest.existence.survived(now - latest.at).probability();
+    let existence = latest.existence_at(now);
     let exists = existence >= config.publish_existence;
     if !exists || now - last_measured_at > config.coast {
         return false;

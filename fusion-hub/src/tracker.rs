@@ -1,7 +1,7 @@
 //! Tracks and frames: which report is of which track, what begins and what ends.
 
 use crate::agents::{AgentSlot, Agents};
-use crate::association::{Associator, Expected};
+use crate::association::{Associator, Expected, likelihood};
 use crate::config::EngineConfig;
 use crate::duplicates::{Duplicates, Weights};
 use crate::filter::{Filter, Measurement, PositionInnovation};
@@ -137,7 +137,7 @@ impl<F: Filter> Tracker<F> {
                 past = track.known_at(at, &records);
                 &past
             };
-            // Existence does not matter here: a track that seems dead may only be waiting for late data.
+            // A track that seems dead may only be waiting for late data: it is expected too, but yields to others.
             let away = (at - known.state.at()).abs();
             if away > self.config.coast || !region.may_hold(&known.state, away.as_secs_f64()) {
                 continue;
@@ -149,7 +149,14 @@ impl<F: Filter> Tracker<F> {
                 if away > records.synchronous {
                     state.predict(at, known.class());
                 }
-                self.expected.push(state.expected(known.class()));
+                let mut expected = state.expected(known.class());
+                if let Some(look) = &frame.look
+                    && look.covers(expected.position, 0.0)
+                {
+                    let reported = known.existence_at(at) * (1.0 - look.miss_probability);
+                    expected.report_cost = likelihood::report_cost(reported);
+                }
+                self.expected.push(expected);
             }
         }
     }

@@ -9,11 +9,19 @@ use super::gate::Separation;
 use crate::filter::Measurement;
 use v2x_common::geometry::angle_difference;
 
-/// Most that a heading or a size can speak against a pair.
+/// Most that a heading, a size or a doubtful existence can speak against a pair.
 const CUE_CAP: f64 = 12.0;
 
 /// What a detection without a track costs (METHODS.md 14).
 pub const COST_ALONE: f64 = 24.0;
+
+/// What a track's report costs beside the pair, where several tracks compete for it: −2 ln of the odds that the
+/// frame reports the track, which it does with this probability. Without it a track that nobody has seen for a
+/// while would take the reports of one that everybody sees, which then begins anew.
+pub fn report_cost(probability: f64) -> f64 {
+    let odds = probability / (1.0 - probability);
+    (-2.0 * libm::log(odds)).min(CUE_CAP)
+}
 
 /// The cost of a pair. The position's density has its constant 2 ln 2π left out.
 pub fn pair_cost(z: &Measurement, track: &Expected) -> f64 {

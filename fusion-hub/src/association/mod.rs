@@ -71,6 +71,8 @@ pub struct Expected {
     pub yaw: f64,
     /// Variance of the heading, rad².
     pub yaw_variance: f64,
+    /// What its report costs beside the pair ([`likelihood::report_cost`]); 0 where nothing is known of that.
+    pub report_cost: f64,
 }
 
 /// Associates frames with tracks; holds the buffers.
@@ -98,23 +100,36 @@ impl Associator {
         self.track_of.resize(measurements.len(), None);
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
         match config.cost {
-            AssociationCost::Csba => self.assign(csba::COST_ALONE, true, |_, track, place| {
-                let (z, track) = pair(track, place);
-                csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)
-            }),
-            AssociationCost::Likelihood => self.assign(likelihood::COST_ALONE, false, |_, track, place| {
-                let (z, track) = pair(track, place);
-                likelihood::pair_cost(z, track)
-            }),
-            AssociationCost::Iou => {
-                self.assign(1.0, true, |candidates, track, place| {
-                    1.0 - candidates.outlines.iou(track, place)
+            AssociationCost::Csba => self.assign(
+                csba::COST_ALONE,
+                |_| None,
+                |_, track, place| {
+                    let (z, track) = pair(track, place);
+                    csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)
+                },
+            ),
+            AssociationCost::Likelihood => {
+                let report_cost = |track: u32| Some(expected[track as usize].report_cost);
+                self.assign(likelihood::COST_ALONE, report_cost, |_, track, place| {
+                    let (z, track) = pair(track, place);
+                    likelihood::pair_cost(z, track)
                 });
             }
-            AssociationCost::Euclidean => self.assign(EUCLIDEAN_REACH_M, true, |_, track, place| {
-                let (z, track) = pair(track, place);
-                libm::sqrt(distance2(z.position, track.position))
-            }),
+            AssociationCost::Iou => {
+                self.assign(
+                    1.0,
+                    |_| None,
+                    |candidates, track, place| 1.0 - candidates.outlines.iou(track, place),
+                );
+            }
+            AssociationCost::Euclidean => self.assign(
+                EUCLIDEAN_REACH_M,
+                |_| None,
+                |_, track, place| {
+                    let (z, track) = pair(track, place);
+                    libm::sqrt(distance2(z.position, track.position))
+                },
+            ),
         }
     }
 
@@ -134,9 +149,15 @@ impl Associator {
         self.candidates.of(expected)
     }
 
-    /// Decides on the candidates. Where no pair costs more than staying alone (`is_bounded`), one that competes
-    /// with no other is made without asking for its cost.
-    fn assign(&mut self, cost_alone: f64, is_bounded: bool, cost: impl Fn(&Candidates, u32, u32) -> f64) {
+    /// Decides on the candidates. Where pairs compete, a track's report costs `report_cost` more. Where that is
+    /// `None`, no pair costs more than staying alone, and one that competes with no other is made without asking
+    /// for its cost.
+    fn assign(
+        &mut self,
+        cost_alone: f64,
+        report_cost: impl Fn(u32) -> Option<f64>,
+        cost: impl Fn(&Candidates, u32, u32) -> f64,
+    ) {
         let Self { candidates, assigner, contested, track_of } = self;
         contested.clear();
         assigner.begin(track_of.len(), cost_alone);
@@ -144,13 +165,14 @@ impl Associator {
             match places {
                 [] => {}
                 [only] if candidates.rivals(*only) == 1 => {
-                    if is_bounded || cost(candidates, track, *only) <= cost_alone {
+                    if report_cost(track).is_none() || cost(candidates, track, *only) <= cost_alone {
                         track_of[*only as usize] = Some(track);
                     }
                 }
                 several => {
+                    let report_cost = report_cost(track).unwrap_or(0.0);
                     for &place in several {
-                        assigner.edge(place, cost(candidates, track, place));
+                        assigner.edge(place, cost(candidates, track, place) + report_cost);
                     }
                     assigner.end_row();
                     contested.push(track);

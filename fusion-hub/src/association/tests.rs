@@ -42,6 +42,7 @@ fn expected(z: &Measurement) -> Expected {
         size_variance: [0.04 * z.size[0] * z.size[0], 0.04 * z.size[1] * z.size[1]],
         yaw: z.yaw,
         yaw_variance: z.yaw_variance,
+        report_cost: 0.0,
     }
 }
 
@@ -167,6 +168,36 @@ proptest! {
                 - one_for_all(&measurements, &tracks, &config)).abs() < 1e-9);
         }
     }
+}
+
+#[test]
+fn a_track_that_is_as_good_as_dead_yields_its_report_only_to_one_that_competes() {
+    let config = AssociationConfig { cost: AssociationCost::Likelihood, ..Default::default() };
+    let z = Measurement {
+        class: Class::Car,
+        position: [0.0, 0.0],
+        r: Covariance2::isotropic(0.5),
+        size: [1.8, 4.5],
+        relative_variance: [0.04; 2],
+        yaw: 0.0,
+        yaw_variance: 0.02,
+        size_law: [None; 2],
+        velocity: None,
+        is_track: false,
+    };
+    let track = |x: f64, existence: f64| Expected {
+        position: [x, 0.0],
+        report_cost: likelihood::report_cost(existence),
+        ..expected(&z)
+    };
+    let mut associator = Associator::default();
+    let (dead, living) = (track(0.1, 0.001), track(0.9, 0.99));
+    associator.associate(&[z], &[dead, living], &config);
+    assert_eq!(associator.track_of(), [Some(1)]);
+    associator.associate(&[z], &[dead], &config);
+    assert_eq!(associator.track_of(), [Some(0)]);
+    associator.associate(&[z], &[track(0.1, 0.99), living], &config);
+    assert_eq!(associator.track_of(), [Some(0)]);
 }
 
 #[test]

@@ -120,6 +120,7 @@ impl Filter for State {
             size_variance: [self.width.variance, self.depth.variance],
             yaw: self.heading.mean,
             yaw_variance: self.heading.variance,
+            report_cost: 0.0,
         }
     }
 

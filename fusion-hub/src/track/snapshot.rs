@@ -55,6 +55,11 @@ impl<F: Filter> Snapshot<F> {
         self.state.predicted(at, self.class)
     }
 
+    /// The probability that it still exists at another time.
+    pub fn existence_at(&self, at: Timestamp) -> f64 {
+        self.existence.survived(at - self.at).probability()
+    }
+
     /// Takes in a report, made at the state's own time or taken as simultaneous.
     #[inline(always)]
     pub fn see(&mut self, at: Timestamp, z: &Measurement, detection_over_clutter: f64) {
