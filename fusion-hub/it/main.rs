@@ -5,4 +5,5 @@ mod arrival_order;
 mod consistency;
 mod life_of_a_track;
 mod numerics;
+mod particles;
 mod world;
