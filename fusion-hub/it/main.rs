@@ -6,5 +6,6 @@ mod consistency;
 mod life_of_a_track;
 mod numerics;
 mod overload;
+mod particles;
 mod promises;
 mod world;

@@ -24,6 +24,12 @@ pub(crate) fn engine() -> Engine {
     Engine::new(config())
 }
 
+/// One that holds so many hypotheses.
+pub(crate) fn engine_of_particles(n: u32) -> Engine {
+    let config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
+    Engine::new(EngineConfig { association_particles: n, ..config })
+}
+
 pub(crate) fn agent(name: &str) -> AgentId {
     AgentId::new(name).expect("test input")
 }

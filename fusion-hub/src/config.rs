@@ -57,6 +57,10 @@ pub struct EngineConfig {
     pub motion: MotionModel,
     /// Which reports can be of which tracks.
     pub association: AssociationConfig,
+    /// How many hypotheses there are about which report was of which track, where that is in doubt
+    /// ([`crate::particles`]); below 2 there is one. Several weigh by the likelihood, whatever the cost in
+    /// `association`.
+    pub association_particles: u32,
     /// Probability of existence from which on an object is published.
     pub publish_existence: f64,
     /// What is assumed where agents say nothing.
@@ -81,6 +85,7 @@ impl EngineConfig {
                 cost: AssociationCost::Likelihood,
                 ..AssociationConfig::default()
             },
+            association_particles: 0,
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
         }
@@ -92,6 +97,7 @@ impl EngineConfig {
             filter_synchronous: EPSILON_S,
             motion: MotionModel::Cv,
             association: AssociationConfig::default(),
+            association_particles: 0,
             ..self
         };
         match preset {

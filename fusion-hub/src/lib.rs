@@ -16,6 +16,7 @@ pub mod frames;
 pub mod hub;
 pub mod inbox;
 pub mod overlap;
+pub mod particles;
 mod publish;
 pub mod refusal;
 pub mod schedule;

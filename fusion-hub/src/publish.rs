@@ -4,6 +4,7 @@ use crate::agents::Agents;
 use crate::config::EngineConfig;
 use crate::filter::size_priors::SizePriors;
 use crate::filter::{Estimate, Filter};
+use crate::particles::{Doubts, blended};
 use crate::track::Track;
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
@@ -28,20 +29,23 @@ impl Publisher {
     pub(crate) fn fill<F: Filter>(
         &mut self,
         objects: &mut Vec<FusedObject>,
-        tracks: &[Track<F>],
+        (tracks, n_particles): (&[Track<F>], u32),
         (now, agents): (Timestamp, &Agents),
         config: &EngineConfig,
     ) {
         let mut priors = self.past_sizes.clone();
-        for track in tracks {
+        let leading = || tracks.iter().filter(|track| track.holders.leads());
+        for track in leading() {
             note_sizes(&mut priors, track, config);
         }
+        let doubts = Doubts::of(tracks, n_particles);
         let mut count = 0;
-        for track in tracks {
+        for track in leading() {
             if objects.len() == count {
                 objects.push(self.spare.pop().unwrap_or_else(blank));
             }
-            count += usize::from(tell(&mut objects[count], track, (now, agents), (config, &priors)));
+            count +=
+                usize::from(tell(&mut objects[count], (track, &doubts), (now, agents), (config, &priors)));
         }
         self.spare.extend(objects.drain(count..));
     }
@@ -73,18 +77,26 @@ fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>, config: &Eng
 /// Writes down the object of a track; `false` where it is not told of.
 fn tell<F: Filter>(
     object: &mut FusedObject,
-    track: &Track<F>,
+    (track, doubts): (&Track<F>, &Doubts<'_, F>),
     (now, agents): (Timestamp, &Agents),
     (config, priors): (&EngineConfig, &SizePriors),
 ) -> bool {
     let last_measured_at = track.last_measured_at();
     let latest = track.latest();
-    let existence = latest.existence_at(now);
+    let exists_by = |track: &Track<F>| track.latest().existence_at(now);
+    let existence = doubts.of_same(track).map(|(share, version)| share * exists_by(version)).sum();
     let exists = existence >= config.publish_existence;
     if !exists || now - last_measured_at > config.coast {
         return false;
     }
-    let told = latest.state_at(now, config.filter_synchronous).estimate(latest.class(), priors);
+    let estimate = |track: &Track<F>| {
+        let latest = track.latest();
+        latest.state_at(now, config.filter_synchronous).estimate(latest.class(), priors)
+    };
+    let told = match track.holders.is_all() {
+        true => estimate(track),
+        false => blended(doubts.of_same(track).map(|(share, version)| (share, estimate(version)))),
+    };
     if !is_tellable(&told) {
         return false;
     }

@@ -2,6 +2,7 @@
 
 use crate::association::{AssociationConfig, AssociationCost};
 use crate::config::{EngineConfig, MotionModel, Preset};
+use crate::particles::MAX_PARTICLES;
 use crate::schedule::PublishMode;
 use crate::sensing::SensingDefaults;
 use crate::track::LateData;
@@ -24,6 +25,7 @@ struct HubTable {
     late_data: Option<LateData>,
     synchronous_ms: Option<f64>,
     association: Option<AssociationCost>,
+    association_particles: Option<u32>,
     gate: Option<f64>,
     class_aware: Option<bool>,
     publish_existence: f64,
@@ -68,6 +70,7 @@ impl Default for HubTable {
             late_data: None,
             synchronous_ms: None,
             association: None,
+            association_particles: None,
             gate: None,
             class_aware: None,
             publish_existence: engine.publish_existence,
@@ -177,7 +180,12 @@ impl HubTable {
             gate: self.gate.unwrap_or(gate),
             class_aware: self.class_aware.unwrap_or(class_aware),
         };
-        within("gate", engine.association.gate, 0.1..=1e4, "0.1 to 10000")
+        within("gate", engine.association.gate, 0.1..=1e4, "0.1 to 10000")?;
+        engine.association_particles = self.association_particles.unwrap_or(engine.association_particles);
+        let n_particles = engine.association_particles;
+        let (fewest, most) = if n_particles == 0 { (0, 0) } else { (2, MAX_PARTICLES) };
+        let range = f64::from(fewest)..=f64::from(most);
+        within("association_particles", f64::from(n_particles), range, "0, or 2 to 64")
     }
 }
 
@@ -250,11 +258,23 @@ mod tests {
     }
 
     #[test]
+    fn there_are_as_many_association_particles_as_asked_for_and_none_in_the_paper() {
+        let particles = |text: &str| settings(text).unwrap().engine.association_particles;
+        assert_eq!([particles(""), particles("association_particles = 8")], [0, 8]);
+        let paper = EngineConfig { association_particles: 8, ..HubSettings::default().engine };
+        assert_eq!(paper.with_preset(Preset::Paper).association_particles, 0);
+        assert_eq!(paper.with_preset(Preset::PaperLiteral).association_particles, 0);
+    }
+
+    #[test]
     fn errors_name_the_field_and_the_value() {
         let cases = [
             ("delta_max = 5", "delta_max"),
             ("delta_max_ms = -5", "delta_max_ms is -5"),
             ("gate = nan", "gate is NaN"),
+            ("association_particles = 1", "association_particles is 1, expected 0, or 2 to 64"),
+            ("association_particles = 65", "association_particles is 65"),
+            ("association_particles = -8", "-8"),
             ("publish = { mode = \"sometimes\" }", "sometimes"),
             ("publish = { mode = \"fixed\", rate_hz = 0 }", "publish.rate_hz is 0"),
             ("agents.\"a/b\" = {}", "a/b"),

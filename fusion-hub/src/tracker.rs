@@ -1,12 +1,13 @@
 //! Tracks and frames: which report is of which track, what begins and what ends.
 
 use crate::agents::{AgentSlot, Agents};
-use crate::association::{Associator, Expected, likelihood};
+use crate::association::{AssociationConfig, AssociationCost, Associator, Expected, likelihood};
 use crate::config::EngineConfig;
 use crate::duplicates::{Duplicates, Weights};
 use crate::filter::{Filter, Measurement, PositionInnovation};
-use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
+use crate::frames::{FrameSlot, FrameStore, LOOK, Piece, StoredFrame};
 use crate::inbox::AgentRecord;
+use crate::particles::{ParticleSet, Particles, Version, versions};
 use crate::publish::Publisher;
 use crate::sensing::{Look, Sensing};
 use crate::track::{Records, Track};
@@ -43,12 +44,15 @@ pub(crate) struct Tracker<F> {
     duplicates: Duplicates,
     duplicates_forgotten_at: Timestamp,
     associator: Associator,
+    particles: Option<Particles>,
     /// Tracks at the time of a frame: their places, their states, and what association needs of these.
     places: Vec<usize>,
     predicted: Vec<F>,
     expected: Vec<Expected>,
     /// For each of them the report of it in the frame.
     reports: Vec<Option<u16>>,
+    /// The reports of nothing known, and the particles to which they are that.
+    births: Vec<(u16, ParticleSet)>,
     measurements: Vec<Measurement>,
     merges_due: Vec<(TrackId, TrackId)>,
     publisher: Publisher,
@@ -83,10 +87,12 @@ impl<F: Filter> Tracker<F> {
             duplicates: Duplicates::default(),
             duplicates_forgotten_at: Timestamp::MIN,
             associator: Associator::default(),
+            particles: Particles::new(config.association_particles),
             places: Vec::new(),
             predicted: Vec::new(),
             expected: Vec::new(),
             reports: Vec::new(),
+            births: Vec::new(),
             measurements: Vec::new(),
             merges_due: Vec::new(),
             publisher: Publisher::default(),
@@ -107,12 +113,18 @@ impl<F: Filter> Tracker<F> {
         self.measurements.clear();
         self.measurements.extend(self.frames.measurements(slot));
         self.expect_tracks(slot, agents);
-        let innovations = self.associate();
+        let innovations = self.associate(slot);
         self.add_evidence(slot, agents);
         self.give_births(slot, agents);
+        self.merges_due.clear();
         if look.is_some() {
-            self.merge_duplicates(slot, agents);
+            self.find_duplicates(slot);
         }
+        if self.particles.is_some() {
+            versions::order(&mut self.tracks, &mut self.spare);
+            self.spare.truncate(MAX_SPARE);
+        }
+        self.merge(agents);
         innovations
     }
 
@@ -133,7 +145,8 @@ impl<F: Filter> Tracker<F> {
         let memory = self.config.coast + self.config.delta_max;
         let away_from = |track: &Track<F>| (at - track.latest().state.at()).abs();
         for (place, track) in self.tracks.iter().enumerate() {
-            if !region.may_hold(&track.latest().state, away_from(track).as_secs_f64()) {
+            let is_near = region.may_hold(&track.latest().state, away_from(track).as_secs_f64());
+            if !is_near && track.holders.is_all() {
                 continue;
             }
             let past;
@@ -145,7 +158,8 @@ impl<F: Filter> Tracker<F> {
             };
             // A track that seems dead may only be waiting for late data: it is expected too, but yields to others.
             let away = (at - known.state.at()).abs();
-            if away > memory {
+            // The versions of a track stay in step: particles are drawn with all of theirs.
+            if away > memory && track.holders.is_all() {
                 continue;
             }
             self.places.push(place);
@@ -168,14 +182,35 @@ impl<F: Filter> Tracker<F> {
     }
 
     /// Finds the reports of the expected tracks, and how far off these lay.
-    fn associate(&mut self) -> Innovations {
-        let measurements = &self.measurements;
-        self.associator.associate(measurements, &self.expected, &self.config.association);
+    fn associate(&mut self, slot: FrameSlot) -> Innovations {
+        let (measurements, config) = (&self.measurements, &self.config.association);
+        self.births.clear();
+        if let Some(particles) = &mut self.particles {
+            let config = AssociationConfig { cost: AssociationCost::Likelihood, ..*config };
+            self.associator.find_candidates(measurements, &self.expected, &config);
+            let version = |place: &usize| {
+                let Track { id, holders, disputed_at, .. } = self.tracks[*place];
+                Version { track: id, holders, disputed_at }
+            };
+            let versions = self.places.iter().map(version);
+            let StoredFrame { id, captured_at, .. } = self.frames.get(slot);
+            let pairs = (measurements.as_slice(), self.expected.as_slice());
+            particles.associate((id, *captured_at), versions, pairs, &self.associator);
+            self.births.extend(particles.births());
+        } else {
+            self.associator.associate(measurements, &self.expected, config);
+        }
         self.reports.clear();
         self.reports.resize(self.expected.len(), None);
         let mut innovations = Innovations::default();
-        for (index, (z, found)) in (0..).zip(measurements.iter().zip(self.associator.track_of())) {
-            let Some(found) = found else { continue };
+        let track_of = track_of(&self.associator, self.particles.as_ref());
+        for (index, (z, found)) in (0..).zip(measurements.iter().zip(track_of)) {
+            let Some(found) = found else {
+                if self.particles.is_none() {
+                    self.births.push((index, ParticleSet::ALL));
+                }
+                continue;
+            };
             self.reports[*found as usize] = Some(index);
             let Expected { position: [x, y], position_covariance: p, .. } = self.expected[*found as usize];
             let s = Covariance2 { xx: p.xx + z.r.xx, xy: p.xy + z.r.xy, yy: p.yy + z.r.yy };
@@ -183,7 +218,38 @@ impl<F: Filter> Tracker<F> {
             innovations.nis_sum += PositionInnovation::new(difference, &s).mahalanobis2;
             innovations.count += 1;
         }
+        self.split_versions();
         innovations
+    }
+
+    /// Makes as many versions of each expected track as particles take reports to be of it.
+    fn split_versions(&mut self) {
+        let Some(particles) = &self.particles else { return };
+        for place in &self.places {
+            self.tracks[*place].holders = ParticleSet::NONE;
+        }
+        for outcome in particles.outcomes() {
+            let col = outcome.col as usize;
+            let track = &mut self.tracks[self.places[col]];
+            if track.holders.is_empty() {
+                track.holders = outcome.holders;
+                track.disputed_at = outcome.disputed_at;
+                self.reports[col] = outcome.report;
+                continue;
+            }
+            if self.tracks.len() >= MAX_TRACKS {
+                // No room for doubt.
+                self.tracks[self.places[col]].holders.join(outcome.holders);
+                continue;
+            }
+            let mut copy = self.tracks[self.places[col]].copied(outcome.holders, self.spare.pop());
+            copy.disputed_at = outcome.disputed_at;
+            self.places.push(self.tracks.len());
+            self.tracks.push(copy);
+            self.predicted.push(self.predicted[col]);
+            self.expected.push(self.expected[col]);
+            self.reports.push(outcome.report);
+        }
     }
 
     /// Gives every expected track its report, or the look that it was not reported in.
@@ -214,43 +280,40 @@ impl<F: Filter> Tracker<F> {
     fn give_births(&mut self, slot: FrameSlot, agents: &Agents) {
         let records = Self::records(&self.config, &self.frames, agents);
         let captured_at = self.frames.get(slot).captured_at;
-        for (index, found) in self.associator.track_of().iter().enumerate() {
-            if found.is_some() {
-                continue;
-            }
+        for (index, holders) in &self.births {
             if self.tracks.len() >= MAX_TRACKS || self.next_counter == u32::MAX {
                 self.counts.births_refused += 1;
                 continue;
             }
             let id = TrackId::new(self.config.lineage, self.next_counter);
             self.next_counter += 1;
-            let index = u16::try_from(index).expect("validated frames hold at most 4096 detections");
-            let birth = Piece { captured_at, frame: slot, index };
+            let birth = Piece { captured_at, frame: slot, index: *index };
             let mut track = Track::new(id, birth, self.spare.pop(), &records);
+            track.holders = *holders;
             hold_against(&mut track, &birth, &records);
             self.tracks.push(track);
         }
     }
 
-    /// Makes tracks one that frames have shown to be of one object.
+    /// Finds tracks that frames have shown to be of one object.
     ///
     /// Two tracks compete where a report of one could have been of the other. How far they are apart does not
     /// matter: two tracks that share one object's reports, each taking the nearer ones, push each other away
     /// further than their own covariances would allow.
-    fn merge_duplicates(&mut self, slot: FrameSlot, agents: &Agents) {
+    fn find_duplicates(&mut self, slot: FrameSlot) {
         let frame = self.frames.get(slot);
         let Some(look) = &frame.look else { return };
         let weights = Weights::of(1.0 - look.miss_probability);
         let (associator, places) = (&self.associator, &self.places);
         let id_of = |col: usize| self.tracks[places[col]].id;
-        self.merges_due.clear();
-        for (col, own) in self.reports.iter().enumerate() {
+        let track_of = track_of(associator, self.particles.as_ref());
+        for (col, own) in self.reports.iter().take(associator.n_expected()).enumerate() {
             let candidates = associator.candidates_of(col);
-            if candidates.len() > MAX_RIVALS {
+            if candidates.len() > MAX_RIVALS || !self.tracks[places[col]].holders.leads() {
                 continue;
             }
             for report in candidates {
-                let Some(rival) = associator.track_of()[*report as usize] else { continue };
+                let Some(rival) = track_of[*report as usize] else { continue };
                 let rival = rival as usize;
                 // Where each could have had the other's report, the pair is met twice.
                 let is_mutual =
@@ -266,12 +329,15 @@ impl<F: Filter> Tracker<F> {
                 self.merges_due.extend(merge);
             }
         }
-        self.merge(agents);
     }
 
     fn merge(&mut self, agents: &Agents) {
         let records = Self::records(&self.config, &self.frames, agents);
         for (older, younger) in &self.merges_due {
+            if self.particles.is_some() {
+                versions::keep_leading(&mut self.tracks, *older);
+                versions::keep_leading(&mut self.tracks, *younger);
+            }
             let places = [older, younger].map(|id| self.tracks.binary_search_by_key(id, |track| track.id));
             if let [Ok(older), Ok(younger)] = places {
                 let absorbed = self.tracks.remove(younger);
@@ -305,7 +371,9 @@ impl<F: Filter> Tracker<F> {
             }
         }
         for dropped in self.tracks.drain(kept..) {
-            self.publisher.note_gone(&dropped);
+            if dropped.holders.leads() {
+                self.publisher.note_gone(&dropped);
+            }
             if self.spare.len() < MAX_SPARE {
                 self.spare.push(dropped);
             }
@@ -336,16 +404,22 @@ impl<F: Filter> Tracker<F> {
 
     /// Writes down the objects as of `now`; what the list held is overwritten.
     pub(crate) fn tell(&mut self, objects: &mut Vec<FusedObject>, now: Timestamp, agents: &Agents) {
-        self.publisher.fill(objects, &self.tracks, (now, agents), &self.config);
+        let n_particles = self.particles.as_ref().map_or(1, Particles::n);
+        self.publisher.fill(objects, (&self.tracks, n_particles), (now, agents), &self.config);
     }
 
     pub(crate) fn n_tracks(&self) -> usize {
-        self.tracks.len()
+        self.tracks.iter().filter(|track| track.holders.leads()).count()
     }
 
     pub(crate) fn counts(&self) -> Counts {
         self.counts
     }
+}
+
+/// For each measurement the place of its track among the expected ones; where particles differ, by the leading one.
+fn track_of<'a>(associator: &'a Associator, particles: Option<&'a Particles>) -> &'a [Option<u32>] {
+    particles.map_or(associator.track_of(), Particles::track_of)
 }
 
 /// Where a frame's reports lie and its sensor looked: a circle.

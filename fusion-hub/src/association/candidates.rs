@@ -58,6 +58,11 @@ impl Candidates {
         &self.places[self.starts[track] as usize..self.starts[track + 1] as usize]
     }
 
+    /// How many tracks there are.
+    pub(super) fn n_expected(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
     /// Of how many tracks a measurement may be.
     pub(super) fn rivals(&self, place: u32) -> u32 {
         self.rivals[place as usize]

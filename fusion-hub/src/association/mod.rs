@@ -100,7 +100,7 @@ impl Associator {
         expected: &[Expected],
         config: &AssociationConfig,
     ) {
-        self.candidates.find(measurements, expected, config);
+        self.find_candidates(measurements, expected, config);
         self.track_of.clear();
         self.track_of.resize(measurements.len(), None);
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
@@ -138,6 +138,16 @@ impl Associator {
         }
     }
 
+    /// Finds the pairs of compatible class within the gate, and leaves it there.
+    pub fn find_candidates(
+        &mut self,
+        measurements: &[Measurement],
+        expected: &[Expected],
+        config: &AssociationConfig,
+    ) {
+        self.candidates.find(measurements, expected, config);
+    }
+
     /// For each measurement the place in `expected` of its track.
     pub fn track_of(&self) -> &[Option<u32>] {
         &self.track_of
@@ -152,6 +162,16 @@ impl Associator {
     /// The places of the measurements within the gate of the track at this place in `expected`, in order.
     pub fn candidates_of(&self, expected: usize) -> &[u32] {
         self.candidates.of(expected)
+    }
+
+    /// Of how many tracks there are candidates.
+    pub fn n_expected(&self) -> usize {
+        self.candidates.n_expected()
+    }
+
+    /// Of how many tracks the measurement at this place is a candidate.
+    pub fn rivals(&self, measurement: u32) -> u32 {
+        self.candidates.rivals(measurement)
     }
 
     /// Decides on the candidates. Where pairs compete, a track's report costs `report_cost` more. Where that is

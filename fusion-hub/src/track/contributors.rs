@@ -64,6 +64,11 @@ impl Contributors {
         }
     }
 
+    /// The newest of all; of several agents' at the same time the last one's by name.
+    pub fn newest(&self) -> Option<&Contributor> {
+        self.newest.iter().max_by_key(|known| known.captured_at)
+    }
+
     /// When any agent last measured it.
     pub fn last_measured_at(&self) -> Timestamp {
         self.last_measured_at.unwrap_or(Timestamp::MIN)

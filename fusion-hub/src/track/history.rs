@@ -4,6 +4,7 @@ use super::{Contributors, Snapshot};
 use crate::agents::Agents;
 use crate::filter::{CompactMeasurement, Filter};
 use crate::frames::{FrameSlot, FrameStore, LOOK, Piece};
+use crate::particles::ParticleSet;
 use std::collections::VecDeque;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -59,6 +60,10 @@ struct Checkpoint<F> {
 pub struct Track<F> {
     /// Its number.
     pub id: TrackId,
+    /// The association particles that hold it: all of them, where nobody doubts it.
+    pub holders: ParticleSet,
+    /// When particles last came to hold something else of it.
+    pub disputed_at: Timestamp,
     evidence: VecDeque<Piece>,
     /// By count. The first one is after the birth, or after what is folded.
     checkpoints: VecDeque<Checkpoint<F>>,
@@ -77,9 +82,19 @@ impl<F: Filter> Track<F> {
     pub fn new(id: TrackId, birth: Piece, spare: Option<Self>, records: &Records<'_>) -> Self {
         let head = born(&birth, records).expect("a birth is a report");
         let mut track = match spare {
-            Some(spare) => Self { id, head, stale_from: None, born_at: birth.captured_at, ..spare },
+            Some(spare) => Self {
+                id,
+                holders: ParticleSet::ALL,
+                disputed_at: birth.captured_at,
+                head,
+                stale_from: None,
+                born_at: birth.captured_at,
+                ..spare
+            },
             None => Self {
                 id,
+                holders: ParticleSet::ALL,
+                disputed_at: birth.captured_at,
                 evidence: VecDeque::with_capacity(EVIDENCE_AT_FIRST),
                 checkpoints: VecDeque::with_capacity(EVIDENCE_AT_FIRST / CHECKPOINT_EVERY + 1),
                 head,
@@ -95,6 +110,16 @@ impl<F: Filter> Track<F> {
         track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
         track.contributors.note(&birth, records.frames.get(birth.frame), records.agents);
         track
+    }
+
+    /// Another version of the same track, for these particles. `spare` as in [`Self::new`].
+    pub fn copied(&self, holders: ParticleSet, spare: Option<Self>) -> Self {
+        let Some(mut copy) = spare else { return Self { holders, ..self.clone() } };
+        copy.evidence.clone_from(&self.evidence);
+        copy.checkpoints.clone_from(&self.checkpoints);
+        copy.contributors.clone_from(&self.contributors);
+        let Self { id, disputed_at, head, stale_from, born_at, .. } = *self;
+        Self { id, holders, disputed_at, head, stale_from, born_at, ..copy }
     }
 
     /// Puts a piece of evidence in its place in time. `predicted` is the state at that time, if it is known.

@@ -1,0 +1,227 @@
+//! Association particles: several hypotheses of which report was of which track, where that is in doubt.
+//!
+//! A particle is a whole world: for each object one track with evidence of its own. Where particles agree on
+//! an object they share one track, so that hypotheses exist, and cost, only where there is ambiguity. Where
+//! they do not, an object has several *versions*: tracks with the same id, next to each other in the list, each
+//! with the set of particles that hold it. All particles weigh the same, always.
+//!
+//! For each frame, tracks and reports that can be pairs form connected components. In each, apart:
+//!
+//! 1. A particle weighs exp(−C/2), C the cost of its optimal assignment ([`likelihood`], less
+//!    [`COST_ALONE`] a pair). Particles are drawn again by these weights (systematic resampling; survivors keep
+//!    their places, so that components which meet again still fit together).
+//! 2. Each draws its assignment: the optimum after every cost was perturbed by a Gumbel variable (perturb and
+//!    MAP; Papandreou & Yuille 2011). Particles that drew the same for the same version go on sharing it.
+//!    The leading particle takes the optimum itself: names then change on evidence, not by chance.
+//! 3. The particle that agrees most with the others about this frame's assignments takes place 0. It *leads*: ids,
+//!    contributors and births are told by it.
+//!
+//! An object of one track and one report that compete with no others takes no part in this; its track is
+//! updated once. Hypotheses end where resampling leaves one, and where nothing has decided between them for
+//! two seconds: then the leading one stays.
+//!
+//! Resampling is done in each component apart: over all of a crowd's components at once the weights multiply, and a
+//! handful of particles would be left for all of them. It is done every frame: waiting until the effective number
+//! falls below half, without carrying weights along, forgets what weak evidence says.
+//!
+//! **Late data.** Every version has its own evidence, so a late frame is treated in each particle as it is without
+//! particles: associated with the states at its own time, replayed there, and not reopened. Particles are drawn
+//! again by what it says of their states at that time. Where nothing competes, particles change no bit, and any
+//! order of arrival gives the same; where something does, association depends on the order as it does without.
+//!
+//! **Chance** is drawn from (agent, epoch, sequence, component) alone.
+//!
+//! [`COST_ALONE`]: crate::association::likelihood::COST_ALONE
+//! [`likelihood`]: crate::association::likelihood
+
+mod ancestors;
+mod blend;
+mod chance;
+mod competition;
+mod component;
+mod set;
+pub(crate) mod versions;
+
+pub(crate) use blend::{Doubts, blended};
+pub use set::{MAX_PARTICLES, ParticleSet};
+
+use crate::association::{Associator, Expected, likelihood};
+use crate::filter::Measurement;
+use chance::Chance;
+use competition::{Competition, Edge};
+use component::Component;
+use v2x_common::id::{FrameId, TrackId};
+use v2x_common::time::{Span, Timestamp};
+
+/// A version of a track that the frame can concern.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Version {
+    /// Of which track.
+    pub(crate) track: TrackId,
+    /// Who holds it.
+    pub(crate) holders: ParticleSet,
+    /// When particles last came to hold something else of the track.
+    pub(crate) disputed_at: Timestamp,
+}
+
+/// Some holders of a version, and what they take to be its report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Outcome {
+    /// The version's place among those expected.
+    pub(crate) col: u32,
+    /// Its report in the frame.
+    pub(crate) report: Option<u16>,
+    /// The particles that hold it henceforth.
+    pub(crate) holders: ParticleSet,
+    /// When particles last came to hold something else of the track.
+    pub(crate) disputed_at: Timestamp,
+}
+
+/// Decides on frames; holds the buffers.
+#[derive(Debug)]
+pub(crate) struct Particles {
+    n: u32,
+    versions: Vec<Version>,
+    competition: Competition,
+    component: Component,
+    outcomes: Vec<Outcome>,
+    births: Vec<(u16, ParticleSet)>,
+    /// For each measurement the version that the leading particle takes it to be of.
+    track_of: Vec<Option<u32>>,
+}
+
+/// Hypotheses between which nothing has decided for so long are given up for the leading one: what they differ in
+/// is nothing that reports tell of.
+const PATIENCE: Span = Span::from_millis(2000);
+
+const NOBODY: u32 = u32::MAX;
+
+impl Particles {
+    /// So many of them; `None` where there is no choice.
+    pub(crate) fn new(n: u32) -> Option<Self> {
+        (n > 1).then(|| Self {
+            n: n.min(MAX_PARTICLES),
+            versions: Vec::new(),
+            competition: Competition::default(),
+            component: Component::new(n.min(MAX_PARTICLES)),
+            outcomes: Vec::new(),
+            births: Vec::new(),
+            track_of: Vec::new(),
+        })
+    }
+
+    /// How many there are.
+    pub(crate) fn n(&self) -> u32 {
+        self.n
+    }
+
+    /// Finds out what each particle takes the reports of a frame to be of. `associator` knows the candidates.
+    pub(crate) fn associate(
+        &mut self,
+        (frame, captured_at): (&FrameId, Timestamp),
+        versions: impl Iterator<Item = Version>,
+        (measurements, expected): (&[Measurement], &[Expected]),
+        associator: &Associator,
+    ) {
+        self.versions.clear();
+        self.versions.extend(versions);
+        self.outcomes.clear();
+        self.births.clear();
+        self.track_of.clear();
+        self.track_of.resize(measurements.len(), None);
+        self.list_competition((measurements, expected), associator);
+        self.decide(&Chance::of(frame), captured_at);
+        for (index, found) in (0..).zip(&self.track_of) {
+            // What tracks compete for was decided on by them.
+            if found.is_none() && !self.competition.is_about(index) {
+                self.births.push((index, ParticleSet::ALL));
+            }
+        }
+    }
+
+    /// Makes pairs that compete with no others; lists what does compete.
+    fn list_competition(
+        &mut self,
+        (measurements, expected): (&[Measurement], &[Expected]),
+        associator: &Associator,
+    ) {
+        let cost = |col: usize, place: u32| {
+            likelihood::pair_cost(&measurements[place as usize], &expected[col]) - likelihood::COST_ALONE
+        };
+        let Self { versions, competition, outcomes, track_of, .. } = self;
+        competition.begin(measurements.len());
+        let mut start = 0;
+        for row in versions.chunk_by(|a, b| a.track == b.track) {
+            let cols = start..start + row.len();
+            start = cols.end;
+            let Version { holders, disputed_at, .. } = row[0];
+            let col = cols.start;
+            if holders.is_all()
+                && let Some(place) = uncontested(associator, col, |place| cost(col, place) <= 0.0)
+            {
+                if let Some(place) = place {
+                    track_of[place as usize] = Some(as_u32(col));
+                }
+                let report = place.map(as_index);
+                outcomes.push(Outcome { col: as_u32(col), report, holders, disputed_at });
+                competition.skip_version();
+                continue;
+            }
+            for col in cols {
+                let dear = expected[col].report_cost;
+                let places = associator.candidates_of(col).iter();
+                competition
+                    .version(places.map(|place| Edge { place: *place, cost: cost(col, *place) + dear }));
+            }
+            competition.row(row.len());
+        }
+        competition.finish();
+    }
+
+    fn decide(&mut self, chance: &Chance, captured_at: Timestamp) {
+        let Self { competition, component, versions, outcomes, births, track_of, .. } = self;
+        for (part, rows) in (0..).zip(competition.components()) {
+            component.begin(rows, versions, competition);
+            component.decide(chance.about(part), captured_at, track_of.len());
+            component.tell(outcomes, births, track_of);
+        }
+        outcomes.sort_by_key(|outcome| (outcome.col, !outcome.holders.leads()));
+    }
+
+    /// What becomes of every version, by their places; of several outcomes of one the leading particle's is the
+    /// first. A version without any is nobody's henceforth.
+    pub(crate) fn outcomes(&self) -> &[Outcome] {
+        &self.outcomes
+    }
+
+    /// The reports of nothing known, and to whom they are that.
+    pub(crate) fn births(&self) -> &[(u16, ParticleSet)] {
+        &self.births
+    }
+
+    /// For each measurement the place of the version that the leading particle takes it to be of.
+    pub(crate) fn track_of(&self) -> &[Option<u32>] {
+        &self.track_of
+    }
+}
+
+/// The report of a version that competes with no other for it; `None` where it does.
+fn uncontested(associator: &Associator, col: usize, is_pair: impl Fn(u32) -> bool) -> Option<Option<u32>> {
+    match associator.candidates_of(col) {
+        [] => Some(None),
+        [only] if associator.rivals(*only) == 1 => Some(is_pair(*only).then_some(*only)),
+        _ => None,
+    }
+}
+
+fn as_u32(place: usize) -> u32 {
+    u32::try_from(place).expect("numbered in 32 bits")
+}
+
+fn as_index(place: u32) -> u16 {
+    u16::try_from(place).expect("validated frames hold at most 4096 detections")
+}
+
+fn length<T>(list: &[T]) -> u32 {
+    as_u32(list.len())
+}
