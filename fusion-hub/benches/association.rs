@@ -59,7 +59,7 @@ fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<Expected>) {
             size_variance: [0.01, 0.04],
             yaw,
             yaw_variance: 0.005,
-            report_cost: 0.0,
+            report_probability: 0.5,
         });
     }
     for place in (1..count).rev() {

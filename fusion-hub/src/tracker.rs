@@ -1,7 +1,7 @@
 //! Tracks and frames: which report is of which track, what begins and what ends.
 
 use crate::agents::{AgentSlot, Agents};
-use crate::association::{AssociationConfig, AssociationCost, Associator, Expected, likelihood};
+use crate::association::{AssociationConfig, AssociationCost, Associator, Expected};
 use crate::config::EngineConfig;
 use crate::duplicates::{Duplicates, Weights};
 use crate::filter::{Filter, Measurement, PositionInnovation};
@@ -174,7 +174,7 @@ impl<F: Filter> Tracker<F> {
                     && look.covers(expected.position, 0.0)
                 {
                     let reported = known.existence_at(at) * (1.0 - look.miss_probability);
-                    expected.report_cost = likelihood::report_cost(reported);
+                    expected.report_probability = reported;
                 }
                 self.expected.push(expected);
             }

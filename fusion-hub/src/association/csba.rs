@@ -83,7 +83,7 @@ mod tests {
             size_variance: [0.16, 0.64],
             yaw: 0.0,
             yaw_variance: 0.01,
-            report_cost: 0.0,
+            report_probability: 0.5,
         }
     }
 

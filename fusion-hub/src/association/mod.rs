@@ -74,8 +74,9 @@ pub struct Expected {
     pub yaw: f64,
     /// Variance of the heading, rad².
     pub yaw_variance: f64,
-    /// What its report costs beside the pair ([`likelihood::report_cost`]); 0 where nothing is known of that.
-    pub report_cost: f64,
+    /// Probability that the frame reports it at all, for [`likelihood::report_cost`]; one half where nothing is
+    /// known of that.
+    pub report_probability: f64,
 }
 
 /// Associates frames with tracks; holds the buffers.
@@ -105,36 +106,31 @@ impl Associator {
         self.track_of.resize(measurements.len(), None);
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
         match config.cost {
-            AssociationCost::Csba => self.assign(
-                csba::COST_ALONE,
-                |_| None,
-                |_, track, place| {
+            AssociationCost::Csba => {
+                self.assign(csba::COST_ALONE, None::<fn(u32) -> f64>, |_, track, place| {
                     let (z, track) = pair(track, place);
                     csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)
-                },
-            ),
+                })
+            }
             AssociationCost::Likelihood => {
-                let report_cost = |track: u32| Some(expected[track as usize].report_cost);
+                let probability = |track: u32| expected[track as usize].report_probability;
+                let report_cost = Some(|track| likelihood::report_cost(probability(track)));
                 self.assign(likelihood::COST_ALONE, report_cost, |_, track, place| {
                     let (z, track) = pair(track, place);
                     likelihood::pair_cost(z, track)
                 });
             }
             AssociationCost::Iou => {
-                self.assign(
-                    1.0,
-                    |_| None,
-                    |candidates, track, place| 1.0 - candidates.outlines.iou(track, place),
-                );
+                self.assign(1.0, None::<fn(u32) -> f64>, |candidates, track, place| {
+                    1.0 - candidates.outlines.iou(track, place)
+                });
             }
-            AssociationCost::Euclidean => self.assign(
-                EUCLIDEAN_REACH_M,
-                |_| None,
-                |_, track, place| {
+            AssociationCost::Euclidean => {
+                self.assign(EUCLIDEAN_REACH_M, None::<fn(u32) -> f64>, |_, track, place| {
                     let (z, track) = pair(track, place);
                     libm::sqrt(distance2(z.position, track.position))
-                },
-            ),
+                })
+            }
         }
     }
 
@@ -180,7 +176,7 @@ impl Associator {
     fn assign(
         &mut self,
         cost_alone: f64,
-        report_cost: impl Fn(u32) -> Option<f64>,
+        report_cost: Option<impl Fn(u32) -> f64>,
         cost: impl Fn(&Candidates, u32, u32) -> f64,
     ) {
         let Self { candidates, assigner, contested, costs, track_of } = self;
@@ -190,12 +186,12 @@ impl Associator {
             match places {
                 [] => {}
                 [only] if candidates.rivals(*only) == 1 => {
-                    if report_cost(track).is_none() || cost(candidates, track, *only) <= cost_alone {
+                    if report_cost.is_none() || cost(candidates, track, *only) <= cost_alone {
                         track_of[*only as usize] = Some(track);
                     }
                 }
                 several => {
-                    let report_cost = report_cost(track).unwrap_or(0.0);
+                    let report_cost = report_cost.as_ref().map_or(0.0, |cost| cost(track));
                     costs.clear();
                     costs.extend(
                         several.iter().map(|place| (cost(candidates, track, *place) + report_cost, *place)),

@@ -42,7 +42,7 @@ fn expected(z: &Measurement) -> Expected {
         size_variance: [0.04 * z.size[0] * z.size[0], 0.04 * z.size[1] * z.size[1]],
         yaw: z.yaw,
         yaw_variance: z.yaw_variance,
-        report_cost: 0.0,
+        report_probability: 0.5,
     }
 }
 
@@ -187,7 +187,7 @@ fn a_track_that_is_as_good_as_dead_yields_its_report_only_to_one_that_competes()
     };
     let track = |x: f64, existence: f64| Expected {
         position: [x, 0.0],
-        report_cost: likelihood::report_cost(existence),
+        report_probability: existence,
         ..expected(&z)
     };
     let mut associator = Associator::default();

@@ -90,7 +90,7 @@ impl Filter for ImmState {
             size_variance: [width.variance, depth.variance],
             yaw: place.yaw,
             yaw_variance: place.yaw_variance,
-            report_cost: 0.0,
+            report_probability: 0.5,
         }
     }
 

@@ -121,7 +121,7 @@ impl Filter for State {
             size_variance: [self.width.variance, self.depth.variance],
             yaw: self.heading.mean,
             yaw_variance: self.heading.variance,
-            report_cost: 0.0,
+            report_probability: 0.5,
         }
     }
 

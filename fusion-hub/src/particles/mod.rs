@@ -168,7 +168,7 @@ impl Particles {
                 continue;
             }
             for col in cols {
-                let dear = expected[col].report_cost;
+                let dear = likelihood::report_cost(expected[col].report_probability);
                 let places = associator.candidates_of(col).iter();
                 competition
                     .version(places.map(|place| Edge { place: *place, cost: cost(col, *place) + dear }));

@@ -1,5 +1,6 @@
 //! What the hub is loaded with: moving objects, reported by agents all around, as bytes off the wire.
 
+use rand::seq::SliceRandom;
 use v2x_agent::random::{self, Purpose, keyed_rng};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
@@ -155,7 +156,8 @@ impl Workload {
         let t_s = (captured_at - self.start).as_secs_f64();
         let seen = self.orbits.iter().filter(|_| random::chance(rng, DETECTION_PROBABILITY));
         let seen: Vec<_> = seen.map(|orbit| orbit.at(t_s)).collect();
-        let detections: Vec<_> = seen.into_iter().map(|truth| report(&truth, rng)).collect();
+        let mut detections: Vec<_> = seen.into_iter().map(|truth| report(&truth, rng)).collect();
+        detections.shuffle(rng);
         let is_late = random::chance(rng, self.load.late_share);
         let late_ms = random::uniform(rng, LATE_MS.0, LATE_MS.1);
         let delay = if is_late { Span::from_secs_f64(late_ms * 1e-3) } else { ON_TIME };
