@@ -4,7 +4,7 @@
 //! Scoring reads as a pipeline of pure functions: a run's [`run_log`] and the [`truth`] → what agents
 //! can know ([`coverage`]) → [`matching`] → [`metrics`] → [`summary`] → [`report`] and [`plot`].
 //!
-//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`].
+//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`].
 
 pub mod consumer;
 pub mod coverage;
@@ -25,6 +25,7 @@ pub mod score;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;
+pub mod tables;
 pub mod throughput;
 pub mod timing;
 pub mod truth;
