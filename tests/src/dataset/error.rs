@@ -1,12 +1,13 @@
 //! Why a data set cannot be read.
 
+use super::nuscenes::{Split, TableError};
 use std::path::PathBuf;
 
 /// Why a data set cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// Not a name of a data set.
-    #[error("unknown data set {0:?}; expected synthetic or csv:FILE")]
+    #[error("unknown data set {0:?}; expected synthetic, nuscenes:ROOT or csv:FILE")]
     UnknownSource(String),
     /// A file that cannot be opened.
     #[error("cannot read {}", .path.display())]
@@ -47,6 +48,17 @@ pub enum DatasetError {
         value: String,
         /// What may stand there.
         expected: &'static str,
+    },
+    /// A table of nuScenes.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// No scene to evaluate.
+    #[error("no scene of split {split} is in {}", .folder.display())]
+    NoScenes {
+        /// Where the tables are.
+        folder: PathBuf,
+        /// What was asked for.
+        split: Split,
     },
     /// Nothing to evaluate.
     #[error("{} holds no boxes", .0.display())]

@@ -2,11 +2,13 @@
 
 pub mod csv_file;
 mod error;
+pub mod nuscenes;
 pub mod synthetic;
 
 pub use error::DatasetError;
 
 use crate::protocol::scene::Scene;
+use nuscenes::Split;
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -18,6 +20,8 @@ pub enum Source {
     Synthetic,
     /// A table in the columns of [`csv_file`].
     Csv(PathBuf),
+    /// nuScenes' tables below this folder.
+    NuScenes(PathBuf),
 }
 
 impl FromStr for Source {
@@ -29,17 +33,19 @@ impl FromStr for Source {
         }
         match text.split_once(':') {
             Some(("csv", path)) => Ok(Self::Csv(path.into())),
+            Some(("nuscenes", root)) => Ok(Self::NuScenes(root.into())),
             _ => Err(DatasetError::UnknownSource(text.to_owned())),
         }
     }
 }
 
 impl Source {
-    /// Its scenes.
-    pub fn load(&self) -> Result<Vec<Scene>, DatasetError> {
+    /// Its scenes; `version` and `split` are nuScenes'.
+    pub fn load(&self, version: &str, split: &Split) -> Result<Vec<Scene>, DatasetError> {
         match self {
             Self::Synthetic => Ok(synthetic::scenes()),
             Self::Csv(path) => csv_file::load(path),
+            Self::NuScenes(root) => nuscenes::load(root, version, split),
         }
     }
 }
@@ -49,6 +55,7 @@ impl fmt::Display for Source {
         match self {
             Self::Synthetic => f.write_str("synthetic"),
             Self::Csv(path) => write!(f, "csv:{}", path.display()),
+            Self::NuScenes(root) => write!(f, "nuscenes:{}", root.display()),
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod rows;
 mod text;
 
 use crate::dataset::Source;
+use crate::dataset::nuscenes::Split;
 use crate::protocol::method::Method;
 use crate::protocol::noise::{NoisePair, Shape};
 use crate::protocol::run::{Plan, Scores};
@@ -37,12 +38,19 @@ Examples:
   lab tables --quick                              a tenth of a minute
   lab tables --out v2x-tables                     terminal, and Markdown, CSV, LaTeX and JSON in that folder
   lab tables --dataset csv:boxes.csv --trials 3   your own scenes
+  lab tables --dataset nuscenes:/data/nuscenes --version v1.0-trainval --split val
   lab tables --noise N3-N3 --methods csba-wls,ours --json")]
 pub struct TablesArgs {
-    /// The scenes: synthetic (150 made-up ones), or csv:FILE (a row for each box, with the columns scene, frame, t_s, object_id, class, x, y,
+    /// The scenes: synthetic (150 made-up ones), nuscenes:ROOT (its own tables), or csv:FILE (a row for each box, with the columns scene, frame, t_s, object_id, class, x, y,
     /// width, length, yaw, ego_x, ego_y, ego_yaw)
     #[arg(long, value_name = "SOURCE", default_value = "synthetic")]
     dataset: Source,
+    /// Of nuscenes: which tables, ROOT/VERSION/scene.json and so on
+    #[arg(long, default_value = "v1.0-trainval")]
+    version: String,
+    /// Of nuscenes: val (the official list), all, or names of scenes with commas between
+    #[arg(long, default_value = "val", value_name = "val|all|SCENE…")]
+    split: Split,
     /// Only these levels of noise of agents 1 and 2
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = NoisePair::ALL, hide_default_value = true)]
     noise: Vec<NoisePair>,
@@ -100,7 +108,7 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
 }
 
 fn compute(args: &TablesArgs) -> anyhow::Result<Tables> {
-    let mut scenes = args.dataset.load()?;
+    let mut scenes = args.dataset.load(&args.version, &args.split)?;
     if args.quick {
         scenes = spread(scenes, QUICK_SCENES);
     }
