@@ -22,7 +22,7 @@ pub(super) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
 }
 
 /// All rows, with the names of the JSON ones.
-fn table_csv(tables: &Tables) -> anyhow::Result<String> {
+pub(super) fn table_csv(tables: &Tables) -> anyhow::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let Some(first) = tables.rows.first() else { return Ok(String::new()) };
     let metrics = first.metrics.named().map(|(name, _)| name);

@@ -89,7 +89,7 @@ fn cells(row: &Row, subset: Subset) -> Vec<String> {
         let difference = difference.map_or("–".to_owned(), |value| format!("{value:+.digits$}"));
         cells.extend([own, figure(paper.0[place]), difference].into_iter().take(n_columns(place)));
     }
-    cells.push(row.told.clone());
+    cells.push(if row.told.is_empty() { "–".to_owned() } else { row.told.clone() });
     cells
 }
 
