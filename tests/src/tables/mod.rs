@@ -20,7 +20,7 @@ use rows::{Row, rows};
 use std::path::PathBuf;
 
 /// What `--quick` takes of the data set, and how often.
-const QUICK_SCENES: usize = 10;
+const QUICK_SCENES: usize = 30;
 const QUICK_TRIALS: u32 = 2;
 /// N of the paper.
 const PAPER_TRIALS: u32 = 5;
