@@ -76,8 +76,8 @@ impl EngineRun {
         Self { engine, setup, agents: names[..setup.n_agents].to_vec(), sequence: 0 }
     }
 
-    /// Takes in a keyframe; tells the objects that were measured in it.
-    pub fn fuse(&mut self, reports: &[AgentReport; 2], at: Span) -> Result<Vec<Prediction>, Refused> {
+    /// Takes in what the agents report of a keyframe; tells the objects that were measured in it.
+    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Prediction>, Refused> {
         let now = START + at;
         for (agent, report) in self.agents.iter().zip(reports) {
             let frame = self.frame(*agent, report, now);
@@ -130,7 +130,7 @@ fn shifted(detection: &Detection, x_m: f64) -> Detection {
 fn prediction(
     object: &FusedObject,
     (agents, sequence): (&[AgentId], u64),
-    reports: &[AgentReport; 2],
+    reports: &[AgentReport],
     apart_m: f64,
 ) -> Option<Prediction> {
     let detection_of = |agent: &AgentId| {

@@ -5,6 +5,8 @@ use super::engine_run::{EngineRun, Refused, Setup};
 use super::noise::NoisePair;
 use super::observe::AgentReport;
 use serde::Serialize;
+use v2x_agent::truth::ObjectId;
+use v2x_common::detection::Detection;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Span;
 use v2x_fusion_hub::baselines::{Fused, Member, Report, Rule, Ties, dair_v2x, infradet3d};
@@ -47,6 +49,12 @@ pub enum Method {
     CsbaWls,
     /// The same, told how sizes err
     CsbaWlsDebiased,
+    /// CSBA+WLS in every frame, then a constant-velocity Kalman filter
+    CsbaWlsCv,
+    /// DAIR-V2X-Late in every frame, then a constant-velocity Kalman filter
+    #[serde(rename = "dair-v2x-cv")]
+    #[value(name = "dair-v2x-cv")]
+    DairV2xCv,
     /// UniKF as in the paper, with late data replayed
     UnikfPaper,
     /// Our engine
@@ -71,7 +79,7 @@ struct Told {
 
 impl Method {
     /// The rows of Table II, in its order.
-    pub const TABLE_II: [Self; 15] = [
+    pub const TABLE_II: [Self; 17] = [
         Self::Single1,
         Self::Nms,
         Self::NmsGiou,
@@ -83,6 +91,8 @@ impl Method {
         Self::DairV2xCode,
         Self::CsbaWls,
         Self::CsbaWlsDebiased,
+        Self::CsbaWlsCv,
+        Self::DairV2xCv,
         Self::UnikfPaper,
         Self::Ours,
         Self::Single1Ours,
@@ -103,6 +113,8 @@ impl Method {
             Self::DairV2xCode => "dair-v2x-code",
             Self::CsbaWls => "csba-wls",
             Self::CsbaWlsDebiased => "csba-wls-debiased",
+            Self::CsbaWlsCv => "csba-wls-cv",
+            Self::DairV2xCv => "dair-v2x-cv",
             Self::UnikfPaper => "unikf-paper",
             Self::Ours => "ours",
             Self::Single1Ours => "single-1-ours",
@@ -130,7 +142,7 @@ impl Method {
         match self {
             Self::CsbaWls => sigma,
             Self::CsbaWlsDebiased => Told { size_law: true, ..sigma },
-            Self::UnikfPaper => Told { past: true, ..sigma },
+            Self::CsbaWlsCv | Self::DairV2xCv | Self::UnikfPaper => Told { past: true, ..sigma },
             Self::Ours | Self::Single1Ours => ours,
             Self::OursTrueId => Told { truth: true, ..ours },
             _ => Told::default(),
@@ -140,9 +152,15 @@ impl Method {
     /// Made ready for one scene.
     pub fn begin(self, noise: NoisePair) -> Fuser {
         let overlap = noise.overlap_threshold();
-        let rule = |rule| Fuser::Rule(rule, sensing(noise, false));
+        let raw = || sensing(noise, false);
+        let rule = |rule| Fuser::Rule(rule, raw());
         let ours =
             Setup { preset: Preset::Ours, declares_size_law: true, n_agents: 2, true_identities: false };
+        let paper = Setup { preset: Preset::Paper, declares_size_law: false, ..ours };
+        let filtered = |rule| {
+            let run = EngineRun::new(Setup { n_agents: 1, ..paper }, noise.levels());
+            Fuser::Filtered(rule, raw(), Box::new(run))
+        };
         let engine = |setup| Fuser::Engine(Box::new(EngineRun::new(setup, noise.levels())));
         match self {
             Self::Single1 => rule(Rule::Single(0)),
@@ -156,7 +174,9 @@ impl Method {
             Self::DairV2xCode => rule(Rule::DairV2x(dair_v2x::Variant::MainAgent)),
             Self::CsbaWls => rule(Rule::CsbaWls),
             Self::CsbaWlsDebiased => Fuser::Rule(Rule::CsbaWls, sensing(noise, true)),
-            Self::UnikfPaper => engine(Setup { preset: Preset::Paper, declares_size_law: false, ..ours }),
+            Self::CsbaWlsCv => filtered(Rule::CsbaWls),
+            Self::DairV2xCv => filtered(Rule::DairV2x(dair_v2x::Variant::Average)),
+            Self::UnikfPaper => engine(paper),
             Self::Ours => engine(ours),
             Self::Single1Ours => engine(Setup { n_agents: 1, ..ours }),
             Self::OursTrueId => engine(Setup { true_identities: true, ..ours }),
@@ -179,6 +199,8 @@ fn sensing(noise: NoisePair, is_debiased: bool) -> [Sensing; 2] {
 pub enum Fuser {
     /// Without memory.
     Rule(Rule, [Sensing; 2]),
+    /// Without memory, and then a filter that takes the fused list for one agent's report.
+    Filtered(Rule, [Sensing; 2], Box<EngineRun>),
     /// With memory.
     Engine(Box<EngineRun>),
 }
@@ -187,25 +209,52 @@ impl Fuser {
     /// Takes in a keyframe at this time of the scene; tells what is there.
     pub fn fuse(&mut self, reports: &[AgentReport; 2], at: Span) -> Result<Vec<Prediction>, Refused> {
         match self {
-            Self::Rule(rule, sensing) => Ok(fuse_by_rule(rule, sensing, reports)),
+            Self::Rule(rule, sensing) => {
+                let fused = fuse_by_rule(rule, sensing, reports);
+                Ok(fused
+                    .iter()
+                    .map(|one| Prediction { bev: one.bev(), object: scored_as(one, reports).0 })
+                    .collect())
+            }
+            Self::Filtered(rule, sensing, run) => {
+                let fused = fuse_by_rule(rule, sensing, reports);
+                run.fuse(&[as_report(&fused, reports)], at)
+            }
             Self::Engine(run) => run.fuse(reports, at),
         }
     }
 }
 
-fn fuse_by_rule(rule: &Rule, sensing: &[Sensing; 2], reports: &[AgentReport; 2]) -> Vec<Prediction> {
+fn fuse_by_rule(rule: &Rule, sensing: &[Sensing; 2], reports: &[AgentReport; 2]) -> Vec<Fused> {
     let read = |place: usize| -> Vec<Report> {
         let detections = reports[place].detections.iter();
         let report = |one| Report { z: sensing[place].measurement(one), score: one.score };
         detections.map(report).collect()
     };
     let (first, second) = (read(0), read(1));
-    let scored = |fused: Fused| {
-        let of_first = fused.members.iter().find(|member| member.agent == 0);
-        let Member { agent, index } = *of_first.or(fused.members.first())?;
-        Some(Prediction { bev: fused.bev(), object: reports[agent].objects[index] })
+    rule.fuse(&[&first, &second])
+}
+
+/// Place and number of the object that a fused box is scored against: agent 1's detection in it decides, else
+/// agent 2's.
+fn scored_as(fused: &Fused, reports: &[AgentReport; 2]) -> (usize, ObjectId) {
+    let Member { agent, index } = *fused.members.iter().min().expect("a fused box is of something");
+    (reports[agent].objects[index], reports[agent].identities[index])
+}
+
+/// A fused list as if agent 1 had reported it.
+fn as_report(fused: &[Fused], reports: &[AgentReport; 2]) -> AgentReport {
+    let detection = |one: &Fused| Detection {
+        class: one.z.class,
+        score: one.score,
+        bev: one.bev(),
+        covariance: one.covariance(),
+        velocity: None,
+        source_track: None,
     };
-    rule.fuse(&[&first, &second]).into_iter().filter_map(scored).collect()
+    let (objects, identities) = fused.iter().map(|one| scored_as(one, reports)).unzip();
+    let detections = fused.iter().map(detection).collect();
+    AgentReport { pose: reports[0].pose, detections, objects, identities }
 }
 
 #[cfg(test)]

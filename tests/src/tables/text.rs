@@ -93,20 +93,23 @@ fn cells(row: &Row, subset: Subset) -> Vec<String> {
     cells
 }
 
-/// What ours gains over least squares, for all objects and for those that move.
+/// What ours gains over least squares, alone and filtered, for all objects and for parts of them.
 fn gain_lines(tables: &Tables, noise: usize) -> String {
-    let line = |(subset, name): (Subset, &str)| {
-        let [ate, ade, aoe] = gains(tables, noise, (Method::CsbaWls, Method::Ours), subset)?;
+    let line = |other: Method, (subset, name): (Subset, &str)| {
+        let [ate, ade, aoe] = gains(tables, noise, (other, Method::Ours), subset)?;
         let figure = |Ratio { ratio, low, high }| format!("{ratio:.2}× [{low:.2}, {high:.2}]");
         Some(format!(
-            "ours over csba-wls, {name}: mATE {}, mADE {}, mAOE {} (95 %, bootstrap over scenes)",
+            "ours over {}, {name}: mATE {}, mADE {}, mAOE {} (95 %, bootstrap over scenes)",
+            other.key(),
             figure(ate),
             figure(ade),
             figure(aoe)
         ))
     };
-    let lines = [(Subset::All, "all objects"), (Subset::Static, "standing"), (Subset::Moving, "moving")];
-    lines.into_iter().filter_map(line).collect::<Vec<_>>().join("\n")
+    let subsets = [(Subset::All, "all objects"), (Subset::Static, "standing"), (Subset::Moving, "moving")];
+    let lines = subsets.map(|subset| line(Method::CsbaWls, subset));
+    let filtered = line(Method::CsbaWlsCv, subsets[0]);
+    lines.into_iter().chain([filtered]).flatten().collect::<Vec<_>>().join("\n")
 }
 
 fn notes() -> String {
