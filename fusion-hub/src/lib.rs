@@ -7,6 +7,7 @@
 pub mod agents;
 pub mod assignment;
 pub mod association;
+pub mod baselines;
 pub mod config;
 pub mod duplicates;
 pub mod engine;

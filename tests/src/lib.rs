@@ -3,9 +3,12 @@
 //!
 //! Scoring reads as a pipeline of pure functions: a run's [`run_log`] and the [`truth`] → what agents
 //! can know ([`coverage`]) → [`matching`] → [`metrics`] → [`summary`] → [`report`] and [`plot`].
+//!
+//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`].
 
 pub mod consumer;
 pub mod coverage;
+pub mod dataset;
 pub mod gospa;
 pub mod hub_status;
 pub mod loopback;
@@ -13,6 +16,7 @@ pub mod matching;
 pub mod metrics;
 pub mod percentiles;
 pub mod plot;
+pub mod protocol;
 pub mod recorded;
 pub mod report;
 pub mod run_folder;
@@ -21,6 +25,7 @@ pub mod score;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;
+pub mod tables;
 pub mod throughput;
 pub mod timing;
 pub mod truth;

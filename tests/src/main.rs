@@ -27,6 +27,7 @@ fn allocations() -> u64 {
 Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
   lab throughput --agents 200 --late 0.2              how many detections one core fuses
+  lab tables --quick                                  the paper's tables
   lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded"
 )]
 struct Cli {
@@ -48,6 +49,7 @@ enum Command {
         json: bool,
     },
     Simulate(v2x_lab::simulate::SimulateArgs),
+    Tables(v2x_lab::tables::TablesArgs),
     Throughput(v2x_lab::throughput::ThroughputArgs),
     #[command(hide = true)]
     Hub(HubArgs),
@@ -63,6 +65,7 @@ async fn main() -> ExitCode {
         match cli.command {
             Command::Score { folder, json } => v2x_lab::run_folder::rescore(&folder, json),
             Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
+            Command::Tables(args) => v2x_lab::tables::tables(&args),
             Command::Throughput(args) => v2x_lab::throughput::throughput(&args, allocations),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;

@@ -1,7 +1,7 @@
 //! The summary for people: a table in the terminal and a report in Markdown, with the same figures.
 
 mod markdown;
-mod table;
+pub(crate) mod table;
 
 pub use markdown::report_md;
 

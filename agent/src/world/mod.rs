@@ -8,8 +8,8 @@ mod body;
 pub mod crossing;
 pub mod highway;
 mod motion;
-mod path;
-mod profile;
+pub mod path;
+pub mod profile;
 
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::sensor::{Body, SensorKind};

@@ -6,7 +6,7 @@ use v2x_common::geometry::{Pose, wrap_angle};
 
 /// A curve; its heading is its tangent.
 #[derive(Clone, Debug)]
-pub(super) struct Path {
+pub struct Path {
     pieces: Vec<Piece>,
     length: f64,
     closed: bool,
@@ -41,17 +41,17 @@ impl Piece {
 
 impl Path {
     /// A path of no length, from which to build on.
-    pub(super) fn from(start: Pose) -> Self {
+    pub fn from(start: Pose) -> Self {
         Self { pieces: vec![Piece { from: 0.0, start, curvature: 0.0 }], length: 0.0, closed: false }
     }
 
     /// Goes on straight.
-    pub(super) fn line(self, length_m: f64) -> Self {
+    pub fn line(self, length_m: f64) -> Self {
         self.piece(length_m, 0.0)
     }
 
     /// Goes on along an arc; left turns are positive.
-    pub(super) fn arc(self, turn_rad: f64, radius_m: f64) -> Self {
+    pub fn arc(self, turn_rad: f64, radius_m: f64) -> Self {
         let curvature = turn_rad.signum() / radius_m;
         self.piece(turn_rad.abs() * radius_m, curvature)
     }
@@ -69,7 +69,7 @@ impl Path {
     }
 
     /// Declares that the end is the beginning; [`Self::at`] then goes round.
-    pub(super) fn close(mut self) -> Self {
+    pub fn close(mut self) -> Self {
         let (start, end) = (self.pieces[0].start, self.end());
         debug_assert!(start.distance_to(end.x, end.y) < 1e-6, "from {start:?} to {end:?}");
         debug_assert!(wrap_angle(start.yaw - end.yaw).abs() < 1e-6, "from {start:?} to {end:?}");
@@ -79,7 +79,7 @@ impl Path {
 
     /// A closed rectangle with rounded corners, from `start` on along the first side; right turns where
     /// `turn` is negative, else left. Sides are given from corner to corner; `start` is one radius behind a corner.
-    pub(super) fn rounded_rectangle(start: Pose, sides_m: (f64, f64), radius_m: f64, turn: f64) -> Self {
+    pub fn rounded_rectangle(start: Pose, sides_m: (f64, f64), radius_m: f64, turn: f64) -> Self {
         let corner = turn.signum() * PI / 2.0;
         let mut path = Self::from(start);
         for side_m in [sides_m.0, sides_m.1, sides_m.0, sides_m.1] {
@@ -89,12 +89,12 @@ impl Path {
     }
 
     /// m.
-    pub(super) const fn length(&self) -> f64 {
+    pub const fn length(&self) -> f64 {
         self.length
     }
 
     /// The pose at an arc length (m). Open paths go straight on beyond their ends.
-    pub(super) fn at(&self, s: f64) -> Pose {
+    pub fn at(&self, s: f64) -> Pose {
         let s = if self.closed { s - self.length * libm::floor(s / self.length) } else { s };
         let after = self.pieces.partition_point(|piece| piece.from <= s);
         self.pieces[after.saturating_sub(1)].at(s)

@@ -2,7 +2,7 @@
 
 /// A ride: starts at time 0, has a duration.
 #[derive(Clone, Debug)]
-pub(super) struct Profile {
+pub struct Profile {
     pieces: Vec<Piece>,
     end: Piece,
 }
@@ -25,23 +25,23 @@ impl Piece {
 
 impl Profile {
     /// A ride of no duration, from which to build on.
-    pub(super) const fn from(distance_m: f64, speed_mps: f64) -> Self {
+    pub const fn from(distance_m: f64, speed_mps: f64) -> Self {
         Self { pieces: Vec::new(), end: Piece { t: 0.0, s: distance_m, v: speed_mps, a: 0.0 } }
     }
 
     /// Goes on at the present speed for a while.
-    pub(super) fn hold(self, duration_s: f64) -> Self {
+    pub fn hold(self, duration_s: f64) -> Self {
         self.piece(duration_s, 0.0)
     }
 
     /// Goes on at the present speed up to a distance.
-    pub(super) fn cruise_to(self, distance_m: f64) -> Self {
+    pub fn cruise_to(self, distance_m: f64) -> Self {
         let duration_s = (distance_m - self.end.s) / self.end.v;
         self.hold(duration_s)
     }
 
     /// Changes speed at a constant rate (m/s², positive).
-    pub(super) fn change_speed(self, speed_mps: f64, rate_mps2: f64) -> Self {
+    pub fn change_speed(self, speed_mps: f64, rate_mps2: f64) -> Self {
         let change = speed_mps - self.end.v;
         let mut changed = self.piece(change.abs() / rate_mps2, rate_mps2.copysign(change));
         changed.end.v = speed_mps;
@@ -59,12 +59,12 @@ impl Profile {
     }
 
     /// s.
-    pub(super) const fn duration_s(&self) -> f64 {
+    pub const fn duration_s(&self) -> f64 {
         self.end.t
     }
 
     /// Distance (m) and speed (m/s) at a time (s); beyond the end it goes on at the last speed.
-    pub(super) fn at(&self, t: f64) -> (f64, f64) {
+    pub fn at(&self, t: f64) -> (f64, f64) {
         if t >= self.end.t {
             return self.end.at(t);
         }
@@ -74,7 +74,7 @@ impl Profile {
 }
 
 /// Distance that a change of speed takes, m.
-pub(super) fn speed_change_distance_m(from_mps: f64, to_mps: f64, rate_mps2: f64) -> f64 {
+pub fn speed_change_distance_m(from_mps: f64, to_mps: f64, rate_mps2: f64) -> f64 {
     (to_mps * to_mps - from_mps * from_mps).abs() / (2.0 * rate_mps2)
 }
 

@@ -1,10 +1,11 @@
-//! The engine's arithmetic against independent implementations: fixtures that `make.py` made, and a solver
+//! The engine's arithmetic against independent implementations: fixtures that `make.py` and `make_wbf.py` made, and a solver
 //! crate.
 
 mod assignment;
 mod intersection;
 mod kalman;
 mod overlap;
+mod wbf;
 
 use v2x_common::covariance::Covariance2;
 
