@@ -106,31 +106,27 @@ impl Associator {
         self.track_of.resize(measurements.len(), None);
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
         match config.cost {
-            AssociationCost::Csba => {
-                self.assign(csba::COST_ALONE, None::<fn(u32) -> f64>, |_, track, place| {
-                    let (z, track) = pair(track, place);
-                    csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)
-                })
-            }
+            AssociationCost::Csba => self.assign(csba::COST_ALONE, None, |_, track, place| {
+                let (z, track) = pair(track, place);
+                csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)
+            }),
             AssociationCost::Likelihood => {
                 let probability = |track: u32| expected[track as usize].report_probability;
-                let report_cost = Some(|track| likelihood::report_cost(probability(track)));
-                self.assign(likelihood::COST_ALONE, report_cost, |_, track, place| {
+                let report_cost = |track| likelihood::report_cost(probability(track));
+                self.assign(likelihood::COST_ALONE, Some(&report_cost), |_, track, place| {
                     let (z, track) = pair(track, place);
                     likelihood::pair_cost(z, track)
                 });
             }
             AssociationCost::Iou => {
-                self.assign(1.0, None::<fn(u32) -> f64>, |candidates, track, place| {
+                self.assign(1.0, None, |candidates, track, place| {
                     1.0 - candidates.outlines.iou(track, place)
                 });
             }
-            AssociationCost::Euclidean => {
-                self.assign(EUCLIDEAN_REACH_M, None::<fn(u32) -> f64>, |_, track, place| {
-                    let (z, track) = pair(track, place);
-                    libm::sqrt(distance2(z.position, track.position))
-                })
-            }
+            AssociationCost::Euclidean => self.assign(EUCLIDEAN_REACH_M, None, |_, track, place| {
+                let (z, track) = pair(track, place);
+                libm::sqrt(distance2(z.position, track.position))
+            }),
         }
     }
 
@@ -176,7 +172,7 @@ impl Associator {
     fn assign(
         &mut self,
         cost_alone: f64,
-        report_cost: Option<impl Fn(u32) -> f64>,
+        report_cost: Option<&dyn Fn(u32) -> f64>,
         cost: impl Fn(&Candidates, u32, u32) -> f64,
     ) {
         let Self { candidates, assigner, contested, costs, track_of } = self;
@@ -191,7 +187,7 @@ impl Associator {
                     }
                 }
                 several => {
-                    let report_cost = report_cost.as_ref().map_or(0.0, |cost| cost(track));
+                    let report_cost = report_cost.map_or(0.0, |cost| cost(track));
                     costs.clear();
                     costs.extend(
                         several.iter().map(|place| (cost(candidates, track, *place) + report_cost, *place)),
