@@ -47,6 +47,33 @@ pub struct FusedObject {
     pub contributors: Vec<MeasurementId>,
 }
 
+impl FusedObject {
+    /// What is said of an object that is known by its box alone: σ of 1 m in position and size and of 1 rad in
+    /// heading, no speed known to 30 m/s, and it exists. For methods that know no better; what they know, they
+    /// overwrite.
+    pub fn from_box(track: TrackId, class: Class, bev: BevBox) -> Self {
+        let mut kinematic_covariance = [0.0; 10];
+        for (place, variance) in KINEMATIC_DIAGONAL.into_iter().zip([1.0, 1.0, 900.0, 900.0]) {
+            kinematic_covariance[place] = variance;
+        }
+        Self {
+            track,
+            class,
+            class_probabilities: vec![(class, 1.0)],
+            bev,
+            velocity: (0.0, 0.0),
+            kinematic_covariance,
+            ww: 1.0,
+            dd: 1.0,
+            yaw_variance: 1.0,
+            existence: 1.0,
+            age: Span::ZERO,
+            last_measured_at: Timestamp::EPOCH,
+            contributors: Vec::new(),
+        }
+    }
+}
+
 /// How one agent fares at the hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgentHealth {

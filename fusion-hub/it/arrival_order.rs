@@ -4,8 +4,8 @@ use crate::world::{agent, at, config, description, detection, engine, engine_of_
 use proptest::prelude::*;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
-use v2x_fusion_hub::config::Preset;
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::method::Method;
 use v2x_fusion_hub::refusal::{Disposition, Refusal};
 
 /// One report of one frame: which objects are seen, and with what errors.
@@ -179,8 +179,8 @@ fn read_literally_the_papers_text_loses_what_is_newer_than_a_late_measurement() 
         frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.2, 0.1))])
     };
     let late = frame(agent("rsu"), 0, 150, vec![detection(0, at(150), (-0.3, 0.0))]);
-    let run = |preset: Preset, frames: &[&DetectionFrame]| {
-        let mut engine = Engine::new(config().with_preset(preset));
+    let run = |method: Method, frames: &[&DetectionFrame]| {
+        let mut engine = Engine::new(config().with_method(method));
         frames.iter().for_each(|frame| {
             engine.handle_frame(frame, at(NOW_MS));
         });
@@ -191,8 +191,8 @@ fn read_literally_the_papers_text_loses_what_is_newer_than_a_late_measurement() 
     let without_newer = [&early[0], &early[1], &late];
     let states = |objects: Vec<FusedObject>| objects.iter().map(|object| object.bev).collect::<Vec<_>>();
     assert_eq!(
-        states(run(Preset::PaperLiteral, &in_order)),
-        states(run(Preset::PaperLiteral, &without_newer))
+        states(run(Method::UnikfLiteral, &in_order)),
+        states(run(Method::UnikfLiteral, &without_newer))
     );
-    assert_ne!(states(run(Preset::Paper, &in_order)), states(run(Preset::Paper, &without_newer)));
+    assert_ne!(states(run(Method::UnikfPaper, &in_order)), states(run(Method::UnikfPaper, &without_newer)));
 }

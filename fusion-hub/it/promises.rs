@@ -6,8 +6,8 @@ use v2x_common::covariance::Covariance2;
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
-use v2x_fusion_hub::config::Preset;
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::method::Method;
 use v2x_fusion_hub::refusal::Disposition;
 
 fn is_accepted(disposition: &Disposition) -> bool {
@@ -72,9 +72,9 @@ fn in_time(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
 }
 
 /// The objects at the end, but for their numbers, of a hub that publishes every so many ms.
-fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, preset: Preset) -> Vec<FusedObject> {
+fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: Method) -> Vec<FusedObject> {
     frames.sort_by_key(|(arrival, frame)| (*arrival, frame.captured_at, frame.id));
-    let mut engine = Engine::new(config().with_preset(preset));
+    let mut engine = Engine::new(config().with_method(method));
     for name in AGENTS {
         engine.handle_description(agent(name), description(1e-5));
     }
@@ -99,7 +99,7 @@ proptest! {
     fn neither_delays_nor_the_rate_of_publishing_show(
         reports in sparse(), every_ms in prop::sample::select(vec![2i64, 50, 190])
     ) {
-        prop_assert_eq!(run(in_time(&reports), 100, Preset::Ours), run(frames(&reports), every_ms, Preset::Ours));
+        prop_assert_eq!(run(in_time(&reports), 100, Method::Ours), run(frames(&reports), every_ms, Method::Ours));
     }
 }
 
@@ -110,9 +110,9 @@ proptest! {
     fn nor_do_they_among_many_frames_at_the_same_times(
         reports in dense(),
         every_ms in prop::sample::select(vec![7i64, 50, 190, 3000]),
-        preset in prop::sample::select(vec![Preset::Ours, Preset::Paper]),
+        method in prop::sample::select(vec![Method::Ours, Method::UnikfPaper]),
     ) {
-        prop_assert_eq!(run(in_time(&reports), 100, preset), run(frames(&reports), every_ms, preset));
+        prop_assert_eq!(run(in_time(&reports), 100, method), run(frames(&reports), every_ms, method));
     }
 }
 
@@ -168,8 +168,8 @@ fn two_objects_that_are_always_reported_together_stay_two_whatever_the_sensor_cl
 }
 
 #[test]
-fn the_literal_preset_names_only_measurements_that_it_still_holds() {
-    let mut engine = Engine::new(config().with_preset(Preset::PaperLiteral));
+fn the_literal_method_names_only_measurements_that_it_still_holds() {
+    let mut engine = Engine::new(config().with_method(Method::UnikfLiteral));
     for (sequence, ms) in (0..).zip((0..=400).step_by(100)) {
         let seen = vec![detection(0, at(ms), (0.0, 0.0))];
         engine.handle_frame(&frame(agent("ego"), sequence, ms, seen), at(490));
@@ -183,9 +183,9 @@ fn the_literal_preset_names_only_measurements_that_it_still_holds() {
 
 #[test]
 fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up() {
-    for preset in [Preset::Ours, Preset::Paper] {
+    for method in [Method::Ours, Method::UnikfPaper] {
         for n_agents in [1u32, 3, 10] {
-            let mut engine = Engine::new(config().with_preset(preset));
+            let mut engine = Engine::new(config().with_method(method));
             for k in 0..20 * n_agents {
                 let ms = i64::from(100 * k / n_agents);
                 let told = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };
@@ -194,13 +194,13 @@ fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up(
                 assert_eq!(
                     engine.fused(at(ms + 5)).objects.len(),
                     1,
-                    "{preset:?}, {n_agents} agents, {ms} ms"
+                    "{method:?}, {n_agents} agents, {ms} ms"
                 );
             }
             let object = engine.fused(at(2000)).objects[0].clone();
             // The car drives at 10 m/s: whatever is told of its speed must leave room for that.
             let sigmas = (object.velocity.0 - 10.0) / libm::sqrt(object.kinematic_covariance[7]);
-            assert!(sigmas.abs() < 3.0, "{preset:?}, {n_agents} agents: {object:?}");
+            assert!(sigmas.abs() < 3.0, "{method:?}, {n_agents} agents: {object:?}");
         }
     }
 }

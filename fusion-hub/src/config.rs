@@ -1,11 +1,14 @@
 //! The engine's settings.
 
 use crate::association::{AssociationConfig, AssociationCost};
+use crate::method::{Method, WindowConfig};
 use crate::sensing::SensingDefaults;
 use crate::track::LateData;
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
 
+/// The overlap above which boxes are of one object, for methods that go by it (paper, Table I: Noise 1 and 2).
+pub const DEFAULT_OVERLAP: f64 = 0.5;
 /// ε_s of the paper.
 const EPSILON_S: Span = Span::from_millis(10);
 
@@ -18,19 +21,6 @@ pub enum MotionModel {
     /// Four interacting models: parked, stopped, smooth, manoeuvring.
     #[default]
     Imm,
-}
-
-/// A named set of rules.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// The best we know.
-    #[default]
-    Ours,
-    /// UniKF as in the paper, with late data replayed: constant velocity, CSBA, ε_s = 10 ms.
-    Paper,
-    /// UniKF as the paper's text reads literally: what is newer than a late measurement is lost.
-    PaperLiteral,
 }
 
 /// What an engine is told once.
@@ -47,6 +37,9 @@ pub struct EngineConfig {
     pub delta_max: Span,
     /// How long an object is published without being measured.
     pub coast: Span,
+    /// Where a method without memory fuses instead of tracks, its rule and window; all about tracks is then without
+    /// effect.
+    pub window: Option<WindowConfig>,
     /// ε_s: frames this near to the newest one count as synchronous.
     pub synchronous: Span,
     /// Reports this near to a track's own time are taken as simultaneous: ε_s in the paper, zero for exact time.
@@ -77,6 +70,7 @@ impl EngineConfig {
             map_frame: None,
             delta_max: Span::from_millis(500),
             coast: Span::from_millis(1500),
+            window: None,
             synchronous: EPSILON_S,
             filter_synchronous: Span::ZERO,
             late_data: LateData::Replay,
@@ -90,9 +84,11 @@ impl EngineConfig {
             sensing: SensingDefaults::default(),
         }
     }
-    /// With the rules of a preset.
+
+    /// With the rules of a method. Those without memory fuse what the paper's window of 100 ms holds, by the overlap
+    /// [`DEFAULT_OVERLAP`], the first agent by name as the main one; see [`EngineConfig::window`] for others.
     #[must_use]
-    pub fn with_preset(self, preset: Preset) -> Self {
+    pub fn with_method(self, method: Method) -> Self {
         let paper = Self {
             filter_synchronous: EPSILON_S,
             motion: MotionModel::Cv,
@@ -100,10 +96,11 @@ impl EngineConfig {
             association_particles: 0,
             ..self
         };
-        match preset {
-            Preset::Ours => self,
-            Preset::Paper => paper,
-            Preset::PaperLiteral => Self { late_data: LateData::RollbackOnly, ..paper },
+        match method {
+            Method::Ours => self,
+            Method::UnikfPaper => paper,
+            Method::UnikfLiteral => Self { late_data: LateData::RollbackOnly, ..paper },
+            rule => Self { window: rule.rule(DEFAULT_OVERLAP).map(WindowConfig::new), ..self },
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::config::{EngineConfig, MotionModel};
 use crate::filter::{ImmState, State};
 use crate::frames::MAX_MEASUREMENTS_OF_AGENT;
 use crate::inbox::Inbox;
+use crate::method::{FusionMethod, Plugged, WindowFusion};
 use crate::refusal::{Disposition, Refusal};
 use crate::sensing::Sensing;
 use crate::track::FOLD_SLACK;
@@ -34,15 +35,20 @@ pub struct Engine {
     fused: FusedFrame,
 }
 
-/// The tracks, under the filter that was asked for.
+/// The tracks, under the filter that was asked for, or another method in their place.
 #[derive(Debug)]
 enum Tracks {
     Cv(Tracker<State>),
     Imm(Tracker<ImmState>),
+    Plugged(Plugged),
 }
 
 impl Tracks {
     fn new(config: EngineConfig) -> Self {
+        if let Some(window) = config.window {
+            let fusion = WindowFusion::new(window, config.lineage, config.coast);
+            return Self::Plugged(Plugged::new(Box::new(fusion), &config.sensing));
+        }
         match config.motion {
             MotionModel::Cv => Self::Cv(Tracker::new(config)),
             MotionModel::Imm => Self::Imm(Tracker::new(config)),
@@ -50,12 +56,13 @@ impl Tracks {
     }
 }
 
-/// Does the same with the tracks of any filter.
+/// Does the same with the tracks of any filter or method.
 macro_rules! with_tracks {
     ($tracks:expr, $tracker:ident => $body:expr) => {
         match $tracks {
             Tracks::Cv($tracker) => $body,
             Tracks::Imm($tracker) => $body,
+            Tracks::Plugged($tracker) => $body,
         }
     };
 }
@@ -63,10 +70,20 @@ macro_rules! with_tracks {
 impl Engine {
     /// An engine that knows nothing yet.
     pub fn new(config: EngineConfig) -> Self {
+        Self::with_tracks(config, Tracks::new(config))
+    }
+
+    /// An engine that leaves the fusing to a method of your own: it checks frames and keeps the books as ever. Of
+    /// the settings, those about filter and association are without effect.
+    pub fn with_fusion(config: EngineConfig, method: Box<dyn FusionMethod>) -> Self {
+        Self::with_tracks(config, Tracks::Plugged(Plugged::new(method, &config.sensing)))
+    }
+
+    fn with_tracks(config: EngineConfig, tracks: Tracks) -> Self {
         Self {
             config,
             inbox: Inbox::new(&config),
-            tracks: Tracks::new(config),
+            tracks,
             newest_now: Timestamp::MIN,
             settled_at: Timestamp::MIN,
             pending: Vec::new(),

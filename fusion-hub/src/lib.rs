@@ -16,6 +16,7 @@ pub mod frames;
 #[cfg(feature = "net")]
 pub mod hub;
 pub mod inbox;
+pub mod method;
 pub mod overlap;
 pub mod particles;
 mod publish;

@@ -1,7 +1,8 @@
 //! What a person writes in the `[hub]` table of a scenario or settings file, and what it means.
 
 use crate::association::{AssociationConfig, AssociationCost};
-use crate::config::{EngineConfig, MotionModel, Preset};
+use crate::config::{DEFAULT_OVERLAP, EngineConfig, MotionModel};
+use crate::method::{Method, WindowConfig};
 use crate::particles::MAX_PARTICLES;
 use crate::schedule::PublishMode;
 use crate::sensing::SensingDefaults;
@@ -12,7 +13,7 @@ use v2x_common::id::{AgentId, HubId, MapFrame};
 use v2x_common::time::Span;
 use v2x_common::wire::json::ReportDefaults;
 
-/// The `[hub]` table as it is typed. Every field has a default; what is `None` is as the preset has it.
+/// The `[hub]` table as it is typed. Every field has a default; what is `None` is as the method has it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct HubTable {
@@ -20,7 +21,10 @@ struct HubTable {
     map_frame: Option<MapFrame>,
     delta_max_ms: f64,
     coast_ms: f64,
-    preset: Preset,
+    method: Method,
+    overlap: f64,
+    window_ms: f64,
+    main_agent: Option<AgentId>,
     motion: Option<MotionModel>,
     late_data: Option<LateData>,
     synchronous_ms: Option<f64>,
@@ -65,7 +69,10 @@ impl Default for HubTable {
             map_frame: engine.map_frame,
             delta_max_ms: engine.delta_max.as_millis_f64(),
             coast_ms: engine.coast.as_millis_f64(),
-            preset: Preset::default(),
+            method: Method::default(),
+            overlap: DEFAULT_OVERLAP,
+            window_ms: 100.0,
+            main_agent: None,
             motion: None,
             late_data: None,
             synchronous_ms: None,
@@ -146,7 +153,7 @@ impl HubTable {
         within("sensing.births_per_m2", sensing.births_per_m2, 1e-12..=10.0, "1e-12 to 10")?;
         check_report_defaults(&self.report_defaults)?;
         self.agents.values().try_for_each(check_report_defaults)?;
-        let mut engine = EngineConfig::new(self.id, 0).with_preset(self.preset);
+        let mut engine = EngineConfig::new(self.id, 0).with_method(self.method);
         self.override_rules(&mut engine)?;
         engine.map_frame = self.map_frame;
         engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
@@ -163,7 +170,7 @@ impl HubTable {
 }
 
 impl HubTable {
-    /// Single rules, over those of the preset.
+    /// Single rules, over those of the method.
     fn override_rules(&self, engine: &mut EngineConfig) -> Result<(), SettingsError> {
         if let Some(synchronous_ms) = self.synchronous_ms {
             within("synchronous_ms", synchronous_ms, 0.0..=1000.0, "0 to 1000")?;
@@ -172,6 +179,12 @@ impl HubTable {
                 engine.filter_synchronous = engine.synchronous;
             }
         }
+        within("overlap", self.overlap, -1.0..=1.0, "-1 to 1")?;
+        within("window_ms", self.window_ms, 0.0..=60_000.0, "0 to 60000")?;
+        engine.window = self.method.rule(self.overlap).map(|rule| {
+            let window = Span::from_secs_f64(self.window_ms * 1e-3);
+            WindowConfig { rule, window, main_agent: self.main_agent }
+        });
         let AssociationConfig { cost, gate, class_aware } = engine.association;
         engine.motion = self.motion.unwrap_or(engine.motion);
         engine.late_data = self.late_data.unwrap_or(engine.late_data);
@@ -233,6 +246,7 @@ fn within(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::baselines::Rule;
 
     fn settings(text: &str) -> Result<HubSettings, SettingsError> {
         HubSettings::from_table(text.parse().expect("valid TOML"))
@@ -262,8 +276,21 @@ mod tests {
         let particles = |text: &str| settings(text).unwrap().engine.association_particles;
         assert_eq!([particles(""), particles("association_particles = 8")], [0, 8]);
         let paper = EngineConfig { association_particles: 8, ..HubSettings::default().engine };
-        assert_eq!(paper.with_preset(Preset::Paper).association_particles, 0);
-        assert_eq!(paper.with_preset(Preset::PaperLiteral).association_particles, 0);
+        assert_eq!(paper.with_method(Method::UnikfPaper).association_particles, 0);
+        assert_eq!(paper.with_method(Method::UnikfLiteral).association_particles, 0);
+    }
+
+    #[test]
+    fn methods_without_memory_take_their_own_settings() {
+        let window = |text: &str| settings(text).unwrap().engine.window;
+        assert_eq!([window(""), window("method = \"unikf-paper\"")], [None, None]);
+        let text = "method = \"nms\"\noverlap = 0.3\nwindow_ms = 40\nmain_agent = \"ego\"";
+        let expected = WindowConfig {
+            rule: Rule::Nms { overlap: 0.3 },
+            window: Span::from_millis(40),
+            main_agent: Some(AgentId::new("ego").unwrap()),
+        };
+        assert_eq!(window(text), Some(expected));
     }
 
     #[test]
@@ -272,6 +299,8 @@ mod tests {
             ("delta_max = 5", "delta_max"),
             ("delta_max_ms = -5", "delta_max_ms is -5"),
             ("gate = nan", "gate is NaN"),
+            ("method = \"wbfs\"", "unknown variant `wbfs`, expected one of `ours`"),
+            ("window_ms = -1", "window_ms is -1"),
             ("association_particles = 1", "association_particles is 1, expected 0, or 2 to 64"),
             ("association_particles = 65", "association_particles is 65"),
             ("association_particles = -8", "-8"),

@@ -9,5 +9,5 @@ mod status;
 mod timing;
 
 pub use args::HubArgs;
-pub use run::run;
+pub use run::{run, run_with};
 pub use status::{AgentStatus, HubStatus, Quantiles};

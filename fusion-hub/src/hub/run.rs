@@ -6,6 +6,7 @@ use super::network::{Control, Network};
 use super::roster::Roster;
 use super::status::{AgentStatus, HubStatus, memory_bytes};
 use super::timing::Timing;
+use crate::config::EngineConfig;
 use crate::engine::Engine;
 use crate::refusal::Disposition;
 use crate::schedule::Schedule;
@@ -28,13 +29,23 @@ const BOOKKEEPING: Duration = Duration::from_secs(1);
 
 /// Runs a hub until shutdown.
 pub async fn run(args: HubArgs, shutdown: CancellationToken) -> anyhow::Result<()> {
+    run_with(args, shutdown, Engine::new).await
+}
+
+/// Runs a hub around an engine of your own making, for example
+/// `|config| Engine::with_fusion(config, Box::new(MyMethod::default()))`.
+pub async fn run_with(
+    args: HubArgs,
+    shutdown: CancellationToken,
+    engine: impl FnOnce(EngineConfig) -> Engine,
+) -> anyhow::Result<()> {
     let settings = args.settings()?;
     let session = session::open(session::hub_config(&args.session_options())?).await.map_err(|error| {
         let endpoints = if args.listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { args.listen.join(", ") };
         anyhow!("cannot listen on {endpoints} ({error}); is another hub running there? try --listen tcp/127.0.0.1:0")
     })?;
     let locators = session::locators(&session).await;
-    let mut hub = Hub::declare(&args, settings, &session, locators).await?;
+    let mut hub = Hub::declare((&args, settings), engine, &session, locators).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %args.network, locators = ?hub.locators, "hub is ready");
     if args.events {
         events::emit(
@@ -70,8 +81,8 @@ struct Hub {
 
 impl Hub {
     async fn declare(
-        args: &HubArgs,
-        mut settings: HubSettings,
+        (args, mut settings): (&HubArgs, HubSettings),
+        engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         locators: Vec<String>,
     ) -> anyhow::Result<Self> {
@@ -83,7 +94,7 @@ impl Hub {
         let network = network.map_err(|error| anyhow!("declaring the hub {hub}: {error}"))?;
         Ok(Self {
             args: args.clone(),
-            engine: Engine::new(settings.engine),
+            engine: engine(settings.engine),
             schedule: Schedule::new(settings.publish, started_at),
             settings,
             timing: Timing::new(),

@@ -1,18 +1,10 @@
 //! How errors are counted: by identity, false positives included (paper, section II-C; METHODS.md 0).
 
+use super::instant::Instant;
 use super::moments::Moments;
-use super::scene::{Scene, TrueBox};
+use super::scene::TrueBox;
 use serde::Serialize;
 use v2x_common::geometry::{BevBox, angle_difference};
-
-/// A box that a method tells of, and the place in the keyframe of the object that it is scored against.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
-    /// The box.
-    pub bev: BevBox,
-    /// By the identity of agent 1's detection in it, else of agent 2's.
-    pub object: usize,
-}
 
 /// What the errors are divided by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -22,11 +14,24 @@ pub enum Counting {
     Table,
     /// Over the number of all boxes: the formula as the paper prints it (eq. 5-7).
     Printed,
+    /// Of the first box of each object only: what the paper's Table IV calls SOTA.
+    FirstBoxes,
 }
 
 impl Counting {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Table, Self::Printed];
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Table, Self::Printed, Self::FirstBoxes];
+    /// The name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Table => "table",
+            Self::Printed => "printed",
+            Self::FirstBoxes => "first-boxes",
+        }
+    }
+
+    /// The two readings of the paper's own metrics.
+    pub const OF_THE_PAPER: [Self; 2] = [Self::Table, Self::Printed];
 }
 
 /// Which objects are looked at.
@@ -51,41 +56,45 @@ impl Subset {
 pub struct FrameCount {
     /// Sums of the errors of all boxes: translation (m), dimension (m), orientation (degrees).
     errors: [f64; 3],
+    /// The same of the first box of each object.
+    first_errors: [f64; 3],
     predictions: u32,
     true_positives: u32,
     objects: u32,
 }
 
 impl FrameCount {
-    /// Of a frame. Of several boxes of one object one is a true positive, the others are false ones; since the
-    /// errors of both add up, it does not matter here which one is the closest.
-    pub fn of(predictions: &[Prediction], objects: &[TrueBox], counts: impl Fn(&TrueBox) -> bool) -> Self {
+    /// Of a keyframe. Of several boxes of one object one is a true positive, the others are false ones; since the
+    /// errors of both add up, it does not matter here which one is the closest. A box of nothing that is there is a
+    /// false one without an error.
+    pub fn of(instant: &Instant<'_>, counts: impl Fn(Option<&TrueBox>) -> bool) -> Self {
         let mut frame = Self::default();
-        let mut is_found = vec![false; objects.len()];
-        for Prediction { bev, object } in predictions {
-            let truth = &objects[*object];
-            if !counts(truth) {
-                continue;
-            }
+        let mut is_found = vec![false; instant.objects.len()];
+        for told in instant.told.iter().filter(|told| counts(told.place.map(|place| instant.objects[place])))
+        {
             frame.predictions += 1;
-            frame.true_positives += u32::from(!is_found[*object]);
-            is_found[*object] = true;
-            for (sum, error) in frame.errors.iter_mut().zip(errors(bev, &truth.bev)) {
-                *sum += error;
+            let Some(place) = told.place else { continue };
+            let truth = instant.objects[place];
+            let errors = errors(&told.prediction.bev, &truth.bev);
+            add(&mut frame.errors, errors);
+            if !std::mem::replace(&mut is_found[place], true) {
+                frame.true_positives += 1;
+                add(&mut frame.first_errors, errors);
             }
         }
-        let n_objects = objects.iter().filter(|object| counts(object)).count();
+        let n_objects = instant.objects.iter().filter(|object| counts(Some(object))).count();
         frame.objects = u32::try_from(n_objects).expect("frames have fewer than 2^32 objects");
         frame
     }
 
     /// The mean errors; `None` where nothing was found.
-    fn mean_errors(&self, counting: Counting) -> Option<[f64; 3]> {
-        let divisor = match counting {
-            Counting::Table => self.true_positives,
-            Counting::Printed => self.predictions,
+    pub fn mean_errors(&self, counting: Counting) -> Option<[f64; 3]> {
+        let (errors, divisor) = match counting {
+            Counting::Table => (self.errors, self.true_positives),
+            Counting::Printed => (self.errors, self.predictions),
+            Counting::FirstBoxes => (self.first_errors, self.true_positives),
         };
-        (divisor > 0).then(|| self.errors.map(|sum| sum / f64::from(divisor)))
+        (divisor > 0).then(|| errors.map(|sum| sum / f64::from(divisor)))
     }
 
     fn precision(&self) -> Option<f64> {
@@ -97,8 +106,12 @@ impl FrameCount {
     }
 }
 
+fn add(sums: &mut [f64; 3], errors: [f64; 3]) {
+    sums.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
+}
+
 /// Translation (m), dimension (m), orientation (degrees): eq. (5)-(7) of the paper.
-fn errors(told: &BevBox, truth: &BevBox) -> [f64; 3] {
+pub fn errors(told: &BevBox, truth: &BevBox) -> [f64; 3] {
     let distance = |a: f64, b: f64| libm::sqrt(a * a + b * b);
     [
         distance(told.x - truth.x, told.y - truth.y),
@@ -111,14 +124,15 @@ fn errors(told: &BevBox, truth: &BevBox) -> [f64; 3] {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SubsetScore {
     /// By [`Counting`]: translation (m), dimension (m), orientation (degrees).
-    errors: [[Moments; 3]; 2],
+    errors: [[Moments; 3]; 3],
     /// Fractions.
     precision: Moments,
     recall: Moments,
 }
 
 impl SubsetScore {
-    fn add(&mut self, frame: &FrameCount) {
+    /// Adds a frame.
+    pub fn add(&mut self, frame: &FrameCount) {
         for (moments, counting) in self.errors.iter_mut().zip(Counting::ALL) {
             let means = frame.mean_errors(counting);
             for (axis, moments) in moments.iter_mut().enumerate() {
@@ -129,7 +143,8 @@ impl SubsetScore {
         self.recall.add(frame.recall());
     }
 
-    fn merge(&mut self, other: &Self) {
+    /// Adds another one's frames.
+    pub fn merge(&mut self, other: &Self) {
         let (ours, theirs) = (self.errors.as_flattened_mut(), other.errors.as_flattened());
         ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| ours.merge(theirs));
         self.precision.merge(&other.precision);
@@ -140,85 +155,5 @@ impl SubsetScore {
     pub fn metrics(&self, counting: Counting) -> [Moments; 5] {
         let [ate, ade, aoe] = self.errors[counting as usize];
         [ate, ade, aoe, self.precision, self.recall]
-    }
-}
-
-/// Moments over frames, by [`Subset`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Score([SubsetScore; 3]);
-
-impl Score {
-    /// Adds a frame of a scene.
-    pub fn add(&mut self, predictions: &[Prediction], scene: &Scene, frame: usize) {
-        let objects = &scene.keyframes[frame].objects;
-        let is_moving = |object: &TrueBox| scene.is_moving(object.id);
-        self.0[Subset::All as usize].add(&FrameCount::of(predictions, objects, |_| true));
-        self.0[Subset::Static as usize].add(&FrameCount::of(predictions, objects, |one| !is_moving(one)));
-        self.0[Subset::Moving as usize].add(&FrameCount::of(predictions, objects, is_moving));
-    }
-
-    /// Adds another one's frames.
-    pub fn merge(&mut self, other: &Self) {
-        self.0.iter_mut().zip(&other.0).for_each(|(ours, theirs)| ours.merge(theirs));
-    }
-
-    /// Of one subset.
-    pub const fn of(&self, subset: Subset) -> &SubsetScore {
-        &self.0[subset as usize]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::testing::{car, scene_of};
-    use super::*;
-
-    fn told(object: usize, x: f64, y: f64) -> Prediction {
-        Prediction { bev: BevBox { w: 2.0, d: 4.0, ..car(0, x, y).bev }, object }
-    }
-
-    fn means(score: &Score, subset: Subset, counting: Counting) -> [Option<f64>; 5] {
-        score.of(subset).metrics(counting).map(|moments| moments.mean())
-    }
-
-    #[test]
-    fn false_positives_add_their_errors_to_those_of_the_true_ones() {
-        let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)]]);
-        let mut score = Score::default();
-        // The first object twice, 1 m and 2 m off; the second once, exact.
-        score.add(&[told(0, 1.0, 0.0), told(0, 0.0, 2.0), told(1, 20.0, 0.0)], &scene, 0);
-        let table = means(&score, Subset::All, Counting::Table);
-        assert_eq!((table[0], table[3], table[4]), (Some(1.5), Some(2.0 / 3.0), Some(1.0)));
-        assert_eq!(means(&score, Subset::All, Counting::Printed)[0], Some(1.0));
-    }
-
-    #[test]
-    fn sizes_and_headings_have_their_own_errors() {
-        let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
-        let bev = BevBox { w: 5.0, d: 8.0, yaw: -3.0, ..car(0, 0.0, 0.0).bev };
-        let mut score = Score::default();
-        score.add(&[Prediction { bev, object: 0 }], &scene, 0);
-        let [ate, ade, aoe, ..] = means(&score, Subset::All, Counting::Table);
-        assert_eq!((ate, ade), (Some(0.0), Some(5.0)));
-        assert!((aoe.unwrap() - 3f64.to_degrees()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn subsets_hold_their_own_objects_and_frames_without_any_do_not_count() {
-        let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)], &[car(1, 25.0, 0.0)]]);
-        let mut score = Score::default();
-        score.add(&[told(0, 3.0, 0.0), told(1, 20.0, 0.5)], &scene, 0);
-        score.add(&[told(0, 25.0, 0.5)], &scene, 1);
-        assert_eq!(means(&score, Subset::Static, Counting::Table)[0], Some(3.0));
-        assert_eq!(means(&score, Subset::Moving, Counting::Table)[0], Some(0.5));
-        assert_eq!(score.of(Subset::Static).metrics(Counting::Table)[4].n(), 1);
-    }
-
-    #[test]
-    fn a_frame_in_which_nothing_was_found_has_recall_0_and_no_errors() {
-        let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
-        let mut score = Score::default();
-        score.add(&[], &scene, 0);
-        assert_eq!(means(&score, Subset::All, Counting::Table), [None, None, None, None, Some(0.0)]);
     }
 }

@@ -1,23 +1,24 @@
 //! The engine as one of the compared methods.
 
-use super::counting::Prediction;
+use super::conditions::Conditions;
 use super::observe::AgentReport;
+use super::prediction::Prediction;
 use v2x_agent::noise::NoiseLevel;
+use v2x_agent::truth::ObjectId;
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, HubId};
-use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
+use v2x_common::sensor::{Accuracy, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
-use v2x_fusion_hub::config::{EngineConfig, Preset};
+use v2x_fusion_hub::config::EngineConfig;
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::method::FusionMethod;
 use v2x_fusion_hub::refusal::{Disposition, Refusal};
 
 /// Any start does.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
-/// Beyond every object of every scene, m.
-const RANGE_M: f64 = 1000.0;
 /// Keyframes per second: only said, never used.
 const RATE_HZ: f64 = 2.0;
 /// With true identities objects are moved this far apart along x, m: so that no report fits another one's track.
@@ -26,16 +27,26 @@ const APART_M: f64 = 20_000.0;
 const OPEN_GATE: f64 = 1e4;
 
 /// What the engine is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
     /// Its rules.
-    pub preset: Preset,
+    pub config: EngineConfig,
     /// Whether agents declare by which law their sizes err.
     pub declares_size_law: bool,
     /// How many of the two agents report.
     pub n_agents: usize,
     /// Whether objects are put far apart, so that association cannot fail.
-    pub true_identities: bool,
+    pub has_true_identities: bool,
+    /// Whether it knows of earlier keyframes.
+    pub remembers: bool,
+}
+
+impl Setup {
+    /// The hub's own rules, told everything there is to tell.
+    pub fn ours() -> Self {
+        let config = EngineConfig::new(HubId::new("lab").expect("a legal name"), 1);
+        Self { config, declares_size_law: true, n_agents: 2, has_true_identities: false, remembers: true }
+    }
 }
 
 /// An engine refused a frame of the protocol.
@@ -53,113 +64,155 @@ pub struct EngineRun {
     engine: Engine,
     setup: Setup,
     agents: Vec<AgentId>,
-    sequence: u64,
+    descriptions: Vec<SensorDescription>,
+    conditions: Conditions,
+    /// Whose detections they were, by keyframe and agent.
+    identities: Vec<Vec<Vec<Option<ObjectId>>>>,
 }
 
 impl EngineRun {
-    /// A new engine, which the agents have described their sensors to: detection probability 1, no clutter.
-    pub fn new(setup: Setup, levels: [NoiseLevel; 2]) -> Self {
-        let hub = HubId::new("lab").expect("a legal name");
-        let mut config = EngineConfig::new(hub, 1).with_preset(setup.preset);
-        if setup.true_identities {
-            // A bounded cost: a report that fits no other track is never left alone.
-            let association =
-                AssociationConfig { cost: AssociationCost::Csba, gate: OPEN_GATE, class_aware: true };
-            config = EngineConfig { association, ..config };
-        }
-        let mut engine = Engine::new(config);
-        let names = ["agent-1", "agent-2"].map(|name| AgentId::new(name).expect("a legal name"));
-        for (agent, level) in names.iter().zip(levels) {
-            let size_noise = setup.declares_size_law.then(|| level.model().size);
-            engine.handle_description(*agent, SensorDescription { size_noise, ..DESCRIPTION });
-        }
-        Self { engine, setup, agents: names[..setup.n_agents].to_vec(), sequence: 0 }
+    /// A new engine, which the agents have described their sensors to.
+    pub fn new(setup: Setup, levels: [NoiseLevel; 2], conditions: Conditions) -> Self {
+        Self::of(Engine::new(config(&setup)), (setup, levels, conditions))
     }
 
-    /// Takes in what the agents report of a keyframe; tells the objects that were measured in it.
+    /// The same around a method of one's own.
+    pub fn with_fusion(
+        setup: Setup,
+        levels: [NoiseLevel; 2],
+        conditions: Conditions,
+        method: Box<dyn FusionMethod>,
+    ) -> Self {
+        Self::of(Engine::with_fusion(config(&setup), method), (setup, levels, conditions))
+    }
+
+    fn of(engine: Engine, (setup, levels, conditions): (Setup, [NoiseLevel; 2], Conditions)) -> Self {
+        let names = ["agent-1", "agent-2"].map(|name| AgentId::new(name).expect("a legal name"));
+        let law = |level: NoiseLevel| setup.declares_size_law.then(|| level.model().size);
+        let descriptions = levels.map(|level| description(conditions, law(level)));
+        let mut run = Self {
+            engine,
+            setup,
+            agents: names[..setup.n_agents].to_vec(),
+            descriptions: descriptions.to_vec(),
+            conditions,
+            identities: Vec::new(),
+        };
+        run.describe();
+        run
+    }
+
+    fn describe(&mut self) {
+        for (agent, description) in self.agents.iter().zip(&self.descriptions) {
+            self.engine.handle_description(*agent, *description);
+        }
+    }
+
+    /// Takes in what the agents report of a keyframe; tells the objects of it: in the paper's conditions, where
+    /// what was not reported is not there, those that were measured in it, else all.
     pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Prediction>, Refused> {
         let now = START + at;
+        if !self.setup.remembers {
+            self.engine = Engine::new(config(&self.setup));
+            self.describe();
+        }
+        let reports = &reports[..self.agents.len()];
         for (agent, report) in self.agents.iter().zip(reports) {
             let frame = self.frame(*agent, report, now);
             if let Disposition::Refused(refusal) = self.engine.handle_frame(&frame, now) {
                 return Err(Refused { agent: *agent, at: now, refusal });
             }
         }
-        let sequence = self.sequence;
-        self.sequence += 1;
-        let fused = self.engine.fused(now);
-        let measured = fused.objects.iter().filter(|object| object.last_measured_at == now);
-        let apart_m = if self.setup.true_identities { APART_M } else { 0.0 };
-        Ok(measured
-            .filter_map(|object| prediction(object, (&self.agents, sequence), reports, apart_m))
-            .collect())
+        self.identities.push(reports.iter().map(|report| report.identities.clone()).collect());
+        let told_by = self.identities.len() - 1;
+        let objects = self.engine.fused(now).objects.clone();
+        let is_told = |object: &&FusedObject| match self.conditions {
+            Conditions::Paper => object.contributors.iter().any(|used| keyframe(used.frame) == told_by),
+            Conditions::Sensors => true,
+        };
+        Ok(objects.iter().filter(is_told).map(|object| self.prediction(object)).collect())
     }
 
     fn frame(&self, agent: AgentId, report: &AgentReport, now: Timestamp) -> DetectionFrame {
-        let id = FrameId { agent, epoch: 1, sequence: self.sequence };
-        let frame =
-            DetectionFrame { sensor_revision: DESCRIPTION.revision, ..DetectionFrame::empty(id, now) };
-        if self.setup.true_identities {
+        let id = FrameId { agent, epoch: 1, sequence: self.identities.len() as u64 };
+        let frame = DetectionFrame { sensor_revision: 1, ..DetectionFrame::empty(id, now) };
+        if self.setup.has_true_identities {
             // Without a pose: nothing is near its sensor any more, and nothing is looked for.
             let moved = report.detections.iter().zip(&report.identities);
-            let moved = moved.map(|(detection, id)| shifted(detection, f64::from(id.0) * APART_M));
+            let moved = moved.map(|(detection, id)| shifted(detection, moved_by_m(*id)));
             return DetectionFrame { detections: moved.collect(), ..frame };
         }
         DetectionFrame { sensor_pose: Some(report.pose), detections: report.detections.clone(), ..frame }
     }
+
+    /// A fused object as it is scored: by the identity of agent 1's detection of the newest keyframe in it, else
+    /// agent 2's.
+    fn prediction(&self, object: &FusedObject) -> Prediction {
+        let newest = object.contributors.iter().map(|used| keyframe(used.frame)).max();
+        let of_newest = |used: &&v2x_common::id::MeasurementId| Some(keyframe(used.frame)) == newest;
+        // By agent already.
+        let identity = object.contributors.iter().find(of_newest).and_then(|used| {
+            let agent = self.agents.iter().position(|agent| *agent == used.frame.agent)?;
+            *self.identities.get(keyframe(used.frame))?.get(agent)?.get(usize::from(used.index))?
+        });
+        let mut prediction = Prediction::of(object, identity);
+        if self.setup.has_true_identities {
+            prediction.bev.x -= moved_by_m(identity);
+        }
+        prediction
+    }
 }
 
-/// What both agents say of their sensors, but for the law of sizes.
-pub(super) const DESCRIPTION: SensorDescription = SensorDescription {
-    revision: 1,
-    kind: SensorKind::Vehicle,
-    field_of_view: FieldOfView::omnidirectional(0.0, RANGE_M),
-    detection_probability: 1.0,
-    clutter_per_m2: 0.0,
-    size_noise: None,
-    body: None,
-    accuracy: Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 },
-    rate_hz: RATE_HZ,
-};
+/// What both agents say of their sensors.
+fn description(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> SensorDescription {
+    SensorDescription {
+        revision: 1,
+        kind: SensorKind::Vehicle,
+        field_of_view: conditions.field_of_view(),
+        detection_probability: conditions.detection_probability(),
+        clutter_per_m2: conditions.clutter_per_m2(),
+        size_noise,
+        body: None,
+        accuracy: Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 },
+        rate_hz: RATE_HZ,
+    }
+}
+
+fn config(setup: &Setup) -> EngineConfig {
+    if !setup.has_true_identities {
+        return setup.config;
+    }
+    // A bounded cost: a report that fits no other track is never left alone.
+    let association = AssociationConfig { cost: AssociationCost::Csba, gate: OPEN_GATE, class_aware: true };
+    EngineConfig { association, association_particles: 0, ..setup.config }
+}
+
+/// Frames are numbered as keyframes are.
+fn keyframe(frame: FrameId) -> usize {
+    usize::try_from(frame.sequence).unwrap_or(usize::MAX)
+}
+
+/// What is of nothing has a place of its own too.
+fn moved_by_m(identity: Option<ObjectId>) -> f64 {
+    identity.map_or(-1.0, |id| f64::from(id.0)) * APART_M
+}
 
 fn shifted(detection: &Detection, x_m: f64) -> Detection {
     Detection { bev: BevBox { x: detection.bev.x + x_m, ..detection.bev }, ..*detection }
 }
-
-/// A fused object as it is scored: by the identity of agent 1's detection of this keyframe in it, else agent 2's.
-fn prediction(
-    object: &FusedObject,
-    (agents, sequence): (&[AgentId], u64),
-    reports: &[AgentReport],
-    apart_m: f64,
-) -> Option<Prediction> {
-    let detection_of = |agent: &AgentId| {
-        let mut used = object.contributors.iter();
-        used.find(|used| used.frame.agent == *agent && used.frame.sequence == sequence)
-    };
-    let found = agents.iter().zip(reports).find_map(|(agent, report)| Some((detection_of(agent)?, report)));
-    let (used, report) = found?;
-    let place = usize::from(used.index);
-    let moved_by_m = f64::from(report.identities[place].0) * apart_m;
-    let bev = BevBox { x: object.bev.x - moved_by_m, ..object.bev };
-    Some(Prediction { bev, object: report.objects[place] })
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::method::Method;
     use super::super::noise::{NoisePair, Realisation, Shape};
     use super::super::observe::Protocol;
     use super::super::testing::parking;
     use super::*;
 
-    const OURS: Setup =
-        Setup { preset: Preset::Ours, declares_size_law: true, n_agents: 2, true_identities: false };
-
     fn last_frame(setup: Setup, n_frames: usize) -> Vec<Prediction> {
         let scene = parking(n_frames);
-        let realisation = Realisation { seed: 3, trial: 0 };
-        let protocol = Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, realisation };
-        let mut run = EngineRun::new(setup, protocol.noise.levels());
+        let (realisation, conditions) = (Realisation { seed: 3, trial: 0 }, Conditions::Paper);
+        let protocol = Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, conditions, realisation };
+        let mut run = EngineRun::new(setup, protocol.noise.levels(), conditions);
         let mut told = Vec::new();
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
             told = run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap();
@@ -169,21 +222,43 @@ mod tests {
 
     #[test]
     fn every_object_is_told_once_and_where_it_is() {
-        for setup in [
-            OURS,
-            Setup { preset: Preset::Paper, declares_size_law: false, ..OURS },
-            Setup { n_agents: 1, ..OURS },
-            Setup { true_identities: true, ..OURS },
-        ] {
+        let methods = Method::ALL.iter().filter(|method| !matches!(method, Method::Psa));
+        for setup in methods.map(|method| method.recipe(NoisePair::N1N1).setup) {
             let told = last_frame(setup, 12);
-            let mut objects: Vec<usize> = told.iter().map(|one| one.object).collect();
+            let mut objects: Vec<u32> = told.iter().map(|one| one.object.unwrap().0).collect();
             objects.sort_unstable();
+            // What goes by overlap may tell of an object twice.
+            objects.dedup();
             assert_eq!(objects, (0..8).collect::<Vec<_>>(), "{setup:?}");
             for one in &told {
-                let truth = parking(1).keyframes[0].objects[one.object].bev;
+                let truth = parking(1).keyframes[0].objects[one.object.unwrap().0 as usize].bev;
                 let off_m = truth.pose().distance_to(one.bev.x, one.bev.y);
                 assert!(off_m < 5.0, "{setup:?}: {off_m} m off");
             }
         }
+    }
+
+    #[test]
+    fn what_is_not_reported_any_more_is_not_there_in_the_paper_but_may_be_for_sensors() {
+        let scene = parking(5);
+        let told = |conditions| {
+            let realisation = Realisation { seed: 3, trial: 0 };
+            let protocol =
+                Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, conditions, realisation };
+            let mut run = EngineRun::new(Setup::ours(), protocol.noise.levels(), conditions);
+            let mut fuse = |frame: usize, is_silent: bool| {
+                let mut reports = protocol.observe(&scene, frame);
+                if is_silent {
+                    for report in &mut reports {
+                        (report.detections, report.identities) = (Vec::new(), Vec::new());
+                    }
+                }
+                run.fuse(&reports, scene.keyframes[frame].at).unwrap()
+            };
+            (0..4).for_each(|frame| drop(fuse(frame, false)));
+            fuse(4, true).len()
+        };
+        assert_eq!(told(Conditions::Paper), 0);
+        assert!(told(Conditions::Sensors) > 0);
     }
 }

@@ -1,70 +1,81 @@
 //! The compared methods, and what each is told.
 
-use super::counting::Prediction;
-use super::engine_run::{EngineRun, Refused, Setup};
+use super::engine_run::Setup;
 use super::noise::NoisePair;
-use super::observe::AgentReport;
 use serde::Serialize;
-use v2x_agent::truth::ObjectId;
-use v2x_common::detection::Detection;
-use v2x_common::sensor::SensorDescription;
-use v2x_common::time::Span;
-use v2x_fusion_hub::baselines::{Fused, Member, Report, Rule, Ties, dair_v2x, infradet3d};
-use v2x_fusion_hub::config::Preset;
-use v2x_fusion_hub::sensing::{Sensing, SensingDefaults};
+use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
+use v2x_fusion_hub::config::{EngineConfig, MotionModel};
+use v2x_fusion_hub::method::{Method as HubMethod, WindowConfig};
 
-/// A row of the tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
+macro_rules! methods {
+    ($($(#[doc = $doc:literal])* $variant:ident = $key:literal;)*) => {
+        /// A row of the tables.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+        pub enum Method {
+            $($(#[doc = $doc])* #[serde(rename = $key)] #[value(name = $key)] $variant,)*
+        }
+
+        impl Method {
+            /// Every method.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Its name in tables, on the command line and in JSON.
+            pub const fn key(self) -> &'static str {
+                match self { $(Self::$variant => $key,)* }
+            }
+        }
+    };
+}
+
+methods! {
     /// Agent 1 alone
-    #[serde(rename = "single-1")]
-    #[value(name = "single-1")]
-    Single1,
+    Single1 = "single-1";
     /// Non-maximum suppression by IoU
-    Nms,
+    Nms = "nms";
     /// Non-maximum suppression by GIoU
-    NmsGiou,
+    NmsGiou = "nms-giou";
     /// Promotion-suppression aggregation, ties kept
-    Psa,
+    Psa = "psa";
     /// Weighted box fusion
-    Wbf,
+    Wbf = "wbf";
     /// InfraDet3D-Late as the paper's rows have it
-    #[serde(rename = "infradet3d")]
-    #[value(name = "infradet3d")]
-    InfraDet3d,
+    InfraDet3d = "infradet3d";
     /// InfraDet3D-Late as its authors' code has it
-    #[serde(rename = "infradet3d-code")]
-    #[value(name = "infradet3d-code")]
-    InfraDet3dCode,
+    InfraDet3dCode = "infradet3d-code";
     /// DAIR-V2X-Late as the paper's rows have it
-    #[serde(rename = "dair-v2x")]
-    #[value(name = "dair-v2x")]
-    DairV2x,
+    DairV2x = "dair-v2x";
     /// DAIR-V2X-Late as its authors' code has it
-    #[serde(rename = "dair-v2x-code")]
-    #[value(name = "dair-v2x-code")]
-    DairV2xCode,
+    DairV2xCode = "dair-v2x-code";
     /// CSBA association, weighted least squares
-    CsbaWls,
+    CsbaWls = "csba-wls";
     /// The same, told how sizes err
-    CsbaWlsDebiased,
+    CsbaWlsDebiased = "csba-wls-debiased";
     /// CSBA+WLS in every frame, then a constant-velocity Kalman filter
-    CsbaWlsCv,
+    CsbaWlsCv = "csba-wls-cv";
     /// DAIR-V2X-Late in every frame, then a constant-velocity Kalman filter
-    #[serde(rename = "dair-v2x-cv")]
-    #[value(name = "dair-v2x-cv")]
-    DairV2xCv,
+    DairV2xCv = "dair-v2x-cv";
     /// UniKF as in the paper, with late data replayed
-    UnikfPaper,
+    UnikfPaper = "unikf-paper";
+    /// The same, every association true
+    UnikfPaperTrueId = "unikf-paper-true-id";
+    /// The same, associated by overlap (IoU)
+    UnikfPaperIou = "unikf-paper-iou";
+    /// The same, associated by distance
+    UnikfPaperEuclidean = "unikf-paper-euclidean";
     /// Our engine
-    Ours,
+    Ours = "ours";
     /// Our engine, agent 1 alone
-    #[serde(rename = "single-1-ours")]
-    #[value(name = "single-1-ours")]
-    Single1Ours,
+    Single1Ours = "single-1-ours";
     /// Our engine with every association true: a ceiling
-    OursTrueId,
+    OursTrueId = "ours-true-id";
+    /// Our engine without the four interacting models: constant velocity
+    OursCv = "ours-cv";
+    /// Our engine, not told how sizes err
+    OursBiased = "ours-biased";
+    /// Our engine, associating by CSBA's cost
+    OursCsba = "ours-csba";
+    /// Our engine, every keyframe the first
+    OursForgetful = "ours-forgetful";
 }
 
 /// What a method is given apart from boxes and classes.
@@ -75,6 +86,15 @@ struct Told {
     class_prior: bool,
     size_law: bool,
     truth: bool,
+}
+
+/// How a method is put together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recipe {
+    /// The engine.
+    pub setup: Setup,
+    /// Where it is fed with another one's list instead of the agents' reports: that one.
+    pub before: Option<Setup>,
 }
 
 impl Method {
@@ -99,29 +119,6 @@ impl Method {
         Self::OursTrueId,
     ];
 
-    /// Its name in tables.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Single1 => "single-1",
-            Self::Nms => "nms",
-            Self::NmsGiou => "nms-giou",
-            Self::Psa => "psa",
-            Self::Wbf => "wbf",
-            Self::InfraDet3d => "infradet3d",
-            Self::InfraDet3dCode => "infradet3d-code",
-            Self::DairV2x => "dair-v2x",
-            Self::DairV2xCode => "dair-v2x-code",
-            Self::CsbaWls => "csba-wls",
-            Self::CsbaWlsDebiased => "csba-wls-debiased",
-            Self::CsbaWlsCv => "csba-wls-cv",
-            Self::DairV2xCv => "dair-v2x-cv",
-            Self::UnikfPaper => "unikf-paper",
-            Self::Ours => "ours",
-            Self::Single1Ours => "single-1-ours",
-            Self::OursTrueId => "ours-true-id",
-        }
-    }
-
     /// What it is told apart from boxes and classes, in words.
     pub fn told(self) -> String {
         let Told { sigma, past, class_prior, size_law, truth } = self.given();
@@ -138,123 +135,77 @@ impl Method {
 
     fn given(self) -> Told {
         let sigma = Told { sigma: true, ..Told::default() };
-        let ours = Told { past: true, class_prior: true, size_law: true, ..sigma };
+        let filtered = Told { past: true, ..sigma };
+        let ours = Told { class_prior: true, size_law: true, ..filtered };
         match self {
             Self::CsbaWls => sigma,
             Self::CsbaWlsDebiased => Told { size_law: true, ..sigma },
-            Self::CsbaWlsCv | Self::DairV2xCv | Self::UnikfPaper => Told { past: true, ..sigma },
-            Self::Ours | Self::Single1Ours => ours,
+            Self::CsbaWlsCv
+            | Self::DairV2xCv
+            | Self::UnikfPaper
+            | Self::UnikfPaperIou
+            | Self::UnikfPaperEuclidean => filtered,
+            Self::UnikfPaperTrueId => Told { truth: true, ..filtered },
+            Self::Ours | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
+            Self::OursBiased => Told { size_law: false, ..ours },
+            Self::OursForgetful => Told { past: false, ..ours },
             Self::OursTrueId => Told { truth: true, ..ours },
             _ => Told::default(),
         }
     }
 
-    /// Made ready for one scene.
-    pub fn begin(self, noise: NoisePair) -> Fuser {
-        let overlap = noise.overlap_threshold();
-        let raw = || sensing(noise, false);
-        let rule = |rule| Fuser::Rule(rule, raw());
-        let ours =
-            Setup { preset: Preset::Ours, declares_size_law: true, n_agents: 2, true_identities: false };
-        let paper = Setup { preset: Preset::Paper, declares_size_law: false, ..ours };
-        let filtered = |rule| {
-            let run = EngineRun::new(Setup { n_agents: 1, ..paper }, noise.levels());
-            Fuser::Filtered(rule, raw(), Box::new(run))
+    /// How it is put together, for this level of noise.
+    pub fn recipe(self, noise: NoisePair) -> Recipe {
+        let ours = Setup::ours();
+        let hub = |method: HubMethod| {
+            let window = method.rule(noise.overlap_threshold()).map(WindowConfig::new);
+            let config = EngineConfig { window, ..ours.config.with_method(method) };
+            Setup { config, declares_size_law: false, ..ours }
         };
-        let engine = |setup| Fuser::Engine(Box::new(EngineRun::new(setup, noise.levels())));
-        match self {
-            Self::Single1 => rule(Rule::Single(0)),
-            Self::Nms => rule(Rule::Nms { overlap }),
-            Self::NmsGiou => rule(Rule::NmsGiou { overlap }),
-            Self::Psa => rule(Rule::Psa(Ties::Kept)),
-            Self::Wbf => rule(Rule::Wbf { overlap }),
-            Self::InfraDet3d => rule(Rule::InfraDet3d(infradet3d::Merge::FirstBoxMeanSize)),
-            Self::InfraDet3dCode => rule(Rule::InfraDet3d(infradet3d::Merge::MeanBoxFirstHeading)),
-            Self::DairV2x => rule(Rule::DairV2x(dair_v2x::Variant::Average)),
-            Self::DairV2xCode => rule(Rule::DairV2x(dair_v2x::Variant::MainAgent)),
-            Self::CsbaWls => rule(Rule::CsbaWls),
-            Self::CsbaWlsDebiased => Fuser::Rule(Rule::CsbaWls, sensing(noise, true)),
-            Self::CsbaWlsCv => filtered(Rule::CsbaWls),
-            Self::DairV2xCv => filtered(Rule::DairV2x(dair_v2x::Variant::Average)),
-            Self::UnikfPaper => engine(paper),
-            Self::Ours => engine(ours),
-            Self::Single1Ours => engine(Setup { n_agents: 1, ..ours }),
-            Self::OursTrueId => engine(Setup { true_identities: true, ..ours }),
-        }
+        let paper = hub(HubMethod::UnikfPaper);
+        let filtered = |method| {
+            let setup = Setup { n_agents: 1, ..paper };
+            Recipe { setup, before: Some(hub(method)) }
+        };
+        let setup = match self {
+            Self::Single1 => hub(HubMethod::Single1),
+            Self::Nms => hub(HubMethod::Nms),
+            Self::NmsGiou => hub(HubMethod::NmsGiou),
+            Self::Psa => hub(HubMethod::Psa),
+            Self::Wbf => hub(HubMethod::Wbf),
+            Self::InfraDet3d => hub(HubMethod::InfraDet3d),
+            Self::InfraDet3dCode => hub(HubMethod::InfraDet3dCode),
+            Self::DairV2x => hub(HubMethod::DairV2x),
+            Self::DairV2xCode => hub(HubMethod::DairV2xCode),
+            Self::CsbaWls => hub(HubMethod::CsbaWls),
+            Self::CsbaWlsDebiased => Setup { declares_size_law: true, ..hub(HubMethod::CsbaWls) },
+            Self::CsbaWlsCv => return filtered(HubMethod::CsbaWls),
+            Self::DairV2xCv => return filtered(HubMethod::DairV2x),
+            Self::UnikfPaper => paper,
+            Self::UnikfPaperTrueId => Setup { has_true_identities: true, ..paper },
+            Self::UnikfPaperIou => paper.associated_by(AssociationCost::Iou),
+            Self::UnikfPaperEuclidean => paper.associated_by(AssociationCost::Euclidean),
+            Self::Ours => ours,
+            Self::Single1Ours => Setup { n_agents: 1, ..ours },
+            Self::OursTrueId => Setup { has_true_identities: true, ..ours },
+            Self::OursCv => ours.with(EngineConfig { motion: MotionModel::Cv, ..ours.config }),
+            Self::OursBiased => Setup { declares_size_law: false, ..ours },
+            Self::OursCsba => ours.associated_by(AssociationCost::Csba),
+            Self::OursForgetful => Setup { remembers: false, ..ours },
+        };
+        Recipe { setup, before: None }
     }
 }
 
-/// How both agents' reports are read: as they stand, or with the law of their sizes taken out.
-fn sensing(noise: NoisePair, is_debiased: bool) -> [Sensing; 2] {
-    let defaults = SensingDefaults::default();
-    noise.levels().map(|level| {
-        let size_noise = is_debiased.then(|| level.model().size);
-        let description = SensorDescription { size_noise, ..super::engine_run::DESCRIPTION };
-        Sensing::described(&description, &defaults)
-    })
-}
-
-/// A method at work on one scene.
-#[derive(Debug)]
-pub enum Fuser {
-    /// Without memory.
-    Rule(Rule, [Sensing; 2]),
-    /// Without memory, and then a filter that takes the fused list for one agent's report.
-    Filtered(Rule, [Sensing; 2], Box<EngineRun>),
-    /// With memory.
-    Engine(Box<EngineRun>),
-}
-
-impl Fuser {
-    /// Takes in a keyframe at this time of the scene; tells what is there.
-    pub fn fuse(&mut self, reports: &[AgentReport; 2], at: Span) -> Result<Vec<Prediction>, Refused> {
-        match self {
-            Self::Rule(rule, sensing) => {
-                let fused = fuse_by_rule(rule, sensing, reports);
-                Ok(fused
-                    .iter()
-                    .map(|one| Prediction { bev: one.bev(), object: scored_as(one, reports).0 })
-                    .collect())
-            }
-            Self::Filtered(rule, sensing, run) => {
-                let fused = fuse_by_rule(rule, sensing, reports);
-                run.fuse(&[as_report(&fused, reports)], at)
-            }
-            Self::Engine(run) => run.fuse(reports, at),
-        }
+impl Setup {
+    const fn with(self, config: EngineConfig) -> Self {
+        Self { config, ..self }
     }
-}
 
-fn fuse_by_rule(rule: &Rule, sensing: &[Sensing; 2], reports: &[AgentReport; 2]) -> Vec<Fused> {
-    let read = |place: usize| -> Vec<Report> {
-        let detections = reports[place].detections.iter();
-        let report = |one| Report { z: sensing[place].measurement(one), score: one.score };
-        detections.map(report).collect()
-    };
-    let (first, second) = (read(0), read(1));
-    rule.fuse(&[&first, &second])
-}
-
-/// Place and number of the object that a fused box is scored against: agent 1's detection in it decides, else
-/// agent 2's.
-fn scored_as(fused: &Fused, reports: &[AgentReport; 2]) -> (usize, ObjectId) {
-    let Member { agent, index } = *fused.members.iter().min().expect("a fused box is of something");
-    (reports[agent].objects[index], reports[agent].identities[index])
-}
-
-/// A fused list as if agent 1 had reported it.
-fn as_report(fused: &[Fused], reports: &[AgentReport; 2]) -> AgentReport {
-    let detection = |one: &Fused| Detection {
-        class: one.z.class,
-        score: one.score,
-        bev: one.bev(),
-        covariance: one.covariance(),
-        velocity: None,
-        source_track: None,
-    };
-    let (objects, identities) = fused.iter().map(|one| scored_as(one, reports)).unzip();
-    let detections = fused.iter().map(detection).collect();
-    AgentReport { pose: reports[0].pose, detections, objects, identities }
+    const fn associated_by(self, cost: AssociationCost) -> Self {
+        let association = AssociationConfig { cost, ..self.config.association };
+        self.with(EngineConfig { association, ..self.config })
+    }
 }
 
 #[cfg(test)]
@@ -264,7 +215,7 @@ mod tests {
     #[test]
     fn keys_are_the_names_on_the_command_line_and_in_json() {
         use clap::ValueEnum;
-        for method in Method::TABLE_II {
+        for method in Method::ALL {
             assert_eq!(method.to_possible_value().unwrap().get_name(), method.key());
             assert_eq!(serde_json::to_string(&method).unwrap(), format!("{:?}", method.key()));
         }

@@ -1,16 +1,23 @@
 //! The paper's evaluation protocol: true boxes → noise → methods → counting (METHODS.md 0).
 //!
-//! Reads as a pipeline of pure functions: [`scene`] → [`observe`] (with the [`noise`]) → [`method`] →
-//! [`counting`] → [`moments`]; [`run`] does it for many scenes, trials and levels of noise.
+//! Reads as a pipeline of pure functions: [`scene`] → [`observe`] (with the [`noise`], under
+//! [`conditions`]) → a [`contender`] (a [`method`] in an [`engine_run`]) → [`prediction`] → [`instant`] →
+//! [`counting`] → [`score`]; [`run`] does it for many scenes, trials and experiments.
 
+pub mod answers;
+pub mod conditions;
+pub mod contender;
 pub mod counting;
 pub mod engine_run;
+pub mod instant;
 pub mod method;
 pub mod moments;
 pub mod noise;
 pub mod observe;
+pub mod prediction;
 pub mod run;
 pub mod scene;
+pub mod score;
 
 #[cfg(test)]
 mod testing;

@@ -28,6 +28,19 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// All four.
+    pub const ALL: [Self; 4] = [Self::Gaussian, Self::Uniform, Self::Laplace, Self::StudentT];
+
+    /// The name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gaussian => "gaussian",
+            Self::Uniform => "uniform",
+            Self::Laplace => "laplace",
+            Self::StudentT => "student-t",
+        }
+    }
+
     /// A draw of mean 0 and variance 1.
     pub fn draw(self, rng: &mut ChaCha8Rng) -> f64 {
         match self {
@@ -121,6 +134,18 @@ pub enum Purpose {
         /// Place of the agent.
         agent: u32,
     },
+    /// Whether this agent sees an object at all.
+    Detection {
+        /// Place of the agent.
+        agent: u32,
+        /// Number of the object.
+        object: u32,
+    },
+    /// What this agent reports that is not there.
+    Clutter {
+        /// Place of the agent.
+        agent: u32,
+    },
 }
 
 /// One realisation of the noise. Nothing else decides a draw: not the methods, not the level of noise, not which
@@ -140,6 +165,8 @@ impl Realisation {
             Purpose::Measurement { agent, object } => (agent, object),
             Purpose::Place => (1 << 16, 0),
             Purpose::Order { agent } => (1 << 17 | agent, 0),
+            Purpose::Detection { agent, object } => (1 << 18 | agent, object),
+            Purpose::Clutter { agent } => (1 << 19 | agent, 0),
         };
         let words = [
             self.seed,
@@ -207,7 +234,7 @@ mod tests {
 
     #[test]
     fn every_shape_has_mean_0_and_variance_1() {
-        for shape in [Shape::Gaussian, Shape::Uniform, Shape::Laplace, Shape::StudentT] {
+        for shape in Shape::ALL {
             let mut rng = ONE.rng("shapes", 0, Purpose::Place);
             let draws: Vec<f64> = (0..200_000).map(|_| shape.draw(&mut rng)).collect();
             let n = draws.len() as f64;
@@ -230,6 +257,8 @@ mod tests {
             ONE.rng("a", 0, Purpose::Place),
             ONE.rng("a", 0, Purpose::Order { agent: 0 }),
             ONE.rng("a", 0, Purpose::Order { agent: 1 }),
+            ONE.rng("a", 0, Purpose::Detection { agent: 0, object: 0 }),
+            ONE.rng("a", 0, Purpose::Clutter { agent: 0 }),
             Realisation { trial: 1, ..ONE }.rng("a", 0, measurement(0, 0)),
             Realisation { seed: 2, ..ONE }.rng("a", 0, measurement(0, 0)),
         ]
@@ -238,7 +267,7 @@ mod tests {
         .collect();
         firsts.sort_unstable();
         firsts.dedup();
-        assert_eq!(firsts.len(), 10);
+        assert_eq!(firsts.len(), 12);
     }
 
     #[test]

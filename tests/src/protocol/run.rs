@@ -1,42 +1,60 @@
-//! Many scenes, trials and levels of noise, on several threads.
+//! Many scenes, trials and experiments, on several threads.
 
-use super::counting::Score;
+use super::conditions::Conditions;
+use super::contender::{Contender, Occasion};
 use super::engine_run::Refused;
-use super::method::Method;
+use super::instant::Instant;
 use super::noise::{NoisePair, Realisation, Shape};
 use super::observe::Protocol;
 use super::scene::Scene;
+use super::score::Score;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
+
+/// What detections are like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// Levels of noise of both agents.
+    pub noise: NoisePair,
+    /// The shape of the errors.
+    pub shape: Shape,
+    /// What agents can see.
+    pub conditions: Conditions,
+}
+
+/// A setting, and who competes in it; all see the same errors.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// What detections are like.
+    pub setting: Setting,
+    /// Who competes.
+    pub contenders: Vec<Contender>,
+}
 
 /// What is to be computed.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Levels of noise.
-    pub noise: Vec<NoisePair>,
-    /// The methods; all see the same errors.
-    pub methods: Vec<Method>,
+    /// What detections are like, and who competes.
+    pub experiments: Vec<Experiment>,
     /// Number of realisations of the noise.
     pub trials: u32,
     /// The seed of them all.
     pub seed: u64,
-    /// The shape of the errors.
-    pub shape: Shape,
     /// Number of threads; of no influence on the results.
     pub threads: usize,
 }
 
 /// A method failed on a scene.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("{} on {scene}, {}", .method.key(), .noise.name())]
+#[error("{method} on {scene}, {}", .noise.name())]
 pub struct RunError {
-    method: Method,
+    method: String,
     scene: String,
     noise: NoisePair,
     source: Box<Refused>,
 }
 
-/// Scores by level of noise, trial, scene, method.
+/// Scores by experiment, trial, scene, contender.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scores {
     n_trials: usize,
@@ -44,14 +62,23 @@ pub struct Scores {
     by_task: Vec<Vec<Score>>,
 }
 
+/// Which scores: the places of an experiment in the plan, and of a contender in that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Of the experiment.
+    pub experiment: usize,
+    /// Of the contender.
+    pub contender: usize,
+}
+
 impl Scores {
-    /// Of one scene in one trial, with the plan's noise and method of these places.
-    pub fn scene(&self, (noise, method): (usize, usize), trial: usize, scene: usize) -> &Score {
-        &self.by_task[(noise * self.n_trials + trial) * self.n_scenes + scene][method]
+    /// Of one scene in one trial.
+    pub fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &Score {
+        &self.by_task[(cell.experiment * self.n_trials + trial) * self.n_scenes + scene][cell.contender]
     }
 
     /// Of all scenes in one trial.
-    pub fn trial(&self, cell: (usize, usize), trial: usize) -> Score {
+    pub fn trial(&self, cell: Cell, trial: usize) -> Score {
         let mut total = Score::default();
         (0..self.n_scenes).for_each(|scene| total.merge(self.scene(cell, trial, scene)));
         total
@@ -71,12 +98,20 @@ impl Scores {
 /// One scene, once.
 #[derive(Clone, Copy, Debug)]
 struct Task {
-    noise: NoisePair,
+    experiment: usize,
     trial: u32,
     scene: usize,
 }
 
 impl Plan {
+    /// The places of a setting and of a contender in it.
+    pub fn cell(&self, setting: Setting, key: &str) -> Option<Cell> {
+        let experiment = self.experiments.iter().position(|one| one.setting == setting)?;
+        let contenders = &self.experiments[experiment].contenders;
+        let contender = contenders.iter().position(|one| one.key() == key)?;
+        Some(Cell { experiment, contender })
+    }
+
     /// Computes all; `progress` is told of every finished part how many of how many are done.
     pub fn run(&self, scenes: &[Scene], mut progress: impl FnMut(usize, usize)) -> Result<Scores, RunError> {
         let tasks = self.tasks(scenes.len());
@@ -111,28 +146,32 @@ impl Plan {
         Ok(Scores { n_trials: self.trials as usize, n_scenes: scenes.len(), by_task })
     }
 
-    /// By noise, trial and scene.
+    /// By experiment, trial and scene.
     fn tasks(&self, n_scenes: usize) -> Vec<Task> {
-        let trials = |noise| (0..self.trials).map(move |trial| (noise, trial));
-        let scenes = |(noise, trial)| (0..n_scenes).map(move |scene| Task { noise, trial, scene });
-        self.noise.iter().copied().flat_map(trials).flat_map(scenes).collect()
+        let trials = |experiment| (0..self.trials).map(move |trial| (experiment, trial));
+        let scenes = |(experiment, trial)| (0..n_scenes).map(move |scene| Task { experiment, trial, scene });
+        (0..self.experiments.len()).flat_map(trials).flat_map(scenes).collect()
     }
 
-    /// All methods on one scene, each beginning anew.
+    /// All contenders on one scene, each beginning anew.
     fn scores(&self, scene: &Scene, task: Task) -> Result<Vec<Score>, RunError> {
-        let Task { noise, trial, .. } = task;
+        let Task { experiment, trial, .. } = task;
+        let Experiment { setting, contenders } = &self.experiments[experiment];
+        let Setting { noise, shape, conditions } = *setting;
         let realisation = Realisation { seed: self.seed, trial };
-        let protocol = Protocol { noise, shape: self.shape, realisation };
-        let mut fusers: Vec<_> = self.methods.iter().map(|method| (*method, method.begin(noise))).collect();
+        let protocol = Protocol { noise, shape, conditions, realisation };
+        let occasion = Occasion { noise, conditions, trial, scene: &scene.name };
+        let mut fusers: Vec<_> = contenders.iter().map(|one| (one, one.begin(&occasion))).collect();
         let mut scores = vec![Score::default(); fusers.len()];
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
             let reports = protocol.observe(scene, frame);
-            for ((method, fuser), score) in fusers.iter_mut().zip(&mut scores) {
+            let is_in_view = protocol.is_in_view(scene, frame);
+            for ((contender, fuser), score) in fusers.iter_mut().zip(&mut scores) {
                 let told = fuser.fuse(&reports, keyframe.at).map_err(|source| {
-                    let scene = scene.name.clone();
-                    RunError { method: *method, scene, noise, source: Box::new(source) }
+                    let (method, scene) = (contender.key().to_owned(), scene.name.clone());
+                    RunError { method, scene, noise, source: Box::new(source) }
                 })?;
-                score.add(&told, scene, frame);
+                score.add(&Instant::new(scene, frame, &is_in_view, &told));
             }
         }
         Ok(scores)
@@ -142,6 +181,7 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::super::counting::{Counting, Subset};
+    use super::super::method::Method;
     use super::super::moments::Moments;
     use super::super::scene::Keyframe;
     use super::super::testing::parking;
@@ -149,13 +189,20 @@ mod tests {
     use crate::dataset::synthetic;
     use std::f64::consts::PI;
 
+    fn experiment(noise: NoisePair, methods: &[Method]) -> Experiment {
+        let setting = Setting { noise, shape: Shape::Gaussian, conditions: Conditions::Paper };
+        Experiment { setting, contenders: methods.iter().copied().map(Contender::Method).collect() }
+    }
+
+    const FIRST: Cell = Cell { experiment: 0, contender: 0 };
+
     fn plan(threads: usize) -> Plan {
+        let methods = [Method::Single1, Method::CsbaWls, Method::Ours];
+        let experiment = |noise| experiment(noise, &methods);
         Plan {
-            noise: vec![NoisePair::N1N1, NoisePair::N1N3],
-            methods: vec![Method::Single1, Method::CsbaWls, Method::Ours],
+            experiments: [NoisePair::N1N1, NoisePair::N1N3].map(experiment).to_vec(),
             trials: 2,
             seed: 7,
-            shape: Shape::Gaussian,
             threads,
         }
     }
@@ -172,7 +219,7 @@ mod tests {
         let mut last = (0, 0);
         let scores = plan(2).run(&[parking(2)], |done, of| last = (done, of)).unwrap();
         assert_eq!(last, (4, 4));
-        let ate = |trial| scores.trial((0, 0), trial).of(Subset::All).metrics(Counting::Table)[0].mean();
+        let ate = |trial| scores.trial(FIRST, trial).of(Subset::All).metrics(Counting::Table)[0].mean();
         assert_ne!(ate(0), ate(1));
     }
 
@@ -194,10 +241,10 @@ mod tests {
                 libm::sqrt(PI / 2.0) * over_frames(&|range_m| model.position_sigma_m(range_m)),
                 libm::sqrt(2.0 / PI) * over_frames(&|range_m| model.yaw_sigma_rad(range_m)).to_degrees(),
             ];
-            let plan = Plan { noise: vec![noise], methods: vec![Method::Single1], ..plan(2) };
+            let plan = Plan { experiments: vec![experiment(noise, &[Method::Single1])], ..plan(2) };
             let scores = plan.run(&scenes, |_, _| {}).unwrap();
-            let mut both = scores.trial((0, 0), 0);
-            both.merge(&scores.trial((0, 0), 1));
+            let mut both = scores.trial(FIRST, 0);
+            both.merge(&scores.trial(FIRST, 1));
             let metrics = both.of(Subset::All).metrics(Counting::Table).map(|metric| metric.mean().unwrap());
             for (ours, expected) in [metrics[0], metrics[2]].into_iter().zip(expected) {
                 assert!((ours / expected - 1.0).abs() < 0.02, "{noise:?}: {ours}, expected {expected}");
@@ -209,7 +256,10 @@ mod tests {
     #[test]
     fn what_both_agents_know_is_better_than_what_one_knows() {
         let scores = plan(2).run(&[parking(30)], |_, _| {}).unwrap();
-        let ate = |method| scores.trial((0, method), 0).of(Subset::All).metrics(Counting::Table)[0].mean();
+        let ate = |method| {
+            scores.trial(Cell { contender: method, ..FIRST }, 0).of(Subset::All).metrics(Counting::Table)[0]
+                .mean()
+        };
         assert!(ate(1) < ate(0), "least squares over one agent");
         assert!(ate(2) < ate(1), "memory over least squares");
     }

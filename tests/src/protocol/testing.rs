@@ -1,9 +1,12 @@
 //! Small scenes for the tests of the protocol.
 
+use super::prediction::Prediction;
 use super::scene::{Keyframe, Scene, TrueBox};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
+use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::geometry::{BevBox, Pose};
+use v2x_common::id::TrackId;
 use v2x_common::time::Span;
 
 pub(crate) fn car(id: u32, x: f64, y: f64) -> TrueBox {
@@ -25,4 +28,17 @@ pub(crate) fn scene_of(frames: &[&[TrueBox]]) -> Scene {
 pub(crate) fn parking(n_frames: usize) -> Scene {
     let cars: Vec<TrueBox> = (0..8u32).map(|id| car(id, 40.0 * f64::from(id) - 140.0, 30.0)).collect();
     scene_of(&vec![cars.as_slice(); n_frames])
+}
+
+/// A sure prediction of a car of an object.
+pub(crate) fn told(object: u32, x: f64, y: f64) -> Prediction {
+    let covariance = BoxCovariance { position: Covariance2::isotropic(0.5), ww: 0.1, dd: 0.2, yaw: 0.01 };
+    Prediction {
+        bev: car(0, x, y).bev,
+        class: Class::Car,
+        existence: 1.0,
+        covariance,
+        track: TrackId::new(1, object),
+        object: Some(ObjectId(object)),
+    }
 }

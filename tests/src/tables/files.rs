@@ -21,28 +21,25 @@ pub(super) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The first columns; all others follow by name.
+const FIRST_COLUMNS: [&str; 9] =
+    ["table", "noise", "shape", "method", "counting", "subset", "class", "trials", "told"];
+
 /// All rows, with the names of the JSON ones.
 pub(super) fn table_csv(tables: &Tables) -> anyhow::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let Some(first) = tables.rows.first() else { return Ok(String::new()) };
-    let metrics = first.metrics.named().map(|(name, _)| name);
-    let header = ["table", "noise", "method", "counting", "subset", "trials", "told"];
-    writer.write_record(header.into_iter().chain(metrics))?;
-    for row in &tables.rows {
-        // By their names in JSON.
-        let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
-        let leading = [
-            row.table.to_owned(),
-            row.noise.name().to_owned(),
-            row.method.key().to_owned(),
-            name(serde_json::to_value(row.counting)?),
-            name(serde_json::to_value(row.subset)?),
-            row.trials.to_string(),
-            row.told.clone(),
-        ];
-        let metrics =
-            row.metrics.named().map(|(_, value)| value.map_or(String::new(), |value| value.to_string()));
-        writer.write_record(leading.into_iter().chain(metrics))?;
+    let rows = tables.rows.iter().map(serde_json::to_value).collect::<Result<Vec<_>, _>>()?;
+    let fields = rows.first().and_then(serde_json::Value::as_object);
+    let others = fields.into_iter().flat_map(|fields| fields.keys()).map(String::as_str);
+    let others = others.filter(|name| !FIRST_COLUMNS.contains(name));
+    let columns: Vec<&str> = FIRST_COLUMNS.into_iter().chain(others).collect();
+    writer.write_record(&columns)?;
+    for row in &rows {
+        writer.write_record(columns.iter().map(|column| match &row[column] {
+            serde_json::Value::String(text) => text.clone(),
+            serde_json::Value::Null => String::new(),
+            number => number.to_string(),
+        }))?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
 }

@@ -2,9 +2,9 @@
 
 use super::Tables;
 use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::method::Method;
 use crate::protocol::moments::Moments;
 use crate::protocol::noise::{Purpose, Realisation};
+use crate::protocol::run::{Cell, Setting};
 use rand::RngExt;
 
 const RESAMPLES: usize = 2000;
@@ -24,15 +24,14 @@ type Pair = [(f64, f64); 2];
 /// paired bootstrap over scenes on common random numbers; `None` where a method was not computed.
 pub(super) fn gains(
     tables: &Tables,
-    noise: usize,
-    (worse, better): (Method, Method),
+    setting: Setting,
+    (worse, better): (&str, &str),
     subset: Subset,
 ) -> Option<[Ratio; 3]> {
-    let place = |method| tables.plan.methods.iter().position(|one| *one == method);
-    let places = [place(worse)?, place(better)?];
+    let cells = [tables.plan.cell(setting, worse)?, tables.plan.cell(setting, better)?];
     let ratios = std::array::from_fn(|metric| {
         let pairs: Vec<Pair> = (0..tables.scores.n_scenes())
-            .map(|scene| places.map(|method| totals(tables, (noise, method), (scene, subset), metric)))
+            .map(|scene| cells.map(|cell| totals(tables, cell, (scene, subset), metric)))
             .collect();
         bootstrap(&pairs, tables.plan.seed)
     });
@@ -40,12 +39,7 @@ pub(super) fn gains(
 }
 
 #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
-fn totals(
-    tables: &Tables,
-    cell: (usize, usize),
-    (scene, subset): (usize, Subset),
-    metric: usize,
-) -> (f64, f64) {
+fn totals(tables: &Tables, cell: Cell, (scene, subset): (usize, Subset), metric: usize) -> (f64, f64) {
     let mut total = Moments::default();
     for trial in 0..tables.scores.n_trials() {
         let score = tables.scores.scene(cell, trial, scene);

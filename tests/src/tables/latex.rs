@@ -1,7 +1,7 @@
 //! Table II in LaTeX, in the paper's layout (booktabs, multirow).
 
 use super::Tables;
-use super::rows::{Row, Value};
+use super::rows::{Row, Table, Value};
 use crate::protocol::counting::{Counting, Subset};
 use crate::protocol::noise::NoisePair;
 
@@ -13,17 +13,14 @@ pub(super) fn latex(tables: &Tables) -> String {
          \\textbf{Detector 1} & \\textbf{Detector 2} & \\textbf{Method} & \\textbf{mATE (m)} & \\textbf{mADE (m)} & \
          \\textbf{mAOE (deg)} & \\textbf{Precision} & \\textbf{Recall} \\\\\n",
     );
-    for noise in &tables.plan.noise {
-        let rows: Vec<&Row> = tables
-            .rows
-            .iter()
-            .filter(|row| row.noise == *noise && row.subset == Subset::All && row.counting == Counting::Table)
-            .collect();
+    for block in tables.blocks.iter().filter(|block| block.table == Table::II) {
+        let is_shown = |row: &&Row| row.subset == Subset::All && row.counting == Counting::Table;
+        let rows: Vec<&Row> = tables.rows_of(block).filter(is_shown).collect();
         text += "\\midrule\n";
         for (place, row) in rows.iter().enumerate() {
-            let detectors = if place == 0 { detectors(*noise, rows.len()) } else { " & ".to_owned() };
-            text +=
-                &format!("{detectors} & \\texttt{{{}}} & {} \\\\\n", row.method.key(), figures(row, &rows));
+            let detectors =
+                if place == 0 { detectors(block.setting.noise, rows.len()) } else { " & ".to_owned() };
+            text += &format!("{detectors} & \\texttt{{{}}} & {} \\\\\n", row.method, figures(row, &rows));
         }
     }
     text + "\\bottomrule\n\\end{tabular}\n"

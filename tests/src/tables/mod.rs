@@ -1,87 +1,27 @@
-//! `lab tables`: the paper's tables, ours beside them.
+//! `lab tables`: the paper's tables and figures, ours beside them.
 
+mod args;
 mod files;
 mod gain;
 mod latex;
 mod progress;
 pub mod published;
 pub mod rows;
+pub mod study;
 mod text;
 
-use crate::dataset::Source;
-use crate::dataset::nuscenes::Split;
-use crate::protocol::method::Method;
-use crate::protocol::noise::{NoisePair, Shape};
+pub use args::TablesArgs;
+
+use crate::protocol::contender::Contender;
 use crate::protocol::run::{Plan, RunError, Scores};
 use crate::protocol::scene::{Scene, Statistics};
-use anyhow::ensure;
 use progress::Progress;
 use rows::{Row, rows};
-use std::path::PathBuf;
-
-/// What `--quick` takes of the data set, and how often.
-const QUICK_SCENES: usize = 30;
-const QUICK_TRIALS: u32 = 2;
-/// N of the paper.
-const PAPER_TRIALS: u32 = 5;
-
-/// Print the paper's Table II: every method under every level of noise, the paper's value beside ours
-///
-/// True boxes are perturbed as the paper says (section II), every method sees the same errors, and errors are
-/// counted by identity, false positives included. The same seed gives the same table everywhere.
-#[derive(Clone, Debug, clap::Args)]
-#[command(after_help = "\
-Counting: the paper's tables hold the errors of all boxes over the number of true positives (table); its formula
-divides by the number of all boxes (printed). --json and the files hold both.
-
-Examples:
-  lab tables --quick                              a tenth of a minute
-  lab tables --out v2x-tables                     terminal, and Markdown, CSV, LaTeX and JSON in that folder
-  lab tables --dataset csv:boxes.csv --trials 3   your own scenes
-  lab tables --dataset nuscenes:/data/nuscenes --version v1.0-trainval --split val
-  lab tables --noise N3-N3 --methods csba-wls,ours --json")]
-pub struct TablesArgs {
-    /// The scenes: synthetic (150 made-up ones), nuscenes:ROOT (its own tables), or csv:FILE (a row for each box, with the columns scene, frame, t_s, object_id, class, x, y,
-    /// width, length, yaw, ego_x, ego_y, ego_yaw)
-    #[arg(long, value_name = "SOURCE", default_value = "synthetic")]
-    dataset: Source,
-    /// Of nuscenes: which tables, ROOT/VERSION/scene.json and so on
-    #[arg(long, default_value = "v1.0-trainval")]
-    version: String,
-    /// Of nuscenes: val (the official list), all, or names of scenes with commas between
-    #[arg(long, default_value = "val", value_name = "val|all|SCENE…")]
-    split: Split,
-    /// Only these levels of noise of agents 1 and 2
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = NoisePair::ALL, hide_default_value = true)]
-    noise: Vec<NoisePair>,
-    /// Only these methods
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = Method::TABLE_II, hide_default_value = true)]
-    methods: Vec<Method>,
-    /// Realisations of the noise [default: 5, as in the paper]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    trials: Option<u32>,
-    /// A part of the scenes, two trials
-    #[arg(long)]
-    quick: bool,
-    /// Seed of all noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// The shape of all errors; the same standard deviations
-    #[arg(long, value_enum, default_value_t = Shape::Gaussian)]
-    shape: Shape,
-    /// Threads; of no influence on the numbers [default: all cores]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
-    threads: Option<u16>,
-    /// Folder for tables.md, tables.csv, tables.tex and tables.json
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Print all rows as one line of JSON
-    #[arg(long)]
-    json: bool,
-}
+use study::{Block, Study};
 
 /// Everything that was computed.
 struct Tables {
+    blocks: Vec<Block>,
     plan: Plan,
     statistics: Statistics,
     dataset: String,
@@ -90,15 +30,25 @@ struct Tables {
 }
 
 /// Computes and prints.
+pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
+    tables_with(args, Vec::new())
+}
+
+/// Computes and prints, with methods of your own as further rows of every table.
 #[expect(clippy::print_stdout, reason = "the answer of the command")]
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
-pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
-    let tables = compute(args)?;
+pub fn tables_with(args: &TablesArgs, guests: Vec<Contender>) -> anyhow::Result<()> {
+    let scenes = args.scenes()?;
+    let mut progress = Progress::begin();
+    let study = args.study(guests);
+    let plan = args.plan(&study);
+    let tables = Tables::of(&scenes, (&study, plan), &args.dataset(), |done, of| progress.tell(done, of))?;
+    progress.end();
     let text = text::terminal(&tables);
-    if let Some(folder) = &args.out {
+    if let Some(folder) = args.out() {
         files::write(&tables, folder)?;
     }
-    if args.json {
+    if args.is_json() {
         eprintln!("{text}");
         println!("{}", serde_json::to_string(&tables.rows)?);
     } else {
@@ -107,72 +57,54 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn compute(args: &TablesArgs) -> anyhow::Result<Tables> {
-    tracing::debug!(dataset = %args.dataset, "reading");
-    let mut scenes = args.dataset.load(&args.version, &args.split)?;
-    if args.quick {
-        scenes = spread(scenes, QUICK_SCENES);
-    }
-    ensure!(Statistics::of(&scenes).boxes > 0, "there are no boxes in the scenes of {}", args.dataset);
-    let plan = Plan {
-        noise: args.noise.clone(),
-        methods: args.methods.clone(),
-        trials: args.trials.unwrap_or(if args.quick { QUICK_TRIALS } else { PAPER_TRIALS }),
-        seed: args.seed,
-        shape: args.shape,
-        threads: args.threads.map_or_else(cores, usize::from),
-    };
-    let mut progress = Progress::begin();
-    let tables = Tables::of(&scenes, plan, &args.dataset.to_string(), |done, of| progress.tell(done, of))?;
-    progress.end();
-    Ok(tables)
-}
-
 impl Tables {
     fn of(
         scenes: &[Scene],
-        plan: Plan,
+        (study, plan): (&Study, Plan),
         dataset: &str,
         progress: impl FnMut(usize, usize),
     ) -> Result<Self, RunError> {
         let scores = plan.run(scenes, progress)?;
-        let (statistics, rows) = (Statistics::of(scenes), rows(&plan, &scores));
-        Ok(Self { plan, statistics, dataset: dataset.to_owned(), rows, scores })
+        let blocks = study.blocks();
+        let rows = blocks.iter().flat_map(|block| rows(block, &plan, &scores)).collect();
+        let statistics = Statistics::of(scenes);
+        Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores })
     }
-}
 
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// At most so many scenes, from all over the data set.
-fn spread(scenes: Vec<Scene>, most: usize) -> Vec<Scene> {
-    let step = scenes.len().div_ceil(most).max(1);
-    scenes.into_iter().step_by(step).collect()
+    /// The rows of a block.
+    fn rows_of<'a>(&'a self, block: &'a Block) -> impl Iterator<Item = &'a Row> {
+        let (noise, shape) = (block.setting.noise, block.setting.shape);
+        self.rows
+            .iter()
+            .filter(move |row| row.table == block.table && row.noise == noise && row.shape == shape)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::rows::Table;
     use super::*;
     use crate::dataset::synthetic;
+    use crate::protocol::method::Method;
+    use crate::protocol::noise::{NoisePair, Shape};
 
-    fn small(methods: &[Method]) -> Tables {
-        let plan = Plan {
+    fn small(tables: &[Table], methods: &[Method]) -> Tables {
+        let study = Study {
+            tables: tables.to_vec(),
             noise: vec![NoisePair::N2N2, NoisePair::N1N3],
             methods: methods.to_vec(),
-            trials: 2,
-            seed: 5,
             shape: Shape::Gaussian,
-            threads: 2,
+            guests: Vec::new(),
         };
+        let plan = Plan { experiments: study.experiments(), trials: 2, seed: 5, threads: 2 };
         let scenes: Vec<Scene> = [3, 40].into_iter().map(synthetic::scene).collect();
-        Tables::of(&scenes, plan, "synthetic", |_, _| {}).unwrap()
+        Tables::of(&scenes, (&study, plan), "synthetic", |_, _| {}).unwrap()
     }
 
     #[test]
     fn every_form_of_the_table_has_every_row() {
         let methods = [Method::Single1, Method::Nms, Method::CsbaWls, Method::Ours];
-        let tables = small(&methods);
+        let tables = small(&[Table::II], &methods);
         // By noise, method, counting, subset.
         assert_eq!(tables.rows.len(), 2 * 4 * 2 * 3);
         let (text, markdown) = (text::terminal(&tables), text::markdown(&tables));
@@ -191,9 +123,28 @@ mod tests {
     }
 
     #[test]
+    fn every_table_and_figure_has_rows_of_its_own() {
+        let all = [Table::III, Table::IV, Table::Fig3, Table::Robustness, Table::Nees, Table::Sensors];
+        let tables = small(&all, &[Method::Nms, Method::UnikfPaper, Method::Ours]);
+        let text = text::terminal(&tables);
+        for table in all {
+            let n = tables.rows.iter().filter(|row| row.table == table).count();
+            assert!(n > 0, "{table:?}");
+            assert!(text.contains(&table.title()), "{table:?} in {text}");
+        }
+        let of = |table, shape| {
+            let row = tables.rows.iter().find(|row| row.table == table && row.shape == shape).unwrap();
+            row.metrics.0[0].mean.unwrap()
+        };
+        assert_ne!(of(Table::Robustness, Shape::Gaussian), of(Table::Robustness, Shape::Laplace));
+        let classes =
+            |table| tables.rows.iter().filter(|row| row.table == table).all(|row| row.class.is_some());
+        assert!(classes(Table::Fig3) && classes(Table::Nees) && !classes(Table::III));
+    }
+
+    #[test]
     fn the_same_seed_gives_the_same_bits_everywhere() {
-        let rules = &Method::TABLE_II[..11];
-        let tables = small(rules);
+        let tables = small(&[Table::II], &Method::TABLE_II[..11]);
         let numbers = tables.rows.iter().flat_map(|row| row.metrics.named()).filter_map(|(_, value)| value);
         let hash = numbers.fold(0u64, |hash, number| {
             hash.rotate_left(5).wrapping_add(number.to_bits()).wrapping_mul(0x0100_0000_01b3)

@@ -1,11 +1,16 @@
 //! Rows of the tables.
 
-use crate::protocol::counting::{Counting, Score, Subset};
+use super::published::{Published, published};
+use super::study::Block;
+use crate::protocol::contender::Contender;
+use crate::protocol::counting::{Counting, Subset};
 use crate::protocol::method::Method;
 use crate::protocol::moments::Moments;
-use crate::protocol::noise::NoisePair;
-use crate::protocol::run::{Plan, Scores};
+use crate::protocol::noise::{NoisePair, Shape};
+use crate::protocol::run::{Plan, Scores, Setting};
+use crate::protocol::score::{ClassScore, Score};
 use serde::Serialize;
+use v2x_common::class::Class;
 
 /// The mean of a metric, and how it varies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,19 +23,57 @@ pub struct Value {
     pub trial_std: Option<f64>,
 }
 
+/// A table or figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+pub enum Table {
+    /// The paper's Table II: late fusion methods
+    #[value(name = "II")]
+    II,
+    /// The paper's Table III: one agent against two
+    #[value(name = "III")]
+    III,
+    /// The paper's Table IV: others' metrics against the paper's
+    #[value(name = "IV")]
+    IV,
+    /// The paper's Fig. 3: errors by category
+    #[serde(rename = "fig3")]
+    #[value(name = "fig3")]
+    Fig3,
+    /// The paper's Fig. 4: what association does
+    #[serde(rename = "fig4")]
+    #[value(name = "fig4")]
+    Fig4,
+    /// Errors of other shapes and the same standard deviations
+    #[serde(rename = "robustness")]
+    Robustness,
+    /// Whether claimed accuracies are true, by category
+    #[serde(rename = "nees")]
+    Nees,
+    /// Ours without its parts
+    #[serde(rename = "ablation")]
+    Ablation,
+    /// With misses, clutter and views that overlap partly
+    #[serde(rename = "sensors")]
+    Sensors,
+}
+
 /// One row of `--json`. Precision and recall are fractions; `_std` is over frames, `_trial_std` over trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Of which of the paper's tables.
-    pub table: &'static str,
+    /// Of which table.
+    pub table: Table,
     /// Levels of noise of both agents.
     pub noise: NoisePair,
+    /// The shape of the errors.
+    pub shape: Shape,
     /// Which method.
-    pub method: Method,
+    pub method: String,
     /// What the errors are divided by.
     pub counting: Counting,
     /// Which objects.
     pub subset: Subset,
+    /// Only those of this class.
+    pub class: Option<Class>,
     /// The metrics.
     #[serde(flatten)]
     pub metrics: Metrics,
@@ -38,6 +81,23 @@ pub struct Row {
     pub trials: u32,
     /// What the method is given apart from boxes and classes.
     pub told: String,
+    /// What the paper says.
+    #[serde(flatten)]
+    pub paper: Published,
+    /// Squared errors over claimed variances, per degree of freedom.
+    #[serde(flatten)]
+    pub nees: Nees,
+}
+
+/// Squared errors over claimed variances, per degree of freedom; 1 where claims are true on average.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Nees {
+    /// Of the position.
+    pub nees_position: Option<f64>,
+    /// Of the heading.
+    pub nees_yaw: Option<f64>,
+    /// Of the size.
+    pub nees_size: Option<f64>,
 }
 
 /// mATE (m), mADE (m), mAOE (degrees), precision and recall (fractions).
@@ -66,41 +126,88 @@ impl Serialize for Metrics {
     }
 }
 
-/// All rows of Table II, by noise, method, counting and subset.
-pub fn rows(plan: &Plan, scores: &Scores) -> Vec<Row> {
+/// All rows of a block.
+pub fn rows(block: &Block, plan: &Plan, scores: &Scores) -> Vec<Row> {
     let mut rows = Vec::new();
-    for (noise_place, noise) in plan.noise.iter().enumerate() {
-        for (method_place, method) in plan.methods.iter().enumerate() {
-            let trials: Vec<Score> = (0..scores.n_trials())
-                .map(|trial| scores.trial((noise_place, method_place), trial))
-                .collect();
-            for counting in Counting::ALL {
-                for subset in Subset::ALL {
-                    rows.push(Row {
-                        table: "II",
-                        noise: *noise,
-                        method: *method,
-                        counting,
-                        subset,
-                        metrics: metrics(&trials, counting, subset),
-                        trials: plan.trials,
-                        told: method.told(),
-                    });
-                }
-            }
+    for contender in &block.contenders {
+        let Some(cell) = plan.cell(block.setting, contender.key()) else { continue };
+        let trials: Vec<Score> = (0..scores.n_trials()).map(|trial| scores.trial(cell, trial)).collect();
+        let blank = blank(block, contender, plan.trials);
+        let errors = |counting| Subset::ALL.map(|subset| with_errors(&blank, &trials, counting, subset));
+        match block.table {
+            Table::Fig3 | Table::Nees => rows.extend(by_class(&blank, &trials)),
+            Table::IV => rows.extend(Counting::ALL.into_iter().flat_map(errors)),
+            _ => rows.extend(Counting::OF_THE_PAPER.into_iter().flat_map(errors)),
         }
     }
     rows
 }
 
-fn metrics(trials: &[Score], counting: Counting, subset: Subset) -> Metrics {
+fn blank(block: &Block, contender: &Contender, trials: u32) -> Row {
+    let Setting { noise, shape, .. } = block.setting;
+    Row {
+        table: block.table,
+        noise,
+        shape,
+        method: contender.key().to_owned(),
+        counting: Counting::Table,
+        subset: Subset::All,
+        class: None,
+        metrics: Metrics::default(),
+        trials,
+        told: contender.told(),
+        paper: Published::default(),
+        nees: Nees::default(),
+    }
+}
+
+fn with_errors(blank: &Row, trials: &[Score], counting: Counting, subset: Subset) -> Row {
     let by_trial: Vec<[Moments; 5]> = trials.iter().map(|score| score.of(subset).metrics(counting)).collect();
-    Metrics(std::array::from_fn(|metric| {
+    Row { counting, subset, metrics: Metrics(values(&by_trial)), ..blank.clone() }.beside_the_paper()
+}
+
+/// A row for each class.
+fn by_class(blank: &Row, trials: &[Score]) -> Vec<Row> {
+    let mut classes: Vec<Class> = trials.iter().flat_map(Score::classes).map(|one| one.class).collect();
+    classes.sort_unstable();
+    classes.dedup();
+    let row = |class: Class| {
+        let of_class = |score: &Score| score.classes().iter().find(|one| one.class == class).copied();
+        let found: Vec<ClassScore> = trials.iter().filter_map(of_class).collect();
+        let errors: Vec<[Moments; 3]> = found.iter().map(|one| one.errors).collect();
+        let [ate, ade, aoe] = values(&errors);
+        let nees: Vec<[Moments; 3]> = found.iter().map(|one| one.nees).collect();
+        let [position, yaw, size] = values(&nees).map(|value| value.mean);
+        Row {
+            class: Some(class),
+            metrics: Metrics([ate, ade, aoe, Value::default(), Value::default()]),
+            nees: Nees { nees_position: position, nees_yaw: yaw, nees_size: size },
+            ..blank.clone()
+        }
+    };
+    classes.into_iter().map(row).collect()
+}
+
+/// Means and deviations of moments by trial.
+fn values<const N: usize>(by_trial: &[[Moments; N]]) -> [Value; N] {
+    std::array::from_fn(|metric| {
         let mut total = Moments::default();
         by_trial.iter().for_each(|trial| total.merge(&trial[metric]));
         let means: Moments = by_trial.iter().filter_map(|trial| trial[metric].mean()).collect();
         Value { mean: total.mean(), std: total.standard_deviation(), trial_std: means.standard_deviation() }
-    }))
+    })
+}
+
+impl Row {
+    /// With the paper's values.
+    fn beside_the_paper(self) -> Self {
+        // The paper has no subsets.
+        let is_comparable = self.subset == Subset::All && self.shape == Shape::Gaussian;
+        let method = Method::ALL.iter().find(|method| method.key() == self.method);
+        let paper = method.filter(|_| is_comparable);
+        let paper = paper.and_then(|method| published(self.table, self.noise, *method, self.counting));
+        Self { paper: paper.unwrap_or_default(), ..self }
+    }
 }
 
 #[cfg(test)]
@@ -111,17 +218,22 @@ mod tests {
     fn a_row_in_json_has_flat_names() {
         let value = Value { mean: Some(0.5), std: Some(0.1), trial_std: None };
         let row = Row {
-            table: "II",
+            table: Table::II,
             noise: NoisePair::N1N3,
-            method: Method::CsbaWls,
+            shape: Shape::Gaussian,
+            method: "csba-wls".to_owned(),
             counting: Counting::Table,
             subset: Subset::Moving,
+            class: None,
             metrics: Metrics([value; 5]),
             trials: 1,
             told: "σ".to_owned(),
+            paper: Published::default(),
+            nees: Nees::default(),
         };
         let json = serde_json::to_value(&row).unwrap();
-        assert_eq!(json["noise"], "N1-N3");
+        assert_eq!((&json["table"], &json["noise"]), (&"II".into(), &"N1-N3".into()));
+        assert_eq!(serde_json::to_value(Table::Fig3).unwrap(), "fig3");
         assert_eq!(json["method"], "csba-wls");
         assert_eq!((&json["counting"], &json["subset"]), (&"table".into(), &"moving".into()));
         assert_eq!((json["mate_m"].as_f64(), json["recall_std"].as_f64()), (Some(0.5), Some(0.1)));

@@ -2,48 +2,79 @@
 
 use super::Tables;
 use super::gain::{Ratio, gains};
-use super::published::{FOOTNOTES, Published, published};
-use super::rows::Row;
+use super::published::FOOTNOTES;
+use super::rows::{Row, Table as Kind};
+use super::study::Block;
 use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::method::Method;
-use crate::protocol::noise::NoisePair;
+use crate::protocol::noise::Shape;
+use crate::protocol::run::Setting;
 use crate::report::table::Table;
 
 /// Metrics and their digits.
 pub(super) const COLUMNS: [(&str, usize); 5] =
     [("mATE m", 3), ("mADE m", 3), ("mAOE °", 2), ("precision", 4), ("recall", 4)];
 
+impl Kind {
+    /// Its heading.
+    pub fn title(self) -> String {
+        let text = match self {
+            Self::II => "Table II: late fusion methods",
+            Self::III => "Table III: one agent against two",
+            Self::IV => "Table IV: others' metrics (first boxes) against the paper's",
+            Self::Fig3 => "Fig. 3: errors by category",
+            Self::Fig4 => "Fig. 4: what association does",
+            Self::Robustness => "Robustness: errors of other shapes",
+            Self::Nees => "Claimed accuracies: squared errors over variances, per degree of freedom",
+            Self::Ablation => "Ours without its parts",
+            Self::Sensors => {
+                "Sensors: detection probability 0.9, 0.5 false reports a frame, partly overlapping views"
+            }
+        };
+        text.to_owned()
+    }
+}
+
 /// For a terminal: aligned, the paper's counting, all objects.
 pub(super) fn terminal(tables: &Tables) -> String {
-    let mut blocks = vec![headline(tables)];
-    for (place, noise) in tables.plan.noise.iter().enumerate() {
-        let heading = format!("Table II, {}", noise.name());
-        blocks.push(format!("{heading}\n{}", table(tables, *noise, Subset::All).text()));
-        blocks.push(gain_lines(tables, place));
+    let mut parts = vec![headline(tables)];
+    for block in &tables.blocks {
+        parts.push(format!("{}\n{}", heading(block), table(tables, block, Subset::All).text()));
+        parts.push(gain_lines(tables, block));
     }
-    blocks.push(notes());
-    blocks.retain(|block| !block.is_empty());
-    blocks.iter().map(|block| block.trim_end()).collect::<Vec<_>>().join("\n\n")
+    parts.push(notes());
+    joined(parts)
 }
 
 /// As Markdown, with the subsets.
 pub(super) fn markdown(tables: &Tables) -> String {
-    let mut blocks = vec!["# Table II".to_owned(), headline(tables)];
-    for (place, noise) in tables.plan.noise.iter().enumerate() {
-        blocks.push(format!("## {}", noise.name()));
-        blocks.push(table(tables, *noise, Subset::All).markdown());
-        blocks.push(gain_lines(tables, place));
-        for (subset, name) in [(Subset::Static, "standing"), (Subset::Moving, "moving")] {
-            blocks.push(format!("### {}, {name} objects", noise.name()));
-            blocks.push(table(tables, *noise, subset).markdown());
+    let mut parts = vec!["# Tables".to_owned(), headline(tables)];
+    for block in &tables.blocks {
+        parts.push(format!("## {}", heading(block)));
+        parts.push(table(tables, block, Subset::All).markdown());
+        parts.push(gain_lines(tables, block));
+        if block.table == Kind::II {
+            for (subset, name) in [(Subset::Static, "standing"), (Subset::Moving, "moving")] {
+                parts.push(format!("### {}, {name} objects", heading(block)));
+                parts.push(table(tables, block, subset).markdown());
+            }
         }
     }
-    blocks.push(notes());
-    blocks.retain(|block| !block.is_empty());
-    blocks.iter().map(|block| block.trim_end()).collect::<Vec<_>>().join("\n\n") + "\n"
+    parts.push(notes());
+    joined(parts) + "\n"
 }
 
-fn headline(tables: &Tables) -> String {
+fn joined(mut parts: Vec<String>) -> String {
+    parts.retain(|part| !part.is_empty());
+    parts.iter().map(|part| part.trim_end()).collect::<Vec<_>>().join("\n\n")
+}
+
+pub(super) fn heading(block: &Block) -> String {
+    let Setting { noise, shape, .. } = block.setting;
+    let shape = if shape == Shape::Gaussian { String::new() } else { format!(", {}", shape.name()) };
+    format!("{}, {}{shape}", block.table.title(), noise.name())
+}
+
+pub(super) fn headline(tables: &Tables) -> String {
     let plan = &tables.plan;
     format!(
         "{}: {}\n{} trials, seed {}; errors of all boxes over true positives, mean ± standard deviation over frames; \
@@ -55,16 +86,40 @@ fn headline(tables: &Tables) -> String {
     )
 }
 
-fn table(tables: &Tables, noise: NoisePair, subset: Subset) -> Table {
+pub(super) fn table(tables: &Tables, block: &Block, subset: Subset) -> Table {
+    match block.table {
+        Kind::Fig3 | Kind::Nees => by_class(tables, block),
+        _ => by_method(tables, block, subset),
+    }
+}
+
+fn by_method(tables: &Tables, block: &Block, subset: Subset) -> Table {
+    let has_countings = block.table == Kind::IV;
     let mut header = vec!["method".to_owned()];
+    if has_countings {
+        header.push("counting".to_owned());
+    }
     for (place, (name, _)) in COLUMNS.into_iter().enumerate() {
         let columns = [name, "paper", "diff"];
         header.extend(columns[..n_columns(place)].iter().map(|name| (*name).to_owned()));
     }
     header.push("told".to_owned());
-    let is_shown = |row: &&Row| row.noise == noise && row.subset == subset && row.counting == Counting::Table;
-    let rows = tables.rows.iter().filter(is_shown).map(|row| cells(row, subset)).collect();
-    Table { header, rows }
+    let is_shown = |row: &&Row| {
+        row.subset == subset
+            && match row.counting {
+                Counting::Table => true,
+                Counting::FirstBoxes => has_countings,
+                Counting::Printed => false,
+            }
+    };
+    let row = |row: &Row| {
+        let mut cells = cells(row);
+        if has_countings {
+            cells.insert(1, row.counting.name().to_owned());
+        }
+        cells
+    };
+    Table { header, rows: tables.rows_of(block).filter(is_shown).map(row).collect() }
 }
 
 /// Of a metric: the value, the paper's, and for errors the difference.
@@ -72,47 +127,80 @@ const fn n_columns(metric: usize) -> usize {
     if metric < 3 { 3 } else { 2 }
 }
 
-fn cells(row: &Row, subset: Subset) -> Vec<String> {
-    // The paper has no subsets.
-    let paper = published(row.noise, row.method).filter(|_| subset == Subset::All);
-    let paper = paper.unwrap_or(Published([None; 5]));
-    let mut cells = vec![row.method.key().to_owned()];
+fn figure(value: Option<f64>, digits: usize) -> String {
+    value.map_or("–".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+fn cells(row: &Row) -> Vec<String> {
+    let mut cells = vec![row.method.clone()];
     for (place, ((_, digits), value)) in COLUMNS.into_iter().zip(row.metrics.0).enumerate() {
-        let figure = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.digits$}"));
         let coarse = digits - 1;
         // Precision and recall vary little: the deviation over frames is in the files.
         let own = match (value.mean, value.std) {
             (Some(mean), Some(std)) if place < 3 => format!("{mean:.digits$}±{std:.coarse$}"),
-            (mean, _) => figure(mean),
+            (mean, _) => figure(mean, digits),
         };
-        let difference = value.mean.zip(paper.0[place]).map(|(own, paper)| own - paper);
+        let paper = row.paper.0[place];
+        let difference = value.mean.zip(paper).map(|(own, paper)| own - paper);
         let difference = difference.map_or("–".to_owned(), |value| format!("{value:+.digits$}"));
-        cells.extend([own, figure(paper.0[place]), difference].into_iter().take(n_columns(place)));
+        cells.extend([own, figure(paper, digits), difference].into_iter().take(n_columns(place)));
     }
     cells.push(if row.told.is_empty() { "–".to_owned() } else { row.told.clone() });
     cells
 }
 
+/// A row for each class, columns for each method.
+fn by_class(tables: &Tables, block: &Block) -> Table {
+    let rows: Vec<&Row> = tables.rows_of(block).collect();
+    let mut classes: Vec<_> = rows.iter().filter_map(|row| row.class).collect();
+    classes.sort_unstable();
+    classes.dedup();
+    let mut header = vec!["category".to_owned()];
+    for contender in &block.contenders {
+        let names: &[&str] =
+            if block.table == Kind::Fig3 { &["mATE m", "mAOE °"] } else { &["position", "yaw", "size"] };
+        header.extend(names.iter().map(|name| format!("{} {name}", contender.key())));
+    }
+    let line = |class| {
+        let mut cells = vec![format!("{class}")];
+        for contender in &block.contenders {
+            let row = rows.iter().find(|row| row.class == Some(class) && row.method == contender.key());
+            let error = |place: usize| row.and_then(|row| row.metrics.0[place].mean);
+            let nees = row.map(|row| row.nees).unwrap_or_default();
+            if block.table == Kind::Fig3 {
+                cells.extend([figure(error(0), 3), figure(error(2), 2)]);
+            } else {
+                let figures = [nees.nees_position, nees.nees_yaw, nees.nees_size];
+                cells.extend(figures.map(|value| figure(value, 2)));
+            }
+        }
+        cells
+    };
+    Table { header, rows: classes.into_iter().map(line).collect() }
+}
+
 /// What ours gains over least squares, alone and filtered, for all objects and for parts of them.
-fn gain_lines(tables: &Tables, noise: usize) -> String {
-    let line = |other: Method, (subset, name): (Subset, &str)| {
-        let [ate, ade, aoe] = gains(tables, noise, (other, Method::Ours), subset)?;
+pub(super) fn gain_lines(tables: &Tables, block: &Block) -> String {
+    if block.table != Kind::II {
+        return String::new();
+    }
+    let line = |other: &str, (subset, name): (Subset, &str)| {
+        let [ate, ade, aoe] = gains(tables, block.setting, (other, "ours"), subset)?;
         let figure = |Ratio { ratio, low, high }| format!("{ratio:.2}× [{low:.2}, {high:.2}]");
         Some(format!(
-            "ours over {}, {name}: mATE {}, mADE {}, mAOE {} (95 %, bootstrap over scenes)",
-            other.key(),
+            "ours over {other}, {name}: mATE {}, mADE {}, mAOE {} (95 %, bootstrap over scenes)",
             figure(ate),
             figure(ade),
             figure(aoe)
         ))
     };
     let subsets = [(Subset::All, "all objects"), (Subset::Static, "standing"), (Subset::Moving, "moving")];
-    let lines = subsets.map(|subset| line(Method::CsbaWls, subset));
-    let filtered = line(Method::CsbaWlsCv, subsets[0]);
+    let lines = subsets.map(|subset| line("csba-wls", subset));
+    let filtered = line("csba-wls-cv", subsets[0]);
     lines.into_iter().chain([filtered]).flatten().collect::<Vec<_>>().join("\n")
 }
 
-fn notes() -> String {
+pub(super) fn notes() -> String {
     let notes: Vec<String> = FOOTNOTES.iter().map(|note| format!("- {note}")).collect();
     format!("Where the paper cannot be matched:\n\n{}", notes.join("\n"))
 }

@@ -1,0 +1,166 @@
+//! Who competes: a method of ours, one of yours, or what somebody's method has answered.
+
+use super::answers::Answers;
+use super::conditions::Conditions;
+use super::engine_run::{EngineRun, Refused, Setup};
+use super::method::{Method, Recipe};
+use super::noise::NoisePair;
+use super::observe::AgentReport;
+use super::prediction::Prediction;
+use serde::{Serialize, Serializer};
+use std::fmt;
+use std::sync::Arc;
+use v2x_common::detection::Detection;
+use v2x_common::time::Span;
+use v2x_fusion_hub::method::FusionMethod;
+
+/// Makes a method of one's own ready for a scene.
+pub type Factory = dyn Fn() -> Box<dyn FusionMethod> + Send + Sync;
+
+/// A row of the tables.
+#[derive(Clone)]
+pub enum Contender {
+    /// One that is there.
+    Method(Method),
+    /// One of your own.
+    Own {
+        /// Its name in tables.
+        key: String,
+        /// What it is told apart from boxes and classes, in words.
+        told: String,
+        /// Makes it ready for a scene.
+        factory: Arc<Factory>,
+    },
+    /// What somebody's method has answered to exported detections.
+    Answers(Arc<Answers>),
+}
+
+impl fmt::Debug for Contender {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Contender").field(&self.key()).finish()
+    }
+}
+
+impl PartialEq for Contender {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Serialize for Contender {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.key())
+    }
+}
+
+/// Which scene a contender is asked about.
+#[derive(Clone, Copy, Debug)]
+pub struct Occasion<'a> {
+    /// Levels of noise of both agents.
+    pub noise: NoisePair,
+    /// What agents can see.
+    pub conditions: Conditions,
+    /// The number of the trial.
+    pub trial: u32,
+    /// The scene's name.
+    pub scene: &'a str,
+}
+
+impl Contender {
+    /// A method of your own; `told` says in words what it is told apart from boxes and classes.
+    pub fn own(
+        key: impl Into<String>,
+        told: impl Into<String>,
+        factory: impl Fn() -> Box<dyn FusionMethod> + Send + Sync + 'static,
+    ) -> Self {
+        Self::Own { key: key.into(), told: told.into(), factory: Arc::new(factory) }
+    }
+
+    /// Its name in tables.
+    pub fn key(&self) -> &str {
+        match self {
+            Self::Method(method) => method.key(),
+            Self::Own { key, .. } => key,
+            Self::Answers(answers) => answers.name(),
+        }
+    }
+
+    /// What it is told apart from boxes and classes, in words.
+    pub fn told(&self) -> String {
+        match self {
+            Self::Method(method) => method.told(),
+            Self::Own { told, .. } => told.clone(),
+            Self::Answers(answers) => answers.told().to_owned(),
+        }
+    }
+
+    /// The method, where it is one of ours.
+    pub const fn method(&self) -> Option<Method> {
+        match self {
+            Self::Method(method) => Some(*method),
+            _ => None,
+        }
+    }
+
+    /// Made ready for one scene.
+    pub fn begin(&self, occasion: &Occasion<'_>) -> Fuser {
+        let Occasion { noise, conditions, .. } = *occasion;
+        let run = |setup: Setup| Box::new(EngineRun::new(setup, noise.levels(), conditions));
+        match self {
+            Self::Method(method) => {
+                let Recipe { setup, before } = method.recipe(noise);
+                match before {
+                    Some(before) => Fuser::Filtered(run(before), run(setup)),
+                    None => Fuser::Engine(run(setup)),
+                }
+            }
+            Self::Own { factory, .. } => {
+                let run = EngineRun::with_fusion(Setup::ours(), noise.levels(), conditions, factory());
+                Fuser::Engine(Box::new(run))
+            }
+            Self::Answers(answers) => Fuser::Answers(answers.of(occasion)),
+        }
+    }
+}
+
+/// A contender at work on one scene.
+#[derive(Debug)]
+pub enum Fuser {
+    /// An engine.
+    Engine(Box<EngineRun>),
+    /// One whose list another one takes for an agent's report.
+    Filtered(Box<EngineRun>, Box<EngineRun>),
+    /// Answers that are there already, by keyframe.
+    Answers(std::vec::IntoIter<Vec<Prediction>>),
+}
+
+impl Fuser {
+    /// Takes in a keyframe at this time of the scene; tells what is there.
+    pub fn fuse(&mut self, reports: &[AgentReport; 2], at: Span) -> Result<Vec<Prediction>, Refused> {
+        match self {
+            Self::Engine(run) => run.fuse(reports, at),
+            Self::Filtered(first, second) => {
+                let fused = first.fuse(reports, at)?;
+                second.fuse(&[as_report(&fused, reports)], at)
+            }
+            Self::Answers(answers) => Ok(answers.next().unwrap_or_default()),
+        }
+    }
+}
+
+/// A fused list as if agent 1 had reported it.
+fn as_report(fused: &[Prediction], reports: &[AgentReport; 2]) -> AgentReport {
+    let detection = |one: &Prediction| Detection {
+        class: one.class,
+        score: one.existence,
+        bev: one.bev,
+        covariance: one.covariance,
+        velocity: None,
+        source_track: None,
+    };
+    AgentReport {
+        pose: reports[0].pose,
+        detections: fused.iter().map(detection).collect(),
+        identities: fused.iter().map(|one| one.object).collect(),
+    }
+}

@@ -1,0 +1,160 @@
+//! Which experiments the tables need.
+
+use super::rows::Table;
+use crate::protocol::conditions::Conditions;
+use crate::protocol::contender::Contender;
+use crate::protocol::method::Method;
+use crate::protocol::noise::{NoisePair, Shape};
+use crate::protocol::run::{Experiment, Setting};
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// These tables.
+    pub tables: Vec<Table>,
+    /// At these levels of noise, as far as a table has them.
+    pub noise: Vec<NoisePair>,
+    /// Only these methods; all of a table's where there are none.
+    pub methods: Vec<Method>,
+    /// The shape of the errors, but for [`Table::Robustness`], which has them all.
+    pub shape: Shape,
+    /// Further rows of every table.
+    pub guests: Vec<Contender>,
+}
+
+/// One block of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Of which table.
+    pub table: Table,
+    /// What detections are like.
+    pub setting: Setting,
+    /// Its rows.
+    pub contenders: Vec<Contender>,
+}
+
+impl Study {
+    /// The blocks of all tables, in order.
+    pub fn blocks(&self) -> Vec<Block> {
+        self.tables.iter().flat_map(|table| self.blocks_of(*table)).collect()
+    }
+
+    fn blocks_of(&self, table: Table) -> Vec<Block> {
+        let is_wanted = |method: &Method| self.methods.is_empty() || self.methods.contains(method);
+        let mut contenders: Vec<Contender> = table
+            .methods()
+            .iter()
+            .filter(|method| is_wanted(method))
+            .copied()
+            .map(Contender::Method)
+            .collect();
+        if contenders.is_empty() {
+            return Vec::new();
+        }
+        contenders.extend(self.guests.iter().cloned());
+        let shapes = if table == Table::Robustness { Shape::ALL.to_vec() } else { vec![self.shape] };
+        let conditions = if table == Table::Sensors { Conditions::Sensors } else { Conditions::Paper };
+        let noise = table.noise().iter().copied().filter(|noise| self.noise.contains(noise));
+        let setting = |noise| shapes.iter().map(move |shape| Setting { noise, shape: *shape, conditions });
+        let block = |setting| Block { table, setting, contenders: contenders.clone() };
+        noise.flat_map(setting).map(block).collect()
+    }
+
+    /// Every setting once, with all that compete in it in any table.
+    pub fn experiments(&self) -> Vec<Experiment> {
+        let mut experiments: Vec<Experiment> = Vec::new();
+        for Block { setting, contenders, .. } in self.blocks() {
+            let place = experiments.iter().position(|one| one.setting == setting).unwrap_or_else(|| {
+                experiments.push(Experiment { setting, contenders: Vec::new() });
+                experiments.len() - 1
+            });
+            let known = &mut experiments[place].contenders;
+            for contender in contenders {
+                if !known.contains(&contender) {
+                    known.push(contender);
+                }
+            }
+        }
+        experiments
+    }
+}
+
+impl Table {
+    /// Its rows.
+    pub const fn methods(self) -> &'static [Method] {
+        match self {
+            Self::II => &Method::TABLE_II,
+            Self::III => &[Method::Single1, Method::UnikfPaper, Method::Ours, Method::Single1Ours],
+            Self::IV => &[Method::Nms, Method::DairV2x, Method::UnikfPaper, Method::Ours],
+            Self::Fig3 => &[Method::Nms, Method::DairV2x, Method::UnikfPaper, Method::Ours],
+            Self::Fig4 => &[
+                Method::UnikfPaper,
+                Method::UnikfPaperTrueId,
+                Method::UnikfPaperIou,
+                Method::UnikfPaperEuclidean,
+                Method::Ours,
+                Method::OursTrueId,
+            ],
+            Self::Robustness => {
+                &[Method::Single1, Method::CsbaWls, Method::CsbaWlsCv, Method::UnikfPaper, Method::Ours]
+            }
+            Self::Nees => &[Method::UnikfPaper, Method::Ours, Method::OursTrueId],
+            Self::Ablation => &[
+                Method::CsbaWls,
+                Method::Ours,
+                Method::OursCv,
+                Method::OursBiased,
+                Method::OursCsba,
+                Method::OursForgetful,
+            ],
+            // With clutter there are no true identities to be told.
+            Self::Sensors => Method::TABLE_II.split_at(16).0,
+        }
+    }
+
+    /// Its levels of noise.
+    pub const fn noise(self) -> &'static [NoisePair] {
+        match self {
+            Self::IV | Self::Fig3 => &[NoisePair::N1N3],
+            Self::Fig4 => &[NoisePair::N1N1, NoisePair::N3N3],
+            _ => &NoisePair::ALL,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn study(tables: &[Table], methods: &[Method]) -> Study {
+        Study {
+            tables: tables.to_vec(),
+            noise: NoisePair::ALL.to_vec(),
+            methods: methods.to_vec(),
+            shape: Shape::Gaussian,
+            guests: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_several_tables_need_is_computed_once() {
+        let experiments = study(&[Table::II, Table::III, Table::IV, Table::Fig3], &[]).experiments();
+        assert_eq!(experiments.len(), 4);
+        assert!(experiments.iter().all(|one| one.contenders.len() == Method::TABLE_II.len()));
+        // Three further shapes at four levels.
+        assert_eq!(study(&[Table::II, Table::Robustness], &[]).experiments().len(), 4 + 12);
+    }
+
+    #[test]
+    fn a_table_without_any_of_the_wanted_methods_is_left_out() {
+        let study = study(&[Table::II, Table::Fig4], &[Method::CsbaWls]);
+        assert!(study.blocks().iter().all(|block| block.table == Table::II));
+    }
+
+    #[test]
+    fn nobody_is_told_true_identities_under_sensors() {
+        let truth = |method: &&Method| method.told().contains("identities");
+        assert_eq!(Table::Sensors.methods().iter().filter(truth).count(), 0);
+        assert_eq!(Table::Sensors.methods().len(), Method::TABLE_II.len() - 1);
+    }
+}
