@@ -1,5 +1,9 @@
-//! Pictures of a run.
+//! Pictures: of a run from above, and of figures.
 
 pub mod bev;
+pub mod dots;
+mod pdf;
 pub mod scene;
+pub mod sheet;
 mod svg;
+mod ticks;

@@ -99,15 +99,18 @@ impl Svg {
 
     /// A closed outline, and from the first of `tick` a line to the second.
     pub(super) fn outline(&mut self, points: &[(f64, f64)], tick: Option<[(f64, f64); 2]>, style: Style<'_>) {
-        let mut path = String::new();
-        for (index, (x, y)) in points.iter().enumerate() {
-            let command = if index == 0 { 'M' } else { 'L' };
-            let _ = write!(path, "{command}{x:.1} {y:.1}");
-        }
+        let mut path = path_data(points);
         path.push('Z');
         if let Some([(x0, y0), (x1, y1)]) = tick {
             let _ = write!(path, "M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}");
         }
+        self.push(format_args!(r#"<path d="{path}" {style}/>"#));
+    }
+
+    /// Straight lines from point to point.
+    pub(super) fn path(&mut self, points: &[(f64, f64)], is_closed: bool, style: Style<'_>) {
+        let mut path = path_data(points);
+        path.push_str(if is_closed { "Z" } else { "" });
         self.push(format_args!(r#"<path d="{path}" {style}/>"#));
     }
 
@@ -125,6 +128,16 @@ impl Svg {
             r##"<text x="{x:.1}" y="{y:.1}" font-size="{size:.1}" font-weight="{weight}" fill="{colour}" text-anchor="{anchor}" stroke="#ffffff" stroke-width="4" paint-order="stroke">{text}</text>"##
         ));
     }
+}
+
+/// From the first point straight to all others.
+fn path_data(points: &[(f64, f64)]) -> String {
+    let mut path = String::new();
+    for (index, (x, y)) in points.iter().enumerate() {
+        let command = if index == 0 { 'M' } else { 'L' };
+        let _ = write!(path, "{command}{x:.1} {y:.1}");
+    }
+    path
 }
 
 /// Text that may hold `<`, `&` and control characters.

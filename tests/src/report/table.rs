@@ -1,5 +1,7 @@
 //! A table of texts: the first column to the left, all others to the right.
 
+use std::borrow::Cow;
+
 /// Cells by row; every row is as long as the header.
 pub(crate) struct Table {
     pub(crate) header: Vec<String>,
@@ -29,6 +31,23 @@ impl Table {
         line(&self.header) + &rule + &rows
     }
 
+    /// As HTML; rows that begin with one of `marked` stand out.
+    pub(crate) fn html(&self, marked: &[&str]) -> String {
+        let cells = |tag: &str, row: &[String]| -> String {
+            row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+        };
+        let row = |row: &Vec<String>| {
+            let is_marked = row.first().is_some_and(|name| marked.contains(&name.as_str()));
+            let class = if is_marked { " class=\"marked\"" } else { "" };
+            format!("<tr{class}>{}</tr>\n", cells("td", row))
+        };
+        let rows: String = self.rows.iter().map(row).collect();
+        format!(
+            "<div class=\"table\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
+            cells("th", &self.header)
+        )
+    }
+
     fn widths(&self) -> Vec<usize> {
         let width_of = |column: usize| {
             let cells = self.lines().filter_map(|row| row.get(column));
@@ -39,5 +58,26 @@ impl Table {
 
     fn lines(&self) -> impl Iterator<Item = &Vec<String>> {
         std::iter::once(&self.header).chain(&self.rows)
+    }
+}
+
+/// Text for HTML.
+pub(crate) fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.contains(['<', '>', '&', '"']) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_break_the_page() {
+        let table = Table { header: vec!["a<b".to_owned()], rows: vec![vec!["\"x\" & y".to_owned()]] };
+        let html = table.html(&[]);
+        assert!(html.contains("<th>a&lt;b</th>") && html.contains("<td>&quot;x&quot; &amp; y</td>"));
+        assert!(table.html(&["\"x\" & y"]).contains("<tr class=\"marked\">"));
     }
 }

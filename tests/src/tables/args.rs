@@ -32,7 +32,7 @@ divides by the number of all boxes (printed). --json and the files hold both.
 
 Examples:
   lab tables --quick                              a few seconds
-  lab tables --out v2x-tables                     terminal, and Markdown, CSV, LaTeX and JSON in that folder
+  lab tables --out v2x-tables                     and a report with plots, Markdown, CSV, LaTeX and JSON
   lab tables --table II,fig4                      only these
   lab tables --ablation --sensors                 ours without its parts; misses, clutter, partly overlapping views
   lab tables --dataset csv:boxes.csv --trials 3   your own scenes
@@ -79,7 +79,7 @@ pub struct TablesArgs {
     /// Threads; of no influence on the numbers [default: all cores]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
-    /// Folder for tables.md, tables.csv, tables.tex and tables.json
+    /// Folder for report.html with its plots (SVG, PDF), tables.md, tables.csv, tables.tex and tables.json
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print all rows as one line of JSON

@@ -1,22 +1,32 @@
 //! The tables as files.
 
 use super::Tables;
-use super::{latex, text};
+use super::figures::{Figure, figures};
+use super::{html, latex, text};
 use anyhow::Context;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Writes Markdown, CSV, LaTeX and JSON into a folder, which is made where there is none.
+/// Writes the report, its figures as SVG and PDF, and the tables as Markdown, CSV, LaTeX and JSON into a folder,
+/// which is made where there is none.
 pub(super) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    let plots = folder.join("plots");
+    std::fs::create_dir_all(&plots).with_context(|| format!("making {}", plots.display()))?;
+    let figures = figures(tables);
     let json = serde_json::to_string(&tables.rows)?;
-    for (name, text) in [
-        ("tables.md", text::markdown(tables)),
-        ("tables.csv", table_csv(tables)?),
-        ("tables.tex", latex::latex(tables)),
-        ("tables.json", json),
-    ] {
-        let path = folder.join(name);
-        std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
+        (folder.join("report.html"), html::html(tables, &figures).into()),
+        (folder.join("tables.md"), text::markdown(tables).into()),
+        (folder.join("tables.csv"), table_csv(tables)?.into()),
+        (folder.join("tables.tex"), latex::latex(tables).into()),
+        (folder.join("tables.json"), json.into()),
+    ];
+    for Figure { name, plot, .. } in &figures {
+        let sheet = plot.sheet();
+        files.push((plots.join(format!("{name}.svg")), sheet.svg().into()));
+        files.push((plots.join(format!("{name}.pdf")), sheet.pdf()));
+    }
+    for (path, bytes) in files {
+        std::fs::write(&path, bytes).with_context(|| format!("writing {}", path.display()))?;
     }
     Ok(())
 }

@@ -1,8 +1,10 @@
 //! `lab tables`: the paper's tables and figures, ours beside them.
 
 mod args;
+mod figures;
 mod files;
 mod gain;
+mod html;
 mod latex;
 mod progress;
 pub mod published;
@@ -115,7 +117,7 @@ mod tests {
             let lines_with =
                 |text: &str, start: String| text.lines().filter(|line| line.starts_with(&start)).count();
             assert_eq!(lines_with(&text, format!("{key}  ")), 2, "{key}");
-            assert_eq!(lines_with(&markdown, format!("| {key} |")), 2 * 3, "{key}");
+            assert_eq!(lines_with(&markdown, format!("| {key} |")), 2 * 4, "{key}");
             assert_eq!(latex.matches(&format!("\\texttt{{{key}}}")).count(), 2);
         }
         assert!(text.contains("ours over csba-wls, all objects: mATE"));
@@ -140,6 +142,23 @@ mod tests {
         let classes =
             |table| tables.rows.iter().filter(|row| row.table == table).all(|row| row.class.is_some());
         assert!(classes(Table::Fig3) && classes(Table::Nees) && !classes(Table::III));
+    }
+
+    #[test]
+    fn the_report_holds_every_table_and_figure_on_one_page() {
+        let methods = [Method::Nms, Method::UnikfPaper, Method::Ours];
+        let tables = small(&[Table::II, Table::Fig3, Table::Robustness], &methods);
+        let figures = figures::figures(&tables);
+        let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+        let expected =
+            ["table-2-N2-N2", "table-2-N1-N3", "fig-3-N1-N3", "robustness-N2-N2", "robustness-N1-N3"];
+        assert_eq!(names, expected);
+        let page = html::html(&tables, &figures);
+        assert_eq!(page.matches("<svg ").count(), figures.len());
+        for link in ["href=\"#table-2\"", "id=\"table-2\"", "counted as the paper prints its formula"] {
+            assert!(page.contains(link), "{link}");
+        }
+        assert!(!page.contains("src="), "nothing from elsewhere");
     }
 
     #[test]

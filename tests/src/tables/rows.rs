@@ -57,6 +57,23 @@ pub enum Table {
     Sensors,
 }
 
+impl Table {
+    /// The beginning of names of files.
+    pub const fn stem(self) -> &'static str {
+        match self {
+            Self::II => "table-2",
+            Self::III => "table-3",
+            Self::IV => "table-4",
+            Self::Fig3 => "fig-3",
+            Self::Fig4 => "fig-4",
+            Self::Robustness => "robustness",
+            Self::Nees => "nees",
+            Self::Ablation => "ablation",
+            Self::Sensors => "sensors",
+        }
+    }
+}
+
 /// One row of `--json`. Precision and recall are fractions; `_std` is over frames, `_trial_std` over trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {

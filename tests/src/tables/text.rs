@@ -38,7 +38,11 @@ impl Kind {
 pub(super) fn terminal(tables: &Tables) -> String {
     let mut parts = vec![headline(tables)];
     for block in &tables.blocks {
-        parts.push(format!("{}\n{}", heading(block), table(tables, block, Subset::All).text()));
+        parts.push(format!(
+            "{}\n{}",
+            heading(block),
+            table(tables, block, (Subset::All, Counting::Table)).text()
+        ));
         parts.push(gain_lines(tables, block));
     }
     parts.push(notes());
@@ -50,17 +54,27 @@ pub(super) fn markdown(tables: &Tables) -> String {
     let mut parts = vec!["# Tables".to_owned(), headline(tables)];
     for block in &tables.blocks {
         parts.push(format!("## {}", heading(block)));
-        parts.push(table(tables, block, Subset::All).markdown());
+        parts.push(table(tables, block, (Subset::All, Counting::Table)).markdown());
         parts.push(gain_lines(tables, block));
-        if block.table == Kind::II {
-            for (subset, name) in [(Subset::Static, "standing"), (Subset::Moving, "moving")] {
-                parts.push(format!("### {}, {name} objects", heading(block)));
-                parts.push(table(tables, block, subset).markdown());
-            }
+        for (what, name) in parts_of(block) {
+            parts.push(format!("### {}, {name}", heading(block)));
+            parts.push(table(tables, block, *what).markdown());
         }
     }
     parts.push(notes());
     joined(parts) + "\n"
+}
+
+/// What else there is to show of a block, with names.
+pub(super) fn parts_of(block: &Block) -> &'static [((Subset, Counting), &'static str)] {
+    match block.table {
+        Kind::II => &[
+            ((Subset::Static, Counting::Table), "standing objects"),
+            ((Subset::Moving, Counting::Table), "moving objects"),
+            ((Subset::All, Counting::Printed), "counted as the paper prints its formula (over all boxes)"),
+        ],
+        _ => &[],
+    }
 }
 
 fn joined(mut parts: Vec<String>) -> String {
@@ -86,14 +100,14 @@ pub(super) fn headline(tables: &Tables) -> String {
     )
 }
 
-pub(super) fn table(tables: &Tables, block: &Block, subset: Subset) -> Table {
+pub(super) fn table(tables: &Tables, block: &Block, what: (Subset, Counting)) -> Table {
     match block.table {
         Kind::Fig3 | Kind::Nees => by_class(tables, block),
-        _ => by_method(tables, block, subset),
+        _ => by_method(tables, block, what),
     }
 }
 
-fn by_method(tables: &Tables, block: &Block, subset: Subset) -> Table {
+fn by_method(tables: &Tables, block: &Block, (subset, counting): (Subset, Counting)) -> Table {
     let has_countings = block.table == Kind::IV;
     let mut header = vec!["method".to_owned()];
     if has_countings {
@@ -105,12 +119,8 @@ fn by_method(tables: &Tables, block: &Block, subset: Subset) -> Table {
     }
     header.push("told".to_owned());
     let is_shown = |row: &&Row| {
-        row.subset == subset
-            && match row.counting {
-                Counting::Table => true,
-                Counting::FirstBoxes => has_countings,
-                Counting::Printed => false,
-            }
+        let is_other = has_countings && row.counting == Counting::FirstBoxes;
+        row.subset == subset && (row.counting == counting || is_other)
     };
     let row = |row: &Row| {
         let mut cells = cells(row);
