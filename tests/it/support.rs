@@ -49,6 +49,14 @@ impl Lab {
         Ok(Self::with_network(folder, NetworkId::new(name)?))
     }
 
+    /// The same with this method in the hub.
+    pub(crate) fn with_method(name: &str, method: &str) -> anyhow::Result<Self> {
+        let lab = Self::new(name)?;
+        let settings = format!("{SETTINGS}method = {method:?}\n");
+        std::fs::write(lab.folder.join("hub.toml"), settings).context("writing the hub's settings")?;
+        Ok(lab)
+    }
+
     /// Another network, in the same folder.
     pub(crate) fn sibling(&self, network: &str) -> anyhow::Result<Self> {
         Ok(Self::with_network(self.folder.clone(), NetworkId::new(network)?))
