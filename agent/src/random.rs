@@ -29,6 +29,8 @@ pub enum Purpose {
     Order,
     /// Loss and delay of a frame.
     Link,
+    /// Whether a frame falls into a burst of losses.
+    LossBurst,
 }
 
 /// Which part of the world is drawn.
@@ -60,6 +62,7 @@ impl Purpose {
             Self::Clutter => (4, 0),
             Self::Order => (5, 0),
             Self::Link => (6, 0),
+            Self::LossBurst => (7, 0),
         };
         u64::from(minor) << 32 | major
     }

@@ -12,7 +12,9 @@ use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::id::{AgentId, FrameId, MapFrame};
 use v2x_common::sensor::{Body, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire;
 
+use crate::link::{Link, Parcel, Transit};
 use crate::random::{
     Purpose, chance, keyed_rng, poisson, standard_normal, truncated_normal, uniform, unit, weighted,
 };
@@ -66,11 +68,40 @@ pub struct Observation {
     pub identities: Identities,
 }
 
+impl Observation {
+    /// The frame's size on the wire, bytes; 0 for one that the wire cannot hold.
+    fn wire_bytes(&self) -> usize {
+        let mut buffer = Vec::new();
+        wire::detections::encode(&self.frame, &mut buffer).map_or(0, |()| buffer.len())
+    }
+}
+
 impl SimulatedAgent {
     /// The agent of this id in a world made from the same scenario; `None` where the scenario has no such agent.
     pub fn new(scenario: &Scenario, world: Arc<World>, id: &AgentId, boot: Boot) -> Option<Self> {
         let index = scenario.agent_index(id)?;
-        Some(Self { config: scenario.agents[index], map_frame: scenario.map_frame, world, index, boot })
+        Some(Self {
+            config: scenario.agents[index].clone(),
+            map_frame: scenario.map_frame,
+            world,
+            index,
+            boot,
+        })
+    }
+
+    /// When the frame of this number arrives over a link, and what it is; `None` where it is lost.
+    pub fn delivery(&self, link: &Link, sequence: u64) -> Option<(Timestamp, Observation)> {
+        let captured_at = self.capture_time(sequence);
+        // Only where its size matters must it be known before its fate.
+        let observation = link.config().rate_bps.map(|_| self.observe(sequence));
+        let bytes = observation.as_ref().map_or(0, Observation::wire_bytes);
+        let since_start = captured_at - self.boot.start;
+        match link.transit(Parcel { sequence, since_start, bytes }) {
+            Transit::Lost => None,
+            Transit::Delivered { delay } => {
+                Some((captured_at + delay, observation.unwrap_or_else(|| self.observe(sequence))))
+            }
+        }
     }
 
     /// The agent's configuration.

@@ -1,6 +1,7 @@
 //! `v2x`: one command for a cooperative-perception network.
 
 mod demo;
+mod links;
 mod network;
 mod scenarios;
 mod status;
@@ -23,7 +24,8 @@ Examples:
   v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer, and what fusion gains
   v2x up highway                   a whole network until Ctrl-C
   v2x watch                        the fused objects, live
-  v2x watch --json | jq .objects   the same for pipes"
+  v2x watch --json | jq .objects   the same for pipes
+  v2x links                        the links that a scenario can name, with their delays and losses"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -43,6 +45,7 @@ enum Command {
     Watch(watch::WatchArgs),
     /// Ask the hubs how they and their agents fare
     Status(status::StatusArgs),
+    Links(links::LinksArgs),
     /// Run a hub alone
     Hub(HubArgs),
     /// Run one agent of a scenario alone
@@ -66,6 +69,7 @@ async fn main() -> ExitCode {
             Command::Status(args) => {
                 status::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
+            Command::Links(args) => links::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 v2x_fusion_hub::hub::run(args, shutdown).await.map(|()| ExitCode::SUCCESS)

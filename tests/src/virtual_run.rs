@@ -4,7 +4,7 @@
 use crate::run_log::{ReceivedDetections, ReceivedFused, RunLog};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use v2x_agent::link::{Link, Transit};
+use v2x_agent::link::Link;
 use v2x_agent::scenario::Scenario;
 use v2x_agent::sensor::{Boot, Observation, SimulatedAgent};
 use v2x_agent::world::World;
@@ -80,18 +80,16 @@ impl VirtualRun<'_> {
         let mut arrivals = BTreeMap::new();
         for agent in agents {
             let config = agent.config();
-            let link = Link::new(config.link, self.seed, config.id);
+            let link = Link::new(config.link.clone(), self.seed, config.id);
             let mut newest_due = Timestamp::MIN;
             for sequence in agent.sequence_at_or_after(self.start).. {
                 let captured_at = agent.capture_time(sequence);
                 if captured_at > self.start + self.duration {
                     break;
                 }
-                if let Transit::Delivered { delay } = link.transit(sequence) {
-                    let due = captured_at + delay;
+                if let Some((due, observation)) = agent.delivery(&link, sequence) {
                     let due = if config.link.reorder { due } else { due.max(newest_due) };
                     newest_due = newest_due.max(due);
-                    let observation = agent.observe(sequence);
                     arrivals.insert((due, observation.frame.id), observation);
                 }
             }

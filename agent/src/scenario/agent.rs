@@ -9,7 +9,7 @@ use crate::link::LinkConfig;
 use crate::noise::NoiseModel;
 
 /// One agent: its sensor, its errors, its link.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AgentConfig {
     /// Its name in the network.
     pub id: AgentId,

@@ -42,7 +42,7 @@ fn the_default_scenario_puts_both_agents_on_equal_footing() {
     assert_eq!((ego.id.as_str(), ego.kind), ("ego", SensorKind::Vehicle));
     assert_eq!((rsu.id.as_str(), rsu.kind), ("rsu", SensorKind::RoadsideUnit));
     assert_eq!(ego.noise, NoiseLevel::N1.model());
-    assert_eq!((ego.noise, ego.link, ego.rate), (rsu.noise, rsu.link, rsu.rate));
+    assert_eq!((ego.noise, &ego.link, ego.rate), (rsu.noise, &rsu.link, rsu.rate));
     assert_eq!((ego.detection_probability, ego.clutter_per_frame), (0.95, 0.5));
     assert_eq!((rsu.detection_probability, rsu.clutter_per_frame), (0.95, 0.5));
     assert_eq!(rsu.phase - ego.phase, Span::from_millis(50));
@@ -93,6 +93,7 @@ fn unknown_fields_and_wrong_types_are_named_with_their_line() {
         (r#"id = "b""#, "id = \"b\"\nnoise = \"N4\"", ["line 11", "N4"]),
         (r#"id = "b""#, "id = \"b\"\nnoise = { position_m = 1, foo = 2 }", ["line 11", "foo"]),
         (r#"id = "b""#, "id = \"b\"\nlink = { delay_ms = \"long\" }", ["line 11", "long"]),
+        (r#"id = "b""#, "id = \"b\"\nlink = \"custom:loss=7\"", ["line 11", "loss is \"7\""]),
         (r#"kind = "roadside-unit""#, "", ["line 9", "kind"]),
         ("x = 1", "x = 1, z = 4", ["line 12", "z"]),
         ("name =", "name", ["line 2", "="]),
@@ -117,6 +118,7 @@ fn impossible_values_are_named_by_field_and_value() {
         (id_b, "id = \"b\"\ndetection_probability = 1.2", "agents[1].detection_probability is 1.2"),
         (id_b, "id = \"b\"\nclutter_per_frame = -1", "agents[1].clutter_per_frame is -1"),
         (id_b, "id = \"b\"\nlink = { loss = 2 }", "agents[1].link.loss is 2"),
+        (id_b, "id = \"b\"\nlink = { loss = 0.9, burst = 3 }", "agents[1].link.burst is 3"),
         (id_b, "id = \"b\"\nlink = { jitter_ms = -2 }", "agents[1].link.jitter_ms is -2"),
         (id_b, "id = \"b\"\nfield_of_view = { range_max_m = 0 }", "agents[1].field_of_view.range_max_m is 0"),
         (id_b, "id = \"b\"\nfield_of_view = { width_deg = 400 }", "agents[1].field_of_view.width_deg is 400"),

@@ -7,7 +7,9 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use v2x_common::sensor::SensorKind;
 
+use crate::link::{LinkConfig, profiles};
 use crate::noise::NoiseLevel;
+use std::path::PathBuf;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -87,11 +89,48 @@ pub(super) struct TypedSelfReport {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct TypedLink {
+pub(super) struct TypedLinkNumbers {
     pub(super) delay_ms: Option<f64>,
     pub(super) jitter_ms: Option<f64>,
     pub(super) loss: Option<f64>,
+    pub(super) burst: Option<f64>,
+    pub(super) rate_kbps: Option<f64>,
     pub(super) reorder: Option<bool>,
+}
+
+/// A link's name or a table. By hand as [`TypedNoise`] is.
+pub(super) enum TypedLink {
+    Named(LinkConfig),
+    Numbers(TypedLinkNumbers),
+}
+
+impl Default for TypedLink {
+    fn default() -> Self {
+        Self::Named(LinkConfig::default())
+    }
+}
+
+impl<'de> Deserialize<'de> for TypedLink {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct LinkVisitor;
+        impl<'de> Visitor<'de> for LinkVisitor {
+            type Value = TypedLink;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a link such as \"lte-uu\" (see v2x links), or a table of numbers")
+            }
+
+            fn visit_str<E: Error>(self, name: &str) -> Result<TypedLink, E> {
+                let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
+                profiles::parse(name, read).map(TypedLink::Named).map_err(E::custom)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TypedLink, A::Error> {
+                TypedLinkNumbers::deserialize(MapAccessDeserializer::new(map)).map(TypedLink::Numbers)
+            }
+        }
+        deserializer.deserialize_any(LinkVisitor)
+    }
 }
 
 #[derive(Deserialize)]

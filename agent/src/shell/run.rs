@@ -2,7 +2,7 @@
 
 use super::AgentArgs;
 use super::publisher::AgentPublisher;
-use crate::link::{Link, Transit};
+use crate::link::Link;
 use crate::outbox::Outbox;
 use crate::scenario::Scenario;
 use crate::sensor::{Boot, Observation, SimulatedAgent};
@@ -84,7 +84,7 @@ impl Agent {
         let boot = Boot { seed, epoch, start };
         let simulated = SimulatedAgent::new(&scenario, world, &args.id, boot)
             .ok_or_else(|| no_such_agent(&scenario, &args.id))?;
-        let link = Link::new(simulated.config().link, seed, args.id);
+        let link = Link::new(simulated.config().link.clone(), seed, args.id);
         Ok(Self { simulated, link })
     }
 
@@ -139,12 +139,9 @@ impl Agent {
 
     fn capture(&self, sequence: u64, outbox: &mut Outbox<Observation>, counts: &mut Counts) {
         counts.frames_captured += 1;
-        match self.link.transit(sequence) {
-            Transit::Lost => counts.frames_lost_on_link += 1,
-            Transit::Delivered { delay } => {
-                let due = self.simulated.capture_time(sequence) + delay;
-                outbox.push(due, self.simulated.observe(sequence));
-            }
+        match self.simulated.delivery(&self.link, sequence) {
+            None => counts.frames_lost_on_link += 1,
+            Some((due, observation)) => drop(outbox.push(due, observation)),
         }
     }
 }

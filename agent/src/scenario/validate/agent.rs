@@ -12,7 +12,7 @@ use super::super::typed::{
 };
 use super::super::{AgentConfig, Rate, Route, ScenarioError, Station, WorldConfig};
 use super::Field;
-use crate::link::LinkConfig;
+use crate::link::{Delay, LinkConfig, Loss};
 use crate::noise::{DEFAULT_SIZE_LOWER, NoiseLevel, NoiseModel};
 
 const DEFAULT_RATE_HZ: f64 = 10.0;
@@ -56,7 +56,7 @@ impl Field<'_> {
             detection_probability: p,
             clutter_per_frame: clutter,
             self_report: self.child("self_report").self_report(typed.self_report, kind)?,
-            link: self.child("link").link(&typed.link)?,
+            link: self.child("link").link(typed.link)?,
         })
     }
 
@@ -184,18 +184,38 @@ impl Field<'_> {
         Ok(Accuracy { position_m, yaw_rad: yaw_deg.to_radians(), clock_s: 0.0 })
     }
 
-    fn link(&self, typed: &TypedLink) -> Result<LinkConfig, ScenarioError> {
+    fn link(&self, typed: TypedLink) -> Result<LinkConfig, ScenarioError> {
+        let typed = match typed {
+            TypedLink::Named(link) => return Ok(link),
+            TypedLink::Numbers(numbers) => numbers,
+        };
         let millis = |name, value: Option<f64>| {
             let value = value.unwrap_or(0.0);
             self.number(name, value, (0.0..=10_000.0).contains(&value), "0 to 10000")
         };
-        let default = LinkConfig::default();
-        let loss = typed.loss.unwrap_or(default.loss);
+        let (loss, default) = (typed.loss.unwrap_or(0.0), LinkConfig::default());
+        let rate = self.number("loss", loss, (0.0..=1.0).contains(&loss), "0 to 1")?;
+        // Shorter bursts cannot lose that much.
+        let shortest = (rate / (1.0 - rate)).clamp(1.0, 1e6);
+        let burst = |burst: f64| {
+            self.number(
+                "burst",
+                burst,
+                (shortest..=1e6).contains(&burst),
+                &format!("{shortest:.3} to 1000000"),
+            )
+        };
+        let kbps = |kbps: f64| self.number("rate_kbps", kbps, (0.001..=1e9).contains(&kbps), "0.001 to 1e9");
+        let delay = Delay::Normal {
+            mean_s: millis("delay_ms", typed.delay_ms)? / 1e3,
+            sigma_s: millis("jitter_ms", typed.jitter_ms)? / 1e3,
+        };
         Ok(LinkConfig {
-            delay_s: millis("delay_ms", typed.delay_ms)? / 1e3,
-            jitter_s: millis("jitter_ms", typed.jitter_ms)? / 1e3,
-            loss: self.number("loss", loss, (0.0..=1.0).contains(&loss), "0 to 1")?,
+            delay,
+            loss: Loss { rate, burst: typed.burst.map(burst).transpose()? },
+            rate_bps: typed.rate_kbps.map(kbps).transpose()?.map(|kbps| 1e3 * kbps),
             reorder: typed.reorder.unwrap_or(default.reorder),
+            ..default
         })
     }
 }

@@ -1,0 +1,97 @@
+//! How long frames take.
+
+use super::trace::Trace;
+use crate::random::{truncated_normal, uniform, unit};
+use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
+use v2x_common::time::Span;
+
+/// A distribution of delays, s.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Delay {
+    /// Normal, truncated below at 0.
+    Normal {
+        /// Mean before truncation.
+        mean_s: f64,
+        /// Standard deviation before truncation.
+        sigma_s: f64,
+    },
+    /// Uniform.
+    Uniform {
+        /// Shortest.
+        low_s: f64,
+        /// Longest.
+        high_s: f64,
+    },
+    /// Log-normal: never below 0, with a tail.
+    LogNormal {
+        /// Half of all delays are shorter.
+        median_s: f64,
+        /// Standard deviation of the logarithm.
+        sigma_ln: f64,
+    },
+    /// Gamma as Eclipse MOSAIC's cellular links have it: min + Gamma(k = 2, θ = 2) · (expected − min) / 4.
+    Gamma {
+        /// Shortest.
+        min_s: f64,
+        /// Mean.
+        expected_s: f64,
+    },
+    /// A number of whole frames, Binomial(10, p), as CoBEVFlow has it.
+    Frames {
+        /// Probability of each of ten frames.
+        p: f64,
+        /// Length of a frame.
+        frame_s: f64,
+    },
+    /// As recorded.
+    Trace(Arc<Trace>),
+}
+
+/// Frames that [`Delay::Frames`] takes at most.
+const MOST_FRAMES: u32 = 10;
+
+impl Delay {
+    /// Always the same.
+    pub const fn constant(delay_s: f64) -> Self {
+        Self::Normal { mean_s: delay_s, sigma_s: 0.0 }
+    }
+
+    /// A draw, s; `since_start` is the capture time in the scenario.
+    pub fn draw(&self, rng: &mut ChaCha8Rng, since_start: Span) -> f64 {
+        match *self {
+            Self::Normal { mean_s, sigma_s } => truncated_normal(rng, mean_s, sigma_s, (0.0, f64::INFINITY)),
+            Self::Uniform { low_s, high_s } => uniform(rng, low_s, high_s),
+            Self::LogNormal { median_s, sigma_ln } => {
+                median_s * libm::exp(sigma_ln * crate::random::standard_normal(rng))
+            }
+            Self::Gamma { min_s, expected_s } => {
+                // Of k = 2 the sum of two exponentials, each of mean θ = 2.
+                let gamma = -2.0 * libm::log((1.0 - unit(rng)) * (1.0 - unit(rng)));
+                min_s + gamma * (expected_s - min_s) / 4.0
+            }
+            Self::Frames { p, frame_s } => {
+                let frames = (0..MOST_FRAMES).filter(|_| unit(rng) < p).count();
+                frame_s * frames as f64
+            }
+            Self::Trace(ref trace) => trace.at(since_start).delay_s,
+        }
+    }
+
+    /// The same with another mean (of the log-normal: median) and spread, where they are told; `None` where this
+    /// kind has no such thing.
+    pub(super) fn with(self, delay_s: Option<f64>, jitter_s: Option<f64>) -> Option<Self> {
+        if delay_s.is_none() && jitter_s.is_none() {
+            return Some(self);
+        }
+        match self {
+            Self::Normal { mean_s, sigma_s } => {
+                Some(Self::Normal { mean_s: delay_s.unwrap_or(mean_s), sigma_s: jitter_s.unwrap_or(sigma_s) })
+            }
+            Self::LogNormal { sigma_ln, .. } if jitter_s.is_none() => {
+                Some(Self::LogNormal { median_s: delay_s?, sigma_ln })
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Recorded delays and losses.
+
+use v2x_common::time::Span;
+
+/// One recorded frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TracePoint {
+    /// When it was sent, since the recording's start, s.
+    pub t_s: f64,
+    /// How long it took, s.
+    pub delay_s: f64,
+    /// Whether it was lost.
+    pub is_lost: bool,
+}
+
+/// A recording, which begins anew when it is over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// By time; never empty.
+    points: Vec<TracePoint>,
+    length_s: f64,
+}
+
+/// A recording cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TraceError {
+    /// A row that cannot be read.
+    #[error("line {line}: {reason}")]
+    Row {
+        /// Its line.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// No rows.
+    #[error("no rows; expected the columns t_s, delay_s, lost")]
+    Empty,
+}
+
+/// The columns of a row; others may be there.
+struct Columns {
+    t: usize,
+    delay: usize,
+    lost: Option<usize>,
+}
+
+impl Trace {
+    /// Reads CSV: columns `t` (s), `delay` (s) and perhaps `lost` (0 or 1), in any order, with a header; rows by
+    /// rising time.
+    pub fn from_csv(text: &str) -> Result<Self, TraceError> {
+        let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
+        let (line, header) = lines.next().ok_or(TraceError::Empty)?;
+        let columns = Columns::of(header).map_err(|reason| TraceError::Row { line, reason })?;
+        let mut points: Vec<TracePoint> = Vec::new();
+        for (line, row) in lines {
+            let point = columns.read(row).map_err(|reason| TraceError::Row { line, reason })?;
+            if points.last().is_some_and(|last| last.t_s > point.t_s) {
+                let reason = format!("t goes back to {}", point.t_s);
+                return Err(TraceError::Row { line, reason });
+            }
+            points.push(point);
+        }
+        let (first, last) = (points.first().ok_or(TraceError::Empty)?.t_s, points[points.len() - 1].t_s);
+        points.iter_mut().for_each(|point| point.t_s -= first);
+        // The last one holds as long as one does on average.
+        let n = points.len() as f64;
+        let length_s = (last - first) * if n > 1.0 { n / (n - 1.0) } else { 1.0 };
+        Ok(Self { points, length_s })
+    }
+
+    /// What held at this time since the start: the newest recorded frame's fate.
+    pub fn at(&self, since_start: Span) -> TracePoint {
+        let t_s = since_start.as_secs_f64();
+        let t_s =
+            if self.length_s > 0.0 { t_s - self.length_s * libm::floor(t_s / self.length_s) } else { 0.0 };
+        let after = self.points.partition_point(|point| point.t_s <= t_s);
+        self.points[after.saturating_sub(1)]
+    }
+}
+
+impl Columns {
+    fn of(header: &str) -> Result<Self, String> {
+        let names: Vec<String> = header.split(',').map(|name| name.trim().to_lowercase()).collect();
+        let place = |wanted: [&str; 2]| names.iter().position(|name| wanted.contains(&name.as_str()));
+        let needed =
+            |wanted: [&str; 2]| place(wanted).ok_or_else(|| format!("no column {} in {header:?}", wanted[0]));
+        Ok(Self {
+            t: needed(["t", "t_s"])?,
+            delay: needed(["delay", "delay_s"])?,
+            lost: place(["lost", "is_lost"]),
+        })
+    }
+
+    fn read(&self, row: &str) -> Result<TracePoint, String> {
+        let cells: Vec<&str> = row.split(',').map(str::trim).collect();
+        let number = |name: &str, place: usize| {
+            let cell = cells.get(place).copied().unwrap_or_default();
+            let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+            number.ok_or_else(|| format!("{name} is {cell:?}, expected a number"))
+        };
+        let is_lost = match self.lost.map(|place| number("lost", place)).transpose()? {
+            None => false,
+            Some(lost) if lost == 0.0 || lost == 1.0 => lost == 1.0,
+            Some(lost) => return Err(format!("lost is {lost}, expected 0 or 1")),
+        };
+        // What was lost took no time.
+        let delay_s = if is_lost { 0.0 } else { number("delay", self.delay)? };
+        if !(0.0..=600.0).contains(&delay_s) {
+            return Err(format!("delay is {delay_s}, expected 0 to 600 s"));
+        }
+        Ok(TracePoint { t_s: number("t", self.t)?, delay_s, is_lost })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "t,delay,size,lost\n10.0,0.02,900,0\n10.1,0.05,900,0\n10.2,,900,1\n";
+
+    #[test]
+    fn a_recording_holds_from_frame_to_frame_and_begins_anew() {
+        let trace = Trace::from_csv(TEXT).unwrap();
+        let at = |ms: i64| trace.at(Span::from_millis(ms));
+        assert_eq!((at(0).delay_s, at(99).delay_s, at(101).delay_s), (0.02, 0.02, 0.05));
+        assert!(at(250).is_lost && !at(301).is_lost);
+        assert_eq!(at(301).delay_s, 0.02);
+    }
+
+    #[test]
+    fn errors_name_the_line_and_the_value() {
+        for (text, named) in [
+            ("", "no rows"),
+            ("t,lost\n", "line 1: no column delay"),
+            ("t,delay\n0,fast\n", "line 2: delay is \"fast\""),
+            ("t,delay\n1,0.1\n0,0.1\n", "line 3: t goes back to 0"),
+            ("t,delay,lost\n0,0.1,2\n", "line 2: lost is 2"),
+            ("t,delay\n0,-1\n", "delay is -1"),
+        ] {
+            let message = Trace::from_csv(text).unwrap_err().to_string();
+            assert!(message.contains(named), "{message:?} should name {named:?}");
+        }
+    }
+}
