@@ -1,5 +1,6 @@
 //! The laboratory's metrics against the implementations that the field compares with: fixtures that `make.py` made.
 
+mod nuscenes;
 mod tracking;
 
 use serde::Deserialize;
@@ -29,12 +30,19 @@ struct Group {
     motmetrics: Vec<Figures>,
     /// By zero distance.
     hota: BTreeMap<String, Vec<Figures>>,
+    nuscenes: Nuscenes,
 }
 
 #[derive(Deserialize)]
 struct Rows {
     truth: Vec<(u32, usize, f64, f64)>,
     told: Vec<(u64, usize, f64, f64, f64)>,
+}
+
+#[derive(Deserialize)]
+struct Nuscenes {
+    classes: BTreeMap<String, Figures>,
+    all: Figures,
 }
 
 fn fixture() -> Fixture {
