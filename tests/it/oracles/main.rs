@@ -1,5 +1,6 @@
 //! The laboratory's metrics against the implementations that the field compares with: fixtures that `make.py` made.
 
+mod errors;
 mod nuscenes;
 mod tracking;
 
