@@ -4,7 +4,8 @@
 //! Scoring reads as a pipeline of pure functions: a run's [`run_log`] and the [`truth`] → what agents
 //! can know ([`coverage`]) → [`matching`] → [`metrics`] → [`summary`] → [`report`] and [`plot`].
 //!
-//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`].
+//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`]. Metrics of [`tracking`] take
+//! the output of either.
 
 pub mod consumer;
 pub mod coverage;
@@ -28,6 +29,7 @@ pub mod summary;
 pub mod tables;
 pub mod throughput;
 pub mod timing;
+pub mod tracking;
 pub mod truth;
 pub mod virtual_run;
 

@@ -1,0 +1,139 @@
+//! CLEAR MOT's matching: an object stays with its track as long as that is near it, the rest is assigned.
+//!
+//! Bernardin & Stiefelhagen, "Evaluating multiple object tracking performance", EURASIP JIVP 2008, as
+//! py-motmetrics does it (`MOTAccumulator.update`): an object remembers its last track through absence and
+//! misses; where two objects remember one track, the one that is listed first has it; what is left is assigned
+//! to give the most pairs and, among those, the least total distance.
+
+use super::clear::Clear;
+use super::indexed::{Indexed, IndexedInstant};
+use v2x_fusion_hub::assignment::{Assigner, Candidate};
+
+/// An object and a track that correspond at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Correspondence {
+    /// Of the sequence.
+    pub instant: usize,
+    /// Places in the instant's lists.
+    pub object: usize,
+    pub told: usize,
+    /// Whether the object had another track before.
+    pub is_switch: bool,
+}
+
+/// What is known of an object.
+#[derive(Clone, Copy, Debug, Default)]
+struct Followed {
+    last_track: Option<u32>,
+    /// Since it was followed.
+    is_lost: bool,
+}
+
+struct Matcher {
+    /// Told boxes of a lower score are not there.
+    min_score: f64,
+    gate_m: f64,
+    followed: Vec<Followed>,
+    /// By place in the instant: the told box of an object, with the distance; and whether a told box is taken.
+    found: Vec<Option<(u32, f64)>>,
+    is_taken: Vec<bool>,
+    candidates: Vec<Candidate>,
+    assigner: Assigner,
+}
+
+/// Counts, and shows every correspondence. `indexed` has the pairs nearer than `gate_m`.
+pub(super) fn correspond(
+    indexed: &Indexed,
+    gate_m: f64,
+    min_score: f64,
+    mut visit: impl FnMut(Correspondence),
+) -> Clear {
+    let mut matcher = Matcher {
+        min_score,
+        gate_m,
+        followed: vec![Followed::default(); indexed.n_objects],
+        found: vec![],
+        is_taken: vec![],
+        candidates: vec![],
+        assigner: Assigner::default(),
+    };
+    let mut counts = Clear::default();
+    for instant in &indexed.instants {
+        matcher.keep(instant);
+        matcher.assign(instant);
+        matcher.count(instant, &mut counts, &mut visit);
+    }
+    counts
+}
+
+impl Matcher {
+    /// Earlier correspondences first.
+    fn keep(&mut self, instant: &IndexedInstant) {
+        self.found.clear();
+        self.found.resize(instant.objects.len(), None);
+        self.is_taken.clear();
+        self.is_taken.resize(instant.told.len(), false);
+        for pair in &instant.pairs {
+            let told = &instant.told[pair.told as usize];
+            let last_track = self.followed[instant.objects[pair.object as usize] as usize].last_track;
+            if last_track == Some(told.track)
+                && told.score >= self.min_score
+                && !self.is_taken[pair.told as usize]
+            {
+                self.is_taken[pair.told as usize] = true;
+                self.found[pair.object as usize] = Some((pair.told, pair.distance_m));
+            }
+        }
+    }
+
+    /// The rest: most pairs, then least distance.
+    fn assign(&mut self, instant: &IndexedInstant) {
+        self.candidates.clear();
+        for pair in &instant.pairs {
+            let is_open = self.found[pair.object as usize].is_none() && !self.is_taken[pair.told as usize];
+            if is_open && instant.told[pair.told as usize].score >= self.min_score {
+                self.candidates.push(Candidate { row: pair.object, col: pair.told, cost: pair.distance_m });
+            }
+        }
+        if self.candidates.is_empty() {
+            return;
+        }
+        // An object left alone costs more than any detour of the others.
+        #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
+        let alone = self.gate_m * (instant.objects.len() + 1) as f64;
+        let columns = self.assigner.solve(instant.objects.len(), instant.told.len(), &self.candidates, alone);
+        for candidate in &self.candidates {
+            if columns[candidate.row as usize] == Some(candidate.col) {
+                self.found[candidate.row as usize] = Some((candidate.col, candidate.cost));
+            }
+        }
+    }
+
+    fn count(
+        &mut self,
+        instant: &IndexedInstant,
+        counts: &mut Clear,
+        visit: &mut impl FnMut(Correspondence),
+    ) {
+        let mut n_found = 0;
+        for (object, (number, found)) in instant.objects.iter().zip(&self.found).enumerate() {
+            let followed = &mut self.followed[*number as usize];
+            let Some((told, distance_m)) = *found else {
+                followed.is_lost = followed.last_track.is_some();
+                continue;
+            };
+            let track = instant.told[told as usize].track;
+            let is_switch = followed.last_track.is_some_and(|last| last != track);
+            n_found += 1;
+            counts.switches += u64::from(is_switch);
+            counts.fragmentations += u64::from(followed.is_lost);
+            counts.distance_sum_m += distance_m;
+            *followed = Followed { last_track: Some(track), is_lost: false };
+            visit(Correspondence { instant: instant.number, object, told: told as usize, is_switch });
+        }
+        let n_told = instant.told.iter().filter(|told| told.score >= self.min_score).count() as u64;
+        counts.objects += instant.objects.len() as u64;
+        counts.found += n_found;
+        counts.false_positives += n_told - n_found;
+    }
+}
