@@ -2,7 +2,7 @@
 //!
 //! Reads as a pipeline of pure functions: [`scene`] → [`observe`] (with the [`noise`], under
 //! [`conditions`]) → a [`contender`] (a [`method`] in an [`engine_run`]) → [`prediction`] → [`instant`] →
-//! [`counting`] → [`score`]; [`run`] does it for many scenes, trials and experiments.
+//! [`counting`] → [`score`]; [`run`] does it for many scenes, trials and experiments, and [`tracked`] asks who is who over time.
 
 pub mod answers;
 pub mod conditions;
@@ -14,10 +14,12 @@ pub mod method;
 pub mod moments;
 pub mod noise;
 pub mod observe;
+mod parallel;
 pub mod prediction;
 pub mod run;
 pub mod scene;
 pub mod score;
+pub mod tracked;
 
 #[cfg(test)]
 mod testing;

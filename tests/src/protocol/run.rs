@@ -6,10 +6,9 @@ use super::engine_run::Refused;
 use super::instant::Instant;
 use super::noise::{NoisePair, Realisation, Shape};
 use super::observe::Protocol;
+use super::parallel;
 use super::scene::Scene;
 use super::score::Score;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
 
 /// What detections are like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,36 +112,10 @@ impl Plan {
     }
 
     /// Computes all; `progress` is told of every finished part how many of how many are done.
-    pub fn run(&self, scenes: &[Scene], mut progress: impl FnMut(usize, usize)) -> Result<Scores, RunError> {
+    pub fn run(&self, scenes: &[Scene], progress: impl FnMut(usize, usize)) -> Result<Scores, RunError> {
         let tasks = self.tasks(scenes.len());
-        let next = AtomicUsize::new(0);
-        let (sender, receiver) = mpsc::channel();
-        let mut done: Vec<Option<Result<Vec<Score>, RunError>>> = vec![None; tasks.len()];
-        std::thread::scope(|scope| {
-            for _ in 0..self.threads.max(1) {
-                let (sender, next, tasks) = (sender.clone(), &next, &tasks);
-                scope.spawn(move || {
-                    loop {
-                        let place = next.fetch_add(1, Ordering::Relaxed);
-                        let Some(task) = tasks.get(place) else { return };
-                        let outcome = self.scores(&scenes[task.scene], *task);
-                        if outcome.is_err() {
-                            next.store(tasks.len(), Ordering::Relaxed);
-                        }
-                        if sender.send((place, outcome)).is_err() {
-                            return;
-                        }
-                    }
-                });
-            }
-            drop(sender);
-            for (finished, (place, outcome)) in (1..).zip(receiver) {
-                done[place] = Some(outcome);
-                progress(finished, tasks.len());
-            }
-        });
-        // After an error some tasks were never begun.
-        let by_task = done.into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
+        let scores = |place: usize| self.scores(&scenes[tasks[place].scene], tasks[place]);
+        let by_task = parallel::map(tasks.len(), self.threads, scores, progress)?;
         Ok(Scores { n_trials: self.trials as usize, n_scenes: scenes.len(), by_task })
     }
 
@@ -157,24 +130,37 @@ impl Plan {
     fn scores(&self, scene: &Scene, task: Task) -> Result<Vec<Score>, RunError> {
         let Task { experiment, trial, .. } = task;
         let Experiment { setting, contenders } = &self.experiments[experiment];
-        let Setting { noise, shape, conditions } = *setting;
+        let contenders: Vec<&Contender> = contenders.iter().collect();
+        let mut scores = vec![Score::default(); contenders.len()];
+        self.play(scene, (*setting, trial), &contenders, |place, instant| scores[place].add(instant))?;
+        Ok(scores)
+    }
+
+    /// Has contenders tell of a scene; `see` is shown every keyframe of each, with the contender's place.
+    pub(super) fn play(
+        &self,
+        scene: &Scene,
+        (setting, trial): (Setting, u32),
+        contenders: &[&Contender],
+        mut see: impl FnMut(usize, &Instant<'_>),
+    ) -> Result<(), RunError> {
+        let Setting { noise, shape, conditions } = setting;
         let realisation = Realisation { seed: self.seed, trial };
         let protocol = Protocol { noise, shape, conditions, realisation };
         let occasion = Occasion { noise, conditions, trial, scene: &scene.name };
-        let mut fusers: Vec<_> = contenders.iter().map(|one| (one, one.begin(&occasion))).collect();
-        let mut scores = vec![Score::default(); fusers.len()];
+        let mut fusers: Vec<_> = contenders.iter().map(|one| one.begin(&occasion)).collect();
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
             let reports = protocol.observe(scene, frame);
             let is_in_view = protocol.is_in_view(scene, frame);
-            for ((contender, fuser), score) in fusers.iter_mut().zip(&mut scores) {
+            for (place, fuser) in fusers.iter_mut().enumerate() {
                 let told = fuser.fuse(&reports, keyframe.at).map_err(|source| {
-                    let (method, scene) = (contender.key().to_owned(), scene.name.clone());
+                    let (method, scene) = (contenders[place].key().to_owned(), scene.name.clone());
                     RunError { method, scene, noise, source: Box::new(source) }
                 })?;
-                score.add(&Instant::new(scene, frame, &is_in_view, &told));
+                see(place, &Instant::new(scene, frame, &is_in_view, &told));
             }
         }
-        Ok(scores)
+        Ok(())
     }
 }
 

@@ -4,9 +4,10 @@ use super::counting::{Counting, FrameCount, Subset, SubsetScore};
 use super::instant::Instant;
 use super::moments::Moments;
 use super::prediction::Prediction;
+use crate::tracking::nees::{BoxError, Claim, Consistency};
+use crate::tracking::scale::scale_error;
 use v2x_common::class::Class;
-use v2x_common::covariance::BoxCovariance;
-use v2x_common::geometry::{BevBox, angle_difference};
+use v2x_common::covariance::{BoxCovariance, Covariance2};
 
 /// How a method did on one class.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,10 +16,10 @@ pub struct ClassScore {
     pub class: Class,
     /// Translation (m), dimension (m), orientation (degrees), per frame, counted as the paper's tables are.
     pub errors: [Moments; 3],
-    /// 1 − IoU of the boxes, laid over each other.
+    /// 1 − IoU of the boxes, laid over each other (nuScenes' ASE).
     pub scale: Moments,
-    /// Squared errors over claimed variances, per degree of freedom: position, heading, size.
-    pub nees: [Moments; 3],
+    /// Whether claimed variances are those of the errors.
+    pub consistency: Consistency,
 }
 
 /// Sums over keyframes, of one method.
@@ -54,9 +55,10 @@ impl Score {
             let truth = instant.objects[place];
             let prediction = told.prediction;
             let score = self.class_mut(truth.class);
-            score.scale.add(Some(1.0 - aligned_iou(&prediction.bev, &truth.bev)));
-            let nees = normalised_errors(prediction, &truth.bev);
-            score.nees.iter_mut().zip(nees).for_each(|(sum, nees)| sum.add(Some(nees)));
+            score.scale.add(Some(scale_error(&prediction.bev, &truth.bev)));
+            // A method that claims nothing that could be true says nothing of its errors.
+            let _ =
+                score.consistency.add(&BoxError::between(&prediction.bev, &truth.bev), &claim(prediction));
         }
     }
 
@@ -64,8 +66,9 @@ impl Score {
         let place = match self.classes.binary_search_by_key(&class, |one| one.class) {
             Ok(place) => place,
             Err(place) => {
-                let [errors, nees] = [[Moments::default(); 3]; 2];
-                self.classes.insert(place, ClassScore { class, errors, scale: Moments::default(), nees });
+                let (errors, scale) = ([Moments::default(); 3], Moments::default());
+                let consistency = Consistency::default();
+                self.classes.insert(place, ClassScore { class, errors, scale, consistency });
                 place
             }
         };
@@ -77,15 +80,22 @@ impl Score {
         self.subsets.iter_mut().zip(&other.subsets).for_each(|(ours, theirs)| ours.merge(theirs));
         for theirs in &other.classes {
             let ours = self.class_mut(theirs.class);
-            merge_all(&mut ours.errors, &theirs.errors);
-            merge_all(&mut ours.nees, &theirs.nees);
+            ours.errors.iter_mut().zip(&theirs.errors).for_each(|(ours, theirs)| ours.merge(theirs));
             ours.scale.merge(&theirs.scale);
+            ours.consistency.merge(&theirs.consistency);
         }
     }
 
     /// Of one subset.
     pub const fn of(&self, subset: Subset) -> &SubsetScore {
         &self.subsets[subset as usize]
+    }
+
+    /// 1 − IoU of all boxes with those of their objects, laid over each other (nuScenes' ASE).
+    pub fn scale(&self) -> Moments {
+        let mut scale = Moments::default();
+        self.classes.iter().for_each(|class| scale.merge(&class.scale));
+        scale
     }
 
     /// By class.
@@ -100,24 +110,10 @@ fn add_means(moments: &mut [Moments; 3], means: Option<[f64; 3]>) {
     }
 }
 
-fn merge_all(ours: &mut [Moments; 3], theirs: &[Moments; 3]) {
-    ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| ours.merge(theirs));
-}
-
-/// Overlap (IoU) of two boxes with one centre and one heading.
-fn aligned_iou(a: &BevBox, b: &BevBox) -> f64 {
-    let intersection = a.w.min(b.w) * a.d.min(b.d);
-    intersection / (a.w * a.d + b.w * b.d - intersection)
-}
-
-/// Squared errors over claimed variances, per degree of freedom: position (2), heading (1), size (2).
-fn normalised_errors(told: &Prediction, truth: &BevBox) -> [f64; 3] {
-    let BoxCovariance { position: p, ww, dd, yaw } = told.covariance;
-    let (dx, dy) = (told.bev.x - truth.x, told.bev.y - truth.y);
-    let position = (p.yy * dx * dx - 2.0 * p.xy * dx * dy + p.xx * dy * dy) / p.determinant();
-    let turn = angle_difference(told.bev.yaw, truth.yaw);
-    let (dw, dd_m) = (told.bev.w - truth.w, told.bev.d - truth.d);
-    [position / 2.0, turn * turn / yaw, (dw * dw / ww + dd_m * dd_m / dd) / 2.0]
+/// What is claimed of a box's error.
+fn claim(told: &Prediction) -> Claim {
+    let BoxCovariance { position, ww, dd, yaw } = told.covariance;
+    Claim { position, yaw, size: Covariance2 { xx: ww, xy: 0.0, yy: dd } }
 }
 
 #[cfg(test)]
@@ -125,7 +121,7 @@ mod tests {
     use super::super::scene::Scene;
     use super::super::testing::{car, scene_of, told};
     use super::*;
-    use v2x_common::covariance::Covariance2;
+    use v2x_common::geometry::BevBox;
 
     fn add(score: &mut Score, predictions: &[Prediction], scene: &Scene, frame: usize) {
         score.add(&Instant::complete(scene, frame, predictions));
@@ -196,18 +192,13 @@ mod tests {
     }
 
     #[test]
-    fn normalised_errors_are_one_on_average_where_claims_are_true() {
-        let truth = car(0, 0.0, 0.0).bev;
-        let one =
-            Prediction { bev: BevBox { x: 1.0, y: 1.0, w: 2.5, d: 3.0, yaw: 0.2 }, ..told(0, 0.0, 0.0) };
-        let position = Covariance2 { xx: 1.0, xy: 0.0, yy: 1.0 };
-        let covariance = BoxCovariance { position, ww: 0.25, dd: 1.0, yaw: 0.04 };
-        let nees = normalised_errors(&Prediction { covariance, ..one }, &truth);
-        assert!(nees.iter().all(|nees| (nees - 1.0).abs() < 1e-9), "{nees:?}");
-        // Along the claimed error, and across it: e' P^-1 e with P = [2 1; 1 2] and e = (1, 1) is 2 / 3.
-        let skew = BoxCovariance { position: Covariance2 { xx: 2.0, xy: 1.0, yy: 2.0 }, ..covariance };
-        assert!(
-            (normalised_errors(&Prediction { covariance: skew, ..one }, &truth)[0] - 1.0 / 3.0).abs() < 1e-9
-        );
+    fn claims_are_held_against_the_errors_of_their_class() {
+        let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
+        let mut score = Score::default();
+        // σ 0.5 m: 1 m off along one axis is 4 over 2 degrees of freedom.
+        add(&mut score, &[told(0, 1.0, 0.0)], &scene, 0);
+        let [class] = score.classes() else { panic!("one class") };
+        assert!((class.consistency.position.mean().unwrap() - 2.0).abs() < 1e-9);
+        assert_eq!((class.consistency.size.mean(), class.scale.mean()), (Some(0.0), Some(0.0)));
     }
 }

@@ -18,7 +18,7 @@ use crate::protocol::contender::Contender;
 use crate::protocol::run::{Plan, RunError, Scores};
 use crate::protocol::scene::{Scene, Statistics};
 use progress::Progress;
-use rows::{Row, rows};
+use rows::{Row, Table, rows};
 use study::{Block, Study};
 
 /// Everything that was computed.
@@ -64,11 +64,12 @@ impl Tables {
         scenes: &[Scene],
         (study, plan): (&Study, Plan),
         dataset: &str,
-        progress: impl FnMut(usize, usize),
+        mut progress: impl FnMut(usize, usize),
     ) -> Result<Self, RunError> {
-        let scores = plan.run(scenes, progress)?;
+        let scores = plan.run(scenes, &mut progress)?;
         let blocks = study.blocks();
-        let rows = blocks.iter().flat_map(|block| rows(block, &plan, &scores)).collect();
+        let mut rows: Vec<Row> = blocks.iter().flat_map(|block| rows(block, &plan, &scores)).collect();
+        note_trackers(&mut rows, &blocks, (&plan, scenes), &mut progress)?;
         let statistics = Statistics::of(scenes);
         Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores })
     }
@@ -82,9 +83,27 @@ impl Tables {
     }
 }
 
+/// Completes the rows of [`Table::Sensors`] by what `track` tells of contenders as trackers.
+fn note_trackers(
+    rows: &mut [Row],
+    blocks: &[Block],
+    (plan, scenes): (&Plan, &[Scene]),
+    progress: impl FnMut(usize, usize),
+) -> Result<(), RunError> {
+    let blocks = blocks.iter().filter(|block| block.table == Table::Sensors);
+    let named = blocks.flat_map(|block| block.contenders.iter().map(|one| (block.setting, one.key())));
+    let cells = named.filter_map(|(setting, key)| Some(((setting.noise, key), plan.cell(setting, key)?)));
+    let (names, cells): (Vec<_>, Vec<_>) = cells.unzip();
+    let scores = plan.track(scenes, &cells, progress)?;
+    for ((noise, key), score) in names.into_iter().zip(scores) {
+        let is_it = |row: &&mut Row| row.table == Table::Sensors && row.noise == noise && row.method == key;
+        rows.iter_mut().filter(is_it).for_each(|row| row.tracker = score);
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::rows::Table;
     use super::*;
     use crate::dataset::synthetic;
     use crate::protocol::method::Method;
@@ -134,6 +153,10 @@ mod tests {
             assert!(n > 0, "{table:?}");
             assert!(text.contains(&table.title()), "{table:?} in {text}");
         }
+        let sensors =
+            tables.rows.iter().find(|row| row.table == Table::Sensors && row.method == "ours").unwrap();
+        let tracker = sensors.tracker;
+        assert!(tracker.hota.unwrap() > 0.5 && tracker.gospa_m.unwrap() > 0.0 && tracker.amota.is_some());
         let of = |table, shape| {
             let row = tables.rows.iter().find(|row| row.table == table && row.shape == shape).unwrap();
             row.metrics.0[0].mean.unwrap()

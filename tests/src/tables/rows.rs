@@ -9,6 +9,8 @@ use crate::protocol::moments::Moments;
 use crate::protocol::noise::{NoisePair, Shape};
 use crate::protocol::run::{Plan, Scores, Setting};
 use crate::protocol::score::{ClassScore, Score};
+use crate::protocol::tracked::TrackerScore;
+use crate::tracking::nees::Consistency;
 use serde::Serialize;
 use v2x_common::class::Class;
 
@@ -57,6 +59,16 @@ pub enum Table {
     Sensors,
 }
 
+impl Nees {
+    fn of(consistency: &Consistency) -> Self {
+        Self {
+            nees_position: consistency.position.mean(),
+            nees_yaw: consistency.yaw.mean(),
+            nees_size: consistency.size.mean(),
+        }
+    }
+}
+
 impl Table {
     /// The beginning of names of files.
     pub const fn stem(self) -> &'static str {
@@ -101,9 +113,14 @@ pub struct Row {
     /// What the paper says.
     #[serde(flatten)]
     pub paper: Published,
+    /// 1 − IoU of boxes with those of their objects, laid over each other (nuScenes' ASE).
+    pub ase: Option<f64>,
     /// Squared errors over claimed variances, per degree of freedom.
     #[serde(flatten)]
     pub nees: Nees,
+    /// As a tracker; of [`Table::Sensors`] only.
+    #[serde(flatten)]
+    pub tracker: TrackerScore,
 }
 
 /// Squared errors over claimed variances, per degree of freedom; 1 where claims are true on average.
@@ -174,13 +191,18 @@ fn blank(block: &Block, contender: &Contender, trials: u32) -> Row {
         trials,
         told: contender.told(),
         paper: Published::default(),
+        ase: None,
         nees: Nees::default(),
+        tracker: TrackerScore::default(),
     }
 }
 
 fn with_errors(blank: &Row, trials: &[Score], counting: Counting, subset: Subset) -> Row {
     let by_trial: Vec<[Moments; 5]> = trials.iter().map(|score| score.of(subset).metrics(counting)).collect();
-    Row { counting, subset, metrics: Metrics(values(&by_trial)), ..blank.clone() }.beside_the_paper()
+    let mut scale = Moments::default();
+    trials.iter().for_each(|score| scale.merge(&score.scale()));
+    let ase = scale.mean().filter(|_| subset == Subset::All);
+    Row { counting, subset, metrics: Metrics(values(&by_trial)), ase, ..blank.clone() }.beside_the_paper()
 }
 
 /// A row for each class.
@@ -193,12 +215,16 @@ fn by_class(blank: &Row, trials: &[Score]) -> Vec<Row> {
         let found: Vec<ClassScore> = trials.iter().filter_map(of_class).collect();
         let errors: Vec<[Moments; 3]> = found.iter().map(|one| one.errors).collect();
         let [ate, ade, aoe] = values(&errors);
-        let nees: Vec<[Moments; 3]> = found.iter().map(|one| one.nees).collect();
-        let [position, yaw, size] = values(&nees).map(|value| value.mean);
+        let (mut scale, mut consistency) = (Moments::default(), Consistency::default());
+        for one in &found {
+            scale.merge(&one.scale);
+            consistency.merge(&one.consistency);
+        }
         Row {
             class: Some(class),
             metrics: Metrics([ate, ade, aoe, Value::default(), Value::default()]),
-            nees: Nees { nees_position: position, nees_yaw: yaw, nees_size: size },
+            ase: scale.mean(),
+            nees: Nees::of(&consistency),
             ..blank.clone()
         }
     };
@@ -246,7 +272,9 @@ mod tests {
             trials: 1,
             told: "σ".to_owned(),
             paper: Published::default(),
+            ase: None,
             nees: Nees::default(),
+            tracker: TrackerScore::default(),
         };
         let json = serde_json::to_value(&row).unwrap();
         assert_eq!((&json["table"], &json["noise"]), (&"II".into(), &"N1-N3".into()));

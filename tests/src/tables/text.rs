@@ -103,6 +103,7 @@ pub(super) fn headline(tables: &Tables) -> String {
 pub(super) fn table(tables: &Tables, block: &Block, what: (Subset, Counting)) -> Table {
     match block.table {
         Kind::Fig3 | Kind::Nees => by_class(tables, block),
+        Kind::Sensors => of_trackers(tables, block, what),
         _ => by_method(tables, block, what),
     }
 }
@@ -157,6 +158,25 @@ fn cells(row: &Row) -> Vec<String> {
     }
     cells.push(if row.told.is_empty() { "–".to_owned() } else { row.told.clone() });
     cells
+}
+
+/// Errors without the paper's, which has no such table, and figures of trackers.
+fn of_trackers(tables: &Tables, block: &Block, (subset, counting): (Subset, Counting)) -> Table {
+    let errors = COLUMNS.into_iter().map(|(name, _)| name);
+    let names = ["GOSPA m", "HOTA", "AssA", "MOTA", "IDF1", "switches", "AMOTA"];
+    let header = std::iter::once("method").chain(errors).chain(names).map(str::to_owned).collect();
+    let is_shown = |row: &&Row| row.subset == subset && row.counting == counting;
+    let line = |row: &Row| {
+        let tracker = &row.tracker;
+        let mut cells = vec![row.method.clone()];
+        let errors = COLUMNS.into_iter().zip(row.metrics.0);
+        cells.extend(errors.map(|((_, digits), value)| figure(value.mean, digits)));
+        cells.push(figure(tracker.gospa_m, 2));
+        cells.extend([tracker.hota, tracker.assa, tracker.mota, tracker.idf1].map(|value| figure(value, 3)));
+        cells.extend([figure(tracker.id_switches, 0), figure(tracker.amota, 3)]);
+        cells
+    };
+    Table { header, rows: tables.rows_of(block).filter(is_shown).map(line).collect() }
 }
 
 /// A row for each class, columns for each method.

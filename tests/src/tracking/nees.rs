@@ -6,8 +6,6 @@
 
 use super::chi2;
 use crate::protocol::moments::Moments;
-use std::collections::BTreeMap;
-use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::{BevBox, angle_difference};
 
@@ -140,44 +138,6 @@ impl Consistency {
     }
 }
 
-/// [`Consistency`] by class and level of noise.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ConsistencyTable<Level: Ord>(BTreeMap<(Class, Level), Consistency>);
-
-impl<Level: Ord> Default for ConsistencyTable<Level> {
-    fn default() -> Self {
-        Self(BTreeMap::new())
-    }
-}
-
-impl<Level: Ord + Copy> ConsistencyTable<Level> {
-    /// The figures of a class at a level, to be added to.
-    pub fn of(&mut self, class: Class, level: Level) -> &mut Consistency {
-        self.0.entry((class, level)).or_default()
-    }
-
-    /// Adds others.
-    pub fn merge(&mut self, other: &Self) {
-        for ((class, level), theirs) in &other.0 {
-            self.of(*class, *level).merge(theirs);
-        }
-    }
-
-    /// By class, then level.
-    pub fn rows(&self) -> impl Iterator<Item = (Class, Level, &Consistency)> {
-        self.0.iter().map(|((class, level), consistency)| (*class, *level, consistency))
-    }
-
-    /// Of all classes and levels together that are `wanted`.
-    pub fn sum(&self, wanted: impl Fn(Class, Level) -> bool) -> Consistency {
-        let mut sum = Consistency::default();
-        for (_, _, consistency) in self.rows().filter(|(class, level, _)| wanted(*class, *level)) {
-            sum.merge(consistency);
-        }
-        sum
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::testing::at;
@@ -211,24 +171,5 @@ mod tests {
         }
         assert_eq!(consistency, Consistency::default());
         assert_eq!((consistency.yaw.mean(), consistency.yaw.honest_95()), (None, None));
-    }
-
-    #[test]
-    fn tables_add_up_by_class_and_level() {
-        let (mut one, mut other) = (ConsistencyTable::default(), ConsistencyTable::default());
-        let add = |table: &mut ConsistencyTable<u8>, class, level, error| {
-            table.of(class, level).add(&BoxError::between(&at(error), &at(0.0)), &CLAIM).unwrap();
-        };
-        add(&mut one, Class::Truck, 1, 2.0);
-        add(&mut one, Class::Car, 3, 4.0);
-        add(&mut other, Class::Truck, 1, 4.0);
-        one.merge(&other);
-        let rows: Vec<_> = one
-            .rows()
-            .map(|(class, level, consistency)| (class, level, consistency.position.count()))
-            .collect();
-        assert_eq!(rows, [(Class::Car, 3, 1), (Class::Truck, 1, 2)]);
-        assert_eq!(one.of(Class::Truck, 1).position.mean(), Some(1.25));
-        assert_eq!(one.sum(|_, level| level == 3).position.mean(), Some(2.0));
     }
 }
