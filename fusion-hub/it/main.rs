@@ -3,9 +3,11 @@
 mod abuse;
 mod arrival_order;
 mod consistency;
+mod lag;
 mod life_of_a_track;
 mod numerics;
 mod overload;
 mod particles;
 mod promises;
+mod smoothing;
 mod world;

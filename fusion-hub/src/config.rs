@@ -47,6 +47,10 @@ pub struct EngineConfig {
     pub delta_max: Span,
     /// How long an object is published without being measured.
     pub coast: Span,
+    /// Fixed lag: objects are told as they stood so long ago, by everything known by now (Rauch, Tung & Striebel
+    /// 1965). Zero: as they stand now. Several association particles are not smoothed together: with a lag the
+    /// leading one is told.
+    pub lag: Span,
     /// ε_s: frames this near to the newest one count as synchronous.
     pub synchronous: Span,
     /// Reports this near to a track's own time are taken as simultaneous: ε_s in the paper, zero for exact time.
@@ -77,6 +81,7 @@ impl EngineConfig {
             map_frame: None,
             delta_max: Span::from_millis(500),
             coast: Span::from_millis(1500),
+            lag: Span::ZERO,
             synchronous: EPSILON_S,
             filter_synchronous: Span::ZERO,
             late_data: LateData::Replay,
@@ -90,6 +95,12 @@ impl EngineConfig {
             sensing: SensingDefaults::default(),
         }
     }
+
+    /// How long what was measured is held: late data may come within Δmax, and what is told may be a lag old.
+    pub fn memory(&self) -> Span {
+        self.delta_max.max(self.lag)
+    }
+
     /// With the rules of a preset.
     #[must_use]
     pub fn with_preset(self, preset: Preset) -> Self {
