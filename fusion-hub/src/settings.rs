@@ -20,6 +20,7 @@ struct HubTable {
     map_frame: Option<MapFrame>,
     delta_max_ms: f64,
     coast_ms: f64,
+    lag_ms: f64,
     preset: Preset,
     motion: Option<MotionModel>,
     late_data: Option<LateData>,
@@ -65,6 +66,7 @@ impl Default for HubTable {
             map_frame: engine.map_frame,
             delta_max_ms: engine.delta_max.as_millis_f64(),
             coast_ms: engine.coast.as_millis_f64(),
+            lag_ms: engine.lag.as_millis_f64(),
             preset: Preset::default(),
             motion: None,
             late_data: None,
@@ -111,6 +113,14 @@ pub enum SettingsError {
         /// What it may hold.
         expected: &'static str,
     },
+    /// A lag and several hypotheses of association.
+    #[error(
+        "hub.lag_ms is for one hypothesis: set hub.association_particles = 0, not {particles}, or no lag"
+    )]
+    LagOfParticles {
+        /// How many hypotheses there are.
+        particles: u32,
+    },
 }
 
 impl Default for HubSettings {
@@ -139,6 +149,7 @@ impl HubTable {
     fn check(self) -> Result<HubSettings, SettingsError> {
         within("delta_max_ms", self.delta_max_ms, 1.0..=60_000.0, "1 to 60000")?;
         within("coast_ms", self.coast_ms, 0.0..=60_000.0, "0 to 60000")?;
+        within("lag_ms", self.lag_ms, 0.0..=10_000.0, "0 to 10000")?;
         within("publish_existence", self.publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let sensing = &self.sensing;
         within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
@@ -151,6 +162,10 @@ impl HubTable {
         engine.map_frame = self.map_frame;
         engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
         engine.coast = Span::from_secs_f64(self.coast_ms * 1e-3);
+        engine.lag = Span::from_secs_f64(self.lag_ms * 1e-3);
+        if engine.lag > Span::ZERO && engine.association_particles > 0 {
+            return Err(SettingsError::LagOfParticles { particles: engine.association_particles });
+        }
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;
         Ok(HubSettings {
@@ -246,11 +261,12 @@ mod tests {
     #[test]
     fn what_is_typed_is_what_holds() {
         let settings = settings(
-            "delta_max_ms = 700\npublish = { mode = \"fixed\", rate_hz = 20 }\n\
+            "delta_max_ms = 700\nlag_ms = 250\npublish = { mode = \"fixed\", rate_hz = 20 }\n\
              [agents.cam]\nsigma_position_m = 1.5\n",
         )
         .unwrap();
         assert_eq!(settings.engine.delta_max, Span::from_millis(700));
+        assert_eq!(settings.engine.lag, Span::from_millis(250));
         assert_eq!(settings.publish, PublishMode::Fixed { interval: Span::from_millis(50) });
         let cam = AgentId::new("cam").unwrap();
         assert_eq!(settings.report_defaults_of(&cam).sigma_position_m, 1.5);
@@ -272,6 +288,9 @@ mod tests {
             ("delta_max = 5", "delta_max"),
             ("delta_max_ms = -5", "delta_max_ms is -5"),
             ("gate = nan", "gate is NaN"),
+            ("lag_ms = -1", "lag_ms is -1, expected 0 to 10000"),
+            ("lag_ms = 10001", "lag_ms is 10001"),
+            ("lag_ms = 500\nassociation_particles = 8", "hub.association_particles = 0, not 8"),
             ("association_particles = 1", "association_particles is 1, expected 0, or 2 to 64"),
             ("association_particles = 65", "association_particles is 65"),
             ("association_particles = -8", "-8"),
