@@ -2,9 +2,10 @@
 
 use super::counting::Prediction;
 use super::observe::AgentReport;
+use std::collections::VecDeque;
 use v2x_agent::noise::NoiseLevel;
 use v2x_common::detection::{Detection, DetectionFrame};
-use v2x_common::fused::FusedObject;
+use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
@@ -20,6 +21,8 @@ const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 const RANGE_M: f64 = 1000.0;
 /// Keyframes per second: only said, never used.
 const RATE_HZ: f64 = 2.0;
+/// Keyframes come on the sensor's sweeps, which are half so far apart: so much later is still within the lag.
+const LAG_TOLERANCE: Span = Span::from_millis(100);
 /// With true identities objects are moved this far apart along x, m: so that no report fits another one's track.
 const APART_M: f64 = 20_000.0;
 /// With true identities every report fits its own track, far as it may lie from it.
@@ -36,6 +39,26 @@ pub struct Setup {
     pub n_agents: usize,
     /// Whether objects are put far apart, so that association cannot fail.
     pub true_identities: bool,
+    /// For how long later keyframes count: a keyframe's answer is asked for when the last of them has come. Zero: at
+    /// once.
+    pub lag: Span,
+}
+
+/// What is told of one keyframe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Its number in the scene.
+    pub frame: usize,
+    /// The objects that were measured in it.
+    pub told: Vec<Prediction>,
+}
+
+/// A keyframe that is still to be answered.
+#[derive(Debug)]
+struct Question {
+    sequence: u64,
+    at: Timestamp,
+    reports: Vec<AgentReport>,
 }
 
 /// An engine refused a frame of the protocol.
@@ -54,6 +77,8 @@ pub struct EngineRun {
     setup: Setup,
     agents: Vec<AgentId>,
     sequence: u64,
+    /// By time.
+    questions: VecDeque<Question>,
 }
 
 impl EngineRun {
@@ -61,6 +86,9 @@ impl EngineRun {
     pub fn new(setup: Setup, levels: [NoiseLevel; 2]) -> Self {
         let hub = HubId::new("lab").expect("a legal name");
         let mut config = EngineConfig::new(hub, 1).with_preset(setup.preset);
+        if setup.lag > Span::ZERO {
+            config.lag = setup.lag + LAG_TOLERANCE;
+        }
         if setup.true_identities {
             // A bounded cost: a report that fits no other track is never left alone.
             let association =
@@ -73,12 +101,20 @@ impl EngineRun {
             let size_noise = setup.declares_size_law.then(|| level.model().size);
             engine.handle_description(*agent, SensorDescription { size_noise, ..DESCRIPTION });
         }
-        Self { engine, setup, agents: names[..setup.n_agents].to_vec(), sequence: 0 }
+        Self {
+            engine,
+            setup,
+            agents: names[..setup.n_agents].to_vec(),
+            sequence: 0,
+            questions: VecDeque::new(),
+        }
     }
 
-    /// Takes in what the agents report of a keyframe; tells the objects that were measured in it.
-    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Prediction>, Refused> {
+    /// Takes in what the agents report of a keyframe; tells the objects that were measured in it. With a lag, in
+    /// all earlier ones that it comes too late for.
+    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Answer>, Refused> {
         let now = START + at;
+        let answers = self.answers(|question, lag| question.at + lag < now);
         for (agent, report) in self.agents.iter().zip(reports) {
             let frame = self.frame(*agent, report, now);
             if let Disposition::Refused(refusal) = self.engine.handle_frame(&frame, now) {
@@ -87,12 +123,34 @@ impl EngineRun {
         }
         let sequence = self.sequence;
         self.sequence += 1;
+        if self.setup.lag > Span::ZERO {
+            self.questions.push_back(Question { sequence, at: now, reports: reports.to_vec() });
+            return Ok(answers);
+        }
+        let apart_m = self.apart_m();
         let fused = self.engine.fused(now);
-        let measured = fused.objects.iter().filter(|object| object.last_measured_at == now);
-        let apart_m = if self.setup.true_identities { APART_M } else { 0.0 };
-        Ok(measured
-            .filter_map(|object| prediction(object, (&self.agents, sequence), reports, apart_m))
-            .collect())
+        Ok(vec![answer(fused, &self.agents, (sequence, reports), apart_m)])
+    }
+
+    /// What is told, by all that was reported, of the keyframes that are still to be answered.
+    pub fn finish(&mut self) -> Vec<Answer> {
+        self.answers(|_, _| true)
+    }
+
+    fn answers(&mut self, is_due: impl Fn(&Question, Span) -> bool) -> Vec<Answer> {
+        let lag = self.setup.lag + LAG_TOLERANCE;
+        let mut answers = Vec::new();
+        while self.questions.front().is_some_and(|question| is_due(question, lag)) {
+            let Some(Question { sequence, at, reports }) = self.questions.pop_front() else { break };
+            let apart_m = self.apart_m();
+            let fused = self.engine.fused_as_of(at, at).expect("history is as long as the lag");
+            answers.push(answer(fused, &self.agents, (sequence, &reports), apart_m));
+        }
+        answers
+    }
+
+    fn apart_m(&self) -> f64 {
+        if self.setup.true_identities { APART_M } else { 0.0 }
     }
 
     fn frame(&self, agent: AgentId, report: &AgentReport, now: Timestamp) -> DetectionFrame {
@@ -126,6 +184,18 @@ fn shifted(detection: &Detection, x_m: f64) -> Detection {
     Detection { bev: BevBox { x: detection.bev.x + x_m, ..detection.bev }, ..*detection }
 }
 
+/// The objects that were measured in a keyframe, for which the fused frame holds.
+fn answer(
+    fused: &FusedFrame,
+    agents: &[AgentId],
+    (sequence, reports): (u64, &[AgentReport]),
+    apart_m: f64,
+) -> Answer {
+    let measured = fused.objects.iter().filter(|object| object.last_measured_at == fused.fused_at);
+    let told = measured.filter_map(|object| prediction(object, (agents, sequence), reports, apart_m));
+    Answer { frame: usize::try_from(sequence).expect("scenes fit in memory"), told: told.collect() }
+}
+
 /// A fused object as it is scored: by the identity of agent 1's detection of this keyframe in it, else agent 2's.
 fn prediction(
     object: &FusedObject,
@@ -152,19 +222,26 @@ mod tests {
     use super::super::testing::parking;
     use super::*;
 
-    const OURS: Setup =
-        Setup { preset: Preset::Ours, declares_size_law: true, n_agents: 2, true_identities: false };
+    const OURS: Setup = Setup {
+        preset: Preset::Ours,
+        declares_size_law: true,
+        n_agents: 2,
+        true_identities: false,
+        lag: Span::ZERO,
+    };
 
     fn last_frame(setup: Setup, n_frames: usize) -> Vec<Prediction> {
         let scene = parking(n_frames);
         let realisation = Realisation { seed: 3, trial: 0 };
         let protocol = Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, realisation };
         let mut run = EngineRun::new(setup, protocol.noise.levels());
-        let mut told = Vec::new();
+        let mut answers = Vec::new();
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
-            told = run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap();
+            answers.extend(run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap());
         }
-        told
+        answers.extend(run.finish());
+        assert!(answers.iter().map(|answer| answer.frame).eq(0..n_frames), "{setup:?}");
+        answers.pop().unwrap().told
     }
 
     #[test]
@@ -174,6 +251,7 @@ mod tests {
             Setup { preset: Preset::Paper, declares_size_law: false, ..OURS },
             Setup { n_agents: 1, ..OURS },
             Setup { true_identities: true, ..OURS },
+            Setup { lag: Span::from_millis(1000), ..OURS },
         ] {
             let told = last_frame(setup, 12);
             let mut objects: Vec<usize> = told.iter().map(|one| one.object).collect();

@@ -1,7 +1,7 @@
 //! The compared methods, and what each is told.
 
 use super::counting::Prediction;
-use super::engine_run::{EngineRun, Refused, Setup};
+use super::engine_run::{Answer, EngineRun, Refused, Setup};
 use super::noise::NoisePair;
 use super::observe::AgentReport;
 use serde::Serialize;
@@ -59,6 +59,14 @@ pub enum Method {
     UnikfPaper,
     /// Our engine
     Ours,
+    /// Our engine, told half a second later: the keyframe after it counts, too
+    #[serde(rename = "ours-lag-0.5s")]
+    #[value(name = "ours-lag-0.5s")]
+    OursLagHalf,
+    /// Our engine, told a second later: the two keyframes after it count, too
+    #[serde(rename = "ours-lag-1s")]
+    #[value(name = "ours-lag-1s")]
+    OursLag1,
     /// Our engine, agent 1 alone
     #[serde(rename = "single-1-ours")]
     #[value(name = "single-1-ours")]
@@ -72,6 +80,7 @@ pub enum Method {
 struct Told {
     sigma: bool,
     past: bool,
+    later: bool,
     class_prior: bool,
     size_law: bool,
     truth: bool,
@@ -79,7 +88,7 @@ struct Told {
 
 impl Method {
     /// The rows of Table II, in its order.
-    pub const TABLE_II: [Self; 17] = [
+    pub const TABLE_II: [Self; 19] = [
         Self::Single1,
         Self::Nms,
         Self::NmsGiou,
@@ -95,6 +104,8 @@ impl Method {
         Self::DairV2xCv,
         Self::UnikfPaper,
         Self::Ours,
+        Self::OursLagHalf,
+        Self::OursLag1,
         Self::Single1Ours,
         Self::OursTrueId,
     ];
@@ -117,6 +128,8 @@ impl Method {
             Self::DairV2xCv => "dair-v2x-cv",
             Self::UnikfPaper => "unikf-paper",
             Self::Ours => "ours",
+            Self::OursLagHalf => "ours-lag-0.5s",
+            Self::OursLag1 => "ours-lag-1s",
             Self::Single1Ours => "single-1-ours",
             Self::OursTrueId => "ours-true-id",
         }
@@ -124,10 +137,11 @@ impl Method {
 
     /// What it is told apart from boxes and classes, in words.
     pub fn told(self) -> String {
-        let Told { sigma, past, class_prior, size_law, truth } = self.given();
+        let Told { sigma, past, later, class_prior, size_law, truth } = self.given();
         let parts = [
             (sigma, "σ"),
             (past, "past frames"),
+            (later, "later frames"),
             (class_prior, "class prior"),
             (size_law, "size law"),
             (truth, "true identities"),
@@ -144,6 +158,7 @@ impl Method {
             Self::CsbaWlsDebiased => Told { size_law: true, ..sigma },
             Self::CsbaWlsCv | Self::DairV2xCv | Self::UnikfPaper => Told { past: true, ..sigma },
             Self::Ours | Self::Single1Ours => ours,
+            Self::OursLagHalf | Self::OursLag1 => Told { later: true, ..ours },
             Self::OursTrueId => Told { truth: true, ..ours },
             _ => Told::default(),
         }
@@ -154,8 +169,13 @@ impl Method {
         let overlap = noise.overlap_threshold();
         let raw = || sensing(noise, false);
         let rule = |rule| Fuser::Rule(rule, raw());
-        let ours =
-            Setup { preset: Preset::Ours, declares_size_law: true, n_agents: 2, true_identities: false };
+        let ours = Setup {
+            preset: Preset::Ours,
+            declares_size_law: true,
+            n_agents: 2,
+            true_identities: false,
+            lag: Span::ZERO,
+        };
         let paper = Setup { preset: Preset::Paper, declares_size_law: false, ..ours };
         let filtered = |rule| {
             let run = EngineRun::new(Setup { n_agents: 1, ..paper }, noise.levels());
@@ -178,6 +198,8 @@ impl Method {
             Self::DairV2xCv => filtered(Rule::DairV2x(dair_v2x::Variant::Average)),
             Self::UnikfPaper => engine(paper),
             Self::Ours => engine(ours),
+            Self::OursLagHalf => engine(Setup { lag: Span::from_millis(500), ..ours }),
+            Self::OursLag1 => engine(Setup { lag: Span::from_millis(1000), ..ours }),
             Self::Single1Ours => engine(Setup { n_agents: 1, ..ours }),
             Self::OursTrueId => engine(Setup { true_identities: true, ..ours }),
         }
@@ -206,21 +228,33 @@ pub enum Fuser {
 }
 
 impl Fuser {
-    /// Takes in a keyframe at this time of the scene; tells what is there.
-    pub fn fuse(&mut self, reports: &[AgentReport; 2], at: Span) -> Result<Vec<Prediction>, Refused> {
+    /// Takes in a keyframe, of this number and time in the scene; tells what is there, and with a lag what was there
+    /// in earlier ones.
+    pub fn fuse(
+        &mut self,
+        reports: &[AgentReport; 2],
+        (frame, at): (usize, Span),
+    ) -> Result<Vec<Answer>, Refused> {
         match self {
             Self::Rule(rule, sensing) => {
                 let fused = fuse_by_rule(rule, sensing, reports);
-                Ok(fused
-                    .iter()
-                    .map(|one| Prediction { bev: one.bev(), object: scored_as(one, reports).0 })
-                    .collect())
+                let prediction =
+                    |one: &Fused| Prediction { bev: one.bev(), object: scored_as(one, reports).0 };
+                Ok(vec![Answer { frame, told: fused.iter().map(prediction).collect() }])
             }
             Self::Filtered(rule, sensing, run) => {
                 let fused = fuse_by_rule(rule, sensing, reports);
                 run.fuse(&[as_report(&fused, reports)], at)
             }
             Self::Engine(run) => run.fuse(reports, at),
+        }
+    }
+
+    /// At the end of a scene: what was there in the keyframes that are not answered yet.
+    pub fn finish(&mut self) -> Vec<Answer> {
+        match self {
+            Self::Rule(..) => Vec::new(),
+            Self::Filtered(_, _, run) | Self::Engine(run) => run.finish(),
         }
     }
 }

@@ -128,12 +128,15 @@ impl Plan {
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
             let reports = protocol.observe(scene, frame);
             for ((method, fuser), score) in fusers.iter_mut().zip(&mut scores) {
-                let told = fuser.fuse(&reports, keyframe.at).map_err(|source| {
+                let answers = fuser.fuse(&reports, (frame, keyframe.at)).map_err(|source| {
                     let scene = scene.name.clone();
                     RunError { method: *method, scene, noise, source: Box::new(source) }
                 })?;
-                score.add(&told, scene, frame);
+                answers.iter().for_each(|answer| score.add(&answer.told, scene, answer.frame));
             }
+        }
+        for ((_, fuser), score) in fusers.iter_mut().zip(&mut scores) {
+            fuser.finish().iter().for_each(|answer| score.add(&answer.told, scene, answer.frame));
         }
         Ok(scores)
     }
