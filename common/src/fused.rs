@@ -16,7 +16,7 @@ pub const KINEMATIC_DIAGONAL: [usize; 4] = [0, 4, 7, 9];
 pub const KINEMATIC_INDEX: [(usize, usize); 10] =
     [(0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3)];
 
-/// One object, fused from all agents' reports, predicted to the frame's `fused_at`.
+/// One object, fused from all agents' reports, as of the frame's `fused_at`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusedObject {
     /// Stable over the object's life, unique over restarts of the hub.
@@ -41,9 +41,9 @@ pub struct FusedObject {
     pub existence: f64,
     /// From the first measurement to `fused_at`.
     pub age: Span,
-    /// When it was last measured, by the agent's clock.
+    /// When it had last been measured at `fused_at`, by the agent's clock.
     pub last_measured_at: Timestamp,
-    /// The last measurement of each agent that contributed, by agent.
+    /// The last measurement of each agent that contributed, by agent; with a lag, of those not after `fused_at`.
     pub contributors: Vec<MeasurementId>,
 }
 
@@ -111,7 +111,7 @@ pub struct FusedFrame {
     pub lineage: u32,
     /// Number in this lineage.
     pub sequence: u64,
-    /// The hub time for which every state holds.
+    /// The hub time for which every state holds: the present, or with a lag so long ago, by everything known since.
     pub fused_at: Timestamp,
     /// The coordinate frame of all positions.
     pub map_frame: Option<MapFrame>,
@@ -119,6 +119,6 @@ pub struct FusedFrame {
     pub objects: Vec<FusedObject>,
     /// How the agents fare, by agent.
     pub agents: Vec<AgentHealth>,
-    /// What is new in this frame, in order of arrival.
+    /// What is new in this frame, in order of arrival; with a lag it may have been measured after `fused_at`.
     pub includes: Vec<Inclusion>,
 }

@@ -3,10 +3,12 @@
 mod abuse;
 mod arrival_order;
 mod consistency;
+mod lag;
 mod life_of_a_track;
 mod methods;
 mod numerics;
 mod overload;
 mod particles;
 mod promises;
+mod smoothing;
 mod world;

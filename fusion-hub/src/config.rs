@@ -40,6 +40,10 @@ pub struct EngineConfig {
     /// Where a method without memory fuses instead of tracks, its rule and window; all about tracks is then without
     /// effect.
     pub window: Option<WindowConfig>,
+    /// Fixed lag: objects are told as they stood so long ago, by everything known by now (Rauch, Tung & Striebel
+    /// 1965). Zero: as they stand now. Several association particles are not smoothed together: with a lag the
+    /// leading one is told.
+    pub lag: Span,
     /// ε_s: frames this near to the newest one count as synchronous.
     pub synchronous: Span,
     /// Reports this near to a track's own time are taken as simultaneous: ε_s in the paper, zero for exact time.
@@ -71,6 +75,7 @@ impl EngineConfig {
             delta_max: Span::from_millis(500),
             coast: Span::from_millis(1500),
             window: None,
+            lag: Span::ZERO,
             synchronous: EPSILON_S,
             filter_synchronous: Span::ZERO,
             late_data: LateData::Replay,
@@ -83,6 +88,11 @@ impl EngineConfig {
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
         }
+    }
+
+    /// How long what was measured is held: late data may come within Δmax, and what is told may be a lag old.
+    pub fn memory(&self) -> Span {
+        self.delta_max.max(self.lag)
     }
 
     /// With the rules of a method. Those without memory fuse what the paper's window of 100 ms holds, by the overlap

@@ -7,6 +7,7 @@ use crate::frames::MAX_MEASUREMENTS_OF_AGENT;
 use crate::inbox::Inbox;
 use crate::method::{FusionMethod, Plugged, WindowFusion};
 use crate::refusal::{Disposition, Refusal};
+use crate::retrospect::RetrospectError;
 use crate::sensing::Sensing;
 use crate::track::FOLD_SLACK;
 use crate::tracker::{Counts, Innovations, Tracker};
@@ -197,25 +198,68 @@ impl Engine {
     fn settle(&mut self, slack: Span) {
         self.settled_at = self.newest_now;
         self.inbox.tell_time(self.newest_now);
-        let (now, horizon, names) = (self.newest_now, self.inbox.horizon(), self.inbox.names());
+        let horizon = self.inbox.history_begins(self.config.memory());
+        let (now, names) = (self.newest_now, self.inbox.names());
         with_tracks!(&mut self.tracks, tracker => tracker.settle(now, (horizon, slack), names));
     }
 
     /// The list of objects as of `now`, and what is new in it since the last call.
+    ///
+    /// With a lag, as they stood so long before `now`, by everything known by now, and `fused_at` says when that was
+    /// (under overload history may be shorter than the lag: then it is as old as history). What is new in the list
+    /// may then have been captured after `fused_at`.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
+        if self.config.lag > Span::ZERO {
+            self.look_around(now);
+            let begins = self.inbox.history_begins(self.config.memory());
+            return self.tell_as_of((now - self.config.lag).max(begins));
+        }
+        self.look_around(now);
+        let (fused, inbox, tracks) = self.begin_frame(now);
+        with_tracks!(tracks, tracker => tracker.tell(&mut fused.objects, now, inbox.names()));
+        fused
+    }
+
+    /// The list of objects as they stood at `at`, by everything known by `now`; `fused_at` is `at`. What is new
+    /// since the last call is named as by [`Self::fused`].
+    ///
+    /// History reaches back for Δmax or the lag, whichever is longer. What was folded before a longer lag was asked for
+    /// is gone.
+    pub fn fused_as_of(&mut self, at: Timestamp, now: Timestamp) -> Result<&FusedFrame, RetrospectError> {
+        self.look_around(now);
+        let begins = self.inbox.history_begins(self.config.memory());
+        if at > self.newest_now {
+            return Err(RetrospectError::InFuture { at, now: self.newest_now });
+        }
+        if at < begins {
+            return Err(RetrospectError::Forgotten { at, begins });
+        }
+        Ok(self.tell_as_of(at))
+    }
+
+    fn look_around(&mut self, now: Timestamp) {
         self.newest_now = self.newest_now.max(now);
         self.settle(FOLD_SLACK);
+    }
+
+    fn tell_as_of(&mut self, at: Timestamp) -> &FusedFrame {
+        let (fused, inbox, tracks) = self.begin_frame(at);
+        with_tracks!(tracks, tracker => tracker.tell_as_of(&mut fused.objects, at, inbox.names()));
+        fused
+    }
+
+    /// A fused frame but for its objects.
+    fn begin_frame(&mut self, fused_at: Timestamp) -> (&mut FusedFrame, &Inbox, &mut Tracks) {
         let Self { fused, pending, inbox, tracks, .. } = self;
         fused.sequence = self.sequence;
         self.sequence += 1;
-        fused.fused_at = now;
+        fused.fused_at = fused_at;
         fused.map_frame = inbox.map_frame();
         fused.agents.clear();
         fused.agents.extend(inbox.agents().map(|(agent, record)| record.health(*agent)));
         fused.includes.clear();
         fused.includes.append(pending);
-        with_tracks!(tracks, tracker => tracker.tell(&mut fused.objects, now, inbox.names()));
-        fused
+        (fused, inbox, tracks)
     }
 
     /// The books on every agent.

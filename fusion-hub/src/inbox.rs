@@ -125,7 +125,7 @@ impl Inbox {
     /// Of an engine with this configuration.
     pub fn new(config: &EngineConfig) -> Self {
         // A track may name an agent for as long as it is published and late data may revive it.
-        let named_for = config.coast + config.delta_max + config.delta_max;
+        let named_for = config.coast + config.delta_max + config.memory();
         Self {
             delta_max: config.delta_max,
             synchronous: config.synchronous,
@@ -183,6 +183,11 @@ impl Inbox {
     /// Nothing captured before this is let in.
     pub fn horizon(&self) -> Timestamp {
         (self.now - self.delta_max).max(self.history_begins)
+    }
+
+    /// What was captured within this time, at least Δmax, is remembered; nothing that was captured before.
+    pub fn history_begins(&self, memory: Span) -> Timestamp {
+        (self.now - memory).max(self.history_begins)
     }
 
     /// Whether a frame may be let in; `now` is the hub's clock.

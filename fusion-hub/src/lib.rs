@@ -21,6 +21,7 @@ pub mod overlap;
 pub mod particles;
 mod publish;
 pub mod refusal;
+pub mod retrospect;
 pub mod schedule;
 pub mod sensing;
 #[cfg(feature = "net")]

@@ -5,7 +5,7 @@ use crate::config::EngineConfig;
 use crate::filter::size_priors::SizePriors;
 use crate::filter::{Estimate, Filter};
 use crate::particles::{Doubts, blended};
-use crate::track::Track;
+use crate::track::{Contributors, Track};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
@@ -19,9 +19,9 @@ const REMEMBERED_REPORTS: u32 = 10;
 /// Writes down objects; holds the memory of those that a shorter list has no use for.
 #[derive(Debug, Default)]
 pub(crate) struct Publisher {
-    spare: Vec<FusedObject>,
+    pub(crate) spare: Vec<FusedObject>,
     /// Sizes of objects that are gone.
-    past_sizes: SizePriors,
+    pub(crate) past_sizes: SizePriors,
 }
 
 impl Publisher {
@@ -64,7 +64,7 @@ impl Publisher {
 }
 
 /// Adds what a track shows of the sizes of its class, where its filter keeps that.
-fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>, config: &EngineConfig) {
+pub(crate) fn note_sizes<F: Filter>(priors: &mut SizePriors, track: &Track<F>, config: &EngineConfig) {
     let latest = track.latest();
     // All that is told of is noted, and clutter teaches nothing.
     if let Some(evidence) = latest.state.size_evidence()
@@ -82,7 +82,6 @@ fn tell<F: Filter>(
     (config, priors): (&EngineConfig, &SizePriors),
 ) -> bool {
     let last_measured_at = track.last_measured_at();
-    let latest = track.latest();
     let exists_by = |track: &Track<F>| track.latest().existence_at(now);
     let existence = doubts.of_same(track).map(|(share, version)| share * exists_by(version)).sum();
     let exists = existence >= config.publish_existence;
@@ -97,9 +96,27 @@ fn tell<F: Filter>(
         true => estimate(track),
         false => blended(doubts.of_same(track).map(|(share, version)| (share, estimate(version)))),
     };
-    if !is_tellable(&told) {
+    write_down(object, track, &Told { estimate: told, existence, at: now, last_measured_at }) && {
+        name_contributors(object, track.contributors(), agents);
+        true
+    }
+}
+
+/// What is told of a track, and the time that it holds for.
+pub(crate) struct Told {
+    pub(crate) estimate: Estimate,
+    pub(crate) existence: f64,
+    pub(crate) at: Timestamp,
+    pub(crate) last_measured_at: Timestamp,
+}
+
+/// Writes down an object but for its contributors; `false` where it cannot be told.
+pub(crate) fn write_down<F: Filter>(object: &mut FusedObject, track: &Track<F>, told: &Told) -> bool {
+    let Told { estimate: told, existence, at, last_measured_at } = told;
+    if !is_tellable(told) {
         return false;
     }
+    let latest = track.latest();
     let [x, y] = told.position;
     object.class = latest.class();
     object.class_probabilities.clear();
@@ -110,16 +127,19 @@ fn tell<F: Filter>(
     object.ww = told.width.variance;
     object.dd = told.depth.variance;
     object.yaw_variance = told.heading.variance;
-    object.existence = existence;
-    object.age = now - latest.born_at;
-    object.last_measured_at = last_measured_at;
+    object.existence = *existence;
+    object.age = *at - latest.born_at;
+    object.last_measured_at = *last_measured_at;
     object.track = track.id;
-    object.contributors.clear();
-    object.contributors.extend(track.contributors().iter().map(|newest| newest.measurement(agents)));
     true
 }
 
-fn blank() -> FusedObject {
+pub(crate) fn name_contributors(object: &mut FusedObject, contributors: &Contributors, agents: &Agents) {
+    object.contributors.clear();
+    object.contributors.extend(contributors.iter().map(|newest| newest.measurement(agents)));
+}
+
+pub(crate) fn blank() -> FusedObject {
     FusedObject {
         track: TrackId::default(),
         class: Class::Unknown,

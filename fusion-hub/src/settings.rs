@@ -25,6 +25,7 @@ struct HubTable {
     overlap: f64,
     window_ms: f64,
     main_agent: Option<AgentId>,
+    lag_ms: f64,
     motion: Option<MotionModel>,
     late_data: Option<LateData>,
     synchronous_ms: Option<f64>,
@@ -73,6 +74,7 @@ impl Default for HubTable {
             overlap: DEFAULT_OVERLAP,
             window_ms: 100.0,
             main_agent: None,
+            lag_ms: engine.lag.as_millis_f64(),
             motion: None,
             late_data: None,
             synchronous_ms: None,
@@ -118,6 +120,19 @@ pub enum SettingsError {
         /// What it may hold.
         expected: &'static str,
     },
+    /// A lag and several hypotheses of association.
+    #[error(
+        "hub.lag_ms is for one hypothesis: set hub.association_particles = 0, not {particles}, or no lag"
+    )]
+    LagOfParticles {
+        /// How many hypotheses there are.
+        particles: u32,
+    },
+    /// A lag and a method that forgets.
+    #[error(
+        "hub.lag_ms is for methods with memory (ours, unikf-paper, unikf-literal): choose one of these, or no lag"
+    )]
+    LagWithoutMemory,
 }
 
 impl Default for HubSettings {
@@ -146,6 +161,7 @@ impl HubTable {
     fn check(self) -> Result<HubSettings, SettingsError> {
         within("delta_max_ms", self.delta_max_ms, 1.0..=60_000.0, "1 to 60000")?;
         within("coast_ms", self.coast_ms, 0.0..=60_000.0, "0 to 60000")?;
+        within("lag_ms", self.lag_ms, 0.0..=10_000.0, "0 to 10000")?;
         within("publish_existence", self.publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let sensing = &self.sensing;
         within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
@@ -158,6 +174,13 @@ impl HubTable {
         engine.map_frame = self.map_frame;
         engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
         engine.coast = Span::from_secs_f64(self.coast_ms * 1e-3);
+        engine.lag = Span::from_secs_f64(self.lag_ms * 1e-3);
+        if engine.lag > Span::ZERO && engine.association_particles > 0 {
+            return Err(SettingsError::LagOfParticles { particles: engine.association_particles });
+        }
+        if engine.lag > Span::ZERO && engine.window.is_some() {
+            return Err(SettingsError::LagWithoutMemory);
+        }
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;
         Ok(HubSettings {
@@ -260,11 +283,12 @@ mod tests {
     #[test]
     fn what_is_typed_is_what_holds() {
         let settings = settings(
-            "delta_max_ms = 700\npublish = { mode = \"fixed\", rate_hz = 20 }\n\
+            "delta_max_ms = 700\nlag_ms = 250\npublish = { mode = \"fixed\", rate_hz = 20 }\n\
              [agents.cam]\nsigma_position_m = 1.5\n",
         )
         .unwrap();
         assert_eq!(settings.engine.delta_max, Span::from_millis(700));
+        assert_eq!(settings.engine.lag, Span::from_millis(250));
         assert_eq!(settings.publish, PublishMode::Fixed { interval: Span::from_millis(50) });
         let cam = AgentId::new("cam").unwrap();
         assert_eq!(settings.report_defaults_of(&cam).sigma_position_m, 1.5);
@@ -301,6 +325,10 @@ mod tests {
             ("gate = nan", "gate is NaN"),
             ("method = \"wbfs\"", "unknown variant `wbfs`, expected one of `ours`"),
             ("window_ms = -1", "window_ms is -1"),
+            ("lag_ms = -1", "lag_ms is -1, expected 0 to 10000"),
+            ("lag_ms = 10001", "lag_ms is 10001"),
+            ("lag_ms = 500\nmethod = \"nms\"", "lag_ms is for methods with memory"),
+            ("lag_ms = 500\nassociation_particles = 8", "hub.association_particles = 0, not 8"),
             ("association_particles = 1", "association_particles is 1, expected 0, or 2 to 64"),
             ("association_particles = 65", "association_particles is 65"),
             ("association_particles = -8", "-8"),

@@ -10,7 +10,7 @@ use crate::inbox::AgentRecord;
 use crate::particles::{ParticleSet, Particles, Version, versions};
 use crate::publish::Publisher;
 use crate::sensing::{Look, Sensing};
-use crate::track::{Records, Track};
+use crate::track::{Former, Records, Retrospection, Track};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
@@ -56,6 +56,11 @@ pub(crate) struct Tracker<F> {
     measurements: Vec<Measurement>,
     merges_due: Vec<(TrackId, TrackId)>,
     publisher: Publisher,
+    retrospection: Retrospection<F>,
+    /// With a lag: what was merged, as it was before.
+    former: Former<F>,
+    /// Without a lag, tracks last measured before are gone: they may be told of, and are of no frame any more.
+    gone_before: Timestamp,
     counts: Counts,
 }
 
@@ -96,6 +101,9 @@ impl<F: Filter> Tracker<F> {
             measurements: Vec::new(),
             merges_due: Vec::new(),
             publisher: Publisher::default(),
+            retrospection: Retrospection::default(),
+            former: Former::default(),
+            gone_before: Timestamp::MIN,
             counts: Counts::default(),
         }
     }
@@ -124,12 +132,13 @@ impl<F: Filter> Tracker<F> {
             versions::order(&mut self.tracks, &mut self.spare);
             self.spare.truncate(MAX_SPARE);
         }
-        self.merge(agents);
+        self.merge(slot, agents);
         innovations
     }
 
     fn records<'a>(config: &EngineConfig, frames: &'a FrameStore, agents: &'a Agents) -> Records<'a> {
-        Records { frames, agents, synchronous: config.filter_synchronous, late_data: config.late_data }
+        let EngineConfig { filter_synchronous: synchronous, late_data, lag, .. } = *config;
+        Records { frames, agents, synchronous, late_data, remembers_folded: lag > Span::ZERO }
     }
 
     /// The tracks that the frame can concern, as they stood at its time.
@@ -143,10 +152,15 @@ impl<F: Filter> Tracker<F> {
         let Some(region) = Region::of(&self.measurements, frame.look.as_ref()) else { return };
         // As long as a track is kept, so that a gap may be bridged by data that is still to come.
         let memory = self.config.coast + self.config.delta_max;
+        let has_lag = self.config.lag > Span::ZERO;
         let away_from = |track: &Track<F>| (at - track.latest().state.at()).abs();
         for (place, track) in self.tracks.iter().enumerate() {
             let is_near = region.may_hold(&track.latest().state, away_from(track).as_secs_f64());
             if !is_near && track.holders.is_all() {
+                continue;
+            }
+            // Association stays what it is without a lag.
+            if has_lag && track.last_measured_at() < self.gone_before {
                 continue;
             }
             let past;
@@ -331,7 +345,7 @@ impl<F: Filter> Tracker<F> {
         }
     }
 
-    fn merge(&mut self, agents: &Agents) {
+    fn merge(&mut self, slot: FrameSlot, agents: &Agents) {
         let records = Self::records(&self.config, &self.frames, agents);
         for (older, younger) in &self.merges_due {
             if self.particles.is_some() {
@@ -341,6 +355,10 @@ impl<F: Filter> Tracker<F> {
             let places = [older, younger].map(|id| self.tracks.binary_search_by_key(id, |track| track.id));
             if let [Ok(older), Ok(younger)] = places {
                 let absorbed = self.tracks.remove(younger);
+                if records.remembers_folded {
+                    let merged_at = self.frames.get(slot).captured_at;
+                    self.former.note(&self.tracks[older], &absorbed, merged_at);
+                }
                 self.tracks[older].absorb(&absorbed, &records);
                 self.counts.merges += 1;
                 if self.spare.len() < MAX_SPARE {
@@ -356,6 +374,7 @@ impl<F: Filter> Tracker<F> {
     pub(crate) fn settle(&mut self, now: Timestamp, (horizon, slack): (Timestamp, Span), agents: &Agents) {
         let records = Self::records(&self.config, &self.frames, agents);
         let gone = horizon - self.config.coast;
+        self.gone_before = horizon.max(now - self.config.delta_max) - self.config.coast;
         let before = self.tracks.len();
         let mut kept = 0;
         for place in 0..before {
@@ -378,6 +397,7 @@ impl<F: Filter> Tracker<F> {
                 self.spare.push(dropped);
             }
         }
+        self.former.settle(horizon, slack, &records);
         self.frames.forget_before(horizon - slack);
         if now - self.duplicates_forgotten_at > FORGET_DUPLICATES_EVERY {
             self.duplicates_forgotten_at = now;
@@ -406,6 +426,14 @@ impl<F: Filter> Tracker<F> {
     pub(crate) fn tell(&mut self, objects: &mut Vec<FusedObject>, now: Timestamp, agents: &Agents) {
         let n_particles = self.particles.as_ref().map_or(1, Particles::n);
         self.publisher.fill(objects, (&self.tracks, n_particles), (now, agents), &self.config);
+    }
+
+    /// Writes down the objects as of `at`, by all that is known by now; history must reach back so far.
+    pub(crate) fn tell_as_of(&mut self, objects: &mut Vec<FusedObject>, at: Timestamp, agents: &Agents) {
+        let records = Self::records(&self.config, &self.frames, agents);
+        let tracks = self.former.with_present(&self.tracks, at);
+        let tracks = (tracks.as_slice(), &mut self.retrospection);
+        self.publisher.fill_as_of(objects, tracks, (at, &records), &self.config);
     }
 
     pub(crate) fn n_tracks(&self) -> usize {

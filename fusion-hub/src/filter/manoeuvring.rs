@@ -56,6 +56,16 @@ impl Filter for ImmState {
         self.motion.predict(dt_s, class, self.sizes[1].likeliest());
     }
 
+    fn smoothed(&self, class: Class, later: &Self) -> Self {
+        if later.at == self.at {
+            return *later;
+        }
+        let dt_s = (later.at - self.at).as_secs_f64();
+        let motion = self.motion.smoothed((dt_s, class, self.sizes[1].likeliest()), &later.motion);
+        // A body's size does not change: all that was ever reported of it holds at any time.
+        Self { at: self.at, motion, sizes: later.sizes }
+    }
+
     fn update(&mut self, z: &Measurement) -> PositionInnovation {
         let innovation = self.motion.update(z, self.inflation(z));
         for (dimension, size) in self.sizes.iter_mut().enumerate() {

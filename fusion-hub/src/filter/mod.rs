@@ -12,9 +12,11 @@ mod kinematic;
 mod manoeuvring;
 mod measurement;
 mod params;
+mod retrodiction;
 mod scalar;
 pub mod size_evidence;
 pub mod size_priors;
+mod smoothing;
 mod state;
 
 pub use compact::{CompactMeasurement, SizeLaws};
@@ -53,6 +55,11 @@ pub trait Filter: Copy + Debug + PartialEq {
         state.predict(to, class);
         state
     }
+
+    /// The state by what is known by now of a `later` time, given that nothing was reported after this state and
+    /// before that time. Where both are of one time, it is the later one.
+    #[must_use]
+    fn smoothed(&self, class: Class, later: &Self) -> Self;
 
     /// Takes in a report made at the state's time; tells how far off the prediction it lay.
     fn update(&mut self, z: &Measurement) -> PositionInnovation;

@@ -4,7 +4,7 @@ use super::size_evidence::SizeEvidence;
 use super::size_priors::SizePriors;
 use super::{
     Estimate, Filter, Heading, Kinematic, Measurement, MotionParams, PositionInnovation, Size,
-    intersection_weight,
+    intersection_weight, smoothing,
 };
 use crate::association::Expected;
 use v2x_common::class::Class;
@@ -81,6 +81,13 @@ impl Filter for State {
         self.width.predict(dt_s, motion.size_diffusion);
         self.depth.predict(dt_s, motion.size_diffusion);
         self.heading.predict(dt_s, motion.yaw_diffusion);
+    }
+
+    fn smoothed(&self, class: Class, later: &Self) -> Self {
+        if later.at == self.at {
+            return *later;
+        }
+        smoothing::smoothed(self, &self.predicted(later.at, class), later)
     }
 
     #[inline(always)]

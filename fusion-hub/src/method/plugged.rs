@@ -39,6 +39,11 @@ impl Plugged {
         self.n_told = objects.len();
     }
 
+    /// It has no lag of the engine's making: whoever wants one looks back itself.
+    pub(crate) fn tell_as_of(&mut self, objects: &mut Vec<FusedObject>, at: Timestamp, agents: &Agents) {
+        self.tell(objects, at, agents);
+    }
+
     // Its memory is its own business.
     #[expect(clippy::unused_self, reason = "as the tracker has it")]
     pub(crate) fn settle(&mut self, _: Timestamp, _: (Timestamp, Span), _: &Agents) {}

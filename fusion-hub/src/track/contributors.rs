@@ -40,7 +40,11 @@ impl Default for Contributors {
 }
 
 impl Contributors {
+    /// Of nothing, without room.
+    pub const NONE: Self = Self { newest: Vec::new(), last_measured_at: None };
+
     /// Notes a report.
+    #[inline]
     pub fn note(&mut self, piece: &Piece, frame: &StoredFrame, agents: &Agents) {
         let entry = Contributor {
             captured_at: piece.captured_at,
@@ -49,11 +53,23 @@ impl Contributors {
             index: piece.index,
             agent: frame.agent,
         };
-        self.last_measured_at = self.last_measured_at.max(Some(piece.captured_at));
-        let rank = agents.rank_of(frame.agent);
+        self.add(entry, agents);
+    }
+
+    /// Notes what others note that is not after a time.
+    pub fn note_until(&mut self, at: Timestamp, others: &Self, agents: &Agents) {
+        for entry in others.newest.iter().filter(|entry| entry.captured_at <= at) {
+            self.add(*entry, agents);
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, entry: Contributor, agents: &Agents) {
+        self.last_measured_at = self.last_measured_at.max(Some(entry.captured_at));
+        let rank = agents.rank_of(entry.agent);
         // Where everybody sees everything, an agent stands at its rank.
         if let Some(known) = self.newest.get_mut(usize::from(rank))
-            && known.agent == frame.agent
+            && known.agent == entry.agent
         {
             *known = (*known).max(entry);
             return;

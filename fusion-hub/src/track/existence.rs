@@ -58,6 +58,14 @@ impl Existence {
         Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
     }
 
+    /// The probability that it existed, by what is known by now of a moment `dt` later: that it still existed then, or
+    /// had gone in the meantime.
+    pub fn existed(self, dt: Span, existed_later: f64) -> f64 {
+        let before = self.probability();
+        let gone = before * share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
+        existed_later + (1.0 - existed_later) * gone / (gone + 1.0 - before)
+    }
+
     /// After a report: times the ratio of its density given the object to that of clutter, where
     /// `detection_over_clutter` is in m² and ∞ without clutter.
     #[inline(always)]

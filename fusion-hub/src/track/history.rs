@@ -41,6 +41,8 @@ pub struct Records<'a> {
     pub synchronous: Span,
     /// What becomes of measurements newer than a late one.
     pub late_data: LateData,
+    /// Whether tracks remember who reported what is folded: what is told may be older than it.
+    pub remembers_folded: bool,
 }
 
 /// What was known after so many pieces of evidence.
@@ -74,6 +76,8 @@ pub struct Track<F> {
     /// When the first report was.
     born_at: Timestamp,
     contributors: Contributors,
+    /// Each agent's newest report of those that are folded, where these are remembered.
+    folded: Contributors,
 }
 
 impl<F: Filter> Track<F> {
@@ -101,11 +105,13 @@ impl<F: Filter> Track<F> {
                 stale_from: None,
                 born_at: birth.captured_at,
                 contributors: Contributors::default(),
+                folded: Contributors::NONE,
             },
         };
         track.evidence.clear();
         track.checkpoints.clear();
         track.contributors.clear();
+        track.folded.clear();
         track.evidence.push_back(birth);
         track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
         track.contributors.note(&birth, records.frames.get(birth.frame), records.agents);
@@ -118,6 +124,7 @@ impl<F: Filter> Track<F> {
         copy.evidence.clone_from(&self.evidence);
         copy.checkpoints.clone_from(&self.checkpoints);
         copy.contributors.clone_from(&self.contributors);
+        copy.folded.clone_from(&self.folded);
         let Self { id, disputed_at, head, stale_from, born_at, .. } = *self;
         Self { id, holders, disputed_at, head, stale_from, born_at, ..copy }
     }
@@ -250,6 +257,17 @@ impl<F: Filter> Track<F> {
         if count == self.evidence.len() { self.head } else { self.after(count, records) }
     }
 
+    /// The evidence up to and including a time, and that after it; what is folded is not held any more.
+    pub(super) fn split_at(&self, at: Timestamp) -> [impl Iterator<Item = &Piece>; 2] {
+        let count = self.evidence.partition_point(|piece| piece.captured_at <= at);
+        [self.evidence.range(..count), self.evidence.range(count..)]
+    }
+
+    /// Each agent's newest report of those that are folded, where these are remembered.
+    pub(super) fn folded(&self) -> &Contributors {
+        &self.folded
+    }
+
     /// Where the evidence of this frame stands, if there is any.
     fn place_of(&self, captured_at: Timestamp, frame: FrameSlot) -> Option<usize> {
         let start = self.evidence.partition_point(|piece| piece.captured_at < captured_at);
@@ -261,6 +279,16 @@ impl<F: Filter> Track<F> {
     /// Whether it holds evidence of this frame.
     pub fn has_evidence_of(&self, captured_at: Timestamp, frame: FrameSlot) -> bool {
         self.place_of(captured_at, frame).is_some()
+    }
+
+    /// When a frame that is not folded last reported both: its sensor told them apart.
+    pub fn last_beside(&self, other: &Self) -> Option<Timestamp> {
+        let mut theirs = other.evidence.iter().rev().filter(|piece| piece.index != LOOK);
+        let beside = theirs.find(|piece| {
+            let own = self.place_of(piece.captured_at, piece.frame);
+            own.is_some_and(|place| self.evidence[place].index != LOOK)
+        });
+        beside.map(|piece| piece.captured_at)
     }
 
     /// Takes over the reports of a track that turned out to be of the same object. Of frames in which both were
@@ -303,6 +331,7 @@ impl<F: Filter> Track<F> {
     /// Forgets contributors that have not measured it since `oldest`, but for the newest.
     pub fn forget_contributors(&mut self, oldest: Timestamp) {
         self.contributors.forget_before(oldest);
+        self.folded.forget_before(oldest);
     }
 
     /// Folds what is older than `horizon`, since nothing older can still arrive; down to a checkpoint if there
@@ -317,17 +346,24 @@ impl<F: Filter> Track<F> {
         let Some(place) = self.checkpoints_within(old).checked_sub(1) else { return };
         self.checkpoints.drain(..place);
         let folded = self.checkpoints[0].count;
-        self.forget_front(folded);
+        self.forget_front(folded, records);
         if self.evidence.front().is_some_and(|oldest| oldest.captured_at < horizon - slack) {
             let snapshot = self.after(old - folded, records);
             self.checkpoints[0].snapshot = snapshot;
-            self.forget_front(old - folded);
+            self.forget_front(old - folded, records);
             self.checkpoints[0].count = 0;
         }
     }
 
-    fn forget_front(&mut self, count: usize) {
-        self.evidence.drain(..count);
+    fn forget_front(&mut self, count: usize, records: &Records<'_>) {
+        let pieces = self.evidence.drain(..count);
+        if records.remembers_folded {
+            for piece in pieces.filter(|piece| piece.index != LOOK) {
+                self.folded.note(&piece, records.frames.get(piece.frame), records.agents);
+            }
+        } else {
+            drop(pieces);
+        }
         for checkpoint in &mut self.checkpoints {
             checkpoint.count = checkpoint.count.saturating_sub(count);
         }
@@ -356,7 +392,7 @@ fn born<F: Filter>(piece: &Piece, records: &Records<'_>) -> Option<Snapshot<F>> 
 
 /// Adds a piece, with its measurement as it is held where it is a report.
 #[inline(always)]
-fn apply<F: Filter>(
+pub(super) fn apply<F: Filter>(
     known: &mut Snapshot<F>,
     (piece, held): (&Piece, Option<&CompactMeasurement>),
     predicted: Option<&F>,

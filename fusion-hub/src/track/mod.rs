@@ -2,10 +2,14 @@
 
 mod contributors;
 mod existence;
+mod former;
 mod history;
+mod retrospect;
 mod snapshot;
 
 pub use contributors::{Contributor, Contributors};
 pub use existence::Existence;
+pub use former::Former;
 pub use history::{FOLD_SLACK, LateData, Records, Track};
+pub use retrospect::{Retrospect, Retrospection};
 pub use snapshot::Snapshot;

@@ -103,8 +103,9 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
+    /// Lets it live on to another time, in which it may have gone.
     #[inline(always)]
-    fn survive_to(&mut self, at: Timestamp) {
+    pub fn survive_to(&mut self, at: Timestamp) {
         self.existence = self.existence.survived(at - self.at);
         self.at = at;
     }

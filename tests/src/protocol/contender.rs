@@ -2,7 +2,7 @@
 
 use super::answers::Answers;
 use super::conditions::Conditions;
-use super::engine_run::{EngineRun, Refused, Setup};
+use super::engine_run::{Answer, EngineRun, Refused, Setup};
 use super::method::{Method, Recipe};
 use super::noise::NoisePair;
 use super::observe::AgentReport;
@@ -135,21 +135,38 @@ pub enum Fuser {
 }
 
 impl Fuser {
-    /// Takes in a keyframe at this time of the scene; tells what is there.
-    pub fn fuse(&mut self, reports: &[AgentReport; 2], at: Span) -> Result<Vec<Prediction>, Refused> {
+    /// Takes in a keyframe, of this number and time in the scene; tells what is there, and with a lag what was there
+    /// in earlier ones.
+    pub fn fuse(
+        &mut self,
+        reports: &[AgentReport; 2],
+        (frame, at): (usize, Span),
+    ) -> Result<Vec<Answer>, Refused> {
         match self {
             Self::Engine(run) => run.fuse(reports, at),
             Self::Filtered(first, second) => {
                 let fused = first.fuse(reports, at)?;
-                second.fuse(&[as_report(&fused, reports)], at)
+                let told = fused.iter().flat_map(|answer| &answer.told);
+                second.fuse(&[as_report(told, reports)], at)
             }
-            Self::Answers(answers) => Ok(answers.next().unwrap_or_default()),
+            Self::Answers(answers) => Ok(vec![Answer { frame, told: answers.next().unwrap_or_default() }]),
+        }
+    }
+
+    /// At the end of a scene: what was there in the keyframes that are not answered yet.
+    pub fn finish(&mut self) -> Vec<Answer> {
+        match self {
+            Self::Engine(run) | Self::Filtered(_, run) => run.finish(),
+            Self::Answers(_) => Vec::new(),
         }
     }
 }
 
 /// A fused list as if agent 1 had reported it.
-fn as_report(fused: &[Prediction], reports: &[AgentReport; 2]) -> AgentReport {
+fn as_report<'a>(
+    fused: impl Iterator<Item = &'a Prediction> + Clone,
+    reports: &[AgentReport; 2],
+) -> AgentReport {
     let detection = |one: &Prediction| Detection {
         class: one.class,
         score: one.existence,
@@ -160,7 +177,7 @@ fn as_report(fused: &[Prediction], reports: &[AgentReport; 2]) -> AgentReport {
     };
     AgentReport {
         pose: reports[0].pose,
-        detections: fused.iter().map(detection).collect(),
-        identities: fused.iter().map(|one| one.object).collect(),
+        detections: fused.clone().map(detection).collect(),
+        identities: fused.map(|one| one.object).collect(),
     }
 }

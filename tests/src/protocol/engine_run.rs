@@ -3,6 +3,7 @@
 use super::conditions::Conditions;
 use super::observe::AgentReport;
 use super::prediction::Prediction;
+use std::collections::VecDeque;
 use v2x_agent::noise::NoiseLevel;
 use v2x_agent::truth::ObjectId;
 use v2x_common::detection::{Detection, DetectionFrame};
@@ -21,6 +22,8 @@ use v2x_fusion_hub::refusal::{Disposition, Refusal};
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Keyframes per second: only said, never used.
 const RATE_HZ: f64 = 2.0;
+/// Keyframes come on the sensor's sweeps, which are half so far apart: so much later is still within the lag.
+const LAG_TOLERANCE: Span = Span::from_millis(100);
 /// With true identities objects are moved this far apart along x, m: so that no report fits another one's track.
 const APART_M: f64 = 20_000.0;
 /// With true identities every report fits its own track, far as it may lie from it.
@@ -39,14 +42,33 @@ pub struct Setup {
     pub has_true_identities: bool,
     /// Whether it knows of earlier keyframes.
     pub remembers: bool,
+    /// For how long later keyframes count: a keyframe's answer is asked for when the last of them has come. Zero: at
+    /// once.
+    pub lag: Span,
 }
 
 impl Setup {
     /// The hub's own rules, told everything there is to tell.
     pub fn ours() -> Self {
         let config = EngineConfig::new(HubId::new("lab").expect("a legal name"), 1);
-        Self { config, declares_size_law: true, n_agents: 2, has_true_identities: false, remembers: true }
+        Self {
+            config,
+            declares_size_law: true,
+            n_agents: 2,
+            has_true_identities: false,
+            remembers: true,
+            lag: Span::ZERO,
+        }
     }
+}
+
+/// What is told of one keyframe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Its number in the scene.
+    pub frame: usize,
+    /// What is there.
+    pub told: Vec<Prediction>,
 }
 
 /// An engine refused a frame of the protocol.
@@ -68,6 +90,8 @@ pub struct EngineRun {
     conditions: Conditions,
     /// Whose detections they were, by keyframe and agent.
     identities: Vec<Vec<Vec<Option<ObjectId>>>>,
+    /// Keyframes that are still to be answered, by time.
+    questions: VecDeque<(usize, Timestamp)>,
 }
 
 impl EngineRun {
@@ -97,6 +121,7 @@ impl EngineRun {
             descriptions: descriptions.to_vec(),
             conditions,
             identities: Vec::new(),
+            questions: VecDeque::new(),
         };
         run.describe();
         run
@@ -109,9 +134,12 @@ impl EngineRun {
     }
 
     /// Takes in what the agents report of a keyframe; tells the objects of it: in the paper's conditions, where
-    /// what was not reported is not there, those that were measured in it, else all.
-    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Prediction>, Refused> {
+    /// what was not reported is not there, those that were measured in it, else all. With a lag, those of earlier
+    /// keyframes that this one comes too late for.
+    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Answer>, Refused> {
         let now = START + at;
+        let lag = self.setup.lag + LAG_TOLERANCE;
+        let mut answers = self.answers(|asked_for| asked_for + lag < now);
         if !self.setup.remembers {
             self.engine = Engine::new(config(&self.setup));
             self.describe();
@@ -123,14 +151,38 @@ impl EngineRun {
                 return Err(Refused { agent: *agent, at: now, refusal });
             }
         }
+        let frame = self.identities.len();
         self.identities.push(reports.iter().map(|report| report.identities.clone()).collect());
-        let told_by = self.identities.len() - 1;
-        let objects = self.engine.fused(now).objects.clone();
+        if self.setup.lag > Span::ZERO {
+            self.questions.push_back((frame, now));
+        } else {
+            let objects = self.engine.fused(now).objects.clone();
+            answers.push(self.answer(frame, &objects));
+        }
+        Ok(answers)
+    }
+
+    /// What is told, by all that was reported, of the keyframes that are still to be answered.
+    pub fn finish(&mut self) -> Vec<Answer> {
+        self.answers(|_| true)
+    }
+
+    fn answers(&mut self, is_due: impl Fn(Timestamp) -> bool) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        while let Some((frame, at)) = self.questions.pop_front_if(|(_, at)| is_due(*at)) {
+            let fused = self.engine.fused_as_of(at, at).expect("history is as long as the lag");
+            let objects = fused.objects.clone();
+            answers.push(self.answer(frame, &objects));
+        }
+        answers
+    }
+
+    fn answer(&self, frame: usize, objects: &[FusedObject]) -> Answer {
         let is_told = |object: &&FusedObject| match self.conditions {
-            Conditions::Paper => object.contributors.iter().any(|used| keyframe(used.frame) == told_by),
+            Conditions::Paper => object.contributors.iter().any(|used| keyframe(used.frame) == frame),
             Conditions::Sensors => true,
         };
-        Ok(objects.iter().filter(is_told).map(|object| self.prediction(object)).collect())
+        Answer { frame, told: objects.iter().filter(is_told).map(|object| self.prediction(object)).collect() }
     }
 
     fn frame(&self, agent: AgentId, report: &AgentReport, now: Timestamp) -> DetectionFrame {
@@ -179,12 +231,14 @@ fn description(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> Sens
 }
 
 fn config(setup: &Setup) -> EngineConfig {
+    let lag = if setup.lag > Span::ZERO { setup.lag + LAG_TOLERANCE } else { Span::ZERO };
+    let config = EngineConfig { lag, ..setup.config };
     if !setup.has_true_identities {
-        return setup.config;
+        return config;
     }
     // A bounded cost: a report that fits no other track is never left alone.
     let association = AssociationConfig { cost: AssociationCost::Csba, gate: OPEN_GATE, class_aware: true };
-    EngineConfig { association, association_particles: 0, ..setup.config }
+    EngineConfig { association, association_particles: 0, ..config }
 }
 
 /// Frames are numbered as keyframes are.
@@ -213,11 +267,13 @@ mod tests {
         let (realisation, conditions) = (Realisation { seed: 3, trial: 0 }, Conditions::Paper);
         let protocol = Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, conditions, realisation };
         let mut run = EngineRun::new(setup, protocol.noise.levels(), conditions);
-        let mut told = Vec::new();
+        let mut answers = Vec::new();
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
-            told = run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap();
+            answers.extend(run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap());
         }
-        told
+        answers.extend(run.finish());
+        assert!(answers.iter().map(|answer| answer.frame).eq(0..n_frames), "{setup:?}");
+        answers.pop().unwrap().told
     }
 
     #[test]
@@ -256,7 +312,7 @@ mod tests {
                 run.fuse(&reports, scene.keyframes[frame].at).unwrap()
             };
             (0..4).for_each(|frame| drop(fuse(frame, false)));
-            fuse(4, true).len()
+            fuse(4, true)[0].told.len()
         };
         assert_eq!(told(Conditions::Paper), 0);
         assert!(told(Conditions::Sensors) > 0);

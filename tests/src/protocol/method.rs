@@ -3,6 +3,7 @@
 use super::engine_run::Setup;
 use super::noise::NoisePair;
 use serde::Serialize;
+use v2x_common::time::Span;
 use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
 use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::method::{Method as HubMethod, WindowConfig};
@@ -64,6 +65,10 @@ methods! {
     UnikfPaperEuclidean = "unikf-paper-euclidean";
     /// Our engine
     Ours = "ours";
+    /// Our engine, told half a second later: the keyframe after it counts, too
+    OursLagHalf = "ours-lag-0.5s";
+    /// Our engine, told a second later: the two keyframes after it count, too
+    OursLag1 = "ours-lag-1s";
     /// Our engine, agent 1 alone
     Single1Ours = "single-1-ours";
     /// Our engine with every association true: a ceiling
@@ -83,6 +88,7 @@ methods! {
 struct Told {
     sigma: bool,
     past: bool,
+    later: bool,
     class_prior: bool,
     size_law: bool,
     truth: bool,
@@ -99,7 +105,7 @@ pub struct Recipe {
 
 impl Method {
     /// The rows of Table II, in its order.
-    pub const TABLE_II: [Self; 17] = [
+    pub const TABLE_II: [Self; 19] = [
         Self::Single1,
         Self::Nms,
         Self::NmsGiou,
@@ -115,16 +121,19 @@ impl Method {
         Self::DairV2xCv,
         Self::UnikfPaper,
         Self::Ours,
+        Self::OursLagHalf,
+        Self::OursLag1,
         Self::Single1Ours,
         Self::OursTrueId,
     ];
 
     /// What it is told apart from boxes and classes, in words.
     pub fn told(self) -> String {
-        let Told { sigma, past, class_prior, size_law, truth } = self.given();
+        let Told { sigma, past, later, class_prior, size_law, truth } = self.given();
         let parts = [
             (sigma, "σ"),
             (past, "past frames"),
+            (later, "later frames"),
             (class_prior, "class prior"),
             (size_law, "size law"),
             (truth, "true identities"),
@@ -149,6 +158,7 @@ impl Method {
             Self::Ours | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
             Self::OursBiased => Told { size_law: false, ..ours },
             Self::OursForgetful => Told { past: false, ..ours },
+            Self::OursLagHalf | Self::OursLag1 => Told { later: true, ..ours },
             Self::OursTrueId => Told { truth: true, ..ours },
             _ => Told::default(),
         }
@@ -186,6 +196,8 @@ impl Method {
             Self::UnikfPaperIou => paper.associated_by(AssociationCost::Iou),
             Self::UnikfPaperEuclidean => paper.associated_by(AssociationCost::Euclidean),
             Self::Ours => ours,
+            Self::OursLagHalf => Setup { lag: Span::from_millis(500), ..ours },
+            Self::OursLag1 => Setup { lag: Span::from_millis(1000), ..ours },
             Self::Single1Ours => Setup { n_agents: 1, ..ours },
             Self::OursTrueId => Setup { has_true_identities: true, ..ours },
             Self::OursCv => ours.with(EngineConfig { motion: MotionModel::Cv, ..ours.config }),

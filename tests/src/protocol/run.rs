@@ -2,7 +2,7 @@
 
 use super::conditions::Conditions;
 use super::contender::{Contender, Occasion};
-use super::engine_run::Refused;
+use super::engine_run::{Answer, Refused};
 use super::instant::Instant;
 use super::noise::{NoisePair, Realisation, Shape};
 use super::observe::Protocol;
@@ -149,16 +149,25 @@ impl Plan {
         let protocol = Protocol { noise, shape, conditions, realisation };
         let occasion = Occasion { noise, conditions, trial, scene: &scene.name };
         let mut fusers: Vec<_> = contenders.iter().map(|one| one.begin(&occasion)).collect();
+        let views: Vec<Vec<bool>> =
+            (0..scene.keyframes.len()).map(|frame| protocol.is_in_view(scene, frame)).collect();
+        let mut see_all = |place: usize, answers: Vec<Answer>| {
+            for Answer { frame, told } in answers {
+                see(place, &Instant::new(scene, frame, &views[frame], &told));
+            }
+        };
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
             let reports = protocol.observe(scene, frame);
-            let is_in_view = protocol.is_in_view(scene, frame);
             for (place, fuser) in fusers.iter_mut().enumerate() {
-                let told = fuser.fuse(&reports, keyframe.at).map_err(|source| {
+                let answers = fuser.fuse(&reports, (frame, keyframe.at)).map_err(|source| {
                     let (method, scene) = (contenders[place].key().to_owned(), scene.name.clone());
                     RunError { method, scene, noise, source: Box::new(source) }
                 })?;
-                see(place, &Instant::new(scene, frame, &is_in_view, &told));
+                see_all(place, answers);
             }
+        }
+        for (place, fuser) in fusers.iter_mut().enumerate() {
+            see_all(place, fuser.finish());
         }
         Ok(())
     }

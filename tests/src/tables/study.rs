@@ -108,7 +108,7 @@ impl Table {
                 Method::OursForgetful,
             ],
             // With clutter there are no true identities to be told.
-            Self::Sensors => Method::TABLE_II.split_at(16).0,
+            Self::Sensors => Method::TABLE_II.split_at(18).0,
         }
     }
 

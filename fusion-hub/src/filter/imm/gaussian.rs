@@ -47,7 +47,7 @@ pub(super) fn apart(deviation: f64) -> f64 {
 }
 
 /// An angle that is at most one turn off brought into [-π, π]; any other goes the long way.
-fn wrapped(angle: f64) -> f64 {
+pub(super) fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
     } else if angle.abs() <= TAU {

@@ -11,6 +11,7 @@ mod likelihood;
 mod motion;
 mod output;
 mod params;
+mod smoothing;
 mod transitions;
 mod velocity;
 
@@ -52,6 +53,26 @@ pub struct Inflation {
 impl Inflation {
     /// Track and report are independent: the Kalman update.
     pub const NONE: Self = Self { prior: 1.0, report: 1.0 };
+}
+
+/// How a prediction goes: in equal steps, each of which first changes models and then moves.
+struct Passage {
+    n_steps: u32,
+    step: Step,
+    /// `None` for what never changes its model.
+    transitions: Option<[[f64; 4]; 4]>,
+    params: &'static Params,
+}
+
+impl Passage {
+    #[inline(always)]
+    fn of(dt_s: f64, class: Class, length_m: f64) -> Self {
+        let params = Params::of(class);
+        let steps = libm::ceil(dt_s.abs() / LONGEST_STEP_S).clamp(1.0, MOST_STEPS);
+        let step = Step::of(dt_s / steps, params.lever * length_m);
+        let transitions = (!class.is_immobile()).then(|| transitions::within(step.duration_s));
+        Self { n_steps: steps as u32, step, transitions, params }
+    }
 }
 
 /// One object under four models of motion.
@@ -99,26 +120,24 @@ impl Imm {
         if dt_s == 0.0 {
             return;
         }
-        let params = Params::of(class);
-        self.lever_m = params.lever * length_m;
-        let steps = libm::ceil(dt_s.abs() / LONGEST_STEP_S).clamp(1.0, MOST_STEPS);
-        let step = Step::of(dt_s / steps, self.lever_m);
-        let transitions = (!class.is_immobile()).then(|| transitions::within(step.duration_s));
-        for _ in 0..steps as u32 {
-            if let Some(transitions) = &transitions {
-                self.mix(transitions, params);
-            }
-            self.advance(&step, params);
+        let passage = Passage::of(dt_s, class, length_m);
+        for _ in 0..passage.n_steps {
+            self.pass(&passage);
         }
     }
 
+    #[inline(always)]
+    fn pass(&mut self, passage: &Passage) {
+        let Passage { step, transitions, params, .. } = passage;
+        self.lever_m = step.lever_m;
+        if let Some(transitions) = transitions {
+            self.mix(transitions, params);
+        }
+        self.advance(step, params);
+    }
+
     fn mix(&mut self, transitions: &[[f64; 4]; 4], params: &Params) {
-        let sources = [
-            self.parked.with_motion(&params.start),
-            self.stopped.with_motion(&params.start),
-            self.smooth.with_turn(params.smooth.turn_variance),
-            self.manoeuvre,
-        ];
+        let sources = self.sources(params);
         let mut into = [[0.0; 4]; 4];
         let mut predicted = [0.0; 4];
         for (from, weight) in self.weights.into_iter().enumerate() {
@@ -132,6 +151,17 @@ impl Imm {
         self.smooth = gaussian::mixed(&sources, SMOOTH, &into[SMOOTH]).unwrap_or(self.smooth);
         self.manoeuvre = gaussian::mixed(&sources, MANOEUVRE, &into[MANOEUVRE]).unwrap_or(self.manoeuvre);
         self.weights = predicted;
+    }
+
+    /// Every model as one that is about to become another.
+    #[inline(always)]
+    fn sources(&self, params: &Params) -> [Full; 4] {
+        [
+            self.parked.with_motion(&params.start),
+            self.stopped.with_motion(&params.start),
+            self.smooth.with_turn(params.smooth.turn_variance),
+            self.manoeuvre,
+        ]
     }
 
     fn advance(&mut self, step: &Step, params: &Params) {

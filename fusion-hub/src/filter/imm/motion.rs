@@ -100,7 +100,7 @@ pub(super) struct Step {
     /// The same, averaged over the step: how far the mean heading is ahead, s.
     ahead: f64,
     /// Distance from the rear axle to the centre, m.
-    lever_m: f64,
+    pub(super) lever_m: f64,
     /// Of a turn rate driven by unit noise: variance of the heading, covariance, variance of the rate.
     turn_noise: [f64; 3],
 }
@@ -153,6 +153,16 @@ pub(super) fn moved(state: &Full, step: &Step, drive: &Drive) -> Full {
     add_noise(&mut next, step, drive, &displacement);
     next.wrap();
     next
+}
+
+/// Covariance of the state before a step (rows) with the state after it (columns).
+pub(super) fn cross_covariance(state: &Full, step: &Step) -> [[f64; 5]; 5] {
+    let Displacement { cross, .. } =
+        Displacement::of(state, step.dt_s, step.lever_m * step.turned, step.ahead);
+    std::array::from_fn(|row| {
+        let [x, y, yaw, speed, turn] = std::array::from_fn(|column| state.covariance[at(row, column)]);
+        [x + cross[row].re, y + cross[row].im, yaw + step.turned * turn, speed, step.left * turn]
+    })
 }
 
 /// White acceleration along the heading: q·[[T³/3, T²/2], [T²/2, T]]; diffusion across it and of all else.
@@ -215,7 +225,7 @@ mod tests {
         let predicted = moved(&state, &step, &QUIET);
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let count = 200_000;
-        let (mut sum, mut products) = ([0.0; 5], [0.0; 15]);
+        let (mut sum, mut products, mut crossed) = ([0.0; 5], [0.0; 15], [[0.0; 5]; 5]);
         for _ in 0..count {
             let unit: [f64; 5] = std::array::from_fn(|_| normal(&mut random));
             let [x, y, yaw, v, turn]: [f64; 5] = std::array::from_fn(|row| {
@@ -232,13 +242,24 @@ mod tests {
             ];
             let off: [f64; 5] = std::array::from_fn(|i| after[i] - predicted.mean[i]);
             for row in 0..5 {
+                let before = (0..=row).map(|k| FACTOR[at(row, k)] * unit[k]).sum::<f64>();
+                for column in 0..5 {
+                    crossed[row][column] += before * off[column] / f64::from(count);
+                }
                 sum[row] += off[row] / f64::from(count);
                 for column in 0..=row {
                     products[at(row, column)] += off[row] * off[column] / f64::from(count);
                 }
             }
         }
+        let cross = cross_covariance(&state, &step);
         for row in 0..5 {
+            let before = libm::sqrt(state.covariance[at(row, row)]);
+            for column in 0..5 {
+                let after = libm::sqrt(predicted.covariance[at(column, column)]);
+                let off = crossed[row][column] - cross[row][column];
+                assert!(off.abs() < 0.02 * before * after, "with what was before: {row} {column} {off}");
+            }
             let sigma = |i: usize| libm::sqrt(predicted.covariance[at(i, i)]);
             // Five standard errors of a mean, and of a covariance of heavy tails.
             assert!(sum[row].abs() < 5.0 * sigma(row) / libm::sqrt(f64::from(count)), "{row} {sum:?}");

@@ -67,7 +67,7 @@ impl Kinematic {
 }
 
 /// The model that the others are measured from.
-fn likeliest(weights: &[f64; 4]) -> usize {
+pub(super) fn likeliest(weights: &[f64; 4]) -> usize {
     (1..4).fold(0, |best, model| if weights[model] > weights[best] { model } else { best })
 }
 

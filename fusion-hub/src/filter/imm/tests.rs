@@ -15,7 +15,7 @@ fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * f64::from(random.next_u32()) / 4_294_967_296.0
 }
 
-fn report(position: [f64; 2], yaw: f64) -> Measurement {
+pub(super) fn report(position: [f64; 2], yaw: f64) -> Measurement {
     Measurement {
         class: Class::Car,
         position,
@@ -31,7 +31,7 @@ fn report(position: [f64; 2], yaw: f64) -> Measurement {
 }
 
 /// A car that was seen for two seconds at a steady speed and turn rate, 10 times a second.
-fn driven(speed: f64, turn_rate: f64, heading: f64) -> Imm {
+pub(super) fn driven(speed: f64, turn_rate: f64, heading: f64) -> Imm {
     let mut imm = Imm::born(&report([0.0, 0.0], heading));
     let (mut x, mut y) = (0.0, 0.0);
     for step in 1..20 {
@@ -53,7 +53,7 @@ fn is_positive_definite<const N: usize, const T: usize>(state: &gaussian::Gaussi
     state.mean.iter().all(|mean| mean.is_finite()) && correlation.cholesky().is_some()
 }
 
-fn assert_sound(imm: &Imm) {
+pub(super) fn assert_sound(imm: &Imm) {
     assert!(is_positive_definite(&imm.parked), "{imm:?}");
     assert!(is_positive_definite(&imm.stopped), "{imm:?}");
     assert!(is_positive_definite(&imm.smooth), "{imm:?}");
@@ -226,7 +226,7 @@ fn inflating_both_sides_is_covariance_intersection() {
 }
 
 /// Anything that the wire lets through: 1 mm to 70 m, 1e-4 to 7 rad, positions anywhere on it.
-fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
+pub(super) fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
     let mut power = |low: f64, high: f64| libm::exp(between(random, libm::log(low), libm::log(high)));
     let (sx, sy, sigma_yaw, sigma_v) =
         (power(1e-3, 70.0), power(1e-3, 70.0), power(1e-4, 7.0), power(1e-3, 70.0));
