@@ -15,7 +15,7 @@ mod text;
 pub use args::TablesArgs;
 
 use crate::protocol::contender::Contender;
-use crate::protocol::run::{Plan, RunError, Scores};
+use crate::protocol::run::{Plan, RunError, Scores, Setting};
 use crate::protocol::scene::{Scene, Statistics};
 use progress::Progress;
 use rows::{Row, Table, rows};
@@ -66,10 +66,18 @@ impl Tables {
         dataset: &str,
         mut progress: impl FnMut(usize, usize),
     ) -> Result<Self, RunError> {
-        let scores = plan.run(scenes, &mut progress)?;
         let blocks = study.blocks();
+        // In scenes: a contender that is looked at as a tracker plays all of them once more for each trial.
+        let again = trackers(&blocks).count() * plan.trials as usize * scenes.len();
+        let mut first_part = 0;
+        let scores = plan.run(scenes, |done, of| {
+            first_part = of;
+            progress(done, of + again);
+        })?;
         let mut rows: Vec<Row> = blocks.iter().flat_map(|block| rows(block, &plan, &scores)).collect();
-        note_trackers(&mut rows, &blocks, (&plan, scenes), &mut progress)?;
+        note_trackers(&mut rows, &blocks, (&plan, scenes), |done, _| {
+            progress(first_part + done * scenes.len(), first_part + again);
+        })?;
         let statistics = Statistics::of(scenes);
         Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores })
     }
@@ -83,6 +91,12 @@ impl Tables {
     }
 }
 
+/// Who is looked at as a tracker, and where.
+fn trackers(blocks: &[Block]) -> impl Iterator<Item = (Setting, &str)> {
+    let blocks = blocks.iter().filter(|block| block.table == Table::Sensors);
+    blocks.flat_map(|block| block.contenders.iter().map(|one| (block.setting, one.key())))
+}
+
 /// Completes the rows of [`Table::Sensors`] by what `track` tells of contenders as trackers.
 fn note_trackers(
     rows: &mut [Row],
@@ -90,9 +104,8 @@ fn note_trackers(
     (plan, scenes): (&Plan, &[Scene]),
     progress: impl FnMut(usize, usize),
 ) -> Result<(), RunError> {
-    let blocks = blocks.iter().filter(|block| block.table == Table::Sensors);
-    let named = blocks.flat_map(|block| block.contenders.iter().map(|one| (block.setting, one.key())));
-    let cells = named.filter_map(|(setting, key)| Some(((setting.noise, key), plan.cell(setting, key)?)));
+    let cells =
+        trackers(blocks).filter_map(|(setting, key)| Some(((setting.noise, key), plan.cell(setting, key)?)));
     let (names, cells): (Vec<_>, Vec<_>) = cells.unzip();
     let scores = plan.track(scenes, &cells, progress)?;
     for ((noise, key), score) in names.into_iter().zip(scores) {
