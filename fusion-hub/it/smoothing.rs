@@ -155,7 +155,6 @@ fn under_its_own_model_the_smoothed_error_is_as_large_as_the_covariance_says() {
     assert!((3826.6..=4177.2).contains(&smoothed.kinematic), "{smoothed:?}");
     assert!((914.3..=1089.5).contains(&smoothed.heading), "{smoothed:?}");
     // Of 1000 runs each, so the ratio is known to some 4 %.
-    println!("{}", smoothed.squared_m2 / filtered.squared_m2);
     assert!(smoothed.squared_m2 < 0.45 * filtered.squared_m2, "{smoothed:?} {filtered:?}");
 }
 

@@ -22,8 +22,9 @@ use v2x_fusion_hub::refusal::{Disposition, Refusal};
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Keyframes per second: only said, never used.
 const RATE_HZ: f64 = 2.0;
-/// Keyframes come on the sensor's sweeps, which are half so far apart: so much later is still within the lag.
-const LAG_TOLERANCE: Span = Span::from_millis(100);
+/// Recorded keyframes come on the sweeps of a sensor at 20 Hz, not every 0.5 s exactly: so much later is still within
+/// the lag. Less than the time between two frames at 10 Hz, where none more may count.
+const LAG_TOLERANCE: Span = Span::from_millis(75);
 /// With true identities objects are moved this far apart along x, m: so that no report fits another one's track.
 const APART_M: f64 = 20_000.0;
 /// With true identities every report fits its own track, far as it may lie from it.
