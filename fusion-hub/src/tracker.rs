@@ -303,7 +303,6 @@ impl<F: Filter> Tracker<F> {
     fn find_duplicates(&mut self, slot: FrameSlot) {
         let frame = self.frames.get(slot);
         let Some(look) = &frame.look else { return };
-        let weights = Weights::of(1.0 - look.miss_probability);
         let (associator, places) = (&self.associator, &self.places);
         let id_of = |col: usize| self.tracks[places[col]].id;
         let track_of = track_of(associator, self.particles.as_ref());
@@ -324,6 +323,7 @@ impl<F: Filter> Tracker<F> {
                 if own.is_none() && !look.covers(self.expected[col].position, 0.0) {
                     continue;
                 }
+                let weights = Weights::of([col, rival].map(|col| self.expected[col].report_probability));
                 let (pair, witness) = ((id_of(col), id_of(rival)), (frame.agent, &weights));
                 let merge = self.duplicates.note(pair, own.is_some(), witness, frame.captured_at);
                 self.merges_due.extend(merge);

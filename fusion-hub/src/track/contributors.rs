@@ -64,9 +64,10 @@ impl Contributors {
         }
     }
 
-    /// The newest of all; of several agents' at the same time the last one's by name.
+    /// The newest of all; of several agents' at the same time the first one's by name, as wherever agents stand in a
+    /// row.
     pub fn newest(&self) -> Option<&Contributor> {
-        self.newest.iter().max_by_key(|known| known.captured_at)
+        self.newest.iter().rev().max_by_key(|known| known.captured_at)
     }
 
     /// When any agent last measured it.
