@@ -51,8 +51,13 @@ fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
     let in_time: Vec<_> = (0..IN_TIME).map(|step| piece(step, u64::from(step))).collect();
     // At the very time of the one before it, but later in order: exactly so many are newer.
     let late = piece(IN_TIME - NEWER - 1, 1 << 40);
-    let records =
-        Records { frames: &frames, agents: &agents, synchronous: Span::ZERO, late_data: LateData::Replay };
+    let records = Records {
+        frames: &frames,
+        agents: &agents,
+        synchronous: Span::ZERO,
+        late_data: LateData::Replay,
+        class_moves: true,
+    };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
     in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));
     criterion.bench_function(&format!("replay/{filter}, 25 newer"), |bencher| {

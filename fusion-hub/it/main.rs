@@ -8,4 +8,5 @@ mod numerics;
 mod overload;
 mod particles;
 mod promises;
+mod switches;
 mod world;

@@ -65,6 +65,15 @@ pub struct EngineConfig {
     /// ([`crate::particles`]); below 2 there is one. Several weigh by the likelihood, whatever the cost in
     /// `association`.
     pub association_particles: u32,
+    /// Whether classes tell of sizes and of motion at all. Without, sizes are as without `class_size_priors`, and
+    /// every class moves as vehicles do.
+    pub class_priors: bool,
+    /// Whether objects of a class tell of each other's sizes; without, an object's own reports alone do, every
+    /// logarithm of a size being as likely as any other at first.
+    pub class_size_priors: bool,
+    /// Whether it counts by which law a sensor declares that its sizes err; without, they err by a normal
+    /// distribution of the stated variance about the true ones.
+    pub debias_sizes: bool,
     /// Probability of existence from which on an object is published.
     pub publish_existence: f64,
     /// What is assumed where agents say nothing.
@@ -90,6 +99,9 @@ impl EngineConfig {
                 ..AssociationConfig::default()
             },
             association_particles: 0,
+            class_priors: true,
+            class_size_priors: true,
+            debias_sizes: true,
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
         }

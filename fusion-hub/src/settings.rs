@@ -28,6 +28,9 @@ struct HubTable {
     association_particles: Option<u32>,
     gate: Option<f64>,
     class_aware: Option<bool>,
+    class_priors: bool,
+    class_size_priors: bool,
+    debias_sizes: bool,
     publish_existence: f64,
     publish: PublishTable,
     sensing: SensingDefaults,
@@ -73,6 +76,9 @@ impl Default for HubTable {
             association_particles: None,
             gate: None,
             class_aware: None,
+            class_priors: engine.class_priors,
+            class_size_priors: engine.class_size_priors,
+            debias_sizes: engine.debias_sizes,
             publish_existence: engine.publish_existence,
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
             sensing: engine.sensing,
@@ -151,6 +157,9 @@ impl HubTable {
         engine.map_frame = self.map_frame;
         engine.delta_max = Span::from_secs_f64(self.delta_max_ms * 1e-3);
         engine.coast = Span::from_secs_f64(self.coast_ms * 1e-3);
+        engine.class_priors = self.class_priors;
+        engine.class_size_priors = self.class_size_priors;
+        engine.debias_sizes = self.debias_sizes;
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;
         Ok(HubSettings {
@@ -264,6 +273,14 @@ mod tests {
         let paper = EngineConfig { association_particles: 8, ..HubSettings::default().engine };
         assert_eq!(paper.with_preset(Preset::Paper).association_particles, 0);
         assert_eq!(paper.with_preset(Preset::PaperLiteral).association_particles, 0);
+    }
+
+    #[test]
+    fn what_the_engine_knows_beforehand_can_be_switched_off() {
+        let engine = |text: &str| settings(text).unwrap().engine;
+        assert!(!engine("class_priors = false").class_priors);
+        assert!(!engine("class_size_priors = false").class_size_priors);
+        assert!(!engine("debias_sizes = false").debias_sizes);
     }
 
     #[test]

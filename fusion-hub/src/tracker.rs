@@ -95,7 +95,7 @@ impl<F: Filter> Tracker<F> {
             births: Vec::new(),
             measurements: Vec::new(),
             merges_due: Vec::new(),
-            publisher: Publisher::default(),
+            publisher: Publisher::new(&config),
             counts: Counts::default(),
         }
     }
@@ -129,7 +129,13 @@ impl<F: Filter> Tracker<F> {
     }
 
     fn records<'a>(config: &EngineConfig, frames: &'a FrameStore, agents: &'a Agents) -> Records<'a> {
-        Records { frames, agents, synchronous: config.filter_synchronous, late_data: config.late_data }
+        Records {
+            frames,
+            agents,
+            synchronous: config.filter_synchronous,
+            late_data: config.late_data,
+            class_moves: config.class_priors,
+        }
     }
 
     /// The tracks that the frame can concern, as they stood at its time.
@@ -167,7 +173,7 @@ impl<F: Filter> Tracker<F> {
             self.predicted.push(known.state);
             if let Some(state) = self.predicted.last_mut() {
                 if away > records.synchronous {
-                    state.predict(at, known.class());
+                    state.predict(at, known.moves_as());
                 }
                 let mut expected = state.expected(known.class());
                 if let Some(look) = &frame.look

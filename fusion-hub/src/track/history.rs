@@ -10,7 +10,7 @@ use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Pieces of evidence between two checkpoints: what a late frame replays to know the past, against memory.
-const CHECKPOINT_EVERY: usize = 8;
+const CHECKPOINT_EVERY: usize = 4;
 /// Measurements fetched at once before they are replayed: they lie in as many frames, and fetching them one by one
 /// would wait for the memory each time.
 const GATHERED: usize = 16;
@@ -41,6 +41,8 @@ pub struct Records<'a> {
     pub synchronous: Span,
     /// What becomes of measurements newer than a late one.
     pub late_data: LateData,
+    /// Whether classes tell how objects move.
+    pub class_moves: bool,
 }
 
 /// What was known after so many pieces of evidence.
@@ -351,7 +353,7 @@ fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, piece: &Piece, records: &
 fn born<F: Filter>(piece: &Piece, records: &Records<'_>) -> Option<Snapshot<F>> {
     let z = records.frames.expanded(piece, records.frames.held(piece)?);
     let birth_odds = records.frames.get(piece.frame).model.birth_odds;
-    Some(Snapshot::born(piece.captured_at, &z, birth_odds))
+    Some(Snapshot::born(piece.captured_at, &z, birth_odds, records.class_moves))
 }
 
 /// Adds a piece, with its measurement as it is held where it is a report.

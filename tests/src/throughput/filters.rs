@@ -125,8 +125,13 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
     let in_time: Vec<_> = (0..n_in_time).map(|step| piece(step, u64::from(step))).collect();
     // At the very time of the one before it, but later in order: exactly so many are newer.
     let late = piece(n_in_time - u32::try_from(NEWER)? - 1, 1 << 40);
-    let records =
-        Records { frames: &frames, agents: &agents, synchronous: Span::ZERO, late_data: LateData::Replay };
+    let records = Records {
+        frames: &frames,
+        agents: &agents,
+        synchronous: Span::ZERO,
+        late_data: LateData::Replay,
+        class_moves: true,
+    };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
     in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));
     // As many as stay in the caches, where a hub's tracks are.
