@@ -372,7 +372,9 @@ impl<F: Filter> Tracker<F> {
             track.forget_contributors(gone);
             // However dead it seems: late data can still be its own, and how often the hub publishes must not show.
             if last_measured_at >= gone {
-                self.tracks.swap(kept, place);
+                if kept < place {
+                    self.tracks.swap(kept, place);
+                }
                 kept += 1;
             }
         }

@@ -78,17 +78,11 @@ impl Information {
 /// The sizes of all classes, as a number of tracks show them.
 ///
 /// Tracks can be added in any order; a copy that holds the dead ones can be kept and added to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SizePriors {
     classes: [[Information; 2]; Class::ALL.len()],
     /// Whether a class tells nothing.
     is_flat: bool,
-}
-
-impl Default for SizePriors {
-    fn default() -> Self {
-        Self { is_flat: false, ..Self::FLAT }
-    }
 }
 
 fn typical(class: Class) -> [f64; 2] {

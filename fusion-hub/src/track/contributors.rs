@@ -31,11 +31,17 @@ const AGENTS_AT_FIRST: usize = 16;
 pub struct Contributors {
     newest: Vec<Contributor>,
     last_measured_at: Option<Timestamp>,
+    /// None of them is older, so that nobody looks for such.
+    none_before: Timestamp,
 }
 
 impl Default for Contributors {
     fn default() -> Self {
-        Self { newest: Vec::with_capacity(AGENTS_AT_FIRST), last_measured_at: None }
+        Self {
+            newest: Vec::with_capacity(AGENTS_AT_FIRST),
+            last_measured_at: None,
+            none_before: Timestamp::MAX,
+        }
     }
 }
 
@@ -50,6 +56,7 @@ impl Contributors {
             agent: frame.agent,
         };
         self.last_measured_at = self.last_measured_at.max(Some(piece.captured_at));
+        self.none_before = self.none_before.min(piece.captured_at);
         let rank = agents.rank_of(frame.agent);
         // Where everybody sees everything, an agent stands at its rank.
         if let Some(known) = self.newest.get_mut(usize::from(rank))
@@ -77,8 +84,13 @@ impl Contributors {
 
     /// Forgets who has not measured it since `oldest`, but for the newest.
     pub fn forget_before(&mut self, oldest: Timestamp) {
+        if self.none_before >= oldest {
+            return;
+        }
         let newest = self.last_measured_at();
         self.newest.retain(|known| known.captured_at >= oldest || known.captured_at == newest);
+        let times = self.newest.iter().map(|known| known.captured_at);
+        self.none_before = times.min().unwrap_or(Timestamp::MAX);
     }
 
     /// Forgets measurements made after a time.
@@ -91,6 +103,7 @@ impl Contributors {
     pub fn clear(&mut self) {
         self.newest.clear();
         self.last_measured_at = None;
+        self.none_before = Timestamp::MAX;
     }
 
     /// Every contributor, by name.

@@ -315,8 +315,9 @@ impl<F: Filter> Track<F> {
             return;
         }
         let old = self.evidence.partition_point(|piece| piece.captured_at < horizon);
-        // Evidence begins with the birth or after what is folded, so there is a checkpoint.
-        let Some(place) = self.checkpoints_within(old).checked_sub(1) else { return };
+        // Evidence begins with the birth or after what is folded, so there is a checkpoint. Few are as old as that.
+        let within = self.checkpoints.iter().take_while(|checkpoint| checkpoint.count <= old).count();
+        let Some(place) = within.checked_sub(1) else { return };
         self.checkpoints.drain(..place);
         let folded = self.checkpoints[0].count;
         self.forget_front(folded);
