@@ -1,5 +1,7 @@
 //! Tracks and frames: which report is of which track, what begins and what ends.
 
+mod reconsider;
+
 use crate::agents::{AgentSlot, Agents};
 use crate::association::{AssociationConfig, AssociationCost, Associator, Expected};
 use crate::config::EngineConfig;
@@ -124,6 +126,7 @@ impl<F: Filter> Tracker<F> {
             versions::order(&mut self.tracks, &mut self.spare);
             self.spare.truncate(MAX_SPARE);
         }
+        self.reconsider(slot, agents);
         self.merge(agents);
         innovations
     }

@@ -99,6 +99,12 @@ impl Contributors {
         self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
     }
 
+    /// Forgets an agent's.
+    pub fn take_back(&mut self, agent: AgentSlot) {
+        self.newest.retain(|known| known.agent != agent);
+        self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.newest.clear();

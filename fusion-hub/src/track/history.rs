@@ -287,6 +287,30 @@ impl<F: Filter> Track<F> {
         self.replay(records);
     }
 
+    /// Forgets what the frame told, as if it had not come yet.
+    pub fn take_back(&mut self, frame: FrameSlot, records: &Records<'_>) {
+        let stored = records.frames.get(frame);
+        let Some(place) = self.place_of(stored.captured_at, frame) else { return };
+        self.checkpoints.truncate(self.checkpoints_within(place));
+        let Some(piece) = self.evidence.remove(place) else { return };
+        self.note_stale(place);
+        if piece.index != LOOK {
+            self.contributors.take_back(stored.agent);
+            let reports = self.evidence.iter().filter(|piece| piece.index != LOOK);
+            for earlier in reports.filter(|piece| records.frames.get(piece.frame).agent == stored.agent) {
+                self.contributors.note(earlier, records.frames.get(earlier.frame), records.agents);
+            }
+        }
+        if !self.is_without_reports() {
+            self.replay(records);
+        }
+    }
+
+    /// Whether nothing is left that it was reported by.
+    pub fn is_without_reports(&self) -> bool {
+        self.checkpoints.is_empty() && self.evidence.iter().all(|piece| piece.index == LOOK)
+    }
+
     /// The newest measurement of each agent.
     pub fn contributors(&self) -> &Contributors {
         &self.contributors
