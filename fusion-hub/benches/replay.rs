@@ -57,6 +57,7 @@ fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
         synchronous: Span::ZERO,
         late_data: LateData::Replay,
         remembers_folded: false,
+        class_moves: true,
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
     in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));

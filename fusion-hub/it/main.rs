@@ -11,4 +11,5 @@ mod overload;
 mod particles;
 mod promises;
 mod smoothing;
+mod switches;
 mod world;

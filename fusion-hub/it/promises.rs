@@ -29,6 +29,8 @@ struct Report {
 }
 
 const AGENTS: [&str; 3] = ["ego", "rsu", "van"];
+/// One sees less sharply: of frames of one instant its own are associated last.
+const SIGMAS_M: [f64; 3] = [SIGMA_M, SIGMA_M, 4.0 * SIGMA_M];
 const END_MS: i64 = 2400;
 
 /// Few reports and many misses: tracks die and come back.
@@ -58,7 +60,12 @@ fn dense() -> impl Strategy<Value = Vec<Report>> {
 fn frames(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
     let arrival = |(sequence, report): (u64, &Report)| {
         let seen = (0..).zip(&report.seen);
-        let seen = seen.filter_map(|(object, error)| Some(parked(object, (*error)?)));
+        let accuracy = Covariance2::isotropic(SIGMAS_M[report.agent]);
+        let seen = seen.filter_map(|(object, error)| {
+            let mut seen = parked(object, (*error)?);
+            seen.covariance.position = accuracy;
+            Some(seen)
+        });
         let sent = frame(agent(AGENTS[report.agent]), sequence, report.captured_ms, seen.collect());
         (report.captured_ms + report.delay_ms, sent)
     };
@@ -266,4 +273,30 @@ fn a_pile_of_reports_in_one_place_is_taken_in() {
         assert!(is_accepted(&engine.handle_frame(&sent, sent.captured_at)));
     }
     assert!(engine.n_tracks() >= 600);
+}
+
+#[test]
+fn a_blurred_frame_does_not_confuse_what_a_sharp_one_of_the_same_instant_tells_apart() {
+    let row = |ys: &[f64], sigma_m| -> Vec<Detection> {
+        let seen = ys.iter().map(|y| parked(0, (0.0, *y)));
+        let mut seen: Vec<_> = seen.collect();
+        seen.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
+        seen
+    };
+    // Two cars are known when a third one comes to the end of the row. The blurred sensor sees all three 2 m off,
+    // where their neighbours are, or nearly.
+    let sharp = frame(agent("sharp"), 5, 500, row(&[0.0, 2.5, 6.5], 0.1));
+    let blurred = frame(agent("blurred"), 0, 500, row(&[-2.0, 0.5, 4.5], 1.5));
+    for order in [[&sharp, &blurred], [&blurred, &sharp]] {
+        let mut engine = engine();
+        engine.handle_description(agent("sharp"), description(0.0));
+        engine.handle_description(agent("blurred"), description(0.0));
+        for (sequence, ms) in (0..).zip((0..500).step_by(100)) {
+            engine.handle_frame(&frame(agent("sharp"), sequence, ms, row(&[0.0, 2.5], 0.1)), at(ms));
+        }
+        order.iter().for_each(|frame| assert!(is_accepted(&engine.handle_frame(frame, at(500)))));
+        let objects = &engine.fused(at(500)).objects;
+        assert_eq!(objects.len(), 3, "{objects:?}");
+        assert!(objects.iter().all(|object| object.contributors.len() == 2), "{objects:?}");
+    }
 }

@@ -3,7 +3,8 @@
 //! An outlying detection begins a track of its own beside the one that it belongs to, and from then on the
 //! two share the object's detections. A frame that sees two real objects mostly reports both; a frame that
 //! sees one object with two tracks reports one. A sequential probability ratio test (Wald 1945) over such
-//! frames decides.
+//! frames decides. A track that has hardly a chance of being reported, since its object seems to be gone, is no
+//! witness: it must not take over the object that has come in its place.
 
 use crate::agents::AgentSlot;
 use std::collections::HashMap;
@@ -16,6 +17,8 @@ const MERGE_AT: f64 = 6.907_755_278_982_137;
 const DISTINCT_AT_MOST: f64 = -MERGE_AT;
 /// Share of frames in which two tracks of one object are both reported: clutter beside it.
 const BOTH_REPORTED_OF_ONE: f64 = 0.02;
+/// Of being reported, so that nothing is divided by zero.
+const LEAST_PROBABILITY: f64 = 1e-9;
 /// How long a pair that no longer competes is remembered.
 const MEMORY: Span = Span::from_millis(30_000);
 
@@ -33,11 +36,12 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// Of a sensor with this detection probability.
-    pub fn of(detection_probability: f64) -> Self {
-        let p = detection_probability.clamp(0.01, 0.999);
-        let at_least_one = 1.0 - (1.0 - p) * (1.0 - p);
-        let both_of_two = p * p / at_least_one;
+    /// Where the frame reports the two tracks with these probabilities: that there is such an object, and that it is
+    /// detected.
+    pub fn of(report_probabilities: [f64; 2]) -> Self {
+        let [p, q] = report_probabilities.map(|probability| probability.clamp(LEAST_PROBABILITY, 0.999));
+        let at_least_one = 1.0 - (1.0 - p) * (1.0 - q);
+        let both_of_two = p * q / at_least_one;
         Self {
             // Whatever a sensor claims, one report never speaks for two objects, nor two for one.
             one_reported: libm::log((1.0 - BOTH_REPORTED_OF_ONE) / (1.0 - both_of_two)).max(0.0),
@@ -113,7 +117,7 @@ mod tests {
     /// Frames until the pair is merged, where each frame reports both tracks or one.
     fn merged_after(both_reported: impl IntoIterator<Item = bool>) -> Option<usize> {
         let mut duplicates = Duplicates::default();
-        let weights = Weights::of(0.95);
+        let weights = Weights::of([0.95; 2]);
         both_reported.into_iter().position(|both| {
             let merge = duplicates.note(PAIR, both, (AgentSlot::default(), &weights), Timestamp::EPOCH);
             assert!(merge.is_none_or(|pair| pair == (TrackId(3), TrackId(7))));
@@ -127,6 +131,16 @@ mod tests {
     }
 
     #[test]
+    fn a_track_whose_object_seems_gone_does_not_take_over_another_one() {
+        let mut duplicates = Duplicates::default();
+        let weights = Weights::of([1e-3, 0.999]);
+        for _ in 0..100 {
+            let merge = duplicates.note(PAIR, false, (AgentSlot::default(), &weights), Timestamp::EPOCH);
+            assert_eq!(merge, None);
+        }
+    }
+
+    #[test]
     fn tracks_that_are_reported_together_stay_two_through_some_misses() {
         assert_eq!(merged_after([[true; 5].as_slice(), &[false; 3]].concat()), None);
     }
@@ -136,7 +150,7 @@ mod tests {
         let mut agents = Agents::default();
         let slots = ["rsu", "ego", "van"].map(|name| agents.slot_for(AgentId::new(name).unwrap()));
         let mut duplicates = Duplicates::default();
-        let weights = Weights::of(0.95);
+        let weights = Weights::of([0.95; 2]);
         for _ in 0..100 {
             for slot in slots {
                 let both = slot == slots[0];
@@ -148,7 +162,7 @@ mod tests {
     #[test]
     fn pairs_are_forgotten_with_their_tracks() {
         let mut duplicates = Duplicates::default();
-        let weights = Weights::of(0.95);
+        let weights = Weights::of([0.95; 2]);
         let note = |duplicates: &mut Duplicates| {
             duplicates.note(PAIR, false, (AgentSlot::default(), &weights), Timestamp::EPOCH)
         };

@@ -104,7 +104,9 @@ impl Engine {
 
     /// Takes in an agent's sensor description.
     pub fn handle_description(&mut self, agent: AgentId, description: SensorDescription) {
-        let sensing = Sensing::described(&description, &self.config.sensing);
+        let size_noise = description.size_noise.filter(|_| self.config.debias_sizes);
+        let read = SensorDescription { size_noise, ..description };
+        let sensing = Sensing::described(&read, &self.config.sensing);
         if let Some(record) = self.inbox.record_mut(agent) {
             record.description = Some(description);
             record.sensing = sensing;

@@ -11,6 +11,7 @@ pub mod baselines;
 pub mod config;
 pub mod duplicates;
 pub mod engine;
+mod exponential;
 pub mod filter;
 pub mod frames;
 #[cfg(feature = "net")]

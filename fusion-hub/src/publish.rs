@@ -17,7 +17,7 @@ use v2x_common::time::{Span, Timestamp};
 const REMEMBERED_REPORTS: u32 = 10;
 
 /// Writes down objects; holds the memory of those that a shorter list has no use for.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Publisher {
     pub(crate) spare: Vec<FusedObject>,
     /// Sizes of objects that are gone.
@@ -25,6 +25,14 @@ pub(crate) struct Publisher {
 }
 
 impl Publisher {
+    pub(crate) fn new(config: &EngineConfig) -> Self {
+        let has_priors = config.class_priors && config.class_size_priors;
+        Self {
+            spare: Vec::new(),
+            past_sizes: if has_priors { SizePriors::default() } else { SizePriors::FLAT },
+        }
+    }
+
     /// Fills the list with the objects as of `now`; what the list held is overwritten, its memory used again.
     pub(crate) fn fill<F: Filter>(
         &mut self,

@@ -33,6 +33,9 @@ struct HubTable {
     association_particles: Option<u32>,
     gate: Option<f64>,
     class_aware: Option<bool>,
+    class_priors: bool,
+    class_size_priors: bool,
+    debias_sizes: bool,
     publish_existence: f64,
     publish: PublishTable,
     sensing: SensingDefaults,
@@ -82,6 +85,9 @@ impl Default for HubTable {
             association_particles: None,
             gate: None,
             class_aware: None,
+            class_priors: engine.class_priors,
+            class_size_priors: engine.class_size_priors,
+            debias_sizes: engine.debias_sizes,
             publish_existence: engine.publish_existence,
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
             sensing: engine.sensing,
@@ -181,6 +187,9 @@ impl HubTable {
         if engine.lag > Span::ZERO && engine.window.is_some() {
             return Err(SettingsError::LagWithoutMemory);
         }
+        engine.class_priors = self.class_priors;
+        engine.class_size_priors = self.class_size_priors;
+        engine.debias_sizes = self.debias_sizes;
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;
         Ok(HubSettings {
@@ -315,6 +324,14 @@ mod tests {
             main_agent: Some(AgentId::new("ego").unwrap()),
         };
         assert_eq!(window(text), Some(expected));
+    }
+
+    #[test]
+    fn what_the_engine_knows_beforehand_can_be_switched_off() {
+        let engine = |text: &str| settings(text).unwrap().engine;
+        assert!(!engine("class_priors = false").class_priors);
+        assert!(!engine("class_size_priors = false").class_size_priors);
+        assert!(!engine("debias_sizes = false").debias_sizes);
     }
 
     #[test]

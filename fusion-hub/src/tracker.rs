@@ -1,5 +1,7 @@
 //! Tracks and frames: which report is of which track, what begins and what ends.
 
+mod reconsider;
+
 use crate::agents::{AgentSlot, Agents};
 use crate::association::{AssociationConfig, AssociationCost, Associator, Expected};
 use crate::config::EngineConfig;
@@ -100,7 +102,7 @@ impl<F: Filter> Tracker<F> {
             births: Vec::new(),
             measurements: Vec::new(),
             merges_due: Vec::new(),
-            publisher: Publisher::default(),
+            publisher: Publisher::new(&config),
             retrospection: Retrospection::default(),
             former: Former::default(),
             gone_before: Timestamp::MIN,
@@ -132,13 +134,15 @@ impl<F: Filter> Tracker<F> {
             versions::order(&mut self.tracks, &mut self.spare);
             self.spare.truncate(MAX_SPARE);
         }
+        self.reconsider(slot, agents);
         self.merge(slot, agents);
         innovations
     }
 
     fn records<'a>(config: &EngineConfig, frames: &'a FrameStore, agents: &'a Agents) -> Records<'a> {
-        let EngineConfig { filter_synchronous: synchronous, late_data, lag, .. } = *config;
-        Records { frames, agents, synchronous, late_data, remembers_folded: lag > Span::ZERO }
+        let EngineConfig { filter_synchronous: synchronous, late_data, lag, class_priors, .. } = *config;
+        let remembers_folded = lag > Span::ZERO;
+        Records { frames, agents, synchronous, late_data, remembers_folded, class_moves: class_priors }
     }
 
     /// The tracks that the frame can concern, as they stood at its time.
@@ -181,7 +185,7 @@ impl<F: Filter> Tracker<F> {
             self.predicted.push(known.state);
             if let Some(state) = self.predicted.last_mut() {
                 if away > records.synchronous {
-                    state.predict(at, known.class());
+                    state.predict(at, known.moves_as());
                 }
                 let mut expected = state.expected(known.class());
                 if let Some(look) = &frame.look
@@ -317,7 +321,6 @@ impl<F: Filter> Tracker<F> {
     fn find_duplicates(&mut self, slot: FrameSlot) {
         let frame = self.frames.get(slot);
         let Some(look) = &frame.look else { return };
-        let weights = Weights::of(1.0 - look.miss_probability);
         let (associator, places) = (&self.associator, &self.places);
         let id_of = |col: usize| self.tracks[places[col]].id;
         let track_of = track_of(associator, self.particles.as_ref());
@@ -338,6 +341,7 @@ impl<F: Filter> Tracker<F> {
                 if own.is_none() && !look.covers(self.expected[col].position, 0.0) {
                     continue;
                 }
+                let weights = Weights::of([col, rival].map(|col| self.expected[col].report_probability));
                 let (pair, witness) = ((id_of(col), id_of(rival)), (frame.agent, &weights));
                 let merge = self.duplicates.note(pair, own.is_some(), witness, frame.captured_at);
                 self.merges_due.extend(merge);
@@ -385,7 +389,9 @@ impl<F: Filter> Tracker<F> {
             track.forget_contributors(gone);
             // However dead it seems: late data can still be its own, and how often the hub publishes must not show.
             if last_measured_at >= gone {
-                self.tracks.swap(kept, place);
+                if kept < place {
+                    self.tracks.swap(kept, place);
+                }
                 kept += 1;
             }
         }

@@ -166,9 +166,10 @@ impl Associator {
         self.candidates.rivals(measurement)
     }
 
-    /// Decides on the candidates. Where pairs compete, a track's report costs `report_cost` more. Where that is
-    /// `None`, no pair costs more than staying alone, and one that competes with no other is made without asking
-    /// for its cost.
+    /// Decides on the candidates. Where pairs compete, a track's report costs `report_cost` more; where they do not,
+    /// a track that is sure to be reported may still cost less, but none costs more: a track that seems dead may be
+    /// waiting for late data. Where it is `None`, no pair costs more than staying alone, and one that competes with
+    /// no other is made without asking for its cost.
     fn assign(
         &mut self,
         cost_alone: f64,
@@ -182,7 +183,11 @@ impl Associator {
             match places {
                 [] => {}
                 [only] if candidates.rivals(*only) == 1 => {
-                    if report_cost.is_none() || cost(candidates, track, *only) <= cost_alone {
+                    let is_pair = report_cost.is_none_or(|report_cost| {
+                        let cost = cost(candidates, track, *only);
+                        cost <= cost_alone || cost + report_cost(track) <= cost_alone
+                    });
+                    if is_pair {
                         track_of[*only as usize] = Some(track);
                     }
                 }

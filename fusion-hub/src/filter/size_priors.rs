@@ -78,15 +78,11 @@ impl Information {
 /// The sizes of all classes, as a number of tracks show them.
 ///
 /// Tracks can be added in any order; a copy that holds the dead ones can be kept and added to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SizePriors {
     classes: [[Information; 2]; Class::ALL.len()],
-}
-
-impl Default for SizePriors {
-    fn default() -> Self {
-        Self { classes: [[Information::default(); 2]; Class::ALL.len()] }
-    }
+    /// Whether a class tells nothing.
+    is_flat: bool,
 }
 
 fn typical(class: Class) -> [f64; 2] {
@@ -114,8 +110,15 @@ fn contribution(class: Class, evidence: &[SizeEvidence; 2]) -> [Information; 2] 
 }
 
 impl SizePriors {
+    /// Of classes that tell nothing: every logarithm of a size is as likely as any other.
+    pub const FLAT: Self =
+        Self { classes: [[Information { weight: 0, sum: 0 }; 2]; Class::ALL.len()], is_flat: true };
+
     /// Adds what one track says of its class.
     pub fn note(&mut self, class: Class, evidence: &[SizeEvidence; 2]) {
+        if self.is_flat {
+            return;
+        }
         let own = contribution(class, evidence);
         for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(own) {
             sum.add(own);
@@ -141,6 +144,9 @@ impl SizePriors {
     ///
     /// Each dimension's prior is conditioned on what the other one has turned out to be.
     pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
+        if self.is_flat {
+            return [evidence[0].estimate(None), evidence[1].estimate(None)];
+        }
         let priors = self.without(class, &contribution(class, evidence));
         let first = [evidence[0].estimate(Some(&priors[0])), evidence[1].estimate(Some(&priors[1]))];
         let rho = Spread::of(class).rho;

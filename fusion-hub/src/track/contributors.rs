@@ -31,17 +31,23 @@ const AGENTS_AT_FIRST: usize = 16;
 pub struct Contributors {
     newest: Vec<Contributor>,
     last_measured_at: Option<Timestamp>,
+    /// None of them is older, so that nobody looks for such.
+    none_before: Timestamp,
 }
 
 impl Default for Contributors {
     fn default() -> Self {
-        Self { newest: Vec::with_capacity(AGENTS_AT_FIRST), last_measured_at: None }
+        Self {
+            newest: Vec::with_capacity(AGENTS_AT_FIRST),
+            last_measured_at: None,
+            none_before: Timestamp::MAX,
+        }
     }
 }
 
 impl Contributors {
     /// Of nothing, without room.
-    pub const NONE: Self = Self { newest: Vec::new(), last_measured_at: None };
+    pub const NONE: Self = Self { newest: Vec::new(), last_measured_at: None, none_before: Timestamp::MAX };
 
     /// Notes a report.
     #[inline]
@@ -66,6 +72,7 @@ impl Contributors {
     #[inline]
     fn add(&mut self, entry: Contributor, agents: &Agents) {
         self.last_measured_at = self.last_measured_at.max(Some(entry.captured_at));
+        self.none_before = self.none_before.min(entry.captured_at);
         let rank = agents.rank_of(entry.agent);
         // Where everybody sees everything, an agent stands at its rank.
         if let Some(known) = self.newest.get_mut(usize::from(rank))
@@ -80,9 +87,10 @@ impl Contributors {
         }
     }
 
-    /// The newest of all; of several agents' at the same time the last one's by name.
+    /// The newest of all; of several agents' at the same time the first one's by name, as wherever agents stand in a
+    /// row.
     pub fn newest(&self) -> Option<&Contributor> {
-        self.newest.iter().max_by_key(|known| known.captured_at)
+        self.newest.iter().rev().max_by_key(|known| known.captured_at)
     }
 
     /// When any agent last measured it.
@@ -92,8 +100,13 @@ impl Contributors {
 
     /// Forgets who has not measured it since `oldest`, but for the newest.
     pub fn forget_before(&mut self, oldest: Timestamp) {
+        if self.none_before >= oldest {
+            return;
+        }
         let newest = self.last_measured_at();
         self.newest.retain(|known| known.captured_at >= oldest || known.captured_at == newest);
+        let times = self.newest.iter().map(|known| known.captured_at);
+        self.none_before = times.min().unwrap_or(Timestamp::MAX);
     }
 
     /// Forgets measurements made after a time.
@@ -102,10 +115,17 @@ impl Contributors {
         self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
     }
 
+    /// Forgets an agent's.
+    pub fn take_back(&mut self, agent: AgentSlot) {
+        self.newest.retain(|known| known.agent != agent);
+        self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.newest.clear();
         self.last_measured_at = None;
+        self.none_before = Timestamp::MAX;
     }
 
     /// Every contributor, by name.

@@ -1,5 +1,6 @@
 //! The probability that a track is of something real, as odds.
 
+use crate::exponential::share_lost;
 use crate::filter::PositionInnovation;
 use std::f64::consts::PI;
 use v2x_common::time::Span;
@@ -15,21 +16,6 @@ const SURVIVAL_TIME_S: f64 = 10.0;
 /// A squared Mahalanobis distance, and something below e^(−½ of it).
 const NEAR: f64 = 18.0;
 const DENSITY_AT_NEAR: f64 = 1.2e-4;
-
-/// 1 − e^(−x) for x ≥ 0.
-#[inline]
-fn share_lost(x: f64) -> f64 {
-    // Between two frames x is a few thousandths; the first term left out is x⁷/5040.
-    if x < 0.02 {
-        let series = 1.0 - x / 6.0;
-        let series = 1.0 - x / 5.0 * series;
-        let series = 1.0 - x / 4.0 * series;
-        let series = 1.0 - x / 3.0 * series;
-        x * (1.0 - x / 2.0 * series)
-    } else {
-        -libm::expm1(-x)
-    }
-}
 
 /// Odds of existence, r / (1 − r).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -157,13 +143,6 @@ mod tests {
             let expected = (odds * over_clutter * density).clamp(MIN_ODDS, MAX_ODDS);
             let found = Existence::from_odds(odds).reported(&innovation, over_clutter).0;
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} for {expected}");
-        }
-    }
-
-    #[test]
-    fn the_share_lost_is_the_exponential_on_both_sides_of_the_series_end() {
-        for x in [0.0, 1e-9, 1e-4, 0.005, 0.019_999, 0.02, 0.3, 50.0] {
-            assert!((share_lost(x) + libm::expm1(-x)).abs() <= 1e-13 * x, "{x}");
         }
     }
 }

@@ -10,7 +10,7 @@ use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Pieces of evidence between two checkpoints: what a late frame replays to know the past, against memory.
-const CHECKPOINT_EVERY: usize = 8;
+const CHECKPOINT_EVERY: usize = 4;
 /// Measurements fetched at once before they are replayed: they lie in as many frames, and fetching them one by one
 /// would wait for the memory each time.
 const GATHERED: usize = 16;
@@ -43,6 +43,8 @@ pub struct Records<'a> {
     pub late_data: LateData,
     /// Whether tracks remember who reported what is folded: what is told may be older than it.
     pub remembers_folded: bool,
+    /// Whether classes tell how objects move.
+    pub class_moves: bool,
 }
 
 /// What was known after so many pieces of evidence.
@@ -313,6 +315,30 @@ impl<F: Filter> Track<F> {
         self.replay(records);
     }
 
+    /// Forgets what the frame told, as if it had not come yet.
+    pub fn take_back(&mut self, frame: FrameSlot, records: &Records<'_>) {
+        let stored = records.frames.get(frame);
+        let Some(place) = self.place_of(stored.captured_at, frame) else { return };
+        self.checkpoints.truncate(self.checkpoints_within(place));
+        let Some(piece) = self.evidence.remove(place) else { return };
+        self.note_stale(place);
+        if piece.index != LOOK {
+            self.contributors.take_back(stored.agent);
+            let reports = self.evidence.iter().filter(|piece| piece.index != LOOK);
+            for earlier in reports.filter(|piece| records.frames.get(piece.frame).agent == stored.agent) {
+                self.contributors.note(earlier, records.frames.get(earlier.frame), records.agents);
+            }
+        }
+        if !self.is_without_reports() {
+            self.replay(records);
+        }
+    }
+
+    /// Whether nothing is left that it was reported by.
+    pub fn is_without_reports(&self) -> bool {
+        self.checkpoints.is_empty() && self.evidence.iter().all(|piece| piece.index == LOOK)
+    }
+
     /// The newest measurement of each agent.
     pub fn contributors(&self) -> &Contributors {
         &self.contributors
@@ -342,8 +368,9 @@ impl<F: Filter> Track<F> {
             return;
         }
         let old = self.evidence.partition_point(|piece| piece.captured_at < horizon);
-        // Evidence begins with the birth or after what is folded, so there is a checkpoint.
-        let Some(place) = self.checkpoints_within(old).checked_sub(1) else { return };
+        // Evidence begins with the birth or after what is folded, so there is a checkpoint. Few are as old as that.
+        let within = self.checkpoints.iter().take_while(|checkpoint| checkpoint.count <= old).count();
+        let Some(place) = within.checked_sub(1) else { return };
         self.checkpoints.drain(..place);
         let folded = self.checkpoints[0].count;
         self.forget_front(folded, records);
@@ -387,7 +414,7 @@ fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, piece: &Piece, records: &
 fn born<F: Filter>(piece: &Piece, records: &Records<'_>) -> Option<Snapshot<F>> {
     let z = records.frames.expanded(piece, records.frames.held(piece)?);
     let birth_odds = records.frames.get(piece.frame).model.birth_odds;
-    Some(Snapshot::born(piece.captured_at, &z, birth_odds))
+    Some(Snapshot::born(piece.captured_at, &z, birth_odds, records.class_moves))
 }
 
 /// Adds a piece, with its measurement as it is held where it is a report.

@@ -63,7 +63,8 @@ impl<F: Filter> Retrospection<F> {
         self.states.clear();
         self.existences.clear();
         for piece in after {
-            let (state, class, existence, since) = (known.state, known.class(), known.existence, known.at);
+            let (state, class) = (known.state, known.moves_as());
+            let (existence, since) = (known.existence, known.at);
             apply(&mut known, (piece, records.frames.held(piece)), None, records);
             if known.state.at() != state.at() {
                 self.states.push((state, class));

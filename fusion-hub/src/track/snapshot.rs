@@ -27,21 +27,24 @@ pub struct Snapshot<F> {
     /// Number of reports.
     pub n_reports: u32,
     class: Class,
+    /// Whether the class tells how it moves.
+    class_moves: bool,
     votes: [(Class, u32); MAX_CLASSES],
 }
 
 impl<F: Filter> Snapshot<F> {
-    /// After the first report.
-    pub fn born(at: Timestamp, z: &Measurement, birth_odds: f64) -> Self {
+    /// After the first report. Unless `class_moves`, the object moves as vehicles do, whatever it is.
+    pub fn born(at: Timestamp, z: &Measurement, birth_odds: f64, class_moves: bool) -> Self {
         let mut votes = [(Class::Unknown, 0); MAX_CLASSES];
         votes[0] = (z.class, 1);
         Self {
-            state: F::born(at, z),
+            state: F::born(at, &Measurement { class: moves_as(z.class, class_moves), ..*z }),
             existence: Existence::from_odds(birth_odds),
             at,
             born_at: at,
             n_reports: 1,
             class: z.class,
+            class_moves,
             votes,
         }
     }
@@ -52,7 +55,7 @@ impl<F: Filter> Snapshot<F> {
         if (at - self.state.at()).abs() <= synchronous {
             return self.state;
         }
-        self.state.predicted(at, self.class)
+        self.state.predicted(at, self.moves_as())
     }
 
     /// The probability that it still exists at another time.
@@ -84,7 +87,7 @@ impl<F: Filter> Snapshot<F> {
     #[inline(always)]
     pub fn predict(&mut self, at: Timestamp, synchronous: Span) {
         if (at - self.state.at()).abs() > synchronous {
-            self.state.predict(at, self.class);
+            self.state.predict(at, self.moves_as());
         }
     }
 
@@ -96,7 +99,7 @@ impl<F: Filter> Snapshot<F> {
         }
         let held_at = self.state.at();
         let seen_at = if (at - held_at).abs() > synchronous { at } else { held_at };
-        let (position, sigma_m) = self.state.place_at(seen_at, self.class);
+        let (position, sigma_m) = self.state.place_at(seen_at, self.moves_as());
         if look.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
             self.existence = self.existence.missed(look.miss_probability);
@@ -132,6 +135,11 @@ impl<F: Filter> Snapshot<F> {
         self.class
     }
 
+    /// The class by which it moves.
+    pub fn moves_as(&self) -> Class {
+        moves_as(self.class, self.class_moves)
+    }
+
     fn most_reported(&self) -> Class {
         let weight = |(class, count): (Class, u32)| (class != Class::Unknown && count > 0, count);
         let mut best = self.votes[0];
@@ -152,4 +160,9 @@ impl<F: Filter> Snapshot<F> {
         let share = move |count| f64::from(count) / f64::from(total.max(1));
         votes.into_iter().filter(|(_, count)| *count > 0).map(move |(class, count)| (class, share(count)))
     }
+}
+
+/// The class by which an object moves.
+fn moves_as(class: Class, class_moves: bool) -> Class {
+    if class_moves { class } else { Class::Car }
 }

@@ -146,7 +146,9 @@ impl EngineRun {
             self.describe();
         }
         let reports = &reports[..self.agents.len()];
-        for (agent, report) in self.agents.iter().zip(reports) {
+        // Agent 2's frame comes first. Both are of the same instant, so which one arrives first is chance, and every
+        // method that keeps tracks gets them in this order.
+        for (agent, report) in self.agents.iter().zip(reports).rev() {
             let frame = self.frame(*agent, report, now);
             if let Disposition::Refused(refusal) = self.engine.handle_frame(&frame, now) {
                 return Err(Refused { agent: *agent, at: now, refusal });

@@ -8,6 +8,9 @@ use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
 use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::method::{Method as HubMethod, WindowConfig};
 
+/// Hypotheses of [`Method::OursParticles`].
+const PARTICLES: u32 = 24;
+
 macro_rules! methods {
     ($($(#[doc = $doc:literal])* $variant:ident = $key:literal;)*) => {
         /// A row of the tables.
@@ -65,6 +68,10 @@ methods! {
     UnikfPaperEuclidean = "unikf-paper-euclidean";
     /// Our engine
     Ours = "ours";
+    /// Our engine with 24 hypotheses of which report is of which object
+    OursParticles = "ours-particles";
+    /// Our engine without prior knowledge of classes: sizes by the reports alone, and all move as cars do
+    OursNoPrior = "ours-no-prior";
     /// Our engine, told half a second later: the keyframe after it counts, too
     OursLagHalf = "ours-lag-0.5s";
     /// Our engine, told a second later: the two keyframes after it count, too
@@ -73,6 +80,8 @@ methods! {
     Single1Ours = "single-1-ours";
     /// Our engine with every association true: a ceiling
     OursTrueId = "ours-true-id";
+    /// Our engine without what classes tell of sizes
+    OursNoSizePrior = "ours-no-size-prior";
     /// Our engine without the four interacting models: constant velocity
     OursCv = "ours-cv";
     /// Our engine, not told how sizes err
@@ -105,7 +114,7 @@ pub struct Recipe {
 
 impl Method {
     /// The rows of Table II, in its order.
-    pub const TABLE_II: [Self; 19] = [
+    pub const TABLE_II: [Self; 21] = [
         Self::Single1,
         Self::Nms,
         Self::NmsGiou,
@@ -121,6 +130,8 @@ impl Method {
         Self::DairV2xCv,
         Self::UnikfPaper,
         Self::Ours,
+        Self::OursParticles,
+        Self::OursNoPrior,
         Self::OursLagHalf,
         Self::OursLag1,
         Self::Single1Ours,
@@ -155,7 +166,10 @@ impl Method {
             | Self::UnikfPaperIou
             | Self::UnikfPaperEuclidean => filtered,
             Self::UnikfPaperTrueId => Told { truth: true, ..filtered },
-            Self::Ours | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
+            Self::Ours | Self::OursParticles | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
+            Self::OursNoPrior => Told { class_prior: false, ..ours },
+            // Classes still tell how things move.
+            Self::OursNoSizePrior => ours,
             Self::OursBiased => Told { size_law: false, ..ours },
             Self::OursForgetful => Told { past: false, ..ours },
             Self::OursLagHalf | Self::OursLag1 => Told { later: true, ..ours },
@@ -196,12 +210,17 @@ impl Method {
             Self::UnikfPaperIou => paper.associated_by(AssociationCost::Iou),
             Self::UnikfPaperEuclidean => paper.associated_by(AssociationCost::Euclidean),
             Self::Ours => ours,
+            Self::OursParticles => {
+                ours.with(EngineConfig { association_particles: PARTICLES, ..ours.config })
+            }
+            Self::OursNoPrior => ours.with(EngineConfig { class_priors: false, ..ours.config }),
+            Self::OursNoSizePrior => ours.with(EngineConfig { class_size_priors: false, ..ours.config }),
             Self::OursLagHalf => Setup { lag: Span::from_millis(500), ..ours },
             Self::OursLag1 => Setup { lag: Span::from_millis(1000), ..ours },
             Self::Single1Ours => Setup { n_agents: 1, ..ours },
             Self::OursTrueId => Setup { has_true_identities: true, ..ours },
             Self::OursCv => ours.with(EngineConfig { motion: MotionModel::Cv, ..ours.config }),
-            Self::OursBiased => Setup { declares_size_law: false, ..ours },
+            Self::OursBiased => ours.with(EngineConfig { debias_sizes: false, ..ours.config }),
             Self::OursCsba => ours.associated_by(AssociationCost::Csba),
             Self::OursForgetful => Setup { remembers: false, ..ours },
         };

@@ -103,12 +103,14 @@ impl Table {
                 Method::CsbaWls,
                 Method::Ours,
                 Method::OursCv,
+                Method::OursNoPrior,
+                Method::OursNoSizePrior,
                 Method::OursBiased,
                 Method::OursCsba,
                 Method::OursForgetful,
             ],
             // With clutter there are no true identities to be told.
-            Self::Sensors => Method::TABLE_II.split_at(18).0,
+            Self::Sensors => Method::TABLE_II.split_at(20).0,
         }
     }
 

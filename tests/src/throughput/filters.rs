@@ -131,6 +131,7 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
         synchronous: Span::ZERO,
         late_data: LateData::Replay,
         remembers_folded: false,
+        class_moves: true,
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
     in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));

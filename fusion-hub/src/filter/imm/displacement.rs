@@ -7,6 +7,7 @@
 //! points.
 
 use super::gaussian::{Full, SPEED, TURN, YAW, at};
+use crate::exponential::share_lost;
 use v2x_common::covariance::Covariance2;
 
 /// A complex number: east and north.
@@ -61,7 +62,7 @@ impl Displacement {
         let variance_h = with_h[YAW] + ahead * with_h[TURN];
         let (sin, cos) = libm::sincos(state.mean[YAW] + ahead * state.mean[TURN]);
         // exp(−σ²) − 1: what follows is arranged so that nothing cancels at any speed.
-        let lost = libm::expm1(-variance_h);
+        let lost = -share_lost(variance_h);
         let squared = 1.0 + lost;
         let shrunk = libm::sqrt(squared);
         let direction = Complex::new(cos * shrunk, sin * shrunk);

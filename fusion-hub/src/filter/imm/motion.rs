@@ -2,6 +2,7 @@
 
 use super::displacement::Displacement;
 use super::gaussian::{Full, SPEED, Still, TURN, YAW, at};
+use crate::exponential::share_lost;
 
 /// Decay of a manoeuvre's turn rate: to 0.6 of it in 0.5 s, 1/s.
 const TURN_DECAY: f64 = 1.021_651_247_531_981_4;
@@ -112,7 +113,7 @@ impl Step {
         let duration_s = dt_s.abs();
         let sign = 1.0f64.copysign(dt_s);
         let rate = TURN_DECAY;
-        let lost = -libm::expm1(-rate * duration_s);
+        let lost = share_lost(rate * duration_s);
         let left = 1.0 - lost;
         let turned = lost / rate;
         let ahead = (duration_s - turned) / (rate * duration_s);

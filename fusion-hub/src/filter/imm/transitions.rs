@@ -1,5 +1,7 @@
 //! Changes of model as a Markov chain in continuous time: P(t) = exp(G t).
 
+use crate::exponential::share_lost;
+
 type Matrix = [[f64; 4]; 4];
 
 /// Rates (1/s) whose chain, looked at every 0.5 s, has the probabilities of METHODS.md, section 14.
@@ -60,8 +62,8 @@ const fn times_shifted(left: &Matrix, shift: f64, scale: f64) -> Matrix {
 /// Probabilities of going from one model (row) to another (column) within `duration_s` ≥ 0; rows sum to 1.
 pub(super) fn within(duration_s: f64) -> Matrix {
     let [_, parked, rest, style] = EIGENVALUES;
-    let growth =
-        [1.0, libm::exp(parked * duration_s), libm::exp(rest * duration_s), libm::exp(style * duration_s)];
+    let kept = |rate: f64| 1.0 - share_lost(-rate * duration_s);
+    let growth = [1.0, kept(parked), kept(rest), kept(style)];
     let mut result = [[0.0; 4]; 4];
     for (row, probabilities) in result.iter_mut().enumerate() {
         let mut leaving = 0.0;
