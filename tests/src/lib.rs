@@ -8,7 +8,9 @@
 
 pub mod consumer;
 pub mod coverage;
+pub mod csv_table;
 pub mod dataset;
+pub mod fuse;
 pub mod gospa;
 pub mod hub_status;
 pub mod loopback;
@@ -22,6 +24,7 @@ pub mod report;
 pub mod run_folder;
 pub mod run_log;
 pub mod score;
+pub mod seconds;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;

@@ -28,6 +28,7 @@ Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
   lab throughput --agents 200 --late 0.2              how many detections one core fuses
   lab tables --quick                                  the paper's tables
+  lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded"
 )]
 struct Cli {
@@ -48,6 +49,7 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    Fuse(v2x_lab::fuse::FuseArgs),
     Simulate(v2x_lab::simulate::SimulateArgs),
     Tables(v2x_lab::tables::TablesArgs),
     Throughput(v2x_lab::throughput::ThroughputArgs),
@@ -64,6 +66,7 @@ async fn main() -> ExitCode {
         logging::init(&cli.log)?;
         match cli.command {
             Command::Score { folder, json } => v2x_lab::run_folder::rescore(&folder, json),
+            Command::Fuse(args) => v2x_lab::fuse::fuse(&args),
             Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
             Command::Tables(args) => v2x_lab::tables::tables(&args),
             Command::Throughput(args) => v2x_lab::throughput::throughput(&args, allocations),

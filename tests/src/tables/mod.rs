@@ -4,7 +4,7 @@ mod args;
 mod files;
 mod gain;
 mod latex;
-mod progress;
+pub(crate) mod progress;
 pub mod published;
 pub mod rows;
 pub mod study;
@@ -39,7 +39,7 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
 pub fn tables_with(args: &TablesArgs, guests: Vec<Contender>) -> anyhow::Result<()> {
     let scenes = args.scenes()?;
-    let mut progress = Progress::begin();
+    let mut progress = Progress::begin("scenes × trials × noise");
     let study = args.study(guests);
     let plan = args.plan(&study);
     let tables = Tables::of(&scenes, (&study, plan), &args.dataset(), |done, of| progress.tell(done, of))?;
