@@ -116,19 +116,19 @@ impl<R: Read> DetectionLog<R> {
             },
         };
         let received_at = first.received_at;
-        self.sort_in(first);
+        self.sort_in(&first);
         while let Some(report) = self.read(received_at)? {
             if report.received_at > received_at {
                 self.ahead = Some(report);
                 break;
             }
-            self.sort_in(report);
+            self.sort_in(&report);
         }
         Ok(())
     }
 
-    fn sort_in(&mut self, report: Report) {
-        let Report { received_at, captured_at, sensor, pose, detection } = report;
+    fn sort_in(&mut self, report: &Report) {
+        let Report { received_at, captured_at, sensor, pose, detection } = *report;
         let is_its = |arrival: &&mut Arrival| {
             arrival.frame.id.agent == sensor && arrival.frame.captured_at == captured_at
         };
