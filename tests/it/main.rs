@@ -8,6 +8,7 @@ mod agents;
 mod foreign;
 mod hub_restart;
 mod isolation;
+mod offline;
 mod refusals;
 mod status;
 

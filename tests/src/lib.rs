@@ -4,14 +4,17 @@
 //! Scoring reads as a pipeline of pure functions: a run's [`run_log`] and the [`truth`] → what agents
 //! can know ([`coverage`]) → [`matching`] → [`metrics`] → [`summary`] → [`report`] and [`plot`].
 //!
-//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`].
+//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`]; what others make of its
+//! detections goes out by [`mod@export`] and comes in as a [`guest`]. Their own detections go through [`fuse`].
 
 pub mod consumer;
 pub mod coverage;
 pub mod csv_table;
 pub mod dataset;
+pub mod export;
 pub mod fuse;
 pub mod gospa;
+pub mod guest;
 pub mod hub_status;
 pub mod loopback;
 pub mod matching;

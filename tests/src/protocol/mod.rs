@@ -20,4 +20,4 @@ pub mod scene;
 pub mod score;
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
