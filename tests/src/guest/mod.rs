@@ -39,7 +39,7 @@ pub fn score(args: &ScoreArgs) -> anyhow::Result<()> {
     tell(name, &guest);
     let mut rows = args.rows.clone();
     if rows.table.is_empty() && manifest.conditions == Conditions::Sensors {
-        rows.table.push(Table::Sensors);
+        (rows.table, rows.sensors) = (vec![Table::Sensors], false);
     }
     let guests = vec![Contender::Answers(Arc::new(guest.answers))];
     tables_of(&TablesArgs::new(draws, rows, args.json), &scenes, guests)
