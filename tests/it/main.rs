@@ -9,6 +9,7 @@ mod foreign;
 mod hub_restart;
 mod isolation;
 mod methods;
+mod offline;
 mod refusals;
 mod status;
 

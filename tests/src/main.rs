@@ -3,7 +3,6 @@
 use clap::{Parser, Subcommand};
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
 use std::alloc::System;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use v2x_agent::shell::AgentArgs;
 use v2x_common::net::{logging, shutdown};
@@ -28,6 +27,9 @@ Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
   lab throughput --agents 200 --late 0.2              how many detections one core fuses
   lab tables --quick                                  the paper's tables
+  lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
+  lab export --quick --out detections                 the detections of the tables, for a method of your own
+  lab score --name mine fused --export detections     its row in the tables
   lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded"
 )]
 struct Cli {
@@ -40,14 +42,9 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Score a recorded run again, and write its report
-    Score {
-        /// The run's folder, as `v2x demo` leaves it
-        folder: PathBuf,
-        /// Print the summary as one line of JSON
-        #[arg(long)]
-        json: bool,
-    },
+    Export(v2x_lab::export::ExportArgs),
+    Fuse(v2x_lab::fuse::FuseArgs),
+    Score(v2x_lab::guest::ScoreArgs),
     Simulate(v2x_lab::simulate::SimulateArgs),
     Tables(v2x_lab::tables::TablesArgs),
     Throughput(v2x_lab::throughput::ThroughputArgs),
@@ -63,7 +60,9 @@ async fn main() -> ExitCode {
     let outcome = async {
         logging::init(&cli.log)?;
         match cli.command {
-            Command::Score { folder, json } => v2x_lab::run_folder::rescore(&folder, json),
+            Command::Export(args) => v2x_lab::export::export(&args),
+            Command::Fuse(args) => v2x_lab::fuse::fuse(&args),
+            Command::Score(args) => v2x_lab::guest::score(&args),
             Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
             Command::Tables(args) => v2x_lab::tables::tables(&args),
             Command::Throughput(args) => v2x_lab::throughput::throughput(&args, allocations),

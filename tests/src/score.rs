@@ -5,7 +5,7 @@
 //! frame of that time; raw detections at `captured_at`, in every detection frame of that time.
 
 mod agent;
-mod fused;
+pub(crate) mod fused;
 
 use crate::coverage::Coverage;
 use crate::percentiles::{Percentiles, nearest_rank};

@@ -111,7 +111,7 @@ mod tests {
     use v2x_common::id::HubId;
     use v2x_fusion_hub::config::EngineConfig;
 
-    const GOLDEN_FINGERPRINT: u64 = 11_927_732_129_982_323_056;
+    const GOLDEN_FINGERPRINT: u64 = 2_462_626_465_878_605_717;
 
     const ON_UPDATE: PublishMode =
         PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };

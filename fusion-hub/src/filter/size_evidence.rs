@@ -103,6 +103,14 @@ impl SizeEvidence {
         Size { mean, variance: mean * mean / self.information() }
     }
 
+    /// How likely the reports are under a prior, up to a factor of their own; the likelihood is taken as normal in ln s.
+    pub fn foretold_by(&self, prior: &LogNormal) -> f64 {
+        let likeliest = self.likeliest();
+        let off = libm::log(likeliest) - prior.mean_ln;
+        let variance = prior.variance_ln + 1.0 / self.information();
+        libm::exp(-off * off / (2.0 * variance)) / libm::sqrt(variance)
+    }
+
     /// What is known of the size under a prior; without one every logarithm is as likely as any other.
     ///
     /// Mean and variance of ln s.

@@ -14,6 +14,13 @@ const TYPICAL_SPREAD: f64 = 0.25;
 /// enough to say nothing, narrow enough that a single report has a mean.
 const READING_SPREAD: f64 = 0.5;
 
+/// Share of objects that are unlike their class (a van, or a lorry that a detector takes for a car), and by how much
+/// more these differ: round numbers.
+const UNUSUAL: f64 = 0.02;
+const WIDER: f64 = 3.0;
+/// A share below this is not worth an estimate.
+const NEGLIGIBLE: f64 = 1e-3;
+
 /// How sizes of one class differ: standard deviations of ln width and ln depth, and their correlation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Spread {
@@ -148,7 +155,7 @@ impl SizePriors {
             return [evidence[0].estimate(None), evidence[1].estimate(None)];
         }
         let priors = self.without(class, &contribution(class, evidence));
-        let first = [evidence[0].estimate(Some(&priors[0])), evidence[1].estimate(Some(&priors[1]))];
+        let first = [under(&evidence[0], &priors[0]), under(&evidence[1], &priors[1])];
         let rho = Spread::of(class).rho;
         if rho == 0.0 {
             return first;
@@ -156,7 +163,7 @@ impl SizePriors {
         std::array::from_fn(|dimension| {
             let other = 1 - dimension;
             let prior = given(&priors[dimension], &priors[other], &first[other], rho);
-            evidence[dimension].estimate(Some(&prior))
+            under(&evidence[dimension], &prior)
         })
     }
 
@@ -177,6 +184,27 @@ impl SizePriors {
                 variance_ln: tau * tau + 1.0 / precision,
             }
         })
+    }
+}
+
+/// What is known of a size under a prior that allows for the unusual: the estimates under the class's spread and
+/// under the wider one, weighed by how well each foretells the reports.
+fn under(evidence: &SizeEvidence, prior: &LogNormal) -> LogNormal {
+    let usual = evidence.estimate(Some(prior));
+    let wide = LogNormal { variance_ln: WIDER * WIDER * prior.variance_ln, ..*prior };
+    let share = UNUSUAL * evidence.foretold_by(&wide);
+    let share = share / (share + (1.0 - UNUSUAL) * evidence.foretold_by(prior));
+    // Also where both foretell nothing.
+    if share.is_nan() || share <= NEGLIGIBLE {
+        return usual;
+    }
+    let unusual = evidence.estimate(Some(&wide));
+    let apart = unusual.mean_ln - usual.mean_ln;
+    LogNormal {
+        mean_ln: usual.mean_ln + share * apart,
+        variance_ln: (1.0 - share) * usual.variance_ln
+            + share * unusual.variance_ln
+            + share * (1.0 - share) * apart * apart,
     }
 }
 
@@ -238,7 +266,7 @@ mod tests {
         for ((size, evidence), typical) in
             sizes.iter().zip(alone).zip(SizePriors::default().of(Class::Barrier))
         {
-            let expected = evidence.estimate(Some(&typical));
+            let expected = under(&evidence, &typical);
             assert!((size.mean_ln - expected.mean_ln).abs() < 1e-12);
             assert!((size.variance_ln - expected.variance_ln).abs() < 1e-12);
         }
@@ -253,5 +281,34 @@ mod tests {
         priors.note(Class::Truck, &short);
         let width = |evidence| priors.sizes(Class::Truck, evidence)[0].size().mean;
         assert!(width(&long) > 1.15 * width(&short), "{} {}", width(&long), width(&short));
+    }
+
+    #[test]
+    fn a_lorry_that_is_called_a_car_is_believed_once_many_reports_say_so() {
+        let mut priors = SizePriors::default();
+        for _ in 0..100 {
+            priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50));
+        }
+        let depth_after = |count| {
+            let lorry = reported([2.4, 9.0], 0.2, count);
+            let mut priors = priors.clone();
+            priors.note(Class::Car, &lorry);
+            priors.sizes(Class::Car, &lorry)[1].size().mean
+        };
+        // One report twice as long is more likely a bad one of a car; of ten, no car makes such a mean.
+        assert!(depth_after(1) < 5.5 && depth_after(10) > 8.0, "{} {}", depth_after(1), depth_after(10));
+    }
+
+    #[test]
+    fn what_is_usual_is_as_if_nothing_could_be_unusual() {
+        let mut priors = SizePriors::default();
+        for _ in 0..100 {
+            priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50));
+        }
+        let car = reported([1.85, 4.6], 0.2, 5);
+        let prior = priors.of(Class::Car)[1];
+        let (bare, allowing) = (car[1].estimate(Some(&prior)), under(&car[1], &prior));
+        assert!((bare.mean_ln - allowing.mean_ln).abs() < 1e-3);
+        assert!((bare.variance_ln / allowing.variance_ln - 1.0).abs() < 0.15);
     }
 }

@@ -68,12 +68,16 @@ impl HubArgs {
 }
 
 fn load(path: &Path) -> anyhow::Result<HubSettings> {
+    HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))
+}
+
+/// The `[hub]` table of a settings or scenario file, unchecked; an empty one where it has none.
+pub fn hub_table(path: &Path) -> anyhow::Result<toml::Table> {
     let text = std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
     let mut file: toml::Table = text.parse().with_context(|| format!("in {}", path.display()))?;
-    let table = match file.remove("hub") {
-        Some(toml::Value::Table(table)) => table,
+    match file.remove("hub") {
+        Some(toml::Value::Table(table)) => Ok(table),
         Some(_) => anyhow::bail!("in {}: hub is no table", path.display()),
-        None => toml::Table::new(),
-    };
-    HubSettings::from_table(table).with_context(|| format!("in {}", path.display()))
+        None => Ok(toml::Table::new()),
+    }
 }

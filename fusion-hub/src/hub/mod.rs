@@ -8,6 +8,6 @@ mod run;
 mod status;
 mod timing;
 
-pub use args::HubArgs;
+pub use args::{HubArgs, hub_table};
 pub use run::{run, run_with};
 pub use status::{AgentStatus, HubStatus, Quantiles};

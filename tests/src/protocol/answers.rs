@@ -1,7 +1,10 @@
 //! What somebody's method has answered to exported detections, ready to be scored.
 
+use super::conditions::Conditions;
 use super::contender::Occasion;
+use super::noise::Shape;
 use super::prediction::Prediction;
+use super::run::Setting;
 use std::collections::BTreeMap;
 
 /// A method's answers.
@@ -9,13 +12,39 @@ use std::collections::BTreeMap;
 pub struct Answers {
     name: String,
     told: String,
+    shape: Shape,
+    conditions: Conditions,
+    claims_accuracy: bool,
     by_scene: BTreeMap<(&'static str, u32, String), Vec<Vec<Prediction>>>,
 }
 
 impl Answers {
     /// No answers yet, of a method of this name; `told` says in words what it is told apart from boxes and classes.
     pub fn new(name: impl Into<String>, told: impl Into<String>) -> Self {
-        Self { name: name.into(), told: told.into(), by_scene: BTreeMap::new() }
+        Self { name: name.into(), told: told.into(), claims_accuracy: true, ..Self::default() }
+    }
+
+    /// To detections whose errors are of another shape, or made under other conditions, than the paper's.
+    #[must_use]
+    pub fn to(self, shape: Shape, conditions: Conditions) -> Self {
+        Self { shape, conditions, ..self }
+    }
+
+    /// Of a method that does not say how accurate its boxes are.
+    #[must_use]
+    pub fn without_accuracy(self) -> Self {
+        Self { claims_accuracy: false, ..self }
+    }
+
+    /// Whether it says how accurate its boxes are.
+    pub const fn claims_accuracy(&self) -> bool {
+        self.claims_accuracy
+    }
+
+    /// Whether they are to detections of this kind.
+    pub fn are_to(&self, setting: &Setting) -> bool {
+        let has_noise = || self.by_scene.keys().any(|(noise, ..)| *noise == setting.noise.name());
+        self.shape == setting.shape && self.conditions == setting.conditions && has_noise()
     }
 
     /// Its name in tables.

@@ -1,17 +1,17 @@
 //! What agents can see: everything, as in the paper, or what sensors see.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::sensor::FieldOfView;
 
 /// Conditions of an evaluation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Conditions {
-    /// As in the paper (METHODS.md 0): every agent reports every object once, and nothing else.
+    /// As in the paper: every agent reports every object once, and nothing else
     #[default]
     Paper,
-    /// Every agent sees its own surroundings, misses one object in ten, and reports things that are not there.
+    /// Every agent sees its own surroundings, misses one object in ten, and reports things that are not there
     Sensors,
 }
 

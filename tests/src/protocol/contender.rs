@@ -7,6 +7,7 @@ use super::method::{Method, Recipe};
 use super::noise::NoisePair;
 use super::observe::AgentReport;
 use super::prediction::Prediction;
+use super::run::Setting;
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::sync::Arc;
@@ -91,6 +92,22 @@ impl Contender {
             Self::Method(method) => method.told(),
             Self::Own { told, .. } => told.clone(),
             Self::Answers(answers) => answers.told().to_owned(),
+        }
+    }
+
+    /// Whether it can be asked under this setting: answers are to the detections of one kind of draws.
+    pub fn knows(&self, setting: &Setting) -> bool {
+        match self {
+            Self::Answers(answers) => answers.are_to(setting),
+            _ => true,
+        }
+    }
+
+    /// Whether it says how accurate its boxes are.
+    pub fn claims_accuracy(&self) -> bool {
+        match self {
+            Self::Answers(answers) => answers.claims_accuracy(),
+            _ => true,
         }
     }
 

@@ -22,4 +22,4 @@ pub mod score;
 pub mod tracked;
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;

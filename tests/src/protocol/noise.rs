@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use v2x_agent::noise::{NoiseLevel, NoiseModel};
 use v2x_agent::random::{standard_normal, unit};
 use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};
@@ -13,7 +13,7 @@ use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 const STUDENT_DOF: u32 = 5;
 
 /// The shape of all errors; each has mean 0 and standard deviation 1 before it is scaled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
     /// The paper's
@@ -63,7 +63,7 @@ impl Shape {
 }
 
 /// The levels of noise of agents 1 and 2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 pub enum NoisePair {
     /// Both Noise 1
     #[serde(rename = "N1-N1")]
@@ -183,7 +183,7 @@ impl Realisation {
 }
 
 /// FNV-1a: the same on every machine and in every version, unlike std's hashers.
-fn stable_hash(text: &str) -> u64 {
+pub(crate) fn stable_hash(text: &str) -> u64 {
     let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     text.bytes().fold(0xcbf2_9ce4_8422_2325, step)
 }

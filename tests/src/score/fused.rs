@@ -9,7 +9,7 @@ use crate::summary::{FusedSummary, TrackSummary};
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::covariance::Covariance2;
-use v2x_common::fused::{FusedFrame, FusedObject};
+use v2x_common::fused::FusedObject;
 use v2x_common::id::TrackId;
 use v2x_fusion_hub::assignment::Assigner;
 
@@ -41,7 +41,7 @@ pub(super) fn score(
         let metrics = frame_metrics(&predictions, &view.objects, &matching, match_radius_m, &mut assigner);
         frame_errors.extend(metrics.ate_m.map(|ate_m| (place, ate_m)));
         tally.add(&metrics);
-        keeping.add(frame, &view.objects, &matching);
+        keeping.add(&frame.objects, &view.objects, &matching);
         let common = matching.restricted_to(
             |place| coverage.is_common(&view, view.objects[place].id),
             |index| coverage.all_see(&view, boxes[index].x, boxes[index].y),
@@ -53,7 +53,8 @@ pub(super) fn score(
     FusedScore { summary, frame_errors }
 }
 
-fn prediction(object: &FusedObject) -> Prediction {
+/// A fused object as it is judged.
+pub(crate) fn prediction(object: &FusedObject) -> Prediction {
     // xx, x-y and yy of the upper triangle (v2x_common::fused::KINEMATIC_INDEX).
     let [xx, xy, _, _, yy, ..] = object.kinematic_covariance;
     Prediction { bev: object.bev, position: Covariance2 { xx, xy, yy } }
@@ -61,15 +62,16 @@ fn prediction(object: &FusedObject) -> Prediction {
 
 /// Which tracks matched each true object.
 #[derive(Debug, Default)]
-struct TrackKeeping {
+pub(crate) struct TrackKeeping {
     latest: BTreeMap<ObjectId, TrackId>,
     tracks: BTreeMap<ObjectId, BTreeSet<TrackId>>,
     switches: u64,
 }
 
 impl TrackKeeping {
-    fn add(&mut self, frame: &FusedFrame, truth: &[TrueObject], matching: &Matching) {
-        for (fused, outcome) in frame.objects.iter().zip(&matching.outcomes) {
+    /// Takes in a frame's objects and their matches.
+    pub(crate) fn add(&mut self, objects: &[FusedObject], truth: &[TrueObject], matching: &Matching) {
+        for (fused, outcome) in objects.iter().zip(&matching.outcomes) {
             let Outcome::Matched(place) = *outcome else { continue };
             let id = truth[place].id;
             self.tracks.entry(id).or_default().insert(fused.track);
@@ -78,7 +80,8 @@ impl TrackKeeping {
         }
     }
 
-    fn summary(&self) -> TrackSummary {
+    /// What they come to.
+    pub(crate) fn summary(&self) -> TrackSummary {
         let mut ids = Mean::default();
         for tracks in self.tracks.values() {
             #[expect(clippy::cast_precision_loss, reason = "a count of tracks")]

@@ -60,15 +60,15 @@ fn bootstrap(pairs: &[Pair], seed: u64) -> Ratio {
         worse / better
     };
     let mut rng = Realisation { seed, trial: 0 }.rng("bootstrap", 0, Purpose::Place);
-    let mut resampled: Vec<f64> = (0..RESAMPLES)
-        .map(|_| ratio(&mut (0..pairs.len()).map(|_| rng.random_range(0..pairs.len()))))
-        .collect();
+    let resample = |_| ratio(&mut (0..pairs.len()).map(|_| rng.random_range(0..pairs.len())));
+    // Scenes without any object of the subset may be all that is drawn.
+    let mut resampled: Vec<f64> = (0..RESAMPLES).map(resample).filter(|ratio| ratio.is_finite()).collect();
     resampled.sort_unstable_by(f64::total_cmp);
-    Ratio {
-        ratio: ratio(&mut (0..pairs.len())),
-        low: resampled[RESAMPLES / 40],
-        high: resampled[RESAMPLES - 1 - RESAMPLES / 40],
-    }
+    let ratio = ratio(&mut (0..pairs.len()));
+    let cut = resampled.len() / 40;
+    let quantile =
+        |place: Option<usize>| place.and_then(|place| resampled.get(place)).copied().unwrap_or(ratio);
+    Ratio { ratio, low: quantile(Some(cut)), high: quantile((resampled.len()).checked_sub(1 + cut)) }
 }
 
 #[cfg(test)]

@@ -1,18 +1,19 @@
 //! `lab tables`: the paper's tables and figures, ours beside them.
 
 mod args;
+pub mod draws;
 mod figures;
 mod files;
 mod gain;
 mod html;
 mod latex;
-mod progress;
+pub(crate) mod progress;
 pub mod published;
 pub mod rows;
 pub mod study;
 mod text;
 
-pub use args::TablesArgs;
+pub use args::{RowArgs, TablesArgs};
 
 use crate::protocol::contender::Contender;
 use crate::protocol::run::{Plan, RunError, Scores, Setting};
@@ -37,14 +38,18 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
 }
 
 /// Computes and prints, with methods of your own as further rows of every table.
+pub fn tables_with(args: &TablesArgs, guests: Vec<Contender>) -> anyhow::Result<()> {
+    tables_of(args, &args.draws().scenes()?, guests)
+}
+
+/// The same of scenes that are read already.
 #[expect(clippy::print_stdout, reason = "the answer of the command")]
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
-pub fn tables_with(args: &TablesArgs, guests: Vec<Contender>) -> anyhow::Result<()> {
-    let scenes = args.scenes()?;
-    let mut progress = Progress::begin();
+pub fn tables_of(args: &TablesArgs, scenes: &[Scene], guests: Vec<Contender>) -> anyhow::Result<()> {
+    let mut progress = Progress::begin("scenes × trials × noise");
     let study = args.study(guests);
     let plan = args.plan(&study);
-    let tables = Tables::of(&scenes, (&study, plan), &args.dataset(), |done, of| progress.tell(done, of))?;
+    let tables = Tables::of(scenes, (&study, plan), &args.dataset(), |done, of| progress.tell(done, of))?;
     progress.end();
     let text = text::terminal(&tables);
     if let Some(folder) = args.out() {

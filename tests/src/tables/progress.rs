@@ -10,32 +10,34 @@ const LOG_INTERVAL: Span = Span::from_millis(10_000);
 const TERMINAL_INTERVAL: Span = Span::from_millis(200);
 
 /// One line that is written again and again.
-pub(super) struct Progress {
+pub(crate) struct Progress {
+    /// What parts are called.
+    parts: &'static str,
     began_at: Timestamp,
     told_at: Timestamp,
     is_terminal: bool,
 }
 
 impl Progress {
-    pub(super) fn begin() -> Self {
+    pub(crate) fn begin(parts: &'static str) -> Self {
         let now = clock::now();
-        Self { began_at: now, told_at: now, is_terminal: std::io::stderr().is_terminal() }
+        Self { parts, began_at: now, told_at: now, is_terminal: std::io::stderr().is_terminal() }
     }
 
     /// So many of so many parts are done.
     #[expect(clippy::cast_precision_loss, reason = "numbers of parts")]
     #[expect(clippy::print_stderr, reason = "progress is for people")]
-    pub(super) fn tell(&mut self, done: usize, of: usize) {
+    pub(crate) fn tell(&mut self, done: usize, of: usize) {
         let now = clock::now();
         let interval = if self.is_terminal { TERMINAL_INTERVAL } else { LOG_INTERVAL };
-        if now - self.told_at < interval {
+        if now - self.told_at < interval || done == 0 || of == 0 {
             return;
         }
         self.told_at = now;
         let share = done as f64 / of as f64;
         let left_s = (now - self.began_at).as_secs_f64() * (1.0 - share) / share;
-        let line =
-            format!("{:3.0} %, {done} of {of} scenes × trials × noise, {left_s:.0} s left", 100.0 * share);
+        let parts = self.parts;
+        let line = format!("{:3.0} %, {done} of {of} {parts}, {left_s:.0} s left", 100.0 * share);
         if self.is_terminal {
             eprint!("\r{line}\x1b[K");
         } else {
@@ -45,7 +47,7 @@ impl Progress {
 
     /// Wipes the line.
     #[expect(clippy::print_stderr, reason = "progress is for people")]
-    pub(super) fn end(&self) {
+    pub(crate) fn end(&self) {
         if self.is_terminal {
             eprint!("\r\x1b[K");
         }

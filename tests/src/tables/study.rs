@@ -41,7 +41,7 @@ impl Study {
 
     fn blocks_of(&self, table: Table) -> Vec<Block> {
         let is_wanted = |method: &Method| self.methods.is_empty() || self.methods.contains(method);
-        let mut contenders: Vec<Contender> = table
+        let contenders: Vec<Contender> = table
             .methods()
             .iter()
             .filter(|method| is_wanted(method))
@@ -51,13 +51,22 @@ impl Study {
         if contenders.is_empty() {
             return Vec::new();
         }
-        contenders.extend(self.guests.iter().cloned());
         let shapes = if table == Table::Robustness { Shape::ALL.to_vec() } else { vec![self.shape] };
         let conditions = if table == Table::Sensors { Conditions::Sensors } else { Conditions::Paper };
         let noise = table.noise().iter().copied().filter(|noise| self.noise.contains(noise));
         let setting = |noise| shapes.iter().map(move |shape| Setting { noise, shape: *shape, conditions });
-        let block = |setting| Block { table, setting, contenders: contenders.clone() };
+        let block = |setting| {
+            let mut contenders = contenders.clone();
+            contenders.extend(self.guests_of(table, setting).cloned());
+            Block { table, setting, contenders }
+        };
         noise.flat_map(setting).map(block).collect()
+    }
+
+    /// Those who have anything to say in a block.
+    fn guests_of(&self, table: Table, setting: Setting) -> impl Iterator<Item = &Contender> {
+        let claims = move |guest: &&Contender| table != Table::Nees || guest.claims_accuracy();
+        self.guests.iter().filter(move |guest| guest.knows(&setting)).filter(claims)
     }
 
     /// Every setting once, with all that compete in it in any table.

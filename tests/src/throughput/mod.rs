@@ -5,6 +5,8 @@ mod pipeline;
 pub mod textbook;
 pub mod workload;
 
+pub(crate) use pipeline::thread_cpu_time;
+
 use serde::Serialize;
 use v2x_fusion_hub::config::MotionModel;
 use v2x_fusion_hub::filter::{ImmState, State};

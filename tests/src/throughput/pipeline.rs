@@ -17,7 +17,7 @@ const PUBLISH_INTERVAL: Span = Span::from_millis(50);
 const WARM_UP_S: i64 = 2;
 
 /// CPU time that this thread has used.
-pub(super) fn thread_cpu_time() -> Span {
+pub(crate) fn thread_cpu_time() -> Span {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     Span::from_nanos(time.tv_sec * 1_000_000_000 + time.tv_nsec)
 }

@@ -1,0 +1,242 @@
+//! The command line of `lab fuse`.
+
+use anyhow::{Context, ensure};
+use std::path::PathBuf;
+use v2x_agent::noise::DEFAULT_SIZE_LOWER;
+use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
+use v2x_fusion_hub::config::EngineConfig;
+use v2x_fusion_hub::hub::hub_table;
+use v2x_fusion_hub::method::Method;
+use v2x_fusion_hub::sensing::SensingDefaults;
+use v2x_fusion_hub::settings::HubSettings;
+
+/// Fuse a log of detections by the very engine of the hub, offline; where the truth is known, judge it
+///
+/// Objects are told at every 0.1 s of the clock of arrivals (t_arr), from the first to the last one, of nothing but
+/// what has arrived by then.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Detections: a CSV file with a row for each, in order of arrival, in the columns
+  t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st      and, where known, sensor_x,sensor_y
+in seconds of any epoch, metres and radians; t_arr is when it arrived, t when it was measured, sx to st are standard
+deviations (sw and sd in metres). Rows of equal t_arr, t and sensor_id are one frame. Other columns are ignored.
+
+Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an object it is interpolated.
+
+Fused: t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st
+
+Examples:
+  lab fuse --detections log.csv --out fused.csv
+  lab fuse --detections log.csv --out fused.csv --truth truth.csv --method csba-wls --json
+  lab fuse --detections log.csv --out fused.csv --range 50 --detection-probability 0.9 --clutter-per-frame 0.5
+  lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml")]
+pub struct FuseArgs {
+    /// The detections
+    #[arg(long, value_name = "FILE.csv")]
+    pub detections: PathBuf,
+    /// Where the fused objects go
+    #[arg(long, value_name = "FUSED.csv")]
+    pub out: PathBuf,
+    /// What was there
+    #[arg(long, value_name = "TRUTH.csv")]
+    pub truth: Option<PathBuf>,
+    /// How to fuse.
+    #[command(flatten)]
+    pub rules: RuleArgs,
+    /// What the sensors are like.
+    #[command(flatten)]
+    pub sensor: SensorArgs,
+    /// Print all figures as one line of JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How to fuse: a hub's settings.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct RuleArgs {
+    /// How to fuse, as in a hub's settings: ours, unikf-paper, csba-wls, nms and so on [default: ours]
+    #[arg(long, value_name = "KEY", value_parser = method)]
+    pub method: Option<String>,
+    /// How objects are taken to move [default: the method's]
+    #[arg(long, value_parser = ["cv", "imm"])]
+    pub motion: Option<String>,
+    /// Frames that come later than this are refused [default: 500]
+    #[arg(long, value_name = "MS")]
+    pub delta_max_ms: Option<f64>,
+    /// Hypotheses about which report is of which track, where that is in doubt
+    #[arg(long, value_name = "N")]
+    pub association_particles: Option<u32>,
+    /// A TOML file whose `[hub]` table holds all settings of a hub; the options above go before it
+    #[arg(long, value_name = "FILE.toml")]
+    pub hub_config: Option<PathBuf>,
+}
+
+/// What all sensors of a log are like; what is not told, the hub's settings assume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
+pub struct SensorArgs {
+    /// How far the sensors see, all around, m: what they do not report within it (from sensor_x,sensor_y) was not
+    /// there, or missed
+    #[arg(long, value_name = "M")]
+    pub range: Option<f64>,
+    /// Probability that a sensor reports an object in its range
+    #[arg(long, value_name = "P", requires = "range")]
+    pub detection_probability: Option<f64>,
+    /// Expected false reports of a sensor in a frame, in its range
+    #[arg(long, value_name = "N", requires = "range")]
+    pub clutter_per_frame: Option<f64>,
+    /// Reported sizes are true ones times a normal factor of mean 1 and this σ, truncated below [LOWER: 0.1]
+    #[arg(long, value_name = "SIGMA[:LOWER]", value_parser = size_noise)]
+    pub size_noise: Option<SizeNoiseLaw>,
+}
+
+fn method_keys() -> Vec<String> {
+    let key = |method: &Method| toml::Value::try_from(method).ok()?.as_str().map(str::to_owned);
+    Method::ALL.iter().filter_map(key).collect()
+}
+
+fn method(text: &str) -> Result<String, String> {
+    let keys = method_keys();
+    let is_there = keys.iter().any(|key| key == text);
+    if is_there { Ok(text.to_owned()) } else { Err(format!("expected one of {}", keys.join(", "))) }
+}
+
+fn size_noise(text: &str) -> Result<SizeNoiseLaw, String> {
+    let (sigma, lower) = match text.split_once(':') {
+        Some((sigma, lower)) => (sigma, Some(lower)),
+        None => (text, None),
+    };
+    let number = |text: &str| text.parse::<f64>().map_err(|_| format!("{text:?} is no number"));
+    Ok(SizeNoiseLaw { sigma: number(sigma)?, lower: lower.map_or(Ok(DEFAULT_SIZE_LOWER), number)? })
+}
+
+impl RuleArgs {
+    /// The settings of a hub that they are.
+    pub fn settings(&self) -> anyhow::Result<HubSettings> {
+        let mut table = match &self.hub_config {
+            Some(path) => hub_table(path)?,
+            None => toml::Table::new(),
+        };
+        let texts = [("method", &self.method), ("motion", &self.motion)];
+        table.extend(
+            texts.into_iter().filter_map(|(name, text)| Some((name.to_owned(), text.clone()?.into()))),
+        );
+        table.extend(self.delta_max_ms.map(|ms| ("delta_max_ms".to_owned(), ms.into())));
+        let particles = self.association_particles.map(i64::from);
+        table.extend(particles.map(|n| ("association_particles".to_owned(), n.into())));
+        HubSettings::from_table(table).context("the settings of the hub")
+    }
+
+    /// The engine's settings; tracks are numbered from 0.
+    pub fn engine(&self) -> anyhow::Result<EngineConfig> {
+        Ok(EngineConfig { lineage: 0, ..self.settings()?.engine })
+    }
+
+    /// The method's name.
+    pub fn method_key(&self) -> anyhow::Result<String> {
+        let of_file = match (&self.method, &self.hub_config) {
+            (None, Some(path)) => {
+                hub_table(path)?.get("method").and_then(|key| key.as_str().map(str::to_owned))
+            }
+            (method, _) => method.clone(),
+        };
+        Ok(of_file.unwrap_or_else(|| "ours".to_owned()))
+    }
+}
+
+impl SensorArgs {
+    /// What every sensor of the log says of itself; `None` where nothing is known.
+    pub fn description(&self, defaults: &SensingDefaults) -> anyhow::Result<Option<SensorDescription>> {
+        if *self == Self::default() {
+            return Ok(None);
+        }
+        // Of a range that is not told nothing is in view.
+        let field_of_view = FieldOfView::omnidirectional(0.0, self.range.unwrap_or(f64::MIN_POSITIVE));
+        let clutter_per_m2 = match self.clutter_per_frame {
+            Some(per_frame) => per_frame / field_of_view.area_m2(),
+            None => defaults.clutter_per_m2,
+        };
+        let description = SensorDescription {
+            revision: 1,
+            kind: SensorKind::Vehicle,
+            field_of_view,
+            detection_probability: self.detection_probability.unwrap_or(defaults.detection_probability),
+            clutter_per_m2,
+            size_noise: self.size_noise,
+            body: None,
+            accuracy: Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 },
+            // Only said, never used.
+            rate_hz: 10.0,
+        };
+        description.validate()?;
+        ensure!(self.clutter_per_frame.is_none_or(f64::is_finite), "--clutter-per-frame is no number");
+        Ok(Some(description))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_fusion_hub::config::MotionModel;
+
+    #[test]
+    fn every_method_of_the_hub_has_its_key() {
+        let keys = method_keys();
+        assert_eq!(keys.len(), Method::ALL.len());
+        for (key, method) in keys.into_iter().zip(Method::ALL) {
+            let rules = RuleArgs { method: Some(key.clone()), ..RuleArgs::default() };
+            let expected = EngineConfig { hub: rules.engine().unwrap().hub, ..rules.engine().unwrap() };
+            assert_eq!(expected.with_method(method), rules.engine().unwrap(), "{key}");
+        }
+    }
+
+    #[test]
+    fn options_go_before_the_settings_file() {
+        let folder = std::env::temp_dir().join(format!("lab-fuse-args-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("hub.toml");
+        std::fs::write(&path, "[hub]\nmethod = \"unikf-paper\"\ncoast_ms = 700\n").unwrap();
+        let of_file = RuleArgs { hub_config: Some(path), ..RuleArgs::default() };
+        let engine = of_file.engine().unwrap();
+        assert_eq!((engine.motion, engine.coast.as_millis_f64()), (MotionModel::Cv, 700.0));
+        assert_eq!(of_file.method_key().unwrap(), "unikf-paper");
+        let both = RuleArgs { method: Some("ours".to_owned()), ..of_file };
+        let engine = both.engine().unwrap();
+        assert_eq!((engine.motion, engine.coast.as_millis_f64()), (MotionModel::Imm, 700.0));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn settings_that_cannot_be_are_named() {
+        let message = |rules: RuleArgs| format!("{:#}", rules.engine().unwrap_err());
+        let rules = RuleArgs { delta_max_ms: Some(-1.0), ..RuleArgs::default() };
+        assert!(message(rules).contains("delta_max_ms is -1, expected 1 to 60000"));
+        let rules = RuleArgs { association_particles: Some(1), ..RuleArgs::default() };
+        assert!(message(rules).contains("association_particles is 1"));
+    }
+
+    #[test]
+    fn sensors_are_described_by_what_is_told_and_not_at_all_by_nothing() {
+        let defaults = SensingDefaults::default();
+        assert_eq!(SensorArgs::default().description(&defaults).unwrap(), None);
+        let law = SensorArgs { size_noise: Some(size_noise("0.5").unwrap()), ..SensorArgs::default() };
+        let described = law.description(&defaults).unwrap().unwrap();
+        assert_eq!(described.size_noise, Some(SizeNoiseLaw { sigma: 0.5, lower: 0.1 }));
+        assert_eq!(described.detection_probability, 0.9);
+        let all = SensorArgs {
+            range: Some(10.0),
+            detection_probability: Some(0.8),
+            clutter_per_frame: Some(0.5),
+            size_noise: None,
+        };
+        let described = all.description(&defaults).unwrap().unwrap();
+        assert!((described.clutter_per_m2 - 0.5 / (std::f64::consts::PI * 100.0)).abs() < 1e-15);
+        for wrong in [
+            SensorArgs { detection_probability: Some(1.5), ..all },
+            SensorArgs { range: Some(-1.0), ..all },
+            SensorArgs { clutter_per_frame: Some(f64::NAN), ..all },
+        ] {
+            assert!(wrong.description(&defaults).is_err(), "{wrong:?}");
+        }
+        assert!(size_noise("0.5:x").is_err() && size_noise("a").is_err());
+    }
+}

@@ -1,0 +1,186 @@
+//! How good the fused objects are, where the truth is known.
+
+use super::truth::Truth;
+use crate::matching::{Matching, Outcome, distance_m};
+use crate::metrics::{Mean, Metrics, Tally, frame_metrics};
+use crate::score::fused::{TrackKeeping, prediction};
+use serde::Serialize;
+use v2x_agent::truth::TrueObject;
+use v2x_common::fused::FusedObject;
+use v2x_common::time::Timestamp;
+use v2x_fusion_hub::assignment::{Assigner, Candidate};
+
+/// A fused object is of a true one of a compatible class within this distance, m; also GOSPA's cut-off.
+pub const MATCH_RADIUS_M: f64 = 2.0;
+
+/// The verdict: means over ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Errors, precision, recall and GOSPA.
+    #[serde(flatten)]
+    pub metrics: Metrics,
+    /// Mean length of the error of the matched objects' velocities, m/s.
+    pub velocity_error_mps: Option<f64>,
+    /// How often a true object's track became another one.
+    pub id_switches: u64,
+    /// Track ids for each matched object.
+    pub ids_per_object: Option<f64>,
+    /// Within which distance objects are matched, m.
+    pub match_radius_m: f64,
+    /// Rows of the truth whose class name is not known.
+    pub unknown_classes: u64,
+}
+
+/// Compares tick after tick.
+#[derive(Debug)]
+pub struct Judge {
+    truth: Truth,
+    tally: Tally,
+    velocity: Mean,
+    keeping: TrackKeeping,
+    assigner: Assigner,
+}
+
+impl Judge {
+    /// By this truth.
+    pub fn new(truth: Truth) -> Self {
+        Self {
+            truth,
+            tally: Tally::default(),
+            velocity: Mean::default(),
+            keeping: TrackKeeping::default(),
+            assigner: Assigner::default(),
+        }
+    }
+
+    /// When it is known what was there.
+    pub fn span(&self) -> (Timestamp, Timestamp) {
+        self.truth.span()
+    }
+
+    /// Takes in what was told of one time; times grow. Beyond the truth's own span nothing is right or wrong.
+    pub fn add(&mut self, at: Timestamp, objects: &[FusedObject]) {
+        let (begin, end) = self.span();
+        if at < begin || at > end {
+            return;
+        }
+        let there = self.truth.at(at);
+        let matching = matched(objects, &there.objects, &mut self.assigner);
+        let predictions: Vec<_> = objects.iter().map(prediction).collect();
+        let metrics =
+            frame_metrics(&predictions, &there.objects, &matching, MATCH_RADIUS_M, &mut self.assigner);
+        self.tally.add(&metrics);
+        self.keeping.add(objects, &there.objects, &matching);
+        let mut velocity = Mean::default();
+        for (fused, outcome) in objects.iter().zip(&matching.outcomes) {
+            let Outcome::Matched(place) = *outcome else { continue };
+            let error = |(x, y)| libm::hypot(fused.velocity.0 - x, fused.velocity.1 - y);
+            velocity.add(there.velocities[place].map(error));
+        }
+        self.velocity.add(velocity.value());
+    }
+
+    /// The means so far.
+    pub fn verdict(&self) -> Verdict {
+        let tracks = self.keeping.summary();
+        Verdict {
+            metrics: self.tally.metrics(),
+            velocity_error_mps: self.velocity.value(),
+            id_switches: tracks.id_switches,
+            ids_per_object: tracks.ids_per_object,
+            match_radius_m: MATCH_RADIUS_M,
+            unknown_classes: self.truth.unknown_classes(),
+        }
+    }
+}
+
+/// The most pairs of compatible class within the radius and, among those, the least total distance.
+fn matched(objects: &[FusedObject], truth: &[TrueObject], assigner: &mut Assigner) -> Matching {
+    let mut candidates = Vec::new();
+    for (row, fused) in (0u32..).zip(objects) {
+        for (col, object) in (0u32..).zip(truth) {
+            let cost = distance_m(&fused.bev, &object.bev);
+            if cost <= MATCH_RADIUS_M && fused.class.is_compatible_with(object.class) {
+                candidates.push(Candidate { row, col, cost });
+            }
+        }
+    }
+    // One left alone costs more than any detour of the others.
+    #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
+    let unmatched_cost = MATCH_RADIUS_M * (objects.len() + 1) as f64;
+    let columns = assigner.solve(objects.len(), truth.len(), &candidates, unmatched_cost);
+    let mut is_missed = vec![true; truth.len()];
+    let outcome = |column: &Option<u32>| match *column {
+        Some(place) => {
+            is_missed[place as usize] = false;
+            Outcome::Matched(place as usize)
+        }
+        None => Outcome::False,
+    };
+    let outcomes = columns.iter().map(outcome).collect();
+    Matching { outcomes, missed: (0..truth.len()).filter(|place| is_missed[*place]).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::{at_ms, predicted};
+    use std::path::Path;
+    use v2x_common::class::Class;
+    use v2x_common::geometry::BevBox;
+    use v2x_common::id::TrackId;
+
+    const TRUTH: &str = "t,object_id,class,x,y,vx,vy,w,d,yaw\n\
+        0,a,car,0,0,3,4,2,4,0\n0,b,pedestrian,20,0,nan,nan,2,4,0\n\
+        1,a,car,0,0,3,4,2,4,0\n1,b,pedestrian,20,0,nan,nan,2,4,0\n";
+
+    fn judge() -> Judge {
+        Judge::new(Truth::read(TRUTH.as_bytes(), Path::new("truth.csv")).unwrap())
+    }
+
+    fn fused(track: u64, class: Class, bev: BevBox) -> FusedObject {
+        FusedObject::from_box(TrackId(track), class, bev)
+    }
+
+    #[test]
+    fn errors_of_matched_objects_are_averaged_and_the_others_counted() {
+        let mut judge = judge();
+        let turned = BevBox { d: 5.0, yaw: 0.5, ..predicted(1.0, 0.0) };
+        judge.add(at_ms(500), &[fused(1, Class::Car, turned), fused(2, Class::Car, predicted(20.0, 0.0))]);
+        let Verdict { metrics, velocity_error_mps, .. } = judge.verdict();
+        // A car is no pedestrian: a false one and a miss.
+        assert_eq!((metrics.true_positives, metrics.false_positives, metrics.false_negatives), (1, 1, 1));
+        assert_eq!((metrics.ate_m, metrics.ade_m, metrics.precision), (Some(1.0), Some(1.0), Some(0.5)));
+        assert!((metrics.aoe_deg.unwrap() - 0.5_f64.to_degrees()).abs() < 1e-12);
+        assert_eq!(velocity_error_mps, Some(5.0));
+        // GOSPA goes by position alone.
+        assert_eq!(metrics.gospa_m, Some(1.0));
+    }
+
+    #[test]
+    fn what_is_unknown_may_be_anything_and_beyond_two_metres_it_is_something_else() {
+        let mut judge = judge();
+        let objects = [(1, 18.1), (2, 2.1)].map(|(id, x)| fused(id, Class::Unknown, predicted(x, 0.0)));
+        judge.add(at_ms(0), &objects);
+        let metrics = judge.verdict().metrics;
+        assert_eq!((metrics.true_positives, metrics.false_positives, metrics.false_negatives), (1, 1, 1));
+    }
+
+    #[test]
+    fn another_track_of_the_same_object_is_a_switch() {
+        let mut judge = judge();
+        for (ms, track) in [(0, 7), (100, 7), (200, 8), (300, 7)] {
+            judge.add(at_ms(ms), &[fused(track, Class::Car, predicted(0.0, 0.0))]);
+        }
+        assert_eq!((judge.verdict().id_switches, judge.verdict().ids_per_object), (2, Some(2.0)));
+    }
+
+    #[test]
+    fn outside_of_the_truths_span_nothing_is_judged() {
+        let mut judge = judge();
+        for ms in [-2, 1002] {
+            judge.add(at_ms(ms), &[fused(1, Class::Car, predicted(0.0, 0.0))]);
+        }
+        assert_eq!(judge.verdict().metrics.frames, 0);
+    }
+}

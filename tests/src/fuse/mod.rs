@@ -1,0 +1,133 @@
+//! `lab fuse`: anybody's log of detections through the engine of the hub.
+
+mod args;
+pub mod judge;
+pub mod log;
+pub mod output;
+pub mod replay;
+pub mod report;
+pub mod truth;
+
+pub use args::FuseArgs;
+
+use crate::tables::progress::Progress;
+use crate::throughput::thread_cpu_time;
+use anyhow::{Context, ensure};
+use judge::Judge;
+use log::DetectionLog;
+use output::{FusedTable, NewFile};
+use replay::{Consumer, Counts, Replay, Ticks};
+use report::Report;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use truth::Truth;
+use v2x_common::fused::FusedObject;
+use v2x_common::time::Timestamp;
+use v2x_fusion_hub::engine::Engine;
+
+/// Fuses, writes the objects, and prints how it went.
+#[expect(clippy::print_stdout, reason = "the answer of the command")]
+pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
+    let report = run(args)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&report)?);
+    } else {
+        print!("{}", report.text());
+    }
+    Ok(())
+}
+
+/// Where the objects go.
+struct Sink<W: Write> {
+    table: FusedTable<W>,
+    judge: Option<Judge>,
+    progress: Progress,
+    size: u64,
+}
+
+fn run(args: &FuseArgs) -> anyhow::Result<Report> {
+    let config = args.rules.engine()?;
+    let description = args.sensor.description(&config.sensing)?;
+    let judge = args.truth.as_deref().map(read_truth).transpose()?;
+    let file = open(&args.detections)?;
+    let size = file.metadata().map_or(0, |metadata| metadata.len());
+    let mut log = DetectionLog::new(file, &args.detections)?;
+    if args.sensor.range.is_some() && !log.has_poses() {
+        tracing::warn!("without the columns sensor_x and sensor_y nobody knows what is in a sensor's range");
+    }
+    ensure!(!is_same(&args.detections, &args.out), "--out would overwrite the detections");
+    ensure!(
+        !args.truth.as_ref().is_some_and(|truth| is_same(truth, &args.out)),
+        "--out would overwrite the truth"
+    );
+    let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
+    let mut sink = Sink { table, judge, progress: Progress::begin("KiB"), size };
+    let outcome = Replay::new(Engine::new(config), description, thread_cpu_time).run(&mut log, &mut sink);
+    sink.progress.end();
+    let counts = outcome?;
+    let fused_rows = sink.table.rows();
+    sink.table.into_inner().finish()?;
+    ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
+    let truth = sink.judge.as_ref().map(Judge::verdict);
+    let report = Report { fused_rows, truth, ..report(counts, &log) };
+    Ok(Report { method: args.rules.method_key()?, ..report })
+}
+
+fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>) -> Report {
+    let core_s = counts.core.as_secs_f64();
+    #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
+    let detections_per_s = (core_s > 0.0).then(|| counts.detections as f64 / core_s);
+    Report {
+        method: String::new(),
+        sensors: log.n_sensors(),
+        frames: counts.frames,
+        detections: counts.detections,
+        duration_s: counts.duration.as_secs_f64(),
+        ticks: counts.ticks,
+        fused_rows: 0,
+        refused_frames: counts.refused.values().sum(),
+        refused: counts.refused,
+        unknown_classes: log.unknown_classes(),
+        core_s,
+        detections_per_s,
+        truth: None,
+    }
+}
+
+impl<W: Write> Consumer for Sink<W> {
+    fn tell(&mut self, at: Timestamp, objects: &[FusedObject]) -> anyhow::Result<()> {
+        self.table.write(at, objects).context("writing the fused objects")?;
+        if let Some(judge) = &mut self.judge {
+            judge.add(at, objects);
+        }
+        Ok(())
+    }
+
+    fn tell_nothing(&mut self, ticks: Ticks) {
+        if let Some(judge) = &mut self.judge {
+            let (begin, end) = judge.span();
+            ticks.clamped_to(begin, end).for_each(|at| judge.add(at, &[]));
+        }
+    }
+
+    fn tell_progress(&mut self, n_bytes: u64) {
+        let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
+        self.progress.tell(kib(n_bytes), kib(self.size));
+    }
+}
+
+fn open(path: &Path) -> anyhow::Result<File> {
+    File::open(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn read_truth(path: &Path) -> anyhow::Result<Judge> {
+    Ok(Judge::new(Truth::read(open(path)?, path)?))
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,140 @@
+//! `lab score`: what somebody's method made of exported detections, as one more row of every table; or a recorded
+//! run once more.
+
+mod args;
+pub mod files;
+pub mod fused;
+
+pub use args::ScoreArgs;
+
+use crate::export::detections::{reports, table};
+use crate::export::manifest::{Fingerprint, Manifest};
+use crate::protocol::answers::Answers;
+use crate::protocol::conditions::Conditions;
+use crate::protocol::contender::{Contender, Occasion};
+use crate::protocol::method::Method;
+use crate::protocol::scene::Scene;
+use crate::run_folder::rescore;
+use crate::tables::progress::Progress;
+use crate::tables::rows::Table;
+use crate::tables::{RowArgs, TablesArgs, tables_of};
+use anyhow::{Context, bail, ensure};
+use files::{export_folder, fused_files};
+use fused::{Exported, Fused};
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Longest name of a method.
+const MAX_NAME_LEN: usize = 40;
+
+/// Scores and prints.
+pub fn score(args: &ScoreArgs) -> anyhow::Result<()> {
+    let Some(name) = &args.name else { return score_run(args) };
+    check_name(name)?;
+    let manifest = Manifest::load(&export_folder(args.export.as_deref(), &args.paths)?)?;
+    let draws = manifest.draws()?;
+    let scenes = draws.scenes()?;
+    let guest = guest(name, args.told.as_deref(), (&manifest, &scenes), &args.paths)?;
+    tell(name, &guest);
+    let mut rows = args.rows.clone();
+    if rows.table.is_empty() && manifest.conditions == Conditions::Sensors {
+        (rows.table, rows.sensors) = (vec![Table::Sensors], false);
+    }
+    let guests = vec![Contender::Answers(Arc::new(guest.answers))];
+    tables_of(&TablesArgs::new(draws, rows, args.json), &scenes, guests)
+}
+
+fn score_run(args: &ScoreArgs) -> anyhow::Result<()> {
+    let is_plain = args.export.is_none() && args.told.is_none() && args.rows == RowArgs::default();
+    ensure!(is_plain, "options about tables need --name; without it, a recorded run is scored again");
+    match args.paths.as_slice() {
+        [folder] => rescore(folder, args.json),
+        paths => bail!("{} paths; without --name, one folder of a recorded run is scored", paths.len()),
+    }
+}
+
+fn check_name(name: &str) -> anyhow::Result<()> {
+    let is_legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '+');
+    let is_short = (1..=MAX_NAME_LEN).contains(&name.len());
+    ensure!(
+        is_short && name.chars().all(is_legal),
+        "--name {name:?}: expected up to 40 letters, digits, - . +"
+    );
+    let is_taken = Method::ALL.iter().any(|method| method.key() == name);
+    ensure!(!is_taken, "--name {name}: the tables have a row of this name");
+    Ok(())
+}
+
+/// Somebody's answers, and what was noticed about them.
+#[derive(Clone, Debug)]
+pub struct Guest {
+    /// The answers.
+    pub answers: Answers,
+    /// Boxes that are scored.
+    pub boxes: u64,
+    /// Rows at a time that is no keyframe's.
+    pub ignored_rows: u64,
+    /// Rows whose class name is not known.
+    pub unknown_classes: u64,
+}
+
+/// Reads what a method made of an export; `told` says what it makes use of.
+pub fn guest(
+    name: &str,
+    told: Option<&str>,
+    (manifest, scenes): (&Manifest, &[Scene]),
+    paths: &[PathBuf],
+) -> anyhow::Result<Guest> {
+    const CHANGED: &str = "the detections of the export are not those that its export.json leads to: another version \
+                           of lab made it, or the data set has changed; export anew";
+    ensure!(manifest.is_of(scenes), CHANGED);
+    let files = fused_files(manifest, paths)?;
+    let (mut progress, mut fingerprint) = (Progress::begin("files"), Fingerprint::default());
+    let mut read = Vec::new();
+    for (part, path) in &files {
+        let scene = &scenes[part.scene];
+        let reports = reports(&manifest.protocol(*part), scene);
+        fingerprint.add(&table(scene, &reports));
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        read.push((*part, Fused::read(file, path, Exported { scene, reports: &reports })?));
+        progress.tell(read.len(), files.len());
+    }
+    progress.end();
+    ensure!(fingerprint.text() == manifest.fingerprint, CHANGED);
+    let any_by_position = read.iter().any(|(_, fused)| fused.is_matched_by_position);
+    let by_position = any_by_position.then_some("matched by position");
+    let told: Vec<&str> = told.into_iter().chain(by_position).collect();
+    let mut answers = Answers::new(name, told.join(", ")).to(manifest.shape, manifest.conditions);
+    if !read.iter().all(|(_, fused)| fused.claims_accuracy) {
+        answers = answers.without_accuracy();
+    }
+    let sum = |of: fn(&Fused) -> u64| read.iter().map(|(_, fused)| of(fused)).sum();
+    let boxes = sum(|fused| fused.by_keyframe.iter().map(|told| told.len() as u64).sum());
+    let (ignored_rows, unknown_classes) =
+        (sum(|fused| fused.ignored_rows), sum(|fused| fused.unknown_classes));
+    for (part, fused) in read {
+        let (noise, conditions, trial) = (part.noise, manifest.conditions, part.trial);
+        let occasion = Occasion { noise, conditions, trial, scene: &scenes[part.scene].name };
+        answers.insert(&occasion, fused.by_keyframe);
+    }
+    Ok(Guest { answers, boxes, ignored_rows, unknown_classes })
+}
+
+#[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
+fn tell(name: &str, guest: &Guest) {
+    let Guest { answers, boxes, ignored_rows, unknown_classes } = guest;
+    let mut line = format!("{name}: {boxes} boxes at keyframes");
+    for (n, what) in [(ignored_rows, "rows at other times ignored"), (unknown_classes, "of unknown class")] {
+        if *n > 0 {
+            line += &format!(", {n} {what}");
+        }
+    }
+    if !answers.claims_accuracy() {
+        line += "; without sx,sy,sw,sd,st no row in the table of claimed accuracies (nees)";
+    }
+    eprintln!("{line}");
+}
+
+#[cfg(test)]
+mod tests;
