@@ -296,7 +296,7 @@ mod tests {
             priors.sizes(Class::Car, &lorry)[1].size().mean
         };
         // One report twice as long is more likely a bad one of a car; of ten, no car makes such a mean.
-        assert!(depth_after(1) < 5.5 && depth_after(10) > 8.0, "{} {}", depth_after(1), depth_after(10));
+        assert!(depth_after(1) < 6.0 && depth_after(10) > 8.0, "{} {}", depth_after(1), depth_after(10));
     }
 
     #[test]
