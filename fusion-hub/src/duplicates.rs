@@ -106,6 +106,15 @@ impl Duplicates {
     }
 }
 
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("duplicates.merge_at", MERGE_AT.to_string()),
+        ("duplicates.both_reported_of_one", BOTH_REPORTED_OF_ONE.to_string()),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -19,6 +19,7 @@ pub mod hub;
 pub mod inbox;
 pub mod method;
 pub mod overlap;
+pub mod parameters;
 pub mod particles;
 mod publish;
 pub mod refusal;

@@ -31,3 +31,9 @@ pub fn pair_cost(z: &Measurement, track: &Expected) -> f64 {
     let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
     position + heading.min(CUE_CAP) + dimension_distance2(z, track).min(CUE_CAP)
 }
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![("association.cue_cap", CUE_CAP.to_string()), ("association.cost_alone", COST_ALONE.to_string())]
+}

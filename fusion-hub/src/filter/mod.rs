@@ -96,3 +96,9 @@ pub struct Estimate {
     /// Heading, rad and rad².
     pub heading: Heading,
 }
+
+/// Every number of the filters, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    [params::listed(), imm::listed(), size_priors::listed()].concat()
+}

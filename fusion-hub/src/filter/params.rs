@@ -36,3 +36,10 @@ impl MotionParams {
         Self { accel_psd, sigma_velocity_mps, yaw_diffusion, size_diffusion: SIZE_DIFFUSION }
     }
 }
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    let params: Vec<_> = Class::ALL.iter().map(|class| (class.name(), MotionParams::of(*class))).collect();
+    vec![("cv.motion", format!("{params:?}"))]
+}

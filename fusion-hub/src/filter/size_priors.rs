@@ -218,6 +218,19 @@ fn given(prior: &LogNormal, other_prior: &LogNormal, other: &LogNormal, rho: f64
     }
 }
 
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(in crate::filter) fn listed() -> Vec<(&'static str, String)> {
+    let spread = |class: &Class| (class.name(), Spread::of(*class).tau, Spread::of(*class).rho);
+    let spreads: Vec<_> = Class::ALL.iter().map(spread).collect();
+    vec![
+        ("size.spreads", format!("{spreads:?}")),
+        ("size.typical_spread", TYPICAL_SPREAD.to_string()),
+        ("size.reading_spread", READING_SPREAD.to_string()),
+        ("size.unusual", format!("{UNUSUAL} of objects, {WIDER} times the spread")),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

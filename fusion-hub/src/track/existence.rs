@@ -93,6 +93,16 @@ impl Existence {
     }
 }
 
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("existence.odds", format!("{MIN_ODDS} to {MAX_ODDS}")),
+        ("existence.survival_time_s", SURVIVAL_TIME_S.to_string()),
+        ("existence.near", format!("{NEAR}, {DENSITY_AT_NEAR}")),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

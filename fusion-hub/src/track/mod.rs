@@ -13,3 +13,6 @@ pub use former::Former;
 pub use history::{FOLD_SLACK, LateData, Records, Track};
 pub use retrospect::{Retrospect, Retrospection};
 pub use snapshot::Snapshot;
+
+#[cfg(test)]
+pub(crate) use existence::listed as existence_listed;

@@ -202,6 +202,7 @@ fn answers_are_rows_only_where_they_are_to_the_blocks_own_detections() {
         methods: vec![],
         shape: Shape::Gaussian,
         guests: vec![Contender::Answers(Arc::new(guest.answers))],
+        is_brief: false,
     };
     for block in study.blocks() {
         let is_there = block.contenders.iter().any(|one| one.key() == "mine");

@@ -9,7 +9,7 @@ use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::method::{Method as HubMethod, WindowConfig};
 
 /// Hypotheses of [`Method::OursParticles`].
-const PARTICLES: u32 = 24;
+const PARTICLES: u32 = 8;
 
 macro_rules! methods {
     ($($(#[doc = $doc:literal])* $variant:ident = $key:literal;)*) => {
@@ -68,7 +68,7 @@ methods! {
     UnikfPaperEuclidean = "unikf-paper-euclidean";
     /// Our engine
     Ours = "ours";
-    /// Our engine with 24 hypotheses of which report is of which object
+    /// Our engine with 8 hypotheses of which report is of which object
     OursParticles = "ours-particles";
     /// Our engine without prior knowledge of classes: sizes by the reports alone, and all move as cars do
     OursNoPrior = "ours-no-prior";

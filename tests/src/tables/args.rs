@@ -42,7 +42,7 @@ pub struct TablesArgs {
 /// Which tables, of whom, and where they go.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct RowArgs {
-    /// Only these tables and figures [default: the paper's, robustness and nees]
+    /// Only these tables and figures [default: the paper's, nees, and robustness at the lowest and highest noise]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub table: Vec<Table>,
     /// Also ours without each of its parts
@@ -80,7 +80,8 @@ impl TablesArgs {
         tables.extend(rows.ablation.then_some(Table::Ablation));
         tables.extend(rows.sensors.then_some(Table::Sensors));
         let (noise, methods) = (self.draws.noise.clone(), rows.methods.clone());
-        Study { tables, noise, methods, shape: self.draws.shape, guests }
+        let is_brief = rows.table.is_empty();
+        Study { tables, noise, methods, shape: self.draws.shape, guests, is_brief }
     }
 
     /// What is to be computed for it.

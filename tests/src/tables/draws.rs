@@ -7,7 +7,7 @@ use crate::protocol::scene::{Scene, Statistics};
 use anyhow::ensure;
 
 /// What `--quick` takes of the data set, and how often.
-const QUICK_SCENES: usize = 20;
+const QUICK_SCENES: usize = 12;
 const QUICK_TRIALS: u32 = 2;
 /// N of the paper.
 const PAPER_TRIALS: u32 = 5;

@@ -134,6 +134,7 @@ mod tests {
             methods: methods.to_vec(),
             shape: Shape::Gaussian,
             guests: Vec::new(),
+            is_brief: false,
         };
         let plan = Plan { experiments: study.experiments(), trials: 2, seed: 5, threads: 2 };
         let scenes: Vec<Scene> = [3, 40].into_iter().map(synthetic::scene).collect();

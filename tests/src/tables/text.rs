@@ -92,11 +92,12 @@ pub(super) fn headline(tables: &Tables) -> String {
     let plan = &tables.plan;
     format!(
         "{}: {}\n{} trials, seed {}; errors of all boxes over true positives, mean ± standard deviation over frames; \
-         the paper's value and ours less the paper's beside it.",
+         the paper's value and ours less the paper's beside it. The engine's parameters are those of {}.",
         tables.dataset,
         tables.statistics.text(),
         plan.trials,
         plan.seed,
+        v2x_fusion_hub::parameters::DATE,
     )
 }
 

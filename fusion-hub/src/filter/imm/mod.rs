@@ -275,5 +275,11 @@ impl Imm {
     }
 }
 
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    [params::listed(), transitions::listed()].concat()
+}
+
 #[cfg(test)]
 mod tests;

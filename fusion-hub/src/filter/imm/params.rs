@@ -106,3 +106,18 @@ impl Params {
         }
     }
 }
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(in crate::filter) fn listed() -> Vec<(&'static str, String)> {
+    let classes = [
+        ("imm.vehicle", VEHICLE),
+        ("imm.pedestrian", PEDESTRIAN),
+        ("imm.immobile", IMMOBILE),
+        ("imm.bus_or_motorcycle", BUS_OR_MOTORCYCLE),
+        ("imm.bicycle", BICYCLE),
+        ("imm.trailer", TRAILER),
+        ("imm.construction", CONSTRUCTION),
+    ];
+    classes.map(|(name, params)| (name, format!("{params:?}"))).into()
+}

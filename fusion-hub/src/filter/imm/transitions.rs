@@ -80,6 +80,12 @@ pub(super) fn within(duration_s: f64) -> Matrix {
     result
 }
 
+/// Every rate, for [`crate::parameters`].
+#[cfg(test)]
+pub(in crate::filter) fn listed() -> Vec<(&'static str, String)> {
+    vec![("imm.rates_of_change", format!("{GENERATOR:?}"))]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,53 @@
+//! What was tuned, and when.
+//!
+//! Every number that decides what is fused is written down in a dated file under `fusion-hub/parameters`, with where it
+//! comes from; a test holds the code against the newest one. Who changes a number dates a new file.
+
+/// Date of the numbers in use.
+pub const DATE: &str = "2026-11-22";
+
+/// The dated file.
+pub const FILE: &str = include_str!("../parameters/2026-11-22.txt");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::EngineConfig;
+    use crate::method::Method;
+    use crate::{association, duplicates, filter, track};
+    use v2x_common::id::HubId;
+
+    fn listed() -> String {
+        let ours = EngineConfig::new(HubId::new("hub").unwrap(), 0);
+        let paper = ours.with_method(Method::UnikfPaper);
+        let engine = [
+            (
+                "association.gate",
+                format!("{} (unikf-paper: {})", ours.association.gate, paper.association.gate),
+            ),
+            ("sensing.defaults", format!("{:?}", ours.sensing)),
+            ("publish.existence", ours.publish_existence.to_string()),
+            ("publish.coast_s", ours.coast.as_secs_f64().to_string()),
+        ];
+        let parts = [
+            engine.to_vec(),
+            association::likelihood::listed(),
+            track::existence_listed(),
+            duplicates::listed(),
+            filter::listed(),
+        ];
+        parts.concat().iter().map(|(name, value)| format!("{name} = {value}\n")).collect()
+    }
+
+    #[test]
+    fn every_number_is_the_one_that_was_frozen() {
+        let frozen: String = FILE
+            .lines()
+            .filter(|line| !line.starts_with('#') && !line.is_empty())
+            .map(|line| format!("{line}\n"))
+            .collect();
+        let listed = listed();
+        assert!(frozen == listed, "date a new file; now it is:\n{listed}");
+        assert!(FILE.contains(DATE));
+    }
+}
