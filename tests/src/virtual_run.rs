@@ -111,7 +111,7 @@ mod tests {
     use v2x_common::id::HubId;
     use v2x_fusion_hub::config::EngineConfig;
 
-    const GOLDEN_FINGERPRINT: u64 = 2_462_626_465_878_605_717;
+    const GOLDEN_FINGERPRINT: u64 = 12_563_783_394_357_586_774;
 
     const ON_UPDATE: PublishMode =
         PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };

@@ -103,12 +103,12 @@ impl SizeEvidence {
         Size { mean, variance: mean * mean / self.information() }
     }
 
-    /// How likely the reports are under a prior, up to a factor of their own; the likelihood is taken as normal in ln s.
-    pub fn foretold_by(&self, prior: &LogNormal) -> f64 {
+    /// How far the likeliest size is from another, in ln s, and the variance of it by the reports alone.
+    pub fn off(&self, mean_ln: f64) -> (f64, f64) {
         let likeliest = self.likeliest();
-        let off = libm::log(likeliest) - prior.mean_ln;
-        let variance = prior.variance_ln + 1.0 / self.information();
-        libm::exp(-off * off / (2.0 * variance)) / libm::sqrt(variance)
+        let w = 1.0 / likeliest;
+        let information = (2.0 * self.squares * w * w - self.sum * w).max(self.count);
+        (libm::log(likeliest) - mean_ln, 1.0 / information)
     }
 
     /// What is known of the size under a prior; without one every logarithm is as likely as any other.

@@ -18,8 +18,8 @@ const READING_SPREAD: f64 = 0.5;
 /// more these differ: round numbers.
 const UNUSUAL: f64 = 0.02;
 const WIDER: f64 = 3.0;
-/// A share below this is not worth an estimate.
-const NEGLIGIBLE: f64 = 1e-3;
+/// Odds below this are not worth an estimate.
+const NEGLIGIBLE: f64 = 0.03;
 
 /// How sizes of one class differ: standard deviations of ln width and ln depth, and their correlation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,13 +191,22 @@ impl SizePriors {
 /// under the wider one, weighed by how well each foretells the reports.
 fn under(evidence: &SizeEvidence, prior: &LogNormal) -> LogNormal {
     let usual = evidence.estimate(Some(prior));
-    let wide = LogNormal { variance_ln: WIDER * WIDER * prior.variance_ln, ..*prior };
-    let share = UNUSUAL * evidence.foretold_by(&wide);
-    let share = share / (share + (1.0 - UNUSUAL) * evidence.foretold_by(prior));
-    // Also where both foretell nothing.
-    if share.is_nan() || share <= NEGLIGIBLE {
+    let (off, doubt) = evidence.off(prior.mean_ln);
+    let expected = prior.variance_ln + doubt;
+    // What lies within one standard deviation speaks for the usual: no need to ask.
+    if off * off <= expected {
         return usual;
     }
+    let wide = LogNormal { variance_ln: WIDER * WIDER * prior.variance_ln, ..*prior };
+    let expected_of_wide = wide.variance_ln + doubt;
+    // Ratio of the two normal densities.
+    let ratio = libm::sqrt(expected / expected_of_wide)
+        * libm::exp(off * off / 2.0 * (1.0 / expected - 1.0 / expected_of_wide));
+    let odds = UNUSUAL / (1.0 - UNUSUAL) * ratio;
+    if odds < NEGLIGIBLE {
+        return usual;
+    }
+    let share = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
     let unusual = evidence.estimate(Some(&wide));
     let apart = unusual.mean_ln - usual.mean_ln;
     LogNormal {
