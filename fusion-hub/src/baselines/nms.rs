@@ -13,11 +13,9 @@ pub enum Overlap {
 }
 
 impl Overlap {
-    fn of(self, a: &Footprint, b: &Footprint) -> f64 {
-        match self {
-            Self::Iou => a.iou(b),
-            Self::Giou => a.giou(b),
-        }
+    /// GIoU is never above IoU, and its hull takes time.
+    fn exceeds(self, threshold: f64, a: &Footprint, b: &Footprint) -> bool {
+        a.iou(b) > threshold && (self == Self::Iou || a.giou(b) > threshold)
     }
 }
 
@@ -28,7 +26,7 @@ pub fn fuse(agents: &[&[Report]], overlap: Overlap, threshold: f64) -> Vec<Fused
     for (member, report) in pooled(agents) {
         let outline = Footprint::of(&bev(&report.z));
         let is_dropped = kept.iter().any(|(other, fused)| {
-            fused.z.class.is_compatible_with(report.z.class) && overlap.of(other, &outline) > threshold
+            fused.z.class.is_compatible_with(report.z.class) && overlap.exceeds(threshold, other, &outline)
         });
         if !is_dropped {
             kept.push((outline, Fused::of(report, member)));
