@@ -150,9 +150,11 @@ impl Replay {
     fn tell(&mut self, mut ticks: Ticks, consumer: &mut impl Consumer) -> anyhow::Result<()> {
         while let Some(at) = ticks.next() {
             let begun = (self.stopwatch)();
-            let objects = &self.engine.fused(at).objects;
+            let fused = self.engine.fused(at);
             self.counts.core = self.counts.core + ((self.stopwatch)() - begun);
-            consumer.tell(at, objects)?;
+            let objects = &fused.objects;
+            // With a lag objects hold for an earlier time than that at which they are told.
+            consumer.tell(fused.fused_at, objects)?;
             // A log may be silent for years.
             if objects.is_empty() && self.engine.n_tracks() == 0 {
                 consumer.tell_nothing(ticks);

@@ -10,7 +10,7 @@ use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, HubId};
-use v2x_common::sensor::{Accuracy, SensorDescription, SensorKind, SizeNoiseLaw};
+use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
 use v2x_fusion_hub::config::EngineConfig;
@@ -41,6 +41,8 @@ pub struct Setup {
     pub n_agents: usize,
     /// Whether objects are put far apart, so that association cannot fail.
     pub has_true_identities: bool,
+    /// Whether it is fed with a list of both agents' instead of one agent's reports.
+    pub reads_fused_list: bool,
     /// Whether it knows of earlier keyframes.
     pub remembers: bool,
     /// For how long later keyframes count: a keyframe's answer is asked for when the last of them has come. Zero: at
@@ -57,6 +59,7 @@ impl Setup {
             declares_size_law: true,
             n_agents: 2,
             has_true_identities: false,
+            reads_fused_list: false,
             remembers: true,
             lag: Span::ZERO,
         }
@@ -114,7 +117,10 @@ impl EngineRun {
     fn of(engine: Engine, (setup, levels, conditions): (Setup, [NoiseLevel; 2], Conditions)) -> Self {
         let names = ["agent-1", "agent-2"].map(|name| AgentId::new(name).expect("a legal name"));
         let law = |level: NoiseLevel| setup.declares_size_law.then(|| level.model().size);
-        let descriptions = levels.map(|level| description(conditions, law(level)));
+        let descriptions = levels.map(|level| match setup.reads_fused_list {
+            true => description_of_both(conditions, law(level)),
+            false => description(conditions, law(level)),
+        });
         let mut run = Self {
             engine,
             setup,
@@ -194,7 +200,7 @@ impl EngineRun {
         if self.setup.has_true_identities {
             // Without a pose: nothing is near its sensor any more, and nothing is looked for.
             let moved = report.detections.iter().zip(&report.identities);
-            let moved = moved.map(|(detection, id)| shifted(detection, moved_by_m(*id)));
+            let moved = moved.map(|(detection, id)| shifted(detection, place_m(*id)));
             return DetectionFrame { detections: moved.collect(), ..frame };
         }
         DetectionFrame { sensor_pose: Some(report.pose), detections: report.detections.clone(), ..frame }
@@ -212,7 +218,8 @@ impl EngineRun {
         });
         let mut prediction = Prediction::of(object, identity);
         if self.setup.has_true_identities {
-            prediction.bev.x -= moved_by_m(identity);
+            let [x, y] = place_m(identity);
+            prediction.bev = BevBox { x: prediction.bev.x - x, y: prediction.bev.y - y, ..prediction.bev };
         }
         prediction
     }
@@ -233,6 +240,18 @@ fn description(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> Sens
     }
 }
 
+/// The same of a list that both agents' reports were fused to: around agent 1 it reaches as far as agent 2 sees, and
+/// it has both agents' false reports.
+fn description_of_both(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> SensorDescription {
+    let range_m = conditions.range_m() + conditions.apart_m().unwrap_or(0.0);
+    let area_m2 = std::f64::consts::PI * range_m * range_m;
+    SensorDescription {
+        field_of_view: FieldOfView::omnidirectional(0.0, range_m),
+        clutter_per_m2: 2.0 * conditions.clutter_per_frame() / area_m2,
+        ..description(conditions, size_noise)
+    }
+}
+
 fn config(setup: &Setup) -> EngineConfig {
     let lag = if setup.lag > Span::ZERO { setup.lag + LAG_TOLERANCE } else { Span::ZERO };
     let config = EngineConfig { lag, ..setup.config };
@@ -249,14 +268,20 @@ fn keyframe(frame: FrameId) -> usize {
     usize::try_from(frame.sequence).unwrap_or(usize::MAX)
 }
 
-/// What is of nothing has a place of its own too.
-fn moved_by_m(identity: Option<ObjectId>) -> f64 {
-    identity.map_or(-1.0, |id| f64::from(id.0)) * APART_M
+/// Where an object is moved to; what is of nothing has a place of its own, too. Rows of them, since coordinates end at
+/// 100 000 km.
+fn place_m(identity: Option<ObjectId>) -> [f64; 2] {
+    const IN_A_ROW: u32 = 4000;
+    identity.map_or([-APART_M, 0.0], |ObjectId(id)| {
+        [f64::from(id % IN_A_ROW) * APART_M, f64::from(id / IN_A_ROW) * APART_M]
+    })
 }
 
-fn shifted(detection: &Detection, x_m: f64) -> Detection {
-    Detection { bev: BevBox { x: detection.bev.x + x_m, ..detection.bev }, ..*detection }
+fn shifted(detection: &Detection, [x_m, y_m]: [f64; 2]) -> Detection {
+    let BevBox { x, y, .. } = detection.bev;
+    Detection { bev: BevBox { x: x + x_m, y: y + y_m, ..detection.bev }, ..*detection }
 }
+
 #[cfg(test)]
 mod tests {
     use super::super::method::Method;

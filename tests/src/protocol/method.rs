@@ -155,8 +155,9 @@ impl Method {
 
     fn given(self) -> Told {
         let sigma = Told { sigma: true, ..Told::default() };
-        let filtered = Told { past: true, ..sigma };
-        let ours = Told { class_prior: true, size_law: true, ..filtered };
+        // The constant-velocity filter's process noise is a class's, too.
+        let filtered = Told { past: true, class_prior: true, ..sigma };
+        let ours = Told { size_law: true, ..filtered };
         match self {
             Self::CsbaWls => sigma,
             Self::CsbaWlsDebiased => Told { size_law: true, ..sigma },
@@ -188,7 +189,7 @@ impl Method {
         };
         let paper = hub(HubMethod::UnikfPaper);
         let filtered = |method| {
-            let setup = Setup { n_agents: 1, ..paper };
+            let setup = Setup { n_agents: 1, reads_fused_list: true, ..paper };
             Recipe { setup, before: Some(hub(method)) }
         };
         let setup = match self {

@@ -125,7 +125,7 @@ impl Protocol {
         Detection { class, score: SCORE, bev, covariance, velocity: None, source_track: None }
     }
 
-    /// Things that are not there, uniform in the agent's view, at the end of its report.
+    /// Things that are not there, uniform in the agent's view, anywhere in its report.
     fn add_clutter(&self, report: &mut AgentReport, agent: u32, rng: &mut ChaCha8Rng) {
         for _ in 0..poisson(rng, self.conditions.clutter_per_frame()) {
             let radius_m = self.conditions.range_m() * libm::sqrt(unit(rng));
@@ -135,8 +135,10 @@ impl Protocol {
             let Pose { x, y, .. } = report.pose;
             let bev = BevBox { x: x + radius_m * cos, y: y + radius_m * sin, w, d, yaw: TAU * unit(rng) };
             let pose = report.pose;
-            report.detections.push(self.detection((class, &bev), (agent, &pose), rng));
-            report.identities.push(None);
+            let detection = self.detection((class, &bev), (agent, &pose), rng);
+            let place = rng.random_range(0..=report.detections.len());
+            report.detections.insert(place, detection);
+            report.identities.insert(place, None);
         }
     }
 }
