@@ -4,6 +4,7 @@ mod abuse;
 mod arrival_order;
 mod consistency;
 mod lag;
+mod late_data;
 mod life_of_a_track;
 mod methods;
 mod numerics;

@@ -9,7 +9,7 @@ use crate::method::{FusionMethod, Plugged, WindowFusion};
 use crate::refusal::{Disposition, Refusal};
 use crate::retrospect::RetrospectError;
 use crate::sensing::Sensing;
-use crate::track::FOLD_SLACK;
+use crate::track::{FOLD_SLACK, LateData};
 use crate::tracker::{Counts, Innovations, Tracker};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, Inclusion};
@@ -138,6 +138,19 @@ impl Engine {
         // A frame that waited while the hub published is as old as it is now: what it is older than may be
         // folded already.
         self.newest_now = self.newest_now.max(now);
+        if self.config.late_data == LateData::IgnoreDelay {
+            let arrived = DetectionFrame { captured_at: self.newest_now, ..frame.clone() };
+            return self.handle_stamped(&arrived, (frame.captured_at, now));
+        }
+        self.handle_stamped(frame, (frame.captured_at, now))
+    }
+
+    /// Takes in a frame with the capture time that the hub takes it to have; the agent's own is only passed on.
+    fn handle_stamped(
+        &mut self,
+        frame: &DetectionFrame,
+        (stamp, now): (Timestamp, Timestamp),
+    ) -> Disposition {
         let verdict = self.inbox.examine(frame, self.newest_now).and_then(|()| self.make_room(frame));
         if let Err(refusal) = verdict {
             self.inbox.refuse(frame.id.agent, refusal.clone());
@@ -147,7 +160,7 @@ impl Engine {
         if self.newest_now - self.settled_at > SETTLE_INTERVAL {
             self.settle(FOLD_SLACK);
         }
-        self.note_pending(frame, now);
+        self.note_pending(Inclusion { frame: frame.id, captured_at: stamp, received_at: now });
         let innovations = self.track(frame);
         if let Some(record) = self.inbox.record_mut(frame.id.agent) {
             record.nis_sum += innovations.nis_sum;
@@ -162,13 +175,9 @@ impl Engine {
         with_tracks!(&mut self.tracks, tracker => tracker.handle(frame, agent, names))
     }
 
-    fn note_pending(&mut self, frame: &DetectionFrame, now: Timestamp) {
+    fn note_pending(&mut self, inclusion: Inclusion) {
         if self.pending.len() < MAX_PENDING {
-            self.pending.push(Inclusion {
-                frame: frame.id,
-                captured_at: frame.captured_at,
-                received_at: now,
-            });
+            self.pending.push(inclusion);
         }
     }
 

@@ -4,6 +4,7 @@ use crate::agents::{AgentSlot, Agents};
 use crate::config::EngineConfig;
 use crate::refusal::Refusal;
 use crate::sensing::{Look, Sensing};
+use crate::track::LateData;
 use std::collections::{BTreeMap, VecDeque};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::AgentHealth;
@@ -108,6 +109,7 @@ impl AgentRecord {
 pub struct Inbox {
     delta_max: Span,
     synchronous: Span,
+    late_data: LateData,
     silent_for_good: Span,
     map_frame: Option<MapFrame>,
     agents: Agents,
@@ -129,6 +131,7 @@ impl Inbox {
         Self {
             delta_max: config.delta_max,
             synchronous: config.synchronous,
+            late_data: config.late_data,
             silent_for_good: SILENT_FOR_GOOD.max(named_for),
             map_frame: config.map_frame,
             agents: Agents::default(),
@@ -206,6 +209,10 @@ impl Inbox {
         }
         if frame.captured_at < self.history_begins {
             return Err(Refusal::Overloaded { age });
+        }
+        let behind = self.newest_captured_at.map_or(Span::ZERO, |newest| newest - frame.captured_at);
+        if self.late_data == LateData::Drop && behind > self.synchronous {
+            return Err(Refusal::OutOfSequence { behind });
         }
         let Some(slot) = self.agents.slot(&frame.id.agent) else {
             let limit = MAX_AGENTS;

@@ -32,6 +32,15 @@ pub enum Refusal {
         /// How long ago.
         age: Span,
     },
+    /// Measured before something that is in already, where late data is dropped.
+    #[error("captured {behind} before the newest frame: out of sequence, and late data is dropped")]
+    OutOfSequence {
+        /// How long before.
+        behind: Span,
+    },
+    /// From an agent that the hub was told not to listen to.
+    #[error("this hub listens to others only (hub.only_agents)")]
+    NotListenedTo,
     /// Measured further in the future than Δmax by the hub's clock.
     #[error("captured {ahead} ahead of the hub's time: too early; is the agent's clock set?")]
     TooEarly {
@@ -80,6 +89,8 @@ impl Refusal {
             Self::AgentMismatch { .. } => "agent_mismatch",
             Self::MapFrameMismatch { .. } => "map_frame_mismatch",
             Self::TooLate { .. } => "too_late",
+            Self::OutOfSequence { .. } => "out_of_sequence",
+            Self::NotListenedTo => "not_listened_to",
             Self::TooEarly { .. } => "too_early",
             Self::Duplicate { .. } => "duplicate",
             Self::Overloaded { .. } => "overloaded",

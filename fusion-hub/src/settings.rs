@@ -28,6 +28,7 @@ struct HubTable {
     lag_ms: f64,
     motion: Option<MotionModel>,
     late_data: Option<LateData>,
+    only_agents: Vec<AgentId>,
     synchronous_ms: Option<f64>,
     association: Option<AssociationCost>,
     association_particles: Option<u32>,
@@ -80,6 +81,7 @@ impl Default for HubTable {
             lag_ms: engine.lag.as_millis_f64(),
             motion: None,
             late_data: None,
+            only_agents: Vec::new(),
             synchronous_ms: None,
             association: None,
             association_particles: None,
@@ -104,6 +106,8 @@ pub struct HubSettings {
     pub engine: EngineConfig,
     /// When to publish.
     pub publish: PublishMode,
+    /// Whom it listens to; everybody where there is none.
+    pub only_agents: Vec<AgentId>,
     /// What is assumed where a JSON frame says nothing.
     pub report_defaults: ReportDefaults,
     /// The same for single agents.
@@ -157,6 +161,11 @@ impl HubSettings {
         table.check()
     }
 
+    /// Whether this agent is listened to.
+    pub fn listens_to(&self, agent: &AgentId) -> bool {
+        self.only_agents.is_empty() || self.only_agents.contains(agent)
+    }
+
     /// What is assumed of this agent's JSON frames.
     pub fn report_defaults_of(&self, agent: &AgentId) -> &ReportDefaults {
         self.report_defaults_of.get(agent).unwrap_or(&self.report_defaults)
@@ -195,6 +204,7 @@ impl HubTable {
         Ok(HubSettings {
             engine,
             publish: self.publish.check()?,
+            only_agents: self.only_agents,
             report_defaults: self.report_defaults,
             report_defaults_of: self.agents,
         })
@@ -324,6 +334,14 @@ mod tests {
             main_agent: Some(AgentId::new("ego").unwrap()),
         };
         assert_eq!(window(text), Some(expected));
+    }
+
+    #[test]
+    fn a_hub_may_listen_to_some_agents_only() {
+        let listens =
+            |text: &str, agent: &str| settings(text).unwrap().listens_to(&AgentId::new(agent).unwrap());
+        assert!(listens("", "ego") && listens("only_agents = [\"ego\"]", "ego"));
+        assert!(!listens("only_agents = [\"ego\"]", "rsu"));
     }
 
     #[test]

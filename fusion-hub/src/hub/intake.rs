@@ -35,6 +35,9 @@ impl Received {
 
     /// The frame, and how many of its classes had unknown names.
     pub(super) fn frame(&self, settings: &HubSettings) -> Result<(DetectionFrame, usize), Refusal> {
+        if !settings.listens_to(&self.agent) {
+            return Err(Refusal::NotListenedTo);
+        }
         let bytes = self.sample.payload().to_bytes();
         let (frame, unmapped_classes) = if self.is_json(&bytes) {
             let defaults = settings.report_defaults_of(&self.agent);

@@ -156,6 +156,7 @@ impl Hub {
 
     async fn handle_control(&mut self, event: Control) {
         match event {
+            Control::Description(received) if !self.settings.listens_to(&received.agent) => {}
             Control::Description(received) => match received.description() {
                 Ok(description) => self.engine.handle_description(received.agent, description),
                 Err(error) => {

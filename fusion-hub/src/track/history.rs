@@ -19,15 +19,20 @@ const EVIDENCE_AT_FIRST: usize = 64;
 /// How much older than the horizon evidence may be kept, so that it is folded at a checkpoint, for nothing.
 pub const FOLD_SLACK: Span = Span::from_millis(250);
 
-/// What becomes of measurements newer than a late one.
+/// What becomes of measurements that come later than newer ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LateData {
-    /// They are applied again after it.
+    /// They are applied at their own time, and the newer ones again after them.
     #[default]
     Replay,
-    /// They are lost, as in the paper's text read literally.
+    /// They are applied at their own time, and the newer ones are lost, as in the paper's text read literally.
     RollbackOnly,
+    /// Their frames are refused: those captured earlier than one that is in, by more than ε_s.
+    Drop,
+    /// All frames are taken as captured when they arrive, whatever their stamps: what is done where nobody thinks of
+    /// delays. There is no Δmax then.
+    IgnoreDelay,
 }
 
 /// What tracks refer to, and by which rules it is read.

@@ -1,0 +1,68 @@
+//! What a hub can be told to do with late data instead of replaying it: what experiments compare it with.
+
+use crate::world::{agent, at, config, detection, frame};
+use v2x_common::detection::Detection;
+use v2x_fusion_hub::config::EngineConfig;
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::{Disposition, Refusal};
+use v2x_fusion_hub::track::LateData;
+
+fn engine(late_data: LateData) -> Engine {
+    Engine::new(EngineConfig { late_data, ..config() })
+}
+
+fn seen(ms: i64) -> Vec<Detection> {
+    vec![detection(0, at(ms), (0.0, 0.0))]
+}
+
+/// One agent in time every 100 ms, and one that captures 50 ms after it and arrives 200 ms late.
+fn run(late_data: LateData, late_agent_reports: bool) -> Engine {
+    let (mut engine, ego, rsu) = (engine(late_data), agent("ego"), agent("rsu"));
+    for sequence in 0..20u8 {
+        let ms = i64::from(sequence) * 100;
+        let _ = engine.handle_frame(&frame(ego, u64::from(sequence), ms, seen(ms)), at(ms));
+        if late_agent_reports && ms >= 200 {
+            let captured_ms = ms - 150;
+            let late = frame(rsu, u64::from(sequence), captured_ms, seen(captured_ms));
+            let _ = engine.handle_frame(&late, at(ms + 50));
+        }
+    }
+    engine
+}
+
+#[test]
+fn dropped_late_frames_leave_the_list_as_if_they_had_never_come() {
+    let (mut dropped, mut alone) = (run(LateData::Drop, true), run(LateData::Replay, false));
+    assert_eq!(dropped.inbox().record(&agent("rsu")).unwrap().refused["out_of_sequence"], 18);
+    assert_eq!(dropped.fused(at(2000)).objects, alone.fused(at(2000)).objects);
+}
+
+#[test]
+fn a_frame_within_epsilon_of_the_newest_is_not_late() {
+    let mut engine = engine(LateData::Drop);
+    let take = |engine: &mut Engine, name: &str, ms: i64| {
+        engine.handle_frame(&frame(agent(name), 0, ms, seen(ms)), at(100))
+    };
+    assert!(matches!(take(&mut engine, "a", 60), Disposition::Accepted { .. }));
+    assert!(matches!(take(&mut engine, "b", 50), Disposition::Accepted { .. }));
+    let refused = take(&mut engine, "c", 49);
+    assert!(matches!(refused, Disposition::Refused(Refusal::OutOfSequence { .. })), "{refused:?}");
+}
+
+#[test]
+fn ignoring_delays_takes_a_moving_object_for_where_it_was() {
+    // At 10 m/s, half of the reports 200 ms old: they pull the object back by some of 2 m.
+    let x = |mut engine: Engine| engine.fused(at(1950)).objects[0].bev.x;
+    let (ignoring, replaying) = (x(run(LateData::IgnoreDelay, true)), x(run(LateData::Replay, true)));
+    assert!((replaying - 19.5).abs() < 0.05, "{replaying}");
+    assert!(ignoring < 19.2, "{ignoring}");
+}
+
+#[test]
+fn who_ignores_delays_refuses_nothing_for_its_age_and_passes_on_the_agents_stamps() {
+    let mut engine = engine(LateData::IgnoreDelay);
+    let disposition = engine.handle_frame(&frame(agent("rsu"), 0, 0, seen(0)), at(30_000));
+    assert!(matches!(disposition, Disposition::Accepted { .. }), "{disposition:?}");
+    let fused = engine.fused(at(30_000));
+    assert_eq!((fused.objects.len(), fused.includes[0].captured_at), (1, at(0)));
+}
