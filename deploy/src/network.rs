@@ -41,7 +41,11 @@ impl Network {
         listen: &str,
         config: &Path,
     ) -> Result<Self, ChildError> {
-        let options = HubOptions { listen: listen.to_owned(), config: Some(config.to_owned()) };
+        let options = HubOptions {
+            listen: listen.to_owned(),
+            config: Some(config.to_owned()),
+            ..HubOptions::default()
+        };
         let (hub, locator) = launcher.hub(&options).await?;
         Ok(Self { hub, locator, agents: Vec::new() })
     }

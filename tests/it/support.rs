@@ -78,7 +78,11 @@ impl Lab {
 
     /// A hub on this port.
     pub(crate) async fn hub_at(&self, listen: &str) -> anyhow::Result<Hub> {
-        let options = HubOptions { listen: listen.to_owned(), config: Some(self.folder.join("hub.toml")) };
+        let options = HubOptions {
+            listen: listen.to_owned(),
+            config: Some(self.folder.join("hub.toml")),
+            ..HubOptions::default()
+        };
         let (child, locator) = self.launcher.hub(&options).await?;
         Ok(Hub { child, locator })
     }

@@ -8,6 +8,7 @@
 //! detections goes out by [`mod@export`] and comes in as a [`guest`]. Their own detections go through
 //! [`fuse`]. Metrics of [`tracking`] take the output of either.
 
+mod bootstrap;
 pub mod consumer;
 pub mod coverage;
 pub mod csv_table;
@@ -32,10 +33,12 @@ pub mod seconds;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;
+pub mod sweep;
 pub mod tables;
 pub mod throughput;
 pub mod timing;
 pub mod tracking;
+pub mod traffic;
 pub mod truth;
 pub mod virtual_run;
 

@@ -46,6 +46,7 @@ enum Command {
     Fuse(v2x_lab::fuse::FuseArgs),
     Score(v2x_lab::guest::ScoreArgs),
     Simulate(v2x_lab::simulate::SimulateArgs),
+    Sweep(v2x_lab::sweep::SweepArgs),
     Tables(v2x_lab::tables::TablesArgs),
     Throughput(v2x_lab::throughput::ThroughputArgs),
     #[command(hide = true)]
@@ -59,11 +60,12 @@ async fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = async {
         logging::init(&cli.log)?;
-        match cli.command {
+        let done: anyhow::Result<()> = match cli.command {
             Command::Export(args) => v2x_lab::export::export(&args),
             Command::Fuse(args) => v2x_lab::fuse::fuse(&args),
             Command::Score(args) => v2x_lab::guest::score(&args),
             Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
+            Command::Sweep(args) => return v2x_lab::sweep::sweep(&args).await,
             Command::Tables(args) => v2x_lab::tables::tables(&args),
             Command::Throughput(args) => v2x_lab::throughput::throughput(&args, allocations),
             Command::Hub(args) => {
@@ -74,7 +76,8 @@ async fn main() -> ExitCode {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 v2x_agent::shell::run(args, shutdown).await
             }
-        }
+        };
+        done.map(|()| ExitCode::SUCCESS)
     };
     v2x_common::net::exit_code("lab", outcome.await)
 }

@@ -83,7 +83,7 @@ pub fn frame_metrics(
 }
 
 /// `eᵀ S⁻¹ e / 2` of the position; `None` where S is no covariance.
-fn half_nees(prediction: &Prediction, is: &BevBox) -> Option<f64> {
+pub(crate) fn half_nees(prediction: &Prediction, is: &BevBox) -> Option<f64> {
     let s = &prediction.position;
     if !s.is_valid() {
         return None;

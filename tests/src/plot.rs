@@ -1,6 +1,7 @@
 //! Pictures: of a run from above, and of figures.
 
 pub mod bev;
+pub mod curves;
 pub mod dots;
 mod pdf;
 pub mod scene;

@@ -1,6 +1,8 @@
 //! The summary for people: a table in the terminal and a report in Markdown, with the same figures.
 
 mod markdown;
+pub(crate) mod page;
+pub(crate) mod rows_csv;
 pub(crate) mod table;
 
 pub use markdown::report_md;

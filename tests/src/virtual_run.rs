@@ -1,19 +1,13 @@
 //! A run in virtual time: the same agents, wire bytes and engine as live, without processes and without
 //! waiting. The network is a queue ordered by arrival; the same scenario and seed give the same bits.
 
-use crate::run_log::{ReceivedDetections, ReceivedFused, RunLog};
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use v2x_agent::link::Link;
+use crate::run_log::{ReceivedDetections, RunLog};
+use crate::traffic::{Arrival, Listening, Traffic};
 use v2x_agent::scenario::Scenario;
-use v2x_agent::sensor::{Boot, Observation, SimulatedAgent};
-use v2x_agent::world::World;
-use v2x_common::id::FrameId;
 use v2x_common::time::{Span, Timestamp};
-use v2x_common::wire::{self, WireError};
+use v2x_common::wire::WireError;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
-use v2x_fusion_hub::schedule::{PublishMode, Schedule};
+use v2x_fusion_hub::schedule::PublishMode;
 
 /// What a virtual run is told.
 #[derive(Clone, Copy, Debug)]
@@ -33,82 +27,26 @@ pub struct VirtualRun<'a> {
 impl VirtualRun<'_> {
     /// Runs the scenario through an engine. What a consumer next to the hub would have received is the log.
     pub fn run(&self, engine: &mut Engine) -> Result<RunLog, WireError> {
-        let agents = self.agents();
-        let mut log = RunLog::default();
-        for agent in &agents {
-            engine.handle_description(agent.config().id, agent.description());
-            log.descriptions.insert(agent.config().id, agent.description());
-        }
-        let mut bytes = Vec::new();
-        let mut schedule = Schedule::new(self.publish, self.start);
-        for ((received_at, _), observation) in self.arrivals(&agents) {
-            while schedule.next_deadline() < received_at {
-                let due = schedule.next_deadline();
-                schedule.take_due(due);
-                log.fused.push(publish(engine, due)?);
-            }
-            bytes.clear();
-            wire::detections::encode(&observation.frame, &mut bytes)?;
-            let frame = wire::detections::decode(&bytes)?;
-            let disposition = engine.handle_frame(&frame, received_at);
-            log.detections.push(ReceivedDetections {
-                received_at,
-                frame,
-                identities: observation.identities,
-            });
-            if matches!(disposition, Disposition::Accepted { .. }) {
-                schedule.note_update();
-            }
-            if schedule.take_due(received_at) {
-                log.fused.push(publish(engine, received_at)?);
-            }
-        }
+        let Self { scenario, seed, start, duration, publish } = *self;
+        let traffic = Traffic::new(scenario, seed, (start, duration), scenario.agents.len())?;
+        let mut log = RunLog { descriptions: traffic.descriptions.clone(), ..RunLog::default() };
+        let listening = Listening { publish, start, until: None, listens_to: |_: &_| true };
+        traffic.feed(engine, listening, |received| log.fused.push(received))?;
+        let received = |Arrival { received_at, frame, identities, .. }| ReceivedDetections {
+            received_at,
+            frame,
+            identities,
+        };
+        log.detections = traffic.arrivals.into_iter().map(received).collect();
         Ok(log)
     }
-
-    fn agents(&self) -> Vec<SimulatedAgent> {
-        let world = Arc::new(World::new(self.scenario, self.seed));
-        let boot = Boot { seed: self.seed, epoch: 1, start: self.start };
-        let agent = |config: &v2x_agent::scenario::AgentConfig| {
-            SimulatedAgent::new(self.scenario, world.clone(), &config.id, boot)
-        };
-        self.scenario.agents.iter().filter_map(agent).collect()
-    }
-
-    /// Every frame that its link delivers, by arrival.
-    fn arrivals(&self, agents: &[SimulatedAgent]) -> BTreeMap<(Timestamp, FrameId), Observation> {
-        let mut arrivals = BTreeMap::new();
-        for agent in agents {
-            let config = agent.config();
-            let link = Link::new(config.link.clone(), self.seed, config.id);
-            let mut newest_due = Timestamp::MIN;
-            for sequence in agent.sequence_at_or_after(self.start).. {
-                let captured_at = agent.capture_time(sequence);
-                if captured_at > self.start + self.duration {
-                    break;
-                }
-                if let Some((due, observation)) = agent.delivery(&link, sequence) {
-                    let due = if config.link.reorder { due } else { due.max(newest_due) };
-                    newest_due = newest_due.max(due);
-                    arrivals.insert((due, observation.frame.id), observation);
-                }
-            }
-        }
-        arrivals
-    }
-}
-
-/// The fused frame as of `now`, as it comes off the wire.
-fn publish(engine: &mut Engine, now: Timestamp) -> Result<ReceivedFused, WireError> {
-    let mut bytes = Vec::new();
-    wire::fused::encode(engine.fused(now), &mut bytes)?;
-    Ok(ReceivedFused { received_at: now, frame: wire::fused::decode(&bytes)? })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use v2x_common::id::HubId;
+    use v2x_common::wire;
     use v2x_fusion_hub::config::EngineConfig;
 
     const GOLDEN_FINGERPRINT: u64 = 12_563_783_394_357_586_774;

@@ -7,12 +7,12 @@ pub mod session;
 pub mod shutdown;
 
 use std::io::Write;
-use std::process::ExitCode;
+use std::process::{ExitCode, Termination};
 
 /// The exit code of a program's outcome; an error is printed with its causes.
-pub fn exit_code(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
+pub fn exit_code(program: &str, outcome: anyhow::Result<impl Termination>) -> ExitCode {
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(done) => done.report(),
         Err(error) => {
             let _ = writeln!(std::io::stderr(), "{program}: {error:#}");
             ExitCode::FAILURE

@@ -26,11 +26,13 @@ pub struct HubOptions {
     pub listen: String,
     /// A file whose `[hub]` table holds the settings.
     pub config: Option<PathBuf>,
+    /// Endpoints of other hubs or routers to join.
+    pub connect: Vec<String>,
 }
 
 impl Default for HubOptions {
     fn default() -> Self {
-        Self { listen: "tcp/127.0.0.1:0".to_owned(), config: None }
+        Self { listen: "tcp/127.0.0.1:0".to_owned(), config: None, connect: Vec::new() }
     }
 }
 
@@ -90,11 +92,17 @@ impl Launcher {
 
     /// Starts a hub; returns it with the endpoint at which it really listens.
     pub async fn hub(&self, options: &HubOptions) -> Result<(Child, String), ChildError> {
+        self.hub_named("hub", options).await
+    }
+
+    /// The same where there are several: the name is the process's, for its log and in messages.
+    pub async fn hub_named(&self, name: &str, options: &HubOptions) -> Result<(Child, String), ChildError> {
         let mut args = vec!["--listen".to_owned(), options.listen.clone()];
         if let Some(config) = &options.config {
             args.extend(["--config".to_owned(), config.display().to_string()]);
         }
-        let (child, ready) = self.start("hub", "hub", &args).await?;
+        args.extend(options.connect.iter().flat_map(|endpoint| ["--connect".to_owned(), endpoint.clone()]));
+        let (child, ready) = self.start(name, "hub", &args).await?;
         let locator = ready["locators"][0].as_str().unwrap_or(&options.listen).to_owned();
         Ok((child, locator))
     }

@@ -7,9 +7,9 @@ use super::ticks::ticks;
 /// Colours that people tell apart who see few (Okabe & Ito), and black.
 pub const PALETTE: [Colour; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000"];
-const INK: Colour = "#222222";
-const FAINT: Colour = "#dddddd";
-const MUTED: Colour = "#666666";
+pub(super) const INK: Colour = "#222222";
+pub(super) const FAINT: Colour = "#dddddd";
+pub(super) const MUTED: Colour = "#666666";
 
 /// What is marked at a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -137,7 +137,12 @@ fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colou
     disc(sheet, (px(dot.mean), y), 4.5, (Some(("#ffffff", 0.8)), Some(colour)));
 }
 
-fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: (Option<(Colour, f64)>, Option<Colour>)) {
+pub(super) fn disc(
+    sheet: &mut Sheet,
+    (x, y): (f64, f64),
+    radius: f64,
+    paint: (Option<(Colour, f64)>, Option<Colour>),
+) {
     const CORNERS: u32 = 16;
     let corner = |place: u32| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(place) / f64::from(CORNERS));
@@ -152,7 +157,7 @@ fn diamond(sheet: &mut Sheet, (x, y): (f64, f64)) {
     sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, (Some((INK, 1.4)), None));
 }
 
-const fn text(size: f64, bold: bool, colour: Colour, anchor: Anchor) -> Type {
+pub(super) const fn text(size: f64, bold: bool, colour: Colour, anchor: Anchor) -> Type {
     Type { size, bold, colour, anchor }
 }
 

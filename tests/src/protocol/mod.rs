@@ -14,7 +14,7 @@ pub mod method;
 pub mod moments;
 pub mod noise;
 pub mod observe;
-mod parallel;
+pub(crate) mod parallel;
 pub mod prediction;
 pub mod run;
 pub mod scene;

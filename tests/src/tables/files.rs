@@ -3,6 +3,7 @@
 use super::Tables;
 use super::figures::{Figure, figures};
 use super::{html, latex, text};
+use crate::report::rows_csv::rows_csv;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
@@ -37,19 +38,5 @@ const FIRST_COLUMNS: [&str; 9] =
 
 /// All rows, with the names of the JSON ones.
 pub(super) fn table_csv(tables: &Tables) -> anyhow::Result<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let rows = tables.rows.iter().map(serde_json::to_value).collect::<Result<Vec<_>, _>>()?;
-    let fields = rows.first().and_then(serde_json::Value::as_object);
-    let others = fields.into_iter().flat_map(|fields| fields.keys()).map(String::as_str);
-    let others = others.filter(|name| !FIRST_COLUMNS.contains(name));
-    let columns: Vec<&str> = FIRST_COLUMNS.into_iter().chain(others).collect();
-    writer.write_record(&columns)?;
-    for row in &rows {
-        writer.write_record(columns.iter().map(|column| match &row[column] {
-            serde_json::Value::String(text) => text.clone(),
-            serde_json::Value::Null => String::new(),
-            number => number.to_string(),
-        }))?;
-    }
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    rows_csv(&tables.rows, &FIRST_COLUMNS)
 }

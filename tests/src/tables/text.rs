@@ -1,10 +1,11 @@
 //! The tables for people: terminal and Markdown.
 
 use super::Tables;
-use super::gain::{Ratio, gains};
+use super::gain::gains;
 use super::published::FOOTNOTES;
 use super::rows::{Row, Table as Kind};
 use super::study::Block;
+use crate::bootstrap::Ratio;
 use crate::protocol::counting::{Counting, Subset};
 use crate::protocol::noise::Shape;
 use crate::protocol::run::Setting;

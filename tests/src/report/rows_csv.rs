@@ -1,0 +1,57 @@
+//! Rows as CSV, with the names that they have as JSON.
+
+use serde::Serialize;
+use serde_json::Value;
+
+/// All rows; `first` are the first columns, all others follow by name. What a field holds itself is named after a
+/// dot: `age_ms.p50`.
+pub(crate) fn rows_csv(rows: &[impl Serialize], first: &[&str]) -> anyhow::Result<String> {
+    let rows = rows.iter().map(|row| Ok(flat(&serde_json::to_value(row)?)));
+    let rows = rows.collect::<anyhow::Result<Vec<Vec<(String, String)>>>>()?;
+    // A part that is missing in one row is there in another.
+    let names: std::collections::BTreeSet<&str> =
+        rows.iter().flatten().map(|(name, _)| name.as_str()).filter(|name| !is_whole(name, &rows)).collect();
+    let others = names.into_iter().filter(|name| !first.contains(name));
+    let columns: Vec<&str> = first.iter().copied().chain(others).collect();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(&columns)?;
+    for row in &rows {
+        let cell = |column: &&str| row.iter().find(|(name, _)| name == column).map_or("", |(_, cell)| cell);
+        writer.write_record(columns.iter().map(cell))?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+/// Whether other rows have parts where this name has none.
+fn is_whole(name: &str, rows: &[Vec<(String, String)>]) -> bool {
+    let is_part = |other: &str| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+    rows.iter().flatten().any(|(other, _)| is_part(other))
+}
+
+fn flat(row: &Value) -> Vec<(String, String)> {
+    let mut cells = Vec::new();
+    for (name, value) in row.as_object().into_iter().flatten() {
+        match value {
+            Value::Object(_) => {
+                cells.extend(flat(value).into_iter().map(|(part, cell)| (format!("{name}.{part}"), cell)));
+            }
+            Value::String(text) => cells.push((name.clone(), text.clone())),
+            Value::Null => cells.push((name.clone(), String::new())),
+            other => cells.push((name.clone(), other.to_string())),
+        }
+    }
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn parts_have_columns_and_what_is_missing_is_empty() {
+        let rows =
+            [json!({"m": "a", "age": null, "n": 1}), json!({"m": "b", "age": {"p50": 2.5}, "n": null})];
+        assert_eq!(rows_csv(&rows, &["m"]).unwrap(), "m,age.p50,n\na,,1\nb,2.5,\n");
+    }
+}

@@ -1,0 +1,181 @@
+//! The figures of a sweep.
+
+use super::method::SweepMethod;
+use super::record::{PERCENTS, Subset};
+use super::rows::{Row, mean_distribution};
+use super::run::Results;
+use super::text::{Family, families};
+use crate::plot::curves::{CurvePlot, Panel, Point, Style};
+use crate::plot::dots::PALETTE;
+
+/// A figure, and the name of its file.
+pub(super) struct Figure {
+    pub(super) name: &'static str,
+    pub(super) plot: CurvePlot,
+}
+
+/// Dashes of one family after another: all methods keep their colours.
+const DASHES: [f64; 4] = [0.0, 7.0, 4.0, 2.0];
+
+/// A quantity and its label.
+type Quantity = (&'static str, fn(&Row) -> Option<(f64, f64)>, Option<f64>);
+
+fn bare(value: Option<f64>) -> Option<(f64, f64)> {
+    value.map(|value| (value, 0.0))
+}
+
+const MATE: Quantity = ("mATE (m)", |row| row.mate_m.map(|m| (m, row.mate_trial_std.unwrap_or(0.0))), None);
+const MAOE: Quantity = ("mAOE (°)", |row| bare(row.maoe_deg), None);
+
+/// All figures of these results; several sets of them (virtual, live) share each.
+pub(super) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
+    let families = families(rows);
+    let Some(plan) = results.first().map(|results| &results.plan) else { return Vec::new() };
+    let axis = &plan.axes[0];
+    let is_numeric = axis.values.iter().all(|value| value.text.parse::<f64>().is_ok());
+    let x_names = (!is_numeric).then(|| axis.values.iter().map(|value| value.text.clone()).collect());
+    let plot = |title: &str, subset: Subset, quantities: &[Quantity]| CurvePlot {
+        title: title.to_owned(),
+        x_label: axis.label.clone(),
+        x_names: x_names.clone(),
+        styles: styles(&families),
+        panels: quantities.iter().map(|quantity| panel(&families, subset, *quantity)).collect(),
+    };
+    let errors = |subset, title: &str| plot(title, subset, &[MATE, MAOE]);
+    let mut figures = vec![
+        Figure { name: "error", plot: errors(Subset::All, "Error, all objects") },
+        Figure { name: "error-moving", plot: errors(Subset::Moving, "Error, objects that move") },
+        Figure { name: "error-fast", plot: errors(Subset::Fast, "Error, objects faster than 3 m/s") },
+    ];
+    let found: [Quantity; 3] = [
+        ("precision", |row| bare(row.precision), Some(1.0)),
+        ("recall", |row| bare(row.recall), Some(1.0)),
+        ("GOSPA (m)", |row| bare(row.gospa_m), None),
+    ];
+    figures.push(Figure { name: "found", plot: plot("What is found", Subset::All, &found) });
+    let fates: [Quantity; 3] = [
+        ("in sequence, share", |row| bare(row.on_time), Some(1.0)),
+        ("out of sequence, share", |row| bare(row.late), Some(1.0)),
+        ("refused, share", |row| bare(row.refused), Some(1.0)),
+    ];
+    figures.push(Figure {
+        name: "frames",
+        plot: plot("What becomes of the other agents' frames", Subset::All, &fates),
+    });
+    let consistency: [Quantity; 2] = [
+        ("position NEES / 2 (1 is consistent)", |row| bare(row.nees_position), None),
+        ("NIS / 2 of what was associated", |row| bare(row.nis), None),
+    ];
+    figures.push(Figure { name: "consistency", plot: plot("Consistency", Subset::All, &consistency) });
+    figures.push(Figure { name: "age", plot: ages(results) });
+    if bytes_differ(rows) {
+        figures.push(Figure { name: "bytes", plot: bytes(&families) });
+    }
+    figures
+}
+
+/// A colour for each method; a kind of line for each family, where there are several.
+fn styles(families: &[Family<'_>]) -> Vec<Style> {
+    let style = |(place, family): (usize, &Family<'_>)| {
+        let several = families.len() > 1;
+        let name = move |method: &str| {
+            if several { format!("{method} ({})", family.name()) } else { method.to_owned() }
+        };
+        let styles = family.methods().into_iter().map(|method| Style {
+            name: name(method),
+            colour: colour(method),
+            dash: DASHES[place % DASHES.len()],
+            is_dotted: family.live,
+        });
+        styles.collect::<Vec<_>>()
+    };
+    families.iter().enumerate().flat_map(style).collect()
+}
+
+fn colour(method: &str) -> &'static str {
+    let place = SweepMethod::ALL.into_iter().position(|known| known.key() == method).unwrap_or(0);
+    PALETTE[COLOURS[place]]
+}
+
+/// By method: the baselines grey-brown and muted, what matters in the strongest colours.
+const COLOURS: [usize; 8] = [7, 5, 3, 6, 4, 2, 1, 0];
+
+fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
+    let curve = |family: &Family<'_>, method: &str| {
+        let point = |row: &Row| value(row).map(|(y, spread)| Point { x: row.x, y, spread });
+        family.of(method, subset).filter_map(point).collect::<Vec<_>>()
+    };
+    let curves =
+        |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
+    Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top }
+}
+
+/// How old what is told is: the distribution at each value, of one method.
+fn ages(results: &[Results]) -> CurvePlot {
+    let (mut styles, mut curves) = (Vec::new(), Vec::new());
+    for results in results {
+        let method = results.plan.methods.iter().copied().find(|method| *method == SweepMethod::Ours);
+        let Some(method) = method.or_else(|| results.plan.methods.last().copied()) else { continue };
+        for (place, (point, groups)) in results.groups.iter().enumerate() {
+            let of_method = groups.iter().find(|(known, _)| *known == method);
+            let records: Vec<_> = of_method.iter().flat_map(|(_, records)| records).collect();
+            let Some(ages_ms) = mean_distribution(&records, |record| &record.age_ms) else { continue };
+            let at =
+                |(percent, x): (&u32, &f64)| Point { x: *x, y: f64::from(*percent) / 100.0, spread: 0.0 };
+            curves.push(PERCENTS.iter().zip(&ages_ms).map(at).collect());
+            let values: Vec<&str> = point.values.iter().map(|value| value.text.as_str()).collect();
+            let name = format!(
+                "{} ({}{})",
+                values.join(", "),
+                method.key(),
+                if results.plan.live { ", live" } else { "" }
+            );
+            let dash = DASHES[(place / PALETTE.len()) % DASHES.len()];
+            styles.push(Style {
+                name,
+                colour: PALETTE[place % PALETTE.len()],
+                dash,
+                is_dotted: results.plan.live,
+            });
+        }
+    }
+    CurvePlot {
+        title: "Age of the newest detection in an object when it is told".to_owned(),
+        x_label: "age of information, ms".to_owned(),
+        x_names: None,
+        styles,
+        panels: vec![Panel { label: "share of objects at most so old".to_owned(), curves, top: Some(1.0) }],
+    }
+}
+
+/// Whether any method gets more at one value than at another, by a twentieth.
+fn bytes_differ(rows: &[Row]) -> bool {
+    SweepMethod::ALL.iter().any(|method| {
+        let of_method = rows.iter().filter(|row| row.method == method.key()).map(|row| row.bytes_per_s);
+        let (low, high) = of_method.fold((f64::MAX, 0.0_f64), |(low, high), b| (low.min(b), high.max(b)));
+        high > 1.05 * low
+    })
+}
+
+/// What the bytes buy.
+fn bytes(families: &[Family<'_>]) -> CurvePlot {
+    let curve = |family: &Family<'_>, method: &str| {
+        let point = |row: &Row| row.mate_m.map(|y| Point { x: row.bytes_per_s / 1e3, y, spread: 0.0 });
+        let mut points: Vec<Point> = family.of(method, Subset::All).filter_map(point).collect();
+        points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
+        points
+    };
+    let curves =
+        |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
+    CurvePlot {
+        title: "What the bytes buy".to_owned(),
+        x_label: "detections that arrive, kB/s".to_owned(),
+        x_names: None,
+        styles: styles(families),
+        panels: vec![Panel {
+            label: "mATE (m)".to_owned(),
+            curves: families.iter().flat_map(curves).collect(),
+            top: None,
+        }],
+    }
+}

@@ -1,0 +1,86 @@
+//! A sweep's results as files.
+
+use super::figures::{Figure, figures};
+use super::rows::{Row, Stage};
+use super::run::Results;
+use super::text::{self, QUANTITIES, families};
+use crate::report::page::page;
+use crate::report::rows_csv::rows_csv;
+use crate::report::table::{Table, escaped};
+use anyhow::Context;
+use std::path::{Path, PathBuf};
+
+/// The first columns; all others follow by name.
+const FIRST_COLUMNS: [&str; 8] = ["method", "axis", "x", "x_text", "axis_2", "y", "delta_max_ms", "subset"];
+/// Rows that stand out.
+const MARKED: [&str; 2] = ["replay", "ours"];
+
+/// Writes the report, its figures as SVG and PDF, and the rows as CSV, JSON and Markdown.
+pub(super) fn write(rows: &[Row], results: &[Results], command: &str, folder: &Path) -> anyhow::Result<()> {
+    let plots = folder.join("plots");
+    std::fs::create_dir_all(&plots).with_context(|| format!("making {}", plots.display()))?;
+    let figures = figures(rows, results);
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
+        (folder.join("report.html"), html(rows, &figures, command).into()),
+        (folder.join("rows.csv"), rows_csv(rows, &FIRST_COLUMNS)?.into()),
+        (folder.join("rows.json"), serde_json::to_string(rows)?.into()),
+        (folder.join("tables.md"), text::markdown(rows).into()),
+    ];
+    for Figure { name, plot } in &figures {
+        let sheet = plot.sheet();
+        files.push((plots.join(format!("{name}.svg")), sheet.svg().into()));
+        files.push((plots.join(format!("{name}.pdf")), sheet.pdf()));
+    }
+    for (path, bytes) in files {
+        std::fs::write(&path, bytes).with_context(|| format!("writing {}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
+    let axis = rows.first().map_or("", |row| row.axis.as_str());
+    let title = format!("Error and timing against {axis}");
+    let mut body = format!(
+        "<h1>{}</h1>\n<pre>{}</pre>\n<p>Objects count that both of the first two agents have in view. Errors are \
+         matched by identity, at any distance; bars reach one standard deviation over seeds to either side. A curve \
+         that explodes is cut off at the border. Rows with every column: rows.csv, rows.json.</p>\n",
+        escaped(&title),
+        escaped(command),
+    );
+    for Figure { name, plot } in figures {
+        body += &format!(
+            "<figure>\n{}<figcaption>plots/{name}.svg, <a href=\"plots/{name}.pdf\">plots/{name}.pdf</a>\
+             </figcaption></figure>\n",
+            plot.sheet().svg()
+        );
+    }
+    for family in families(rows) {
+        body += &format!("<h2>{}</h2>\n", escaped(&family.name()));
+        for quantity in &QUANTITIES {
+            let table = family.table(quantity);
+            if !table.rows.is_empty() {
+                body += &format!("<h3>{}</h3>\n{}", escaped(quantity.title), table.html(&MARKED));
+            }
+        }
+        let stages = stages(&family.rows);
+        body += &format!("<h3>Stage by stage, ms (median / 95 % / 99 %)</h3>\n{}", stages.html(&MARKED));
+    }
+    page(&title, &body)
+}
+
+/// From capture to the consumer.
+fn stages(rows: &[&Row]) -> Table {
+    let header = ["method", "value", "capture → send", "send → arrive", "arrive → fused", "fused → consumed"];
+    let cell = |stage: Option<Stage>| {
+        stage.map_or_else(|| "–".to_owned(), |s| format!("{:.1} / {:.1} / {:.1}", s.p50, s.p95, s.p99))
+    };
+    let line = |row: &&Row| {
+        let stages =
+            [row.capture_to_send_ms, row.send_to_arrive_ms, row.arrive_to_fused_ms, row.fused_to_consumed_ms];
+        let mut line = vec![row.method.to_owned(), row.x_text.clone()];
+        line.extend(stages.map(cell));
+        line
+    };
+    let rows = rows.iter().copied().filter(|row| row.subset == "all").collect::<Vec<_>>();
+    Table { header: header.map(str::to_owned).to_vec(), rows: rows.iter().map(line).collect() }
+}

@@ -1,0 +1,89 @@
+//! What was to be known at each time: shared by all methods of a point, which are asked at the same times.
+
+use super::record::Subset;
+use crate::coverage::Coverage;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+use v2x_agent::truth::{ObjectId, TrueObject};
+use v2x_common::geometry::Pose;
+use v2x_common::time::{Span, Timestamp};
+
+/// Objects that stay this near to where they were first are static, m.
+const STATIC_M: f64 = 1.0;
+/// Faster ones are fast, m/s.
+const FAST_MPS: f64 = 3.0;
+/// How often it is looked where objects are, to tell static ones from others.
+const LIFE_STEP: Span = Span::from_millis(500);
+
+/// The world at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// Everything that is there, by id.
+    pub objects: Vec<TrueObject>,
+    /// Whether each counts: for the last second in view of the first two agents.
+    pub counts: Vec<bool>,
+    /// Which subsets each is in.
+    pub subsets: Vec<[bool; 4]>,
+    poses: Vec<Option<Pose>>,
+}
+
+/// Moments, each looked at once.
+#[derive(Debug)]
+pub struct Gallery<'a> {
+    coverage: Coverage<'a>,
+    movers: BTreeSet<ObjectId>,
+    moments: BTreeMap<Timestamp, Rc<Moment>>,
+}
+
+impl<'a> Gallery<'a> {
+    /// Of a run between two times.
+    pub fn new(mut coverage: Coverage<'a>, (start, end): (Timestamp, Timestamp)) -> Self {
+        let mut first: BTreeMap<ObjectId, Pose> = BTreeMap::new();
+        let mut movers = BTreeSet::new();
+        let mut at = start;
+        while at <= end {
+            for object in coverage.at(at).objects {
+                let pose = object.bev.pose();
+                let began = first.entry(object.id).or_insert(pose);
+                if began.distance_to(pose.x, pose.y) > STATIC_M {
+                    movers.insert(object.id);
+                }
+            }
+            at += LIFE_STEP;
+        }
+        Self { coverage, movers, moments: BTreeMap::new() }
+    }
+
+    /// The world at a time.
+    pub fn at(&mut self, at: Timestamp) -> Rc<Moment> {
+        if let Some(moment) = self.moments.get(&at) {
+            return moment.clone();
+        }
+        let view = self.coverage.at(at);
+        let counts = view.objects.iter().map(|object| self.coverage.is_common(&view, object.id)).collect();
+        let subsets = view.objects.iter().map(|object| self.subsets(object)).collect();
+        let moment = Rc::new(Moment { counts, subsets, objects: view.objects, poses: view.poses });
+        self.moments.insert(at, moment.clone());
+        moment
+    }
+
+    fn subsets(&self, object: &TrueObject) -> [bool; 4] {
+        let moves = self.movers.contains(&object.id);
+        let (vx, vy) = object.velocity;
+        Subset::ALL.map(|subset| match subset {
+            Subset::All => true,
+            Subset::Static => !moves,
+            Subset::Moving => moves,
+            Subset::Fast => libm::hypot(vx, vy) > FAST_MPS,
+        })
+    }
+
+    /// Whether both agents see the place then, m.
+    pub fn is_in_view(&self, moment: &Moment, x: f64, y: f64) -> bool {
+        self.coverage
+            .observers()
+            .iter()
+            .zip(&moment.poses)
+            .all(|(observer, pose)| pose.is_some_and(|pose| observer.field_of_view.contains(&pose, x, y)))
+    }
+}

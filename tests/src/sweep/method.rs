@@ -1,0 +1,129 @@
+//! What is compared: ways to deal with delays, each as settings of a hub.
+
+use v2x_common::id::AgentId;
+
+/// A row of a sweep. Those from `single` to `replay` are one and the same constant-velocity filter with the same
+/// association: they differ in what they do about late data, and in nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub enum SweepMethod {
+    /// The first agent alone, constant velocity
+    Single,
+    /// Frames that come after newer ones are dropped
+    DropLate,
+    /// Every frame is taken as captured when it arrives
+    IgnoreDelay,
+    /// CSBA and weighted least squares of what 100 ms hold, without memory
+    CsbaWls,
+    /// Rollback as the paper's text reads: what is newer than a late frame is lost
+    RollbackLiteral,
+    /// UniKF: rollback, and everything newer is replayed
+    Replay,
+    /// Ours: replay under four interacting motion models, sizes learnt
+    Ours,
+    /// The first agent alone, by our filter
+    SingleOurs,
+}
+
+impl SweepMethod {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 8] = [
+        Self::Single,
+        Self::DropLate,
+        Self::IgnoreDelay,
+        Self::CsbaWls,
+        Self::RollbackLiteral,
+        Self::Replay,
+        Self::Ours,
+        Self::SingleOurs,
+    ];
+
+    /// The name in tables and of its hub.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::DropLate => "drop-late",
+            Self::IgnoreDelay => "ignore-delay",
+            Self::CsbaWls => "csba-wls",
+            Self::RollbackLiteral => "rollback-literal",
+            Self::Replay => "replay",
+            Self::Ours => "ours",
+            Self::SingleOurs => "single-ours",
+        }
+    }
+
+    /// What the first agent alone achieves by the same filter: what collaboration is measured against.
+    pub const fn alone(self) -> Self {
+        match self {
+            Self::Ours | Self::SingleOurs => Self::SingleOurs,
+            _ => Self::Single,
+        }
+    }
+
+    /// Whether it hears the first agent only.
+    pub const fn is_alone(self) -> bool {
+        matches!(self, Self::Single | Self::SingleOurs)
+    }
+
+    /// Puts its settings over a `[hub]` table; `first` is the agent that is not late.
+    pub fn configure(self, hub: &mut toml::Table, first: &AgentId) {
+        let mut set = |name: &str, value: toml::Value| drop(hub.insert(name.to_owned(), value));
+        set("id", self.key().into());
+        match self {
+            Self::CsbaWls => {
+                set("method", "csba-wls".into());
+                set("main_agent", first.as_str().into());
+            }
+            Self::Ours | Self::SingleOurs => set("method", "ours".into()),
+            Self::Single | Self::DropLate | Self::IgnoreDelay | Self::RollbackLiteral | Self::Replay => {
+                set("method", "ours".into());
+                set("motion", "cv".into());
+            }
+        }
+        match self {
+            Self::DropLate => set("late_data", "drop".into()),
+            Self::IgnoreDelay => set("late_data", "ignore-delay".into()),
+            Self::RollbackLiteral => set("late_data", "rollback-only".into()),
+            _ => {}
+        }
+        if self.is_alone() {
+            set("only_agents", vec![first.as_str()].into());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::ValueEnum;
+    use v2x_fusion_hub::config::MotionModel;
+    use v2x_fusion_hub::settings::HubSettings;
+    use v2x_fusion_hub::track::LateData;
+
+    fn settings(method: SweepMethod) -> HubSettings {
+        let mut hub = toml::Table::new();
+        method.configure(&mut hub, &AgentId::new("rsu").unwrap());
+        HubSettings::from_table(hub).unwrap()
+    }
+
+    #[test]
+    fn every_method_is_a_legal_hub_of_its_own_name() {
+        for method in SweepMethod::ALL {
+            assert_eq!(settings(method).engine.hub.as_str(), method.key());
+            assert_eq!(method.to_possible_value().unwrap().get_name(), method.key());
+            assert_eq!(settings(method).only_agents.is_empty(), !method.is_alone());
+        }
+    }
+
+    #[test]
+    fn ways_to_treat_late_data_differ_in_nothing_else() {
+        use SweepMethod::{DropLate, IgnoreDelay, Replay, RollbackLiteral, Single};
+        let replay = settings(Replay).engine;
+        assert_eq!((replay.late_data, replay.motion), (LateData::Replay, MotionModel::Cv));
+        for method in [Single, DropLate, IgnoreDelay, RollbackLiteral] {
+            let mut engine = settings(method).engine;
+            assert!(method == Single || engine.late_data != LateData::Replay);
+            (engine.late_data, engine.hub) = (LateData::Replay, replay.hub);
+            assert_eq!(engine, replay);
+        }
+    }
+}

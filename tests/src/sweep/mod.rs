@@ -1,0 +1,85 @@
+//! `lab sweep`: error and timing against any parameter of a scenario, for several ways to deal with delays.
+//!
+//! [`axis`] and [`overrides`] say what is varied, [`method`] what is compared, [`plan`] which runs that makes. A run is
+//! [judged](judge) into a [`record`]; records are kept, so that a sweep that was stopped goes on where it was.
+
+mod args;
+pub mod axis;
+mod figures;
+mod files;
+pub mod gallery;
+pub mod judge;
+pub mod live_point;
+pub mod method;
+pub mod overrides;
+pub mod plan;
+pub mod record;
+pub mod rows;
+pub mod run;
+pub mod store;
+mod text;
+pub mod virtual_point;
+
+pub use args::SweepArgs;
+
+use plan::Plan;
+use rows::Row;
+use run::{Results, run_live, run_virtual};
+use std::io::Write;
+use std::process::ExitCode;
+use store::Store;
+use v2x_common::net::shutdown;
+
+/// Two agents that see the same crossing; the second one's link is what is varied.
+pub const DEFAULT_SCENARIO: &str = include_str!("../../../deploy/scenarios/latency.toml");
+
+/// The exit code of a program that Ctrl-C ended (128 + SIGINT).
+const INTERRUPTED: u8 = 130;
+
+/// Runs a sweep, or what is left of it, and writes and prints what came of it.
+#[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
+pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
+    let plan = args.plan()?;
+    let folder = args.folder();
+    let store = Store::open(&folder)?;
+    if !store.is_empty() {
+        eprintln!(
+            "{} holds {} runs already; what is of this sweep is not run again",
+            folder.display(),
+            store.len()
+        );
+    }
+    let mut results = Vec::new();
+    if plan.live {
+        // A network has processes to be ended; without one, Ctrl-C may end this one on the spot.
+        let shutdown = shutdown::token(false)?;
+        match run_live(&plan, (&store, &folder), &shutdown).await? {
+            Some(live) => results.push(live),
+            None => {
+                eprintln!("interrupted; all processes have ended, and the same command goes on from here");
+                return Ok(ExitCode::from(INTERRUPTED));
+            }
+        }
+    }
+    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    results.insert(0, run_virtual(&Plan { live: false, ..plan }, &store, threads)?);
+    let rows: Vec<Row> = results.iter().flat_map(Results::rows).collect();
+    files::write(&rows, &results, &command(), &folder)?;
+    let (text, report) = (text::terminal(&rows), folder.join("report.html"));
+    if args.json {
+        eprintln!("{text}report: {}", report.display());
+        writeln!(std::io::stdout(), "{}", serde_json::to_string(&rows)?)?;
+    } else {
+        writeln!(std::io::stdout(), "{text}report: {}", report.display())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The command line that asked for it, for the report.
+fn command() -> String {
+    let words = std::env::args().skip(1);
+    std::iter::once("lab".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,154 @@
+//! What one run of one method came to, so that it can be kept and averaged.
+
+use serde::{Deserialize, Serialize};
+
+/// Percentages at which distributions are kept.
+pub const PERCENTS: [u32; 23] =
+    [1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 98, 99];
+
+/// Which objects are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Subset {
+    /// All that count.
+    All,
+    /// Those that stay within 1 m of where they were first.
+    Static,
+    /// The others.
+    Moving,
+    /// Those that go faster than 3 m/s at the time.
+    Fast,
+}
+
+impl Subset {
+    /// All four.
+    pub const ALL: [Self; 4] = [Self::All, Self::Static, Self::Moving, Self::Fast];
+
+    /// The name in rows.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Static => "static",
+            Self::Moving => "moving",
+            Self::Fast => "fast",
+        }
+    }
+}
+
+/// Errors over a stretch of time, by identity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Objects found, once for each fused frame.
+    pub found: u64,
+    /// Objects not found.
+    pub missed: u64,
+    /// Objects that are not there, or are there already.
+    pub false_: u64,
+    /// Sum of distances, m.
+    pub ate_m: f64,
+    /// Sum of errors of dimensions, m.
+    pub ade_m: f64,
+    /// Sum of errors of headings, degrees.
+    pub aoe_deg: f64,
+}
+
+impl Errors {
+    /// Adds another stretch.
+    pub fn add(&mut self, other: &Self) {
+        self.found += other.found;
+        self.missed += other.missed;
+        self.false_ += other.false_;
+        self.ate_m += other.ate_m;
+        self.ade_m += other.ade_m;
+        self.aoe_deg += other.aoe_deg;
+    }
+}
+
+/// Matched by place instead of by identity, at a part of the frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Geometric {
+    /// By distance within the match radius, only sums of `ate_m` and counts.
+    pub errors: Errors,
+    /// Sum of GOSPA, m.
+    pub gospa_m: f64,
+    /// Frames in the sum.
+    pub frames: u64,
+}
+
+/// Frames of the agents other than the first at the hub.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fates {
+    /// Taken in, not older than what was in by more than ε_s.
+    pub on_time: u64,
+    /// Taken in, older.
+    pub late: u64,
+    /// Refused, for whatever reason.
+    pub refused: u64,
+}
+
+impl Fates {
+    /// Adds another agent's, or another run's.
+    pub const fn add(&mut self, other: &Self) {
+        self.on_time += other.on_time;
+        self.late += other.late;
+        self.refused += other.refused;
+    }
+}
+
+/// One run of one method.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// By stretch of [`super::judge::BLOCK`] and [`Subset`].
+    pub blocks: Vec<[Errors; 4]>,
+    /// By place.
+    pub geometric: Geometric,
+    /// Sum and number of position NEES over its 2 degrees of freedom.
+    pub nees: (f64, u64),
+    /// Sum and number of normalised innovations squared over their degrees of freedom, all agents.
+    pub nis: (f64, u64),
+    /// Of the other agents' frames.
+    pub fates: Fates,
+    /// Bytes of detections that arrived, of all agents that the hub listens to, each second.
+    pub bytes_per_s: f64,
+    /// Age of information of found objects at `fused_at`, ms, at [`PERCENTS`].
+    pub age_ms: Vec<f64>,
+    /// From capture to the detector's result, which is when a frame can be sent, ms; likewise the others.
+    pub capture_to_send_ms: Vec<f64>,
+    /// From there to the hub.
+    pub send_to_arrive_ms: Vec<f64>,
+    /// From there to the fused frame that first contains it.
+    pub arrive_to_fused_ms: Vec<f64>,
+    /// From there to a consumer.
+    pub fused_to_consumed_ms: Vec<f64>,
+    /// Processor time of the hub over time; `None` in virtual time.
+    pub cpu_share: Option<f64>,
+}
+
+/// Values at [`PERCENTS`], by nearest rank; empty where there are none.
+pub fn distribution(mut values: Vec<f64>) -> Vec<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    // To the microsecond: what is kept is read by people, too.
+    let at = |percent: &u32| crate::percentiles::nearest_rank(&values, *percent as usize);
+    PERCENTS.iter().filter_map(at).map(|value| libm::round(value * 1e3) / 1e3).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distribution_has_a_value_at_every_percentage_or_none() {
+        let values = distribution((0..1000).rev().map(f64::from).collect());
+        assert_eq!(values.len(), PERCENTS.len());
+        assert_eq!((values[0], values[11], values[22]), (9.0, 499.0, 989.0));
+        assert!(distribution(Vec::new()).is_empty());
+    }
+
+    #[test]
+    fn a_record_survives_being_kept() {
+        let errors = Errors { found: 3, ate_m: 0.1 + 0.2, ..Errors::default() };
+        let record = Record { blocks: vec![[errors; 4]], cpu_share: Some(0.25), ..Record::default() };
+        let text = serde_json::to_string(&record).unwrap();
+        assert_eq!(serde_json::from_str::<Record>(&text).unwrap(), record);
+    }
+}

@@ -1,0 +1,122 @@
+//! Runs what is not known yet, on all cores, and gathers the rows.
+
+use super::method::SweepMethod;
+use super::plan::{Plan, Point};
+use super::record::Record;
+use super::rows::{Group, Row, rows};
+use super::store::{Store, key};
+use super::{live_point, virtual_point};
+use crate::protocol::parallel;
+use crate::tables::progress::Progress;
+use anyhow::Context;
+use std::path::Path;
+use tokio_util::sync::CancellationToken;
+
+/// A sweep's results.
+#[derive(Debug)]
+pub struct Results {
+    /// What was run.
+    pub plan: Plan,
+    /// Places with one Δmax: the point of the first seed, and records by method and seed.
+    pub groups: Vec<(Point, Vec<(SweepMethod, Vec<Record>)>)>,
+}
+
+impl Results {
+    /// The rows of all places.
+    pub fn rows(&self) -> Vec<Row> {
+        let rows_of = |(point, records): &(Point, Vec<(SweepMethod, Vec<Record>)>)| {
+            rows(&self.plan, point, &group(records))
+        };
+        self.groups.iter().flat_map(rows_of).collect()
+    }
+}
+
+/// Borrowed, as rows want it.
+pub fn group(records: &[(SweepMethod, Vec<Record>)]) -> Group<'_> {
+    records.iter().map(|(method, records)| (*method, records.iter().collect())).collect()
+}
+
+/// Runs a sweep in virtual time.
+pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result<Results> {
+    let points = plan.points()?;
+    let mut progress = Progress::begin("runs");
+    let work = |place: usize| -> anyhow::Result<Vec<Record>> {
+        let point = &points[place];
+        let unknown = unknown(plan, point, store);
+        let records = virtual_point::run(point, &unknown, plan.duration).with_context(|| point.place())?;
+        for (method, record) in unknown.iter().zip(&records) {
+            store.keep(&key(plan, point, *method), record)?;
+        }
+        Ok(with_known(plan, (point, store), (&unknown, records)))
+    };
+    let done = parallel::map(points.len(), threads, work, |done, of| progress.tell(done, of));
+    progress.end();
+    Ok(Results::of(plan, points, done?))
+}
+
+/// Runs a sweep over the network, point after point: two at a time would disturb each other. `None` where shutdown
+/// came first; what was finished is kept.
+pub async fn run_live(
+    plan: &Plan,
+    (store, folder): (&Store, &Path),
+    shutdown: &CancellationToken,
+) -> anyhow::Result<Option<Results>> {
+    let points = plan.points()?;
+    let mut progress = Progress::begin("live runs");
+    let mut done = Vec::with_capacity(points.len());
+    for (place, point) in points.iter().enumerate() {
+        let unknown = unknown(plan, point, store);
+        let records = if unknown.is_empty() {
+            Vec::new()
+        } else {
+            let folder = folder.join("live").join(format!("{place:03}"));
+            let run = live_point::run(point, &unknown, (plan.duration, &folder), shutdown).await;
+            match run.with_context(|| point.place())? {
+                Some(records) => records,
+                None => return Ok(None),
+            }
+        };
+        for (method, record) in unknown.iter().zip(&records) {
+            store.keep(&key(plan, point, *method), record)?;
+        }
+        done.push(with_known(plan, (point, store), (&unknown, records)));
+        progress.tell(place + 1, points.len());
+    }
+    progress.end();
+    Ok(Some(Results::of(plan, points, done)))
+}
+
+/// The methods whose run at a point is not known yet.
+pub fn unknown(plan: &Plan, point: &Point, store: &Store) -> Vec<SweepMethod> {
+    plan.methods.iter().copied().filter(|method| store.get(&key(plan, point, *method)).is_none()).collect()
+}
+
+/// All methods' records at a point, in the plan's order: what was known, and what has just been run.
+pub fn with_known(
+    plan: &Plan,
+    (point, store): (&Point, &Store),
+    (methods, records): (&[SweepMethod], Vec<Record>),
+) -> Vec<Record> {
+    let mut fresh = methods.iter().zip(records).collect::<std::collections::BTreeMap<_, _>>();
+    let known = |method: &SweepMethod| store.get(&key(plan, point, *method)).cloned();
+    plan.methods.iter().filter_map(|method| fresh.remove(method).or_else(|| known(method))).collect()
+}
+
+impl Results {
+    /// From the records of every point, in the plan's order.
+    pub fn of(plan: &Plan, points: Vec<Point>, records: Vec<Vec<Record>>) -> Self {
+        let n_seeds = plan.seeds.len().max(1);
+        let mut groups: Vec<(Point, Vec<(SweepMethod, Vec<Record>)>)> = Vec::new();
+        for (place, (point, records)) in points.into_iter().zip(records).enumerate() {
+            if place % n_seeds == 0 {
+                let empty = plan.methods.iter().map(|method| (*method, Vec::new())).collect();
+                groups.push((point, empty));
+            }
+            let Some((_, by_method)) = groups.last_mut() else { continue };
+            for ((_, of_seeds), record) in by_method.iter_mut().zip(records) {
+                of_seeds.push(record);
+            }
+        }
+        Self { plan: plan.clone(), groups }
+    }
+}

@@ -1,0 +1,153 @@
+//! A sweep's results for people: matrices of methods against values.
+
+use super::method::SweepMethod;
+use super::record::Subset;
+use super::rows::Row;
+use crate::report::table::Table;
+
+/// One quantity of a row, as it is printed.
+pub(super) struct Quantity {
+    pub(super) title: &'static str,
+    pub(super) subset: Subset,
+    value: fn(&Row) -> Option<f64>,
+    digits: usize,
+}
+
+/// What is printed. More is in the files.
+pub(super) const QUANTITIES: [Quantity; 10] = [
+    Quantity { title: "mATE, all objects (m)", subset: Subset::All, value: |row| row.mate_m, digits: 3 },
+    Quantity {
+        title: "mATE, objects faster than 3 m/s (m)",
+        subset: Subset::Fast,
+        value: |row| row.mate_m,
+        digits: 3,
+    },
+    Quantity {
+        title: "mATE over that of the first agent alone under the same filter, fast objects",
+        subset: Subset::Fast,
+        value: |row| row.versus_alone.map(|versus| versus.ratio),
+        digits: 3,
+    },
+    Quantity { title: "mAOE, all objects (°)", subset: Subset::All, value: |row| row.maoe_deg, digits: 2 },
+    Quantity { title: "precision", subset: Subset::All, value: |row| row.precision, digits: 4 },
+    Quantity { title: "recall", subset: Subset::All, value: |row| row.recall, digits: 4 },
+    Quantity {
+        title: "other agents' frames: out of sequence",
+        subset: Subset::All,
+        value: |row| row.late,
+        digits: 3,
+    },
+    Quantity {
+        title: "other agents' frames: refused",
+        subset: Subset::All,
+        value: |row| row.refused,
+        digits: 3,
+    },
+    Quantity { title: "position NEES / 2", subset: Subset::All, value: |row| row.nees_position, digits: 2 },
+    Quantity {
+        title: "age of information, median (ms)",
+        subset: Subset::All,
+        value: |row| row.age_ms.map(|age| age.p50),
+        digits: 0,
+    },
+];
+
+/// Rows of one curve family: one second value, one Δmax, live or not.
+pub(super) struct Family<'a> {
+    pub(super) y: Option<f64>,
+    pub(super) delta_max_ms: Option<f64>,
+    pub(super) live: bool,
+    pub(super) rows: Vec<&'a Row>,
+}
+
+impl Family<'_> {
+    /// What it is called among others.
+    pub(super) fn name(&self) -> String {
+        let second = self.rows.first().and_then(|row| row.axis_2.as_deref()).zip(self.y);
+        let parts = [
+            second.map(|(axis, y)| format!("{axis} {y}")),
+            self.delta_max_ms.map(|ms| format!("Δmax {ms} ms")),
+            Some(if self.live { "live" } else { "virtual time" }.to_owned()),
+        ];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+
+    /// The methods in it, in order.
+    pub(super) fn methods(&self) -> Vec<&'static str> {
+        let all = SweepMethod::ALL.into_iter().map(SweepMethod::key);
+        all.filter(|key| self.rows.iter().any(|row| row.method == *key)).collect()
+    }
+
+    /// A method's rows of a subset, by value.
+    pub(super) fn of(&self, method: &str, subset: Subset) -> impl Iterator<Item = &Row> {
+        self.rows.iter().copied().filter(move |row| row.method == method && row.subset == subset.name())
+    }
+
+    /// Methods down, values across; the values are named in the header.
+    pub(super) fn table(&self, quantity: &Quantity) -> Table {
+        let methods = self.methods();
+        let first = methods.first().copied().unwrap_or_default();
+        let values = self.of(first, quantity.subset).map(|row| row.x_text.clone());
+        let axis = self.rows.first().map_or("", |row| row.axis.as_str());
+        let header = std::iter::once(axis.to_owned()).chain(values).collect();
+        let cell = |row: &Row| {
+            (quantity.value)(row).map_or_else(|| "–".to_owned(), |v| format!("{v:.*}", quantity.digits))
+        };
+        let line = |method: &&str| {
+            let cells = self.of(method, quantity.subset).map(cell);
+            std::iter::once((*method).to_owned()).chain(cells).collect::<Vec<_>>()
+        };
+        // Without any number it is no row.
+        let rows = methods.iter().map(line).filter(|row| row[1..].iter().any(|cell| cell != "–")).collect();
+        Table { header, rows }
+    }
+}
+
+/// All families, in the order of the rows. Where Δmax is what is varied, it is no family's.
+pub(super) fn families(rows: &[Row]) -> Vec<Family<'_>> {
+    let mut families: Vec<Family<'_>> = Vec::new();
+    for row in rows {
+        let is_swept = row.axis == "delta-max" || row.axis == "hub.delta_max_ms";
+        let delta_max_ms = (!is_swept).then_some(row.delta_max_ms);
+        let is_it = |family: &&mut Family<'_>| {
+            family.y == row.y && family.delta_max_ms == delta_max_ms && family.live == row.live
+        };
+        match families.iter_mut().find(is_it) {
+            Some(family) => family.rows.push(row),
+            None => families.push(Family { y: row.y, delta_max_ms, live: row.live, rows: vec![row] }),
+        }
+    }
+    families
+}
+
+/// For a terminal.
+pub(super) fn terminal(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for family in families(rows) {
+        text += &format!("{}\n", family.name());
+        for quantity in &QUANTITIES {
+            let table = family.table(quantity);
+            if !table.rows.is_empty() {
+                text += &format!("\n{}\n{}", quantity.title, table.text());
+            }
+        }
+        text += "\n";
+    }
+    text
+}
+
+/// For a page or a paper.
+pub(super) fn markdown(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for family in families(rows) {
+        text += &format!("## {}\n", family.name());
+        for quantity in &QUANTITIES {
+            let table = family.table(quantity);
+            if !table.rows.is_empty() {
+                text += &format!("\n{}\n\n{}", quantity.title, table.markdown());
+            }
+        }
+        text += "\n";
+    }
+    text
+}
