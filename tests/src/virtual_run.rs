@@ -4,8 +4,8 @@
 use crate::run_log::{ReceivedDetections, ReceivedFused, RunLog};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use v2x_agent::link::Link;
 use v2x_agent::scenario::Scenario;
+use v2x_agent::sending::{Fate, Sender};
 use v2x_agent::sensor::{Boot, Observation, SimulatedAgent};
 use v2x_agent::world::World;
 use v2x_common::id::FrameId;
@@ -75,20 +75,19 @@ impl VirtualRun<'_> {
         self.scenario.agents.iter().filter_map(agent).collect()
     }
 
-    /// Every frame that its link delivers, by arrival.
+    /// Every frame that its link delivers, by arrival, in true time: clocks of agents show in their stamps alone.
     fn arrivals(&self, agents: &[SimulatedAgent]) -> BTreeMap<(Timestamp, FrameId), Observation> {
         let mut arrivals = BTreeMap::new();
         for agent in agents {
-            let config = agent.config();
-            let link = Link::new(config.link.clone(), self.seed, config.id);
+            let mut sender = Sender::new(agent);
+            let may_overtake = sender.link().config().reorder;
             let mut newest_due = Timestamp::MIN;
             for sequence in agent.sequence_at_or_after(self.start).. {
-                let captured_at = agent.capture_time(sequence);
-                if captured_at > self.start + self.duration {
+                if agent.capture_time(sequence) > self.start + self.duration {
                     break;
                 }
-                if let Some((due, observation)) = agent.delivery(&link, sequence) {
-                    let due = if config.link.reorder { due } else { due.max(newest_due) };
+                if let Fate::Arrives { at, observation } = sender.send(agent, sequence) {
+                    let due = if may_overtake { at } else { at.max(newest_due) };
                     newest_due = newest_due.max(due);
                     arrivals.insert((due, observation.frame.id), observation);
                 }
