@@ -56,6 +56,7 @@ impl SendRule {
 
 /// What becomes of a frame.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "taken apart at once, and nearly always the large one")]
 pub enum Fate {
     /// There is nothing in it that had to be sent.
     Withheld,

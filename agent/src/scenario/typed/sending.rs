@@ -11,6 +11,7 @@ use super::read_trace;
 use crate::link::{Delay, profiles};
 
 /// A number of milliseconds, or `"random"`.
+#[derive(Clone, Copy)]
 pub(in crate::scenario) enum TypedPhase {
     Millis(f64),
     Random,
@@ -79,12 +80,13 @@ impl<'de> Deserialize<'de> for TypedSensing {
 }
 
 /// `"immediately"`, or a table.
+#[derive(Clone, Copy)]
 pub(in crate::scenario) enum TypedTransmit {
     Immediately,
     Slotted(TypedSlots),
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::scenario) struct TypedSlots {
     pub(in crate::scenario) period_ms: f64,
