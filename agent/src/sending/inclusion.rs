@@ -47,8 +47,8 @@ pub struct InclusionRules {
 }
 
 impl InclusionRules {
-    /// Which of the sightings at time `t` (by the sender's capture time) the frame tells of; `None` where it is not
-    /// sent at all.
+    /// Which of the sightings the frame that was captured at `t` (since the scenario's start) tells of; `None` where
+    /// it is not sent at all.
     pub fn choose(&mut self, t: Span, sightings: &[Sighting]) -> Option<Vec<bool>> {
         self.forget(t);
         let are_people_told = self.are_people_due(t, sightings);

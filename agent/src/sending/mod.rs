@@ -46,6 +46,8 @@ impl SendRule {
     ///
     /// By ETSI's rules an object can stay away for as many frames as there are in [`LONGEST_SILENCE`], and a hub must
     /// not take that for misses: what is told of the sensor is the least share of frames that the rules guarantee.
+    /// The rate of clutter is told as without rules: frames with a false detection are always sent, so those that are
+    /// sent have a little more of it where many are not.
     pub fn report_probability(self, detected: f64, rate: Rate) -> f64 {
         match self {
             Self::Periodic => detected,
