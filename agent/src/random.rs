@@ -31,6 +31,14 @@ pub enum Purpose {
     Link,
     /// Whether a frame falls into a burst of losses.
     LossBurst,
+    /// How an agent errs about its pose; the sequence is a frame number.
+    PoseError,
+    /// How long a frame takes from capture to being ready.
+    Sensing,
+    /// When an agent's first frame is captured, where that is left to chance.
+    CapturePhase,
+    /// When its opportunities to send are, where that is left to chance.
+    TransmitPhase,
 }
 
 /// Which part of the world is drawn.
@@ -63,6 +71,10 @@ impl Purpose {
             Self::Order => (5, 0),
             Self::Link => (6, 0),
             Self::LossBurst => (7, 0),
+            Self::PoseError => (8, 0),
+            Self::Sensing => (9, 0),
+            Self::CapturePhase => (10, 0),
+            Self::TransmitPhase => (11, 0),
         };
         u64::from(minor) << 32 | major
     }

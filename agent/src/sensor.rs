@@ -12,9 +12,8 @@ use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::id::{AgentId, FrameId, MapFrame};
 use v2x_common::sensor::{Body, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
-use v2x_common::wire;
 
-use crate::link::{Link, Parcel, Transit};
+use crate::pose_error::Belief;
 use crate::random::{
     Purpose, chance, keyed_rng, poisson, standard_normal, truncated_normal, uniform, unit, weighted,
 };
@@ -57,6 +56,8 @@ pub struct SimulatedAgent {
     world: Arc<World>,
     index: usize,
     boot: Boot,
+    /// First capture after the scenario's start.
+    phase: Span,
 }
 
 /// One frame, and what only the simulation knows of it.
@@ -68,40 +69,14 @@ pub struct Observation {
     pub identities: Identities,
 }
 
-impl Observation {
-    /// The frame's size on the wire, bytes; 0 for one that the wire cannot hold.
-    fn wire_bytes(&self) -> usize {
-        let mut buffer = Vec::new();
-        wire::detections::encode(&self.frame, &mut buffer).map_or(0, |()| buffer.len())
-    }
-}
-
 impl SimulatedAgent {
     /// The agent of this id in a world made from the same scenario; `None` where the scenario has no such agent.
     pub fn new(scenario: &Scenario, world: Arc<World>, id: &AgentId, boot: Boot) -> Option<Self> {
         let index = scenario.agent_index(id)?;
-        Some(Self {
-            config: scenario.agents[index].clone(),
-            map_frame: scenario.map_frame,
-            world,
-            index,
-            boot,
-        })
-    }
-
-    /// When the frame of this number arrives over a link, and what it is; `None` where it is lost.
-    pub fn delivery(&self, link: &Link, sequence: u64) -> Option<(Timestamp, Observation)> {
-        let captured_at = self.capture_time(sequence);
-        // Only where its size matters must it be known before its fate.
-        let observation = link.config().rate_bps.map(|_| self.observe(sequence));
-        let bytes = observation.as_ref().map_or(0, Observation::wire_bytes);
-        let since_start = captured_at - self.boot.start;
-        match link.transit(Parcel { sequence, since_start, bytes }) {
-            Transit::Lost => None,
-            Transit::Delivered { delay } => {
-                Some((captured_at + delay, observation.unwrap_or_else(|| self.observe(sequence))))
-            }
-        }
+        let config = scenario.agents[index].clone();
+        let mut rng = keyed_rng(boot.seed, Some(id), 0, Purpose::CapturePhase);
+        let phase = config.phase.within(config.rate.elapsed(1), &mut rng);
+        Some(Self { config, map_frame: scenario.map_frame, world, index, boot, phase })
     }
 
     /// The agent's configuration.
@@ -114,14 +89,34 @@ impl SimulatedAgent {
         &self.world
     }
 
-    /// When the frame of this number is captured, Unix time.
+    /// How it was started.
+    pub const fn boot(&self) -> Boot {
+        self.boot
+    }
+
+    /// When the frame of this number is captured: true Unix time, whatever the agent's clock shows.
     pub fn capture_time(&self, sequence: u64) -> Timestamp {
         self.boot.start + self.scenario_time(sequence)
     }
 
-    /// The number of the first frame that is captured at `t` (Unix time) or later.
+    /// What the agent's clock shows when the frame of this number is captured, Unix time: the frame's `captured_at`.
+    pub fn stamp(&self, sequence: u64) -> Timestamp {
+        self.capture_time(sequence) + self.config.clock.at(self.scenario_time(sequence))
+    }
+
+    /// The number of the first frame that is captured at `t` (true Unix time) or later.
     pub fn sequence_at_or_after(&self, t: Timestamp) -> u64 {
-        self.config.rate.sequence_at_or_after(t - (self.boot.start + self.config.phase))
+        self.config.rate.sequence_at_or_after(t - (self.boot.start + self.phase))
+    }
+
+    /// The true objects when the frame of this number is captured, in `out` (which is cleared first).
+    pub fn objects_at_capture(&self, sequence: u64, out: &mut Vec<TrueObject>) {
+        self.world.objects_at(self.scenario_time(sequence), out);
+    }
+
+    /// The object that the agent itself is; `None` for a roadside unit.
+    pub fn own_object(&self) -> Option<ObjectId> {
+        self.world.agent_object(self.index)
     }
 
     /// What the agent tells of its sensor.
@@ -131,34 +126,32 @@ impl SimulatedAgent {
             revision: SENSOR_REVISION,
             kind: config.kind,
             field_of_view: config.field_of_view,
-            detection_probability: config.detection_probability,
+            detection_probability: config.send.report_probability(config.detection_probability, config.rate),
             clutter_per_m2: config.clutter_per_frame / config.field_of_view.area_m2(),
             size_noise: Some(config.noise.size),
             body: self.world.agent_body(self.index),
-            accuracy: config.self_report,
+            accuracy: config.accuracy,
             rate_hz: config.rate.hz(),
         }
     }
 
     /// The frame of this number.
     pub fn observe(&self, sequence: u64) -> Observation {
-        let time = self.scenario_time(sequence);
         let mut objects = Vec::new();
-        self.world.objects_at(time, &mut objects);
-        let pose = self.world.agent_pose(self.index, time);
-        let believed_pose = self.believed_pose(&pose, sequence);
-        let mut seen = self.detections(&objects, &pose, &believed_pose, sequence);
-        self.add_clutter(&mut seen, &pose, &believed_pose, sequence);
+        self.objects_at_capture(sequence, &mut objects);
+        let belief = self.belief(sequence);
+        let mut seen = self.detections(&objects, &belief, sequence);
+        self.add_clutter(&mut seen, &belief, sequence);
         if let Some(body) = self.world.agent_body(self.index) {
-            seen.push((self.world.agent_object(self.index), self.self_report(&body, &believed_pose)));
+            seen.push((self.own_object(), self.self_report(&body, &belief.believed)));
         }
         seen.shuffle(&mut self.rng(sequence, Purpose::Order));
         let (identities, detections) = seen.into_iter().unzip();
         Observation {
             frame: DetectionFrame {
                 id: FrameId { agent: self.config.id, epoch: self.boot.epoch, sequence },
-                captured_at: self.capture_time(sequence),
-                sensor_pose: Some(believed_pose),
+                captured_at: self.stamp(sequence),
+                sensor_pose: Some(belief.believed),
                 sensor_revision: SENSOR_REVISION,
                 map_frame: self.map_frame,
                 detections,
@@ -168,19 +161,30 @@ impl SimulatedAgent {
     }
 
     fn scenario_time(&self, sequence: u64) -> Span {
-        self.config.phase + self.config.rate.elapsed(sequence)
+        self.phase + self.config.rate.elapsed(sequence)
     }
 
     fn rng(&self, sequence: u64, purpose: Purpose) -> ChaCha8Rng {
         keyed_rng(self.boot.seed, Some(&self.config.id), sequence, purpose)
     }
 
-    /// Where the agent believes to be: a surveyed pose is exact, a vehicle errs by its self-report's σ.
-    fn believed_pose(&self, pose: &Pose, sequence: u64) -> Pose {
+    fn belief(&self, sequence: u64) -> Belief {
+        let pose = self.world.agent_pose(self.index, self.scenario_time(sequence));
+        let (who, rate_hz) = ((self.boot.seed, &self.config.id), self.config.rate.hz());
+        let believed = match &self.config.pose_error {
+            Some(error) => error.believed(&pose, who, sequence, rate_hz),
+            None => self.declared_error(&pose, sequence),
+        };
+        Belief { pose, believed }
+    }
+
+    /// Without a pose error of its own a surveyed pose is exact, and a vehicle reports itself with the accuracy that
+    /// it declares; its detections have no part in that.
+    fn declared_error(&self, pose: &Pose, sequence: u64) -> Pose {
         if self.config.kind == SensorKind::RoadsideUnit {
             return *pose;
         }
-        let accuracy = &self.config.self_report;
+        let accuracy = &self.config.accuracy;
         let mut rng = self.rng(sequence, Purpose::SelfReport);
         Pose {
             x: pose.x + accuracy.position_m * standard_normal(&mut rng),
@@ -193,11 +197,11 @@ impl SimulatedAgent {
     fn detections(
         &self,
         objects: &[TrueObject],
-        pose: &Pose,
-        believed_pose: &Pose,
+        belief: &Belief,
         sequence: u64,
     ) -> Vec<(Option<ObjectId>, Detection)> {
-        let own = self.world.agent_object(self.index);
+        let own = self.own_object();
+        let pose = &belief.pose;
         let visible = |object: &&TrueObject| {
             Some(object.id) != own && self.config.field_of_view.contains(pose, object.bev.x, object.bev.y)
         };
@@ -206,35 +210,31 @@ impl SimulatedAgent {
             let mut rng = self.rng(sequence, Purpose::Measurement(object.id));
             if chance(&mut rng, self.config.detection_probability) {
                 let measured = self.config.noise.perturb(&object.bev, pose, &mut rng);
-                seen.push((Some(object.id), self.detection(object.class, measured, believed_pose)));
+                seen.push((Some(object.id), self.detection(object.class, measured, belief)));
             }
         }
         seen
     }
 
-    fn detection(&self, class: Class, measured: BevBox, believed_pose: &Pose) -> Detection {
+    /// What a detector that measured this box tells of it; of the pose's error it knows nothing.
+    fn detection(&self, class: Class, measured: BevBox, belief: &Belief) -> Detection {
+        let bev = if self.config.pose_error.is_some() { belief.misplace(&measured) } else { measured };
         Detection {
             class,
             score: SCORE,
-            bev: measured,
-            covariance: self.config.noise.reported_covariance(&measured, believed_pose),
+            bev,
+            covariance: self.config.noise.reported_covariance(&bev, &belief.believed),
             velocity: None,
             source_track: None,
         }
     }
 
     /// A Poisson number of false detections, uniform over the field of view.
-    fn add_clutter(
-        &self,
-        seen: &mut Vec<(Option<ObjectId>, Detection)>,
-        pose: &Pose,
-        believed_pose: &Pose,
-        sequence: u64,
-    ) {
+    fn add_clutter(&self, seen: &mut Vec<(Option<ObjectId>, Detection)>, belief: &Belief, sequence: u64) {
         let mut rng = self.rng(sequence, Purpose::Clutter);
         for _ in 0..poisson(&mut rng, self.config.clutter_per_frame) {
-            let (class, phantom) = self.phantom(pose, &mut rng);
-            seen.push((None, self.detection(class, phantom, believed_pose)));
+            let (class, phantom) = self.phantom(&belief.pose, &mut rng);
+            seen.push((None, self.detection(class, phantom, belief)));
         }
     }
 
@@ -255,7 +255,7 @@ impl SimulatedAgent {
 
     /// The agent's own body, as an ordinary detection: it is never missed.
     fn self_report(&self, body: &Body, believed_pose: &Pose) -> Detection {
-        let accuracy = &self.config.self_report;
+        let accuracy = &self.config.accuracy;
         Detection {
             class: body.class,
             score: SCORE,

@@ -20,6 +20,7 @@ const RATE_HZ: i64 = 10;
 A link stands in a scenario as  link = \"lte-uu\"  in an agent's table, or as a table of numbers.
 All names but trace: take loss=, burst= (mean length of a burst of losses, frames), rate=, outage= with outage-every=,
 and reorder=; those with a normal delay also delay= and jitter=, those with a log-normal one delay= (its median).
+Not the link's, and settings of an agent beside it: sensing_ms, transmit, send, clock, pose_error (see crossing.toml).
 
 Examples:
   v2x links

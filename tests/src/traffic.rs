@@ -6,8 +6,8 @@
 use crate::run_log::ReceivedFused;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use v2x_agent::link::Link;
 use v2x_agent::scenario::{AgentConfig, Scenario};
+use v2x_agent::sending::{Fate, Sender};
 use v2x_agent::sensor::{Boot, Observation, SimulatedAgent};
 use v2x_agent::truth::Identities;
 use v2x_agent::world::World;
@@ -23,14 +23,32 @@ use v2x_fusion_hub::schedule::{PublishMode, Schedule};
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrival {
-    /// When, by the hub's clock.
+    /// When, by the hub's clock, which is right.
     pub received_at: Timestamp,
+    /// When it was captured and sent.
+    pub way: Way,
     /// What came off the wire.
     pub frame: DetectionFrame,
     /// Its size on the wire, bytes.
     pub bytes: usize,
     /// Which true object stands behind each detection.
     pub identities: Identities,
+}
+
+/// When a frame was what, in true time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Way {
+    /// Captured.
+    pub captured_at: Timestamp,
+    /// Handed to the link.
+    pub sent_at: Timestamp,
+}
+
+impl Way {
+    /// Of an agent's frame of this number.
+    pub fn of(agent: &SimulatedAgent, sender: &Sender, sequence: u64) -> Self {
+        Self { captured_at: agent.capture_time(sequence), sent_at: sender.sent_at(agent, sequence) }
+    }
 }
 
 /// All that arrives in one run.
@@ -63,20 +81,17 @@ impl Traffic {
         (start, duration): (Timestamp, Span),
         n_agents: usize,
     ) -> Result<Self, WireError> {
-        let world = Arc::new(World::new(scenario, seed));
-        let boot = Boot { seed, epoch: 1, start };
-        let agent = |config: &AgentConfig| SimulatedAgent::new(scenario, world.clone(), &config.id, boot);
-        let agents: Vec<_> = scenario.agents.iter().take(n_agents).filter_map(agent).collect();
+        let agents: Vec<_> = agents(scenario, seed, start).take(n_agents).collect();
         let describe = |agent: &SimulatedAgent| (agent.config().id, agent.description());
         let descriptions = agents.iter().map(describe).collect();
-        let due = arrivals(&agents, seed, (start, start + duration));
+        let due = arrivals(&agents, (start, start + duration));
         let mut arrivals = Vec::with_capacity(due.len());
         let mut bytes = Vec::new();
-        for ((received_at, _), Observation { frame, identities }) in due {
+        for ((received_at, _), (way, Observation { frame, identities })) in due {
             bytes.clear();
             wire::detections::encode(&frame, &mut bytes)?;
             let frame = wire::detections::decode(&bytes)?;
-            arrivals.push(Arrival { received_at, frame, bytes: bytes.len(), identities });
+            arrivals.push(Arrival { received_at, way, frame, bytes: bytes.len(), identities });
         }
         Ok(Self { descriptions, arrivals })
     }
@@ -109,6 +124,14 @@ impl Traffic {
     }
 }
 
+/// The agents of a scenario, in its order.
+pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator<Item = SimulatedAgent> {
+    let world = Arc::new(World::new(scenario, seed));
+    let boot = Boot { seed, epoch: 1, start };
+    let agent = move |config: &AgentConfig| SimulatedAgent::new(scenario, world.clone(), &config.id, boot);
+    scenario.agents.iter().filter_map(agent)
+}
+
 /// Publishes whatever is due before a time.
 fn publish_until(
     engine: &mut Engine,
@@ -124,25 +147,25 @@ fn publish_until(
     Ok(())
 }
 
-/// Every frame that its link delivers, by arrival.
+/// Every frame that its link delivers, by arrival, in true time: clocks of agents show in their stamps alone.
 fn arrivals(
     agents: &[SimulatedAgent],
-    seed: u64,
     (start, end): (Timestamp, Timestamp),
-) -> BTreeMap<(Timestamp, FrameId), Observation> {
+) -> BTreeMap<(Timestamp, FrameId), (Way, Observation)> {
     let mut arrivals = BTreeMap::new();
     for agent in agents {
-        let config = agent.config();
-        let link = Link::new(config.link.clone(), seed, config.id);
+        let mut sender = Sender::new(agent);
+        let may_overtake = sender.link().config().reorder;
         let mut newest_due = Timestamp::MIN;
         for sequence in agent.sequence_at_or_after(start).. {
             if agent.capture_time(sequence) > end {
                 break;
             }
-            if let Some((due, observation)) = agent.delivery(&link, sequence) {
-                let due = if config.link.reorder { due } else { due.max(newest_due) };
+            if let Fate::Arrives { at, observation } = sender.send(agent, sequence) {
+                let due = if may_overtake { at } else { at.max(newest_due) };
                 newest_due = newest_due.max(due);
-                arrivals.insert((due, observation.frame.id), observation);
+                arrivals
+                    .insert((due, observation.frame.id), (Way::of(agent, &sender, sequence), observation));
             }
         }
     }

@@ -58,12 +58,22 @@ mod tests {
         run_publishing(seed, ON_UPDATE)
     }
 
+    const CROSSING: &str = include_str!("../../deploy/scenarios/crossing.toml");
+
     fn run_publishing(seed: u64, publish: PublishMode) -> RunLog {
-        let text = include_str!("../../deploy/scenarios/crossing.toml");
+        run_of(CROSSING, (seed, publish), Span::from_millis(2000))
+    }
+
+    /// The crossing with these lines in the roadside unit's table.
+    fn run_with_unit(lines: &str, duration: Span) -> RunLog {
+        let unit = "kind = \"roadside-unit\"\n";
+        run_of(&CROSSING.replace(unit, &format!("{unit}{lines}\n")), (1, ON_UPDATE), duration)
+    }
+
+    fn run_of(text: &str, (seed, publish): (u64, PublishMode), duration: Span) -> RunLog {
         let scenario = Scenario::from_toml(text).unwrap();
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
         let mut engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
-        let duration = Span::from_millis(2000);
         let run = VirtualRun { scenario: &scenario, seed, start, duration, publish };
         run.run(&mut engine).unwrap()
     }
@@ -90,6 +100,38 @@ mod tests {
         // As this test's failure prints it. It changes with world, noise, link, wire and engine, and with nothing
         // else: not with the machine, its C library, the compiler's options or the number of cores.
         assert_eq!(fingerprint(&run(1)), GOLDEN_FINGERPRINT);
+    }
+
+    #[test]
+    fn a_wrong_clock_shifts_the_stamps_of_its_agent_and_no_arrival() {
+        let duration = Span::from_millis(2000);
+        let right = run_with_unit("", duration);
+        let mut wrong = run_with_unit("clock = { offset_ms = 50 }", duration);
+        let unit = |received: &ReceivedDetections| received.frame.id.agent.as_str() == "rsu";
+        assert!(wrong.detections.iter().any(unit));
+        for received in wrong.detections.iter_mut().filter(|received| unit(received)) {
+            received.frame.captured_at = received.frame.captured_at - Span::from_millis(50);
+        }
+        assert_eq!(right.detections, wrong.detections);
+        assert_ne!(right.fused, wrong.fused);
+    }
+
+    #[test]
+    fn a_hub_keeps_its_objects_where_agents_send_a_fraction_by_etsis_rules() {
+        let link = "link = { delay_ms = 80, jitter_ms = 30, loss = 0.01 }\n";
+        let by_rule = CROSSING.replace(link, &format!("{link}send = \"etsi\"\n"));
+        let told_and_held = |text| {
+            let log = run_of(text, (1, ON_UPDATE), Span::from_millis(10_000));
+            let told: usize = log.detections.iter().map(|received| received.frame.detections.len()).sum();
+            // Mean over the second half, when objects have been found.
+            let half = log.fused.len() / 2;
+            let held: usize = log.fused[half..].iter().map(|received| received.frame.objects.len()).sum();
+            (told as f64, held as f64 / (log.fused.len() - half) as f64)
+        };
+        let (all, by_rule) = (told_and_held(CROSSING), told_and_held(&by_rule));
+        assert!(by_rule.0 < 0.3 * all.0, "{} of {} detections", by_rule.0, all.0);
+        // Some thirty objects; a new one is held a little later where its second report takes a second.
+        assert!((by_rule.1 - all.1).abs() < 3.0, "{} objects instead of {}", by_rule.1, all.1);
     }
 
     #[test]

@@ -57,7 +57,7 @@ impl Delay {
         Self::Normal { mean_s: delay_s, sigma_s: 0.0 }
     }
 
-    /// A draw, s; `since_start` is the capture time in the scenario.
+    /// A draw, s; `since_start` is when it begins, in the scenario.
     pub fn draw(&self, rng: &mut ChaCha8Rng, since_start: Span) -> f64 {
         match *self {
             Self::Normal { mean_s, sigma_s } => truncated_normal(rng, mean_s, sigma_s, (0.0, f64::INFINITY)),

@@ -55,7 +55,7 @@ impl Default for LinkConfig {
 pub struct Parcel {
     /// Its number.
     pub sequence: u64,
-    /// When it was captured, since the scenario's start.
+    /// When it is sent, since the scenario's start.
     pub since_start: Span,
     /// Its size on the wire, bytes; of no matter where the link's rate is not limited.
     pub bytes: usize,
@@ -66,9 +66,9 @@ pub struct Parcel {
 pub enum Transit {
     /// It never arrives.
     Lost,
-    /// It arrives `delay` after its capture, never earlier.
+    /// It arrives `delay` after it was sent, never earlier.
     Delivered {
-        /// From capture to arrival.
+        /// From sending to arrival.
         delay: Span,
     },
 }

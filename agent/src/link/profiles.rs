@@ -5,9 +5,14 @@
 
 use super::trace::{Trace, TraceError};
 use super::{Delay, LinkConfig, Loss, Outage};
+use crate::pose_error::PoseError;
 use std::path::PathBuf;
 use std::sync::Arc;
 use v2x_common::time::Span;
+
+/// σ of position and heading in V2X-ViT's and OpenCOOD's noisy setting, m and degrees.
+const V2XVIT_POSITION_M: f64 = 0.2;
+const V2XVIT_YAW_DEG: f64 = 0.2;
 
 /// A link that can be named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +61,8 @@ pub const PROFILES: [Profile; 12] = [
     },
     Profile {
         usage: "v2xvit-noisy",
-        provenance: "V2X-ViT's and OpenCOOD's noisy setting: always 100 ms (its pose noise is not the link's)",
+        provenance: "V2X-ViT's and OpenCOOD's noisy setting: always 100 ms; in a scenario it brings their \
+                     pose noise too (0.2 m, 0.2°, anew in each frame) where the agent has no pose_error",
         example: "v2xvit-noisy",
     },
     Profile {
@@ -188,6 +194,31 @@ pub fn parse(
     };
     settings.end()?;
     Ok(link)
+}
+
+/// A delay by a link's name, such as `custom:delay=60ms,jitter=10ms`, for what takes time and nothing else.
+pub fn parse_delay(
+    text: &str,
+    read: impl Fn(&PathBuf) -> Result<String, String>,
+) -> Result<Delay, ProfileError> {
+    let link = parse(text, read)?;
+    let loses = matches!(&link.delay, Delay::Trace(trace) if trace.loses());
+    let is_delay_alone = link.loss == Loss::default() && link.rate_bps.is_none() && link.outage.is_none();
+    if is_delay_alone && link.reorder && !loses {
+        return Ok(link.delay);
+    }
+    let expected = "a delay alone: without loss, rate, outage or reorder";
+    Err(ProfileError::Value { key: "sensing", value: text.to_owned(), expected })
+}
+
+/// The error of an agent's pose that comes with a link of this name: published settings go together.
+pub fn pose_error(text: &str) -> Option<PoseError> {
+    let name = text.split(':').next().unwrap_or_default().trim();
+    (name == "v2xvit-noisy").then(|| PoseError {
+        position_m: V2XVIT_POSITION_M,
+        yaw_rad: V2XVIT_YAW_DEG.to_radians(),
+        ..PoseError::default()
+    })
 }
 
 fn trace(

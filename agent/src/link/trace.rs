@@ -76,6 +76,11 @@ impl Trace {
         let after = self.points.partition_point(|point| point.t_s <= t_s);
         self.points[after.saturating_sub(1)]
     }
+
+    /// Whether anything was lost in it.
+    pub fn loses(&self) -> bool {
+        self.points.iter().any(|point| point.is_lost)
+    }
 }
 
 impl Columns {

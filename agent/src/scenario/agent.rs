@@ -5,8 +5,13 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorKind};
 use v2x_common::time::Span;
 
-use crate::link::LinkConfig;
+use crate::clock::ClockError;
+use crate::link::{Delay, LinkConfig};
 use crate::noise::NoiseModel;
+use crate::pose_error::PoseError;
+use crate::random::uniform;
+use crate::sending::{SendRule, Transmit};
+use rand_chacha::ChaCha8Rng;
 
 /// One agent: its sensor, its errors, its link.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +25,12 @@ pub struct AgentConfig {
     /// How often it captures.
     pub rate: Rate,
     /// Its first capture after the scenario's start.
-    pub phase: Span,
+    pub phase: Phase,
+    /// How its clock errs.
+    pub clock: ClockError,
+    /// How it errs about its pose in everything that it tells; `None`: a vehicle errs in its report of itself only,
+    /// anew in each frame, by the accuracy that it declares.
+    pub pose_error: Option<PoseError>,
     /// How its detections err.
     pub noise: NoiseModel,
     /// Where it sees.
@@ -29,8 +39,14 @@ pub struct AgentConfig {
     pub detection_probability: f64,
     /// Mean number of false detections in a frame.
     pub clutter_per_frame: f64,
-    /// How well it knows its own pose (1 σ); zero for roadside units, whose pose is surveyed.
-    pub self_report: Accuracy,
+    /// How well it knows its own pose and time as it declares it (1 σ), rightly or not.
+    pub accuracy: Accuracy,
+    /// How long its detector takes, from capture to a frame that is ready.
+    pub sensing: Delay,
+    /// When frames that are ready leave.
+    pub transmit: Transmit,
+    /// What of its detections it sends.
+    pub send: SendRule,
     /// How its frames travel.
     pub link: LinkConfig,
 }
@@ -79,6 +95,25 @@ impl Route {
     }
 }
 
+/// A place within a period.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// This one.
+    Fixed(Span),
+    /// Drawn once for each run and agent, evenly over the period.
+    Random,
+}
+
+impl Phase {
+    /// The phase; `rng` is asked only where it is left to chance.
+    pub fn within(self, period: Span, rng: &mut ChaCha8Rng) -> Span {
+        match self {
+            Self::Fixed(phase) => phase,
+            Self::Random => Span::from_secs_f64(uniform(rng, 0.0, period.as_secs_f64())),
+        }
+    }
+}
+
 /// Frames per second, as a whole number of millihertz, so that capture times never drift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
@@ -97,6 +132,11 @@ impl Rate {
     /// In Hz.
     pub fn hz(self) -> f64 {
         f64::from(self.millihertz) / 1e3
+    }
+
+    /// Frames in a second, rounded up.
+    pub const fn frames_in_a_second(self) -> u32 {
+        self.millihertz.div_ceil(1000)
     }
 
     /// From frame 0 to frame `sequence`, rounded down to the nanosecond; saturates after 292 years.

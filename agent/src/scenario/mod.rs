@@ -12,7 +12,7 @@ use std::path::Path;
 use v2x_common::id::{AgentId, MapFrame};
 use v2x_common::time::Span;
 
-pub use agent::{AgentConfig, Rate, Route, Station};
+pub use agent::{AgentConfig, Phase, Rate, Route, Station};
 pub use error::{Origin, ScenarioError};
 
 use crate::world::{CrossingConfig, HighwayConfig};

@@ -1,7 +1,11 @@
 use super::*;
+use crate::clock::ClockError;
+use crate::link::Delay;
 use crate::noise::NoiseLevel;
+use crate::pose_error::PoseError;
+use crate::sending::{SendRule, Transmit};
 use v2x_common::geometry::Pose;
-use v2x_common::sensor::SensorKind;
+use v2x_common::sensor::{Accuracy, SensorKind};
 
 const MINIMAL: &str = r#"
 name = "small"
@@ -45,7 +49,8 @@ fn the_default_scenario_puts_both_agents_on_equal_footing() {
     assert_eq!((ego.noise, &ego.link, ego.rate), (rsu.noise, &rsu.link, rsu.rate));
     assert_eq!((ego.detection_probability, ego.clutter_per_frame), (0.95, 0.5));
     assert_eq!((rsu.detection_probability, rsu.clutter_per_frame), (0.95, 0.5));
-    assert_eq!(rsu.phase - ego.phase, Span::from_millis(50));
+    let at = |ms| Phase::Fixed(Span::from_millis(ms));
+    assert_eq!((ego.phase, rsu.phase), (at(0), at(50)));
 }
 
 #[test]
@@ -56,7 +61,14 @@ fn what_is_left_out_takes_its_default() {
     let [car, unit] = &scenario.agents[..] else { panic!("two agents") };
     assert_eq!(car.station, Station::Driving(Route::Block(0)));
     assert_eq!((car.field_of_view.range_min_m, unit.field_of_view.range_min_m), (2.5, 0.0));
-    assert_eq!((car.self_report.position_m, unit.self_report.position_m), (0.3, 0.0));
+    for (agent, declared) in [(car, [0.5, 0.5, 50.0]), (unit, [0.02, 0.02, 0.001])] {
+        let Accuracy { position_m, yaw_rad, clock_s } = agent.accuracy;
+        let found = [position_m, yaw_rad.to_degrees(), 1e3 * clock_s];
+        assert!(found.iter().zip(declared).all(|(f, d)| (f / d - 1.0).abs() < 1e-12), "{found:?}");
+        assert_eq!((agent.clock, agent.pose_error), (ClockError::default(), None));
+        assert_eq!((agent.transmit, agent.send), (Transmit::Immediately, SendRule::Periodic));
+        assert_eq!((&agent.sensing, agent.phase), (&Delay::constant(0.0), Phase::Fixed(Span::ZERO)));
+    }
     let Station::Fixed(Pose { x, y, yaw }) = unit.station else { panic!("it stands") };
     assert_eq!((x, y), (1.0, 2.0));
     assert!((yaw + std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{yaw} is wrapped");
@@ -78,6 +90,56 @@ noise = { position_m = 0.3, position_per_m = 0.02, yaw_deg = 90, yaw_deg_per_m =
     assert_eq!((noise.size.sigma, noise.size.lower), (0.3, 0.1));
 }
 
+/// The agent `b` of the minimal scenario with these lines.
+fn with(lines: &str) -> AgentConfig {
+    let text = MINIMAL.replace(r#"id = "b""#, &format!("id = \"b\"\n{lines}"));
+    Scenario::from_toml(&text).unwrap().agents.remove(1)
+}
+
+#[test]
+fn clocks_poses_and_times_are_read_in_their_units() {
+    let agent = with(
+        "clock = { offset_ms = -50, drift_ppm = 10 }
+pose_error = { position_m = 0.2, yaw_deg = 90, correlation_s = 5, bias_x_m = 0.3, bias_y_m = -0.4, bias_yaw_deg = 180 }
+accuracy = { position_m = 1, clock_ms = 2 }
+sensing_ms = 60.5
+phase_ms = \"random\"
+transmit = { period_ms = 100, phase_ms = 30 }
+send = \"etsi\"",
+    );
+    assert_eq!(agent.clock, ClockError { offset: Span::from_millis(-50), drift_ppm: 10.0 });
+    let error = agent.pose_error.unwrap();
+    assert_eq!((error.position_m, error.correlation_s, error.bias.x, error.bias.y), (0.2, 5.0, 0.3, -0.4));
+    assert!((error.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert!((error.bias.yaw - std::f64::consts::PI).abs() < 1e-12);
+    assert_eq!((agent.accuracy.position_m, agent.accuracy.clock_s), (1.0, 0.002));
+    assert_eq!((agent.sensing, agent.phase), (Delay::constant(0.0605), Phase::Random));
+    let phase = Phase::Fixed(Span::from_millis(30));
+    assert_eq!(agent.transmit, Transmit::Slotted { period: Span::from_millis(100), phase });
+    assert_eq!(agent.send, SendRule::Etsi);
+}
+
+#[test]
+fn a_sensors_delay_has_the_names_that_links_have() {
+    let agent = with("sensing_ms = \"custom:delay=60ms,jitter=10ms\"");
+    assert_eq!(agent.sensing, Delay::Normal { mean_s: 0.06, sigma_s: 0.01 });
+}
+
+#[test]
+fn the_older_name_of_the_declared_accuracy_is_still_read() {
+    assert_eq!(with("self_report = { yaw_deg = 2 }"), with("accuracy = { yaw_deg = 2 }"));
+}
+
+#[test]
+fn v2xvits_noisy_link_brings_its_pose_noise_unless_the_agent_has_its_own() {
+    let published = with("link = \"v2xvit-noisy\"").pose_error.unwrap();
+    assert_eq!((published.position_m, published.correlation_s, published.bias), (0.2, 0.0, Pose::default()));
+    assert!((published.yaw_rad.to_degrees() - 0.2).abs() < 1e-12);
+    let own = with("link = \"v2xvit-noisy\"\npose_error = {}");
+    assert_eq!(own.pose_error, Some(PoseError::default()));
+    assert_eq!(with("link = \"lte-uu\"").pose_error, None);
+}
+
 #[test]
 fn a_missing_file_is_named() {
     let message = Scenario::load("/nowhere/x.toml").unwrap_err().to_string();
@@ -94,6 +156,16 @@ fn unknown_fields_and_wrong_types_are_named_with_their_line() {
         (r#"id = "b""#, "id = \"b\"\nnoise = { position_m = 1, foo = 2 }", ["line 11", "foo"]),
         (r#"id = "b""#, "id = \"b\"\nlink = { delay_ms = \"long\" }", ["line 11", "long"]),
         (r#"id = "b""#, "id = \"b\"\nlink = \"custom:loss=7\"", ["line 11", "loss is \"7\""]),
+        (r#"id = "b""#, "id = \"b\"\nphase_ms = \"often\"", ["line 11", "often"]),
+        (
+            r#"id = "b""#,
+            "id = \"b\"\nsensing_ms = \"pc5\"",
+            ["line 11", "sensing is \"pc5\", expected a delay alone"],
+        ),
+        (r#"id = "b""#, "id = \"b\"\ntransmit = \"later\"", ["line 11", "later"]),
+        (r#"id = "b""#, "id = \"b\"\nsend = \"always\"", ["line 11", "always"]),
+        (r#"id = "b""#, "id = \"b\"\nclock = { skew = 1 }", ["line 11", "skew"]),
+        (r#"id = "b""#, "id = \"b\"\naccuracy = {}\nself_report = {}", ["duplicate", "accuracy"]),
         (r#"kind = "roadside-unit""#, "", ["line 9", "kind"]),
         ("x = 1", "x = 1, z = 4", ["line 12", "z"]),
         ("name =", "name", ["line 2", "="]),
@@ -122,7 +194,44 @@ fn impossible_values_are_named_by_field_and_value() {
         (id_b, "id = \"b\"\nlink = { jitter_ms = -2 }", "agents[1].link.jitter_ms is -2"),
         (id_b, "id = \"b\"\nfield_of_view = { range_max_m = 0 }", "agents[1].field_of_view.range_max_m is 0"),
         (id_b, "id = \"b\"\nfield_of_view = { width_deg = 400 }", "agents[1].field_of_view.width_deg is 400"),
-        (id_b, "id = \"b\"\nself_report = {}", "agents[1].self_report is given"),
+        (
+            id_b,
+            "id = \"b\"\naccuracy = { position_m = 0 }",
+            "agents[1].accuracy.position_m is 0, expected 0.001",
+        ),
+        (id_b, "id = \"b\"\naccuracy = { clock_ms = -1 }", "agents[1].accuracy.clock_ms is -1"),
+        (
+            id_b,
+            "id = \"b\"\nclock = { offset_ms = 1e6 }",
+            "agents[1].clock.offset_ms is 1000000, expected -60000",
+        ),
+        (id_b, "id = \"b\"\nclock = { drift_ppm = 2000 }", "agents[1].clock.drift_ppm is 2000"),
+        (
+            id_b,
+            "id = \"b\"\npose_error = { yaw_deg = -1 }",
+            "agents[1].pose_error.yaw_deg is -1, expected 0 to 180",
+        ),
+        (
+            id_b,
+            "id = \"b\"\npose_error = { bias_x_m = 200 }",
+            "agents[1].pose_error.bias_x_m is 200, expected -100",
+        ),
+        (
+            id_b,
+            "id = \"b\"\npose_error = { correlation_s = nan }",
+            "agents[1].pose_error.correlation_s is NaN",
+        ),
+        (id_b, "id = \"b\"\nsensing_ms = -5", "agents[1].sensing_ms is -5, expected 0 to 10000"),
+        (
+            id_b,
+            "id = \"b\"\ntransmit = { period_ms = 0 }",
+            "agents[1].transmit.period_ms is 0, expected 1 to",
+        ),
+        (
+            id_b,
+            "id = \"b\"\ntransmit = { period_ms = 10, phase_ms = -1 }",
+            "agents[1].transmit.phase_ms is -1, expected 0 to 60000 or \"random\"",
+        ),
         (id_b, "id = \"b\"\nroute = \"block-ne\"", "agents[1] is with both pose and route"),
         ("block-ne", "main-street", "agents[0].route is \"main-street\", expected block-ne"),
         ("block-ne", "service-south", "agents[0].route is \"service-south\", expected block-ne"),

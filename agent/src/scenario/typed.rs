@@ -9,7 +9,12 @@ use v2x_common::sensor::SensorKind;
 
 use crate::link::{LinkConfig, profiles};
 use crate::noise::NoiseLevel;
+use crate::pose_error::PoseError;
 use std::path::PathBuf;
+
+mod sending;
+
+pub(super) use sending::{TypedPhase, TypedSend, TypedSensing, TypedTransmit};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -51,13 +56,21 @@ pub(super) struct TypedAgent {
     pub(super) pose: Option<TypedPose>,
     pub(super) route: Option<String>,
     pub(super) rate_hz: Option<f64>,
-    pub(super) phase_ms: Option<f64>,
+    pub(super) phase_ms: Option<TypedPhase>,
+    #[serde(default)]
+    pub(super) clock: TypedClock,
+    pub(super) pose_error: Option<TypedPoseError>,
     pub(super) noise: Option<TypedNoise>,
     #[serde(default)]
     pub(super) field_of_view: TypedFieldOfView,
     pub(super) detection_probability: Option<f64>,
     pub(super) clutter_per_frame: Option<f64>,
-    pub(super) self_report: Option<TypedSelfReport>,
+    // Its name as long as only vehicles had it.
+    #[serde(alias = "self_report", default)]
+    pub(super) accuracy: TypedAccuracy,
+    pub(super) sensing_ms: Option<TypedSensing>,
+    pub(super) transmit: Option<TypedTransmit>,
+    pub(super) send: Option<TypedSend>,
     #[serde(default)]
     pub(super) link: TypedLink,
 }
@@ -82,9 +95,28 @@ pub(super) struct TypedFieldOfView {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct TypedSelfReport {
+pub(super) struct TypedAccuracy {
     pub(super) position_m: Option<f64>,
     pub(super) yaw_deg: Option<f64>,
+    pub(super) clock_ms: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TypedClock {
+    pub(super) offset_ms: Option<f64>,
+    pub(super) drift_ppm: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TypedPoseError {
+    pub(super) position_m: Option<f64>,
+    pub(super) yaw_deg: Option<f64>,
+    pub(super) correlation_s: Option<f64>,
+    pub(super) bias_x_m: Option<f64>,
+    pub(super) bias_y_m: Option<f64>,
+    pub(super) bias_yaw_deg: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
@@ -100,13 +132,17 @@ pub(super) struct TypedLinkNumbers {
 
 /// A link's name or a table. By hand as [`TypedNoise`] is.
 pub(super) enum TypedLink {
-    Named(LinkConfig),
+    Named(LinkConfig, Option<PoseError>),
     Numbers(TypedLinkNumbers),
+}
+
+fn read_trace(path: &PathBuf) -> Result<String, String> {
+    std::fs::read_to_string(path).map_err(|error| error.to_string())
 }
 
 impl Default for TypedLink {
     fn default() -> Self {
-        Self::Named(LinkConfig::default())
+        Self::Named(LinkConfig::default(), None)
     }
 }
 
@@ -121,8 +157,8 @@ impl<'de> Deserialize<'de> for TypedLink {
             }
 
             fn visit_str<E: Error>(self, name: &str) -> Result<TypedLink, E> {
-                let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
-                profiles::parse(name, read).map(TypedLink::Named).map_err(E::custom)
+                let link = profiles::parse(name, read_trace).map_err(E::custom)?;
+                Ok(TypedLink::Named(link, profiles::pose_error(name)))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TypedLink, A::Error> {

@@ -10,6 +10,8 @@ use super::{AgentConfig, Origin, Scenario, ScenarioError, Station, WorldConfig};
 use crate::world::{CrossingConfig, HighwayConfig, crossing, highway};
 
 mod agent;
+mod pose;
+mod sending;
 
 const DEFAULT_LOOP_S: f64 = 120.0;
 const DEFAULT_SEED: u64 = 1;

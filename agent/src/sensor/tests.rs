@@ -225,3 +225,81 @@ fn a_sector_sees_only_ahead() {
         }
     }
 }
+
+/// The crossing with these lines in the table of one agent.
+fn agent_with(id: &str, lines: &str) -> SimulatedAgent {
+    agent_of(&CROSSING.replace(&format!("id = \"{id}\""), &format!("id = \"{id}\"\n{lines}")), id, BOOT)
+}
+
+#[test]
+fn a_wrong_clock_changes_stamps_and_nothing_else() {
+    let (right, wrong) = (agent("rsu"), agent_with("rsu", "clock = { offset_ms = 50, drift_ppm = 100 }"));
+    for sequence in [0, 1, 600] {
+        assert_eq!(right.capture_time(sequence), wrong.capture_time(sequence));
+        let (expected, mut found) = (right.observe(sequence), wrong.observe(sequence));
+        let ahead = found.frame.captured_at - wrong.capture_time(sequence);
+        let drifted = Span::from_nanos((wrong.capture_time(sequence) - START).as_nanos() / 10_000);
+        assert_eq!(ahead, Span::from_millis(50) + drifted);
+        found.frame.captured_at = expected.frame.captured_at;
+        assert_eq!(expected, found);
+    }
+}
+
+#[test]
+fn one_pose_error_moves_everything_that_a_frame_tells_and_nothing_within_it() {
+    let line = "pose_error = { position_m = 0.5, yaw_deg = 2, correlation_s = 5, bias_x_m = 1 }";
+    let (right, wrong) = (agent_with("ego", "pose_error = {}"), agent_with("ego", line));
+    let own = right.own_object();
+    for sequence in [0, 7, 400] {
+        let (right, wrong) = (right.observe(sequence), wrong.observe(sequence));
+        let (true_pose, believed) = (right.frame.sensor_pose.unwrap(), wrong.frame.sensor_pose.unwrap());
+        assert!(true_pose.distance_to(believed.x, believed.y) > 0.01);
+        assert_eq!(right.identities, wrong.identities);
+        for ((object, right), (_, wrong)) in named(&right).zip(named(&wrong)) {
+            if *object.as_ref().unwrap_or(&ObjectId(0)) == own.unwrap() {
+                assert_eq!((right.bev.pose(), wrong.bev.pose()), (true_pose, believed));
+                continue;
+            }
+            let seen = |pose: &Pose, bev: &BevBox| {
+                (
+                    pose.distance_to(bev.x, bev.y),
+                    pose.bearing_to(bev.x, bev.y),
+                    wrap_angle(bev.yaw - pose.yaw),
+                )
+            };
+            let (expected, found) = (seen(&true_pose, &right.bev), seen(&believed, &wrong.bev));
+            assert!((expected.0 - found.0).abs() < 1e-9, "range {expected:?} {found:?}");
+            assert!(wrap_angle(expected.1 - found.1).abs() < 1e-9, "bearing {expected:?} {found:?}");
+            assert!(wrap_angle(expected.2 - found.2).abs() < 1e-9, "heading {expected:?} {found:?}");
+            assert!((right.covariance.position.xx / wrong.covariance.position.xx - 1.0).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn without_pose_error_a_surveyed_pose_is_exact_and_with_one_it_is_not() {
+    let pose = agent("rsu").world().agent_pose(1, Span::ZERO);
+    assert_eq!(agent("rsu").observe(5).frame.sensor_pose, Some(pose));
+    let biased = agent_with("rsu", "pose_error = { bias_x_m = 0.25, bias_y_m = -0.5 }");
+    let believed = biased.observe(5).frame.sensor_pose.unwrap();
+    assert_eq!((believed.x, believed.y), (pose.x + 0.25, pose.y - 0.5));
+}
+
+#[test]
+fn a_random_capture_phase_is_drawn_by_seed_and_lies_within_a_frame() {
+    let text = CROSSING.replace("phase_ms = 50", "phase_ms = \"random\"");
+    let phase = |seed| agent_of(&text, "rsu", Boot { seed, ..BOOT }).capture_time(0) - START;
+    assert!((0..50).all(|seed| (Span::ZERO..Span::from_millis(100)).contains(&phase(seed))));
+    assert!((0..50).any(|seed| phase(seed) > Span::from_millis(70)));
+    assert_eq!(phase(3), phase(3));
+    let rsu = agent_of(&text, "rsu", BOOT);
+    assert_eq!(rsu.sequence_at_or_after(rsu.capture_time(4)), 4);
+}
+
+#[test]
+fn the_declared_accuracy_is_told_and_a_roadside_units_is_its_survey() {
+    let accuracy = |agent: &SimulatedAgent| agent.description().accuracy;
+    let (ego, rsu) = (accuracy(&agent("ego")), accuracy(&agent("rsu")));
+    assert_eq!((ego.position_m, ego.clock_s), (0.3, 0.05));
+    assert_eq!((rsu.position_m, rsu.clock_s), (0.02, 1e-6));
+}

@@ -2,9 +2,9 @@
 
 use super::AgentArgs;
 use super::publisher::AgentPublisher;
-use crate::link::Link;
 use crate::outbox::Outbox;
 use crate::scenario::Scenario;
+use crate::sending::{Fate, Sender};
 use crate::sensor::{Boot, Observation, SimulatedAgent};
 use crate::world::World;
 use anyhow::{Context, anyhow};
@@ -34,6 +34,7 @@ const DRAIN: Span = Span::from_millis(1000);
 struct Counts {
     frames_captured: u64,
     frames_sent: u64,
+    frames_withheld: u64,
     frames_lost_on_link: u64,
     frames_dropped: u64,
     frames_skipped: u64,
@@ -67,7 +68,6 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
 
 struct Agent {
     simulated: SimulatedAgent,
-    link: Link,
 }
 
 impl Agent {
@@ -84,13 +84,14 @@ impl Agent {
         let boot = Boot { seed, epoch, start };
         let simulated = SimulatedAgent::new(&scenario, world, &args.id, boot)
             .ok_or_else(|| no_such_agent(&scenario, &args.id))?;
-        let link = Link::new(simulated.config().link.clone(), seed, args.id);
-        Ok(Self { simulated, link })
+        Ok(Self { simulated })
     }
 
     async fn serve(&self, publisher: &AgentPublisher, shutdown: &CancellationToken) -> Counts {
         let mut counts = Counts::default();
-        let mut outbox = Outbox::new(OUTBOX, self.link.config().reorder);
+        let mut sender = Sender::new(&self.simulated);
+        // Both in true time, which is the machine's: the simulated clock only makes the stamps.
+        let mut outbox = Outbox::new(OUTBOX, sender.link().config().reorder);
         let mut descriptions = tokio::time::interval(DESCRIPTION_INTERVAL);
         let mut next = self.simulated.sequence_at_or_after(clock::now());
         loop {
@@ -105,7 +106,12 @@ impl Agent {
             let now = clock::now();
             next = self.skip_if_behind(next, now, &mut counts);
             while self.simulated.capture_time(next) <= now {
-                self.capture(next, &mut outbox, &mut counts);
+                counts.frames_captured += 1;
+                match sender.send(&self.simulated, next) {
+                    Fate::Withheld => counts.frames_withheld += 1,
+                    Fate::Lost => counts.frames_lost_on_link += 1,
+                    Fate::Arrives { at, observation } => drop(outbox.push(at, observation)),
+                }
                 next += 1;
             }
             send_due(&mut outbox, now, publisher, &mut counts).await;
@@ -135,14 +141,6 @@ impl Agent {
         counts.frames_skipped += resumed - next;
         tracing::warn!(skipped = resumed - next, "capturing fell behind");
         resumed
-    }
-
-    fn capture(&self, sequence: u64, outbox: &mut Outbox<Observation>, counts: &mut Counts) {
-        counts.frames_captured += 1;
-        match self.simulated.delivery(&self.link, sequence) {
-            None => counts.frames_lost_on_link += 1,
-            Some((due, observation)) => drop(outbox.push(due, observation)),
-        }
     }
 }
 

@@ -7,18 +7,21 @@ use super::gallery::Gallery;
 use super::judge::{Judge, Whose};
 use super::method::SweepMethod;
 use super::plan::Point;
-use super::record::{Fates, Record, distribution};
-use super::virtual_point::observers;
+use super::record::{Fates, Record};
+use super::virtual_point::{note_ways, observers};
 use crate::consumer::{Consumer, Traffic};
 use crate::coverage::Coverage;
 use crate::loopback::{AgentOptions, Child, HubOptions, Launcher};
 use crate::recorded::run_log;
 use crate::run_log::RunLog;
 use crate::simulation::Simulation;
+use crate::traffic::{self, Way};
 use anyhow::{Context, ensure};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
+use v2x_agent::sending::Sender;
 use v2x_common::clock;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::net::logging;
@@ -147,9 +150,18 @@ fn judge(point: &Point, outcome: &Outcome, duration: Span) -> anyhow::Result<Vec
     let Outcome { start, log, bytes, hubs } = outcome;
     let span = (*start, *start + duration);
     let mut whose = Whose::default();
+    // Nobody but the simulation knows when frames were captured and sent in truth; it tells here as it told the agents.
+    let senders =
+        traffic::agents(&point.scenario, point.seed, *start).map(|agent| (Sender::new(&agent), agent));
+    let senders: BTreeMap<AgentId, _> =
+        senders.map(|(sender, agent)| (agent.config().id, (sender, agent))).collect();
+    let mut ways: Vec<(AgentId, Way, Timestamp)> = Vec::new();
     for received in &log.detections {
-        let frame = &received.frame;
-        whose.insert(frame.id, frame.captured_at, received.identities.objects.clone());
+        let id = received.frame.id;
+        let Some((sender, agent)) = senders.get(&id.agent) else { continue };
+        let way = Way::of(agent, sender, id.sequence);
+        whose.insert(id, way.captured_at, received.identities.objects.clone());
+        ways.push((id.agent, way, received.received_at));
     }
     let simulation = Simulation::new(&point.scenario, point.seed, *start);
     let observers = observers(point, &simulation);
@@ -164,10 +176,8 @@ fn judge(point: &Point, outcome: &Outcome, duration: Span) -> anyhow::Result<Vec
             ensure!(!record.blocks.is_empty(), "the hub {} published nothing", method.key());
             let heard = bytes.iter().filter(|(agent, _)| settings.listens_to(agent));
             record.bytes_per_s = heard.map(|(_, bytes)| *bytes as f64).sum::<f64>() / duration.as_secs_f64();
-            let ways = log.detections.iter().filter(|received| settings.listens_to(&received.frame.id.agent));
-            let ways =
-                ways.map(|received| (received.received_at - received.frame.captured_at).as_millis_f64());
-            record.send_to_arrive_ms = distribution(ways.collect());
+            let heard = ways.iter().filter(|(agent, ..)| settings.listens_to(agent));
+            note_ways(&mut record, &heard.map(|(_, way, at)| (*way, *at)).collect::<Vec<_>>());
             record.cpu_share = busy_s.map(|busy_s| busy_s / duration.as_secs_f64());
             note_status(&mut record, status, &first);
             Ok(record)

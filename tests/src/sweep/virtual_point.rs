@@ -7,7 +7,7 @@ use super::plan::Point;
 use super::record::{Fates, Record, distribution};
 use crate::coverage::Coverage;
 use crate::simulation::Simulation;
-use crate::traffic::{Arrival, Listening, Traffic};
+use crate::traffic::{Arrival, Listening, Traffic, Way};
 use crate::truth::Observer;
 use anyhow::Context;
 use v2x_common::id::AgentId;
@@ -33,8 +33,8 @@ pub fn run(point: &Point, methods: &[SweepMethod], duration: Span) -> anyhow::Re
     let span = (START, START + duration);
     let traffic = Traffic::new(&point.scenario, point.seed, (START, duration), point.n_agents)?;
     let mut whose = Whose::default();
-    for Arrival { frame, identities, .. } in &traffic.arrivals {
-        whose.insert(frame.id, frame.captured_at, identities.objects.clone());
+    for Arrival { frame, way, identities, .. } in &traffic.arrivals {
+        whose.insert(frame.id, way.captured_at, identities.objects.clone());
     }
     let simulation = Simulation::new(&point.scenario, point.seed, START);
     let observers = observers(point, &simulation);
@@ -64,13 +64,23 @@ pub fn run(point: &Point, methods: &[SweepMethod], duration: Span) -> anyhow::Re
 
 /// What the frames' ways were, and what they weigh.
 fn note_traffic<'a>(record: &mut Record, arrivals: impl Iterator<Item = &'a Arrival>, duration: Span) {
-    let (mut bytes, mut ways_ms) = (0, Vec::new());
+    let mut bytes = 0;
+    let mut ways = Vec::new();
     for arrival in arrivals {
         bytes += arrival.bytes;
-        ways_ms.push((arrival.received_at - arrival.frame.captured_at).as_millis_f64());
+        ways.push((arrival.way, arrival.received_at));
     }
     record.bytes_per_s = bytes as f64 / duration.as_secs_f64();
-    record.send_to_arrive_ms = distribution(ways_ms);
+    note_ways(record, &ways);
+}
+
+/// How long frames took to be sent, and to arrive.
+pub(super) fn note_ways(record: &mut Record, ways: &[(Way, Timestamp)]) {
+    let millis = |of: fn(&(Way, Timestamp)) -> Span| {
+        distribution(ways.iter().map(|way| of(way).as_millis_f64()).collect())
+    };
+    record.capture_to_send_ms = millis(|(way, _)| way.sent_at - way.captured_at);
+    record.send_to_arrive_ms = millis(|(way, arrived_at)| *arrived_at - way.sent_at);
 }
 
 /// What the hub's books say.

@@ -4,16 +4,16 @@ use std::f64::consts::{PI, TAU};
 
 use v2x_common::geometry::{Pose, wrap_angle};
 use v2x_common::id::AgentId;
-use v2x_common::sensor::{Accuracy, FieldOfView, SensorKind, SizeNoiseLaw};
-use v2x_common::time::Span;
+use v2x_common::sensor::{FieldOfView, SensorKind, SizeNoiseLaw};
 
 use super::super::typed::{
-    TypedAgent, TypedFieldOfView, TypedLink, TypedNoise, TypedNoiseNumbers, TypedPose, TypedSelfReport,
+    TypedAgent, TypedFieldOfView, TypedLink, TypedNoise, TypedNoiseNumbers, TypedPose,
 };
 use super::super::{AgentConfig, Rate, Route, ScenarioError, Station, WorldConfig};
-use super::Field;
+use super::{Field, sending};
 use crate::link::{Delay, LinkConfig, Loss};
 use crate::noise::{DEFAULT_SIZE_LOWER, NoiseLevel, NoiseModel};
+use crate::pose_error::PoseError;
 
 const DEFAULT_RATE_HZ: f64 = 10.0;
 const DEFAULT_RANGE_M: f64 = 60.0;
@@ -21,10 +21,8 @@ const DEFAULT_RANGE_M: f64 = 60.0;
 const DEFAULT_VEHICLE_BLIND_ZONE_M: f64 = 2.5;
 const DEFAULT_DETECTION_PROBABILITY: f64 = 0.95;
 const DEFAULT_CLUTTER_PER_FRAME: f64 = 0.5;
-const DEFAULT_SELF_POSITION_M: f64 = 0.3;
-const DEFAULT_SELF_YAW_DEG: f64 = 0.5;
 /// Smallest σ that a scenario may ask for, in m, degrees and as a share of sizes: the wire knows no zero.
-const MIN_SIGMA: f64 = 0.001;
+pub(super) const MIN_SIGMA: f64 = 0.001;
 /// Largest σ of a position at the end of the field of view, m: what is reported stays far below the wire's limit.
 const MAX_POSITION_SIGMA_M: f64 = 20.0;
 
@@ -37,26 +35,32 @@ impl Field<'_> {
         let rate_hz = typed.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
         let rate =
             Rate::from_hz(rate_hz).ok_or_else(|| self.child("rate_hz").error(rate_hz, "0.1 to 1000"))?;
-        let phase_ms = typed.phase_ms.unwrap_or(0.0);
-        self.number("phase_ms", phase_ms, (0.0..=60_000.0).contains(&phase_ms), "0 to 60000")?;
         let field_of_view = self.child("field_of_view").field_of_view(&typed.field_of_view, kind)?;
         let noise = self.child("noise").noise(typed.noise, field_of_view.range_max_m)?;
         let p = typed.detection_probability.unwrap_or(DEFAULT_DETECTION_PROBABILITY);
         self.number("detection_probability", p, (0.0..=1.0).contains(&p), "0 to 1")?;
         let clutter = typed.clutter_per_frame.unwrap_or(DEFAULT_CLUTTER_PER_FRAME);
         self.number("clutter_per_frame", clutter, (0.0..=100.0).contains(&clutter), "0 to 100")?;
+        let (link, links_pose_error) = self.child("link").link(typed.link)?;
+        let pose_error =
+            typed.pose_error.map(|error| self.child("pose_error").pose_error(&error)).transpose()?;
         Ok(AgentConfig {
             id,
             kind,
             station,
             rate,
-            phase: Span::from_secs_f64(phase_ms / 1e3),
+            phase: self.phase("phase_ms", typed.phase_ms)?,
+            clock: self.child("clock").clock(&typed.clock)?,
+            pose_error: pose_error.or(links_pose_error),
             noise,
             field_of_view,
             detection_probability: p,
             clutter_per_frame: clutter,
-            self_report: self.child("self_report").self_report(typed.self_report, kind)?,
-            link: self.child("link").link(typed.link)?,
+            accuracy: self.child("accuracy").accuracy(&typed.accuracy, kind)?,
+            sensing: self.sensing(typed.sensing_ms)?,
+            transmit: self.child("transmit").transmit(typed.transmit)?,
+            send: sending::send(typed.send),
+            link,
         })
     }
 
@@ -165,28 +169,10 @@ impl Field<'_> {
         })
     }
 
-    fn self_report(
-        &self,
-        typed: Option<TypedSelfReport>,
-        kind: SensorKind,
-    ) -> Result<Accuracy, ScenarioError> {
-        if kind == SensorKind::RoadsideUnit {
-            return match typed {
-                None => Ok(Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 }),
-                Some(_) => Err(self.error("given", "none: only vehicles report themselves")),
-            };
-        }
-        let typed = typed.unwrap_or_default();
-        let position_m = typed.position_m.unwrap_or(DEFAULT_SELF_POSITION_M);
-        self.number("position_m", position_m, (MIN_SIGMA..=20.0).contains(&position_m), "0.001 to 20")?;
-        let yaw_deg = typed.yaw_deg.unwrap_or(DEFAULT_SELF_YAW_DEG);
-        self.number("yaw_deg", yaw_deg, (MIN_SIGMA..=180.0).contains(&yaw_deg), "0.001 to 180")?;
-        Ok(Accuracy { position_m, yaw_rad: yaw_deg.to_radians(), clock_s: 0.0 })
-    }
-
-    fn link(&self, typed: TypedLink) -> Result<LinkConfig, ScenarioError> {
+    /// The link, and the error of the pose that its profile brings.
+    fn link(&self, typed: TypedLink) -> Result<(LinkConfig, Option<PoseError>), ScenarioError> {
         let typed = match typed {
-            TypedLink::Named(link) => return Ok(link),
+            TypedLink::Named(link, pose_error) => return Ok((link, pose_error)),
             TypedLink::Numbers(numbers) => numbers,
         };
         let millis = |name, value: Option<f64>| {
@@ -210,12 +196,13 @@ impl Field<'_> {
             mean_s: millis("delay_ms", typed.delay_ms)? / 1e3,
             sigma_s: millis("jitter_ms", typed.jitter_ms)? / 1e3,
         };
-        Ok(LinkConfig {
+        let link = LinkConfig {
             delay,
             loss: Loss { rate, burst: typed.burst.map(burst).transpose()? },
             rate_bps: typed.rate_kbps.map(kbps).transpose()?.map(|kbps| 1e3 * kbps),
             reorder: typed.reorder.unwrap_or(default.reorder),
             ..default
-        })
+        };
+        Ok((link, None))
     }
 }

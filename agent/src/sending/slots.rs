@@ -1,0 +1,33 @@
+//! When frames may leave.
+
+use v2x_common::time::Span;
+
+/// Opportunities to send, at `phase` and every `period` after; before it as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slots {
+    /// From one to the next; positive.
+    pub period: Span,
+    /// One of them, since the scenario's start.
+    pub phase: Span,
+}
+
+impl Slots {
+    /// The first opportunity that is not before `ready` (since the scenario's start).
+    pub fn at_or_after(&self, ready: Span) -> Span {
+        let wait = (self.phase - ready).as_nanos().rem_euclid(self.period.as_nanos().max(1));
+        ready + Span::from_nanos(wait)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_ready_waits_for_the_next_slot_and_not_at_all_on_one() {
+        let slots = Slots { period: Span::from_millis(100), phase: Span::from_millis(30) };
+        let at = |ms: i64| slots.at_or_after(Span::from_millis(ms)).as_millis_f64();
+        assert_eq!((at(0), at(30), at(31), at(129), at(130)), (30.0, 30.0, 130.0, 130.0, 130.0));
+        assert_eq!((at(-71), at(-70)), (-70.0, -70.0));
+    }
+}
