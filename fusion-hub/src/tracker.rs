@@ -127,14 +127,14 @@ impl<F: Filter> Tracker<F> {
         self.add_evidence(slot, agents);
         self.give_births(slot, agents);
         self.merges_due.clear();
-        if look.is_some() {
-            self.find_duplicates(slot);
-        }
+        self.find_duplicates(slot);
         if self.particles.is_some() {
             versions::order(&mut self.tracks, &mut self.spare);
             self.spare.truncate(MAX_SPARE);
         }
-        self.reconsider(slot, agents);
+        if self.config.reconsider {
+            self.reconsider(slot, agents);
+        }
         self.merge(slot, agents);
         innovations
     }
@@ -320,7 +320,7 @@ impl<F: Filter> Tracker<F> {
     /// further than their own covariances would allow.
     fn find_duplicates(&mut self, slot: FrameSlot) {
         let frame = self.frames.get(slot);
-        let Some(look) = &frame.look else { return };
+        let Some(look) = frame.look.as_ref().filter(|_| self.config.resolve_duplicates) else { return };
         let (associator, places) = (&self.associator, &self.places);
         let id_of = |col: usize| self.tracks[places[col]].id;
         let track_of = track_of(associator, self.particles.as_ref());
