@@ -195,3 +195,78 @@ fn where_nothing_competes_particles_change_no_bit() {
     let mut defaults = engine_of_particles(0);
     assert_eq!(told(&mut defaults, &frames).len(), 40);
 }
+
+/// Walkers at short distances, seen by a sharp and a blurred agent at the same instants; `is_blurred_first` says whose
+/// frame arrives first. What is told after each instant, and what happened to tracks.
+fn of_two_kinds(seed: u64, n_particles: u32, is_blurred_first: bool) -> (Vec<Vec<FusedObject>>, usize) {
+    let walkers: Vec<Walker> = (0..6)
+        .map(|k| f64::from(k) - 2.5)
+        .map(|place| Walker { start: [-6.0, 1.6 * place], velocity: [1.4, -0.4 * place] })
+        .collect();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut engine = engine(n_particles);
+    let mut told = Vec::new();
+    for sequence in 0..30u32 {
+        let t_s = f64::from(sequence) * 0.25;
+        let mut seen = |name: &str, sigma_m: f64| {
+            let detections = walkers.iter().map(|walker| {
+                let mut one = detection(walker, t_s, &mut random);
+                let [x, y] = walker.at(t_s);
+                one.bev.x = x + (one.bev.x - x) * sigma_m / SIGMA_M;
+                one.bev.y = y + (one.bev.y - y) * sigma_m / SIGMA_M;
+                one.covariance.position = Covariance2::isotropic(sigma_m);
+                one
+            });
+            frame(agent(name), u64::from(sequence), i64::from(sequence) * INTERVAL_MS, detections.collect())
+        };
+        let mut frames = vec![seen("ego", 0.5), seen("rsu", 1.5)];
+        // Names come from the sharp one.
+        frames.truncate(if sequence < 3 { 1 } else { 2 });
+        if is_blurred_first {
+            frames.reverse();
+        }
+        let now = frames[0].captured_at;
+        frames.iter().for_each(|frame| drop(engine.handle_frame(frame, now)));
+        told.push(engine.fused(now).objects.clone());
+    }
+    (told, engine.n_tracks())
+}
+
+#[test]
+fn a_blurred_frame_weighs_particles_once_whether_it_comes_first_or_last() {
+    let mut made_a_difference = false;
+    for seed in 0..20 {
+        let [first, last] = [true, false].map(|is_first| of_two_kinds(seed, 8, is_first));
+        assert!(first == last, "seed {seed}");
+        made_a_difference |= last != of_two_kinds(seed, 0, false);
+    }
+    assert!(made_a_difference, "too easy");
+}
+
+#[test]
+fn what_a_blurred_frame_saw_first_keeps_its_name_and_is_as_certain_as_if_it_had_come_last() {
+    let walkers = [0.0, 60.0].map(|y| Walker { start: [20.0, y], velocity: [1.4, 0.0] });
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut seen = |name: &str, sigma_m: f64| {
+        let mut detections: Vec<_> =
+            walkers.iter().map(|walker| detection(walker, 0.0, &mut random)).collect();
+        detections.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
+        frame(agent(name), 0, 0, detections)
+    };
+    let (sharp, blurred) = (seen("ego", 0.5), seen("rsu", 1.5));
+    for n_particles in [0, 8] {
+        let [first, last] = [[&blurred, &sharp], [&sharp, &blurred]].map(|order| {
+            let mut engine = engine(n_particles);
+            let mut names = order.iter().map(|frame| {
+                engine.handle_frame(frame, at(0));
+                engine.fused(at(0)).objects.iter().map(|object| object.track).collect::<Vec<_>>()
+            });
+            let (before, after) = (names.next(), names.next());
+            assert_eq!(before, after);
+            assert_eq!(after.map(|names| names.len()), Some(2));
+            drop(names);
+            engine.fused(at(0)).objects.clone()
+        });
+        assert!(first == last, "{first:?} {last:?}");
+    }
+}
