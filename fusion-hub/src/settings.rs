@@ -176,7 +176,7 @@ impl HubTable {
         let sensing = &self.sensing;
         within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
         within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
-        within("sensing.births_per_m2", sensing.births_per_m2, 1e-12..=10.0, "1e-12 to 10")?;
+        within("sensing.births_per_m2_s", sensing.births_per_m2_s, 1e-12..=10.0, "1e-12 to 10")?;
         check_report_defaults(&self.report_defaults)?;
         self.agents.values().try_for_each(check_report_defaults)?;
         let mut engine = EngineConfig::new(self.id, 0).with_method(self.method);
