@@ -226,7 +226,11 @@ fn of_two_kinds(seed: u64, n_particles: u32, is_blurred_first: bool) -> (Vec<Vec
             frames.reverse();
         }
         let now = frames[0].captured_at;
-        frames.iter().for_each(|frame| drop(engine.handle_frame(frame, now)));
+        for frame in &frames {
+            engine.handle_frame(frame, now);
+            // However often the hub publishes.
+            engine.fused(now);
+        }
         told.push(engine.fused(now).objects.clone());
     }
     (told, engine.n_tracks())
@@ -268,5 +272,44 @@ fn what_a_blurred_frame_saw_first_keeps_its_name_and_is_as_certain_as_if_it_had_
             engine.fused(at(0)).objects.clone()
         });
         assert!(first == last, "{first:?} {last:?}");
+    }
+}
+
+#[test]
+fn frames_of_one_instant_late_in_any_order_and_folded_meanwhile_lose_no_object() {
+    for seed in 0..6 {
+        let mut frames = Vec::new();
+        for (name, every) in [("ego", 1), ("rsu", 1), ("van", 2)] {
+            let sharpness = if name == "ego" { 0.3 } else { 1.0 };
+            for (sequence, mut frame) in
+                (0..).zip(self::frames(&crowd(), 60, seed).into_iter().step_by(every))
+            {
+                frame.id = v2x_common::id::FrameId { agent: agent(name), sequence, ..frame.id };
+                frame
+                    .detections
+                    .iter_mut()
+                    .for_each(|one| one.covariance.position = Covariance2::isotropic(SIGMA_M * sharpness));
+                frames.push(frame);
+            }
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut arrivals: Vec<_> = frames
+            .into_iter()
+            .map(|frame| {
+                let delay = if random.next_u32() % 2 == 0 { 0 } else { i64::from(random.next_u32() % 480) };
+                (frame.captured_at + v2x_common::time::Span::from_millis(delay), frame)
+            })
+            .collect();
+        arrivals.sort_by_key(|(arrival, frame)| (*arrival, frame.id));
+        let mut engine = engine(8);
+        engine.handle_description(agent("van"), description(1e-6));
+        for (arrival, frame) in &arrivals {
+            engine.handle_frame(frame, *arrival);
+            if random.next_u32() % 3 == 0 {
+                engine.fused(*arrival);
+            }
+        }
+        let n = engine.fused(at(59 * INTERVAL_MS)).objects.len();
+        assert!((9..=15).contains(&n), "{n} of 12 in seed {seed}");
     }
 }
