@@ -86,8 +86,9 @@ mod tests {
         assert!((Conditions::Paper.area_of_both_m2() / one(Conditions::Paper) - 1.0).abs() < 1e-12);
         // By counting points of a grid of 0.1 m.
         let (range, apart) = (RANGE_M, APART_M);
-        let is_seen =
-            |x: f64, y: f64| x * x + y * y < range * range || (x - apart).powi(2) + y * y < range * range;
+        let is_seen = |x: f64, y: f64| {
+            x * x + y * y < range * range || (x - apart) * (x - apart) + y * y < range * range
+        };
         let places = |n: i32| (-n..n).map(|k| (f64::from(k) + 0.5) * 0.1);
         let count = places(1000)
             .flat_map(|x| places(600).map(move |y| (x, y)))
