@@ -10,6 +10,7 @@ mod numerics;
 mod overload;
 mod particles;
 mod promises;
+mod same_instant;
 mod smoothing;
 mod switches;
 mod world;

@@ -16,27 +16,27 @@ use v2x_fusion_hub::engine::Engine;
 
 /// A walker at a constant velocity: where (m), and how fast (m/s).
 #[derive(Clone, Copy)]
-struct Walker {
-    start: [f64; 2],
-    velocity: [f64; 2],
+pub(crate) struct Walker {
+    pub(crate) start: [f64; 2],
+    pub(crate) velocity: [f64; 2],
 }
 
 impl Walker {
-    fn at(&self, t_s: f64) -> [f64; 2] {
+    pub(crate) fn at(&self, t_s: f64) -> [f64; 2] {
         [0, 1].map(|axis| self.start[axis] + self.velocity[axis] * t_s)
     }
 }
 
-const SIGMA_M: f64 = 1.5;
+pub(crate) const SIGMA_M: f64 = 1.5;
 const SIGMA_YAW_RAD: f64 = 1.2;
-const INTERVAL_MS: i64 = 250;
+pub(crate) const INTERVAL_MS: i64 = 250;
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
     libm::sqrt(-2.0 * libm::log(uniform())) * libm::cos(2.0 * PI * uniform())
 }
 
-fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> Detection {
+pub(crate) fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> Detection {
     let [x, y] = walker.at(t_s);
     let [vx, vy] = walker.velocity;
     let yaw = libm::atan2(vy, vx) + SIGMA_YAW_RAD * normal(random);
@@ -62,7 +62,7 @@ fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> Detection {
 }
 
 /// What two agents see of walkers in turn, frame by frame.
-fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
+pub(crate) fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let seen = |sequence: i64| {
         let ms = sequence * INTERVAL_MS;
@@ -75,7 +75,7 @@ fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
     (0..n).map(seen).collect()
 }
 
-fn engine(n_particles: u32) -> Engine {
+pub(crate) fn engine(n_particles: u32) -> Engine {
     let mut config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
     config.association.cost = AssociationCost::Likelihood;
     config.association_particles = n_particles;
@@ -101,7 +101,7 @@ fn nearest(objects: &[FusedObject], [x, y]: [f64; 2]) -> Option<(TrackId, f64)> 
     Some((nearest.track, distance(nearest)))
 }
 
-fn crowd() -> Vec<Walker> {
+pub(crate) fn crowd() -> Vec<Walker> {
     let lane = |k: u32| {
         let (across, along) = (f64::from(k % 4), f64::from(k / 4));
         let speed = if k.is_multiple_of(2) { 1.4 } else { -1.4 };
@@ -194,122 +194,4 @@ fn where_nothing_competes_particles_change_no_bit() {
     assert!(told(&mut engine(0), &frames) == told(&mut engine(64), &frames));
     let mut defaults = engine_of_particles(0);
     assert_eq!(told(&mut defaults, &frames).len(), 40);
-}
-
-/// Walkers at short distances, seen by a sharp and a blurred agent at the same instants; `is_blurred_first` says whose
-/// frame arrives first. What is told after each instant, and what happened to tracks.
-fn of_two_kinds(seed: u64, n_particles: u32, is_blurred_first: bool) -> (Vec<Vec<FusedObject>>, usize) {
-    let walkers: Vec<Walker> = (0..6)
-        .map(|k| f64::from(k) - 2.5)
-        .map(|place| Walker { start: [-6.0, 1.6 * place], velocity: [1.4, -0.4 * place] })
-        .collect();
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut engine = engine(n_particles);
-    let mut told = Vec::new();
-    for sequence in 0..30u32 {
-        let t_s = f64::from(sequence) * 0.25;
-        let mut seen = |name: &str, sigma_m: f64| {
-            let detections = walkers.iter().map(|walker| {
-                let mut one = detection(walker, t_s, &mut random);
-                let [x, y] = walker.at(t_s);
-                one.bev.x = x + (one.bev.x - x) * sigma_m / SIGMA_M;
-                one.bev.y = y + (one.bev.y - y) * sigma_m / SIGMA_M;
-                one.covariance.position = Covariance2::isotropic(sigma_m);
-                one
-            });
-            frame(agent(name), u64::from(sequence), i64::from(sequence) * INTERVAL_MS, detections.collect())
-        };
-        let mut frames = vec![seen("ego", 0.5), seen("rsu", 1.5)];
-        // Names come from the sharp one.
-        frames.truncate(if sequence < 3 { 1 } else { 2 });
-        if is_blurred_first {
-            frames.reverse();
-        }
-        let now = frames[0].captured_at;
-        for frame in &frames {
-            engine.handle_frame(frame, now);
-            // However often the hub publishes.
-            engine.fused(now);
-        }
-        told.push(engine.fused(now).objects.clone());
-    }
-    (told, engine.n_tracks())
-}
-
-#[test]
-fn a_blurred_frame_weighs_particles_once_whether_it_comes_first_or_last() {
-    let mut made_a_difference = false;
-    for seed in 0..20 {
-        let [first, last] = [true, false].map(|is_first| of_two_kinds(seed, 8, is_first));
-        assert!(first == last, "seed {seed}");
-        made_a_difference |= last != of_two_kinds(seed, 0, false);
-    }
-    assert!(made_a_difference, "too easy");
-}
-
-#[test]
-fn what_a_blurred_frame_saw_first_keeps_its_name_and_is_as_certain_as_if_it_had_come_last() {
-    let walkers = [0.0, 60.0].map(|y| Walker { start: [20.0, y], velocity: [1.4, 0.0] });
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut seen = |name: &str, sigma_m: f64| {
-        let mut detections: Vec<_> =
-            walkers.iter().map(|walker| detection(walker, 0.0, &mut random)).collect();
-        detections.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
-        frame(agent(name), 0, 0, detections)
-    };
-    let (sharp, blurred) = (seen("ego", 0.5), seen("rsu", 1.5));
-    for n_particles in [0, 8] {
-        let [first, last] = [[&blurred, &sharp], [&sharp, &blurred]].map(|order| {
-            let mut engine = engine(n_particles);
-            let mut names = order.iter().map(|frame| {
-                engine.handle_frame(frame, at(0));
-                engine.fused(at(0)).objects.iter().map(|object| object.track).collect::<Vec<_>>()
-            });
-            let (before, after) = (names.next(), names.next());
-            assert_eq!(before, after);
-            assert_eq!(after.map(|names| names.len()), Some(2));
-            drop(names);
-            engine.fused(at(0)).objects.clone()
-        });
-        assert!(first == last, "{first:?} {last:?}");
-    }
-}
-
-#[test]
-fn frames_of_one_instant_late_in_any_order_and_folded_meanwhile_lose_no_object() {
-    for seed in 0..6 {
-        let mut frames = Vec::new();
-        for (name, every) in [("ego", 1), ("rsu", 1), ("van", 2)] {
-            let sharpness = if name == "ego" { 0.3 } else { 1.0 };
-            for (sequence, mut frame) in
-                (0..).zip(self::frames(&crowd(), 60, seed).into_iter().step_by(every))
-            {
-                frame.id = v2x_common::id::FrameId { agent: agent(name), sequence, ..frame.id };
-                frame
-                    .detections
-                    .iter_mut()
-                    .for_each(|one| one.covariance.position = Covariance2::isotropic(SIGMA_M * sharpness));
-                frames.push(frame);
-            }
-        }
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut arrivals: Vec<_> = frames
-            .into_iter()
-            .map(|frame| {
-                let delay = if random.next_u32() % 2 == 0 { 0 } else { i64::from(random.next_u32() % 480) };
-                (frame.captured_at + v2x_common::time::Span::from_millis(delay), frame)
-            })
-            .collect();
-        arrivals.sort_by_key(|(arrival, frame)| (*arrival, frame.id));
-        let mut engine = engine(8);
-        engine.handle_description(agent("van"), description(1e-6));
-        for (arrival, frame) in &arrivals {
-            engine.handle_frame(frame, *arrival);
-            if random.next_u32() % 3 == 0 {
-                engine.fused(*arrival);
-            }
-        }
-        let n = engine.fused(at(59 * INTERVAL_MS)).objects.len();
-        assert!((9..=15).contains(&n), "{n} of 12 in seed {seed}");
-    }
 }
