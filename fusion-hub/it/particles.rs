@@ -16,27 +16,27 @@ use v2x_fusion_hub::engine::Engine;
 
 /// A walker at a constant velocity: where (m), and how fast (m/s).
 #[derive(Clone, Copy)]
-struct Walker {
-    start: [f64; 2],
-    velocity: [f64; 2],
+pub(crate) struct Walker {
+    pub(crate) start: [f64; 2],
+    pub(crate) velocity: [f64; 2],
 }
 
 impl Walker {
-    fn at(&self, t_s: f64) -> [f64; 2] {
+    pub(crate) fn at(&self, t_s: f64) -> [f64; 2] {
         [0, 1].map(|axis| self.start[axis] + self.velocity[axis] * t_s)
     }
 }
 
-const SIGMA_M: f64 = 1.5;
+pub(crate) const SIGMA_M: f64 = 1.5;
 const SIGMA_YAW_RAD: f64 = 1.2;
-const INTERVAL_MS: i64 = 250;
+pub(crate) const INTERVAL_MS: i64 = 250;
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
     libm::sqrt(-2.0 * libm::log(uniform())) * libm::cos(2.0 * PI * uniform())
 }
 
-fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> Detection {
+pub(crate) fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> Detection {
     let [x, y] = walker.at(t_s);
     let [vx, vy] = walker.velocity;
     let yaw = libm::atan2(vy, vx) + SIGMA_YAW_RAD * normal(random);
@@ -62,7 +62,7 @@ fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> Detection {
 }
 
 /// What two agents see of walkers in turn, frame by frame.
-fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
+pub(crate) fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let seen = |sequence: i64| {
         let ms = sequence * INTERVAL_MS;
@@ -75,7 +75,7 @@ fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
     (0..n).map(seen).collect()
 }
 
-fn engine(n_particles: u32) -> Engine {
+pub(crate) fn engine(n_particles: u32) -> Engine {
     let mut config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
     config.association.cost = AssociationCost::Likelihood;
     config.association_particles = n_particles;
@@ -101,7 +101,7 @@ fn nearest(objects: &[FusedObject], [x, y]: [f64; 2]) -> Option<(TrackId, f64)> 
     Some((nearest.track, distance(nearest)))
 }
 
-fn crowd() -> Vec<Walker> {
+pub(crate) fn crowd() -> Vec<Walker> {
     let lane = |k: u32| {
         let (across, along) = (f64::from(k % 4), f64::from(k / 4));
         let speed = if k.is_multiple_of(2) { 1.4 } else { -1.4 };

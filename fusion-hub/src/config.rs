@@ -62,6 +62,10 @@ pub struct EngineConfig {
     /// ([`crate::particles`]); below 2 there is one. Several weigh by the likelihood, whatever the cost in
     /// `association`.
     pub association_particles: u32,
+    /// Whether two tracks that frames show to be of one object are made one ([`crate::duplicates`]).
+    pub resolve_duplicates: bool,
+    /// Whether a blurred frame is associated again after a much sharper one of the same instant.
+    pub reconsider: bool,
     /// Whether classes tell of sizes and of motion at all. Without, sizes are as without `class_size_priors`, and
     /// every class moves as vehicles do.
     pub class_priors: bool,
@@ -98,6 +102,8 @@ impl EngineConfig {
                 ..AssociationConfig::default()
             },
             association_particles: 0,
+            resolve_duplicates: true,
+            reconsider: true,
             class_priors: true,
             class_size_priors: true,
             debias_sizes: true,
@@ -120,6 +126,9 @@ impl EngineConfig {
             motion: MotionModel::Cv,
             association: AssociationConfig::default(),
             association_particles: 0,
+            // The paper has neither: a track is a track, and every frame is associated once, as it comes.
+            resolve_duplicates: false,
+            reconsider: false,
             ..self
         };
         match method {

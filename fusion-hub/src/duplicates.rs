@@ -7,6 +7,7 @@
 //! witness: it must not take over the object that has come in its place.
 
 use crate::agents::AgentSlot;
+use crate::frames::FrameSlot;
 use std::collections::HashMap;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -65,6 +66,17 @@ pub struct Duplicates {
     verdicts: HashMap<Pair, Verdict>,
     /// Each agent's log-odds of one object.
     testimonies: HashMap<(Pair, AgentSlot), f64>,
+    /// What frames of the newest instant have added to testimonies.
+    newest: Vec<Noted>,
+}
+
+/// What a frame has added to an agent's log-odds of one object.
+#[derive(Clone, Copy, Debug)]
+struct Noted {
+    frame: FrameSlot,
+    at: Timestamp,
+    of: (Pair, AgentSlot),
+    added: f64,
 }
 
 impl Duplicates {
@@ -78,22 +90,43 @@ impl Duplicates {
         (a, b): Pair,
         both_reported: bool,
         (agent, weights): (AgentSlot, &Weights),
-        at: Timestamp,
+        (frame, at): (FrameSlot, Timestamp),
     ) -> Option<Pair> {
         let pair = (a.min(b), a.max(b));
         if self.testimonies.len() >= MAX_TESTIMONIES && !self.testimonies.contains_key(&(pair, agent)) {
             return None;
         }
-        let testimony = self.testimonies.entry((pair, agent)).or_default();
-        let before = *testimony;
+        let before = self.testimonies.entry((pair, agent)).or_default();
         let evidence = if both_reported { weights.both_reported } else { weights.one_reported };
-        *testimony = (before + evidence).max(DISTINCT_AT_MOST);
+        let added = (*before + evidence).max(DISTINCT_AT_MOST) - *before;
+        if self.newest.first().is_some_and(|noted| noted.at != at) {
+            self.newest.clear();
+        }
+        self.newest.push(Noted { frame, at, of: (pair, agent), added });
+        self.add(added, (pair, agent));
         let verdict = self.verdicts.entry(pair).or_default();
-        verdict.log_odds += *testimony - before;
-        verdict.vetoes += u32::from(*testimony < 0.0);
-        verdict.vetoes -= u32::from(before < 0.0);
         verdict.noted_at = verdict.noted_at.max(at);
         (verdict.vetoes == 0 && verdict.log_odds >= MERGE_AT).then_some(pair)
+    }
+
+    /// Takes back what a frame of the newest instant has said: it is associated again, and may say something else.
+    pub fn retract(&mut self, frame: (FrameSlot, Timestamp)) {
+        let taken_back: Vec<Noted> =
+            self.newest.extract_if(.., |noted| (noted.frame, noted.at) == frame).collect();
+        for Noted { of, added, .. } in taken_back {
+            self.add(-added, of);
+        }
+    }
+
+    /// Adds to an agent's log-odds of one object; nothing, where the pair has been forgotten.
+    fn add(&mut self, added: f64, of: (Pair, AgentSlot)) {
+        let Some(testimony) = self.testimonies.get_mut(&of) else { return };
+        let before = *testimony;
+        *testimony += added;
+        let verdict = self.verdicts.entry(of.0).or_default();
+        verdict.log_odds += added;
+        verdict.vetoes += u32::from(*testimony < 0.0);
+        verdict.vetoes -= u32::from(before < 0.0);
     }
 
     /// Forgets pairs of which a track is gone, or that have not competed for long.
@@ -122,13 +155,14 @@ mod tests {
     use v2x_common::id::AgentId;
 
     const PAIR: Pair = (TrackId(7), TrackId(3));
+    const NOW: (FrameSlot, Timestamp) = (FrameSlot(0), Timestamp::EPOCH);
 
     /// Frames until the pair is merged, where each frame reports both tracks or one.
     fn merged_after(both_reported: impl IntoIterator<Item = bool>) -> Option<usize> {
         let mut duplicates = Duplicates::default();
         let weights = Weights::of([0.95; 2]);
         both_reported.into_iter().position(|both| {
-            let merge = duplicates.note(PAIR, both, (AgentSlot::default(), &weights), Timestamp::EPOCH);
+            let merge = duplicates.note(PAIR, both, (AgentSlot::default(), &weights), NOW);
             assert!(merge.is_none_or(|pair| pair == (TrackId(3), TrackId(7))));
             merge.is_some()
         })
@@ -144,7 +178,7 @@ mod tests {
         let mut duplicates = Duplicates::default();
         let weights = Weights::of([1e-3, 0.999]);
         for _ in 0..100 {
-            let merge = duplicates.note(PAIR, false, (AgentSlot::default(), &weights), Timestamp::EPOCH);
+            let merge = duplicates.note(PAIR, false, (AgentSlot::default(), &weights), NOW);
             assert_eq!(merge, None);
         }
     }
@@ -163,8 +197,29 @@ mod tests {
         for _ in 0..100 {
             for slot in slots {
                 let both = slot == slots[0];
-                assert_eq!(duplicates.note(PAIR, both, (slot, &weights), Timestamp::EPOCH), None);
+                assert_eq!(duplicates.note(PAIR, both, (slot, &weights), NOW), None);
             }
+        }
+    }
+
+    #[test]
+    fn what_is_taken_back_counts_for_nothing_and_against_nothing() {
+        let weights = Weights::of([0.95; 2]);
+        let later = (FrameSlot(1), Timestamp::EPOCH + Span::from_millis(1));
+        for both_reported in [false, true] {
+            let mut duplicates = Duplicates::default();
+            let mut note = |both, at| {
+                let merge = duplicates.note(PAIR, both, (AgentSlot::default(), &weights), at);
+                duplicates.retract((FrameSlot(2), at.1));
+                merge.is_some()
+            };
+            assert!(!note(false, NOW) && !note(false, NOW), "one short of a merger");
+            for _ in 0..10 {
+                let both = (AgentSlot::default(), &weights);
+                assert_eq!(duplicates.note(PAIR, both_reported, both, later).is_some(), !both_reported);
+                duplicates.retract(later);
+            }
+            assert!(duplicates.note(PAIR, false, (AgentSlot::default(), &weights), later).is_some());
         }
     }
 
@@ -172,9 +227,8 @@ mod tests {
     fn pairs_are_forgotten_with_their_tracks() {
         let mut duplicates = Duplicates::default();
         let weights = Weights::of([0.95; 2]);
-        let note = |duplicates: &mut Duplicates| {
-            duplicates.note(PAIR, false, (AgentSlot::default(), &weights), Timestamp::EPOCH)
-        };
+        let note =
+            |duplicates: &mut Duplicates| duplicates.note(PAIR, false, (AgentSlot::default(), &weights), NOW);
         note(&mut duplicates);
         note(&mut duplicates);
         duplicates.forget(Timestamp::EPOCH, |id| id != TrackId(7));

@@ -22,7 +22,7 @@ pub const MAX_MEASUREMENTS_OF_AGENT: usize = MAX_MEASUREMENTS / 8;
 
 /// Where a frame is held, until it is forgotten.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrameSlot(u32);
+pub struct FrameSlot(pub(crate) u32);
 
 /// What a frame tells of one track: that it reported it, or looked and did not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

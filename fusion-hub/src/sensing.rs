@@ -1,6 +1,7 @@
 //! What a sensor description means for the reports made under it.
 
 use crate::filter::{Measurement, SizeLaw};
+use crate::track::SURVIVAL_TIME_S;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::detection::Detection;
@@ -9,6 +10,8 @@ use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
 
 /// Detection probability above which a sensor is not believed: one miss must not be proof.
 const MAX_DETECTION_PROBABILITY: f64 = 0.999;
+/// Frame rate of an agent that declares none, Hz.
+const UNDECLARED_RATE_HZ: f64 = 10.0;
 /// Beyond a sensor's range by more than this, a look cannot become evidence later, m.
 const LOOK_SLACK_M: f64 = 20.0;
 
@@ -20,13 +23,14 @@ pub struct SensingDefaults {
     pub detection_probability: f64,
     /// Expected false reports of such an agent in a frame, per m².
     pub clutter_per_m2: f64,
-    /// Expected objects that come into view anew in a frame, per m².
-    pub births_per_m2: f64,
+    /// Expected objects that come into view anew, per m² and second. How many of them a frame is the first to see
+    /// follows from the declared rate of frames.
+    pub births_per_m2_s: f64,
 }
 
 impl Default for SensingDefaults {
     fn default() -> Self {
-        Self { detection_probability: 0.9, clutter_per_m2: 1e-6, births_per_m2: 1e-5 }
+        Self { detection_probability: 0.9, clutter_per_m2: 1e-6, births_per_m2_s: 1e-4 }
     }
 }
 
@@ -45,6 +49,28 @@ pub struct ReportModel {
     pub detection_over_clutter: f64,
     /// Odds that a report of nothing known is of something real.
     pub birth_odds: f64,
+}
+
+impl ReportModel {
+    /// Of a sensor with this detection probability, clutter density (1/m²) and rate of frames (Hz).
+    ///
+    /// New is to a frame what has come since the one before: the longer ago that was, the more; but what came so long
+    /// ago that it will have gone again is not there.
+    fn new(
+        (detection_probability, clutter_per_m2): (f64, f64),
+        rate_hz: f64,
+        defaults: &SensingDefaults,
+    ) -> Self {
+        let births_per_m2 = defaults.births_per_m2_s / rate_hz.max(1.0 / SURVIVAL_TIME_S);
+        Self {
+            detection_over_clutter: believed(detection_probability) / clutter_per_m2,
+            birth_odds: births_per_m2 / clutter_per_m2,
+        }
+    }
+}
+
+fn believed(detection_probability: f64) -> f64 {
+    detection_probability.min(MAX_DETECTION_PROBABILITY)
 }
 
 /// A frame as a look at everything that it does not report. Whether an object was in view is decided when
@@ -86,30 +112,22 @@ impl Default for Sensing {
 impl Sensing {
     /// Of an agent that describes no sensor.
     pub fn undescribed(defaults: &SensingDefaults) -> Self {
-        Self::new(defaults.detection_probability, defaults.clutter_per_m2, None, defaults)
+        let SensingDefaults { detection_probability, clutter_per_m2, .. } = *defaults;
+        let model = ReportModel::new((detection_probability, clutter_per_m2), UNDECLARED_RATE_HZ, defaults);
+        Self::new(detection_probability, model, None)
     }
 
     /// Of a described sensor.
     pub fn described(description: &SensorDescription, defaults: &SensingDefaults) -> Self {
-        let SensorDescription { detection_probability, clutter_per_m2, size_noise, .. } = description;
-        Self::new(*detection_probability, *clutter_per_m2, *size_noise, defaults)
+        let SensorDescription { detection_probability, clutter_per_m2, size_noise, rate_hz, .. } =
+            *description;
+        let model = ReportModel::new((detection_probability, clutter_per_m2), rate_hz, defaults);
+        Self::new(detection_probability, model, size_noise)
     }
 
-    fn new(
-        detection_probability: f64,
-        clutter_per_m2: f64,
-        size_noise: Option<SizeNoiseLaw>,
-        defaults: &SensingDefaults,
-    ) -> Self {
-        let p = detection_probability.min(MAX_DETECTION_PROBABILITY);
-        Self {
-            model: ReportModel {
-                detection_over_clutter: p / clutter_per_m2,
-                birth_odds: defaults.births_per_m2 / clutter_per_m2,
-            },
-            miss_probability: 1.0 - p,
-            size_law: size_noise.as_ref().map(moments),
-        }
+    fn new(detection_probability: f64, model: ReportModel, size_noise: Option<SizeNoiseLaw>) -> Self {
+        let miss_probability = 1.0 - believed(detection_probability);
+        Self { model, miss_probability, size_law: size_noise.as_ref().map(moments) }
     }
 
     /// What each report says of existence.
@@ -195,6 +213,14 @@ mod tests {
             assert!((m - mean).abs() < 1e-3, "mean {m} at sigma {sigma}");
             assert!((libm::sqrt(relative_variance) - cv).abs() < 1e-3, "cv at sigma {sigma}");
         }
+    }
+
+    #[test]
+    fn objects_come_by_the_second_however_often_a_sensor_looks() {
+        let odds = |rate_hz| ReportModel::new((0.9, 1e-5), rate_hz, &SensingDefaults::default()).birth_odds;
+        assert!((odds(10.0) - 1.0).abs() < 1e-12);
+        assert!((odds(2.0) - 5.0).abs() < 1e-12);
+        assert!((odds(0.001) / odds(0.1) - 1.0).abs() < 1e-12, "nobody stays for ever");
     }
 
     #[test]

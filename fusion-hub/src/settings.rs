@@ -32,6 +32,8 @@ struct HubTable {
     synchronous_ms: Option<f64>,
     association: Option<AssociationCost>,
     association_particles: Option<u32>,
+    resolve_duplicates: Option<bool>,
+    reconsider: Option<bool>,
     gate: Option<f64>,
     class_aware: Option<bool>,
     class_priors: bool,
@@ -85,6 +87,8 @@ impl Default for HubTable {
             synchronous_ms: None,
             association: None,
             association_particles: None,
+            resolve_duplicates: None,
+            reconsider: None,
             gate: None,
             class_aware: None,
             class_priors: engine.class_priors,
@@ -181,7 +185,7 @@ impl HubTable {
         let sensing = &self.sensing;
         within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
         within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
-        within("sensing.births_per_m2", sensing.births_per_m2, 1e-12..=10.0, "1e-12 to 10")?;
+        within("sensing.births_per_m2_s", sensing.births_per_m2_s, 1e-12..=10.0, "1e-12 to 10")?;
         check_report_defaults(&self.report_defaults)?;
         self.agents.values().try_for_each(check_report_defaults)?;
         let mut engine = EngineConfig::new(self.id, 0).with_method(self.method);
@@ -236,6 +240,8 @@ impl HubTable {
             class_aware: self.class_aware.unwrap_or(class_aware),
         };
         within("gate", engine.association.gate, 0.1..=1e4, "0.1 to 10000")?;
+        engine.resolve_duplicates = self.resolve_duplicates.unwrap_or(engine.resolve_duplicates);
+        engine.reconsider = self.reconsider.unwrap_or(engine.reconsider);
         engine.association_particles = self.association_particles.unwrap_or(engine.association_particles);
         let n_particles = engine.association_particles;
         let (fewest, most) = if n_particles == 0 { (0, 0) } else { (2, MAX_PARTICLES) };
@@ -321,6 +327,20 @@ mod tests {
         let paper = EngineConfig { association_particles: 8, ..HubSettings::default().engine };
         assert_eq!(paper.with_method(Method::UnikfPaper).association_particles, 0);
         assert_eq!(paper.with_method(Method::UnikfLiteral).association_particles, 0);
+    }
+
+    #[test]
+    fn the_papers_rows_have_nothing_of_ours_unless_it_is_asked_for() {
+        let extras = |text: &str| {
+            let engine = settings(text).unwrap().engine;
+            [engine.resolve_duplicates, engine.reconsider]
+        };
+        assert_eq!([extras(""), extras("resolve_duplicates = false")], [[true, true], [false, true]]);
+        for method in ["unikf-paper", "unikf-literal"] {
+            let method = format!("method = \"{method}\"");
+            assert_eq!(extras(&method), [false, false]);
+            assert_eq!(extras(&format!("{method}\nreconsider = true")), [false, true]);
+        }
     }
 
     #[test]

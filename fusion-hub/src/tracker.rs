@@ -1,5 +1,6 @@
 //! Tracks and frames: which report is of which track, what begins and what ends.
 
+mod instant;
 mod reconsider;
 
 use crate::agents::{AgentSlot, Agents};
@@ -13,6 +14,7 @@ use crate::particles::{ParticleSet, Particles, Version, versions};
 use crate::publish::Publisher;
 use crate::sensing::{Look, Sensing};
 use crate::track::{Former, Records, Retrospection, Track};
+use instant::Instant;
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
@@ -45,6 +47,8 @@ pub(crate) struct Tracker<F> {
     next_counter: u32,
     duplicates: Duplicates,
     duplicates_forgotten_at: Timestamp,
+    /// What can be taken back of the newest frames.
+    instant: Instant<F>,
     associator: Associator,
     particles: Option<Particles>,
     /// Tracks at the time of a frame: their places, their states, and what association needs of these.
@@ -93,6 +97,7 @@ impl<F: Filter> Tracker<F> {
             next_counter: 0,
             duplicates: Duplicates::default(),
             duplicates_forgotten_at: Timestamp::MIN,
+            instant: Instant::default(),
             associator: Associator::default(),
             particles: Particles::new(config.association_particles),
             places: Vec::new(),
@@ -120,23 +125,37 @@ impl<F: Filter> Tracker<F> {
         let look = record.look(frame);
         let sensing = if record.description.is_some() { &record.sensing } else { &self.undescribed };
         let slot = self.frames.insert(frame, agent, sensing, look);
+        self.begin_instant(slot);
+        self.merges_due.clear();
+        let innovations = self.take_in(slot, agents);
+        let again = self.blurred_before(slot);
+        if again.is_empty() {
+            self.find_duplicates(slot);
+            self.order();
+        } else {
+            self.reconsider((slot, again), agents);
+        }
+        self.spare.truncate(MAX_SPARE);
+        self.merge(slot, agents);
+        innovations
+    }
+
+    /// Finds out what a stored frame's reports are of.
+    fn take_in(&mut self, slot: FrameSlot, agents: &Agents) -> Innovations {
         self.measurements.clear();
         self.measurements.extend(self.frames.measurements(slot));
         self.expect_tracks(slot, agents);
         let innovations = self.associate(slot);
         self.add_evidence(slot, agents);
         self.give_births(slot, agents);
-        self.merges_due.clear();
-        if look.is_some() {
-            self.find_duplicates(slot);
-        }
+        innovations
+    }
+
+    /// With particles: drops versions that nobody holds, and puts the others in order.
+    fn order(&mut self) {
         if self.particles.is_some() {
             versions::order(&mut self.tracks, &mut self.spare);
-            self.spare.truncate(MAX_SPARE);
         }
-        self.reconsider(slot, agents);
-        self.merge(slot, agents);
-        innovations
     }
 
     fn records<'a>(config: &EngineConfig, frames: &'a FrameStore, agents: &'a Agents) -> Records<'a> {
@@ -243,6 +262,7 @@ impl<F: Filter> Tracker<F> {
     /// Makes as many versions of each expected track as particles take reports to be of it.
     fn split_versions(&mut self) {
         let Some(particles) = &self.particles else { return };
+        self.instant.keep((&self.tracks, &self.places), particles.outcomes(), &mut self.spare);
         for place in &self.places {
             self.tracks[*place].holders = ParticleSet::NONE;
         }
@@ -284,7 +304,7 @@ impl<F: Filter> Tracker<F> {
                     track.oldest().is_some_and(|oldest| records.frames.is_before(&piece, oldest));
                 track.insert(piece, Some(predicted), &records);
                 if may_move_birth {
-                    hold_against(track, &piece, &records);
+                    hold_against(track, &piece, self.instant.taken_back(), &records);
                 }
             } else if let Some(look) = &frame.look
                 && look.may_cover(self.expected[col].position)
@@ -303,12 +323,14 @@ impl<F: Filter> Tracker<F> {
                 self.counts.births_refused += 1;
                 continue;
             }
-            let id = TrackId::new(self.config.lineage, self.next_counter);
-            self.next_counter += 1;
             let birth = Piece { captured_at, frame: slot, index: *index };
+            let id = self.instant.take_name(&birth).unwrap_or_else(|| {
+                self.next_counter += 1;
+                TrackId::new(self.config.lineage, self.next_counter - 1)
+            });
             let mut track = Track::new(id, birth, self.spare.pop(), &records);
             track.holders = *holders;
-            hold_against(&mut track, &birth, &records);
+            hold_against(&mut track, &birth, self.instant.taken_back(), &records);
             self.tracks.push(track);
         }
     }
@@ -320,7 +342,7 @@ impl<F: Filter> Tracker<F> {
     /// further than their own covariances would allow.
     fn find_duplicates(&mut self, slot: FrameSlot) {
         let frame = self.frames.get(slot);
-        let Some(look) = &frame.look else { return };
+        let Some(look) = frame.look.as_ref().filter(|_| self.config.resolve_duplicates) else { return };
         let (associator, places) = (&self.associator, &self.places);
         let id_of = |col: usize| self.tracks[places[col]].id;
         let track_of = track_of(associator, self.particles.as_ref());
@@ -343,7 +365,7 @@ impl<F: Filter> Tracker<F> {
                 }
                 let weights = Weights::of([col, rival].map(|col| self.expected[col].report_probability));
                 let (pair, witness) = ((id_of(col), id_of(rival)), (frame.agent, &weights));
-                let merge = self.duplicates.note(pair, own.is_some(), witness, frame.captured_at);
+                let merge = self.duplicates.note(pair, own.is_some(), witness, (slot, frame.captured_at));
                 self.merges_due.extend(merge);
             }
         }
@@ -352,6 +374,7 @@ impl<F: Filter> Tracker<F> {
     fn merge(&mut self, slot: FrameSlot, agents: &Agents) {
         let records = Self::records(&self.config, &self.frames, agents);
         for (older, younger) in &self.merges_due {
+            self.instant.forget([*older, *younger]);
             if self.particles.is_some() {
                 versions::keep_leading(&mut self.tracks, *older);
                 versions::keep_leading(&mut self.tracks, *younger);
@@ -403,6 +426,7 @@ impl<F: Filter> Tracker<F> {
                 self.spare.push(dropped);
             }
         }
+        self.instant.settle(gone, (horizon, slack), &records);
         self.former.settle(horizon, slack, &records);
         self.frames.forget_before(horizon - slack);
         if now - self.duplicates_forgotten_at > FORGET_DUPLICATES_EVERY {
@@ -491,11 +515,18 @@ fn squared_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// Holds against a track, which now begins at `birth`, every look from then on that it does not know of. A look
-/// before the birth is no evidence; should the birth move, it is held against the track then.
-fn hold_against<F: Filter>(track: &mut Track<F>, birth: &Piece, records: &Records<'_>) {
+/// before the birth is no evidence; should the birth move, it is held against the track then. Nor is a frame that is
+/// still to be associated again.
+fn hold_against<F: Filter>(
+    track: &mut Track<F>,
+    birth: &Piece,
+    taken_back: &[FrameSlot],
+    records: &Records<'_>,
+) {
     for (slot, frame) in records.frames.since(birth.captured_at) {
         let Some(look) = &frame.look else { continue };
-        if slot == birth.frame || track.has_evidence_of(frame.captured_at, slot) {
+        if slot == birth.frame || taken_back.contains(&slot) || track.has_evidence_of(frame.captured_at, slot)
+        {
             continue;
         }
         // Roughly is enough: whether it was in view is decided when the evidence is evaluated.

@@ -199,8 +199,8 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The box in the columns x, y, w, d (m) and yaw (rad), which may hold any number of turns.
-    pub fn bev(&self) -> Result<BevBox, CsvError> {
+    /// The box in the columns x, y, those of its size (all in m) and yaw (rad), which may hold any number of turns.
+    pub fn bev(&self, [w, d]: [&'static str; 2]) -> Result<BevBox, CsvError> {
         let coordinate =
             |column| self.number(column, |x| x.abs() <= MAX_COORDINATE_M, "a coordinate in m, at most 1e8");
         let size =
@@ -208,8 +208,8 @@ impl<'a> Row<'a> {
         Ok(BevBox {
             x: coordinate("x")?,
             y: coordinate("y")?,
-            w: size("w")?,
-            d: size("d")?,
+            w: size(w)?,
+            d: size(d)?,
             yaw: wrap_angle(self.number("yaw", f64::is_finite, "an angle in rad")?),
         })
     }

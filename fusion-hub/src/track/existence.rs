@@ -11,7 +11,7 @@ const MAX_ODDS: f64 = 999.0;
 const MIN_ODDS: f64 = 1e-12;
 
 /// Mean time that an object which nobody looks at keeps existing where it was predicted, s.
-const SURVIVAL_TIME_S: f64 = 10.0;
+pub const SURVIVAL_TIME_S: f64 = 10.0;
 
 /// A squared Mahalanobis distance, and something below e^(−½ of it).
 const NEAR: f64 = 18.0;

@@ -401,6 +401,11 @@ impl<F: Filter> Track<F> {
         }
     }
 
+    /// The evidence that is not folded, in order.
+    pub fn evidence(&self) -> impl Iterator<Item = &Piece> {
+        self.evidence.iter()
+    }
+
     /// The oldest piece that is not folded, where there is one.
     pub fn oldest(&self) -> Option<&Piece> {
         self.evidence.front()

@@ -8,7 +8,7 @@ mod retrospect;
 mod snapshot;
 
 pub use contributors::{Contributor, Contributors};
-pub use existence::Existence;
+pub use existence::{Existence, SURVIVAL_TIME_S};
 pub use former::Former;
 pub use history::{FOLD_SLACK, LateData, Records, Track};
 pub use retrospect::{Retrospect, Retrospection};

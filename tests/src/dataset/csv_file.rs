@@ -5,14 +5,13 @@
 //! `nan` throughout a scene, agent 1 stands in the middle of the scene's boxes.
 
 use super::DatasetError;
+use crate::csv_table::{CsvError, CsvTable, Row};
 use crate::protocol::scene::{Keyframe, Scene, TrueBox};
 use std::collections::BTreeMap;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use v2x_agent::truth::ObjectId;
-use v2x_common::class::Class;
-use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
-use v2x_common::geometry::{BevBox, Pose, wrap_angle};
+use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::time::Span;
 
 /// The columns that are read.
@@ -37,84 +36,28 @@ const MAX_TIME_S: f64 = 1e6;
 
 /// Reads a file.
 pub fn load(path: &Path) -> Result<Vec<Scene>, DatasetError> {
-    let file =
-        std::fs::File::open(path).map_err(|source| DatasetError::Open { path: path.to_owned(), source })?;
-    read(file, path)
+    scenes_of(CsvTable::open(path, (&COLUMNS, &[]))?, path)
 }
 
 /// Reads a table; `path` is for errors.
 pub fn read(table: impl Read, path: &Path) -> Result<Vec<Scene>, DatasetError> {
-    let no_table = |source| DatasetError::NoTable { path: path.to_owned(), source };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(table);
-    let places = columns(reader.headers().map_err(no_table)?, path)?;
+    scenes_of(CsvTable::new(table, path, (&COLUMNS, &[]))?, path)
+}
+
+fn scenes_of(mut table: CsvTable<impl Read>, path: &Path) -> Result<Vec<Scene>, DatasetError> {
     let mut scenes = Scenes::default();
-    let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record).map_err(no_table)? {
-        let line = record.position().map_or(0, csv::Position::line);
-        scenes.add(&Row { record: &record, places: &places, line, path })?;
+    while let Some(row) = table.next_row()? {
+        scenes.add(&row)?;
     }
     let scenes = scenes.finish();
     if scenes.is_empty() { Err(DatasetError::Empty(path.to_owned())) } else { Ok(scenes) }
 }
 
-fn columns(header: &csv::StringRecord, path: &Path) -> Result<[usize; COLUMNS.len()], DatasetError> {
-    let mut places = [0; COLUMNS.len()];
-    for (place, column) in places.iter_mut().zip(COLUMNS) {
-        *place = header.iter().position(|name| name == column).ok_or_else(|| {
-            DatasetError::MissingColumn { path: path.to_owned(), column, needed: COLUMNS.join(",") }
-        })?;
-    }
-    Ok(places)
-}
-
-/// One row of the table.
-struct Row<'a> {
-    record: &'a csv::StringRecord,
-    places: &'a [usize; COLUMNS.len()],
-    line: u64,
-    path: &'a Path,
-}
-
-impl Row<'_> {
-    fn text(&self, column: &'static str) -> &str {
-        let place = COLUMNS.iter().position(|name| *name == column).map(|place| self.places[place]);
-        place.and_then(|place| self.record.get(place)).unwrap_or_default()
-    }
-
-    fn wrong(&self, column: &'static str, expected: &'static str) -> DatasetError {
-        let (path, value) = (PathBuf::from(self.path), self.text(column).to_owned());
-        DatasetError::Field { path, line: self.line, column, value, expected }
-    }
-
-    fn number(
-        &self,
-        column: &'static str,
-        ok: impl Fn(f64) -> bool,
-        expected: &'static str,
-    ) -> Result<f64, DatasetError> {
-        let number = self.text(column).parse().ok().filter(|value| ok(*value));
-        number.ok_or_else(|| self.wrong(column, expected))
-    }
-
-    fn bev(&self) -> Result<BevBox, DatasetError> {
-        let coordinate = |column| self.number(column, |x| x.abs() <= MAX_COORDINATE_M, "a coordinate in m");
-        let size =
-            |column| self.number(column, |size| (MIN_SIZE_M..=MAX_SIZE_M).contains(&size), "0.001 to 65 m");
-        Ok(BevBox {
-            x: coordinate("x")?,
-            y: coordinate("y")?,
-            w: size("width")?,
-            d: size("length")?,
-            yaw: wrap_angle(self.number("yaw", f64::is_finite, "an angle in rad")?),
-        })
-    }
-
-    /// `None` where it is not known.
-    fn ego(&self) -> Result<Option<Pose>, DatasetError> {
-        let number = |column| self.number(column, |value| !value.is_infinite(), "a number, or nan");
-        let (x, y, yaw) = (number("ego_x")?, number("ego_y")?, number("ego_yaw")?);
-        Ok((!x.is_nan() && !y.is_nan()).then(|| Pose { x, y, yaw: if yaw.is_nan() { 0.0 } else { yaw } }))
-    }
+/// The ego's pose; `None` where it is not known.
+fn ego(row: &Row<'_>) -> Result<Option<Pose>, CsvError> {
+    let number = |column| row.number(column, |value| !value.is_infinite(), "a number, or nan");
+    let (x, y, yaw) = (number("ego_x")?, number("ego_y")?, number("ego_yaw")?);
+    Ok((!x.is_nan() && !y.is_nan()).then(|| Pose { x, y, yaw: if yaw.is_nan() { 0.0 } else { yaw } }))
 }
 
 /// A keyframe that is being filled.
@@ -134,14 +77,14 @@ struct Scenes {
 }
 
 impl Scenes {
-    fn add(&mut self, row: &Row<'_>) -> Result<(), DatasetError> {
+    fn add(&mut self, row: &Row<'_>) -> Result<(), CsvError> {
         let scene = self.place_of(row.text("scene"));
         let t_s = row.number("t_s", |t| t.abs() <= MAX_TIME_S, "a time in s")?;
         let number: u32 = row.text("frame").parse().map_err(|_| row.wrong("frame", "a whole number"))?;
-        let class = Class::from_name(row.text("class")).ok_or_else(|| {
+        let class = row.class("class")?.ok_or_else(|| {
             row.wrong("class", "a nuScenes category, or a common name such as car or pedestrian")
         })?;
-        let (ego, bev) = (row.ego()?, row.bev()?);
+        let (ego, bev) = (ego(row)?, row.bev(["width", "length"])?);
         let ids = &mut self.ids[scene];
         let next = u32::try_from(ids.len()).expect("fewer than 2^32 objects fit into memory");
         let id = ObjectId(*ids.entry(row.text("object_id").to_owned()).or_insert(next));
@@ -233,6 +176,9 @@ mod tests {
         const GOOD: &str = "a,0,0.0,x7,vehicle.car,1,2,nan,nan,1.8,4.5,0,10,20,0.5\n";
         let second = |row: &str| error(&format!("{GOOD}{row}\n"));
         for (row, place) in [
+            ("a,0,0.0,x8,vehicle.car,1,2", "line 3, column ego_x: \"\""),
+            ("a,0,0.0,x8,,1,2,0,0,1.8,4.5,0,10,20,0", "line 3, column class: \"\", expected a class"),
+            ("a,0,0,0,x8,car,1,2,0,0,1,4.5,0,10,20,0", "line 3: 16 cells under 15 columns"),
             ("a,0,0.0,x8,vehicle.car,one,2,0,0,1.8,4.5,0,10,20,0", "line 3, column x: \"one\""),
             (
                 "a,0,0.0,x8,vehicle.car,1,2,0,0,0,4.5,0,10,20,0",
@@ -254,7 +200,7 @@ mod tests {
     fn a_missing_column_and_an_empty_table_are_named() {
         let no_yaw = HEADER.replace(",yaw", ",jaw");
         let message = read(no_yaw.as_bytes(), Path::new("boxes.csv")).unwrap_err().to_string();
-        assert!(message.starts_with("boxes.csv has no column \"yaw\""), "{message}");
+        assert!(message.starts_with("boxes.csv has no column yaw; needed are scene,frame"), "{message}");
         assert_eq!(error(""), "boxes.csv holds no boxes");
     }
 }

@@ -197,7 +197,7 @@ fn pose(row: &Row<'_>) -> Result<Option<Pose>, CsvError> {
 
 /// The detection, and whether its class is of a known vocabulary.
 fn detection(row: &Row<'_>, origin: Option<&Pose>) -> Result<(Detection, bool), CsvError> {
-    let bev = row.bev()?;
+    let bev = row.bev(["w", "d"])?;
     if let Some(origin) = origin {
         for (column, place, sensor) in [("x", bev.x, origin.x), ("y", bev.y, origin.y)] {
             if (place - sensor).abs() > MAX_RANGE_M {

@@ -185,7 +185,7 @@ fn between(before: &Sample, after: &Sample, now: Timestamp) -> Sample {
 fn sample(row: &Row<'_>) -> Result<Sample, CsvError> {
     let speed = |column| row.number_if_any(column, "a speed in m/s, or nan");
     let velocity = speed("vx")?.zip(speed("vy")?);
-    Ok(Sample { at: row.seconds("t")?, bev: row.bev()?, velocity, line: row.line() })
+    Ok(Sample { at: row.seconds("t")?, bev: row.bev(["w", "d"])?, velocity, line: row.line() })
 }
 
 #[cfg(test)]

@@ -111,7 +111,7 @@ impl Fused {
         let covariance = if self.claims_accuracy { covariance(row)? } else { BoxCovariance::default() };
         let object = if self.is_matched_by_position { None } else { by_ids(row, frame, exported.reports)? };
         Ok(Prediction {
-            bev: row.bev()?,
+            bev: row.bev(["w", "d"])?,
             class: class.unwrap_or(Class::Unknown),
             existence,
             covariance,

@@ -65,4 +65,36 @@ impl Conditions {
     pub const fn clutter_per_m2(self) -> f64 {
         self.clutter_per_frame() / (PI * self.range_m() * self.range_m())
     }
+
+    /// What at least one of both agents sees, m²: two discs less what they have in common.
+    pub fn area_of_both_m2(self) -> f64 {
+        let (range_m, apart_m) = (self.range_m(), self.apart_m().unwrap_or(0.0));
+        let half_m = apart_m / 2.0;
+        let chord_m = libm::sqrt(range_m * range_m - half_m * half_m);
+        let common = 2.0 * (range_m * range_m * libm::acos(half_m / range_m) - half_m * chord_m);
+        2.0 * PI * range_m * range_m - common
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_both_see_is_counted_once() {
+        let one = |conditions: Conditions| PI * conditions.range_m() * conditions.range_m();
+        assert!((Conditions::Paper.area_of_both_m2() / one(Conditions::Paper) - 1.0).abs() < 1e-12);
+        // By counting points of a grid of 0.1 m.
+        let (range, apart) = (RANGE_M, APART_M);
+        let is_seen = |x: f64, y: f64| {
+            x * x + y * y < range * range || (x - apart) * (x - apart) + y * y < range * range
+        };
+        let places = |n: i32| (-n..n).map(|k| (f64::from(k) + 0.5) * 0.1);
+        let count = places(1000)
+            .flat_map(|x| places(600).map(move |y| (x, y)))
+            .filter(|(x, y)| is_seen(*x, *y))
+            .count();
+        let counted = f64::from(u32::try_from(count).unwrap()) * 0.01;
+        assert!((Conditions::Sensors.area_of_both_m2() / counted - 1.0).abs() < 1e-3);
+    }
 }

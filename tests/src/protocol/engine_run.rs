@@ -241,13 +241,12 @@ fn description(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> Sens
 }
 
 /// The same of a list that both agents' reports were fused to: around agent 1 it reaches as far as agent 2 sees, and
-/// it has both agents' false reports.
+/// it has both agents' false reports, where either of them sees.
 fn description_of_both(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> SensorDescription {
     let range_m = conditions.range_m() + conditions.apart_m().unwrap_or(0.0);
-    let area_m2 = std::f64::consts::PI * range_m * range_m;
     SensorDescription {
         field_of_view: FieldOfView::omnidirectional(0.0, range_m),
-        clutter_per_m2: 2.0 * conditions.clutter_per_frame() / area_m2,
+        clutter_per_m2: 2.0 * conditions.clutter_per_frame() / conditions.area_of_both_m2(),
         ..description(conditions, size_noise)
     }
 }

@@ -254,6 +254,22 @@ mod tests {
     }
 
     #[test]
+    fn a_row_with_the_key_of_a_method_of_the_hub_is_that_method() {
+        let noise = NoisePair::N1N1;
+        let mut n_shared = 0;
+        for hub_method in HubMethod::ALL {
+            let key = serde_json::to_value(hub_method).unwrap();
+            let Some(row) = Method::ALL.iter().find(|method| method.key() == key) else { continue };
+            n_shared += 1;
+            let mut config = Setup::ours().config.with_method(hub_method);
+            config.window = hub_method.rule(noise.overlap_threshold()).map(WindowConfig::new);
+            assert_eq!(row.recipe(noise).setup.config, config, "{key}");
+        }
+        // All but unikf-literal.
+        assert_eq!(n_shared, HubMethod::ALL.len() - 1);
+    }
+
+    #[test]
     fn single_frame_rules_without_accuracies_are_told_nothing() {
         assert_eq!(Method::DairV2x.told(), "");
         assert_eq!(Method::Ours.told(), "σ, past frames, class prior, size law");

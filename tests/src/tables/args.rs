@@ -52,7 +52,7 @@ pub struct RowArgs {
     #[arg(long)]
     pub sensors: bool,
     /// Only these methods
-    #[arg(long, value_enum, value_delimiter = ',', hide_possible_values = true)]
+    #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
     /// Threads; of no influence on the numbers [default: all cores]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
