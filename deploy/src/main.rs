@@ -80,8 +80,5 @@ async fn main() -> ExitCode {
             }
         }
     };
-    match outcome.await {
-        Ok(code) => code,
-        Err(error) => v2x_common::net::exit_code("v2x", Err(error)),
-    }
+    v2x_common::net::exit_code("v2x", outcome.await)
 }
