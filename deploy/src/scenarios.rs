@@ -6,10 +6,11 @@ use v2x_agent::scenario::Scenario;
 use v2x_fusion_hub::settings::HubSettings;
 
 /// Name and text of each shipped scenario.
-pub(crate) const SHIPPED: [(&str, &str); 3] = [
+pub(crate) const SHIPPED: [(&str, &str); 4] = [
     ("crossing", include_str!("../scenarios/crossing.toml")),
     ("ten-agents", include_str!("../scenarios/ten-agents.toml")),
     ("highway", include_str!("../scenarios/highway.toml")),
+    ("latency", include_str!("../scenarios/latency.toml")),
 ];
 
 /// A scenario that was checked whole, with its text, which the processes of a run read again.

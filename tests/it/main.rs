@@ -5,6 +5,7 @@
 //! a second.
 
 mod agents;
+mod folder;
 mod foreign;
 mod hub_restart;
 mod isolation;
@@ -12,5 +13,6 @@ mod methods;
 mod offline;
 mod refusals;
 mod status;
+mod sweep;
 
 mod support;

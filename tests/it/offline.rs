@@ -1,50 +1,6 @@
 //! The laboratory's commands that work on files: their exit codes, and what they say on which stream.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// A folder of its own that goes with the test; commands run in it.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("lab-offline-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a new folder");
-        Self(path)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        let path = self.0.join(name);
-        path.parent().map(std::fs::create_dir_all).transpose().expect("a new folder");
-        std::fs::write(path, text).expect("a new file");
-    }
-
-    fn lab(&self, arguments: &str) -> Output {
-        let lab = Path::new(env!("CARGO_BIN_EXE_lab"));
-        Command::new(lab).args(arguments.split(' ')).current_dir(&self.0).output().expect("lab runs")
-    }
-
-    /// What it prints, where it succeeds.
-    fn json(&self, arguments: &str) -> serde_json::Value {
-        let output = self.lab(arguments);
-        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
-        assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 1);
-        serde_json::from_slice(&output.stdout).expect("JSON")
-    }
-
-    /// What it complains of, where it fails.
-    fn complaint(&self, arguments: &str) -> String {
-        let output = self.lab(arguments);
-        assert!(!output.status.success(), "{arguments}");
-        String::from_utf8(output.stderr).expect("text")
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        std::fs::remove_dir_all(&self.0).expect("the folder is there");
-    }
-}
+use crate::folder::Folder;
 
 const LOG: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n\
     5.0,4.9,a,car,1,2,2,4,0,0.5,0.5,0.2,0.4,0.1\n\

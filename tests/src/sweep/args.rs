@@ -17,10 +17,10 @@ const LIVE_VALUES: usize = 5;
 #[command(after_help = after_help())]
 pub struct SweepArgs {
     /// What to vary: a name below or a parameter's path, with values of your own: latency=0,100,300,
-    /// world.traffic=0.2:0.8:0.2, agents.late.link=ideal,lte-uu. Two make a grid
+    /// world.traffic=0.2:0.8:0.2, agents.car.link=ideal,lte-uu. Two make a grid
     #[arg(required = true, num_args = 1..=2, value_name = "AXIS[=VALUES]")]
     axes: Vec<Axis>,
-    /// The scenario file [default: two roadside units at a crossing, the second one late]
+    /// The scenario file [default: a roadside unit and a car at a crossing, the car late]
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// What to compare [default: all]
@@ -56,7 +56,7 @@ fn after_help() -> String {
          lab sweep latency                              error against delay, every method, five seeds\n  \
          lab sweep latency --delta-max 300,500,1000     a curve for each Δmax\n  \
          lab sweep latency=0,200,400 loss=0,0.2,0.5     a grid\n  \
-         lab sweep agents.late.link=ideal,pc5,lte-uu    links by name (v2x links lists them)\n  \
+         lab sweep agents.car.link=ideal,pc5,lte-uu    links by name (v2x links lists them)\n  \
          lab sweep clock --scenario my.toml             your own scenario\n  \
          lab sweep latency --live                       the same as processes over Zenoh, beside the virtual curves\n  \
          lab sweep latency --json > rows.json\n\n\

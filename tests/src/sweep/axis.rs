@@ -24,7 +24,7 @@ const fn named(
     Named { name, label, paths, given: &[], values }
 }
 
-const NAMED: [Named; 9] = [
+const NAMED: [Named; 10] = [
     named(
         "latency",
         "delay of the other agents, ms",
@@ -62,6 +62,12 @@ const NAMED: [Named; 9] = [
         "pose",
         "pose noise of the other agents (1 σ), m and °",
         &["agents.others.pose_error.position_m", "agents.others.pose_error.yaw_deg"],
+        &[0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0],
+    ),
+    named(
+        "bias",
+        "pose bias of the other agents, m east and °",
+        &["agents.others.pose_error.bias_x_m", "agents.others.pose_error.bias_yaw_deg"],
         &[0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0],
     ),
     named("rate", "frames of each agent, Hz", &["agents.*.rate_hz"], &[1.0, 2.0, 5.0, 10.0, 20.0]),
