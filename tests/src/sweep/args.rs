@@ -94,7 +94,7 @@ impl SweepArgs {
         );
         let sweeps_delta_max = self.axes.iter().any(Axis::is_delta_max);
         ensure!(
-            !(sweeps_delta_max && !self.delta_max.is_empty()),
+            !sweeps_delta_max || self.delta_max.is_empty(),
             "--delta-max is what the axis varies already: leave it out"
         );
         let mut delta_max_ms: Vec<Option<f64>> = self.delta_max.iter().copied().map(Some).collect();

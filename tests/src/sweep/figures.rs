@@ -116,24 +116,24 @@ fn ages(results: &[Results]) -> CurvePlot {
     for results in results {
         let method = results.plan.methods.iter().copied().find(|method| *method == SweepMethod::Ours);
         let Some(method) = method.or_else(|| results.plan.methods.last().copied()) else { continue };
-        for (place, (point, groups)) in results.groups.iter().enumerate() {
-            let of_method = groups.iter().find(|(known, _)| *known == method);
+        for (number, place) in results.places.iter().enumerate() {
+            let of_method = place.records.iter().find(|(known, _)| *known == method);
             let records: Vec<_> = of_method.iter().flat_map(|(_, records)| records).collect();
             let Some(ages_ms) = mean_distribution(&records, |record| &record.age_ms) else { continue };
             let at =
                 |(percent, x): (&u32, &f64)| Point { x: *x, y: f64::from(*percent) / 100.0, spread: 0.0 };
             curves.push(PERCENTS.iter().zip(&ages_ms).map(at).collect());
-            let values: Vec<&str> = point.values.iter().map(|value| value.text.as_str()).collect();
+            let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
             let name = format!(
                 "{} ({}{})",
                 values.join(", "),
                 method.key(),
                 if results.plan.live { ", live" } else { "" }
             );
-            let dash = DASHES[(place / PALETTE.len()) % DASHES.len()];
+            let dash = DASHES[(number / PALETTE.len()) % DASHES.len()];
             styles.push(Style {
                 name,
-                colour: PALETTE[place % PALETTE.len()],
+                colour: PALETTE[number % PALETTE.len()],
                 dash,
                 is_dotted: results.plan.live,
             });

@@ -102,7 +102,7 @@ impl Plan {
         let mut places = vec![Vec::new()];
         for axis in &self.axes {
             let with = |place: &Vec<AxisValue>| {
-                let with_value = |value: &AxisValue| [place.as_slice(), &[value.clone()]].concat();
+                let with_value = |value: &AxisValue| [place.as_slice(), std::slice::from_ref(value)].concat();
                 axis.values.iter().map(with_value).collect::<Vec<_>>()
             };
             places = places.iter().flat_map(with).collect();

@@ -12,28 +12,29 @@ use anyhow::Context;
 use std::path::Path;
 use tokio_util::sync::CancellationToken;
 
+/// What one place with one Δmax came to.
+#[derive(Debug)]
+pub struct Place {
+    /// Of the first seed.
+    pub point: Point,
+    /// By method, then by seed.
+    pub records: Vec<(SweepMethod, Vec<Record>)>,
+}
+
+impl Place {
+    /// Borrowed, as rows want it.
+    fn group(&self) -> Group<'_> {
+        self.records.iter().map(|(method, records)| (*method, records.iter().collect())).collect()
+    }
+}
+
 /// A sweep's results.
 #[derive(Debug)]
 pub struct Results {
     /// What was run.
     pub plan: Plan,
-    /// Places with one Δmax: the point of the first seed, and records by method and seed.
-    pub groups: Vec<(Point, Vec<(SweepMethod, Vec<Record>)>)>,
-}
-
-impl Results {
-    /// The rows of all places.
-    pub fn rows(&self) -> Vec<Row> {
-        let rows_of = |(point, records): &(Point, Vec<(SweepMethod, Vec<Record>)>)| {
-            rows(&self.plan, point, &group(records))
-        };
-        self.groups.iter().flat_map(rows_of).collect()
-    }
-}
-
-/// Borrowed, as rows want it.
-pub fn group(records: &[(SweepMethod, Vec<Record>)]) -> Group<'_> {
-    records.iter().map(|(method, records)| (*method, records.iter().collect())).collect()
+    /// By value, then by Δmax.
+    pub places: Vec<Place>,
 }
 
 /// Runs a sweep in virtual time.
@@ -106,17 +107,22 @@ impl Results {
     /// From the records of every point, in the plan's order.
     pub fn of(plan: &Plan, points: Vec<Point>, records: Vec<Vec<Record>>) -> Self {
         let n_seeds = plan.seeds.len().max(1);
-        let mut groups: Vec<(Point, Vec<(SweepMethod, Vec<Record>)>)> = Vec::new();
-        for (place, (point, records)) in points.into_iter().zip(records).enumerate() {
-            if place % n_seeds == 0 {
-                let empty = plan.methods.iter().map(|method| (*method, Vec::new())).collect();
-                groups.push((point, empty));
+        let mut places: Vec<Place> = Vec::new();
+        for (number, (point, records)) in points.into_iter().zip(records).enumerate() {
+            if number % n_seeds == 0 {
+                let records = plan.methods.iter().map(|method| (*method, Vec::new())).collect();
+                places.push(Place { point, records });
             }
-            let Some((_, by_method)) = groups.last_mut() else { continue };
-            for ((_, of_seeds), record) in by_method.iter_mut().zip(records) {
+            let Some(place) = places.last_mut() else { continue };
+            for ((_, of_seeds), record) in place.records.iter_mut().zip(records) {
                 of_seeds.push(record);
             }
         }
-        Self { plan: plan.clone(), groups }
+        Self { plan: plan.clone(), places }
+    }
+
+    /// The rows of all places.
+    pub fn rows(&self) -> Vec<Row> {
+        self.places.iter().flat_map(|place| rows(&self.plan, &place.point, &place.group())).collect()
     }
 }
