@@ -14,7 +14,7 @@ pub(super) struct Quantity {
 }
 
 /// What is printed. More is in the files.
-pub(super) const QUANTITIES: [Quantity; 10] = [
+pub(super) const QUANTITIES: [Quantity; 11] = [
     Quantity { title: "mATE, all objects (m)", subset: Subset::All, value: |row| row.mate_m, digits: 3 },
     Quantity {
         title: "mATE, objects faster than 3 m/s (m)",
@@ -49,6 +49,12 @@ pub(super) const QUANTITIES: [Quantity; 10] = [
         subset: Subset::All,
         value: |row| row.age_ms.map(|age| age.p50),
         digits: 0,
+    },
+    Quantity {
+        title: "hub's processor time, share of a core",
+        subset: Subset::All,
+        value: |row| row.cpu_share,
+        digits: 3,
     },
 ];
 
