@@ -7,6 +7,7 @@ mod instant;
 mod merging;
 mod reconsider;
 mod settle;
+mod shared;
 
 use crate::agents::{AgentSlot, Agents};
 use crate::association::{Associator, Expected};
@@ -17,6 +18,7 @@ use crate::frames::{FrameSlot, FrameStore};
 use crate::inbox::AgentRecord;
 use crate::particles::{ParticleSet, Particles, versions};
 use crate::publish::Publisher;
+use crate::registration::{Shared, Source};
 use crate::sensing::Sensing;
 use crate::track::{Former, Records, Retrospection, Track};
 use instant::Instant;
@@ -56,6 +58,8 @@ pub(crate) struct Tracker<F> {
     births: Vec<(u16, ParticleSet)>,
     measurements: Vec<Measurement>,
     merges_due: Vec<(TrackId, TrackId)>,
+    /// Objects of the newest frame that others report, too.
+    shared: Vec<Shared>,
     publisher: Publisher,
     retrospection: Retrospection<F>,
     /// With a lag: what was merged, as it was before.
@@ -102,6 +106,7 @@ impl<F: Filter> Tracker<F> {
             births: Vec::new(),
             measurements: Vec::new(),
             merges_due: Vec::new(),
+            shared: Vec::new(),
             publisher: Publisher::new(&config),
             retrospection: Retrospection::default(),
             former: Former::default(),
@@ -114,15 +119,19 @@ impl<F: Filter> Tracker<F> {
     pub(crate) fn handle(
         &mut self,
         frame: &DetectionFrame,
-        (agent, record): (AgentSlot, &AgentRecord),
+        (agent, record, source): (AgentSlot, &AgentRecord, Option<Source>),
         agents: &Agents,
     ) -> Innovations {
         let look = record.look(frame);
         let sensing = if record.description.is_some() { &record.sensing } else { &self.undescribed };
         let slot = self.frames.insert(frame, agent, sensing, look);
+        if let Some(source) = source {
+            self.frames.note_source(slot, source);
+        }
         self.begin_instant(slot);
         self.merges_due.clear();
         let innovations = self.take_in(slot, agents);
+        self.find_shared(slot);
         let again = self.blurred_before(slot);
         if again.is_empty() {
             self.find_duplicates(slot);
@@ -186,6 +195,11 @@ impl<F: Filter> Tracker<F> {
         let tracks = self.former.with_present(&self.tracks, at);
         let tracks = (tracks.as_slice(), &mut self.retrospection);
         self.publisher.fill_as_of(objects, tracks, (at, &records), &self.config);
+    }
+
+    /// The objects of the newest frame that others report, too.
+    pub(crate) fn shared(&self) -> &[Shared] {
+        &self.shared
     }
 
     pub(crate) fn n_tracks(&self) -> usize {
