@@ -7,6 +7,7 @@ use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_fusion_hub::hub::{HubStatus, RegistrationStatus};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
@@ -28,7 +29,7 @@ pub(crate) struct StatusArgs {
     wait: f64,
 }
 
-/// Prints each hub's status as JSON.
+/// Prints each hub's status as JSON, and to a person, beside it, what is wrong with agents' clocks and poses.
 pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let options = SessionOptions {
         config: args.zenoh_config.clone(),
@@ -49,6 +50,18 @@ pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyh
     let mut out = std::io::stdout().lock();
     for status in statuses {
         writeln!(out, "{}", serde_json::to_string_pretty(&status)?).context("writing to standard output")?;
+        tell_of_registration(&status);
     }
     Ok(())
+}
+
+/// On standard error: standard output is JSON alone.
+fn tell_of_registration(status: &HubStatus) {
+    let mut err = std::io::stderr().lock();
+    for agent in &status.agents {
+        if let Some(words) = agent.registration.as_ref().and_then(RegistrationStatus::in_words) {
+            // Who closed standard error does not want to know.
+            let _ = writeln!(err, "{}: {words}", agent.id);
+        }
+    }
 }

@@ -11,6 +11,7 @@ mod numerics;
 mod overload;
 mod particles;
 mod promises;
+mod registration;
 mod same_instant;
 mod smoothing;
 mod switches;

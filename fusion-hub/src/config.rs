@@ -2,6 +2,7 @@
 
 use crate::association::{AssociationConfig, AssociationCost};
 use crate::method::{Method, WindowConfig};
+use crate::registration::Registration;
 use crate::sensing::SensingDefaults;
 use crate::track::LateData;
 use v2x_common::id::{HubId, MapFrame};
@@ -75,6 +76,9 @@ pub struct EngineConfig {
     /// Whether it counts by which law a sensor declares that its sizes err; without, they err by a normal
     /// distribution of the stated variance about the true ones.
     pub debias_sizes: bool,
+    /// What is done about agents' clock and pose errors ([`crate::registration`]). It needs tracks
+    /// and stamps: without effect under methods without memory, and where delays are ignored.
+    pub registration: Registration,
     /// Probability of existence from which on an object is published.
     pub publish_existence: f64,
     /// What is assumed where agents say nothing.
@@ -107,6 +111,7 @@ impl EngineConfig {
             class_priors: true,
             class_size_priors: true,
             debias_sizes: true,
+            registration: Registration::default(),
             publish_existence: 0.5,
             sensing: SensingDefaults::default(),
         }
@@ -126,6 +131,7 @@ impl EngineConfig {
             motion: MotionModel::Cv,
             association: AssociationConfig::default(),
             association_particles: 0,
+            registration: Registration::Off,
             // The paper has neither: a track is a track, and every frame is associated once, as it comes.
             resolve_duplicates: false,
             reconsider: false,

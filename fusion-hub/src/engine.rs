@@ -7,6 +7,7 @@ use crate::frames::MAX_MEASUREMENTS_OF_AGENT;
 use crate::inbox::Inbox;
 use crate::method::{FusionMethod, Plugged, WindowFusion};
 use crate::refusal::{Disposition, Refusal};
+use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::retrospect::RetrospectError;
 use crate::sensing::Sensing;
 use crate::track::{FOLD_SLACK, LateData};
@@ -27,6 +28,9 @@ const MAX_PENDING: usize = 65_536;
 pub struct Engine {
     config: EngineConfig,
     inbox: Inbox,
+    registrar: Registrar,
+    /// A frame with its sender's errors taken out; its buffers are used again.
+    corrected: Option<DetectionFrame>,
     tracks: Tracks,
     newest_now: Timestamp,
     settled_at: Timestamp,
@@ -81,9 +85,14 @@ impl Engine {
     }
 
     fn with_tracks(config: EngineConfig, tracks: Tracks) -> Self {
+        // Without tracks nothing is shared, and without stamps a delay would be a clock that is behind.
+        let is_blind = matches!(tracks, Tracks::Plugged(_)) || config.late_data == LateData::IgnoreDelay;
+        let registration = if is_blind { Registration::Off } else { config.registration };
         Self {
             config,
             inbox: Inbox::new(&config),
+            registrar: Registrar::new(registration),
+            corrected: None,
             tracks,
             newest_now: Timestamp::MIN,
             settled_at: Timestamp::MIN,
@@ -110,6 +119,7 @@ impl Engine {
         if let Some(record) = self.inbox.record_mut(agent) {
             record.description = Some(description);
             record.sensing = sensing;
+            self.registrar.describe(agent, description.accuracy, self.newest_now);
         }
     }
 
@@ -138,17 +148,29 @@ impl Engine {
         // A frame that waited while the hub published is as old as it is now: what it is older than may be
         // folded already.
         self.newest_now = self.newest_now.max(now);
+        let stamps = (frame.captured_at, now);
         if self.config.late_data == LateData::IgnoreDelay {
             let arrived = DetectionFrame { captured_at: self.newest_now, ..frame.clone() };
-            return self.handle_stamped(&arrived, (frame.captured_at, now));
+            return self.handle_stamped(&arrived, None, stamps);
         }
-        self.handle_stamped(frame, (frame.captured_at, now))
+        let source = self.registrar.source_of(frame, self.newest_now);
+        let Some(bias) = source.map(|source| source.applied).filter(|bias| *bias != Bias::ZERO) else {
+            return self.handle_stamped(frame, source, stamps);
+        };
+        let blank = || DetectionFrame::empty(frame.id, frame.captured_at);
+        let mut corrected = self.corrected.take().unwrap_or_else(blank);
+        correct(frame, &bias, &mut corrected);
+        let disposition = self.handle_stamped(&corrected, source, stamps);
+        self.corrected = Some(corrected);
+        disposition
     }
 
-    /// Takes in a frame with the capture time that the hub takes it to have; the agent's own is only passed on.
+    /// Takes in a frame with the capture time and places that the hub takes it to have; the agent's own stamp is only
+    /// passed on.
     fn handle_stamped(
         &mut self,
         frame: &DetectionFrame,
+        source: Option<Source>,
         (stamp, now): (Timestamp, Timestamp),
     ) -> Disposition {
         let verdict = self.inbox.examine(frame, self.newest_now).and_then(|()| self.make_room(frame));
@@ -161,18 +183,24 @@ impl Engine {
             self.settle(FOLD_SLACK);
         }
         self.note_pending(Inclusion { frame: frame.id, captured_at: stamp, received_at: now });
-        let innovations = self.track(frame);
+        let innovations = self.track(frame, source);
         if let Some(record) = self.inbox.record_mut(frame.id.agent) {
             record.nis_sum += innovations.nis_sum;
             record.nis_count += innovations.count;
         }
+        // By the frames' own arrivals, so that it does not matter how often the hub publishes.
+        self.registrar.advance(now);
         Disposition::Accepted { out_of_sequence }
     }
 
-    fn track(&mut self, frame: &DetectionFrame) -> Innovations {
-        let Some(agent) = self.inbox.entry(&frame.id.agent) else { return Innovations::default() };
+    fn track(&mut self, frame: &DetectionFrame, source: Option<Source>) -> Innovations {
+        let Some((agent, record)) = self.inbox.entry(&frame.id.agent) else { return Innovations::default() };
         let names = self.inbox.names();
-        with_tracks!(&mut self.tracks, tracker => tracker.handle(frame, agent, names))
+        with_tracks!(&mut self.tracks, tracker => {
+            let innovations = tracker.handle(frame, (agent, record, source), names);
+            self.registrar.observe(tracker.shared());
+            innovations
+        })
     }
 
     fn note_pending(&mut self, inclusion: Inclusion) {
@@ -271,6 +299,11 @@ impl Engine {
         fused.includes.clear();
         fused.includes.append(pending);
         (fused, inbox, tracks)
+    }
+
+    /// What is believed of the clock and pose errors of every agent that describes its accuracy.
+    pub fn registration(&self) -> impl Iterator<Item = AgentRegistration> {
+        self.registrar.report()
     }
 
     /// The books on every agent.

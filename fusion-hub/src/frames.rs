@@ -4,6 +4,7 @@
 
 use crate::agents::AgentSlot;
 use crate::filter::{CompactMeasurement, Measurement, SizeLaws};
+use crate::registration::{Sighting, Slot, Source};
 use crate::sensing::{Look, ReportModel, Sensing};
 use std::cmp::Ordering;
 use std::collections::VecDeque;
@@ -53,6 +54,8 @@ pub struct StoredFrame {
     pub model: ReportModel,
     /// Where it looked; `None` where its misses count for nothing.
     pub look: Option<Look>,
+    /// The sender as registration knows it; `None` where it does not.
+    pub source: Option<Source>,
 }
 
 /// All frames within Δmax, by capture time.
@@ -61,6 +64,8 @@ pub struct FrameStore {
     slots: Vec<StoredFrame>,
     /// What was measured, by slot.
     measurements: Vec<Vec<CompactMeasurement>>,
+    /// For each of them, where registration knows the sender, the agents with whose reports it was compared: a bit each.
+    compared: Vec<Vec<u32>>,
     laws: SizeLaws,
     free: Vec<FrameSlot>,
     /// By (capture time, id).
@@ -86,6 +91,7 @@ impl FrameStore {
         stored.agent = agent;
         stored.model = sensing.model();
         stored.look = look;
+        stored.source = None;
         stored.velocities.clear();
         let measurements = &mut self.measurements[slot.0 as usize];
         measurements.clear();
@@ -98,6 +104,7 @@ impl FrameStore {
             ));
             stored.velocities.extend(z.velocity.map(|velocity| (index, velocity)));
         }
+        self.compared[slot.0 as usize].clear();
         self.n_measurements += measurements.len();
         if self.n_measurements_of.len() <= agent.index() {
             self.n_measurements_of.resize(agent.index() + 1, 0);
@@ -107,6 +114,16 @@ impl FrameStore {
         let place = self.order.iter().rposition(|other| self.compare(*other, key) == Ordering::Less);
         self.order.insert(place.map_or(0, |place| place + 1), key);
         slot
+    }
+
+    /// Says whom registration takes a frame to be of.
+    pub fn note_source(&mut self, slot: FrameSlot, source: Source) {
+        self.slots[slot.0 as usize].source = Some(source);
+        let n_measurements = self.compact(slot).len();
+        let compared = &mut self.compared[slot.0 as usize];
+        // A few more next time shall fit, too.
+        compared.reserve(n_measurements.next_power_of_two());
+        compared.resize(n_measurements, 0);
     }
 
     fn vacant_slot(&mut self, id: FrameId) -> FrameSlot {
@@ -119,8 +136,10 @@ impl FrameStore {
                 velocities: Vec::new(),
                 model: ReportModel::default(),
                 look: None,
+                source: None,
             });
             self.measurements.push(Vec::new());
+            self.compared.push(Vec::new());
             FrameSlot(slot)
         })
     }
@@ -157,6 +176,28 @@ impl FrameStore {
             z.velocity = self.velocity(piece);
         }
         z
+    }
+
+    /// A report as registration compares it; `None` where it does not: an unknown sender's, or somebody's track.
+    pub fn sighting(&self, piece: &Piece) -> Option<Sighting> {
+        let source = self.get(piece.frame).source?;
+        let z = self.held(piece)?.expanded(&self.laws);
+        let Measurement { position, r, yaw, yaw_variance, is_track, .. } = z;
+        let captured_at = piece.captured_at;
+        (!is_track).then_some(Sighting { source, captured_at, position, r, yaw, yaw_variance })
+    }
+
+    /// Whether a report was compared with one of this agent.
+    pub fn was_compared(&self, piece: &Piece, with: Slot) -> bool {
+        let compared = self.compared[piece.frame.0 as usize].get(usize::from(piece.index));
+        compared.is_some_and(|agents| agents & (1 << with.index()) != 0)
+    }
+
+    /// Notes that a report was compared with one of this agent.
+    pub fn note_compared(&mut self, piece: &Piece, with: Slot) {
+        if let Some(agents) = self.compared[piece.frame.0 as usize].get_mut(usize::from(piece.index)) {
+            *agents |= 1 << with.index();
+        }
     }
 
     fn velocity(&self, piece: &Piece) -> Option<Velocity> {

@@ -23,6 +23,7 @@ pub mod parameters;
 pub mod particles;
 mod publish;
 pub mod refusal;
+pub mod registration;
 pub mod retrospect;
 pub mod schedule;
 pub mod sensing;

@@ -14,7 +14,7 @@ mod tests {
     use super::*;
     use crate::config::EngineConfig;
     use crate::method::Method;
-    use crate::{association, duplicates, filter, track};
+    use crate::{association, duplicates, filter, registration, track};
     use v2x_common::id::HubId;
 
     fn listed() -> String {
@@ -35,6 +35,7 @@ mod tests {
             track::existence_listed(),
             duplicates::listed(),
             filter::listed(),
+            registration::listed(),
         ];
         parts.concat().iter().map(|(name, value)| format!("{name} = {value}\n")).collect()
     }

@@ -4,6 +4,7 @@ use crate::association::{AssociationConfig, AssociationCost};
 use crate::config::{DEFAULT_OVERLAP, EngineConfig, MotionModel};
 use crate::method::{Method, WindowConfig};
 use crate::particles::MAX_PARTICLES;
+use crate::registration::Registration;
 use crate::schedule::PublishMode;
 use crate::sensing::SensingDefaults;
 use crate::track::LateData;
@@ -39,6 +40,7 @@ struct HubTable {
     class_priors: bool,
     class_size_priors: bool,
     debias_sizes: bool,
+    registration: Option<Registration>,
     publish_existence: f64,
     publish: PublishTable,
     sensing: SensingDefaults,
@@ -94,6 +96,7 @@ impl Default for HubTable {
             class_priors: engine.class_priors,
             class_size_priors: engine.class_size_priors,
             debias_sizes: engine.debias_sizes,
+            registration: None,
             publish_existence: engine.publish_existence,
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
             sensing: engine.sensing,
@@ -203,6 +206,7 @@ impl HubTable {
         engine.class_priors = self.class_priors;
         engine.class_size_priors = self.class_size_priors;
         engine.debias_sizes = self.debias_sizes;
+        engine.registration = self.registration.unwrap_or(engine.registration);
         engine.publish_existence = self.publish_existence;
         engine.sensing = self.sensing;
         Ok(HubSettings {
@@ -373,6 +377,18 @@ mod tests {
     }
 
     #[test]
+    fn what_is_done_about_clock_and_pose_errors_is_the_methods_unless_it_is_told() {
+        let registration = |text: &str| settings(text).unwrap().engine.registration;
+        assert_eq!(registration(""), Registration::Correct);
+        assert_eq!(registration("registration = \"estimate\""), Registration::Estimate);
+        assert_eq!(registration("method = \"unikf-paper\""), Registration::Off);
+        assert_eq!(
+            registration("method = \"unikf-paper\"\nregistration = \"correct\""),
+            Registration::Correct
+        );
+    }
+
+    #[test]
     fn errors_name_the_field_and_the_value() {
         let cases = [
             ("delta_max = 5", "delta_max"),
@@ -389,6 +405,7 @@ mod tests {
             ("association_particles = -8", "-8"),
             ("publish = { mode = \"sometimes\" }", "sometimes"),
             ("publish = { mode = \"fixed\", rate_hz = 0 }", "publish.rate_hz is 0"),
+            ("registration = \"on\"", "unknown variant `on`, expected one of `off`"),
             ("agents.\"a/b\" = {}", "a/b"),
         ];
         for (text, named) in cases {

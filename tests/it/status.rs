@@ -59,4 +59,9 @@ fn assert_is_rsu(agents: &Value) {
     }
     assert!(rsu["refused"].is_object() && rsu.get("last_refusal").is_some(), "{rsu:#}");
     assert_eq!(rsu["sensor"]["kind"], "roadside-unit");
+    let registration = &rsu["registration"];
+    assert_eq!((&registration["reference"], &registration["relative_only"]), (&true.into(), &false.into()));
+    for field in ["dx_m", "dyaw_deg", "clock_ms", "clock_sigma_ms", "applied_dx_m", "applied_clock_ms"] {
+        assert!(registration[field].is_f64(), "{field} in {registration:#}");
+    }
 }

@@ -22,7 +22,8 @@ pub struct CompactMeasurement {
     class: Class,
     /// Whether a velocity was reported; it is held elsewhere.
     pub has_velocity: bool,
-    is_track: bool,
+    /// Whether it is somebody's track.
+    pub is_track: bool,
     /// Place in the list of laws, and whether it holds for width and depth.
     law: u8,
     has_law: [bool; 2],

@@ -4,7 +4,7 @@ use super::imm::{Imm, Inflation};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::SizePriors;
 use super::state::GREATEST_WEIGHT;
-use super::{Estimate, Filter, Heading, Measurement, PositionInnovation, intersection_weight};
+use super::{Estimate, Filter, Heading, Measurement, Motion, PositionInnovation, intersection_weight};
 use crate::association::Expected;
 use v2x_common::class::Class;
 use v2x_common::time::Timestamp;
@@ -102,6 +102,10 @@ impl Filter for ImmState {
             yaw_variance: place.yaw_variance,
             report_probability: 0.5,
         }
+    }
+
+    fn motion(&self) -> Motion {
+        self.motion.motion()
     }
 
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]> {

@@ -33,6 +33,7 @@ use size_evidence::SizeEvidence;
 use size_priors::SizePriors;
 use std::fmt::Debug;
 use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
 use v2x_common::fused::KinematicCovariance;
 use v2x_common::time::Timestamp;
 
@@ -73,11 +74,29 @@ pub trait Filter: Copy + Debug + PartialEq {
     /// What association needs.
     fn expected(&self, class: Class) -> Expected;
 
+    /// How it moves, as of the state's own time.
+    fn motion(&self) -> Motion;
+
     /// What the reports of width and depth say, where they are held together; then class priors are learnt.
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]>;
 
     /// All that is told of an object of this class.
     fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate;
+}
+
+/// How an object moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// m/s.
+    pub velocity: [f64; 2],
+    /// Its covariance, m²/s².
+    pub covariance: Covariance2,
+    /// Covariance of position and velocity, its symmetric part, m²/s.
+    pub with_position: Covariance2,
+    /// rad/s.
+    pub turn_rate: f64,
+    /// rad²/s².
+    pub turn_rate_variance: f64,
 }
 
 /// What a filter believes of an object: means and variances.

@@ -3,13 +3,16 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::SizePriors;
 use super::{
-    Estimate, Filter, Heading, Kinematic, Measurement, MotionParams, PositionInnovation, Size,
+    Estimate, Filter, Heading, Kinematic, Measurement, Motion, MotionParams, PositionInnovation, Size,
     intersection_weight, smoothing,
 };
 use crate::association::Expected;
 use v2x_common::class::Class;
-use v2x_common::covariance::Velocity;
+use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::time::Timestamp;
+
+/// A heading that only walks at random tells nothing of how it turns, rad/s: what everyday traffic does.
+const TURN_RATE: f64 = 0.2;
 
 /// Greatest weight of the state in covariance intersection: at 1 the report would have no information left to
 /// divide by. The least is one half. Any weight is consistent, but a report of the position alone says nothing of
@@ -129,6 +132,19 @@ impl Filter for State {
             yaw: self.heading.mean,
             yaw_variance: self.heading.variance,
             report_probability: 0.5,
+        }
+    }
+
+    #[inline]
+    fn motion(&self) -> Motion {
+        let Kinematic { velocity, vv, pv, .. } = self.kinematic;
+        let ([xx, yy], [x_vy, y_vx]) = (pv.along, pv.across);
+        Motion {
+            velocity,
+            covariance: vv,
+            with_position: Covariance2 { xx, xy: (x_vy + y_vx) / 2.0, yy },
+            turn_rate: 0.0,
+            turn_rate_variance: TURN_RATE * TURN_RATE,
         }
     }
 

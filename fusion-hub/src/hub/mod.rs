@@ -10,4 +10,4 @@ mod timing;
 
 pub use args::{HubArgs, hub_table};
 pub use run::{run, run_with};
-pub use status::{AgentStatus, HubStatus, Quantiles};
+pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus};

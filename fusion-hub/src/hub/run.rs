@@ -4,7 +4,7 @@ use super::HubArgs;
 use super::intake::Received;
 use super::network::{Control, Network};
 use super::roster::Roster;
-use super::status::{AgentStatus, HubStatus, memory_bytes};
+use super::status::{AgentStatus, HubStatus, RegistrationStatus, memory_bytes};
 use super::timing::Timing;
 use crate::config::EngineConfig;
 use crate::engine::Engine;
@@ -244,11 +244,16 @@ impl Hub {
             unmapped_classes: record.unmapped_classes,
             descriptions_refused: record.descriptions_refused,
             nis_per_dof: record.nis_per_dof(),
+            registration: self.registration_of(agent),
             newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
             sensor: record.description,
         }));
         statuses.sort_by_key(|status| status.id);
         statuses
+    }
+
+    fn registration_of(&self, agent: &AgentId) -> Option<RegistrationStatus> {
+        self.engine.registration().find(|one| one.agent == *agent).map(|one| RegistrationStatus::of(&one))
     }
 }
 
@@ -297,6 +302,7 @@ impl AgentStatus {
             unmapped_classes: 0,
             descriptions_refused: 0,
             nis_per_dof: None,
+            registration: None,
             newest_captured_at: None,
             sensor: None,
         }

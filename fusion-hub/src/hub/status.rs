@@ -1,5 +1,6 @@
 //! What a hub tells of itself, as JSON.
 
+use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, NetworkId};
@@ -78,10 +79,127 @@ pub struct AgentStatus {
     /// Mean normalised innovation squared of its positions for each degree of freedom: 1 where its reported
     /// covariance is honest, more where it claims to be better than it is.
     pub nis_per_dof: Option<f64>,
-    /// Capture time of its newest accepted frame, µs.
+    /// What is believed of its clock and pose, where it describes its accuracy and registration is not off.
+    #[serde(default)]
+    pub registration: Option<RegistrationStatus>,
+    /// Capture time of its newest accepted frame, as corrected, µs.
     pub newest_captured_at: Option<i64>,
     /// Its sensor description, once it has sent one.
     pub sensor: Option<SensorDescription>,
+}
+
+/// By how much an agent's clock and pose err, as its shared objects show.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegistrationStatus {
+    /// Its pose lies so far east of the true one.
+    pub dx_m: f64,
+    /// And so far north.
+    pub dy_m: f64,
+    /// And is turned counter-clockwise by this.
+    pub dyaw_deg: f64,
+    /// Its stamps are ahead of the time by this.
+    pub clock_ms: f64,
+    /// Standard deviation of `dx_m`.
+    pub dx_sigma_m: f64,
+    /// Standard deviation of `dy_m`.
+    pub dy_sigma_m: f64,
+    /// Standard deviation of `dyaw_deg`.
+    pub dyaw_sigma_deg: f64,
+    /// Standard deviation of `clock_ms`.
+    pub clock_sigma_ms: f64,
+    /// Covariance of all four, in the order and units above.
+    pub covariance: [[f64; 4]; 4],
+    /// Taken out of its frames, east.
+    pub applied_dx_m: f64,
+    /// Taken out of its frames, north.
+    pub applied_dy_m: f64,
+    /// Taken out of its frames, counter-clockwise.
+    pub applied_dyaw_deg: f64,
+    /// Taken out of its stamps.
+    pub applied_clock_ms: f64,
+    /// Whether shared objects show its position.
+    pub position_observable: bool,
+    /// Whether shared objects show its heading.
+    pub yaw_observable: bool,
+    /// Whether shared objects show its clock.
+    pub clock_observable: bool,
+    /// All shared objects move alike: a clock that is ahead looks like a pose that lies behind.
+    pub confounded: bool,
+    /// It declares so little that others are measured by it.
+    pub reference: bool,
+    /// No chain of shared objects leads to a reference: only differences to others are known.
+    pub relative_only: bool,
+    /// It errs by more than it declares.
+    pub exceeds_declared: bool,
+    /// The part of the declared variance that is drawn anew in each frame.
+    pub white_share: f64,
+    /// Shared objects that it was compared by.
+    pub pairs: u64,
+}
+
+impl RegistrationStatus {
+    /// In the units that people read.
+    pub fn of(one: &AgentRegistration) -> Self {
+        const UNITS: [f64; 4] = [1.0, 1.0, 180.0 / std::f64::consts::PI, 1e3];
+        let read = |bias: &Bias| {
+            let bias = bias.to_array();
+            [0, 1, 2, 3].map(|k| bias[k] * UNITS[k])
+        };
+        let [dx_m, dy_m, dyaw_deg, clock_ms] = read(&one.bias);
+        let [dx_sigma_m, dy_sigma_m, dyaw_sigma_deg, clock_sigma_ms] = read(&one.sigma);
+        let [applied_dx_m, applied_dy_m, applied_dyaw_deg, applied_clock_ms] = read(&one.applied);
+        let entry = |row: usize, column: usize| one.covariance[row][column] * UNITS[row] * UNITS[column];
+        Self {
+            dx_m,
+            dy_m,
+            dyaw_deg,
+            clock_ms,
+            dx_sigma_m,
+            dy_sigma_m,
+            dyaw_sigma_deg,
+            clock_sigma_ms,
+            covariance: [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| entry(row, column))),
+            applied_dx_m,
+            applied_dy_m,
+            applied_dyaw_deg,
+            applied_clock_ms,
+            position_observable: one.observable.position,
+            yaw_observable: one.observable.yaw,
+            clock_observable: one.observable.clock,
+            confounded: one.confounded,
+            reference: one.is_reference,
+            relative_only: one.relative_only,
+            exceeds_declared: one.exceeds_declared,
+            white_share: one.white_share,
+            pairs: one.pairs,
+        }
+    }
+
+    /// One line for a person; `None` where there is nothing to tell.
+    pub fn in_words(&self) -> Option<String> {
+        let mut told = Vec::new();
+        let position_m = libm::hypot(self.applied_dx_m, self.applied_dy_m);
+        if position_m > 0.0 {
+            let (x, y) = (self.applied_dx_m, self.applied_dy_m);
+            told.push(format!("position corrected by {:.2} m east, {:.2} m north", -x, -y));
+        }
+        if self.applied_dyaw_deg != 0.0 {
+            told.push(format!("heading corrected by {:.2}°", -self.applied_dyaw_deg));
+        }
+        if self.applied_clock_ms != 0.0 {
+            told.push(format!("clock corrected by {:.0} ms", -self.applied_clock_ms));
+        }
+        if self.relative_only {
+            told.push("relative only: it shares no objects with a surveyed agent".to_owned());
+        }
+        if self.confounded {
+            told.push("clock and position confounded: all shared objects move alike".to_owned());
+        }
+        if self.exceeds_declared {
+            told.push("errs by more than it declares".to_owned());
+        }
+        (!told.is_empty()).then(|| told.join("; "))
+    }
 }
 
 /// Quantiles of a span of time; `None` where nothing was measured.
@@ -105,4 +223,50 @@ pub(super) fn memory_bytes() -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registration::Observable;
+
+    fn registration(applied: Bias) -> AgentRegistration {
+        AgentRegistration {
+            agent: AgentId::new("car").unwrap(),
+            bias: Bias { dx_m: 0.3, dy_m: -0.4, yaw_rad: 0.01, clock_s: 0.05 },
+            sigma: Bias { dx_m: 0.1, dy_m: 0.1, yaw_rad: 0.002, clock_s: 0.01 },
+            covariance: [
+                [0.01, 0.0, 0.0, 0.0005],
+                [0.0, 0.01, 0.0, 0.0],
+                [0.0, 0.0, 4e-6, 0.0],
+                [0.0005, 0.0, 0.0, 1e-4],
+            ],
+            applied,
+            observable: Observable { position: true, yaw: true, clock: true },
+            confounded: false,
+            is_reference: false,
+            relative_only: false,
+            exceeds_declared: false,
+            white_share: 0.0,
+            pairs: 100,
+        }
+    }
+
+    #[test]
+    fn registration_is_told_in_metres_degrees_and_milliseconds() {
+        let json = serde_json::to_value(RegistrationStatus::of(&registration(Bias::ZERO))).unwrap();
+        let is_near = |field: &str, value: f64| (json[field].as_f64().unwrap() - value).abs() < 1e-3;
+        assert!(is_near("dyaw_deg", 0.573) && is_near("clock_ms", 50.0) && is_near("clock_sigma_ms", 10.0));
+        assert_eq!(json["covariance"][0][3], 0.5, "m·ms");
+        assert_eq!((&json["applied_dx_m"], &json["relative_only"]), (&0.0.into(), &false.into()));
+    }
+
+    #[test]
+    fn a_person_is_told_only_where_there_is_something_to_tell() {
+        assert_eq!(RegistrationStatus::of(&registration(Bias::ZERO)).in_words(), None);
+        let corrected = registration(Bias { clock_s: 0.05, ..Bias::ZERO });
+        let told = AgentRegistration { exceeds_declared: true, ..corrected };
+        let words = RegistrationStatus::of(&told).in_words().unwrap();
+        assert_eq!(words, "clock corrected by -50 ms; errs by more than it declares");
+    }
 }

@@ -3,6 +3,7 @@
 use super::FusionMethod;
 use crate::agents::{AgentSlot, Agents};
 use crate::inbox::AgentRecord;
+use crate::registration::{Shared, Source};
 use crate::sensing::{Sensing, SensingDefaults};
 use crate::tracker::{Counts, Innovations};
 use v2x_common::detection::DetectionFrame;
@@ -25,7 +26,7 @@ impl Plugged {
     pub(crate) fn handle(
         &mut self,
         frame: &DetectionFrame,
-        (_, record): (AgentSlot, &AgentRecord),
+        (_, record, _): (AgentSlot, &AgentRecord, Option<Source>),
         _: &Agents,
     ) -> Innovations {
         let sensing = if record.description.is_some() { &record.sensing } else { &self.undescribed };
@@ -61,6 +62,11 @@ impl Plugged {
     #[expect(clippy::unused_self, reason = "as the tracker has it")]
     pub(crate) fn n_measurements_of(&self, _: AgentSlot) -> usize {
         0
+    }
+
+    #[expect(clippy::unused_self, reason = "as the tracker has it")]
+    pub(crate) fn shared(&self) -> &[Shared] {
+        &[]
     }
 
     pub(crate) fn n_tracks(&self) -> usize {

@@ -275,6 +275,13 @@ impl<F: Filter> Track<F> {
         &self.folded
     }
 
+    /// The reports within a span of a time, either way.
+    pub fn reports_about(&self, at: Timestamp, within: Span) -> impl Iterator<Item = &Piece> {
+        let start = self.evidence.partition_point(|piece| piece.captured_at < at - within);
+        let about = self.evidence.range(start..).take_while(move |piece| piece.captured_at <= at + within);
+        about.filter(|piece| piece.index != LOOK)
+    }
+
     /// Where the evidence of this frame stands, if there is any.
     fn place_of(&self, captured_at: Timestamp, frame: FrameSlot) -> Option<usize> {
         let start = self.evidence.partition_point(|piece| piece.captured_at < captured_at);

@@ -1,0 +1,5 @@
+//! Clock and pose errors of agents: estimated, told and corrected, at the engine's boundary.
+
+mod harm;
+mod recovery;
+mod traffic;

@@ -1,0 +1,247 @@
+//! Registration from end to end: descriptions and shared objects in, corrections out.
+
+use super::Registration;
+use super::decision::Belief;
+use super::group::Group;
+use super::joint::Joint;
+use super::links::Links;
+use super::model::{Bias, Difference, Shared, Source, joined};
+use super::report::AgentRegistration;
+use super::roll::{Enrolled, MAX_REGISTERED, Slot};
+use super::whiteness::Shown;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::AgentId;
+use v2x_common::sensor::Accuracy;
+use v2x_common::time::{Span, Timestamp};
+
+/// What was gathered is taken in this often.
+const STEP: Span = Span::from_millis(500);
+/// Who has been silent for so long makes room for a newcomer: nothing is known of him any more.
+const SILENT_FOR_GOOD: Span = Span::from_millis(180_000);
+
+/// Estimates the clock and pose errors of all agents that describe their accuracy.
+#[derive(Clone, Debug, Default)]
+pub struct Registrar {
+    mode: Registration,
+    /// By slot.
+    enrolled: Vec<Enrolled>,
+    joint: Joint,
+    links: Links,
+    reached: [bool; MAX_REGISTERED],
+    advanced_at: Option<Timestamp>,
+    n_dropped: u64,
+}
+
+impl Registrar {
+    /// One that knows nobody.
+    pub fn new(mode: Registration) -> Self {
+        Self { mode, ..Self::default() }
+    }
+
+    /// Takes in what an agent declares of its accuracy, at `now` by the hub's clock. Beyond [`MAX_REGISTERED`] agents
+    /// the last ones are not estimated.
+    pub fn describe(&mut self, agent: AgentId, accuracy: Accuracy, now: Timestamp) {
+        if self.mode == Registration::Off {
+            return;
+        }
+        let newcomer = Enrolled::new(agent, accuracy, now);
+        if let Some(slot) = self.slot_of(agent) {
+            if self.enrolled[slot.index()].accuracy == accuracy {
+                self.enrolled[slot.index()].heard_at = now;
+            } else {
+                self.replace(slot, newcomer);
+            }
+        } else if let Some(slot) = self.vacant() {
+            self.enrolled.push(newcomer);
+            self.joint.grow();
+            self.links.forget(slot);
+        } else if let Some(slot) = self.silent_for_good(now) {
+            self.replace(slot, newcomer);
+        }
+    }
+
+    fn vacant(&self) -> Option<Slot> {
+        let place = u8::try_from(self.enrolled.len()).ok()?;
+        (usize::from(place) < MAX_REGISTERED).then_some(Slot(place))
+    }
+
+    fn silent_for_good(&self, now: Timestamp) -> Option<Slot> {
+        let slots = (0..).map(Slot).zip(&self.enrolled);
+        let (slot, silent) = slots.min_by_key(|(_, enrolled)| enrolled.heard_at)?;
+        (now - silent.heard_at > SILENT_FOR_GOOD).then_some(slot)
+    }
+
+    fn replace(&mut self, slot: Slot, newcomer: Enrolled) {
+        self.enrolled[slot.index()] = newcomer;
+        self.joint.forget(slot);
+        self.links.forget(slot);
+    }
+
+    fn slot_of(&self, agent: AgentId) -> Option<Slot> {
+        (0..)
+            .map(Slot)
+            .zip(&self.enrolled)
+            .find(|(_, enrolled)| enrolled.agent == agent)
+            .map(|(slot, _)| slot)
+    }
+
+    /// The sender of a frame that came at `now`, and what is to be taken out of the frame; `None` where the sender is
+    /// not estimated, or tells no sensor pose.
+    pub fn source_of(&mut self, frame: &DetectionFrame, now: Timestamp) -> Option<Source> {
+        let pose = frame.sensor_pose?;
+        let slot = self.slot_of(frame.id.agent)?;
+        let enrolled = &mut self.enrolled[slot.index()];
+        enrolled.heard_at = now;
+        let applied = enrolled.applied;
+        let sensor = [pose.x - applied.dx_m, pose.y - applied.dy_m];
+        Some(Source { slot, is_reference: enrolled.is_reference(), sensor, applied })
+    }
+
+    /// Takes in the objects that one frame shares with others.
+    pub fn observe(&mut self, shared: &[Shared]) {
+        let mut met = [false; MAX_REGISTERED];
+        for one in shared {
+            let partner = one.partner.source.slot;
+            if !std::mem::replace(&mut met[partner.index()], true) {
+                let same = shared.iter().filter(|other| other.partner.source.slot == partner);
+                self.observe_with((one.own.source.slot, partner), same);
+            }
+        }
+    }
+
+    fn observe_with<'a>(&mut self, (own, partner): (Slot, Slot), shared: impl Iterator<Item = &'a Shared>) {
+        let [own_sigmas, partner_sigmas] = [own, partner].map(|slot| self.enrolled[slot.index()].sigmas());
+        let sigmas = joined(own_sigmas, partner_sigmas);
+        let white = self.white(own, partner);
+        let believed = self.joint.pair(own, partner);
+        let clocks = [0.0, 0.0, 0.0, sigmas[3], 0.0, 0.0, 0.0, -sigmas[7]];
+        let apart = super::model::dot(&clocks, &believed.mean);
+        let clock_variance = believed.spread(&clocks, &clocks, &[0.0; 8]) + apart * apart;
+        let mut group = Group::EMPTY;
+        for one in shared {
+            group.add(&Difference::of(one, &sigmas, clock_variance), &believed, &white);
+        }
+        let shown = Shown::by(&group, &believed);
+        self.joint.gather(own, partner, &group.without_white(&white));
+        self.links.note(own, partner, group.count);
+        for slot in [own, partner] {
+            let enrolled = &mut self.enrolled[slot.index()];
+            enrolled.whiteness.note(shown);
+            enrolled.pairs += u64::from(group.count);
+        }
+    }
+
+    fn white(&self, own: Slot, partner: Slot) -> [f64; 8] {
+        let [own, partner] = [own, partner].map(|slot| self.enrolled[slot.index()].whiteness.kappa());
+        joined([own; 4], [partner; 4])
+    }
+
+    /// Takes in what was gathered, twice a second, and decides what is taken out from now on. A time before the newest
+    /// one that was told changes nothing.
+    pub fn advance(&mut self, now: Timestamp) {
+        let before = *self.advanced_at.get_or_insert(now);
+        if now - before < STEP || self.enrolled.is_empty() {
+            return;
+        }
+        self.advanced_at = Some(now);
+        let dt_s = (now - before).as_secs_f64();
+        self.n_dropped += u64::from(self.joint.advance(dt_s).is_err());
+        self.links.fade(dt_s);
+        let references = (0..).map(Slot).zip(&self.enrolled).filter(|(_, one)| one.is_reference());
+        self.reached = self.links.reached_from(references.map(|(slot, _)| slot));
+        for (slot, enrolled) in (0..).map(Slot).zip(&mut self.enrolled) {
+            enrolled.whiteness.fade(dt_s);
+            let believed = belief(&self.joint, slot);
+            let is_measured = self.reached[slot.index()] && !enrolled.is_reference();
+            let allowed = is_measured && self.mode == Registration::Correct;
+            let (decision, taken) = enrolled.decision.next(&believed, allowed);
+            enrolled.decision = decision;
+            let sigmas = enrolled.sigmas();
+            enrolled.applied = Bias::from_array([0, 1, 2, 3].map(|k| taken[k] * sigmas[k]));
+        }
+    }
+
+    /// What is believed of every agent, in the order in which they came.
+    pub fn report(&self) -> impl Iterator<Item = AgentRegistration> {
+        (0..).map(Slot).zip(&self.enrolled).map(|(slot, enrolled)| self.report_on(slot, enrolled))
+    }
+
+    fn report_on(&self, slot: Slot, enrolled: &Enrolled) -> AgentRegistration {
+        let Belief { mean, covariance } = belief(&self.joint, slot);
+        let sigmas = enrolled.sigmas();
+        let each = [0, 1, 2, 3];
+        let covariance =
+            each.map(|row| each.map(|column| sigmas[row] * covariance[row][column] * sigmas[column]));
+        AgentRegistration {
+            agent: enrolled.agent,
+            bias: Bias::from_array(each.map(|k| mean[k] * sigmas[k])),
+            sigma: Bias::from_array(each.map(|k| libm::sqrt(covariance[k][k]))),
+            covariance,
+            applied: enrolled.applied,
+            observable: enrolled.decision.observable,
+            confounded: enrolled.decision.confounded,
+            is_reference: enrolled.is_reference(),
+            relative_only: self.links.is_joined(slot) && !self.reached[slot.index()],
+            exceeds_declared: enrolled.decision.exceeds_declared,
+            white_share: enrolled.whiteness.kappa(),
+            pairs: enrolled.pairs,
+        }
+    }
+
+    /// Batches that were dropped because their numbers could not be.
+    pub fn n_dropped(&self) -> u64 {
+        self.n_dropped
+    }
+}
+
+fn belief(joint: &Joint, slot: Slot) -> Belief {
+    Belief { mean: joint.mean_of(slot), covariance: joint.covariance_of(slot, slot) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::geometry::Pose;
+    use v2x_common::id::FrameId;
+
+    const VEHICLE: Accuracy = Accuracy { position_m: 0.5, yaw_rad: 0.01, clock_s: 0.05 };
+
+    fn name(k: usize) -> AgentId {
+        AgentId::new(&format!("a{k}")).unwrap()
+    }
+
+    fn at(seconds: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(1000 * seconds)
+    }
+
+    fn is_known(registrar: &mut Registrar, k: usize, now: Timestamp) -> bool {
+        let id = FrameId { agent: name(k), epoch: 1, sequence: 1 };
+        let frame = DetectionFrame { sensor_pose: Some(Pose::default()), ..DetectionFrame::empty(id, now) };
+        registrar.source_of(&frame, now).is_some()
+    }
+
+    #[test]
+    fn beyond_the_limit_a_newcomer_waits_until_somebody_was_silent_for_good() {
+        let mut registrar = Registrar::new(Registration::Correct);
+        (0..=MAX_REGISTERED).for_each(|k| registrar.describe(name(k), VEHICLE, at(0)));
+        assert!(!is_known(&mut registrar, MAX_REGISTERED, at(1)));
+        for k in (0..MAX_REGISTERED).filter(|k| *k != 7) {
+            assert!(is_known(&mut registrar, k, at(100)));
+        }
+        registrar.describe(name(MAX_REGISTERED), VEHICLE, at(181));
+        assert!(is_known(&mut registrar, MAX_REGISTERED, at(181)) && !is_known(&mut registrar, 7, at(181)));
+        assert_eq!(registrar.report().count(), MAX_REGISTERED);
+    }
+
+    #[test]
+    fn who_tells_no_sensor_pose_or_describes_nothing_is_not_registered() {
+        let mut registrar = Registrar::new(Registration::Correct);
+        registrar.describe(name(0), VEHICLE, at(0));
+        let id = FrameId { agent: name(0), epoch: 1, sequence: 1 };
+        assert_eq!(registrar.source_of(&DetectionFrame::empty(id, at(0)), at(0)), None);
+        assert!(is_known(&mut registrar, 0, at(0)) && !is_known(&mut registrar, 1, at(0)));
+        let mut off = Registrar::new(Registration::Off);
+        off.describe(name(0), VEHICLE, at(0));
+        assert!(!is_known(&mut off, 0, at(0)));
+    }
+}
