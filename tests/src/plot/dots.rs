@@ -4,9 +4,9 @@ use super::sheet::{Anchor, Colour, Sheet, Type, corners};
 use super::svg::Rect;
 use super::ticks::ticks;
 
-/// Colours that people tell apart who see few (Okabe & Ito), and black.
-pub const PALETTE: [Colour; 8] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000"];
+/// Colours that people tell apart who see few (Okabe & Ito), black and grey.
+pub const PALETTE: [Colour; 9] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000", "#999999"];
 pub(super) const INK: Colour = "#222222";
 pub(super) const FAINT: Colour = "#dddddd";
 pub(super) const MUTED: Colour = "#666666";

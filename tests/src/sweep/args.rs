@@ -2,13 +2,13 @@
 
 use super::axis::{self, Axis};
 use super::method::SweepMethod;
-use super::plan::Plan;
+use super::plan::{Length, Plan};
 use anyhow::{Context, ensure};
 use std::path::PathBuf;
 use v2x_common::time::Span;
 
-/// How long a run must be at least, s: scoring begins after 2 s.
-const SHORTEST_S: f64 = 4.0;
+/// How long must be scored at least, s.
+const SHORTEST_S: f64 = 2.0;
 /// Of an axis' own values so many are run over the network, which takes as long as it takes.
 const LIVE_VALUES: usize = 5;
 
@@ -23,7 +23,7 @@ pub struct SweepArgs {
     /// The scenario file [default: a roadside unit and a car at a crossing, the car late]
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// What to compare [default: all]
+    /// What to compare [default: all; ours-uncorrected only where clocks or poses err]
     #[arg(long, value_delimiter = ',', value_name = "METHOD")]
     methods: Vec<SweepMethod>,
     /// Δmax of each curve, ms: several are several curves [default: the scenario's]
@@ -35,6 +35,9 @@ pub struct SweepArgs {
     /// How long agents capture, s [default: 60; live 15]
     #[arg(long, value_name = "S")]
     duration_s: Option<f64>,
+    /// When scoring begins, s
+    #[arg(long, default_value_t = 2.0, value_name = "S")]
+    settle_s: f64,
     /// Run every point as processes over Zenoh, each method a hub of its own, on the same frames
     #[arg(long)]
     pub live: bool,
@@ -81,8 +84,14 @@ impl SweepArgs {
         })?;
         let duration_s = self.duration_s.unwrap_or(if self.live { 15.0 } else { 60.0 });
         ensure!(
-            (SHORTEST_S..=86_400.0).contains(&duration_s),
-            "--duration-s is {duration_s}, expected {SHORTEST_S} to 86400"
+            (0.0..=86_400.0).contains(&self.settle_s),
+            "--settle-s is {}, expected 0 to 86400",
+            self.settle_s
+        );
+        let shortest_s = self.settle_s + SHORTEST_S;
+        ensure!(
+            (shortest_s..=86_400.0).contains(&duration_s),
+            "--duration-s is {duration_s}, expected {shortest_s} to 86400"
         );
         let n_seeds = self.seeds.unwrap_or(if self.live { 2 } else { 5 });
         ensure!((1..=10_000).contains(&n_seeds), "--seeds is {n_seeds}, expected 1 to 10000");
@@ -105,14 +114,24 @@ impl SweepArgs {
         if self.live {
             axes.iter_mut().for_each(|axis| axis.thin_out(LIVE_VALUES));
         }
-        let methods = if self.methods.is_empty() { SweepMethod::ALL.to_vec() } else { self.methods.clone() };
+        let mut methods = self.methods.clone();
+        if methods.is_empty() {
+            methods = SweepMethod::ALL.to_vec();
+            // Where nothing is to be corrected it is ours once more.
+            if !axes.iter().any(Axis::is_registration_error) {
+                methods.retain(|method| *method != SweepMethod::OursUncorrected);
+            }
+        }
         Ok(Plan {
             base,
             axes,
             delta_max_ms,
             seeds: (1..=n_seeds).collect(),
             methods,
-            duration: Span::from_secs_f64(duration_s),
+            length: Length {
+                duration: Span::from_secs_f64(duration_s),
+                settle: Span::from_secs_f64(self.settle_s),
+            },
             live: self.live,
         })
     }

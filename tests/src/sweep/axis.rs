@@ -149,6 +149,13 @@ impl Axis {
         self.paths.iter().any(|path| path.to_string() == "hub.delta_max_ms")
     }
 
+    /// Whether it is an error of clock or pose, which the hub can correct.
+    pub fn is_registration_error(&self) -> bool {
+        let is_one =
+            |path: &Path| path.to_string().contains(".clock.") || path.to_string().contains(".pose_error.");
+        self.paths.iter().any(is_one)
+    }
+
     /// Leaves so many of the default values, from the first to the last; typed ones stay.
     pub fn thin_out(&mut self, n: usize) {
         if !self.has_default_values || self.values.len() <= n || n < 2 {

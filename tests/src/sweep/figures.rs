@@ -98,7 +98,7 @@ fn colour(method: &str) -> &'static str {
 }
 
 /// By method: the baselines grey-brown and muted, what matters in the strongest colours.
-const COLOURS: [usize; 8] = [7, 5, 3, 6, 4, 2, 1, 0];
+const COLOURS: [usize; 9] = [7, 5, 3, 6, 4, 2, 1, 8, 0];
 
 fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
     let curve = |family: &Family<'_>, method: &str| {

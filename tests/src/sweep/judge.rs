@@ -17,8 +17,6 @@ use v2x_fusion_hub::assignment::Assigner;
 
 /// Errors are kept by stretches of this length: what intervals are made of.
 pub const BLOCK: Span = Span::from_millis(5000);
-/// Scoring begins so long after the start: everybody has reported, and tracks have settled.
-pub const SETTLE: Span = Span::from_millis(2000);
 /// Of how many fused frames one is matched by place, too.
 const GEOMETRIC_EVERY: usize = 5;
 /// What is further off is another object, by place, m. Also where GOSPA is cut off.
@@ -71,12 +69,12 @@ pub struct Judge<'a, 'b> {
 }
 
 impl<'a, 'b> Judge<'a, 'b> {
-    /// Of a run between two times.
+    /// Of what is told between two times.
     pub fn new(gallery: &'a mut Gallery<'b>, whose: &'a Whose, (start, end): (Timestamp, Timestamp)) -> Self {
         Self {
             gallery,
             whose,
-            start: start + SETTLE,
+            start,
             end,
             assigner: Assigner::default(),
             record: Record::default(),

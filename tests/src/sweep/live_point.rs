@@ -6,7 +6,7 @@
 use super::gallery::Gallery;
 use super::judge::{Judge, Whose};
 use super::method::SweepMethod;
-use super::plan::Point;
+use super::plan::{Length, Point};
 use super::record::{Fates, Record};
 use super::virtual_point::{note_ways, observers};
 use crate::consumer::{Consumer, Traffic};
@@ -59,22 +59,22 @@ struct Outcome {
 pub async fn run(
     point: &Point,
     methods: &[SweepMethod],
-    (duration, folder): (Span, &Path),
+    (length, folder): (Length, &Path),
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Option<Vec<Record>>> {
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     // Dropping children kills them: whatever ends this early leaves no process behind.
     let outcome = tokio::select! {
-        outcome = play(point, methods, (duration, folder), shutdown) => outcome?,
+        outcome = play(point, methods, (length, folder), shutdown) => outcome?,
         () = shutdown.cancelled() => return Ok(None),
     };
-    judge(point, &outcome, duration).map(Some)
+    judge(point, &outcome, length).map(Some)
 }
 
 async fn play(
     point: &Point,
     methods: &[SweepMethod],
-    (duration, folder): (Span, &Path),
+    (length, folder): (Length, &Path),
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Outcome> {
     let program = std::env::current_exe().context("finding this program")?;
@@ -110,7 +110,7 @@ async fn play(
         "the agents were {late} late to be up: this machine is too busy for a live sweep"
     );
     let busy_before: Vec<_> = hubs.iter().map(|hub| cpu_s(&hub.process)).collect();
-    let entries = receive(&consumer, start + duration).await;
+    let entries = receive(&consumer, start + length.duration).await;
     let busy = hubs.iter().map(|hub| cpu_s(&hub.process)).zip(busy_before);
     let busy: Vec<_> = busy.map(|(after, before)| Some(after? - before?)).collect();
     ensure!(consumer.dropped() == 0, "{} samples were dropped: this machine is too busy", consumer.dropped());
@@ -146,9 +146,9 @@ async fn receive(consumer: &Consumer, end: Timestamp) -> Vec<Entry> {
     }
 }
 
-fn judge(point: &Point, outcome: &Outcome, duration: Span) -> anyhow::Result<Vec<Record>> {
+fn judge(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec<Record>> {
     let Outcome { start, log, bytes, hubs } = outcome;
-    let span = (*start, *start + duration);
+    let span = (*start, *start + length.duration);
     let mut whose = Whose::default();
     // Nobody but the simulation knows when frames were captured and sent in truth; it tells here as it told the agents.
     let senders =
@@ -169,16 +169,17 @@ fn judge(point: &Point, outcome: &Outcome, duration: Span) -> anyhow::Result<Vec
     simulation.with_truth(|truth| {
         let mut gallery = Gallery::new(Coverage::new(truth, &observers), span);
         let records = hubs.iter().map(|(method, settings, status, busy_s)| {
-            let mut judge = Judge::new(&mut gallery, &whose, span);
+            let mut judge = Judge::new(&mut gallery, &whose, (span.0 + length.settle, span.1));
             let own = log.fused.iter().filter(|received| received.frame.hub.as_str() == method.key());
             own.for_each(|received| judge.add(received));
             let mut record = judge.finish();
             ensure!(!record.blocks.is_empty(), "the hub {} published nothing", method.key());
             let heard = bytes.iter().filter(|(agent, _)| settings.listens_to(agent));
-            record.bytes_per_s = heard.map(|(_, bytes)| *bytes as f64).sum::<f64>() / duration.as_secs_f64();
+            record.bytes_per_s =
+                heard.map(|(_, bytes)| *bytes as f64).sum::<f64>() / length.duration.as_secs_f64();
             let heard = ways.iter().filter(|(agent, ..)| settings.listens_to(agent));
             note_ways(&mut record, &heard.map(|(_, way, at)| (*way, *at)).collect::<Vec<_>>());
-            record.cpu_share = busy_s.map(|busy_s| busy_s / duration.as_secs_f64());
+            record.cpu_share = busy_s.map(|busy_s| busy_s / length.duration.as_secs_f64());
             note_status(&mut record, status, &first);
             Ok(record)
         });

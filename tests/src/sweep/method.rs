@@ -20,13 +20,15 @@ pub enum SweepMethod {
     Replay,
     /// Ours: replay under four interacting motion models, sizes learnt
     Ours,
+    /// Ours, but clock and pose errors of agents are not corrected
+    OursUncorrected,
     /// The first agent alone, by our filter
     SingleOurs,
 }
 
 impl SweepMethod {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Single,
         Self::DropLate,
         Self::IgnoreDelay,
@@ -34,6 +36,7 @@ impl SweepMethod {
         Self::RollbackLiteral,
         Self::Replay,
         Self::Ours,
+        Self::OursUncorrected,
         Self::SingleOurs,
     ];
 
@@ -47,6 +50,7 @@ impl SweepMethod {
             Self::RollbackLiteral => "rollback-literal",
             Self::Replay => "replay",
             Self::Ours => "ours",
+            Self::OursUncorrected => "ours-uncorrected",
             Self::SingleOurs => "single-ours",
         }
     }
@@ -54,7 +58,7 @@ impl SweepMethod {
     /// What the first agent alone achieves by the same filter: what collaboration is measured against.
     pub const fn alone(self) -> Self {
         match self {
-            Self::Ours | Self::SingleOurs => Self::SingleOurs,
+            Self::Ours | Self::OursUncorrected | Self::SingleOurs => Self::SingleOurs,
             _ => Self::Single,
         }
     }
@@ -73,7 +77,7 @@ impl SweepMethod {
                 set("method", "csba-wls".into());
                 set("main_agent", first.as_str().into());
             }
-            Self::Ours | Self::SingleOurs => set("method", "ours".into()),
+            Self::Ours | Self::OursUncorrected | Self::SingleOurs => set("method", "ours".into()),
             Self::Single | Self::DropLate | Self::IgnoreDelay | Self::RollbackLiteral | Self::Replay => {
                 set("method", "ours".into());
                 set("motion", "cv".into());
@@ -84,6 +88,10 @@ impl SweepMethod {
             Self::IgnoreDelay => set("late_data", "ignore-delay".into()),
             Self::RollbackLiteral => set("late_data", "rollback-only".into()),
             _ => {}
+        }
+        // It is ours alone; the others are to differ in their treatment of late data.
+        if !matches!(self, Self::Ours | Self::SingleOurs) {
+            set("registration", "off".into());
         }
         if self.is_alone() {
             set("only_agents", vec![first.as_str()].into());

@@ -12,6 +12,15 @@ use v2x_fusion_hub::settings::{HubSettings, SettingsError};
 /// and no method is asked just after its data came.
 const PUBLISH_HZ: f64 = 10.75;
 
+/// How long a run is, and what of it is scored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Length {
+    /// How long agents capture.
+    pub duration: Span,
+    /// When scoring begins: everybody has reported by then, and tracks have settled.
+    pub settle: Span,
+}
+
 /// What is swept over what.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -25,8 +34,8 @@ pub struct Plan {
     pub seeds: Vec<u64>,
     /// What is compared.
     pub methods: Vec<SweepMethod>,
-    /// How long agents capture.
-    pub duration: Span,
+    /// How long a run is.
+    pub length: Length,
     /// Whether as processes over the network.
     pub live: bool,
 }
@@ -178,7 +187,7 @@ mod tests {
             delta_max_ms: vec![None],
             seeds: vec![1, 2],
             methods: SweepMethod::ALL.to_vec(),
-            duration: Span::from_millis(8000),
+            length: Length { duration: Span::from_millis(8000), settle: Span::from_millis(2000) },
             live: false,
         }
     }

@@ -44,7 +44,7 @@ pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result
     let work = |place: usize| -> anyhow::Result<Vec<Record>> {
         let point = &points[place];
         let unknown = unknown(plan, point, store);
-        let records = virtual_point::run(point, &unknown, plan.duration).with_context(|| point.place())?;
+        let records = virtual_point::run(point, &unknown, plan.length).with_context(|| point.place())?;
         for (method, record) in unknown.iter().zip(&records) {
             store.keep(&key(plan, point, *method), record)?;
         }
@@ -71,7 +71,7 @@ pub async fn run_live(
             Vec::new()
         } else {
             let folder = folder.join("live").join(format!("{place:03}"));
-            let run = live_point::run(point, &unknown, (plan.duration, &folder), shutdown).await;
+            let run = live_point::run(point, &unknown, (plan.length, &folder), shutdown).await;
             match run.with_context(|| point.place())? {
                 Some(records) => records,
                 None => return Ok(None),

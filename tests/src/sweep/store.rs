@@ -82,7 +82,8 @@ pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
         method.key(),
         &point.seed.to_string(),
         &point.n_agents.to_string(),
-        &plan.duration.as_nanos().to_string(),
+        &plan.length.duration.as_nanos().to_string(),
+        &plan.length.settle.as_nanos().to_string(),
         if plan.live { "live" } else { "virtual" },
     ];
     // FNV-1a; the zero byte keeps neighbours apart.

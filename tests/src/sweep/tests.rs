@@ -1,7 +1,7 @@
 //! Sweeps as a whole, in virtual time.
 
 use super::method::SweepMethod;
-use super::plan::Plan;
+use super::plan::{Length, Plan};
 use super::record::Subset;
 use super::rows::Row;
 use super::run::run_virtual;
@@ -23,7 +23,7 @@ fn plan(axes: &[&str], methods: &[SweepMethod], seconds: i64) -> Plan {
         delta_max_ms: vec![None],
         seeds: vec![1],
         methods: methods.to_vec(),
-        duration: Span::from_millis(1000 * seconds),
+        length: Length { duration: Span::from_millis(1000 * seconds), settle: Span::from_millis(2000) },
         live: false,
     }
 }

@@ -3,7 +3,7 @@
 use super::gallery::Gallery;
 use super::judge::{Judge, Whose};
 use super::method::SweepMethod;
-use super::plan::Point;
+use super::plan::{Length, Point};
 use super::record::{Fates, Record, distribution};
 use crate::coverage::Coverage;
 use crate::simulation::Simulation;
@@ -29,9 +29,9 @@ pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Obser
 }
 
 /// Runs the methods; one record each.
-pub fn run(point: &Point, methods: &[SweepMethod], duration: Span) -> anyhow::Result<Vec<Record>> {
-    let span = (START, START + duration);
-    let traffic = Traffic::new(&point.scenario, point.seed, (START, duration), point.n_agents)?;
+pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
+    let span = (START, START + length.duration);
+    let traffic = Traffic::new(&point.scenario, point.seed, (START, length.duration), point.n_agents)?;
     let mut whose = Whose::default();
     for Arrival { frame, way, identities, .. } in &traffic.arrivals {
         whose.insert(frame.id, way.captured_at, identities.objects.clone());
@@ -44,7 +44,7 @@ pub fn run(point: &Point, methods: &[SweepMethod], duration: Span) -> anyhow::Re
         for method in methods {
             let settings = HubSettings::from_table(point.hub_table(*method)).context(method.key())?;
             let mut engine = Engine::new(settings.engine);
-            let mut judge = Judge::new(&mut gallery, &whose, span);
+            let mut judge = Judge::new(&mut gallery, &whose, (span.0 + length.settle, span.1));
             let listening = Listening {
                 publish: settings.publish,
                 start: START,
@@ -54,7 +54,7 @@ pub fn run(point: &Point, methods: &[SweepMethod], duration: Span) -> anyhow::Re
             traffic.feed(&mut engine, listening, |received| judge.add(&received))?;
             let mut record = judge.finish();
             let heard = |arrival: &&Arrival| settings.listens_to(&arrival.frame.id.agent);
-            note_traffic(&mut record, traffic.arrivals.iter().filter(heard), duration);
+            note_traffic(&mut record, traffic.arrivals.iter().filter(heard), length.duration);
             note_books(&mut record, engine.inbox(), &point.first_agent());
             records.push(record);
         }
