@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use serde_json::Value;
+use std::collections::BTreeSet;
 
 /// All rows; `first` are the first columns, all others follow by name. What a field holds itself is named after a
 /// dot: `age_ms.p50`.
@@ -9,9 +10,8 @@ pub(crate) fn rows_csv(rows: &[impl Serialize], first: &[&str]) -> anyhow::Resul
     let rows = rows.iter().map(|row| Ok(flat(&serde_json::to_value(row)?)));
     let rows = rows.collect::<anyhow::Result<Vec<Vec<(String, String)>>>>()?;
     // A part that is missing in one row is there in another.
-    let names: std::collections::BTreeSet<&str> =
-        rows.iter().flatten().map(|(name, _)| name.as_str()).filter(|name| !is_whole(name, &rows)).collect();
-    let others = names.into_iter().filter(|name| !first.contains(name));
+    let names: BTreeSet<&str> = rows.iter().flatten().map(|(name, _)| name.as_str()).collect();
+    let others = names.iter().copied().filter(|name| !first.contains(name) && !has_parts(name, &names));
     let columns: Vec<&str> = first.iter().copied().chain(others).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(&columns)?;
@@ -23,9 +23,8 @@ pub(crate) fn rows_csv(rows: &[impl Serialize], first: &[&str]) -> anyhow::Resul
 }
 
 /// Whether other rows have parts where this name has none.
-fn is_whole(name: &str, rows: &[Vec<(String, String)>]) -> bool {
-    let is_part = |other: &str| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
-    rows.iter().flatten().any(|(other, _)| is_part(other))
+fn has_parts(name: &str, names: &BTreeSet<&str>) -> bool {
+    names.iter().any(|other| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
 }
 
 fn flat(row: &Value) -> Vec<(String, String)> {

@@ -20,7 +20,7 @@ pub struct SweepArgs {
     /// world.traffic=0.2:0.8:0.2, agents.car.link=ideal,lte-uu. Two make a grid
     #[arg(required = true, num_args = 1..=2, value_name = "AXIS[=VALUES]")]
     axes: Vec<Axis>,
-    /// The scenario file [default: a roadside unit and a car at a crossing, the car late]
+    /// The scenario file [default: a roadside unit and a car at a crossing, the car late; for agents: ten of them]
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// What to compare [default: all; ours-uncorrected only where clocks or poses err]
@@ -76,6 +76,7 @@ impl SweepArgs {
             Some(path) => {
                 std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?
             }
+            None if self.axes.iter().any(Axis::is_number_of_agents) => super::TEN_AGENTS.to_owned(),
             None => super::DEFAULT_SCENARIO.to_owned(),
         };
         let base = text.parse().with_context(|| match &self.scenario {
@@ -95,12 +96,9 @@ impl SweepArgs {
         );
         let n_seeds = self.seeds.unwrap_or(if self.live { 2 } else { 5 });
         ensure!((1..=10_000).contains(&n_seeds), "--seeds is {n_seeds}, expected 1 to 10000");
-        let names = |axis: &Axis| axis.name.clone();
-        ensure!(
-            self.axes.len() < 2 || names(&self.axes[0]) != names(&self.axes[1]),
-            "{} twice: vary two different parameters",
-            self.axes[0].name
-        );
+        if let [one, other] = &self.axes[..] {
+            ensure!(!one.overlaps(other), "{} and {} vary the same parameter", one.name, other.name);
+        }
         let sweeps_delta_max = self.axes.iter().any(Axis::is_delta_max);
         ensure!(
             !sweeps_delta_max || self.delta_max.is_empty(),
@@ -114,7 +112,12 @@ impl SweepArgs {
         if self.live {
             axes.iter_mut().for_each(|axis| axis.thin_out(LIVE_VALUES));
         }
-        let mut methods = self.methods.clone();
+        let mut methods: Vec<SweepMethod> = Vec::new();
+        for method in &self.methods {
+            if !methods.contains(method) {
+                methods.push(*method);
+            }
+        }
         if methods.is_empty() {
             methods = SweepMethod::ALL.to_vec();
             // Where nothing is to be corrected it is ours once more.

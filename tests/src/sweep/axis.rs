@@ -1,5 +1,6 @@
 //! What is swept: a parameter of the scenario, by its path or by a short name, and its values.
 
+use super::method::RESERVED;
 use super::overrides::{OverrideError, Path};
 use std::str::FromStr;
 
@@ -31,12 +32,15 @@ const NAMED: [Named; 10] = [
         &["agents.others.link.delay_ms"],
         &[0.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 500.0, 700.0, 1000.0],
     ),
-    named(
-        "jitter",
-        "jitter of the other agents' delay (1 σ), ms",
-        &["agents.others.link.jitter_ms"],
-        &[0.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 150.0],
-    ),
+    Named {
+        given: &[("agents.others.link.delay_ms", 200.0)],
+        ..named(
+            "jitter",
+            "jitter of the other agents' delay of 200 ms (1 σ), ms",
+            &["agents.others.link.jitter_ms"],
+            &[0.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0],
+        )
+    },
     named(
         "loss",
         "lost frames of the other agents, share",
@@ -58,12 +62,15 @@ const NAMED: [Named; 10] = [
         &["agents.others.clock.offset_ms"],
         &[-100.0, -50.0, -20.0, -10.0, 0.0, 10.0, 20.0, 50.0, 100.0],
     ),
-    named(
-        "pose",
-        "pose noise of the other agents (1 σ), m and °",
-        &["agents.others.pose_error.position_m", "agents.others.pose_error.yaw_deg"],
-        &[0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0],
-    ),
+    Named {
+        given: &[("agents.others.pose_error.correlation_s", 5.0)],
+        ..named(
+            "pose",
+            "pose noise of the other agents (1 σ, correlated over 5 s), m and °",
+            &["agents.others.pose_error.position_m", "agents.others.pose_error.yaw_deg"],
+            &[0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0],
+        )
+    },
     named(
         "bias",
         "pose bias of the other agents, m east and °",
@@ -71,7 +78,7 @@ const NAMED: [Named; 10] = [
         &[0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0],
     ),
     named("rate", "frames of each agent, Hz", &["agents.*.rate_hz"], &[1.0, 2.0, 5.0, 10.0, 20.0]),
-    named("agents", "number of agents", &[], &[1.0, 2.0, 3.0, 4.0, 5.0]),
+    named("agents", "number of agents", &[], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]),
     named("delta-max", "Δmax, ms", &["hub.delta_max_ms"], &[50.0, 100.0, 200.0, 300.0, 500.0, 700.0, 1000.0]),
 ];
 
@@ -106,6 +113,9 @@ pub enum AxisError {
     /// Neither a short name nor a path.
     #[error("{0:?} is neither one of {names} nor a path such as world.traffic", names = names().join(", "))]
     Unknown(String),
+    /// A setting that makes methods differ.
+    #[error("hub.{0} is what methods differ in: choose --methods instead")]
+    Reserved(String),
     /// A path without values.
     #[error("{0} needs values, such as {0}=0,50,100 or {0}=0:500:50")]
     NoValues(String),
@@ -165,11 +175,18 @@ impl Axis {
         self.values = (0..n).map(|place| self.values[place * last / (n - 1)].clone()).collect();
     }
 
+    /// Whether both vary the same parameter.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.name == other.name || self.paths.iter().any(|path| other.paths.contains(path))
+    }
+
+    /// Sets what the axis takes for granted.
+    pub fn prepare(&self, scenario: &mut toml::Table) -> Result<(), OverrideError> {
+        self.given.iter().try_for_each(|(path, given)| path.set(scenario, &toml::Value::Float(*given)))
+    }
+
     /// Sets a value in a scenario.
     pub fn apply(&self, value: &AxisValue, scenario: &mut toml::Table) -> Result<(), OverrideError> {
-        for (path, given) in &self.given {
-            path.set(scenario, &toml::Value::Float(*given))?;
-        }
         self.paths.iter().try_for_each(|path| path.set(scenario, &value.value))
     }
 
@@ -191,7 +208,8 @@ impl Axis {
 impl FromStr for Axis {
     type Err = AxisError;
 
-    /// `latency`, `latency=0,100,300`, `world.traffic=0.2:0.8:0.1`, `agents.rsu.link=ideal,lte-uu`.
+    /// `latency`, `latency=0,100,300`, `world.traffic=0.2:0.8:0.1`, `agents.car.link=ideal,lte-uu`; values that hold
+    /// commas are told apart by semicolons.
     fn from_str(text: &str) -> Result<Self, AxisError> {
         let (name, values) = text.split_once('=').map_or((text, None), |(name, values)| (name, Some(values)));
         let mut axis = match Self::of_numbers(name) {
@@ -206,6 +224,9 @@ impl FromStr for Axis {
             },
             None => return Err(AxisError::Unknown(name.to_owned())),
         };
+        if let Some(reserved) = name.strip_prefix("hub.").filter(|setting| RESERVED.contains(setting)) {
+            return Err(AxisError::Reserved(reserved.to_owned()));
+        }
         if let Some(values) = values {
             axis.values = parse_values(&axis, values)?;
             axis.has_default_values = false;
@@ -237,15 +258,32 @@ fn parse_values(axis: &Axis, text: &str) -> Result<Vec<AxisValue>, AxisError> {
         }
     }
     let must_be_a_number = !axis.name.contains('.');
-    let value = |(place, text): (u32, &str)| match text.parse::<f64>() {
-        Ok(x) if x.is_finite() => Ok(number(x)),
-        _ if must_be_a_number || text.is_empty() => Err(bad(text, "number")),
-        _ => {
-            let value = text.parse::<bool>().map_or_else(|_| text.into(), toml::Value::Boolean);
-            Ok(AxisValue { x: f64::from(place), text: text.to_owned(), value })
-        }
-    };
-    (0..).zip(text.split(',').map(str::trim)).map(value).collect()
+    let separator = if text.contains(';') { ';' } else { ',' };
+    let texts: Vec<&str> = text.split(separator).map(str::trim).collect();
+    let mut values = Vec::with_capacity(texts.len());
+    for text in texts {
+        values.push(match text.parse::<f64>() {
+            Ok(x) if x.is_finite() => number(x),
+            _ if must_be_a_number || text.is_empty() => return Err(bad(text, "number")),
+            _ => {
+                let value = text.parse::<bool>().map_or_else(|_| text.into(), toml::Value::Boolean);
+                AxisValue { x: f64::NAN, text: text.to_owned(), value }
+            }
+        });
+    }
+    if axis.is_number_of_agents()
+        && let Some(bad_one) = values.iter().find(|value| value.x != libm::trunc(value.x) || value.x < 1.0)
+    {
+        return Err(bad(&bad_one.text, "number of agents"));
+    }
+    if values.iter().any(|value| value.x.is_nan()) {
+        // Names stand in the order in which they were typed, and numbers among names are names.
+        (0u32..).zip(&mut values).for_each(|(place, value)| value.x = f64::from(place));
+    } else {
+        values.sort_by(|a, b| a.x.total_cmp(&b.x));
+        values.dedup_by(|a, b| a.x == b.x);
+    }
+    Ok(values)
 }
 
 fn number(x: f64) -> AxisValue {
@@ -272,6 +310,14 @@ mod tests {
         assert_eq!(values("world.traffic=0.1:0.5:0.2"), ["0.1", "0.3", "0.5"]);
         assert_eq!(values("agents.rsu.link=ideal,lte-uu"), ["ideal", "lte-uu"]);
         assert_eq!(values("latency").len(), 10);
+        assert_eq!(values("latency=300,0,100,0"), ["0", "100", "300"]);
+        assert_eq!(values("agents.car.link=ideal;cell-gamma:min=50ms,exp=150ms").len(), 2);
+    }
+
+    #[test]
+    fn numbers_among_names_are_names() {
+        let axis: Axis = "agents.car.sensing_ms=60,custom:delay=60ms".parse().unwrap();
+        assert_eq!(axis.values.iter().map(|value| value.x).collect::<Vec<_>>(), [0.0, 1.0]);
     }
 
     #[test]
@@ -302,5 +348,7 @@ mod tests {
         assert!(message("latency=fast").contains("\"fast\" is no number"));
         assert!(message("latency=0:100:-5").contains("FROM:TO:STEP"));
         assert!(message("latency=").contains("\"\" is no number"));
+        assert!(message("agents=1.5").contains("no number of agents"));
+        assert!(message("hub.late_data=drop").contains("--methods"));
     }
 }

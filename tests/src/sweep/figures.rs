@@ -1,7 +1,7 @@
 //! The figures of a sweep.
 
 use super::method::SweepMethod;
-use super::record::{PERCENTS, Subset};
+use super::record::{PERCENTS, Record, Subset};
 use super::rows::{Row, mean_distribution};
 use super::run::Results;
 use super::text::{Family, families};
@@ -54,8 +54,8 @@ pub(super) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     ];
     figures.push(Figure { name: "found", plot: plot("What is found", Subset::All, &found) });
     let fates: [Quantity; 3] = [
-        ("in sequence, share", |row| bare(row.on_time), Some(1.0)),
-        ("out of sequence, share", |row| bare(row.late), Some(1.0)),
+        ("late, share", |row| bare(row.late), Some(1.0)),
+        ("rolled back for, share", |row| bare(row.rolled_back), Some(1.0)),
         ("refused, share", |row| bare(row.refused), Some(1.0)),
     ];
     figures.push(Figure {
@@ -67,6 +67,18 @@ pub(super) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
         ("NIS / 2 of what was associated", |row| bare(row.nis), None),
     ];
     figures.push(Figure { name: "consistency", plot: plot("Consistency", Subset::All, &consistency) });
+    let stages: [Quantity; 4] = [
+        ("capture → send, median (ms)", |row| bare(row.capture_to_send_ms.map(|stage| stage.p50)), None),
+        ("send → arrive, median (ms)", |row| bare(row.send_to_arrive_ms.map(|stage| stage.p50)), None),
+        ("arrive → fused, median (ms)", |row| bare(row.arrive_to_fused_ms.map(|stage| stage.p50)), None),
+        ("fused → consumed, median (ms)", |row| bare(row.fused_to_consumed_ms.map(|stage| stage.p50)), None),
+    ];
+    figures.push(Figure { name: "stages", plot: plot("Stage by stage", Subset::All, &stages) });
+    if rows.iter().any(|row| row.cpu_share.is_some()) {
+        let load: [Quantity; 1] = [("share of a core", |row| bare(row.cpu_share), None)];
+        figures
+            .push(Figure { name: "processor", plot: plot("The hub's processor time", Subset::All, &load) });
+    }
     figures.push(Figure { name: "age", plot: ages(results) });
     if bytes_differ(rows) {
         figures.push(Figure { name: "bytes", plot: bytes(&families) });
@@ -110,41 +122,42 @@ fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity)
     Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top }
 }
 
-/// How old what is told is: the distribution at each value, of one method.
+/// How old what is told is: distributions at each value, of one method.
 fn ages(results: &[Results]) -> CurvePlot {
-    let (mut styles, mut curves) = (Vec::new(), Vec::new());
+    let mut styles = Vec::new();
+    let mut panels = [Vec::new(), Vec::new()];
     for results in results {
         let method = results.plan.methods.iter().copied().find(|method| *method == SweepMethod::Ours);
         let Some(method) = method.or_else(|| results.plan.methods.last().copied()) else { continue };
+        let live = if results.plan.live { ", live" } else { "" };
         for (number, place) in results.places.iter().enumerate() {
             let of_method = place.records.iter().find(|(known, _)| *known == method);
             let records: Vec<_> = of_method.iter().flat_map(|(_, records)| records).collect();
-            let Some(ages_ms) = mean_distribution(&records, |record| &record.age_ms) else { continue };
-            let at =
-                |(percent, x): (&u32, &f64)| Point { x: *x, y: f64::from(*percent) / 100.0, spread: 0.0 };
-            curves.push(PERCENTS.iter().zip(&ages_ms).map(at).collect());
+            let distributions: [fn(&Record) -> &Vec<f64>; 2] =
+                [|record| &record.age_ms, |record| &record.other_age_ms];
+            for (curves, of) in panels.iter_mut().zip(distributions) {
+                let ages_ms = mean_distribution(&records, of).unwrap_or_default();
+                let at =
+                    |(percent, x): (&u32, &f64)| Point { x: *x, y: f64::from(*percent) / 100.0, spread: 0.0 };
+                curves.push(PERCENTS.iter().zip(&ages_ms).map(at).collect());
+            }
             let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
-            let name = format!(
-                "{} ({}{})",
-                values.join(", "),
-                method.key(),
-                if results.plan.live { ", live" } else { "" }
-            );
+            let delta_max_ms = place.point.delta_max_ms;
+            let name = format!("{}, Δmax {delta_max_ms} ms{live}", values.join(", "));
             let dash = DASHES[(number / PALETTE.len()) % DASHES.len()];
-            styles.push(Style {
-                name,
-                colour: PALETTE[number % PALETTE.len()],
-                dash,
-                is_dotted: results.plan.live,
-            });
+            let colour = PALETTE[number % PALETTE.len()];
+            styles.push(Style { name, colour, dash, is_dotted: results.plan.live });
         }
     }
+    let labels = ["share of objects at most so old", "the other agents' newest detection in them"];
+    let panels = labels.into_iter().zip(panels);
+    let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Some(1.0) });
     CurvePlot {
-        title: "Age of the newest detection in an object when it is told".to_owned(),
-        x_label: "age of information, ms".to_owned(),
+        title: "Age of information in an object when it is told".to_owned(),
+        x_label: "age, ms".to_owned(),
         x_names: None,
         styles,
-        panels: vec![Panel { label: "share of objects at most so old".to_owned(), curves, top: Some(1.0) }],
+        panels: panels.collect(),
     }
 }
 

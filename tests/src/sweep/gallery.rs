@@ -31,13 +31,17 @@ pub struct Moment {
 #[derive(Debug)]
 pub struct Gallery<'a> {
     coverage: Coverage<'a>,
+    bodies: BTreeSet<ObjectId>,
     movers: BTreeSet<ObjectId>,
     moments: BTreeMap<Timestamp, Rc<Moment>>,
 }
 
 impl<'a> Gallery<'a> {
-    /// Of a run between two times.
-    pub fn new(mut coverage: Coverage<'a>, (start, end): (Timestamp, Timestamp)) -> Self {
+    /// Of a run between two times. Agents' own `bodies` never count.
+    pub fn new(
+        (mut coverage, bodies): (Coverage<'a>, BTreeSet<ObjectId>),
+        (start, end): (Timestamp, Timestamp),
+    ) -> Self {
         let mut first: BTreeMap<ObjectId, Pose> = BTreeMap::new();
         let mut movers = BTreeSet::new();
         let mut at = start;
@@ -51,7 +55,7 @@ impl<'a> Gallery<'a> {
             }
             at += LIFE_STEP;
         }
-        Self { coverage, movers, moments: BTreeMap::new() }
+        Self { coverage, bodies, movers, moments: BTreeMap::new() }
     }
 
     /// The world at a time.
@@ -60,7 +64,8 @@ impl<'a> Gallery<'a> {
             return moment.clone();
         }
         let view = self.coverage.at(at);
-        let counts = view.objects.iter().map(|object| self.coverage.is_common(&view, object.id)).collect();
+        let counts = |id| self.coverage.is_common(&view, id) && !self.bodies.contains(&id);
+        let counts = view.objects.iter().map(|object| counts(object.id)).collect();
         let subsets = view.objects.iter().map(|object| self.subsets(object)).collect();
         let moment = Rc::new(Moment { counts, subsets, objects: view.objects, poses: view.poses });
         self.moments.insert(at, moment.clone());

@@ -3,7 +3,7 @@
 use super::gallery::{Gallery, Moment};
 use super::record::{Errors, Geometric, Record, distribution};
 use crate::gospa::gospa;
-use crate::matching::{Matching, Outcome, match_by_distance, match_by_identity};
+use crate::matching::{Outcome, match_by_distance};
 use crate::metrics::half_nees;
 use crate::protocol::counting::errors;
 use crate::run_log::ReceivedFused;
@@ -41,15 +41,32 @@ impl Whose {
         self.agents.entry(agent).or_default().insert((epoch, sequence), Seen { captured_at, objects });
     }
 
-    /// Whose a fused object is, and when that was seen: its newest detection's, of one instant the first agent's by
-    /// name.
-    fn of(&self, object: &FusedObject) -> Option<(Timestamp, Option<ObjectId>)> {
-        let seen = object.contributors.iter().filter_map(|used| {
+    /// By whom a fused object was seen last, when, and as what.
+    fn of<'a>(
+        &'a self,
+        object: &'a FusedObject,
+    ) -> impl Iterator<Item = (AgentId, Timestamp, Option<ObjectId>)> + 'a {
+        object.contributors.iter().filter_map(|used| {
             let FrameId { agent, epoch, sequence } = used.frame;
             let seen = self.agents.get(&agent)?.get(&(epoch, sequence))?;
-            Some((seen.captured_at, seen.objects.get(usize::from(used.index)).copied().flatten()))
-        });
-        seen.reduce(|newest, other| if other.0 > newest.0 { other } else { newest })
+            Some((agent, seen.captured_at, seen.objects.get(usize::from(used.index)).copied().flatten()))
+        })
+    }
+}
+
+/// Whose frames' ways are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Focus {
+    /// The agent that the others are compared with.
+    pub first: AgentId,
+    /// Whether there is nobody else to look at.
+    pub is_alone: bool,
+}
+
+impl Focus {
+    /// Whether this agent's frames are looked at: the first agent's are only where it is alone.
+    pub fn is_on(&self, agent: &AgentId) -> bool {
+        self.is_alone || *agent != self.first
     }
 }
 
@@ -58,11 +75,13 @@ impl Whose {
 pub struct Judge<'a, 'b> {
     gallery: &'a mut Gallery<'b>,
     whose: &'a Whose,
+    focus: Focus,
     start: Timestamp,
     end: Timestamp,
     assigner: Assigner,
     record: Record,
     ages_ms: Vec<f64>,
+    other_ages_ms: Vec<f64>,
     to_fused_ms: Vec<f64>,
     to_consumed_ms: Vec<f64>,
     n_frames: usize,
@@ -70,15 +89,22 @@ pub struct Judge<'a, 'b> {
 
 impl<'a, 'b> Judge<'a, 'b> {
     /// Of what is told between two times.
-    pub fn new(gallery: &'a mut Gallery<'b>, whose: &'a Whose, (start, end): (Timestamp, Timestamp)) -> Self {
+    pub fn new(
+        gallery: &'a mut Gallery<'b>,
+        whose: &'a Whose,
+        focus: Focus,
+        (start, end): (Timestamp, Timestamp),
+    ) -> Self {
         Self {
             gallery,
             whose,
+            focus,
             start,
             end,
             assigner: Assigner::default(),
             record: Record::default(),
             ages_ms: Vec::new(),
+            other_ages_ms: Vec::new(),
             to_fused_ms: Vec::new(),
             to_consumed_ms: Vec::new(),
             n_frames: 0,
@@ -92,71 +118,71 @@ impl<'a, 'b> Judge<'a, 'b> {
             return;
         }
         let moment = self.gallery.at(frame.fused_at);
-        let matching = self.by_identity(&frame.objects, &moment, frame.fused_at);
-        self.count(&frame.objects, &moment, (&matching, frame.fused_at));
+        self.by_identity(&frame.objects, &moment, frame.fused_at);
         if self.n_frames.is_multiple_of(GEOMETRIC_EVERY) {
             self.by_place(&frame.objects, &moment);
         }
         self.n_frames += 1;
-        for included in &frame.includes {
+        for included in frame.includes.iter().filter(|included| self.focus.is_on(&included.frame.agent)) {
             self.to_fused_ms.push((frame.fused_at - included.received_at).as_millis_f64());
         }
         self.to_consumed_ms.push((received.received_at - frame.fused_at).as_millis_f64());
     }
 
-    fn by_identity(&mut self, told: &[FusedObject], moment: &Moment, at: Timestamp) -> Matching {
-        let mut places = Vec::with_capacity(told.len());
-        let mut is_of_something = Vec::with_capacity(told.len());
+    /// As the paper's tables count: a box is of the object that the first agent's last detection in it is of, else of
+    /// its newest one's; of several boxes of one object all errors add up, and all but one are false.
+    fn by_identity(&mut self, told: &[FusedObject], moment: &Moment, at: Timestamp) {
+        let mut is_found = vec![false; moment.objects.len()];
+        let mut sums = [Errors::default(); 4];
+        let mut add = |subsets: [bool; 4], one: Errors| {
+            let of_subsets = sums.iter_mut().zip(subsets).filter(|(_, is_in)| *is_in);
+            of_subsets.for_each(|(sums, _)| sums.add(&one));
+        };
         for object in told {
-            let whose = self.whose.of(object);
-            let id = whose.and_then(|(_, id)| id);
-            let place = id.and_then(|id| moment.objects.binary_search_by_key(&id, |object| object.id).ok());
-            if let (Some((captured_at, _)), Some(place)) = (whose, place)
-                && moment.counts[place]
-            {
-                self.ages_ms.push((at - captured_at).as_millis_f64());
+            let place_of = |id: ObjectId| moment.objects.binary_search_by_key(&id, |object| object.id).ok();
+            let Some(place) = self.identity(object).and_then(place_of) else {
+                // Which subset something that is not there belongs to nobody knows. It counts where both look.
+                if self.gallery.is_in_view(moment, object.bev.x, object.bev.y) {
+                    add([true, false, false, false], Errors { false_: 1, ..Errors::default() });
+                }
+                continue;
+            };
+            if !moment.counts[place] {
+                continue;
             }
-            places.push(place);
-            is_of_something.push(place.is_some());
+            let truth = &moment.objects[place].bev;
+            let [ate_m, ade_m, aoe_deg] = errors(&object.bev, truth);
+            let is_second = std::mem::replace(&mut is_found[place], true);
+            let (found, false_) = (u64::from(!is_second), u64::from(is_second));
+            add(moment.subsets[place], Errors { found, false_, ate_m, ade_m, aoe_deg, missed: 0 });
+            if let Some(nees) = half_nees(&prediction(object), truth) {
+                self.record.nees = (self.record.nees.0 + nees, self.record.nees.1 + 1);
+            }
+            self.note_ages(object, at);
         }
-        let boxes: Vec<_> = told.iter().map(|object| object.bev).collect();
-        let matching = match_by_identity(&boxes, &places, &moment.objects, &moment.counts);
-        // What is of nothing counts where both look; a second one of an object that counts, anywhere.
-        let is_in_view = |index: usize| self.gallery.is_in_view(moment, boxes[index].x, boxes[index].y);
-        matching.restricted_to(|_| true, |index| is_of_something[index] || is_in_view(index))
-    }
-
-    fn count(&mut self, told: &[FusedObject], moment: &Moment, (matching, at): (&Matching, Timestamp)) {
+        let missed = (0..moment.objects.len()).filter(|place| moment.counts[*place] && !is_found[*place]);
+        missed.for_each(|place| add(moment.subsets[place], Errors { missed: 1, ..Errors::default() }));
         let place = usize::try_from((at - self.start).as_nanos() / BLOCK.as_nanos()).unwrap_or(0);
         if self.record.blocks.len() <= place {
             self.record.blocks.resize(place + 1, [Errors::default(); 4]);
         }
-        let block = &mut self.record.blocks[place];
-        let mut add = |subsets: [bool; 4], one: Errors| {
-            let of_subsets = block.iter_mut().zip(subsets).filter(|(_, is_in)| *is_in);
-            of_subsets.for_each(|(sums, _)| sums.add(&one));
+        self.record.blocks[place].iter_mut().zip(&sums).for_each(|(block, sums)| block.add(sums));
+    }
+
+    fn identity(&self, object: &FusedObject) -> Option<ObjectId> {
+        let seen = || self.whose.of(object);
+        let by_first = seen().find(|(agent, ..)| *agent == self.focus.first);
+        by_first.or_else(|| seen().max_by_key(|(_, captured_at, _)| *captured_at)).and_then(|(.., id)| id)
+    }
+
+    fn note_ages(&mut self, object: &FusedObject, at: Timestamp) {
+        let newest = |is_meant: &dyn Fn(&AgentId) -> bool| {
+            let times = self.whose.of(object).filter(|(agent, ..)| is_meant(agent));
+            times.map(|(_, captured_at, _)| (at - captured_at).as_millis_f64()).reduce(f64::min)
         };
-        for (object, outcome) in told.iter().zip(&matching.outcomes) {
-            match *outcome {
-                Outcome::Matched(place) => {
-                    let truth = &moment.objects[place];
-                    let [ate_m, ade_m, aoe_deg] = errors(&object.bev, &truth.bev);
-                    add(
-                        moment.subsets[place],
-                        Errors { found: 1, ate_m, ade_m, aoe_deg, ..Errors::default() },
-                    );
-                    if let Some(nees) = half_nees(&prediction(object), &truth.bev) {
-                        self.record.nees = (self.record.nees.0 + nees, self.record.nees.1 + 1);
-                    }
-                }
-                // Which subset a false one belongs to nobody knows.
-                Outcome::False => add([true, false, false, false], Errors { false_: 1, ..Errors::default() }),
-                Outcome::Ignored => {}
-            }
-        }
-        for place in &matching.missed {
-            add(moment.subsets[*place], Errors { missed: 1, ..Errors::default() });
-        }
+        let (of_all, of_others) = (newest(&|_| true), newest(&|agent| *agent != self.focus.first));
+        self.ages_ms.extend(of_all);
+        self.other_ages_ms.extend(of_others);
     }
 
     fn by_place(&mut self, told: &[FusedObject], moment: &Moment) {
@@ -187,8 +213,9 @@ impl<'a, 'b> Judge<'a, 'b> {
 
     /// What it came to; what is known of frames on their way is still to be filled in.
     pub fn finish(self) -> Record {
-        let Self { mut record, ages_ms, to_fused_ms, to_consumed_ms, .. } = self;
+        let Self { mut record, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, .. } = self;
         record.age_ms = distribution(ages_ms);
+        record.other_age_ms = distribution(other_ages_ms);
         record.arrive_to_fused_ms = distribution(to_fused_ms);
         record.fused_to_consumed_ms = distribution(to_consumed_ms);
         record

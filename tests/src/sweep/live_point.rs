@@ -1,19 +1,20 @@
 //! One point over the network: agents and hubs as processes, every method a hub of its own on the same frames.
 //!
-//! The first hub relays for everybody; the others are routers that join it. Scenario time begins when all are up, so
+//! A relay carries the traffic for everybody; the hubs are routers that join it. Scenario time begins when all are up, so
 //! that agents send the very frames that they send in virtual time.
 
 use super::gallery::Gallery;
-use super::judge::{Judge, Whose};
+use super::judge::{Focus, Judge, Whose};
 use super::method::SweepMethod;
 use super::plan::{Length, Point};
-use super::record::{Fates, Record};
-use super::virtual_point::{note_ways, observers};
+use super::record::{Books, Record};
+use super::virtual_point::{agents_bodies, heard_by, observers};
+use super::ways::{Arrived, note_ways};
 use crate::consumer::{Consumer, Traffic};
 use crate::coverage::Coverage;
 use crate::loopback::{AgentOptions, Child, HubOptions, Launcher};
 use crate::recorded::run_log;
-use crate::run_log::RunLog;
+use crate::run_log::{ReceivedDetections, RunLog};
 use crate::simulation::Simulation;
 use crate::traffic::{self, Way};
 use anyhow::{Context, ensure};
@@ -28,11 +29,17 @@ use v2x_common::net::logging;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::Entry;
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire;
 use v2x_fusion_hub::hub::HubStatus;
 use v2x_fusion_hub::settings::HubSettings;
 
-/// Agents take at most so long to be up; scenario time begins then.
-const HEAD_START: Span = Span::from_millis(1500);
+/// Agents take at most so long to be up, and each so much more; scenario time begins then.
+const HEAD_START: Span = Span::from_millis(700);
+const HEAD_START_OF_EACH_MS: i64 = 400;
+/// A hub that listens to nobody, and hardly says anything.
+const RELAY: &str =
+    "[hub]\nid = \"relay\"\nonly_agents = [\"nobody\"]\npublish = { mode = \"fixed\", rate_hz = 0.1 }\n";
+const TOO_BUSY: &str = "this machine is too busy for a live sweep; try fewer --methods";
 /// What is on its way at the end may take so long to come.
 const DRAIN: Duration = Duration::from_millis(300);
 /// Samples that may wait to be read.
@@ -46,13 +53,19 @@ struct MethodHub {
     process: Child,
 }
 
+/// One hub's last words.
+struct Ended {
+    method: SweepMethod,
+    settings: HubSettings,
+    status: HubStatus,
+    cpu_share: Option<f64>,
+}
+
 /// What the run left.
 struct Outcome {
     start: Timestamp,
     log: RunLog,
-    bytes: Vec<(AgentId, usize)>,
-    /// By method: its last status, and its processor time, s.
-    hubs: Vec<(SweepMethod, HubSettings, HubStatus, Option<f64>)>,
+    hubs: Vec<Ended>,
 }
 
 /// Runs the methods; one record each. `None` where shutdown came first: all processes have ended then.
@@ -81,56 +94,82 @@ async fn play(
     let network = NetworkId::new(&format!("sweep-{}", clock::now().as_micros()))?;
     let launcher = Launcher::new(program, network).with_logs(folder, logging::DEFAULT_FILTER);
     let scenario = write(folder, "scenario.toml", &point.text)?;
-    let (mut hubs, mut relay): (Vec<MethodHub>, Option<String>) = (Vec::new(), None);
+    // Nobody's hub: it carries all traffic, so that no method's processor time does.
+    let config = Some(write(folder, "relay.toml", RELAY)?);
+    let (relay, connect) =
+        launcher.hub_named("relay", &HubOptions { config, ..HubOptions::default() }).await?;
+    let mut hubs = Vec::new();
     for method in methods {
-        let table = point.hub_table(*method);
-        let settings = HubSettings::from_table(table.clone())?;
-        let file: toml::Table = [("hub".to_owned(), table.into())].into_iter().collect();
-        let config = write(folder, &format!("{}.toml", method.key()), &toml::to_string(&file)?)?;
-        let connect = relay.iter().cloned().collect();
-        let options = HubOptions { config: Some(config), connect, ..HubOptions::default() };
-        let (process, locator) = launcher.hub_named(method.key(), &options).await?;
-        relay.get_or_insert(locator);
-        hubs.push(MethodHub { method: *method, settings, process });
+        hubs.push(start_hub(&launcher, (point, *method), (folder, &connect)).await?);
     }
-    let connect = relay.context("no method to run")?;
     let session = SessionOptions { connect: vec![connect.clone()], ..SessionOptions::default() };
     let consumer =
         Consumer::connect(&session, network, (Traffic::Everything, QUEUE), HUB_PATIENCE, shutdown).await?;
     let consumer = consumer.context("interrupted")?;
-    let start = clock::now() + HEAD_START;
+    let start =
+        clock::now() + HEAD_START + Span::from_millis(HEAD_START_OF_EACH_MS * i64::try_from(point.n_agents)?);
     let options = AgentOptions { scenario, connect, seed: point.seed, start };
     let mut agents = Vec::new();
     for agent in point.scenario.agents.iter().take(point.n_agents) {
         agents.push(launcher.agent(&agent.id, &options).await?);
     }
     let late = clock::now() - start;
-    ensure!(
-        late < Span::ZERO,
-        "the agents were {late} late to be up: this machine is too busy for a live sweep"
-    );
+    ensure!(late < Span::ZERO, "agents were up {late} late: {TOO_BUSY}");
+    let watched_from = clock::now();
     let busy_before: Vec<_> = hubs.iter().map(|hub| cpu_s(&hub.process)).collect();
     let entries = receive(&consumer, start + length.duration).await;
+    let watched_s = (clock::now() - watched_from).as_secs_f64();
     let busy = hubs.iter().map(|hub| cpu_s(&hub.process)).zip(busy_before);
-    let busy: Vec<_> = busy.map(|(after, before)| Some(after? - before?)).collect();
-    ensure!(consumer.dropped() == 0, "{} samples were dropped: this machine is too busy", consumer.dropped());
+    let shares: Vec<_> = busy.map(|(after, before)| Some((after? - before?) / watched_s)).collect();
+    ensure!(consumer.dropped() == 0, "{} samples were dropped: {TOO_BUSY}", consumer.dropped());
     for agent in agents {
-        agent.end("stopped").await?;
+        end_agent(agent).await?;
     }
     consumer.close().await?;
     let mut ended = Vec::new();
-    for (MethodHub { method, settings, process }, busy_s) in hubs.into_iter().zip(busy).rev() {
-        let (_, words) = process.end("stopped").await?;
-        let mut words = words.with_context(|| format!("the hub {} ended without a report", method.key()))?;
-        ended.push((method, settings, serde_json::from_value(words["status"].take())?, busy_s));
+    for (hub, cpu_share) in hubs.into_iter().zip(shares) {
+        ended.push(end_hub(hub, cpu_share).await?);
     }
-    ended.reverse();
-    let bytes = entries.iter().filter_map(|entry| match v2x_common::keys::Topic::of(&entry.key) {
-        Some(v2x_common::keys::Topic::Detections(agent)) => Some((agent, entry.payload.len())),
-        _ => None,
-    });
-    let bytes = bytes.collect();
-    Ok(Outcome { start, log: run_log(entries.into_iter().map(Ok))?, bytes, hubs: ended })
+    relay.end("stopped").await?;
+    Ok(Outcome { start, log: run_log(entries.into_iter().map(Ok))?, hubs: ended })
+}
+
+async fn start_hub(
+    launcher: &Launcher,
+    (point, method): (&Point, SweepMethod),
+    (folder, relay): (&Path, &str),
+) -> anyhow::Result<MethodHub> {
+    let table = point.hub_table(method);
+    let settings = HubSettings::from_table(table.clone())?;
+    let file: toml::Table = [("hub".to_owned(), table.into())].into_iter().collect();
+    let config = write(folder, &format!("{}.toml", method.key()), &toml::to_string(&file)?)?;
+    let options =
+        HubOptions { config: Some(config), connect: vec![relay.to_owned()], ..HubOptions::default() };
+    let (process, _) = launcher.hub_named(method.key(), &options).await?;
+    Ok(MethodHub { method, settings, process })
+}
+
+/// Ends an agent; an error where it could not send what it was to send.
+async fn end_agent(agent: Child) -> anyhow::Result<()> {
+    let name = agent.name().to_owned();
+    let (_, words) = agent.end("stopped").await?;
+    let words = words.with_context(|| format!("agent {name} ended without a report"))?;
+    for trouble in ["frames_skipped", "put_errors"] {
+        let n = words[trouble].as_u64().unwrap_or(0);
+        ensure!(n == 0, "agent {name} says {trouble}: {n}; {TOO_BUSY}");
+    }
+    Ok(())
+}
+
+/// Ends a hub; an error where it could not keep up.
+async fn end_hub(hub: MethodHub, cpu_share: Option<f64>) -> anyhow::Result<Ended> {
+    let MethodHub { method, settings, process } = hub;
+    let (_, words) = process.end("stopped").await?;
+    let mut words = words.with_context(|| format!("the hub {} ended without a report", method.key()))?;
+    let status: HubStatus = serde_json::from_value(words["status"].take())?;
+    let lost = status.dropped_overload + status.publish_errors + status.births_refused;
+    ensure!(lost == 0, "the hub {} could not keep up: {TOO_BUSY}", method.key());
+    Ok(Ended { method, settings, status, cpu_share })
 }
 
 /// Everything that comes until a while after `end`.
@@ -147,59 +186,55 @@ async fn receive(consumer: &Consumer, end: Timestamp) -> Vec<Entry> {
 }
 
 fn judge(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec<Record>> {
-    let Outcome { start, log, bytes, hubs } = outcome;
-    let span = (*start, *start + length.duration);
+    let Outcome { start, log, hubs } = outcome;
+    let (start, end) = (*start, *start + length.duration);
     let mut whose = Whose::default();
-    // Nobody but the simulation knows when frames were captured and sent in truth; it tells here as it told the agents.
-    let senders =
-        traffic::agents(&point.scenario, point.seed, *start).map(|agent| (Sender::new(&agent), agent));
+    let mut all = Vec::new();
+    // Nobody but the simulation knows when frames were captured and sent; it tells here as it told the agents.
+    let agents = traffic::agents(&point.scenario, point.seed, start);
     let senders: BTreeMap<AgentId, _> =
-        senders.map(|(sender, agent)| (agent.config().id, (sender, agent))).collect();
-    let mut ways: Vec<(AgentId, Way, Timestamp)> = Vec::new();
-    for received in &log.detections {
-        let id = received.frame.id;
-        let Some((sender, agent)) = senders.get(&id.agent) else { continue };
-        let way = Way::of(agent, sender, id.sequence);
-        whose.insert(id, way.captured_at, received.identities.objects.clone());
-        ways.push((id.agent, way, received.received_at));
+        agents.map(|agent| (agent.config().id, (Sender::new(&agent), agent))).collect();
+    let mut buffer = Vec::new();
+    for ReceivedDetections { received_at, frame, identities } in &log.detections {
+        let Some((sender, agent)) = senders.get(&frame.id.agent) else { continue };
+        let way = Way::of(agent, sender, frame.id.sequence);
+        whose.insert(frame.id, way.captured_at, identities.objects.clone());
+        buffer.clear();
+        wire::detections::encode(frame, &mut buffer)?;
+        let (stamp, bytes) = (frame.captured_at, buffer.len());
+        all.push(Arrived { agent: frame.id.agent, stamp, way, at: *received_at, bytes });
     }
-    let simulation = Simulation::new(&point.scenario, point.seed, *start);
+    let simulation = Simulation::new(&point.scenario, point.seed, start);
     let observers = observers(point, &simulation);
-    let first = point.first_agent();
     simulation.with_truth(|truth| {
-        let mut gallery = Gallery::new(Coverage::new(truth, &observers), span);
-        let records = hubs.iter().map(|(method, settings, status, busy_s)| {
-            let mut judge = Judge::new(&mut gallery, &whose, (span.0 + length.settle, span.1));
+        let coverage = Coverage::new(truth, &observers);
+        let mut gallery = Gallery::new((coverage, agents_bodies(&simulation)), (start, end));
+        let judge_one = |Ended { method, settings, status, cpu_share }: &Ended| {
+            let focus = Focus { first: point.first_agent(), is_alone: method.is_alone() };
+            let mut judge = Judge::new(&mut gallery, &whose, focus, (start + length.settle, end));
             let own = log.fused.iter().filter(|received| received.frame.hub.as_str() == method.key());
             own.for_each(|received| judge.add(received));
             let mut record = judge.finish();
             ensure!(!record.blocks.is_empty(), "the hub {} published nothing", method.key());
-            let heard = bytes.iter().filter(|(agent, _)| settings.listens_to(agent));
-            record.bytes_per_s =
-                heard.map(|(_, bytes)| *bytes as f64).sum::<f64>() / length.duration.as_secs_f64();
-            let heard = ways.iter().filter(|(agent, ..)| settings.listens_to(agent));
-            note_ways(&mut record, &heard.map(|(_, way, at)| (*way, *at)).collect::<Vec<_>>());
-            record.cpu_share = busy_s.map(|busy_s| busy_s / length.duration.as_secs_f64());
-            note_status(&mut record, status, &first);
+            note_ways(&mut record, &heard_by(settings, &all, end), (focus, length.duration));
+            note_status(&mut record, status, &focus.first);
+            record.cpu_share = *cpu_share;
             Ok(record)
-        });
-        records.collect()
+        };
+        hubs.iter().map(judge_one).collect()
     })
 }
 
 fn note_status(record: &mut Record, status: &HubStatus, first: &AgentId) {
     for agent in &status.agents {
-        if let Some(nis) = agent.nis_per_dof {
-            record.nis = (record.nis.0 + nis * agent.accepted as f64, record.nis.1 + agent.accepted);
-        }
-        if agent.id != *first {
-            let refused = agent.refused.iter().filter(|(reason, _)| *reason != "not_listened_to");
-            record.fates.add(&Fates {
-                on_time: agent.accepted - agent.out_of_sequence,
-                late: agent.out_of_sequence,
-                refused: refused.map(|(_, count)| count).sum(),
-            });
-        }
+        let refused = agent.refused.iter().filter(|(reason, _)| *reason != "not_listened_to");
+        record.note_books(Books {
+            is_first: agent.id == *first,
+            accepted: agent.accepted,
+            out_of_sequence: agent.out_of_sequence,
+            refused: refused.map(|(_, count)| count).sum(),
+            nis_per_dof: agent.nis_per_dof,
+        });
     }
 }
 

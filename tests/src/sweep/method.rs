@@ -16,7 +16,7 @@ pub enum SweepMethod {
     CsbaWls,
     /// Rollback as the paper's text reads: what is newer than a late frame is lost
     RollbackLiteral,
-    /// UniKF: rollback, and everything newer is replayed
+    /// UniKF's filter, constant velocity: rollback, and everything newer is replayed
     Replay,
     /// Ours: replay under four interacting motion models, sizes learnt
     Ours,
@@ -55,11 +55,13 @@ impl SweepMethod {
         }
     }
 
-    /// What the first agent alone achieves by the same filter: what collaboration is measured against.
-    pub const fn alone(self) -> Self {
+    /// What the first agent alone achieves by the same filter: what collaboration is measured against. `None` where
+    /// there is no such filter, and of the first agent alone itself.
+    pub const fn alone(self) -> Option<Self> {
         match self {
-            Self::Ours | Self::OursUncorrected | Self::SingleOurs => Self::SingleOurs,
-            _ => Self::Single,
+            Self::Ours | Self::OursUncorrected => Some(Self::SingleOurs),
+            Self::DropLate | Self::IgnoreDelay | Self::RollbackLiteral | Self::Replay => Some(Self::Single),
+            Self::CsbaWls | Self::Single | Self::SingleOurs => None,
         }
     }
 
@@ -68,36 +70,35 @@ impl SweepMethod {
         matches!(self, Self::Single | Self::SingleOurs)
     }
 
-    /// Puts its settings over a `[hub]` table; `first` is the agent that is not late.
+    /// Puts its settings over a `[hub]` table; `first` is the agent that is not late. What makes one method differ
+    /// from another is set in all of them, whatever the table says.
     pub fn configure(self, hub: &mut toml::Table, first: &AgentId) {
+        RESERVED.iter().for_each(|name| drop(hub.remove(*name)));
         let mut set = |name: &str, value: toml::Value| drop(hub.insert(name.to_owned(), value));
         set("id", self.key().into());
-        match self {
-            Self::CsbaWls => {
-                set("method", "csba-wls".into());
-                set("main_agent", first.as_str().into());
-            }
-            Self::Ours | Self::OursUncorrected | Self::SingleOurs => set("method", "ours".into()),
-            Self::Single | Self::DropLate | Self::IgnoreDelay | Self::RollbackLiteral | Self::Replay => {
-                set("method", "ours".into());
-                set("motion", "cv".into());
-            }
-        }
-        match self {
-            Self::DropLate => set("late_data", "drop".into()),
-            Self::IgnoreDelay => set("late_data", "ignore-delay".into()),
-            Self::RollbackLiteral => set("late_data", "rollback-only".into()),
-            _ => {}
-        }
-        // It is ours alone; the others are to differ in their treatment of late data.
-        if !matches!(self, Self::Ours | Self::SingleOurs) {
-            set("registration", "off".into());
-        }
+        set("method", if self == Self::CsbaWls { "csba-wls" } else { "ours" }.into());
+        set("main_agent", first.as_str().into());
+        let is_ours = matches!(self, Self::Ours | Self::OursUncorrected | Self::SingleOurs);
+        set("motion", if is_ours { "imm" } else { "cv" }.into());
+        let late_data = match self {
+            Self::DropLate => "drop",
+            Self::IgnoreDelay => "ignore-delay",
+            Self::RollbackLiteral => "rollback-only",
+            _ => "replay",
+        };
+        set("late_data", late_data.into());
+        // Ours alone; the others are to differ in their treatment of late data.
+        let corrects = matches!(self, Self::Ours | Self::SingleOurs);
+        set("registration", if corrects { "correct" } else { "off" }.into());
         if self.is_alone() {
             set("only_agents", vec![first.as_str()].into());
         }
     }
 }
+
+/// Settings that make one method differ from another: no scenario's, and no axis.
+pub const RESERVED: [&str; 7] =
+    ["id", "method", "main_agent", "motion", "late_data", "registration", "only_agents"];
 
 #[cfg(test)]
 mod tests {

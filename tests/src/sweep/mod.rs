@@ -19,6 +19,7 @@ pub mod run;
 pub mod store;
 mod text;
 pub mod virtual_point;
+pub mod ways;
 
 pub use args::SweepArgs;
 
@@ -30,8 +31,11 @@ use std::process::ExitCode;
 use store::Store;
 use v2x_common::net::shutdown;
 
-/// Two agents that see the same crossing; the second one's link is what is varied.
+/// A roadside unit in time, and a car whose link is what is varied.
 pub const DEFAULT_SCENARIO: &str = include_str!("../../../deploy/scenarios/latency.toml");
+
+/// For as many agents as one likes.
+const TEN_AGENTS: &str = include_str!("../../../deploy/scenarios/ten-agents.toml");
 
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;
@@ -49,20 +53,18 @@ pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
             store.len()
         );
     }
-    let mut results = Vec::new();
-    if plan.live {
-        // A network has processes to be ended; without one, Ctrl-C may end this one on the spot.
-        let shutdown = shutdown::token(false)?;
-        match run_live(&plan, (&store, &folder), &shutdown).await? {
-            Some(live) => results.push(live),
-            None => {
-                eprintln!("interrupted; all processes have ended, and the same command goes on from here");
-                return Ok(ExitCode::from(INTERRUPTED));
-            }
-        }
-    }
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    results.insert(0, run_virtual(&Plan { live: false, ..plan }, &store, threads)?);
+    let simulated = Plan { live: false, ..plan.clone() };
+    let mut results = vec![run_virtual(&simulated, &store, threads)?];
+    if plan.live {
+        // A network has processes to be ended; what is computed here, Ctrl-C may end on the spot.
+        let shutdown = shutdown::token(false)?;
+        let Some(live) = run_live(&plan, (&store, &folder), &shutdown).await? else {
+            eprintln!("interrupted; all processes have ended, and the same command goes on from here");
+            return Ok(ExitCode::from(INTERRUPTED));
+        };
+        results.push(live);
+    }
     let rows: Vec<Row> = results.iter().flat_map(Results::rows).collect();
     files::write(&rows, &results, &command(), &folder)?;
     let (text, report) = (text::terminal(&rows), folder.join("report.html"));

@@ -126,15 +126,18 @@ impl Plan {
             names.collect::<Vec<_>>().join(" ")
         };
         let mut table = self.base.clone();
+        let path = |text: &str| text.parse::<Path>().expect("our own paths are legal");
+        let publish = [("mode", toml::Value::from("fixed")), ("rate_hz", PUBLISH_HZ.into())];
+        let publish: toml::Table =
+            publish.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
+        path("hub.publish").set(&mut table, &publish.into())?;
+        self.axes.iter().try_for_each(|axis| axis.prepare(&mut table))?;
         for (axis, value) in self.axes.iter().zip(values) {
             axis.apply(value, &mut table)?;
         }
-        let path = |text: &str| text.parse::<Path>().expect("our own paths are legal");
         if let Some(delta_max_ms) = delta_max_ms {
             path("hub.delta_max_ms").set(&mut table, &toml::Value::Float(delta_max_ms))?;
         }
-        path("hub.publish.mode").set(&mut table, &"fixed".into())?;
-        path("hub.publish.rate_hz").set(&mut table, &PUBLISH_HZ.into())?;
         let text = toml::to_string(&table)?;
         let scenario = Scenario::from_toml(&text)
             .map_err(|source| PlanError::Scenario { at: at(), source: Box::new(source) })?;
@@ -152,7 +155,14 @@ impl Plan {
         let settings = HubSettings::from_table(scenario.hub.clone());
         let settings = settings.map_err(|source| PlanError::Hub { at: at(), source })?;
         let delta_max_ms = settings.engine.delta_max.as_millis_f64();
-        Ok(Point { values: values.to_vec(), delta_max_ms, seed, text, scenario, n_agents })
+        let point = Point { values: values.to_vec(), delta_max_ms, seed, text, scenario, n_agents };
+        for method in &self.methods {
+            HubSettings::from_table(point.hub_table(*method)).map_err(|source| PlanError::Hub {
+                at: format!("{}, method {}", at(), method.key()),
+                source,
+            })?;
+        }
+        Ok(point)
     }
 }
 
@@ -212,11 +222,20 @@ mod tests {
     }
 
     #[test]
+    fn what_an_axis_takes_for_granted_does_not_undo_another_axis() {
+        for axes in [["loss=0.1", "burst=2"], ["burst=2", "loss=0.1"]] {
+            assert_eq!(plan(&axes).points().unwrap()[0].scenario.agents[1].link.loss.rate, 0.1);
+        }
+        assert_eq!(plan(&["burst=2"]).points().unwrap()[0].scenario.agents[1].link.loss.rate, 0.3);
+    }
+
+    #[test]
     fn what_cannot_be_run_is_said_with_its_place_before_anything_runs() {
         let message = |axis: &str| plan(&[axis]).points().unwrap_err().to_string();
         assert!(message("world.trafic=1").contains("trafic"), "{}", message("world.trafic=1"));
         assert!(message("loss=0,3").starts_with("loss=3: "), "{}", message("loss=0,3"));
         assert!(message("hub.delta_max_ms=0").contains("delta_max_ms"));
+        assert!(message("hub.lag_ms=200").contains("method csba-wls"), "{}", message("hub.lag_ms=200"));
         assert!(message("agents=1,90").contains("the scenario has"));
     }
 }

@@ -75,23 +75,32 @@ pub struct Geometric {
     pub frames: u64,
 }
 
-/// Frames of the agents other than the first at the hub.
+/// Frames of the agents other than the first that arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fates {
-    /// Taken in, not older than what was in by more than ε_s.
-    pub on_time: u64,
-    /// Taken in, older.
+    /// All.
+    pub arrived: u64,
+    /// Of them, stamped earlier than something that had arrived before, of anybody whom the hub listens to.
     pub late: u64,
-    /// Refused, for whatever reason.
+    /// Taken in or refused by the hub; live, a few more come after the end.
+    pub handled: u64,
+    /// Taken in by the hub at an earlier time than what was in: rolled back for.
+    pub rolled_back: u64,
+    /// Refused by the hub, for whatever reason.
     pub refused: u64,
+    /// Of the first agent's frames: refused.
+    pub refused_of_first: u64,
 }
 
 impl Fates {
     /// Adds another agent's, or another run's.
     pub const fn add(&mut self, other: &Self) {
-        self.on_time += other.on_time;
+        self.arrived += other.arrived;
         self.late += other.late;
+        self.handled += other.handled;
+        self.rolled_back += other.rolled_back;
         self.refused += other.refused;
+        self.refused_of_first += other.refused_of_first;
     }
 }
 
@@ -108,11 +117,15 @@ pub struct Record {
     pub nis: (f64, u64),
     /// Of the other agents' frames.
     pub fates: Fates,
+    /// Mean time of the other agents' frames from capture to the hub, as drawn, ms.
+    pub delay_ms: Option<f64>,
     /// Bytes of detections that arrived, of all agents that the hub listens to, each second.
     pub bytes_per_s: f64,
     /// Age of information of found objects at `fused_at`, ms, at [`PERCENTS`].
     pub age_ms: Vec<f64>,
-    /// From capture to the detector's result, which is when a frame can be sent, ms; likewise the others.
+    /// Age of the other agents' newest detection in it, ms, where they saw it.
+    pub other_age_ms: Vec<f64>,
+    /// Of frames of the other agents, or of the first one where it is alone: from capture to the detector's result, which is when a frame can be sent, ms; likewise the others.
     pub capture_to_send_ms: Vec<f64>,
     /// From there to the hub.
     pub send_to_arrive_ms: Vec<f64>,
@@ -122,6 +135,37 @@ pub struct Record {
     pub fused_to_consumed_ms: Vec<f64>,
     /// Processor time of the hub over time; `None` in virtual time.
     pub cpu_share: Option<f64>,
+}
+
+/// What a hub's books say of one agent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Books {
+    /// Whether it is the first agent.
+    pub is_first: bool,
+    /// Frames taken in.
+    pub accepted: u64,
+    /// Of them, older than what was in.
+    pub out_of_sequence: u64,
+    /// Frames refused.
+    pub refused: u64,
+    /// Mean normalised innovation squared over its degrees of freedom.
+    pub nis_per_dof: Option<f64>,
+}
+
+impl Record {
+    /// Takes in what the books say of an agent. Innovations weigh by frames.
+    pub fn note_books(&mut self, books: Books) {
+        if let Some(nis) = books.nis_per_dof {
+            self.nis = (self.nis.0 + nis * books.accepted as f64, self.nis.1 + books.accepted);
+        }
+        if books.is_first {
+            self.fates.refused_of_first += books.refused;
+        } else {
+            self.fates.handled += books.accepted + books.refused;
+            self.fates.rolled_back += books.out_of_sequence;
+            self.fates.refused += books.refused;
+        }
+    }
 }
 
 /// Values at [`PERCENTS`], by nearest rank; empty where there are none.

@@ -2,12 +2,13 @@
 
 use super::method::SweepMethod;
 use super::plan::{Plan, Point};
-use super::record::{Errors, Fates, PERCENTS, Record, Subset};
+use super::record::{Errors, Fates, Geometric, PERCENTS, Record, Subset};
 use crate::bootstrap::{Pair, bootstrap};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// A ratio of errors with its 95 % interval (paired bootstrap over stretches of 5 s, common random numbers).
+/// A ratio of errors with its 95 % interval (paired bootstrap over seeds, and stretches of 5 s of each, on common
+/// random numbers).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Interval {
     /// The ratio.
@@ -44,11 +45,16 @@ pub struct Row {
     pub axis_2: Option<String>,
     /// Its value.
     pub y: Option<f64>,
+    /// Its value as typed.
+    pub y_text: Option<String>,
     /// Δmax of the hub, ms.
     pub delta_max_ms: f64,
     /// Which objects.
     pub subset: &'static str,
-    /// Mean distance of fused objects from the truth, m, matched by identity.
+    /// Mean time of the other agents' frames from capture to the hub, as drawn, ms.
+    pub delay_ms: Option<f64>,
+    /// Mean distance of fused objects from the truth, m, matched by identity; of several boxes of one object all errors
+    /// count.
     pub mate_m: Option<f64>,
     /// Standard deviation of that over seeds.
     pub mate_trial_std: Option<f64>,
@@ -56,12 +62,16 @@ pub struct Row {
     pub made_m: Option<f64>,
     /// Mean error of headings, degrees.
     pub maoe_deg: Option<f64>,
-    /// Share of fused objects that are right; of subsets `None`, since nobody knows where a false one belongs.
+    /// Share of fused objects that are right. What is of no object counts among all, and in no subset.
     pub precision: Option<f64>,
     /// Share of objects that are found.
     pub recall: Option<f64>,
     /// Error against that of the first agent alone under the same filter.
     pub versus_alone: Option<Interval>,
+    /// The same against a rollback that loses newer data; of `replay` only.
+    pub versus_rollback_literal: Option<Interval>,
+    /// What is left of what the partner brings at the first value, against the first agent alone.
+    pub kept: Option<f64>,
     /// Mean distance where matched by place within 4 m (all objects only).
     pub mate_by_place_m: Option<f64>,
     /// Precision of that.
@@ -74,17 +84,23 @@ pub struct Row {
     pub nees_position: Option<f64>,
     /// Mean normalised innovation squared over its degrees of freedom.
     pub nis: Option<f64>,
-    /// Of the other agents' frames: taken in, in sequence.
+    /// Of the other agents' frames that arrived: stamped no earlier than what had come before (less ε_s).
     pub on_time: Option<f64>,
-    /// Taken in, out of sequence.
+    /// Stamped earlier.
     pub late: Option<f64>,
+    /// Taken in at an earlier time than what was in.
+    pub rolled_back: Option<f64>,
     /// Refused.
     pub refused: Option<f64>,
+    /// The first agent's frames that were refused, all seeds together.
+    pub frames_refused_of_first: u64,
     /// Detections that arrive, bytes a second.
     pub bytes_per_s: f64,
     /// Age of the newest detection in a found object when the frame is told, ms.
     pub age_ms: Option<Stage>,
-    /// From capture until a frame can be sent, ms.
+    /// Age of the other agents' newest one.
+    pub other_age_ms: Option<Stage>,
+    /// Of the other agents' frames, or of the first one's where it is alone: from capture until it is sent, ms.
     pub capture_to_send_ms: Option<Stage>,
     /// From there to the hub.
     pub send_to_arrive_ms: Option<Stage>,
@@ -100,6 +116,9 @@ pub struct Row {
     pub live: bool,
 }
 
+/// Of fewer stretches of 5 s there is no interval.
+const FEWEST_STRETCHES: usize = 8;
+
 /// The records of a place and Δmax: by method, then by seed.
 pub type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;
 
@@ -107,8 +126,10 @@ pub type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;
 pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
     let of_method = |method: &SweepMethod| {
         let records = &group[method];
-        let alone = group.get(&method.alone()).filter(|_| !method.is_alone());
-        Subset::ALL.map(|subset| row(plan, (point, *method), (records, alone.map(Vec::as_slice)), subset))
+        let of = |other: Option<SweepMethod>| other.and_then(|other| group.get(&other)).map(Vec::as_slice);
+        let rollback = Some(SweepMethod::RollbackLiteral).filter(|_| *method == SweepMethod::Replay);
+        let rivals = [of(method.alone()), of(rollback)];
+        Subset::ALL.map(|subset| row(plan, (point, *method), (records, rivals), subset))
     };
     plan.methods.iter().filter(|method| group.contains_key(method)).flat_map(of_method).collect()
 }
@@ -116,18 +137,26 @@ pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
 fn row(
     plan: &Plan,
     (point, method): (&Point, SweepMethod),
-    (records, alone): (&[&Record], Option<&[&Record]>),
+    (records, [alone, rollback]): (&[&Record], [Option<&[&Record]>; 2]),
     subset: Subset,
 ) -> Row {
-    let errors: Vec<Errors> = records.iter().map(|record| total(record, subset)).collect();
-    let mean_of = |sum: fn(&Errors) -> f64| mean(errors.iter().filter_map(|e| ratio(sum(e), e.found)));
+    let runs: Vec<Errors> = records.iter().map(|record| total(record, subset)).collect();
+    let (mut all, mut place, mut fates) = (Errors::default(), Geometric::default(), Fates::default());
+    runs.iter().for_each(|run| all.add(run));
+    for record in records {
+        place.errors.add(&record.geometric.errors);
+        (place.gospa_m, place.frames) =
+            (place.gospa_m + record.geometric.gospa_m, place.frames + record.geometric.frames);
+        fates.add(&record.fates);
+    }
     let is_all = subset == Subset::All;
-    let place: Vec<Errors> = records.iter().map(|record| record.geometric.errors).collect();
     let of_all = |value: Option<f64>| value.filter(|_| is_all);
-    let mut fates = Fates::default();
-    records.iter().for_each(|record| fates.add(&record.fates));
-    let n_frames = fates.on_time + fates.late + fates.refused;
-    let share = |n: u64| ratio(n as f64, n_frames);
+    let pooled = |of: fn(&Record) -> (f64, u64)| {
+        let sums = records.iter().map(|record| of(record));
+        let (sum, n) = sums.fold((0.0, 0), |(sum, n), (value, count)| (sum + value, n + count));
+        ratio(sum, n)
+    };
+    let by_place = place.errors;
     let stage = |of: fn(&Record) -> &Vec<f64>| stage(records, of);
     Row {
         method: method.key(),
@@ -136,28 +165,33 @@ fn row(
         x_text: point.values[0].text.clone(),
         axis_2: plan.axes.get(1).map(|axis| axis.name.clone()),
         y: point.values.get(1).map(|value| value.x),
+        y_text: point.values.get(1).map(|value| value.text.clone()),
         delta_max_ms: point.delta_max_ms,
         subset: subset.name(),
-        mate_m: mean_of(|e| e.ate_m),
-        mate_trial_std: std(errors.iter().filter_map(|e| ratio(e.ate_m, e.found))),
-        made_m: mean_of(|e| e.ade_m),
-        maoe_deg: mean_of(|e| e.aoe_deg),
-        precision: of_all(mean(errors.iter().filter_map(|e| ratio(e.found as f64, e.found + e.false_)))),
-        recall: mean(errors.iter().filter_map(|e| ratio(e.found as f64, e.found + e.missed))),
+        delay_ms: mean(records.iter().filter_map(|record| record.delay_ms)),
+        mate_m: ratio(all.ate_m, all.found),
+        mate_trial_std: std(runs.iter().filter_map(|run| ratio(run.ate_m, run.found))),
+        made_m: ratio(all.ade_m, all.found),
+        maoe_deg: ratio(all.aoe_deg, all.found),
+        precision: ratio(all.found as f64, all.found + all.false_),
+        recall: ratio(all.found as f64, all.found + all.missed),
         versus_alone: alone.and_then(|alone| versus(alone, records, subset)),
-        mate_by_place_m: of_all(mean(place.iter().filter_map(|e| ratio(e.ate_m, e.found)))),
-        precision_by_place: of_all(mean(
-            place.iter().filter_map(|e| ratio(e.found as f64, e.found + e.false_)),
-        )),
-        recall_by_place: of_all(mean(place.iter().filter_map(|e| ratio(e.found as f64, e.found + e.missed)))),
-        gospa_m: of_all(mean(records.iter().filter_map(|r| ratio(r.geometric.gospa_m, r.geometric.frames)))),
-        nees_position: of_all(mean(records.iter().filter_map(|r| ratio(r.nees.0, r.nees.1)))),
-        nis: of_all(mean(records.iter().filter_map(|r| ratio(r.nis.0, r.nis.1)))),
-        on_time: share(fates.on_time),
-        late: share(fates.late),
-        refused: share(fates.refused),
+        versus_rollback_literal: rollback.and_then(|rollback| versus(rollback, records, subset)),
+        kept: None,
+        mate_by_place_m: of_all(ratio(by_place.ate_m, by_place.found)),
+        precision_by_place: of_all(ratio(by_place.found as f64, by_place.found + by_place.false_)),
+        recall_by_place: of_all(ratio(by_place.found as f64, by_place.found + by_place.missed)),
+        gospa_m: of_all(ratio(place.gospa_m, place.frames)),
+        nees_position: of_all(pooled(|record| record.nees)),
+        nis: of_all(pooled(|record| record.nis)),
+        on_time: ratio((fates.arrived - fates.late) as f64, fates.arrived),
+        late: ratio(fates.late as f64, fates.arrived),
+        rolled_back: ratio(fates.rolled_back as f64, fates.handled),
+        refused: ratio(fates.refused as f64, fates.handled),
+        frames_refused_of_first: fates.refused_of_first,
         bytes_per_s: mean(records.iter().map(|record| record.bytes_per_s)).unwrap_or(0.0),
         age_ms: stage(|record| &record.age_ms),
+        other_age_ms: stage(|record| &record.other_age_ms),
         capture_to_send_ms: stage(|record| &record.capture_to_send_ms),
         send_to_arrive_ms: stage(|record| &record.send_to_arrive_ms),
         arrive_to_fused_ms: stage(|record| &record.arrive_to_fused_ms),
@@ -175,16 +209,38 @@ pub fn total(record: &Record, subset: Subset) -> Errors {
     total
 }
 
-fn versus(alone: &[&Record], records: &[&Record], subset: Subset) -> Option<Interval> {
-    let mut pairs: Vec<Pair> = Vec::new();
-    for (alone, record) in alone.iter().zip(records) {
-        for (alone, block) in alone.blocks.iter().zip(&record.blocks) {
-            let sum = |errors: &Errors| (errors.ate_m, errors.found as f64);
-            pairs.push([sum(&block[subset as usize]), sum(&alone[subset as usize])]);
-        }
+/// The ratio of two methods' errors; `None` where there are too few stretches for an interval.
+fn versus(rival: &[&Record], records: &[&Record], subset: Subset) -> Option<Interval> {
+    let sum = |block: &[Errors; 4]| (block[subset as usize].ate_m, block[subset as usize].found as f64);
+    let of_seed = |(rival, record): (&&Record, &&Record)| -> Vec<Pair> {
+        record.blocks.iter().zip(&rival.blocks).map(|(own, rival)| [sum(own), sum(rival)]).collect()
+    };
+    let seeds: Vec<Vec<Pair>> = rival.iter().zip(records).map(of_seed).collect();
+    if seeds.iter().map(Vec::len).sum::<usize>() < FEWEST_STRETCHES {
+        return None;
     }
-    let ratio = bootstrap(&pairs, 1);
+    let ratio = bootstrap(&seeds, 1);
     ratio.ratio.is_finite().then_some(Interval { ratio: ratio.ratio, low: ratio.low, high: ratio.high })
+}
+
+/// Fills in what is kept of a partner's gain along the axis: its first value is the reference.
+pub fn note_kept(rows: &mut [Row]) {
+    let gain = |row: &Row| Some(row.mate_m? / row.versus_alone?.ratio - row.mate_m?);
+    let is_family = |a: &Row, b: &Row| {
+        (a.method, a.subset, a.live) == (b.method, b.subset, b.live)
+            && (a.y == b.y && a.delta_max_ms == b.delta_max_ms)
+    };
+    let mut references: Vec<Row> = Vec::new();
+    for row in rows {
+        let reference = match references.iter().find(|reference| is_family(reference, row)) {
+            Some(reference) => gain(reference),
+            None => {
+                references.push(row.clone());
+                gain(row)
+            }
+        };
+        row.kept = gain(row).zip(reference).filter(|(_, all)| *all > 0.0).map(|(gain, all)| gain / all);
+    }
 }
 
 /// A distribution's percentiles, averaged over runs.

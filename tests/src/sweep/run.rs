@@ -3,12 +3,13 @@
 use super::method::SweepMethod;
 use super::plan::{Plan, Point};
 use super::record::Record;
-use super::rows::{Group, Row, rows};
+use super::rows::{Group, Row, note_kept, rows};
 use super::store::{Store, key};
 use super::{live_point, virtual_point};
 use crate::protocol::parallel;
 use crate::tables::progress::Progress;
 use anyhow::Context;
+use std::collections::BTreeMap;
 use std::path::Path;
 use tokio_util::sync::CancellationToken;
 
@@ -48,7 +49,7 @@ pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result
         for (method, record) in unknown.iter().zip(&records) {
             store.keep(&key(plan, point, *method), record)?;
         }
-        Ok(with_known(plan, (point, store), (&unknown, records)))
+        with_known(plan, (point, store), (&unknown, records))
     };
     let done = parallel::map(points.len(), threads, work, |done, of| progress.tell(done, of));
     progress.end();
@@ -80,7 +81,7 @@ pub async fn run_live(
         for (method, record) in unknown.iter().zip(&records) {
             store.keep(&key(plan, point, *method), record)?;
         }
-        done.push(with_known(plan, (point, store), (&unknown, records)));
+        done.push(with_known(plan, (point, store), (&unknown, records))?);
         progress.tell(place + 1, points.len());
     }
     progress.end();
@@ -88,19 +89,25 @@ pub async fn run_live(
 }
 
 /// The methods whose run at a point is not known yet.
-pub fn unknown(plan: &Plan, point: &Point, store: &Store) -> Vec<SweepMethod> {
+fn unknown(plan: &Plan, point: &Point, store: &Store) -> Vec<SweepMethod> {
     plan.methods.iter().copied().filter(|method| store.get(&key(plan, point, *method)).is_none()).collect()
 }
 
 /// All methods' records at a point, in the plan's order: what was known, and what has just been run.
-pub fn with_known(
+fn with_known(
     plan: &Plan,
     (point, store): (&Point, &Store),
     (methods, records): (&[SweepMethod], Vec<Record>),
-) -> Vec<Record> {
-    let mut fresh = methods.iter().zip(records).collect::<std::collections::BTreeMap<_, _>>();
-    let known = |method: &SweepMethod| store.get(&key(plan, point, *method)).cloned();
-    plan.methods.iter().filter_map(|method| fresh.remove(method).or_else(|| known(method))).collect()
+) -> anyhow::Result<Vec<Record>> {
+    let mut fresh = methods.iter().zip(records).collect::<BTreeMap<_, _>>();
+    let record = |method: &SweepMethod| {
+        let known = || store.get(&key(plan, point, *method)).cloned();
+        fresh
+            .remove(method)
+            .or_else(known)
+            .with_context(|| format!("{} was not run {}", method.key(), point.place()))
+    };
+    plan.methods.iter().map(record).collect()
 }
 
 impl Results {
@@ -123,6 +130,9 @@ impl Results {
 
     /// The rows of all places.
     pub fn rows(&self) -> Vec<Row> {
-        self.places.iter().flat_map(|place| rows(&self.plan, &place.point, &place.group())).collect()
+        let of_place = |place: &Place| rows(&self.plan, &place.point, &place.group());
+        let mut rows: Vec<Row> = self.places.iter().flat_map(of_place).collect();
+        note_kept(&mut rows);
+        rows
     }
 }

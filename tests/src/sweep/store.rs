@@ -9,8 +9,7 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use v2x_fusion_hub::parameters;
+use std::sync::{Mutex, OnceLock};
 
 /// The file in a sweep's folder.
 const FILE: &str = "runs.jsonl";
@@ -73,11 +72,12 @@ impl Store {
     }
 }
 
-/// What a run depends on: one that differs in anything else gives the same bits.
+/// What a run depends on: one that differs in anything else gives the same bits. The scenario with all that it
+/// refers to (recorded links), and this very build.
 pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
     let parts = [
-        env!("CARGO_PKG_VERSION"),
-        parameters::FILE,
+        build(),
+        &format!("{:?}", point.scenario),
         &point.text,
         method.key(),
         &point.seed.to_string(),
@@ -94,6 +94,17 @@ pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
         });
     format!("{hash:016x}")
+}
+
+/// Tells this build from others.
+fn build() -> &'static str {
+    static BUILD: OnceLock<String> = OnceLock::new();
+    BUILD.get_or_init(|| {
+        let file = std::env::current_exe().and_then(std::fs::metadata);
+        let written = file.and_then(|file| Ok((file.len(), file.modified()?)));
+        // Where the system does not tell, the version must do.
+        format!("{} {:?}", env!("CARGO_PKG_VERSION"), written.ok())
+    })
 }
 
 #[cfg(test)]

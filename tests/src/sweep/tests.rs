@@ -57,12 +57,16 @@ fn beyond_delta_max_a_partner_changes_nothing_at_all() {
 #[test]
 fn replaying_late_data_helps_and_losing_newer_data_costs() {
     use SweepMethod::{Replay, RollbackLiteral, Single};
-    let rows = rows(&plan(&["latency=0,200"], &[Single, RollbackLiteral, Replay], 16), "replay");
+    let mut plan = plan(&["latency=0,200"], &[Single, RollbackLiteral, Replay], 16);
+    plan.seeds = vec![1, 2, 3];
+    let rows = rows(&plan, "replay");
     let at = |method, x| mate_m(&rows, method, x);
     assert!(at(Replay, 0.0) < at(Replay, 200.0) && at(Replay, 200.0) < at(Single, 200.0));
     assert!(at(RollbackLiteral, 200.0) > at(Single, 200.0));
     let versus = rows.iter().find(|row| row.method == "replay" && row.x == 200.0).unwrap().versus_alone;
     assert!(versus.is_some_and(|versus| versus.low < versus.ratio && versus.high < 1.0), "{versus:?}");
+    let kept = |x| rows.iter().find(|row| row.method == "replay" && row.x == x).unwrap().kept.unwrap();
+    assert!(kept(0.0) == 1.0 && (0.1..0.95).contains(&kept(200.0)), "{}", kept(200.0));
 }
 
 #[test]

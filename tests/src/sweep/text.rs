@@ -14,13 +14,19 @@ pub(super) struct Quantity {
 }
 
 /// What is printed. More is in the files.
-pub(super) const QUANTITIES: [Quantity; 11] = [
+pub(super) const QUANTITIES: [Quantity; 12] = [
     Quantity { title: "mATE, all objects (m)", subset: Subset::All, value: |row| row.mate_m, digits: 3 },
     Quantity {
         title: "mATE, objects faster than 3 m/s (m)",
         subset: Subset::Fast,
         value: |row| row.mate_m,
         digits: 3,
+    },
+    Quantity {
+        title: "what is kept of the gain over the first agent alone, objects faster than 3 m/s",
+        subset: Subset::Fast,
+        value: |row| row.kept,
+        digits: 2,
     },
     Quantity {
         title: "mATE over that of the first agent alone under the same filter, fast objects",
@@ -31,12 +37,7 @@ pub(super) const QUANTITIES: [Quantity; 11] = [
     Quantity { title: "mAOE, all objects (°)", subset: Subset::All, value: |row| row.maoe_deg, digits: 2 },
     Quantity { title: "precision", subset: Subset::All, value: |row| row.precision, digits: 4 },
     Quantity { title: "recall", subset: Subset::All, value: |row| row.recall, digits: 4 },
-    Quantity {
-        title: "other agents' frames: out of sequence",
-        subset: Subset::All,
-        value: |row| row.late,
-        digits: 3,
-    },
+    Quantity { title: "other agents' frames: late", subset: Subset::All, value: |row| row.late, digits: 3 },
     Quantity {
         title: "other agents' frames: refused",
         subset: Subset::All,
@@ -45,9 +46,9 @@ pub(super) const QUANTITIES: [Quantity; 11] = [
     },
     Quantity { title: "position NEES / 2", subset: Subset::All, value: |row| row.nees_position, digits: 2 },
     Quantity {
-        title: "age of information, median (ms)",
+        title: "age of the other agents' information in an object, median (ms)",
         subset: Subset::All,
-        value: |row| row.age_ms.map(|age| age.p50),
+        value: |row| row.other_age_ms.map(|age| age.p50),
         digits: 0,
     },
     Quantity {
@@ -69,7 +70,7 @@ pub(super) struct Family<'a> {
 impl Family<'_> {
     /// What it is called among others.
     pub(super) fn name(&self) -> String {
-        let second = self.rows.first().and_then(|row| row.axis_2.as_deref()).zip(self.y);
+        let second = self.rows.first().and_then(|row| row.axis_2.as_deref().zip(row.y_text.as_deref()));
         let parts = [
             second.map(|(axis, y)| format!("{axis} {y}")),
             self.delta_max_ms.map(|ms| format!("Δmax {ms} ms")),

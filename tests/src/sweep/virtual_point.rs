@@ -1,17 +1,20 @@
 //! One point in virtual time: the frames once, and every method on them.
 
 use super::gallery::Gallery;
-use super::judge::{Judge, Whose};
+use super::judge::{Focus, Judge, Whose};
 use super::method::SweepMethod;
 use super::plan::{Length, Point};
-use super::record::{Fates, Record, distribution};
+use super::record::{Books, Record};
+use super::ways::{Arrived, note_ways};
 use crate::coverage::Coverage;
 use crate::simulation::Simulation;
-use crate::traffic::{Arrival, Listening, Traffic, Way};
+use crate::traffic::{Arrival, Listening, Traffic};
 use crate::truth::Observer;
 use anyhow::Context;
+use std::collections::BTreeSet;
+use v2x_agent::truth::ObjectId;
 use v2x_common::id::AgentId;
-use v2x_common::time::{Span, Timestamp};
+use v2x_common::time::Timestamp;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::inbox::Inbox;
 use v2x_fusion_hub::settings::HubSettings;
@@ -30,7 +33,7 @@ pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Obser
 
 /// Runs the methods; one record each.
 pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
-    let span = (START, START + length.duration);
+    let end = START + length.duration;
     let traffic = Traffic::new(&point.scenario, point.seed, (START, length.duration), point.n_agents)?;
     let mut whose = Whose::default();
     for Arrival { frame, way, identities, .. } in &traffic.arrivals {
@@ -39,22 +42,25 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
     let simulation = Simulation::new(&point.scenario, point.seed, START);
     let observers = observers(point, &simulation);
     simulation.with_truth(|truth| {
-        let mut gallery = Gallery::new(Coverage::new(truth, &observers), span);
+        let coverage = Coverage::new(truth, &observers);
+        let mut gallery = Gallery::new((coverage, agents_bodies(&simulation)), (START, end));
         let mut records = Vec::with_capacity(methods.len());
         for method in methods {
             let settings = HubSettings::from_table(point.hub_table(*method)).context(method.key())?;
             let mut engine = Engine::new(settings.engine);
-            let mut judge = Judge::new(&mut gallery, &whose, (span.0 + length.settle, span.1));
+            let focus = Focus { first: point.first_agent(), is_alone: method.is_alone() };
+            let mut judge = Judge::new(&mut gallery, &whose, focus, (START + length.settle, end));
             let listening = Listening {
                 publish: settings.publish,
                 start: START,
-                until: Some(span.1),
+                until: Some(end),
                 listens_to: |agent: &AgentId| settings.listens_to(agent),
             };
             traffic.feed(&mut engine, listening, |received| judge.add(&received))?;
             let mut record = judge.finish();
-            let heard = |arrival: &&Arrival| settings.listens_to(&arrival.frame.id.agent);
-            note_traffic(&mut record, traffic.arrivals.iter().filter(heard), length.duration);
+            let heard: Vec<Arrived> = traffic.arrivals.iter().map(arrived).collect();
+            let heard: Vec<Arrived> = heard_by(&settings, &heard, end);
+            note_ways(&mut record, &heard, (focus, length.duration));
             note_books(&mut record, engine.inbox(), &point.first_agent());
             records.push(record);
         }
@@ -62,37 +68,29 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
     })
 }
 
-/// What the frames' ways were, and what they weigh.
-fn note_traffic<'a>(record: &mut Record, arrivals: impl Iterator<Item = &'a Arrival>, duration: Span) {
-    let mut bytes = 0;
-    let mut ways = Vec::new();
-    for arrival in arrivals {
-        bytes += arrival.bytes;
-        ways.push((arrival.way, arrival.received_at));
-    }
-    record.bytes_per_s = bytes as f64 / duration.as_secs_f64();
-    note_ways(record, &ways);
+fn arrived(Arrival { received_at, way, frame, bytes, .. }: &Arrival) -> Arrived {
+    Arrived { agent: frame.id.agent, stamp: frame.captured_at, way: *way, at: *received_at, bytes: *bytes }
 }
 
-/// How long frames took to be sent, and to arrive.
-pub(super) fn note_ways(record: &mut Record, ways: &[(Way, Timestamp)]) {
-    let millis = |of: fn(&(Way, Timestamp)) -> Span| {
-        distribution(ways.iter().map(|way| of(way).as_millis_f64()).collect())
-    };
-    record.capture_to_send_ms = millis(|(way, _)| way.sent_at - way.captured_at);
-    record.send_to_arrive_ms = millis(|(way, arrived_at)| *arrived_at - way.sent_at);
+/// What a hub heard until the end.
+pub(super) fn heard_by(settings: &HubSettings, all: &[Arrived], end: Timestamp) -> Vec<Arrived> {
+    all.iter().filter(|frame| settings.listens_to(&frame.agent) && frame.at <= end).copied().collect()
+}
+
+/// The objects that agents are: they report themselves, better than anybody sees them.
+pub(super) fn agents_bodies(simulation: &Simulation<'_>) -> BTreeSet<ObjectId> {
+    simulation.agent_facts(|_| None).into_iter().filter_map(|facts| facts.itself).collect()
 }
 
 /// What the hub's books say.
 fn note_books(record: &mut Record, inbox: &Inbox, first: &AgentId) {
     for (agent, books) in inbox.agents() {
-        record.nis = (record.nis.0 + books.nis_sum / 2.0, record.nis.1 + books.nis_count);
-        if agent != first {
-            record.fates.add(&Fates {
-                on_time: books.accepted - books.out_of_sequence,
-                late: books.out_of_sequence,
-                refused: books.refused_total(),
-            });
-        }
+        record.note_books(Books {
+            is_first: agent == first,
+            accepted: books.accepted,
+            out_of_sequence: books.out_of_sequence,
+            refused: books.refused_total(),
+            nis_per_dof: books.nis_per_dof(),
+        });
     }
 }

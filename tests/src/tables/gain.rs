@@ -16,8 +16,8 @@ pub(super) fn gains(
 ) -> Option<[Ratio; 3]> {
     let cells = [tables.plan.cell(setting, worse)?, tables.plan.cell(setting, better)?];
     let ratios = std::array::from_fn(|metric| {
-        let pairs: Vec<Pair> = (0..tables.scores.n_scenes())
-            .map(|scene| cells.map(|cell| totals(tables, cell, (scene, subset), metric)))
+        let pairs: Vec<Vec<Pair>> = (0..tables.scores.n_scenes())
+            .map(|scene| vec![cells.map(|cell| totals(tables, cell, (scene, subset), metric))])
             .collect();
         bootstrap(&pairs, tables.plan.seed)
     });
