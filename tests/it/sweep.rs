@@ -4,7 +4,7 @@ use crate::folder::Folder;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 fn mate_m(rows: &Value, method: &str, live: bool) -> f64 {
     let is_it = |row: &&Value| row["method"] == method && row["live"] == live && row["subset"] == "all";
@@ -42,7 +42,8 @@ fn ctrl_c_ends_a_live_sweep_and_all_its_processes() {
     let arguments = "sweep latency=0 --methods ours --live --seeds 1 --duration-s 600 --out out";
     let mut sweep = Command::new(lab);
     sweep.args(arguments.split(' ')).current_dir(&folder.0).stderr(Stdio::piped());
-    let mut sweep = sweep.spawn().expect("lab runs");
+    let mut sweep = Running(sweep.spawn().expect("lab runs"));
+    let sweep = &mut sweep.0;
     // The agent's log appears when it has been started, which is after the hub.
     let log = folder.0.join("out/live/000/car.log");
     while !std::fs::read_to_string(&log).is_ok_and(|text| text.contains("connected")) {
@@ -50,7 +51,7 @@ fn ctrl_c_ends_a_live_sweep_and_all_its_processes() {
         std::thread::yield_now();
     }
     let children = children_of(sweep.id());
-    assert_eq!(children.len(), 3, "a hub and two agents");
+    assert_eq!(children.len(), 4, "a relay, a hub and two agents");
     let killed = Command::new("kill").args(["-INT", &sweep.id().to_string()]).status().expect("kill runs");
     assert!(killed.success());
     let said: Vec<String> =
@@ -59,6 +60,15 @@ fn ctrl_c_ends_a_live_sweep_and_all_its_processes() {
     assert!(said.iter().any(|line| line.contains("interrupted")), "{said:?}");
     // They were killed before it ended; nobody but the system may still have to bury them.
     assert!(children.iter().all(|id| !is_running(*id)), "{children:?}");
+}
+
+/// A process that does not outlive the test, however that ends.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+    }
 }
 
 fn children_of(id: u32) -> Vec<u32> {
