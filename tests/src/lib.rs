@@ -78,5 +78,6 @@ pub mod truth;
 #[cfg(feature = "lab")]
 pub mod virtual_run;
 
-#[cfg(all(test, feature = "lab"))]
+#[cfg(test)]
+#[cfg(feature = "lab")]
 mod fixture;

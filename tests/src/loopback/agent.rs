@@ -60,6 +60,12 @@ impl NewAgent {
         self
     }
 
+    /// It connects here and not at the hub: to a proxy or router that stands between them.
+    pub fn through(mut self, endpoint: &str) -> Self {
+        self.berth.session.connect = vec![endpoint.to_owned()];
+        self
+    }
+
     /// What is random about it (its link, and the noise of its scripts) is drawn from this.
     pub const fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;

@@ -54,9 +54,11 @@ impl Station {
             let alive = session.liveliness().declare_token(keys.agent_alive(&agent)).await?;
             Ok::<_, zenoh::Error>((detections, sensor, alive))
         };
-        let (detections, sensor, alive) = declared.await.map_err(zenoh_error)?;
+        let (detections, sensor, alive) = declared.await.map_err(|error| zenoh_error(&error))?;
         let heard = tokio::time::timeout(PATIENCE, subscribed(&detections)).await;
-        heard.map_err(|_| KitError::NotHeard { agent, patience: PATIENCE })?.map_err(zenoh_error)?;
+        heard
+            .map_err(|_| KitError::NotHeard { agent, patience: PATIENCE })?
+            .map_err(|error| zenoh_error(&error))?;
         Ok(Self { session, detections, sensor, description, alive })
     }
 
@@ -92,6 +94,6 @@ async fn subscribed(publisher: &Publisher<'_>) -> zenoh::Result<()> {
     Ok(())
 }
 
-fn zenoh_error(error: zenoh::Error) -> KitError {
+fn zenoh_error(error: &zenoh::Error) -> KitError {
     KitError::Zenoh(anyhow!("{error}"))
 }
