@@ -68,8 +68,8 @@ pub(crate) async fn run(args: &ProxyArgs, shutdown: &CancellationToken) -> anyho
         relays.spawn(async move {
             let relayed = async { relay::relay(agent, TcpStream::connect(&to).await?, pipes).await };
             match relayed.await {
-                Ok(bytes) => {
-                    tracing::info!(%peer, bytes_there = bytes[0], bytes_back = bytes[1], "connection closed")
+                Ok([there, back]) => {
+                    tracing::info!(%peer, bytes_there = there, bytes_back = back, "connection closed");
                 }
                 Err(error) => tracing::warn!(%peer, to, %error, "connection broken"),
             }

@@ -4,7 +4,6 @@ use crate::{PATIENCE, PATIENT_HUB, inclusion};
 use std::time::Duration;
 use v2x_common::class::Class;
 use v2x_common::clock;
-use v2x_common::covariance::Covariance2;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::Span;
 use v2x_fusion_hub::hub::HubStatus;
@@ -71,13 +70,11 @@ async fn a_late_sharp_frame_moves_what_a_blurred_prompt_one_had_put_elsewhere() 
         network.agent("blurred").seed(11).join().await?,
     );
     // What cannot move is not predicted to have moved meanwhile.
-    let barrier = |x| Script::every(DELAY).of([Actor::new(Class::Barrier, x, -4.0)]);
     let captured_at = clock::now();
-    let report = |agent: &Agent, x, sigma_m| {
-        let exact = Noise { position_m: 0.0, ..Noise::default() };
-        let mut seen = barrier(x).with_noise(exact).detections((1, &agent.id()), 0, Span::ZERO);
-        seen.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
-        agent.send_frame(&agent.frame(captured_at, seen))
+    let report = |agent: &Agent, x, position_m| {
+        let barrier = Actor::new(Class::Barrier, x, -4.0);
+        let seen = barrier.detection(Span::ZERO, Noise { position_m, ..Noise::default() });
+        agent.send_frame(&agent.frame(captured_at, vec![seen]))
     };
     let sent = [report(&blurred, 33.0, 2.0)?, report(&sharp, 30.0, 0.1)?];
     let mut told = Vec::new();

@@ -16,6 +16,7 @@
 //!
 //! ```
 //! use std::time::Duration;
+//! use v2x_lab::loopback::v2x_common::fused::FusedFrame;
 //! use v2x_lab::loopback::{Actor, KitError, Network, Script, block_on};
 //!
 //! fn main() -> Result<(), KitError> {
@@ -27,7 +28,7 @@
 //!
 //!         // The hub hears of it late, and tells where it is: not where it was.
 //!         let start = network.started_at();
-//!         let is_there = |frame: &v2x_common::fused::FusedFrame| {
+//!         let is_there = |frame: &FusedFrame| {
 //!             let truth = car.bev_at(frame.fused_at - start);
 //!             frame.objects.iter().any(|object| object.bev.pose().distance_to(truth.x, truth.y) < 1.0)
 //!         };
@@ -58,3 +59,6 @@ pub use launcher::{AgentOptions, HubOptions, Launcher};
 pub use network::Network;
 pub use runtime::block_on;
 pub use script::{Actor, Noise, Script};
+// What frames are made of, so that a test needs to name one dependency alone.
+pub use v2x_common;
+pub use v2x_fusion_hub::hub::HubStatus;

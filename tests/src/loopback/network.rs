@@ -29,6 +29,7 @@ const CONNECT_PATIENCE: Duration = Duration::from_secs(20);
 
 /// A hub of its own on a free port of this machine, for one test. It and its agents end with it: in order by
 /// [`Network::end`], and at the latest when it is dropped.
+#[must_use = "it ends when it is dropped"]
 pub struct Network {
     id: NetworkId,
     locator: String,

@@ -63,6 +63,19 @@ impl Actor {
         let (w, d) = self.class.typical_size();
         BevBox { x: self.from.x + vx * t, y: self.from.y + vy * t, w, d, yaw: self.from.yaw }
     }
+
+    /// As a detector reports it that errs by this noise and happens not to err: to be changed as you like, and sent by
+    /// [`super::Agent::send`].
+    pub fn detection(&self, since_start: Span, noise: Noise) -> Detection {
+        Detection {
+            class: self.class,
+            score: 1.0,
+            bev: self.bev_at(since_start),
+            covariance: noise.covariance(),
+            velocity: None,
+            source_track: None,
+        }
+    }
 }
 
 /// How reports err: σ of normal distributions. What is reported as σ is the same, but at least 0.01.
@@ -129,30 +142,22 @@ impl Script {
         since_start: Span,
     ) -> Vec<Detection> {
         let objects = (0..).map(ObjectId).zip(&self.actors);
-        objects
-            .map(|(object, actor)| {
-                let mut rng = keyed_rng(seed, Some(agent), number, Purpose::Measurement(object));
-                let Noise { position_m, size_m, yaw_rad } = self.noise;
-                let truth = actor.bev_at(since_start);
-                let within = (MIN_SIZE_M, MAX_SIZE_M);
-                let bev = BevBox {
-                    x: truth.x + position_m * standard_normal(&mut rng),
-                    y: truth.y + position_m * standard_normal(&mut rng),
-                    w: truncated_normal(&mut rng, truth.w, size_m, within),
-                    d: truncated_normal(&mut rng, truth.d, size_m, within),
-                    yaw: wrap_angle(truth.yaw + yaw_rad * standard_normal(&mut rng)),
-                };
-                let covariance = self.noise.covariance();
-                Detection {
-                    class: actor.class,
-                    score: 1.0,
-                    bev,
-                    covariance,
-                    velocity: None,
-                    source_track: None,
-                }
-            })
-            .collect()
+        let reports = objects.map(|(object, actor)| {
+            let mut rng = keyed_rng(seed, Some(agent), number, Purpose::Measurement(object));
+            let Noise { position_m, size_m, yaw_rad } = self.noise;
+            let mut seen = actor.detection(since_start, self.noise);
+            let BevBox { x, y, w, d, yaw } = seen.bev;
+            let within = (MIN_SIZE_M, MAX_SIZE_M);
+            seen.bev = BevBox {
+                x: x + position_m * standard_normal(&mut rng),
+                y: y + position_m * standard_normal(&mut rng),
+                w: truncated_normal(&mut rng, w, size_m, within),
+                d: truncated_normal(&mut rng, d, size_m, within),
+                yaw: wrap_angle(yaw + yaw_rad * standard_normal(&mut rng)),
+            };
+            seen
+        });
+        reports.collect()
     }
 }
 
