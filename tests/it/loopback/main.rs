@@ -3,6 +3,7 @@
 //! `cargo test -p v2x-lab --no-default-features --features loopback --test loopback`
 
 mod delays;
+mod descriptions;
 mod endings;
 mod mistakes;
 

@@ -68,8 +68,8 @@ pub enum KitError {
         /// For how long it was waited.
         patience: Duration,
     },
-    /// A frame has no form on the wire.
-    #[error("{agent} cannot send this frame: {source}")]
+    /// A frame or a sensor description has no form on the wire.
+    #[error("{agent} cannot send this: {source}")]
     Frame {
         /// Which agent.
         agent: AgentId,
