@@ -2,6 +2,7 @@
 
 mod demo;
 mod mistakes;
+mod proxy;
 mod watch;
 
 /// Needs to know other processes: from `/proc`.

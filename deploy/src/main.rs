@@ -3,6 +3,7 @@
 mod demo;
 mod links;
 mod network;
+mod proxy;
 mod scenarios;
 mod status;
 mod up;
@@ -25,7 +26,8 @@ Examples:
   v2x up highway                   a whole network until Ctrl-C
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
-  v2x links                        the links that a scenario can name, with their delays and losses"
+  v2x links                        the links that a scenario can name, with their delays and losses
+  v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -46,6 +48,7 @@ enum Command {
     /// Ask the hubs how they and their agents fare
     Status(status::StatusArgs),
     Links(links::LinksArgs),
+    Proxy(proxy::ProxyArgs),
     /// Run a hub alone
     Hub(HubArgs),
     /// Run one agent of a scenario alone
@@ -68,6 +71,9 @@ async fn main() -> ExitCode {
             }
             Command::Status(args) => {
                 status::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Proxy(args) => {
+                proxy::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
             Command::Links(args) => links::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Hub(args) => {

@@ -1,6 +1,5 @@
 //! The hub's loop: samples in, fused frames out.
 
-use super::HubArgs;
 use super::intake::Received;
 use super::network::{Control, Network};
 use super::roster::Roster;
@@ -17,9 +16,9 @@ use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::fused::{FusedFrame, FusedObject};
-use v2x_common::id::AgentId;
+use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::keys::Keys;
-use v2x_common::net::{events, session};
+use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::time::Timestamp;
 use v2x_common::wire::{self, ENCODING_JSON};
 use zenoh::Session;
@@ -27,43 +26,46 @@ use zenoh::Session;
 /// How often the books are looked through.
 const BOOKKEEPING: Duration = Duration::from_secs(1);
 
-/// Runs a hub until shutdown.
-pub async fn run(args: HubArgs, shutdown: CancellationToken) -> anyhow::Result<()> {
-    run_with(args, shutdown, Engine::new).await
+/// What a hub is to be, however that was said.
+#[derive(Clone, Debug)]
+pub struct HubSetup {
+    /// The network to serve.
+    pub network: NetworkId,
+    /// How it fuses and publishes.
+    pub settings: HubSettings,
+    /// Where it listens, and what it joins.
+    pub session: SessionOptions,
 }
 
-/// Runs a hub around an engine of your own making, for example
-/// `|config| Engine::with_fusion(config, Box::new(MyMethod::default()))`.
-pub async fn run_with(
-    args: HubArgs,
+/// Runs a hub in this process until shutdown; gives its last status.
+///
+/// `on_ready` is told its name and where it listens, with the real port where 0 was asked for, once nothing that is sent there is
+/// lost.
+pub async fn serve(
+    setup: HubSetup,
     shutdown: CancellationToken,
     engine: impl FnOnce(EngineConfig) -> Engine,
-) -> anyhow::Result<()> {
-    let settings = args.settings()?;
-    let session = session::open(session::hub_config(&args.session_options())?).await.map_err(|error| {
-        let endpoints = if args.listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { args.listen.join(", ") };
+    on_ready: impl FnOnce(HubId, &[String]),
+) -> anyhow::Result<HubStatus> {
+    let session = session::open(session::hub_config(&setup.session)?).await.map_err(|error| {
+        let listen = &setup.session.listen;
+        let endpoints = if listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { listen.join(", ") };
         anyhow!("cannot listen on {endpoints} ({error}); is another hub running there? try --listen tcp/127.0.0.1:0")
     })?;
     let locators = session::locators(&session).await;
-    let mut hub = Hub::declare((&args, settings), engine, &session, locators).await?;
-    tracing::info!(hub = %hub.settings.engine.hub, network = %args.network, locators = ?hub.locators, "hub is ready");
-    if args.events {
-        events::emit(
-            "ready",
-            &serde_json::json!({ "locators": hub.locators, "hub": hub.settings.engine.hub }),
-        );
-    }
+    let mut hub = Hub::declare(setup, engine, &session, locators).await?;
+    tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
+    on_ready(hub.settings.engine.hub, &hub.locators);
     hub.serve(&shutdown).await;
     tracing::info!(hub = %hub.settings.engine.hub, published = hub.frames_published, "hub ends");
-    if args.events {
-        events::emit("stopped", &serde_json::json!({ "status": hub.status() }));
-    }
+    let status = hub.status();
     drop(hub);
-    session::close(session).await
+    session::close(session).await?;
+    Ok(status)
 }
 
 struct Hub {
-    args: HubArgs,
+    network_id: NetworkId,
     settings: HubSettings,
     engine: Engine,
     schedule: Schedule,
@@ -81,19 +83,19 @@ struct Hub {
 
 impl Hub {
     async fn declare(
-        (args, mut settings): (&HubArgs, HubSettings),
+        HubSetup { network: network_id, mut settings, .. }: HubSetup,
         engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         locators: Vec<String>,
     ) -> anyhow::Result<Self> {
         let started_at = clock::now();
         settings.engine.lineage = lineage_of(started_at);
-        let keys = Keys::new(args.network);
+        let keys = Keys::new(network_id);
         let hub = settings.engine.hub;
         let network = Network::declare(session, &keys, &hub).await;
         let network = network.map_err(|error| anyhow!("declaring the hub {hub}: {error}"))?;
         Ok(Self {
-            args: args.clone(),
+            network_id,
             engine: engine(settings.engine),
             schedule: Schedule::new(settings.publish, started_at),
             settings,
@@ -205,7 +207,7 @@ impl Hub {
     fn status(&self) -> HubStatus {
         HubStatus {
             hub: self.settings.engine.hub,
-            network: self.args.network,
+            network: self.network_id,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             lineage: self.settings.engine.lineage,
             started_at: self.started_at.as_micros(),

@@ -1,0 +1,234 @@
+//! An agent in this process: a client of the hub whose frames arrive as late as its link has it.
+
+use super::crew::{Member, Recruiter};
+use super::error::KitError;
+use super::mailbox::{self, Mailbox};
+use super::script::Script;
+use super::station::Station;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+use tokio_util::sync::{CancellationToken, DropGuard};
+use v2x_agent::link::profiles::{self, ProfileError};
+use v2x_agent::link::{Delay, Link, LinkConfig, Parcel, Transit};
+use v2x_common::clock;
+use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::id::{AgentId, FrameId, NetworkId};
+use v2x_common::net::session::SessionOptions;
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::Timestamp;
+use v2x_common::wire;
+
+/// What a network gives to each agent.
+#[derive(Clone)]
+pub(super) struct Berth {
+    pub(super) network: NetworkId,
+    pub(super) session: SessionOptions,
+    pub(super) started_at: Timestamp,
+    pub(super) ended: CancellationToken,
+    pub(super) member: Member,
+}
+
+/// An agent that is about to join a network. Mistakes in what it is told are told by [`NewAgent::join`].
+#[must_use = "it is no agent before it joins"]
+pub struct NewAgent {
+    name: String,
+    link: Result<LinkConfig, ProfileError>,
+    seed: u64,
+    description: Option<SensorDescription>,
+    berth: Berth,
+}
+
+impl NewAgent {
+    pub(super) fn new(name: &str, berth: Berth) -> Self {
+        Self { name: name.to_owned(), link: Ok(LinkConfig::default()), seed: 0, description: None, berth }
+    }
+
+    /// Its frames go over this link: `lte-uu`, `its-g5:loss=0.1,burst=4`, `custom:delay=80ms,jitter=30ms` and all that
+    /// `v2x links` lists.
+    pub fn over(mut self, link: &str) -> Self {
+        let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
+        self.link = profiles::parse(link, read);
+        self
+    }
+
+    /// Every frame takes so long, and none is lost.
+    pub fn late_by(mut self, delay: Duration) -> Self {
+        let delay = Delay::constant(delay.as_secs_f64());
+        self.link = Ok(LinkConfig { delay, ..LinkConfig::default() });
+        self
+    }
+
+    /// It connects here and not at the hub: to a proxy or router that stands between them.
+    pub fn through(mut self, endpoint: &str) -> Self {
+        self.berth.session.connect = vec![endpoint.to_owned()];
+        self
+    }
+
+    /// What is random about it (its link, and the noise of its scripts) is drawn from this.
+    pub const fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// It tells the hub this of its sensor, now and every second. Without, its misses count for nothing.
+    pub const fn described(mut self, description: SensorDescription) -> Self {
+        self.description = Some(description);
+        self
+    }
+
+    /// Connects, and waits until the hub listens: no frame is lost for being early.
+    pub async fn join(self) -> Result<Agent, KitError> {
+        let Self { name, link, seed, description, berth } = self;
+        let id = AgentId::new(&name).map_err(|source| KitError::Name { name, source })?;
+        let link = link.map_err(|source| KitError::Link { agent: id, source })?;
+        let station = Station::open(&berth, id, description).await?;
+        let mailbox = Mailbox::new(link.reorder);
+        let desk = Arc::new(Desk {
+            id,
+            epoch: u64::try_from(clock::now().as_micros()).unwrap_or(0),
+            sequence: AtomicU64::new(0),
+            link: Link::new(link, seed, id),
+            started_at: berth.started_at,
+            mailbox,
+        });
+        let Berth { ended, member, .. } = berth;
+        let crew = member.downgrade();
+        tokio::spawn(deliver(station, desk.clone(), ended.clone(), member));
+        Ok(Agent { desk, seed, crew, ended: ended.drop_guard() })
+    }
+}
+
+/// An agent of a network. It leaves when it is dropped, and what is on its way then is lost.
+#[must_use = "it leaves when it is dropped"]
+pub struct Agent {
+    desk: Arc<Desk>,
+    seed: u64,
+    crew: Recruiter,
+    ended: DropGuard,
+}
+
+/// A frame that was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// Its name, which the first fused frame that contains it tells in `includes`.
+    pub frame: FrameId,
+    /// When it is handed to the hub; `None` where the link loses it.
+    pub arrives_at: Option<Timestamp>,
+}
+
+impl Agent {
+    /// Its name.
+    pub fn id(&self) -> AgentId {
+        self.desk.id
+    }
+
+    /// Sends what was seen just now.
+    pub fn send(&self, detections: Vec<Detection>) -> Result<Sent, KitError> {
+        self.send_frame(&self.frame(clock::now(), detections))
+    }
+
+    /// Sends a frame of your own making.
+    pub fn send_frame(&self, frame: &DetectionFrame) -> Result<Sent, KitError> {
+        if self.ended.token().is_cancelled() { Err(KitError::HubEnded) } else { self.desk.send(frame) }
+    }
+
+    /// Its next frame, measured then; to be changed as you like, and sent by [`Agent::send_frame`].
+    pub fn frame(&self, captured_at: Timestamp, detections: Vec<Detection>) -> DetectionFrame {
+        self.desk.frame(captured_at, detections)
+    }
+
+    /// Sends what the script has it see, from now on until it leaves. The first frame is sent at once; a script of
+    /// which that has no form on the wire is refused.
+    pub fn play(&self, script: Script) -> Result<(), KitError> {
+        let member = self.crew.upgrade().ok_or(KitError::HubEnded)?;
+        let begun_at = clock::now();
+        self.desk.send_scripted(&script, (self.seed, begun_at), 0)?;
+        let (desk, seed, ended) = (self.desk.clone(), self.seed, self.ended.token().clone());
+        tokio::spawn(async move {
+            // Held until the task is over.
+            let _member = member;
+            let mut number = 1;
+            while sleep_until(script.capture_time(begun_at, number), &ended).await {
+                if let Err(error) = desk.send_scripted(&script, (seed, begun_at), number) {
+                    tracing::warn!(%error, number, "the script ends");
+                    return;
+                }
+                number += 1;
+            }
+        });
+        Ok(())
+    }
+}
+
+/// Where an agent's frames are numbered and put on their way.
+struct Desk {
+    id: AgentId,
+    epoch: u64,
+    sequence: AtomicU64,
+    link: Link,
+    started_at: Timestamp,
+    mailbox: Mailbox,
+}
+
+impl Desk {
+    fn frame(&self, captured_at: Timestamp, detections: Vec<Detection>) -> DetectionFrame {
+        let sequence = self.sequence.fetch_add(1, Ordering::Relaxed);
+        let id = FrameId { agent: self.id, epoch: self.epoch, sequence };
+        DetectionFrame { detections, ..DetectionFrame::empty(id, captured_at) }
+    }
+
+    fn send(&self, frame: &DetectionFrame) -> Result<Sent, KitError> {
+        let mut payload = Vec::new();
+        let encoded = wire::detections::encode(frame, &mut payload);
+        encoded.map_err(|source| KitError::Frame { agent: self.id, source })?;
+        let now = clock::now();
+        let (sequence, since_start) = (frame.id.sequence, now - self.started_at);
+        let parcel = Parcel { sequence, since_start, bytes: payload.len() };
+        let Transit::Delivered { delay } = self.link.transit(parcel) else {
+            return Ok(Sent { frame: frame.id, arrives_at: None });
+        };
+        if !self.mailbox.push(now + delay, payload) {
+            return Err(KitError::Backlog { agent: self.id, count: mailbox::CAPACITY });
+        }
+        Ok(Sent { frame: frame.id, arrives_at: Some(now + delay) })
+    }
+
+    fn send_scripted(
+        &self,
+        script: &Script,
+        (seed, begun_at): (u64, Timestamp),
+        number: u64,
+    ) -> Result<Sent, KitError> {
+        let captured_at = script.capture_time(begun_at, number);
+        let detections = script.detections((seed, &self.id), number, captured_at - self.started_at);
+        self.send(&self.frame(captured_at, detections))
+    }
+}
+
+/// Hands frames over when they are due, until the agent leaves.
+async fn deliver(station: Station, desk: Arc<Desk>, ended: CancellationToken, _member: Member) {
+    let mut descriptions = tokio::time::interval(Station::DESCRIPTION_INTERVAL);
+    loop {
+        let put = tokio::select! {
+            biased;
+            () = ended.cancelled() => break,
+            payload = desk.mailbox.next() => station.put(payload).await,
+            _ = descriptions.tick() => station.describe().await,
+        };
+        if let Err(error) = put {
+            tracing::warn!(agent = %desk.id, %error, "not sent");
+        }
+    }
+    station.close().await;
+}
+
+/// Waits until then; `false` where the end comes first.
+async fn sleep_until(at: Timestamp, ended: &CancellationToken) -> bool {
+    tokio::select! {
+        biased;
+        () = ended.cancelled() => false,
+        () = tokio::time::sleep((at - clock::now()).to_duration()) => true,
+    }
+}

@@ -1,0 +1,239 @@
+//! A hub in this process, and a consumer that sees what it publishes.
+
+use super::agent::{Berth, NewAgent};
+use super::crew::Crew;
+use super::error::{KitError, Seen};
+use super::runtime;
+use crate::consumer::{Consumer, Traffic};
+use crate::hub_status;
+use anyhow::anyhow;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
+use tokio_util::sync::{CancellationToken, DropGuard};
+use v2x_common::clock;
+use v2x_common::fused::FusedFrame;
+use v2x_common::id::NetworkId;
+use v2x_common::net::session::SessionOptions;
+use v2x_common::time::Timestamp;
+use v2x_common::wire;
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::hub::{HubSetup, HubStatus, serve};
+use v2x_fusion_hub::settings::HubSettings;
+
+/// Fused frames that wait to be looked at: half a minute at the most that a hub publishes.
+const CAPACITY: usize = 1 << 14;
+/// How long the consumer may take to reach a hub of this very process.
+const CONNECT_PATIENCE: Duration = Duration::from_secs(20);
+
+/// A hub of its own on a free port of this machine, for one test. It and its agents end with it: in order by
+/// [`Network::end`], and at the latest when it is dropped.
+#[must_use = "it ends when it is dropped"]
+pub struct Network {
+    id: NetworkId,
+    locator: String,
+    started_at: Timestamp,
+    consumer: Consumer,
+    hub: JoinHandle<anyhow::Result<HubStatus>>,
+    hub_ended: CancellationToken,
+    /// Closed when the last task of an agent has ended.
+    crew: Crew,
+    // Dropping these ends the agents and the hub.
+    agents: DropGuard,
+    shutdown: DropGuard,
+}
+
+impl Network {
+    /// Starts a hub with default settings.
+    pub async fn start() -> Result<Self, KitError> {
+        Self::start_with("").await
+    }
+
+    /// Starts a hub with these settings: TOML, what stands in the `[hub]` table of a scenario, such as
+    /// `delta_max_ms = 1000`.
+    pub async fn start_with(hub_toml: &str) -> Result<Self, KitError> {
+        runtime::check()?;
+        let table: toml::Table = hub_toml
+            .parse()
+            .map_err(|error: toml::de::Error| KitError::Toml(error.to_string().trim().replace('\n', " ")))?;
+        let settings = HubSettings::from_table(table)?;
+        let id = unique_id();
+        let listen = vec!["tcp/127.0.0.1:0".to_owned()];
+        let session = SessionOptions { listen, ..SessionOptions::default() };
+        let setup = HubSetup { network: id, settings, session };
+        let shutdown = CancellationToken::new();
+        // Whatever happens from here on, the hub ends with us.
+        let guard = shutdown.clone().drop_guard();
+        let hub_ended = CancellationToken::new();
+        let (tell_ready, ready) = oneshot::channel();
+        let hub = tokio::spawn(run_hub(setup, shutdown.clone(), tell_ready, hub_ended.clone()));
+        let Ok(locator) = ready.await else { return Err(hub_failure(hub).await) };
+        let consumer = connect(&locator, id).await?;
+        let agents = CancellationToken::new().drop_guard();
+        let (started_at, crew) = (clock::now(), Crew::new());
+        Ok(Self { id, locator, started_at, consumer, hub, hub_ended, crew, agents, shutdown: guard })
+    }
+
+    /// Its name, for keys such as `v2x/{network}/hub/hub/fused`: no two networks of a process have the same.
+    pub const fn id(&self) -> NetworkId {
+        self.id
+    }
+
+    /// Where the hub listens, such as `tcp/127.0.0.1:40123`: for your own clients, in any language.
+    pub fn locator(&self) -> &str {
+        &self.locator
+    }
+
+    /// Time zero of scripts.
+    pub const fn started_at(&self) -> Timestamp {
+        self.started_at
+    }
+
+    /// An agent that is about to join, over a link without delay.
+    pub fn agent(&self, name: &str) -> NewAgent {
+        let connect = vec![self.locator.clone()];
+        let session = SessionOptions { connect, ..SessionOptions::default() };
+        let berth = Berth {
+            network: self.id,
+            session,
+            started_at: self.started_at,
+            ended: self.agents.token().child_token(),
+            member: self.crew.member(),
+        };
+        NewAgent::new(name, berth)
+    }
+
+    /// The first fused frame of which something is so, of those that nobody awaited yet. For one reader: of two that
+    /// wait at once each sees some of the frames.
+    pub async fn await_fused(
+        &self,
+        mut is_so: impl FnMut(&FusedFrame) -> bool,
+        patience: Duration,
+    ) -> Result<FusedFrame, KitError> {
+        let mut seen = Seen::default();
+        let awaited = async {
+            loop {
+                let frame = self.next_fused().await?;
+                if is_so(&frame) {
+                    return Ok(frame);
+                }
+                seen.frames += 1;
+                seen.last = Some(frame);
+            }
+        };
+        let outcome = self.within(patience, awaited).await;
+        self.or_seen(outcome, patience, seen).await
+    }
+
+    /// The first status of the hub of which something is so; it is asked after every fused frame.
+    pub async fn await_status(
+        &self,
+        mut is_so: impl FnMut(&HubStatus) -> bool,
+        patience: Duration,
+    ) -> Result<HubStatus, KitError> {
+        let mut seen = Seen::default();
+        let awaited = async {
+            loop {
+                let status = self.status().await?;
+                if is_so(&status) {
+                    return Ok(status);
+                }
+                seen.last = Some(self.next_fused().await?);
+                seen.frames += 1;
+            }
+        };
+        let outcome = self.within(patience, awaited).await;
+        self.or_seen(outcome, patience, seen).await
+    }
+
+    /// How the hub and all agents fare: frames accepted, and refused by reason.
+    pub async fn status(&self) -> Result<HubStatus, KitError> {
+        let statuses = hub_status::query(self.consumer.session(), self.id).await.map_err(KitError::Zenoh)?;
+        statuses.into_iter().next().ok_or_else(|| KitError::Zenoh(anyhow!("the hub did not answer")))
+    }
+
+    /// Ends the agents, the hub and the consumer; gives the hub's last status.
+    pub async fn end(self) -> Result<HubStatus, KitError> {
+        let Self { consumer, hub, crew, agents, shutdown, .. } = self;
+        drop(agents);
+        crew.gone().await;
+        drop(shutdown);
+        consumer.close().await.map_err(KitError::Zenoh)?;
+        match hub.await {
+            Ok(status) => status.map_err(KitError::Hub),
+            Err(panic) => Err(KitError::Hub(panic.into())),
+        }
+    }
+
+    async fn next_fused(&self) -> Result<FusedFrame, KitError> {
+        let entry = self.consumer.next().await;
+        wire::fused::decode(&entry.payload)
+            .map_err(|error| KitError::Zenoh(anyhow!("a fused frame that cannot be read: {error}")))
+    }
+
+    /// `None` where patience ended first.
+    async fn within<T>(
+        &self,
+        patience: Duration,
+        awaited: impl Future<Output = Result<T, KitError>>,
+    ) -> Option<Result<T, KitError>> {
+        tokio::select! {
+            biased;
+            outcome = tokio::time::timeout(patience, awaited) => outcome.ok(),
+            () = self.hub_ended.cancelled() => Some(Err(KitError::HubEnded)),
+        }
+    }
+
+    async fn or_seen<T>(
+        &self,
+        outcome: Option<Result<T, KitError>>,
+        patience: Duration,
+        seen: Seen,
+    ) -> Result<T, KitError> {
+        match outcome {
+            Some(outcome) => outcome,
+            None => {
+                let seen = Box::new(Seen { status: self.status().await.ok(), ..seen });
+                Err(KitError::TimedOut { patience, seen })
+            }
+        }
+    }
+}
+
+async fn run_hub(
+    setup: HubSetup,
+    shutdown: CancellationToken,
+    tell_ready: oneshot::Sender<String>,
+    ended: CancellationToken,
+) -> anyhow::Result<HubStatus> {
+    let _ended = ended.drop_guard();
+    let on_ready = |_, locators: &[String]| {
+        // Nobody waits any more where the test was given up.
+        let _ = locators.first().map(|locator| tell_ready.send(locator.clone()));
+    };
+    Box::pin(serve(setup, shutdown, Engine::new, on_ready)).await
+}
+
+/// Why a hub is not ready, and will not be.
+async fn hub_failure(hub: JoinHandle<anyhow::Result<HubStatus>>) -> KitError {
+    match hub.await {
+        Ok(Ok(_)) => KitError::Hub(anyhow!("it listens nowhere")),
+        Ok(Err(error)) => KitError::Hub(error),
+        Err(panic) => KitError::Hub(panic.into()),
+    }
+}
+
+async fn connect(locator: &str, network: NetworkId) -> Result<Consumer, KitError> {
+    let options = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
+    let (wanted, never) = ((Traffic::Fused, CAPACITY), CancellationToken::new());
+    let consumer = Consumer::connect(&options, network, wanted, CONNECT_PATIENCE, &never).await;
+    consumer.map_err(KitError::Zenoh)?.ok_or_else(|| KitError::Zenoh(anyhow!("nobody asked to shut down")))
+}
+
+/// A name that no other network of this machine has.
+fn unique_id() -> NetworkId {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    NetworkId::new(&format!("kit-{}-{number}", std::process::id())).expect("short, and of legal characters")
+}
