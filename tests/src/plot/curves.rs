@@ -1,6 +1,6 @@
 //! Curves over a common axis, in panels side by side, with a legend beside them.
 
-use super::dots::{FAINT, INK, MUTED, disc, text};
+use super::dots::{FAINT, INK, MUTED, diamond, disc, text};
 use super::sheet::{Anchor, Colour, Sheet, corners};
 use super::svg::Rect;
 use super::ticks::{Ticks, ticks};
@@ -25,7 +25,7 @@ pub struct Style {
     pub colour: Colour,
     /// Length of its dashes; 0 for a solid line.
     pub dash: f64,
-    /// Whether only its points are marked, without a line between them.
+    /// Whether only its points are marked, by open diamonds, without a line between them.
     pub is_dotted: bool,
 }
 
@@ -40,6 +40,17 @@ pub struct Point {
     pub spread: f64,
 }
 
+/// How far an upright axis reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Top {
+    /// So far.
+    At(f64),
+    /// As far as the curves do.
+    Whole,
+    /// Far enough for most: a curve that explodes is cut off.
+    Most,
+}
+
 /// One quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
@@ -47,8 +58,8 @@ pub struct Panel {
     pub label: String,
     /// By style.
     pub curves: Vec<Vec<Point>>,
-    /// What its upright axis reaches at most, where that is known.
-    pub top: Option<f64>,
+    /// What its upright axis reaches.
+    pub top: Top,
 }
 
 /// Curves of several quantities.
@@ -87,7 +98,11 @@ impl CurvePlot {
         for (place, style) in self.styles.iter().enumerate() {
             let y = TOP + 8.0 + LEGEND_LINE * place as f64;
             style.line(sheet, &[(x, y), (x + 26.0, y)]);
-            disc(sheet, (x + 13.0, y), 3.2, (None, Some(style.colour)));
+            if style.is_dotted {
+                diamond(sheet, (x + 13.0, y), style.colour);
+            } else {
+                disc(sheet, (x + 13.0, y), 3.2, (None, Some(style.colour)));
+            }
             sheet.text((x + 34.0, y + 4.0), &style.name, text(12.0, false, INK, Anchor::Start));
         }
     }
@@ -138,7 +153,11 @@ impl Panel {
         values.sort_unstable_by(f64::total_cmp);
         let reach = values.last().copied().unwrap_or(1.0);
         let median = values.get(values.len() / 2).copied().unwrap_or(1.0);
-        let high = self.top.unwrap_or_else(|| reach.min(CUT_AT_MEDIANS * median));
+        let high = match self.top {
+            Top::At(top) => top,
+            Top::Whole => reach,
+            Top::Most => reach.min(CUT_AT_MEDIANS * median),
+        };
         ticks(0.0, if high > 0.0 { high } else { 1.0 }, 5)
     }
 }
@@ -171,7 +190,9 @@ impl Style {
                 sheet.line(&[(px(point.x), py(low)), (px(point.x), py(high))], (self.colour, 1.0));
             }
             // A distribution has too many points to mark each.
-            if curve.len() <= 15 {
+            if self.is_dotted {
+                diamond(sheet, at(point), self.colour);
+            } else if curve.len() <= 15 {
                 disc(sheet, at(point), 3.2, (Some(("#ffffff", 0.6)), Some(self.colour)));
             }
         }
@@ -199,7 +220,7 @@ mod tests {
     fn plot(ys: &[f64]) -> CurvePlot {
         let curve = (0u8..).zip(ys).map(|(x, y)| Point { x: f64::from(x), y: *y, spread: 0.1 }).collect();
         let style = Style { name: "ours".to_owned(), colour: INK, dash: 0.0, is_dotted: false };
-        let panel = Panel { label: "mATE (m)".to_owned(), curves: vec![curve], top: None };
+        let panel = Panel { label: "mATE (m)".to_owned(), curves: vec![curve], top: Top::Most };
         let x_label = "delay, ms".to_owned();
         CurvePlot {
             title: "Error".to_owned(),

@@ -76,7 +76,7 @@ impl DotPlot {
         let mut entry = |sheet: &mut Sheet, name: &str, colour: Option<Colour>| {
             match colour {
                 Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, (None, Some(colour))),
-                None => diamond(sheet, (x + 5.0, 46.0)),
+                None => diamond(sheet, (x + 5.0, 46.0), INK),
             }
             sheet.text((x + 14.0, 50.0), name, text(12.0, false, INK, Anchor::Start));
             x += 30.0 + CHARACTER * name.chars().count() as f64;
@@ -132,7 +132,7 @@ fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colou
         sheet.line(&[(end, y - 3.0), (end, y + 3.0)], (colour, 1.2));
     }
     if let Some(published) = dot.published {
-        diamond(sheet, (px(published), y));
+        diamond(sheet, (px(published), y), INK);
     }
     disc(sheet, (px(dot.mean), y), 4.5, (Some(("#ffffff", 0.8)), Some(colour)));
 }
@@ -152,9 +152,9 @@ pub(super) fn disc(
 }
 
 /// The mark of what others have published.
-fn diamond(sheet: &mut Sheet, (x, y): (f64, f64)) {
+pub(super) fn diamond(sheet: &mut Sheet, (x, y): (f64, f64), colour: Colour) {
     let r = 5.0;
-    sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, (Some((INK, 1.4)), None));
+    sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, (Some((colour, 1.4)), None));
 }
 
 pub(super) const fn text(size: f64, bold: bool, colour: Colour, anchor: Anchor) -> Type {

@@ -5,7 +5,7 @@ use super::record::{PERCENTS, Record, Subset};
 use super::rows::{Row, mean_distribution};
 use super::run::Results;
 use super::text::{Family, families};
-use crate::plot::curves::{CurvePlot, Panel, Point, Style};
+use crate::plot::curves::{CurvePlot, Panel, Point, Style, Top};
 use crate::plot::dots::PALETTE;
 
 /// A figure, and the name of its file.
@@ -18,14 +18,15 @@ pub(super) struct Figure {
 const DASHES: [f64; 4] = [0.0, 7.0, 4.0, 2.0];
 
 /// A quantity and its label.
-type Quantity = (&'static str, fn(&Row) -> Option<(f64, f64)>, Option<f64>);
+type Quantity = (&'static str, fn(&Row) -> Option<(f64, f64)>, Top);
 
 fn bare(value: Option<f64>) -> Option<(f64, f64)> {
     value.map(|value| (value, 0.0))
 }
 
-const MATE: Quantity = ("mATE (m)", |row| row.mate_m.map(|m| (m, row.mate_trial_std.unwrap_or(0.0))), None);
-const MAOE: Quantity = ("mAOE (°)", |row| bare(row.maoe_deg), None);
+const MATE: Quantity =
+    ("mATE (m)", |row| row.mate_m.map(|m| (m, row.mate_trial_std.unwrap_or(0.0))), Top::Most);
+const MAOE: Quantity = ("mAOE (°)", |row| bare(row.maoe_deg), Top::Most);
 
 /// All figures of these results; several sets of them (virtual, live) share each.
 pub(super) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
@@ -48,34 +49,46 @@ pub(super) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
         Figure { name: "error-fast", plot: errors(Subset::Fast, "Error, objects faster than 3 m/s") },
     ];
     let found: [Quantity; 3] = [
-        ("precision", |row| bare(row.precision), Some(1.0)),
-        ("recall", |row| bare(row.recall), Some(1.0)),
-        ("GOSPA (m)", |row| bare(row.gospa_m), None),
+        ("precision", |row| bare(row.precision), Top::At(1.0)),
+        ("recall", |row| bare(row.recall), Top::At(1.0)),
+        ("GOSPA (m)", |row| bare(row.gospa_m), Top::Whole),
     ];
     figures.push(Figure { name: "found", plot: plot("What is found", Subset::All, &found) });
     let fates: [Quantity; 3] = [
-        ("late, share", |row| bare(row.late), Some(1.0)),
-        ("rolled back for, share", |row| bare(row.rolled_back), Some(1.0)),
-        ("refused, share", |row| bare(row.refused), Some(1.0)),
+        ("late, share", |row| bare(row.late), Top::At(1.0)),
+        ("rolled back for, share", |row| bare(row.rolled_back), Top::At(1.0)),
+        ("refused, share", |row| bare(row.refused), Top::At(1.0)),
     ];
     figures.push(Figure {
         name: "frames",
         plot: plot("What becomes of the other agents' frames", Subset::All, &fates),
     });
     let consistency: [Quantity; 2] = [
-        ("position NEES / 2 (1 is consistent)", |row| bare(row.nees_position), None),
-        ("NIS / 2 of what was associated", |row| bare(row.nis), None),
+        ("position NEES / 2 (1 is consistent)", |row| bare(row.nees_position), Top::Most),
+        ("NIS / 2 of what was associated", |row| bare(row.nis), Top::Whole),
     ];
     figures.push(Figure { name: "consistency", plot: plot("Consistency", Subset::All, &consistency) });
     let stages: [Quantity; 4] = [
-        ("capture → send, median (ms)", |row| bare(row.capture_to_send_ms.map(|stage| stage.p50)), None),
-        ("send → arrive, median (ms)", |row| bare(row.send_to_arrive_ms.map(|stage| stage.p50)), None),
-        ("arrive → fused, median (ms)", |row| bare(row.arrive_to_fused_ms.map(|stage| stage.p50)), None),
-        ("fused → consumed, median (ms)", |row| bare(row.fused_to_consumed_ms.map(|stage| stage.p50)), None),
+        (
+            "capture → send, median (ms)",
+            |row| bare(row.capture_to_send_ms.map(|stage| stage.p50)),
+            Top::Whole,
+        ),
+        ("send → arrive, median (ms)", |row| bare(row.send_to_arrive_ms.map(|stage| stage.p50)), Top::Whole),
+        (
+            "arrive → fused, median (ms)",
+            |row| bare(row.arrive_to_fused_ms.map(|stage| stage.p50)),
+            Top::Whole,
+        ),
+        (
+            "fused → consumed, median (ms)",
+            |row| bare(row.fused_to_consumed_ms.map(|stage| stage.p50)),
+            Top::Whole,
+        ),
     ];
     figures.push(Figure { name: "stages", plot: plot("Stage by stage", Subset::All, &stages) });
     if rows.iter().any(|row| row.cpu_share.is_some()) {
-        let load: [Quantity; 1] = [("share of a core", |row| bare(row.cpu_share), None)];
+        let load: [Quantity; 1] = [("share of a core", |row| bare(row.cpu_share), Top::Whole)];
         figures
             .push(Figure { name: "processor", plot: plot("The hub's processor time", Subset::All, &load) });
     }
@@ -144,14 +157,14 @@ fn ages(results: &[Results]) -> CurvePlot {
             let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
             let delta_max_ms = place.point.delta_max_ms;
             let name = format!("{}, Δmax {delta_max_ms} ms{live}", values.join(", "));
-            let dash = DASHES[(number / PALETTE.len()) % DASHES.len()];
+            let dash = if results.plan.live { 3.0 } else { DASHES[(number / PALETTE.len()) % DASHES.len()] };
             let colour = PALETTE[number % PALETTE.len()];
-            styles.push(Style { name, colour, dash, is_dotted: results.plan.live });
+            styles.push(Style { name, colour, dash, is_dotted: false });
         }
     }
     let labels = ["share of objects at most so old", "the other agents' newest detection in them"];
     let panels = labels.into_iter().zip(panels);
-    let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Some(1.0) });
+    let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Top::At(1.0) });
     CurvePlot {
         title: "Age of information in an object when it is told".to_owned(),
         x_label: "age, ms".to_owned(),
@@ -188,7 +201,7 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
         panels: vec![Panel {
             label: "mATE (m)".to_owned(),
             curves: families.iter().flat_map(curves).collect(),
-            top: None,
+            top: Top::Most,
         }],
     }
 }
