@@ -1,5 +1,6 @@
 //! The summary for people: a table in the terminal and a report in Markdown, with the same figures.
 
+pub(crate) mod folder;
 mod markdown;
 pub(crate) mod page;
 pub(crate) mod rows_csv;

@@ -4,11 +4,11 @@ use super::figures::{Figure, figures};
 use super::rows::{Row, Stage};
 use super::run::Results;
 use super::text::{self, QUANTITIES, families};
+use crate::report::folder;
 use crate::report::page::page;
 use crate::report::rows_csv::rows_csv;
 use crate::report::table::{Table, escaped};
-use anyhow::Context;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The first columns; all others follow by name.
 const FIRST_COLUMNS: [&str; 8] = ["method", "axis", "x", "x_text", "axis_2", "y", "delta_max_ms", "subset"];
@@ -17,24 +17,18 @@ const MARKED: [&str; 2] = ["replay", "ours"];
 
 /// Writes the report, its figures as SVG and PDF, and the rows as CSV, JSON and Markdown.
 pub(super) fn write(rows: &[Row], results: &[Results], command: &str, folder: &Path) -> anyhow::Result<()> {
-    let plots = folder.join("plots");
-    std::fs::create_dir_all(&plots).with_context(|| format!("making {}", plots.display()))?;
     let figures = figures(rows, results);
-    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
-        (folder.join("report.html"), html(rows, &figures, command).into()),
-        (folder.join("rows.csv"), rows_csv(rows, &FIRST_COLUMNS)?.into()),
-        (folder.join("rows.json"), serde_json::to_string(rows)?.into()),
-        (folder.join("tables.md"), text::markdown(rows).into()),
+    let files = vec![
+        ("report.html", html(rows, &figures, command)),
+        ("rows.csv", rows_csv(rows, &FIRST_COLUMNS)?),
+        ("rows.json", serde_json::to_string(rows)?),
+        ("tables.md", text::markdown(rows)),
     ];
-    for Figure { name, plot } in &figures {
-        let sheet = plot.sheet();
-        files.push((plots.join(format!("{name}.svg")), sheet.svg().into()));
-        files.push((plots.join(format!("{name}.pdf")), sheet.pdf()));
-    }
-    for (path, bytes) in files {
-        std::fs::write(&path, bytes).with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
+    folder::write(
+        folder,
+        files,
+        figures.iter().map(|Figure { name, plot }| ((*name).to_owned(), plot.sheet())),
+    )
 }
 
 fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {

@@ -129,29 +129,23 @@ pub(super) fn families(rows: &[Row]) -> Vec<Family<'_>> {
 
 /// For a terminal.
 pub(super) fn terminal(rows: &[Row]) -> String {
-    let mut text = String::new();
-    for family in families(rows) {
-        text += &format!("{}\n", family.name());
-        for quantity in &QUANTITIES {
-            let table = family.table(quantity);
-            if !table.rows.is_empty() {
-                text += &format!("\n{}\n{}", quantity.title, table.text());
-            }
-        }
-        text += "\n";
-    }
-    text
+    told(rows, "", |table| table.text())
 }
 
 /// For a page or a paper.
 pub(super) fn markdown(rows: &[Row]) -> String {
+    told(rows, "## ", |table| format!("\n{}", table.markdown()))
+}
+
+/// Family by family, quantity by quantity.
+fn told(rows: &[Row], heading: &str, table_text: impl Fn(&Table) -> String) -> String {
     let mut text = String::new();
     for family in families(rows) {
-        text += &format!("## {}\n", family.name());
+        text += &format!("{heading}{}\n", family.name());
         for quantity in &QUANTITIES {
             let table = family.table(quantity);
             if !table.rows.is_empty() {
-                text += &format!("\n{}\n\n{}", quantity.title, table.markdown());
+                text += &format!("\n{}\n{}", quantity.title, table_text(&table));
             }
         }
         text += "\n";

@@ -3,33 +3,22 @@
 use super::Tables;
 use super::figures::{Figure, figures};
 use super::{html, latex, text};
+use crate::report::folder;
 use crate::report::rows_csv::rows_csv;
-use anyhow::Context;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Writes the report, its figures as SVG and PDF, and the tables as Markdown, CSV, LaTeX and JSON into a folder,
 /// which is made where there is none.
 pub(super) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
-    let plots = folder.join("plots");
-    std::fs::create_dir_all(&plots).with_context(|| format!("making {}", plots.display()))?;
     let figures = figures(tables);
-    let json = serde_json::to_string(&tables.rows)?;
-    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
-        (folder.join("report.html"), html::html(tables, &figures).into()),
-        (folder.join("tables.md"), text::markdown(tables).into()),
-        (folder.join("tables.csv"), table_csv(tables)?.into()),
-        (folder.join("tables.tex"), latex::latex(tables).into()),
-        (folder.join("tables.json"), json.into()),
+    let files = vec![
+        ("report.html", html::html(tables, &figures)),
+        ("tables.md", text::markdown(tables)),
+        ("tables.csv", table_csv(tables)?),
+        ("tables.tex", latex::latex(tables)),
+        ("tables.json", serde_json::to_string(&tables.rows)?),
     ];
-    for Figure { name, plot, .. } in &figures {
-        let sheet = plot.sheet();
-        files.push((plots.join(format!("{name}.svg")), sheet.svg().into()));
-        files.push((plots.join(format!("{name}.pdf")), sheet.pdf()));
-    }
-    for (path, bytes) in files {
-        std::fs::write(&path, bytes).with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
+    folder::write(folder, files, figures.iter().map(|Figure { name, plot, .. }| (name.clone(), plot.sheet())))
 }
 
 /// The first columns; all others follow by name.
