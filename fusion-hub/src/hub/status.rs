@@ -175,30 +175,38 @@ impl RegistrationStatus {
         }
     }
 
-    /// One line for a person; `None` where there is nothing to tell.
+    /// One line for a person: what is believed, and what is made of it. `None` where nothing was compared.
     pub fn in_words(&self) -> Option<String> {
-        let mut told = Vec::new();
-        let position_m = libm::hypot(self.applied_dx_m, self.applied_dy_m);
-        if position_m > 0.0 {
-            let (x, y) = (self.applied_dx_m, self.applied_dy_m);
-            told.push(format!("position corrected by {:.2} m east, {:.2} m north", -x, -y));
+        if self.reference || self.pairs == 0 {
+            return None;
         }
-        if self.applied_dyaw_deg != 0.0 {
-            told.push(format!("heading corrected by {:.2}°", -self.applied_dyaw_deg));
-        }
-        if self.applied_clock_ms != 0.0 {
-            told.push(format!("clock corrected by {:.0} ms", -self.applied_clock_ms));
-        }
-        if self.relative_only {
-            told.push("relative only: it shares no objects with a surveyed agent".to_owned());
-        }
-        if self.confounded {
-            told.push("clock and position confounded: all shared objects move alike".to_owned());
-        }
-        if self.exceeds_declared {
-            told.push("errs by more than it declares".to_owned());
-        }
-        (!told.is_empty()).then(|| told.join("; "))
+        let mut told = vec![format!(
+            "position {:+.2} ± {:.2} m east, {:+.2} ± {:.2} m north; heading {:+.2} ± {:.2}°; clock {:+.0} ± {:.0} ms",
+            self.dx_m,
+            self.dx_sigma_m,
+            self.dy_m,
+            self.dy_sigma_m,
+            self.dyaw_deg,
+            self.dyaw_sigma_deg,
+            self.clock_ms,
+            self.clock_sigma_ms,
+        )];
+        let corrected = [
+            (libm::hypot(self.applied_dx_m, self.applied_dy_m), "position", 2, " m"),
+            (self.applied_dyaw_deg.abs(), "heading", 2, "°"),
+            (self.applied_clock_ms.abs(), "clock", 0, " ms"),
+        ];
+        let corrected = corrected.into_iter().filter(|(by, ..)| *by > 0.0);
+        told.extend(
+            corrected.map(|(by, what, digits, unit)| format!("{what} corrected by {by:.digits$}{unit}")),
+        );
+        let remarks = [
+            (self.relative_only, "relative only: it shares no objects with a surveyed agent"),
+            (self.confounded, "clock and position confounded: all shared objects move alike"),
+            (self.exceeds_declared, "errs by more than it declares, which is as far as it is corrected"),
+        ];
+        told.extend(remarks.into_iter().filter(|(holds, _)| *holds).map(|(_, remark)| remark.to_owned()));
+        Some(told.join("; "))
     }
 }
 
@@ -262,11 +270,14 @@ mod tests {
     }
 
     #[test]
-    fn a_person_is_told_only_where_there_is_something_to_tell() {
-        assert_eq!(RegistrationStatus::of(&registration(Bias::ZERO)).in_words(), None);
+    fn a_person_is_told_what_is_believed_and_what_is_made_of_it_where_anything_was_compared() {
+        let silent = AgentRegistration { pairs: 0, ..registration(Bias::ZERO) };
+        assert_eq!(RegistrationStatus::of(&silent).in_words(), None);
+        let believed = RegistrationStatus::of(&registration(Bias::ZERO)).in_words().unwrap();
+        assert!(believed.contains("clock +50 ± 10 ms") && !believed.contains("corrected"), "{believed}");
         let corrected = registration(Bias { clock_s: 0.05, ..Bias::ZERO });
         let told = AgentRegistration { exceeds_declared: true, ..corrected };
         let words = RegistrationStatus::of(&told).in_words().unwrap();
-        assert_eq!(words, "clock corrected by -50 ms; errs by more than it declares");
+        assert!(words.contains("; clock corrected by 50 ms; errs by more than it declares"), "{words}");
     }
 }

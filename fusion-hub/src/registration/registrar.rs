@@ -86,10 +86,14 @@ impl Registrar {
     }
 
     /// The sender of a frame that came at `now`, and what is to be taken out of the frame; `None` where the sender is
-    /// not estimated, or tells no sensor pose.
+    /// not estimated, or tells no sensor pose, or where all are references: then nothing could come of it.
     pub fn source_of(&mut self, frame: &DetectionFrame, now: Timestamp) -> Option<Source> {
         let pose = frame.sensor_pose?;
         let slot = self.slot_of(frame.id.agent)?;
+        if self.enrolled.iter().all(Enrolled::is_reference) {
+            self.enrolled[slot.index()].heard_at = now;
+            return None;
+        }
         let enrolled = &mut self.enrolled[slot.index()];
         enrolled.heard_at = now;
         let applied = enrolled.applied;

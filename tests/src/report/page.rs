@@ -12,7 +12,7 @@ nav a { margin-right: 1rem; } a { color: #0072b2; }
 th, td { padding: 2px 9px; text-align: right; white-space: nowrap; border-bottom: 1px solid #e4e4e4; }
 th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: #fff; }
 thead th { border-bottom: 2px solid #888; } tr.marked td { background: #eaf3fa; font-weight: 600; }
-figure { margin: 1rem 0; overflow-x: auto; } figcaption { font-size: 13px; color: #555; }
+figure { margin: 1rem 0; overflow-x: auto; } figure svg { max-width: 100%; height: auto; } figcaption { font-size: 13px; color: #555; }
 pre { background: #f5f6f8; padding: .6rem .8rem; overflow-x: auto; font-size: 13px; }
 details { margin: .4rem 0; } summary { cursor: pointer; color: #0072b2; }
 ";

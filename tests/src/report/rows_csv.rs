@@ -5,12 +5,13 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// All rows; `first` are the first columns, all others follow by name. What a field holds itself is named after a
-/// dot: `age_ms.p50`.
-pub(crate) fn rows_csv(rows: &[impl Serialize], first: &[&str]) -> anyhow::Result<String> {
+/// dot: `age_ms.p50`. A row that has everything says which columns there are, whatever the others lack.
+pub(crate) fn rows_csv<R: Serialize>(rows: &[R], first: &[&str], full: Option<&R>) -> anyhow::Result<String> {
+    let full = full.map(serde_json::to_value).transpose()?.map(|full| flat(&full)).unwrap_or_default();
     let rows = rows.iter().map(|row| Ok(flat(&serde_json::to_value(row)?)));
     let rows = rows.collect::<anyhow::Result<Vec<Vec<(String, String)>>>>()?;
     // A part that is missing in one row is there in another.
-    let names: BTreeSet<&str> = rows.iter().flatten().map(|(name, _)| name.as_str()).collect();
+    let names: BTreeSet<&str> = rows.iter().flatten().chain(&full).map(|(name, _)| name.as_str()).collect();
     let others = names.iter().copied().filter(|name| !first.contains(name) && !has_parts(name, &names));
     let columns: Vec<&str> = first.iter().copied().chain(others).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -51,6 +52,8 @@ mod tests {
     fn parts_have_columns_and_what_is_missing_is_empty() {
         let rows =
             [json!({"m": "a", "age": null, "n": 1}), json!({"m": "b", "age": {"p50": 2.5}, "n": null})];
-        assert_eq!(rows_csv(&rows, &["m"]).unwrap(), "m,age.p50,n\na,,1\nb,2.5,\n");
+        assert_eq!(rows_csv(&rows, &["m"], None).unwrap(), "m,age.p50,n\na,,1\nb,2.5,\n");
+        // The same columns where no row has an age.
+        assert_eq!(rows_csv(&rows[..1], &["m"], Some(&rows[1])).unwrap(), "m,age.p50,n\na,,1\n");
     }
 }

@@ -2,9 +2,9 @@
 
 use super::axis::{self, Axis};
 use super::method::SweepMethod;
-use super::plan::{Length, Plan};
+use super::plan::{Length, PUBLISH_HZ, Plan};
 use anyhow::{Context, ensure};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use v2x_common::time::Span;
 
 /// How long must be scored at least, s.
@@ -63,19 +63,23 @@ fn after_help() -> String {
          lab sweep clock --scenario my.toml             your own scenario\n  \
          lab sweep latency --live                       the same as processes over Zenoh, beside the virtual curves\n  \
          lab sweep latency --json > rows.json\n\n\
+         Hubs publish at {PUBLISH_HZ} Hz, at every phase between two captures, and wait for that: it is in\n\
+         arrive → fused. What methods differ in (motion, late_data, registration, …) is not taken from the scenario.\n\
          Objects count that both of the first two agents have in view. Errors are matched by identity, at any\n\
          distance; columns by_place match within 4 m.",
         axis::descriptions()
     )
 }
 
+fn no_scenario(path: &Path) -> String {
+    format!("reading the scenario {} (a file, such as deploy/scenarios/highway.toml)", path.display())
+}
+
 impl SweepArgs {
     /// What to run.
     pub fn plan(&self) -> anyhow::Result<Plan> {
         let text = match &self.scenario {
-            Some(path) => {
-                std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?
-            }
+            Some(path) => std::fs::read_to_string(path).with_context(|| no_scenario(path))?,
             None if self.axes.iter().any(Axis::is_number_of_agents) => super::TEN_AGENTS.to_owned(),
             None => super::DEFAULT_SCENARIO.to_owned(),
         };
@@ -92,7 +96,8 @@ impl SweepArgs {
         let shortest_s = self.settle_s + SHORTEST_S;
         ensure!(
             (shortest_s..=86_400.0).contains(&duration_s),
-            "--duration-s is {duration_s}, expected {shortest_s} to 86400"
+            "--duration-s is {duration_s}: with --settle-s {} it must be {shortest_s} to 86400",
+            self.settle_s
         );
         let n_seeds = self.seeds.unwrap_or(if self.live { 2 } else { 5 });
         ensure!((1..=10_000).contains(&n_seeds), "--seeds is {n_seeds}, expected 1 to 10000");

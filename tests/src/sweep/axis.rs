@@ -258,16 +258,14 @@ fn parse_values(axis: &Axis, text: &str) -> Result<Vec<AxisValue>, AxisError> {
         }
     }
     let must_be_a_number = !axis.name.contains('.');
-    let separator = if text.contains(';') { ';' } else { ',' };
-    let texts: Vec<&str> = text.split(separator).map(str::trim).collect();
-    let mut values = Vec::with_capacity(texts.len());
-    for text in texts {
+    let mut values = Vec::new();
+    for text in &apart(text) {
         values.push(match text.parse::<f64>() {
             Ok(x) if x.is_finite() => number(x),
             _ if must_be_a_number || text.is_empty() => return Err(bad(text, "number")),
             _ => {
-                let value = text.parse::<bool>().map_or_else(|_| text.into(), toml::Value::Boolean);
-                AxisValue { x: f64::NAN, text: text.to_owned(), value }
+                let value = text.parse::<bool>().map_or_else(|_| text.as_str().into(), toml::Value::Boolean);
+                AxisValue { x: f64::NAN, text: text.clone(), value }
             }
         });
     }
@@ -284,6 +282,24 @@ fn parse_values(axis: &Axis, text: &str) -> Result<Vec<AxisValue>, AxisError> {
         values.dedup_by(|a, b| a.x == b.x);
     }
     Ok(values)
+}
+
+/// Values between commas; what is but a part of a link's name (`lte-uu:loss=0.1,burst=4`) stays with it. Or between
+/// semicolons.
+fn apart(text: &str) -> Vec<String> {
+    if text.contains(';') {
+        return text.split(';').map(|value| value.trim().to_owned()).collect();
+    }
+    let mut values: Vec<String> = Vec::new();
+    for value in text.split(',').map(str::trim) {
+        match values.last_mut() {
+            Some(last) if value.contains('=') && !value.contains(':') && last.contains(':') => {
+                *last += &format!(",{value}");
+            }
+            _ => values.push(value.to_owned()),
+        }
+    }
+    values
 }
 
 fn number(x: f64) -> AxisValue {
@@ -312,6 +328,10 @@ mod tests {
         assert_eq!(values("latency").len(), 10);
         assert_eq!(values("latency=300,0,100,0"), ["0", "100", "300"]);
         assert_eq!(values("agents.car.link=ideal;cell-gamma:min=50ms,exp=150ms").len(), 2);
+        assert_eq!(
+            values("agents.car.link=lte-uu:loss=0.1,burst=4,ideal"),
+            ["lte-uu:loss=0.1,burst=4", "ideal"]
+        );
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! A sweep's results as files.
 
 use super::figures::{Figure, figures};
+use super::method::SweepMethod;
+use super::plan::PUBLISH_HZ;
 use super::rows::{Row, Stage};
 use super::run::Results;
 use super::text::{self, QUANTITIES, families};
@@ -8,6 +10,7 @@ use crate::report::folder;
 use crate::report::page::page;
 use crate::report::rows_csv::rows_csv;
 use crate::report::table::{Table, escaped};
+use clap::ValueEnum;
 use std::path::Path;
 
 /// The first columns; all others follow by name.
@@ -20,7 +23,7 @@ pub(super) fn write(rows: &[Row], results: &[Results], command: &str, folder: &P
     let figures = figures(rows, results);
     let files = vec![
         ("report.html", html(rows, &figures, command)),
-        ("rows.csv", rows_csv(rows, &FIRST_COLUMNS)?),
+        ("rows.csv", rows_csv(rows, &FIRST_COLUMNS, Some(&Row::full()))?),
         ("rows.json", serde_json::to_string(rows)?),
         ("tables.md", text::markdown(rows)),
     ];
@@ -37,10 +40,12 @@ fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
     let mut body = format!(
         "<h1>{}</h1>\n<pre>{}</pre>\n<p>Objects count that both of the first two agents have in view. Errors are \
          matched by identity, at any distance; bars reach one standard deviation over seeds to either side. A curve \
-         that explodes is cut off at the border. Rows with every column: rows.csv, rows.json.</p>\n",
+         that explodes is cut off at the border. Hubs publish at {PUBLISH_HZ} Hz, and what arrives waits for that. Rows \
+         with every column: rows.csv, rows.json.</p>\n",
         escaped(&title),
         escaped(command),
     );
+    body += &format!("<h2>What is compared</h2>\n{}", methods(rows).html(&MARKED));
     for Figure { name, plot } in figures {
         body += &format!(
             "<figure>\n{}<figcaption>plots/{name}.svg, <a href=\"plots/{name}.pdf\">plots/{name}.pdf</a>\
@@ -60,6 +65,18 @@ fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
         body += &format!("<h3>Stage by stage, ms (median / 95 % / 99 %)</h3>\n{}", stages.html(&MARKED));
     }
     page(&title, &body)
+}
+
+/// The methods in words.
+fn methods(rows: &[Row]) -> Table {
+    let is_there = |method: &SweepMethod| rows.iter().any(|row| row.method == method.key());
+    let in_words = |method: SweepMethod| {
+        let value = method.to_possible_value();
+        let help = value.as_ref().and_then(|value| value.get_help()).map(ToString::to_string);
+        vec![method.key().to_owned(), help.unwrap_or_default()]
+    };
+    let rows = SweepMethod::ALL.into_iter().filter(is_there).map(in_words).collect();
+    Table { header: ["method", "what it does"].map(str::to_owned).to_vec(), rows }
 }
 
 /// From capture to the consumer.

@@ -45,6 +45,8 @@ const INTERRUPTED: u8 = 130;
 pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let plan = args.plan()?;
     let folder = args.folder();
+    // Before anything is written.
+    plan.points()?;
     let store = Store::open(&folder)?;
     if !store.is_empty() {
         eprintln!(

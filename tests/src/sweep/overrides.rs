@@ -26,7 +26,9 @@ pub enum OverrideError {
         known: String,
     },
     /// Something on the way has no parts.
-    #[error("{path}: {part} is {value} in the scenario, which has no parts; write it as a table there")]
+    #[error(
+        "{path}: {part} is {value} in the scenario, which has no parts; write it as a table there, or vary it whole: {path_of_part}=NAME;NAME:loss=0.1"
+    )]
     NoTable {
         /// What was to be set.
         path: String,
@@ -34,6 +36,8 @@ pub enum OverrideError {
         part: String,
         /// What is there.
         value: String,
+        /// The path that leads there.
+        path_of_part: String,
     },
 }
 
@@ -107,6 +111,10 @@ impl Path {
                         path: self.to_string(),
                         part: name.clone(),
                         value: other.to_string(),
+                        path_of_part: self.0[..=self.0.len() - 1 - rest.len()]
+                            .join(".")
+                            .trim_end_matches('.')
+                            .to_owned(),
                     }),
                 }
             }

@@ -10,7 +10,7 @@ use v2x_fusion_hub::settings::{HubSettings, SettingsError};
 
 /// Fused frames a second. No multiple of any usual rate of agents: ticks fall at every phase between two captures,
 /// and no method is asked just after its data came.
-const PUBLISH_HZ: f64 = 10.75;
+pub const PUBLISH_HZ: f64 = 10.75;
 
 /// How long a run is, and what of it is scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,20 +64,20 @@ pub enum PlanError {
     #[error(transparent)]
     Override(#[from] OverrideError),
     /// The scenario is not legal with the value.
-    #[error("{at}: {source}")]
+    #[error("{at}: {cause}")]
     Scenario {
         /// Where on the axes.
         at: String,
         /// What is wrong.
-        source: Box<ScenarioError>,
+        cause: Box<ScenarioError>,
     },
     /// The hub's settings are not legal with the value.
-    #[error("{at}: {source}")]
+    #[error("{at}: {cause}")]
     Hub {
         /// Where on the axes.
         at: String,
         /// What is wrong.
-        source: SettingsError,
+        cause: SettingsError,
     },
     /// A scenario cannot be written down.
     #[error("writing the scenario: {0}")]
@@ -140,7 +140,7 @@ impl Plan {
         }
         let text = toml::to_string(&table)?;
         let scenario = Scenario::from_toml(&text)
-            .map_err(|source| PlanError::Scenario { at: at(), source: Box::new(source) })?;
+            .map_err(|cause| PlanError::Scenario { at: at(), cause: Box::new(cause) })?;
         let n = scenario.agents.len();
         let asked = self.axes.iter().zip(values).find(|(axis, _)| axis.is_number_of_agents());
         #[expect(
@@ -153,13 +153,13 @@ impl Plan {
             return Err(PlanError::TooFewAgents { at: at(), n });
         }
         let settings = HubSettings::from_table(scenario.hub.clone());
-        let settings = settings.map_err(|source| PlanError::Hub { at: at(), source })?;
+        let settings = settings.map_err(|cause| PlanError::Hub { at: at(), cause })?;
         let delta_max_ms = settings.engine.delta_max.as_millis_f64();
         let point = Point { values: values.to_vec(), delta_max_ms, seed, text, scenario, n_agents };
         for method in &self.methods {
-            HubSettings::from_table(point.hub_table(*method)).map_err(|source| PlanError::Hub {
+            HubSettings::from_table(point.hub_table(*method)).map_err(|cause| PlanError::Hub {
                 at: format!("{}, method {}", at(), method.key()),
-                source,
+                cause,
             })?;
         }
         Ok(point)

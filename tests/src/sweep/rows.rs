@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// A ratio of errors with its 95 % interval (paired bootstrap over seeds, and stretches of 5 s of each, on common
 /// random numbers).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Interval {
     /// The ratio.
     pub ratio: f64,
@@ -20,7 +20,7 @@ pub struct Interval {
 }
 
 /// Three percentiles, ms.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Stage {
     /// The median.
     pub p50: f64,
@@ -31,7 +31,7 @@ pub struct Stage {
 }
 
 /// One method at one place, for one subset of objects. Means are over seeds; what has no data is `None`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
     /// What is compared.
     pub method: &'static str,
@@ -118,6 +118,24 @@ pub struct Row {
 
 /// Of fewer stretches of 5 s there is no interval.
 const FEWEST_STRETCHES: usize = 8;
+
+impl Row {
+    /// One that has every part: it tells which columns there are.
+    pub fn full() -> Self {
+        let (interval, stage) = (Some(Interval::default()), Some(Stage::default()));
+        Self {
+            versus_alone: interval,
+            versus_rollback_literal: interval,
+            age_ms: stage,
+            other_age_ms: stage,
+            capture_to_send_ms: stage,
+            send_to_arrive_ms: stage,
+            arrive_to_fused_ms: stage,
+            fused_to_consumed_ms: stage,
+            ..Self::default()
+        }
+    }
+}
 
 /// The records of a place and Δmax: by method, then by seed.
 pub type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;

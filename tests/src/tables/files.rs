@@ -27,5 +27,5 @@ const FIRST_COLUMNS: [&str; 9] =
 
 /// All rows, with the names of the JSON ones.
 pub(super) fn table_csv(tables: &Tables) -> anyhow::Result<String> {
-    rows_csv(&tables.rows, &FIRST_COLUMNS)
+    rows_csv(&tables.rows, &FIRST_COLUMNS, None)
 }
