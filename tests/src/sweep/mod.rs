@@ -49,10 +49,9 @@ pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     plan.points()?;
     let store = Store::open(&folder)?;
     if !store.is_empty() {
+        let (folder, n) = (folder.display(), store.len());
         eprintln!(
-            "{} holds {} runs already; what is of this sweep is not run again",
-            folder.display(),
-            store.len()
+            "{folder} holds {n} runs: what is of this sweep is not run again, and the report is made anew"
         );
     }
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
