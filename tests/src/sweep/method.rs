@@ -2,8 +2,8 @@
 
 use v2x_common::id::AgentId;
 
-/// A row of a sweep. Those from `single` to `replay` are one and the same constant-velocity filter with the same
-/// association: they differ in what they do about late data, and in nothing else.
+/// A row of a sweep. `single`, `drop-late`, `ignore-delay`, `rollback-literal` and `replay` are one and the same
+/// constant-velocity filter with the same association: they differ in what they do about late data, and in nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum SweepMethod {
     /// The first agent alone, constant velocity

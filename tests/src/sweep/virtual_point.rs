@@ -33,12 +33,16 @@ pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Obser
 
 /// Runs the methods; one record each.
 pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
+    if methods.is_empty() {
+        return Ok(Vec::new());
+    }
     let end = START + length.duration;
     let traffic = Traffic::new(&point.scenario, point.seed, (START, length.duration), point.n_agents)?;
     let mut whose = Whose::default();
     for Arrival { frame, way, identities, .. } in &traffic.arrivals {
         whose.insert(frame.id, way.captured_at, identities.objects.clone());
     }
+    let all: Vec<Arrived> = traffic.arrivals.iter().map(arrived).collect();
     let simulation = Simulation::new(&point.scenario, point.seed, START);
     let observers = observers(point, &simulation);
     simulation.with_truth(|truth| {
@@ -58,9 +62,7 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
             };
             traffic.feed(&mut engine, listening, |received| judge.add(&received))?;
             let mut record = judge.finish();
-            let heard: Vec<Arrived> = traffic.arrivals.iter().map(arrived).collect();
-            let heard: Vec<Arrived> = heard_by(&settings, &heard, end);
-            note_ways(&mut record, &heard, (focus, length.duration));
+            note_ways(&mut record, &heard_by(&settings, &all, end), (focus, length.duration));
             note_books(&mut record, engine.inbox(), &point.first_agent());
             records.push(record);
         }
