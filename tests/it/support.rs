@@ -96,7 +96,7 @@ impl Lab {
     /// An agent of the default scenario, `ego` or `rsu`.
     pub(crate) async fn agent(&self, id: &str, hub: &Hub) -> anyhow::Result<Child> {
         let options = AgentOptions {
-            scenario: Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/scenarios/crossing.toml"),
+            scenario: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/scenarios/crossing.toml"),
             connect: hub.locator.clone(),
             seed: 1,
             start: self.start,

@@ -32,10 +32,10 @@ use store::Store;
 use v2x_common::net::shutdown;
 
 /// A roadside unit in time, and a car whose link is what is varied.
-pub const DEFAULT_SCENARIO: &str = include_str!("../../../deploy/scenarios/latency.toml");
+pub const DEFAULT_SCENARIO: &str = include_str!("../../../../deploy/scenarios/latency.toml");
 
 /// For as many agents as one likes.
-const TEN_AGENTS: &str = include_str!("../../../deploy/scenarios/ten-agents.toml");
+const TEN_AGENTS: &str = include_str!("../../../../deploy/scenarios/ten-agents.toml");
 
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;

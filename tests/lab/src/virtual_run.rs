@@ -58,7 +58,7 @@ mod tests {
         run_publishing(seed, ON_UPDATE)
     }
 
-    const CROSSING: &str = include_str!("../../deploy/scenarios/crossing.toml");
+    const CROSSING: &str = include_str!("../../../deploy/scenarios/crossing.toml");
 
     fn run_publishing(seed: u64, publish: PublishMode) -> RunLog {
         run_of(CROSSING, (seed, publish), Span::from_millis(2000))

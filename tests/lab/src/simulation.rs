@@ -74,7 +74,7 @@ mod tests {
 
     /// Median end-to-end latency and age of information of ten seconds, ms.
     fn ages_ms(car: &str) -> (f64, f64) {
-        let text = include_str!("../../deploy/scenarios/latency.toml");
+        let text = include_str!("../../../deploy/scenarios/latency.toml");
         let text = text.replace("kind = \"vehicle\"\n", &format!("kind = \"vehicle\"\n{car}\n"));
         let scenario = Scenario::from_toml(&text).unwrap();
         let settings = HubSettings::from_table(scenario.hub.clone()).unwrap();
