@@ -9,8 +9,9 @@ use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
-use v2x_fusion_hub::association::{AssociationConfig, AssociationCost, Associator, Expected};
-use v2x_fusion_hub::filter::Measurement;
+use v2x_fusion_hub::association::{AssociationConfig, AssociationCost, Associator};
+use v2x_fusion_hub::values::Measurement;
+use v2x_fusion_hub::values::PredictedMeasurement;
 
 /// Of reports and of tracks, m.
 const SIGMA_M: f64 = 0.5;
@@ -28,7 +29,7 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
 }
 
 /// Cars at random, each with a track and a report, both lists shuffled against each other.
-fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<Expected>) {
+fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<PredictedMeasurement>) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     #[expect(clippy::cast_precision_loss, reason = "counts are small")]
     let side = libm::sqrt(AREA_PER_OBJECT_M2 * count as f64);
@@ -50,7 +51,7 @@ fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<Expected>) {
             velocity: None,
             is_track: false,
         });
-        tracks.push(Expected {
+        tracks.push(PredictedMeasurement {
             class: Class::Car,
             position: [near(position[0], SIGMA_M), near(position[1], SIGMA_M)],
             position_covariance: Covariance2::isotropic(SIGMA_M),

@@ -7,7 +7,8 @@ use v2x_common::covariance::Covariance2;
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::filter::imm::{Imm, Inflation};
 use v2x_fusion_hub::filter::size_evidence::{LogNormal, SizeEvidence};
-use v2x_fusion_hub::filter::{Filter, Measurement, State};
+use v2x_fusion_hub::filter::{Filter, State};
+use v2x_fusion_hub::values::Measurement;
 
 const TRACKS: usize = 100;
 const SPEED_MPS: f64 = 8.0;
@@ -31,7 +32,7 @@ fn report(step: u32) -> Measurement {
 
 /// The structured constant-velocity filter, on a hundred tracks in turn as a frame brings them.
 fn cv(criterion: &mut Criterion) {
-    let mut tracks = vec![State::born(Timestamp::EPOCH, &report(0)); TRACKS];
+    let mut tracks = vec![State::initial(Timestamp::EPOCH, &report(0)); TRACKS];
     let mut at = Timestamp::EPOCH;
     let mut group = criterion.benchmark_group("cv");
     group.throughput(Throughput::Elements(TRACKS as u64));
@@ -48,7 +49,7 @@ fn cv(criterion: &mut Criterion) {
 }
 
 fn imm(criterion: &mut Criterion) {
-    let mut track = Imm::born(&report(0));
+    let mut track = Imm::initial(&report(0));
     for step in 1..100 {
         track.predict(DT_S, Class::Car, 4.5);
         track.update(&report(step), Inflation::NONE);
@@ -87,7 +88,7 @@ fn imm(criterion: &mut Criterion) {
 
 /// Twenty reports of a car's width, and what is to be made of them.
 fn sizes(criterion: &mut Criterion) {
-    let mut evidence = SizeEvidence::born(1.9, 0.5, 0.1);
+    let mut evidence = SizeEvidence::initial(1.9, 0.5, 0.1);
     (1..20).for_each(|step| evidence.update(1.2 + 0.1 * f64::from(step), 0.5, 0.1));
     let prior = LogNormal { mean_ln: 0.6, variance_ln: 0.01 };
     criterion.bench_function("size estimate", |bencher| {

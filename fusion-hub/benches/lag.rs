@@ -8,8 +8,9 @@ use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::{Hypotheses, MotionModel};
 
 const N_OBJECTS: u32 = 100;
 const AGENTS: [&str; 3] = ["a", "b", "c"];
@@ -38,7 +39,10 @@ fn frame(step: u32, captured_at: Timestamp) -> DetectionFrame {
 
 fn tell(criterion: &mut Criterion, name: &str, motion: MotionModel, lag: Span) {
     let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);
-    let mut engine = Engine::new(EngineConfig { motion, lag, ..config });
+    let mut engine = Engine::new(config.with_tracking(|tracking| {
+        tracking.motion = motion;
+        tracking.tracker.hypotheses = Hypotheses::Single { lag };
+    }));
     let mut now = Timestamp::EPOCH;
     for step in 0..N_FRAMES {
         engine.handle_frame(&frame(step, now), now);

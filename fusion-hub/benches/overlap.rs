@@ -3,7 +3,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use v2x_common::geometry::BevBox;
-use v2x_fusion_hub::overlap::{Footprint, giou, iou};
+use v2x_fusion_hub::values::overlap::{Footprint, giou, iou};
 
 fn overlap(criterion: &mut Criterion) {
     let car = BevBox { x: 10.0, y: 20.0, w: 1.8, d: 4.5, yaw: 0.4 };

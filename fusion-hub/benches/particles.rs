@@ -12,9 +12,9 @@ use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::association::AssociationCost;
-use v2x_fusion_hub::config::EngineConfig;
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::{Hypotheses, ParticleCount};
 
 const N_OBJECTS: u32 = 50;
 const N_AGENTS: u32 = 10;
@@ -78,9 +78,9 @@ fn frames(sigma_m: f64) -> Vec<DetectionFrame> {
 }
 
 fn engine(n_particles: u32) -> Engine {
-    let mut config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);
-    config.association.cost = AssociationCost::Likelihood;
-    config.association_particles = n_particles;
+    let hypotheses = ParticleCount::new(n_particles).map_or(Hypotheses::ONE, Hypotheses::Particles);
+    let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1)
+        .with_tracking(|tracking| tracking.tracker.hypotheses = hypotheses);
     let mut engine = Engine::new(config);
     for agent in agents() {
         let description = SensorDescription {
@@ -112,7 +112,7 @@ fn particles(criterion: &mut Criterion) {
                     for frame in &frames {
                         engine.handle_frame(frame, frame.captured_at);
                     }
-                    engine.n_tracks()
+                    engine.counts().tracks
                 });
             });
         }

@@ -7,11 +7,11 @@ use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, TrackId};
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::agents::Agents;
 use v2x_fusion_hub::filter::{Filter, ImmState, State};
-use v2x_fusion_hub::frames::{FrameStore, Piece};
-use v2x_fusion_hub::sensing::{Sensing, SensingDefaults};
-use v2x_fusion_hub::track::{LateData, Records, Track};
+use v2x_fusion_hub::track::{Evidence, FrameStore};
+use v2x_fusion_hub::track::{Rollback, SensedFrame, Track, TrackContext};
+use v2x_fusion_hub::values::AgentNames;
+use v2x_fusion_hub::values::{SensingDefaults, SensorModel};
 
 /// Time between two reports, as ten agents at 10 Hz give them.
 const STEP: Span = Span::from_millis(10);
@@ -39,25 +39,26 @@ fn frame(agent: AgentId, step: u32, sequence: u64) -> DetectionFrame {
 }
 
 fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
-    let mut agents = Agents::default();
+    let mut agents = AgentNames::default();
     let name = AgentId::new("agent").expect("a legal name");
     let slot = agents.slot_for(name);
-    let sensing = Sensing::undescribed(&SensingDefaults::default());
+    let sensing = SensorModel::undescribed(&SensingDefaults::default());
     let mut frames = FrameStore::default();
     let mut piece = |step: u32, sequence: u64| {
         let frame = frame(name, step, sequence);
-        Piece { captured_at: frame.captured_at, frame: frames.insert(&frame, slot, &sensing, None), index: 0 }
+        let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, coverage: None };
+        Evidence::detection(frame.captured_at, frames.insert(&sensed), 0)
     };
     let in_time: Vec<_> = (0..IN_TIME).map(|step| piece(step, u64::from(step))).collect();
     // At the very time of the one before it, but later in order: exactly so many are newer.
     let late = piece(IN_TIME - NEWER - 1, 1 << 40);
-    let records = Records {
+    let records = TrackContext {
         frames: &frames,
         agents: &agents,
         synchronous: Span::ZERO,
-        late_data: LateData::Replay,
-        remembers_folded: false,
-        class_moves: true,
+        rollback: Rollback::Replay,
+        keeps_folded: false,
+        class_motion: true,
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
     in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));

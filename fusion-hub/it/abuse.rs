@@ -9,10 +9,10 @@ use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
-use v2x_fusion_hub::config::EngineConfig;
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::method::Method;
-use v2x_fusion_hub::refusal::Disposition;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::PRESETS;
 
 const AGENTS: [&str; 4] = ["ego", "rsu", "van", "cam"];
 
@@ -135,9 +135,8 @@ pub(crate) fn run(bytes: &[u8]) -> (usize, usize) {
     let mut source = Source(bytes);
     // Half of the time ours, else any.
     let choice = usize::from(source.byte());
-    let method =
-        if choice.is_multiple_of(2) { Method::Ours } else { Method::ALL[choice / 2 % Method::ALL.len()] };
-    let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1).with_method(method);
+    let method = if choice.is_multiple_of(2) { &PRESETS[0] } else { &PRESETS[choice / 2 % PRESETS.len()] };
+    let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1).with_preset(method);
     let mut engine = Engine::new(config);
     let mut now = Timestamp::EPOCH + Span::from_millis(1_000_000);
     let (mut sent, mut accepted) = (0, 0);

@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::method::Method;
-use v2x_fusion_hub::refusal::{Disposition, Refusal};
+use v2x_fusion_hub::engine::{Disposition, Refusal};
+use v2x_fusion_hub::fusion::preset;
 
 /// One report of one frame: which objects are seen, and with what errors.
 #[derive(Clone, Debug)]
@@ -179,8 +179,8 @@ fn read_literally_the_papers_text_loses_what_is_newer_than_a_late_measurement() 
         frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.2, 0.1))])
     };
     let late = frame(agent("rsu"), 0, 150, vec![detection(0, at(150), (-0.3, 0.0))]);
-    let run = |method: Method, frames: &[&DetectionFrame]| {
-        let mut engine = Engine::new(config().with_method(method));
+    let run = |method: &str, frames: &[&DetectionFrame]| {
+        let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
         frames.iter().for_each(|frame| {
             engine.handle_frame(frame, at(NOW_MS));
         });
@@ -190,9 +190,6 @@ fn read_literally_the_papers_text_loses_what_is_newer_than_a_late_measurement() 
     let in_order = [&early[0], &early[1], &newer[0], &newer[1], &newer[2], &late];
     let without_newer = [&early[0], &early[1], &late];
     let states = |objects: Vec<FusedObject>| objects.iter().map(|object| object.bev).collect::<Vec<_>>();
-    assert_eq!(
-        states(run(Method::UnikfLiteral, &in_order)),
-        states(run(Method::UnikfLiteral, &without_newer))
-    );
-    assert_ne!(states(run(Method::UnikfPaper, &in_order)), states(run(Method::UnikfPaper, &without_newer)));
+    assert_eq!(states(run("unikf-literal", &in_order)), states(run("unikf-literal", &without_newer)));
+    assert_ne!(states(run("unikf-paper", &in_order)), states(run("unikf-paper", &without_newer)));
 }

@@ -7,7 +7,8 @@ use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::filter::{Filter, Measurement, MotionParams, State};
+use v2x_fusion_hub::filter::{Filter, MotionParams, State};
+use v2x_fusion_hub::values::Measurement;
 
 const RUNS: u32 = 2000;
 const STEPS: u32 = 15;
@@ -94,7 +95,7 @@ fn the_error_is_as_large_as_the_covariance_says() {
     for _ in 0..RUNS {
         let mut truth = Truth::drawn(&motion, &mut rng);
         let mut at = Timestamp::EPOCH;
-        let mut state = State::born(at, &truth.measured(&mut rng));
+        let mut state = State::initial(at, &truth.measured(&mut rng));
         for step in 0..STEPS {
             let dt = Span::from_millis(if step % 3 == 0 { 40 } else { 110 });
             at += dt;
@@ -125,7 +126,7 @@ fn an_agent_that_claims_half_its_error_shows_in_its_innovations() {
             engine.handle_frame(&frame(agent(name), u64::from(k), ms, seen), at(ms));
         }
     }
-    let nis = |name| engine.inbox().record(&agent(name)).and_then(|record| record.nis_per_dof());
+    let nis = |name| engine.agents().record(&agent(name)).and_then(|record| record.statistics.nis_per_dof());
     let (honest, boaster) = (nis("honest").expect("measured"), nis("boaster").expect("measured"));
     // Below 1: these cars keep their speed better than the model takes for granted.
     assert!((0.5..1.2).contains(&honest), "{honest}");

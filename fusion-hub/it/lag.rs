@@ -6,17 +6,20 @@ use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedObject;
 use v2x_common::id::TrackId;
 use v2x_common::time::Span;
-use v2x_fusion_hub::config::{EngineConfig, MotionModel};
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
-use v2x_fusion_hub::retrospect::RetrospectError;
+use v2x_fusion_hub::engine::HistoryError;
+use v2x_fusion_hub::fusion::{Hypotheses, MotionModel};
 
 const AGENTS: [&str; 2] = ["ego", "rsu"];
 const MOTIONS: [MotionModel; 2] = [MotionModel::Cv, MotionModel::Imm];
 
 /// With this lag and two agents that have described themselves.
 fn engine(lag_ms: i64, motion: MotionModel) -> Engine {
-    let mut engine = Engine::new(EngineConfig { lag: Span::from_millis(lag_ms), motion, ..config() });
+    let mut engine = Engine::new(config().with_tracking(|tracking| {
+        tracking.motion = motion;
+        tracking.tracker.hypotheses = Hypotheses::Single { lag: Span::from_millis(lag_ms) };
+    }));
     AGENTS.iter().for_each(|name| engine.handle_description(agent(name), description(1e-5)));
     engine
 }
@@ -237,9 +240,9 @@ fn what_is_forgotten_or_yet_to_come_is_an_error() {
     let mut engine = engine(1000, MotionModel::Imm);
     drive(&mut engine, 3000);
     let now = at(3000);
-    let forgotten = RetrospectError::Forgotten { at: at(1999), begins: at(2000) };
+    let forgotten = HistoryError::Forgotten { at: at(1999), begins: at(2000) };
     assert_eq!(engine.fused_as_of(at(1999), now).cloned(), Err(forgotten));
-    let in_future = RetrospectError::InFuture { at: at(3001), now };
+    let in_future = HistoryError::InFuture { at: at(3001), now };
     assert_eq!(engine.fused_as_of(at(3001), now).cloned(), Err(in_future));
     assert_eq!(engine.fused_as_of(at(2000), now).map(|fused| fused.fused_at), Ok(at(2000)));
 }

@@ -2,13 +2,13 @@
 
 use crate::world::{agent, at, config, detection, frame};
 use v2x_common::detection::Detection;
-use v2x_fusion_hub::config::EngineConfig;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::{Disposition, Refusal};
-use v2x_fusion_hub::track::LateData;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::engine::LateFrames;
+use v2x_fusion_hub::engine::{Disposition, Refusal};
 
-fn engine(late_data: LateData) -> Engine {
-    Engine::new(EngineConfig { late_data, ..config() })
+fn engine(late_frames: LateFrames) -> Engine {
+    Engine::new(EngineConfig { late_frames, ..config() })
 }
 
 fn seen(ms: i64) -> Vec<Detection> {
@@ -16,8 +16,8 @@ fn seen(ms: i64) -> Vec<Detection> {
 }
 
 /// One agent in time every 100 ms, and one that captures 50 ms after it and arrives 200 ms late.
-fn run(late_data: LateData, late_agent_reports: bool) -> Engine {
-    let (mut engine, ego, rsu) = (engine(late_data), agent("ego"), agent("rsu"));
+fn run(late_frames: LateFrames, late_agent_reports: bool) -> Engine {
+    let (mut engine, ego, rsu) = (engine(late_frames), agent("ego"), agent("rsu"));
     for sequence in 0..20u8 {
         let ms = i64::from(sequence) * 100;
         let _ = engine.handle_frame(&frame(ego, u64::from(sequence), ms, seen(ms)), at(ms));
@@ -32,14 +32,14 @@ fn run(late_data: LateData, late_agent_reports: bool) -> Engine {
 
 #[test]
 fn dropped_late_frames_leave_the_list_as_if_they_had_never_come() {
-    let (mut dropped, mut alone) = (run(LateData::Drop, true), run(LateData::Replay, false));
-    assert_eq!(dropped.inbox().record(&agent("rsu")).unwrap().refused["out_of_sequence"], 18);
+    let (mut dropped, mut alone) = (run(LateFrames::Drop, true), run(LateFrames::Fuse, false));
+    assert_eq!(dropped.agents().record(&agent("rsu")).unwrap().statistics.refused["out_of_sequence"], 18);
     assert_eq!(dropped.fused(at(2000)).objects, alone.fused(at(2000)).objects);
 }
 
 #[test]
 fn a_frame_within_epsilon_of_the_newest_is_not_late() {
-    let mut engine = engine(LateData::Drop);
+    let mut engine = engine(LateFrames::Drop);
     let take = |engine: &mut Engine, name: &str, ms: i64| {
         engine.handle_frame(&frame(agent(name), 0, ms, seen(ms)), at(100))
     };
@@ -53,14 +53,14 @@ fn a_frame_within_epsilon_of_the_newest_is_not_late() {
 fn ignoring_delays_takes_a_moving_object_for_where_it_was() {
     // At 10 m/s, half of the reports 200 ms old: they pull the object back by some of 2 m.
     let x = |mut engine: Engine| engine.fused(at(1950)).objects[0].bev.x;
-    let (ignoring, replaying) = (x(run(LateData::IgnoreDelay, true)), x(run(LateData::Replay, true)));
+    let (ignoring, replaying) = (x(run(LateFrames::IgnoreDelay, true)), x(run(LateFrames::Fuse, true)));
     assert!((replaying - 19.5).abs() < 0.05, "{replaying}");
     assert!(ignoring < 19.2, "{ignoring}");
 }
 
 #[test]
 fn who_ignores_delays_refuses_nothing_for_its_age_and_passes_on_the_agents_stamps() {
-    let mut engine = engine(LateData::IgnoreDelay);
+    let mut engine = engine(LateFrames::IgnoreDelay);
     let disposition = engine.handle_frame(&frame(agent("rsu"), 0, 0, seen(0)), at(30_000));
     assert!(matches!(disposition, Disposition::Accepted { .. }), "{disposition:?}");
     let fused = engine.fused(at(30_000));

@@ -72,7 +72,7 @@ fn an_object_under_nobodys_eyes_is_published_for_the_coasting_time_only() {
     let count = |engine: &mut Engine, ms| engine.fused(at(ms)).objects.len();
     assert_eq!((count(&mut engine, 1400), count(&mut engine, 1600)), (1, 0));
     engine.fused(at(3100));
-    assert_eq!(engine.n_tracks(), 0, "and is forgotten");
+    assert_eq!(engine.counts().tracks, 0, "and is forgotten");
 }
 
 #[test]

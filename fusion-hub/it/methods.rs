@@ -8,19 +8,21 @@ use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::baselines::Rule;
-use v2x_fusion_hub::config::EngineConfig;
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::method::{FusionMethod, Method, WindowConfig};
-use v2x_fusion_hub::refusal::Disposition;
-use v2x_fusion_hub::sensing::Sensing;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::{
+    AdmittedFrame, FrameOutcome, Fusion, FusionMethod, ObjectList, PRESETS, TrackCounts, WindowConfig, preset,
+};
+use v2x_fusion_hub::values::AgentNames;
 
 fn one_car(name: &str, sequence: u64, captured_ms: i64, error_m: f64) -> DetectionFrame {
     let car = detection(0, at(captured_ms), (error_m, 0.0));
     frame(agent(name), sequence, captured_ms, vec![car])
 }
 
-fn after(method: Method, frames: &[(i64, DetectionFrame)], now_ms: i64) -> FusedFrame {
-    let mut engine = Engine::new(config().with_method(method));
+fn after(method: &str, frames: &[(i64, DetectionFrame)], now_ms: i64) -> FusedFrame {
+    let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
     for (arrival_ms, frame) in frames {
         assert!(matches!(engine.handle_frame(frame, at(*arrival_ms)), Disposition::Accepted { .. }));
     }
@@ -35,7 +37,7 @@ fn agents_in(object: &FusedObject) -> Vec<String> {
 fn least_squares_fuses_what_lies_within_its_window_of_100_ms() {
     for (delay_ms, n_contributors) in [(90, 2), (110, 1)] {
         let frames = [(0, one_car("b", 0, -delay_ms, 0.0)), (0, one_car("a", 0, 0, 0.0))];
-        let fused = after(Method::CsbaWls, &frames, 10);
+        let fused = after("csba-wls", &frames, 10);
         assert_eq!(fused.objects.len(), 1);
         assert_eq!(agents_in(&fused.objects[0]).len(), n_contributors, "{delay_ms} ms apart");
         assert_eq!(fused.objects[0].last_measured_at, at(0));
@@ -45,7 +47,7 @@ fn least_squares_fuses_what_lies_within_its_window_of_100_ms() {
 #[test]
 fn without_memory_an_agents_newest_frame_is_all_there_is_of_it() {
     let frames = [(0, one_car("a", 1, 0, 0.5)), (5, one_car("a", 0, -50, 9.0))];
-    let fused = after(Method::CsbaWls, &frames, 10);
+    let fused = after("csba-wls", &frames, 10);
     assert_eq!((fused.objects.len(), fused.objects[0].bev.x), (1, 0.5));
     assert_eq!(fused.objects[0].contributors[0].frame.sequence, 1);
 }
@@ -53,15 +55,15 @@ fn without_memory_an_agents_newest_frame_is_all_there_is_of_it() {
 #[test]
 fn a_list_ends_when_it_is_older_than_objects_are_kept() {
     let frames = [(0, one_car("a", 0, 0, 0.0))];
-    assert_eq!(after(Method::Wbf, &frames, 1500).objects.len(), 1);
-    assert_eq!(after(Method::Wbf, &frames, 1501).objects.len(), 0);
+    assert_eq!(after("wbf", &frames, 1500).objects.len(), 1);
+    assert_eq!(after("wbf", &frames, 1501).objects.len(), 0);
 }
 
 #[test]
 fn the_main_agent_comes_first_whatever_its_name() {
     let single = |main_agent| {
         let window = WindowConfig { main_agent, ..WindowConfig::new(Rule::Single(0)) };
-        let mut engine = Engine::new(EngineConfig { window: Some(window), ..config() });
+        let mut engine = Engine::new(EngineConfig { fusion: Fusion::Window(window), ..config() });
         engine.handle_frame(&one_car("a", 0, 0, 0.0), at(0));
         engine.handle_frame(&one_car("b", 0, 0, 1.0), at(0));
         engine.fused(at(0)).objects.iter().flat_map(agents_in).collect::<Vec<_>>()
@@ -73,39 +75,44 @@ fn the_main_agent_comes_first_whatever_its_name() {
 
 #[test]
 fn every_method_tells_of_a_car_that_two_agents_report() {
-    for method in Method::ALL {
+    for method in PRESETS.iter().map(|preset| preset.key) {
         let frames = [(0, one_car("a", 0, 0, 0.1)), (0, one_car("b", 0, 0, -0.1))];
         let fused = after(method, &frames, 0);
         // Suppression by ties tells it twice.
-        let n = if method == Method::Psa { 2 } else { 1 };
-        assert_eq!(fused.objects.len(), n, "{method:?}");
+        let n = if method == "psa" { 2 } else { 1 };
+        assert_eq!(fused.objects.len(), n, "{method}");
         for FusedObject { bev, class, kinematic_covariance: covariance, .. } in &fused.objects {
-            assert!(bev.x.abs() <= 0.1 && *class == Class::Car, "{method:?}");
-            assert!(covariance[0] > 0.0 && covariance[0] <= 0.0901, "{method:?}: {covariance:?}");
+            assert!(bev.x.abs() <= 0.1 && *class == Class::Car, "{method}");
+            assert!(covariance[0] > 0.0 && covariance[0] <= 0.0901, "{method}: {covariance:?}");
         }
     }
 }
 
-/// Tells how many frames it has seen as the place of one object.
+/// Publishes one object at the number of frames that it has received.
 #[derive(Debug, Default)]
 struct Counter(u32);
 
 impl FusionMethod for Counter {
-    fn handle_frame(&mut self, frame: &DetectionFrame, sensing: &Sensing) {
-        let z = sensing.measurement(&frame.detections[0]);
+    fn handle_frame(&mut self, admitted: &AdmittedFrame<'_>) -> FrameOutcome<'_> {
+        let z = admitted.sensor.measurement(&admitted.frame.detections[0]);
         assert_eq!(z.size, [1.8, 4.5]);
         self.0 += 1;
+        FrameOutcome::default()
     }
 
-    fn tell(&mut self, now: Timestamp, objects: &mut Vec<FusedObject>) {
+    fn write_objects(&mut self, now: Timestamp, _: &AgentNames, objects: &mut ObjectList<'_>) {
         let bev = BevBox { x: f64::from(self.0), y: 0.0, w: 1.0, d: 1.0, yaw: 0.0 };
         let object = FusedObject::from_box(TrackId::new(1, 0), Class::Car, bev);
         objects.push(FusedObject { last_measured_at: now, ..object });
     }
+
+    fn counts(&self) -> TrackCounts {
+        TrackCounts { tracks: 1, ..TrackCounts::default() }
+    }
 }
 
 #[test]
-fn a_method_of_ones_own_sees_what_the_engine_lets_in_and_is_published() {
+fn a_method_of_your_own_gets_admitted_frames_and_is_published() {
     let mut engine = Engine::with_fusion(config(), Box::new(Counter::default()));
     engine.handle_description(agent("a"), description(0.0));
     assert!(matches!(engine.handle_frame(&one_car("a", 0, 0, 0.0), at(0)), Disposition::Accepted { .. }));

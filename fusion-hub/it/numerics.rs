@@ -6,7 +6,8 @@ use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::filter::size_priors::SizePriors;
-use v2x_fusion_hub::filter::{Estimate, Filter, ImmState, Measurement, State};
+use v2x_fusion_hub::filter::{Estimate, Filter, ImmState, State};
+use v2x_fusion_hub::values::Measurement;
 
 const UPDATES: u32 = 1_000_000;
 
@@ -73,13 +74,13 @@ fn assert_sound(told: &Estimate, step: u32) {
 fn stays_sound<F: Filter>(classes: &[Class], origin: f64) {
     let rng = &mut ChaCha8Rng::seed_from_u64(20_261_122);
     let mut at = Timestamp::EPOCH;
-    let mut state = F::born(at, &measurement(rng, classes[0], origin));
+    let mut state = F::initial(at, &measurement(rng, classes[0], origin));
     for step in 0..UPDATES {
         let class = classes[step as usize % classes.len()];
         let dt_s = if unit(rng) < 0.1 { 0.0 } else { log_uniform(rng, 1e-6, 1.5) };
         at += Span::from_secs_f64(dt_s);
         state.predict(at, class);
-        assert!(state.neighbourhood().1 > 0.0, "step {step}");
+        assert!(state.rough_position().1 > 0.0, "step {step}");
         state.update(&measurement(rng, class, origin));
         if step % 101 == 0 {
             assert_sound(&state.estimate(class, &SizePriors::default()), step);

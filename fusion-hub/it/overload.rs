@@ -1,8 +1,8 @@
 //! More than can be remembered: history gets shorter, and says so.
 
 use crate::world::{agent, at, detection, engine, frame};
-use v2x_fusion_hub::frames::MAX_FRAMES;
-use v2x_fusion_hub::refusal::{Disposition, Refusal};
+use v2x_fusion_hub::engine::MAX_FRAMES;
+use v2x_fusion_hub::engine::{Disposition, Refusal};
 
 #[test]
 fn frames_beyond_all_room_shorten_the_history_and_late_ones_are_refused_by_name() {
@@ -29,6 +29,9 @@ fn frames_beyond_all_room_shorten_the_history_and_late_ones_are_refused_by_name(
     assert!(matches!(refused, Disposition::Refused(Refusal::Overloaded { .. })), "{refused:?}");
     let recent = engine.handle_frame(&late(now_ms - 1), at(now_ms));
     assert!(matches!(recent, Disposition::Accepted { .. }), "{recent:?}");
-    assert_eq!(engine.inbox().record(&agent("late")).map(|record| record.refused["overloaded"]), Some(1));
+    assert_eq!(
+        engine.agents().record(&agent("late")).map(|record| record.statistics.refused["overloaded"]),
+        Some(1)
+    );
     assert_eq!(engine.fused(at(now_ms)).objects.len(), 1, "and the object is still one");
 }

@@ -9,9 +9,7 @@ use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
-use v2x_common::id::{HubId, TrackId};
-use v2x_fusion_hub::association::AssociationCost;
-use v2x_fusion_hub::config::EngineConfig;
+use v2x_common::id::TrackId;
 use v2x_fusion_hub::engine::Engine;
 
 /// A walker at a constant velocity: where (m), and how fast (m/s).
@@ -76,10 +74,7 @@ pub(crate) fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFram
 }
 
 pub(crate) fn engine(n_particles: u32) -> Engine {
-    let mut config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
-    config.association.cost = AssociationCost::Likelihood;
-    config.association_particles = n_particles;
-    let mut engine = Engine::new(config);
+    let mut engine = engine_of_particles(n_particles);
     for name in ["ego", "rsu"] {
         engine.handle_description(agent(name), description(1e-6));
     }

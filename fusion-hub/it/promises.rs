@@ -6,9 +6,9 @@ use v2x_common::covariance::Covariance2;
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::method::Method;
-use v2x_fusion_hub::refusal::Disposition;
+use v2x_fusion_hub::fusion::preset;
 
 fn is_accepted(disposition: &Disposition) -> bool {
     matches!(disposition, Disposition::Accepted { .. })
@@ -79,9 +79,9 @@ fn in_time(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
 }
 
 /// The objects at the end, but for their numbers, of a hub that publishes every so many ms.
-fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: Method) -> Vec<FusedObject> {
+fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: &str) -> Vec<FusedObject> {
     frames.sort_by_key(|(arrival, frame)| (*arrival, frame.captured_at, frame.id));
-    let mut engine = Engine::new(config().with_method(method));
+    let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
     for name in AGENTS {
         engine.handle_description(agent(name), description(1e-5));
     }
@@ -107,7 +107,7 @@ proptest! {
     fn neither_delays_nor_the_rate_of_publishing_show(
         reports in sparse(), every_ms in prop::sample::select(vec![2i64, 50, 190])
     ) {
-        prop_assert_eq!(run(in_time(&reports), 100, Method::Ours), run(frames(&reports), every_ms, Method::Ours));
+        prop_assert_eq!(run(in_time(&reports), 100, "ours"), run(frames(&reports), every_ms, "ours"));
     }
 }
 
@@ -118,7 +118,7 @@ proptest! {
     fn nor_do_they_among_many_frames_at_the_same_times(
         reports in dense(),
         every_ms in prop::sample::select(vec![7i64, 50, 190, 3000]),
-        method in prop::sample::select(vec![Method::Ours, Method::UnikfPaper]),
+        method in prop::sample::select(vec!["ours", "unikf-paper"]),
     ) {
         prop_assert_eq!(run(in_time(&reports), 100, method), run(frames(&reports), every_ms, method));
     }
@@ -177,7 +177,7 @@ fn two_objects_that_are_always_reported_together_stay_two_whatever_the_sensor_cl
 
 #[test]
 fn the_literal_method_names_only_measurements_that_it_still_holds() {
-    let mut engine = Engine::new(config().with_method(Method::UnikfLiteral));
+    let mut engine = Engine::new(config().with_preset(preset("unikf-literal").unwrap()));
     for (sequence, ms) in (0..).zip((0..=400).step_by(100)) {
         let seen = vec![detection(0, at(ms), (0.0, 0.0))];
         engine.handle_frame(&frame(agent("ego"), sequence, ms, seen), at(490));
@@ -191,9 +191,9 @@ fn the_literal_method_names_only_measurements_that_it_still_holds() {
 
 #[test]
 fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up() {
-    for method in [Method::Ours, Method::UnikfPaper] {
+    for method in ["ours", "unikf-paper"] {
         for n_agents in [1u32, 3, 10] {
-            let mut engine = Engine::new(config().with_method(method));
+            let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
             for k in 0..20 * n_agents {
                 let ms = i64::from(100 * k / n_agents);
                 let told = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };
@@ -252,7 +252,7 @@ fn one_agent_with_its_clock_ahead_and_huge_frames_silences_nobody() {
             assert!(is_accepted(&engine.handle_frame(&honest(ms), at(ms))), "{ms} ms");
         }
     }
-    let refused = &engine.inbox().record(&agent("bad")).expect("heard of").refused;
+    let refused = &engine.agents().record(&agent("bad")).expect("known").statistics.refused;
     assert!(refused["too_many_detections"] > 0, "{refused:?}");
 }
 
@@ -273,7 +273,7 @@ fn a_pile_of_reports_in_one_place_is_taken_in() {
         let sent = frame(agent("bad"), k, 100 * i64::try_from(k).expect("test input"), pile.clone());
         assert!(is_accepted(&engine.handle_frame(&sent, sent.captured_at)));
     }
-    assert!(engine.n_tracks() >= 600);
+    assert!(engine.counts().tracks >= 600);
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn of_two_kinds(seed: u64, n_particles: u32, is_blurred_first: bool) -> (Vec<Vec
         }
         told.push(engine.fused(now).objects.clone());
     }
-    (told, engine.n_tracks())
+    (told, engine.counts().tracks)
 }
 
 #[test]

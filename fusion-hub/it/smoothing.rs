@@ -9,7 +9,8 @@ use v2x_common::fused::KINEMATIC_INDEX;
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::filter::size_priors::SizePriors;
-use v2x_fusion_hub::filter::{Estimate, Filter, ImmState, Measurement, MotionParams, State};
+use v2x_fusion_hub::filter::{Estimate, Filter, ImmState, MotionParams, State};
+use v2x_fusion_hub::values::Measurement;
 
 const RUNS: u32 = 1000;
 /// Reports before the one that is looked back at, and after it.
@@ -89,7 +90,7 @@ fn both<F: Filter>(seed: u64, drive: impl Fn(&mut ChaCha8Rng) -> Vec<Truth>) -> 
     for _ in 0..RUNS {
         let truth = drive(&mut rng);
         let mut at = Timestamp::EPOCH;
-        let mut states = vec![F::born(at, &truth[0].measured(&mut rng))];
+        let mut states = vec![F::initial(at, &truth[0].measured(&mut rng))];
         for (place, truth) in truth.iter().enumerate().skip(1) {
             at += STEP;
             let mut state = states[place - 1].predicted(at, Class::Car);

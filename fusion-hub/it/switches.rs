@@ -5,8 +5,8 @@ use v2x_common::class::Class;
 use v2x_common::detection::Detection;
 use v2x_common::fused::FusedObject;
 use v2x_common::sensor::SizeNoiseLaw;
-use v2x_fusion_hub::config::EngineConfig;
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::EngineConfig;
 
 /// The one object after a second of reports at 10 Hz.
 fn told(config: EngineConfig, size_noise: Option<SizeNoiseLaw>, class: Class) -> FusedObject {
@@ -28,14 +28,17 @@ const LAW: SizeNoiseLaw = SizeNoiseLaw { sigma: 0.2, lower: 0.1 };
 
 #[test]
 fn without_class_priors_a_pedestrian_is_told_as_a_car_would_be() {
-    let blind = EngineConfig { class_priors: false, ..config() };
+    let blind = config().with_tracking(|tracking| {
+        tracking.tracker.class_motion = false;
+        tracking.class_size_priors = false;
+    });
     assert_eq!(told(blind, None, Class::Adult), told(blind, None, Class::Car));
     assert_ne!(told(config(), None, Class::Adult).velocity, told(config(), None, Class::Car).velocity);
 }
 
 #[test]
 fn without_size_priors_a_size_is_what_was_reported_and_motion_is_still_the_classs() {
-    let own_sizes = EngineConfig { class_size_priors: false, ..config() };
+    let own_sizes = config().with_tracking(|tracking| tracking.class_size_priors = false);
     let (car, adult) = (told(own_sizes, None, Class::Car), told(own_sizes, None, Class::Adult));
     assert_eq!((car.bev.w, car.bev.d), (adult.bev.w, adult.bev.d));
     assert_ne!(car.velocity, adult.velocity);

@@ -7,8 +7,8 @@ use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::config::EngineConfig;
-use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::{Engine, EngineConfig};
+use v2x_fusion_hub::fusion::{Hypotheses, ParticleCount};
 
 pub(crate) const SIGMA_M: f64 = 0.3;
 
@@ -27,7 +27,8 @@ pub(crate) fn engine() -> Engine {
 /// One that holds so many hypotheses.
 pub(crate) fn engine_of_particles(n: u32) -> Engine {
     let config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
-    Engine::new(EngineConfig { association_particles: n, ..config })
+    let hypotheses = ParticleCount::new(n).map_or(Hypotheses::ONE, Hypotheses::Particles);
+    Engine::new(config.with_tracking(|tracking| tracking.tracker.hypotheses = hypotheses))
 }
 
 pub(crate) fn agent(name: &str) -> AgentId {

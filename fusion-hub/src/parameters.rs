@@ -12,27 +12,30 @@ pub const FILE: &str = include_str!("../parameters/2026-11-22b.txt");
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::EngineConfig;
-    use crate::method::Method;
-    use crate::{association, duplicates, filter, registration, track};
+    use crate::engine::EngineConfig;
+    use crate::fusion::{Fusion, TrackingConfig, preset};
+    use crate::{association, duplicates, filter, registration, values};
     use v2x_common::id::HubId;
 
     fn listed() -> String {
         let ours = EngineConfig::new(HubId::new("hub").unwrap(), 0);
-        let paper = ours.with_method(Method::UnikfPaper);
+        let tracking = |key: &str| -> TrackingConfig {
+            match preset(key).unwrap().fusion() {
+                Fusion::Tracking(tracking) => tracking,
+                Fusion::Window(_) => unreachable!("{key} tracks"),
+            }
+        };
+        let gate = |key: &str| tracking(key).tracker.association.gate;
         let engine = [
-            (
-                "association.gate",
-                format!("{} (unikf-paper: {})", ours.association.gate, paper.association.gate),
-            ),
+            ("association.gate", format!("{} (unikf-paper: {})", gate("ours"), gate("unikf-paper"))),
             ("sensing.defaults", format!("{:?}", ours.sensing)),
-            ("publish.existence", ours.publish_existence.to_string()),
+            ("publish.existence", tracking("ours").publish_existence.to_string()),
             ("publish.coast_s", ours.coast.as_secs_f64().to_string()),
         ];
         let parts = [
             engine.to_vec(),
             association::likelihood::listed(),
-            track::existence_listed(),
+            values::existence_listed(),
             duplicates::listed(),
             filter::listed(),
             registration::listed(),

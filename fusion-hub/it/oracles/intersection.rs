@@ -41,7 +41,7 @@ fn the_weight_is_the_searched_one_and_inflation_gives_stone_soups_fusion() {
         };
         // At the fixture's own weight, so that what differs is the update alone.
         let prior = scaled(&a, 1.0 / case.omega);
-        let mut state = Kinematic::born(case.za, prior, 1.0, None);
+        let mut state = Kinematic::initial(case.za, prior, 1.0, None);
         state.update_position(case.zb, &scaled(&b, 1.0 / (1.0 - case.omega)));
         assert_close(&state.position, &fused.mean, 1e-9);
         assert_close(&[state.pp.xx, state.pp.xy, state.pp.yy], &fused.covariance, 1e-9);

@@ -27,7 +27,7 @@ struct Step {
 fn every_step_is_filterpys() {
     let cases: Vec<Case> = serde_json::from_str(include_str!("kalman.json")).unwrap();
     for case in &cases {
-        let mut state = Kinematic::born(case.z0, covariance(case.r0), case.sigma_velocity, None);
+        let mut state = Kinematic::initial(case.z0, covariance(case.r0), case.sigma_velocity, None);
         for step in &case.steps {
             let r = covariance(step.r);
             state.predict(step.dt, case.accel_psd);

@@ -1,7 +1,7 @@
 //! Overlap against shapely.
 
 use v2x_common::geometry::BevBox;
-use v2x_fusion_hub::overlap::{giou, iou};
+use v2x_fusion_hub::values::overlap::{giou, iou};
 
 #[derive(serde::Deserialize)]
 struct Case {

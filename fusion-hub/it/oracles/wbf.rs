@@ -3,7 +3,7 @@
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_fusion_hub::baselines::{Report, Rule};
-use v2x_fusion_hub::filter::Measurement;
+use v2x_fusion_hub::values::Measurement;
 
 #[derive(serde::Deserialize)]
 struct Case {

@@ -8,8 +8,8 @@ use rand_chacha::rand_core::SeedableRng;
 use v2x_common::fused::FusedObject;
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::Span;
-use v2x_fusion_hub::config::{EngineConfig, MotionModel};
-use v2x_fusion_hub::refusal::{Disposition, Refusal};
+use v2x_fusion_hub::engine::{Disposition, Refusal};
+use v2x_fusion_hub::fusion::{Hypotheses, MotionModel, ParticleCount};
 use v2x_fusion_hub::registration::{Bias, Registration};
 
 const ALL: Bias = Bias { dx_m: 0.3, dy_m: -0.4, yaw_rad: 0.5 * DEGREE, clock_s: 0.05 };
@@ -250,9 +250,10 @@ fn how_often_the_hub_publishes_does_not_show() {
 
 #[test]
 fn with_a_lag_and_with_several_hypotheses_errors_are_corrected_as_well() {
-    let lag = EngineConfig { lag: Span::from_millis(300), ..config() };
-    let particles = EngineConfig { association_particles: 8, ..config() };
-    let paper_motion = EngineConfig { motion: MotionModel::Cv, ..config() };
+    let hypotheses = |hypotheses| config().with_tracking(|tracking| tracking.tracker.hypotheses = hypotheses);
+    let lag = hypotheses(Hypotheses::Single { lag: Span::from_millis(300) });
+    let particles = hypotheses(Hypotheses::Particles(ParticleCount::new(8).unwrap()));
+    let paper_motion = config().with_tracking(|tracking| tracking.motion = MotionModel::Cv);
     for config in [lag, particles, paper_motion] {
         let mut traffic = Traffic::with_config(config, rings(12), both(ALL), 12);
         let told = traffic.run(15).registration_of("car");

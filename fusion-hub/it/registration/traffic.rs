@@ -11,8 +11,8 @@ use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::config::EngineConfig;
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::registration::{AgentRegistration, Bias, Registration};
 
 /// What a vehicle declares: 0.5 m, 0.5°, 50 ms.
@@ -122,7 +122,8 @@ impl Traffic {
         observers: Vec<Observer>,
         seed: u64,
     ) -> Self {
-        Self::with_config(EngineConfig { registration, ..config() }, objects, observers, seed)
+        let config = config().with_tracking(|tracking| tracking.registration = registration);
+        Self::with_config(config, objects, observers, seed)
     }
 
     pub(super) fn with_config(

@@ -1,10 +1,12 @@
 //! The pairs of a frame that may be made at all, listed by track.
 
+use super::config::{AssociationConfig, AssociationCost, EUCLIDEAN_REACH_M};
 use super::gate::Separation;
+use super::gate::distance2;
 use super::grid::{Grid, Pairs, Spot};
-use super::{AssociationConfig, AssociationCost, EUCLIDEAN_REACH_M, Expected, distance2};
-use crate::filter::Measurement;
-use crate::overlap::Footprint;
+use crate::values::Measurement;
+use crate::values::PredictedMeasurement;
+use crate::values::overlap::Footprint;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::BevBox;
 
@@ -33,7 +35,7 @@ pub(super) struct Outlines {
 }
 
 impl Outlines {
-    fn fill(&mut self, measurements: &[Measurement], expected: &[Expected]) {
+    fn fill(&mut self, measurements: &[Measurement], expected: &[PredictedMeasurement]) {
         let outline = |[x, y]: [f64; 2], [w, d]: [f64; 2], yaw| Footprint::of(&BevBox { x, y, w, d, yaw });
         self.reported.clear();
         self.reported.extend(measurements.iter().map(|z| outline(z.position, z.size, z.yaw)));
@@ -72,12 +74,13 @@ impl Candidates {
     pub(super) fn find(
         &mut self,
         measurements: &[Measurement],
-        expected: &[Expected],
+        expected: &[PredictedMeasurement],
         config: &AssociationConfig,
     ) {
         // Here and below `&` for `&&`: what is a coin toss should not be a branch.
-        let fits_class =
-            |z: &Measurement, track: &Expected| !config.class_aware | z.class.is_compatible_with(track.class);
+        let fits_class = |z: &Measurement, track: &PredictedMeasurement| {
+            !config.class_aware | z.class.is_compatible_with(track.class)
+        };
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
         match config.cost {
             AssociationCost::Csba | AssociationCost::Likelihood => {

@@ -4,10 +4,10 @@
 //! orientation). The three scores' formulas are not public; here each is the probability that a true pair
 //! would differ at least that much, given both covariances (METHODS.md 7, assumptions A1-A5).
 
-use super::Expected;
 use super::gate::Separation;
 use super::tail::{exp_minus, normal_tail};
-use crate::filter::Measurement;
+use crate::values::Measurement;
+use crate::values::PredictedMeasurement;
 use v2x_common::geometry::angle_difference;
 
 /// Weights of the three scores.
@@ -31,7 +31,7 @@ impl CsbaWeights {
 pub const COST_ALONE: f64 = 1.0;
 
 /// The cost of a pair, in [0, 1]: the weighted mean of one minus each score.
-pub fn pair_cost(z: &Measurement, track: &Expected, weights: &CsbaWeights) -> f64 {
+pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, weights: &CsbaWeights) -> f64 {
     let centre = exp_minus(Separation::of(z, track).mahalanobis2() / 2.0);
     let dimension = exp_minus(dimension_distance2(z, track) / 2.0);
     let turn = angle_difference(z.yaw, track.yaw);
@@ -41,7 +41,7 @@ pub fn pair_cost(z: &Measurement, track: &Expected, weights: &CsbaWeights) -> f6
 }
 
 /// Squared distance of the sizes, χ² with 2 degrees of freedom.
-pub(super) fn dimension_distance2(z: &Measurement, track: &Expected) -> f64 {
+pub(super) fn dimension_distance2(z: &Measurement, track: &PredictedMeasurement) -> f64 {
     let of_axis = |axis: usize| {
         let (reported, size) = (z.size[axis], track.size[axis]);
         let middle = (reported + size) / 2.0;
@@ -73,8 +73,8 @@ mod tests {
         }
     }
 
-    fn expected() -> Expected {
-        Expected {
+    fn expected() -> PredictedMeasurement {
+        PredictedMeasurement {
             class: Class::Car,
             position: [0.0, 0.0],
             position_covariance: Covariance2::isotropic(0.5),

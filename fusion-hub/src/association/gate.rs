@@ -1,7 +1,7 @@
 //! Which pairs are candidates at all.
 
-use super::Expected;
-use crate::filter::Measurement;
+use crate::values::Measurement;
+use crate::values::PredictedMeasurement;
 use v2x_common::covariance::Covariance2;
 
 /// How far apart, the accuracies of both considered.
@@ -15,16 +15,16 @@ pub(super) struct Separation {
 
 impl Separation {
     /// Of a report from where its track is expected.
-    pub(super) fn of(z: &Measurement, track: &Expected) -> Self {
+    pub(super) fn of(z: &Measurement, track: &PredictedMeasurement) -> Self {
         Self::by(&track.position_covariance, z, track)
     }
 
     /// The same by the covariance for gates.
-    pub(super) fn to_gate(z: &Measurement, track: &Expected) -> Self {
+    pub(super) fn to_gate(z: &Measurement, track: &PredictedMeasurement) -> Self {
         Self::by(&track.gate_covariance, z, track)
     }
 
-    fn by(p: &Covariance2, z: &Measurement, track: &Expected) -> Self {
+    fn by(p: &Covariance2, z: &Measurement, track: &PredictedMeasurement) -> Self {
         let dx = z.position[0] - track.position[0];
         let dy = z.position[1] - track.position[1];
         let (xx, xy, yy) = (p.xx + z.r.xx, p.xy + z.r.xy, p.yy + z.r.yy);
@@ -40,4 +40,10 @@ impl Separation {
     pub(super) fn mahalanobis2(&self) -> f64 {
         self.scaled / self.determinant
     }
+}
+
+/// Squared distance of two positions, m².
+pub(super) fn distance2(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    dx * dx + dy * dy
 }

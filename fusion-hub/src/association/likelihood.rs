@@ -3,10 +3,10 @@
 //! C = m² + ln det S + min(Δθ², 12) + min(Δd², 12), in units of −2 ln p (METHODS.md 7). The caps keep one
 //! outlying heading or size from outweighing the position.
 
-use super::Expected;
 use super::csba::dimension_distance2;
 use super::gate::Separation;
-use crate::filter::Measurement;
+use crate::values::Measurement;
+use crate::values::PredictedMeasurement;
 use v2x_common::geometry::angle_difference;
 
 /// Most that a heading, a size or a doubtful existence can speak against a pair.
@@ -24,7 +24,7 @@ pub fn report_cost(probability: f64) -> f64 {
 }
 
 /// The cost of a pair. The position's density has its constant 2 ln 2π left out.
-pub fn pair_cost(z: &Measurement, track: &Expected) -> f64 {
+pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement) -> f64 {
     let separation = Separation::of(z, track);
     let position = separation.mahalanobis2() + libm::log(separation.determinant);
     let turn = angle_difference(z.yaw, track.yaw);

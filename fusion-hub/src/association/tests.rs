@@ -1,8 +1,12 @@
+use super::assignment::{Assigner, Candidate};
 use super::gate::Separation;
+use super::gate::distance2;
 use super::*;
-use crate::assignment::Candidate;
-use crate::overlap::Footprint;
+use crate::values::overlap::Footprint;
+use crate::values::{Measurement, PredictedMeasurement};
 use proptest::prelude::*;
+use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::BevBox;
 
 const COSTS: [AssociationCost; 4] =
@@ -32,8 +36,8 @@ fn measurement(extent: f64) -> impl Strategy<Value = Measurement> {
     )
 }
 
-fn expected(z: &Measurement) -> Expected {
-    Expected {
+fn expected(z: &Measurement) -> PredictedMeasurement {
+    PredictedMeasurement {
         class: z.class,
         position: z.position,
         position_covariance: z.r,
@@ -47,7 +51,7 @@ fn expected(z: &Measurement) -> Expected {
 }
 
 /// The cost of a pair by the definition, `None` where it is no candidate.
-fn cost(z: &Measurement, track: &Expected, config: &AssociationConfig) -> Option<f64> {
+fn cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfig) -> Option<f64> {
     let outline = |[x, y]: [f64; 2], [w, d]: [f64; 2], yaw| Footprint::of(&BevBox { x, y, w, d, yaw });
     let iou = outline(track.position, track.size, track.yaw).iou(&outline(z.position, z.size, z.yaw));
     let distance2 = distance2(z.position, track.position);
@@ -70,7 +74,11 @@ fn cost_alone(cost: AssociationCost) -> f64 {
 }
 
 /// The least total cost over every assignment.
-fn brute_force(measurements: &[Measurement], tracks: &mut Vec<Expected>, config: &AssociationConfig) -> f64 {
+fn brute_force(
+    measurements: &[Measurement],
+    tracks: &mut Vec<PredictedMeasurement>,
+    config: &AssociationConfig,
+) -> f64 {
     let Some((z, rest)) = measurements.split_first() else { return 0.0 };
     let mut best = cost_alone(config.cost) + brute_force(rest, tracks, config);
     for place in 0..tracks.len() {
@@ -86,7 +94,7 @@ fn brute_force(measurements: &[Measurement], tracks: &mut Vec<Expected>, config:
 /// The cost of what was found, which must be an assignment of candidates.
 fn total(
     measurements: &[Measurement],
-    tracks: &[Expected],
+    tracks: &[PredictedMeasurement],
     associator: &Associator,
     config: &AssociationConfig,
 ) -> f64 {
@@ -102,7 +110,11 @@ fn total(
 }
 
 /// The least total cost, by one problem of all pairs with measurements as rows.
-fn one_for_all(measurements: &[Measurement], tracks: &[Expected], config: &AssociationConfig) -> f64 {
+fn one_for_all(
+    measurements: &[Measurement],
+    tracks: &[PredictedMeasurement],
+    config: &AssociationConfig,
+) -> f64 {
     let mut candidates = Vec::new();
     for (row, z) in (0..).zip(measurements) {
         candidates.extend(
@@ -185,7 +197,7 @@ fn a_track_that_is_as_good_as_dead_yields_its_report_only_to_one_that_competes()
         velocity: None,
         is_track: false,
     };
-    let track = |x: f64, existence: f64| Expected {
+    let track = |x: f64, existence: f64| PredictedMeasurement {
         position: [x, 0.0],
         report_probability: existence,
         ..expected(&z)

@@ -5,9 +5,9 @@
 
 use super::pairing::fold;
 use super::{Fused, Report};
-use crate::association::Expected;
 use crate::association::csba::{CsbaWeights, pair_cost};
-use crate::filter::{Measurement, PositionInnovation};
+use crate::values::PredictedMeasurement;
+use crate::values::{Measurement, PositionInnovation};
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
@@ -31,12 +31,12 @@ fn cost(one: &Fused, report: &Report) -> Option<f64> {
 }
 
 /// A box as the other one's track. Both size errors are relative to the mean of both sizes (METHODS.md 7, A3).
-fn expected(z: &Measurement, other: &Measurement) -> Expected {
+fn expected(z: &Measurement, other: &Measurement) -> PredictedMeasurement {
     let variance = |axis: usize| {
         let middle = (z.size[axis] + other.size[axis]) / 2.0;
         z.relative_variance[axis] * middle * middle
     };
-    Expected {
+    PredictedMeasurement {
         class: z.class,
         position: z.position,
         position_covariance: z.r,

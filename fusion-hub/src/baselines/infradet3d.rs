@@ -3,7 +3,7 @@
 use super::mean::mean;
 use super::pairing::{distance_within, fold};
 use super::{Fused, Report};
-use crate::filter::Measurement;
+use crate::values::Measurement;
 
 /// Largest distance of centres in a pair, m (the authors' default, and the paper's).
 const REACH_M: f64 = 3.0;

@@ -1,6 +1,6 @@
 //! The weighted mean of reports.
 
-use crate::filter::Measurement;
+use crate::values::Measurement;
 use v2x_common::covariance::Covariance2;
 
 /// The mean box: coordinates and sizes by component, the heading as the direction of the summed unit vectors.

@@ -15,7 +15,7 @@ pub mod psa;
 mod testing;
 pub mod wbf;
 
-use crate::filter::Measurement;
+use crate::values::Measurement;
 use v2x_common::covariance::BoxCovariance;
 use v2x_common::geometry::BevBox;
 

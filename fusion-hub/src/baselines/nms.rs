@@ -1,7 +1,7 @@
 //! Non-maximum suppression (METHODS.md 1 and 4): OpenCOOD's `nms_rotated`, with IoU or GIoU.
 
 use super::{Fused, Report, bev, pooled};
-use crate::overlap::Footprint;
+use crate::values::overlap::Footprint;
 
 /// How overlap is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

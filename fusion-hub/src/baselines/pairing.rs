@@ -1,7 +1,7 @@
 //! Pairs of two lists: as many as there can be, then at least cost.
 
 use super::{Fused, Member, Report, listed};
-use crate::assignment::{Assigner, Candidate};
+use crate::association::assignment::{Assigner, Candidate};
 
 /// What scipy's `linear_sum_assignment` is given for a pair that must not be, by the authors of InfraDet3D
 /// (999999) and of DAIR-V2X (1e6): so no allowed pair is given up to make others cheaper.

@@ -1,7 +1,7 @@
 //! Promotion-suppression aggregation (Xu 2023; METHODS.md 2): model_anostic's `aggregation`.
 
 use super::{Fused, Member, Report, bev, listed};
-use crate::overlap::Footprint;
+use crate::values::overlap::Footprint;
 
 /// Boxes whose centres are this far apart are not compared, m.
 const REACH_M: f64 = 10.0;

@@ -1,7 +1,7 @@
 //! Reports for the tests of the rules.
 
 use super::Report;
-use crate::filter::Measurement;
+use crate::values::Measurement;
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 

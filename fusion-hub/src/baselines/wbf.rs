@@ -2,7 +2,7 @@
 
 use super::mean::mean;
 use super::{Fused, Report, bev, pooled};
-use crate::overlap::Footprint;
+use crate::values::overlap::Footprint;
 
 /// A box that grows.
 struct Cluster<'a> {

@@ -2,6 +2,7 @@
 //!
 //! Everything is computed in pairs, x with y: two lanes of one register.
 
+use crate::values::PositionInnovation;
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::fused::KinematicCovariance;
 
@@ -30,25 +31,6 @@ pub struct Cross {
     pub along: Pair,
     /// x by y and y by x.
     pub across: Pair,
-}
-
-/// How far a position report lies from the prediction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PositionInnovation {
-    /// Squared Mahalanobis distance (NIS), χ² with 2 degrees of freedom.
-    pub mahalanobis2: f64,
-    /// Determinant of the innovation's covariance, m⁴.
-    pub determinant: f64,
-}
-
-impl PositionInnovation {
-    /// An innovation of this covariance (m²), which must be positive definite.
-    #[inline]
-    pub fn new(difference: Pair, s: &Covariance2) -> Self {
-        let determinant = s.determinant();
-        let [wx, wy] = times_vector(&adjugate(s), difference);
-        Self { mahalanobis2: (difference[0] * wx + difference[1] * wy) / determinant, determinant }
-    }
 }
 
 #[inline(always)]
@@ -134,7 +116,7 @@ impl Cross {
 impl Kinematic {
     /// A first report, with the velocity unknown but for its prior, or measured.
     #[inline]
-    pub fn born(
+    pub fn initial(
         position: Pair,
         pp: Covariance2,
         sigma_velocity_mps: f64,
@@ -316,7 +298,7 @@ mod tests {
             steps in prop::collection::vec(
                 (-0.5..1.0f64, [-9.0..9.0f64, -9.0..9.0f64], covariance(), any::<bool>()), 1..12),
         ) {
-            let mut state = Kinematic::born([1.0, -2.0], r0, 7.0, None);
+            let mut state = Kinematic::initial([1.0, -2.0], r0, 7.0, None);
             let mut dense = Dense::of(&state);
             for (dt, z, r, is_velocity) in steps {
                 state.predict(dt, 1.3);
@@ -334,7 +316,7 @@ mod tests {
 
         #[test]
         fn a_split_step_is_the_whole_step(parts in prop::collection::vec(0.001..0.5f64, 1..8)) {
-            let start = Kinematic::born([0.0, 0.0], Covariance2::isotropic(0.3), 7.0, None);
+            let start = Kinematic::initial([0.0, 0.0], Covariance2::isotropic(0.3), 7.0, None);
             let (mut split, mut whole) = (start, start);
             parts.iter().for_each(|dt| split.predict(*dt, 2.0));
             whole.predict(parts.iter().sum(), 2.0);
@@ -344,7 +326,7 @@ mod tests {
 
     #[test]
     fn an_innovation_is_measured_by_both_covariances() {
-        let mut state = Kinematic::born([0.0, 0.0], Covariance2::isotropic(0.6), 7.0, None);
+        let mut state = Kinematic::initial([0.0, 0.0], Covariance2::isotropic(0.6), 7.0, None);
         let r = Covariance2 { xx: 0.64, xy: 0.0, yy: 0.64 };
         let innovation = state.innovation([1.0, 0.0], &r);
         assert!((innovation.mahalanobis2 - 1.0).abs() < 1e-12);

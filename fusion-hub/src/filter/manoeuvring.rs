@@ -4,8 +4,9 @@ use super::imm::{Imm, Inflation};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::SizePriors;
 use super::state::GREATEST_WEIGHT;
-use super::{Estimate, Filter, Heading, Measurement, Motion, PositionInnovation, intersection_weight};
-use crate::association::Expected;
+use super::{Estimate, Filter, Heading, Motion, intersection_weight};
+use crate::values::PredictedMeasurement;
+use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
 use v2x_common::time::Timestamp;
 
@@ -38,12 +39,12 @@ impl ImmState {
 }
 
 impl Filter for ImmState {
-    fn born(at: Timestamp, z: &Measurement) -> Self {
+    fn initial(at: Timestamp, z: &Measurement) -> Self {
         let sizes = [0, 1].map(|dimension| {
             let (reported, variance, lower) = z.reported_size(dimension);
-            SizeEvidence::born(reported, variance, lower)
+            SizeEvidence::initial(reported, variance, lower)
         });
-        Self { at, motion: Imm::born(z), sizes }
+        Self { at, motion: Imm::initial(z), sizes }
     }
 
     fn at(&self) -> Timestamp {
@@ -84,14 +85,14 @@ impl Filter for ImmState {
         (place.position, place.position_covariance.max_sigma())
     }
 
-    fn neighbourhood(&self) -> ([f64; 2], f64) {
+    fn rough_position(&self) -> ([f64; 2], f64) {
         self.motion.neighbourhood()
     }
 
-    fn expected(&self, class: Class) -> Expected {
+    fn predicted_measurement(&self, class: Class) -> PredictedMeasurement {
         let place = self.motion.place();
         let [width, depth] = self.sizes.map(|size| size.roughly());
-        Expected {
+        PredictedMeasurement {
             class,
             position: place.position,
             position_covariance: place.position_covariance,

@@ -5,12 +5,10 @@
 //! between position, width, depth and heading, so the 7-state filter falls apart, exactly, into a 4-state one
 //! for position and velocity and three scalar ones.
 
-mod compact;
 pub mod imm;
 mod intersection;
 mod kinematic;
 mod manoeuvring;
-mod measurement;
 mod params;
 mod retrodiction;
 mod scalar;
@@ -19,16 +17,14 @@ pub mod size_priors;
 mod smoothing;
 mod state;
 
-pub use compact::{CompactMeasurement, SizeLaws};
 pub use intersection::intersection_weight;
-pub use kinematic::{Cross, Kinematic, PositionInnovation};
+pub use kinematic::{Cross, Kinematic};
 pub use manoeuvring::ImmState;
-pub use measurement::{Measurement, SizeLaw};
 pub use params::MotionParams;
 pub use scalar::{Heading, Size};
 pub use state::State;
 
-use crate::association::Expected;
+use crate::values::{Measurement, PositionInnovation, PredictedMeasurement};
 use size_evidence::SizeEvidence;
 use size_priors::SizePriors;
 use std::fmt::Debug;
@@ -40,7 +36,7 @@ use v2x_common::time::Timestamp;
 /// One object's state under one model of motion, at one time.
 pub trait Filter: Copy + Debug + PartialEq {
     /// The state after a first report.
-    fn born(at: Timestamp, z: &Measurement) -> Self;
+    fn initial(at: Timestamp, z: &Measurement) -> Self;
 
     /// When it holds.
     fn at(&self) -> Timestamp;
@@ -69,10 +65,10 @@ pub trait Filter: Copy + Debug + PartialEq {
     fn place_at(&self, to: Timestamp, class: Class) -> ([f64; 2], f64);
 
     /// The same as of the state's own time, roughly and cheaply: to tell what is far away.
-    fn neighbourhood(&self) -> ([f64; 2], f64);
+    fn rough_position(&self) -> ([f64; 2], f64);
 
     /// What association needs.
-    fn expected(&self, class: Class) -> Expected;
+    fn predicted_measurement(&self, class: Class) -> PredictedMeasurement;
 
     /// How it moves, as of the state's own time.
     fn motion(&self) -> Motion;

@@ -14,7 +14,7 @@ pub struct Size {
 impl Size {
     /// A first report (m) with its variance relative to the true size.
     #[inline]
-    pub fn born(z: f64, relative_variance: f64) -> Self {
+    pub fn initial(z: f64, relative_variance: f64) -> Self {
         Self { mean: z, variance: relative_variance * z * z }
     }
 
@@ -58,7 +58,7 @@ pub struct Heading {
 impl Heading {
     /// A first report, rad and rad².
     #[inline]
-    pub fn born(z: f64, variance: f64) -> Self {
+    pub fn initial(z: f64, variance: f64) -> Self {
         Self { mean: wrap_angle(z), variance }
     }
 
@@ -79,7 +79,7 @@ impl Heading {
     /// Takes in a report whose error may be correlated with the estimate's in any way: the better one holds.
     pub fn intersect(&mut self, z: f64, variance: f64) {
         if variance < self.variance {
-            *self = Self::born(z, variance);
+            *self = Self::initial(z, variance);
         }
     }
 }
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn two_equal_headings_across_the_seam_average_on_it() {
-        let mut heading = Heading::born(PI - 0.1, 0.01);
+        let mut heading = Heading::initial(PI - 0.1, 0.01);
         heading.update(-PI + 0.1, 0.01);
         assert!((heading.mean.abs() - PI).abs() < 1e-12);
         assert!((heading.variance - 0.005).abs() < 1e-15);
@@ -99,9 +99,9 @@ mod tests {
 
     #[test]
     fn small_and_large_reports_of_a_size_weigh_the_same() {
-        let mut up = Size::born(4.0, 0.04);
+        let mut up = Size::initial(4.0, 0.04);
         up.update(6.0, 0.04);
-        let mut down = Size::born(4.0, 0.04);
+        let mut down = Size::initial(4.0, 0.04);
         down.update(2.0, 0.04);
         assert!((up.mean - 5.0).abs() < 1e-12 && (down.mean - 3.0).abs() < 1e-12);
     }

@@ -54,7 +54,7 @@ impl LogNormal {
 impl SizeEvidence {
     /// After a first report `z` (m) with relative variance `variance`, cut off below `lower` times the size (0:
     /// not cut off).
-    pub fn born(z: f64, variance: f64, lower: f64) -> Self {
+    pub fn initial(z: f64, variance: f64, lower: f64) -> Self {
         let mut born = Self { squares: 0.0, sum: 0.0, count: 0.0, most: f64::INFINITY };
         born.update(z, variance, lower);
         born
@@ -73,7 +73,7 @@ impl SizeEvidence {
     /// Takes in a report whose error may be correlated with that of the others in any way: of one quantity,
     /// covariance intersection takes the better one.
     pub fn intersect(&mut self, z: f64, variance: f64, lower: f64) {
-        let alone = Self::born(z, variance, lower);
+        let alone = Self::initial(z, variance, lower);
         if alone.information() > self.information() {
             *self = alone;
         }
@@ -284,7 +284,7 @@ mod tests {
                         let reports: Vec<_> =
                             (0..count).map(|_| (2.0 * factor(&mut random, sigma, 0.1), sigma, 0.1)).collect();
                         let (z, _, lower) = reports[0];
-                        let mut evidence = SizeEvidence::born(z, sigma * sigma, lower);
+                        let mut evidence = SizeEvidence::initial(z, sigma * sigma, lower);
                         reports[1..]
                             .iter()
                             .for_each(|(z, sigma, lower)| evidence.update(*z, sigma * sigma, *lower));
@@ -305,23 +305,23 @@ mod tests {
     #[test]
     fn reports_add_up_in_any_order() {
         let reports = [(2.0, 0.0625, 0.125), (1.5, 0.25, 0.0), (4.0, 0.0625, 0.125)];
-        let mut forward = SizeEvidence::born(reports[0].0, reports[0].1, reports[0].2);
+        let mut forward = SizeEvidence::initial(reports[0].0, reports[0].1, reports[0].2);
         reports[1..].iter().for_each(|(z, sigma, lower)| forward.update(*z, *sigma, *lower));
-        let mut backward = SizeEvidence::born(reports[2].0, reports[2].1, reports[2].2);
+        let mut backward = SizeEvidence::initial(reports[2].0, reports[2].1, reports[2].2);
         reports[..2].iter().for_each(|(z, sigma, lower)| backward.update(*z, *sigma, *lower));
         assert_eq!(forward, backward);
     }
 
     #[test]
     fn an_exact_report_is_the_size_and_absurd_ones_are_survived() {
-        let exact = SizeEvidence::born(4.5, 1e-8, 0.0).estimate(None).size();
+        let exact = SizeEvidence::initial(4.5, 1e-8, 0.0).estimate(None).size();
         assert!((exact.mean - 4.5).abs() < 1e-3 && exact.variance < 1e-6);
         let prior = LogNormal { mean_ln: 0.5, variance_ln: 0.01 };
         for (z, sigma, lower) in
             [(1e-3, 0.2, 0.1), (65.0, 0.2, 0.1), (1e-3, 10.0, 0.9), (65.0, 1e-6, 0.0), (1e-3, 1e-6, 0.999)]
         {
             let variance = sigma * sigma;
-            let mut evidence = SizeEvidence::born(z, variance, lower);
+            let mut evidence = SizeEvidence::initial(z, variance, lower);
             for n in 0..1000 {
                 for prior in [None, Some(&prior)] {
                     let estimate = evidence.estimate(prior);

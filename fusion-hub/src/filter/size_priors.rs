@@ -247,7 +247,7 @@ mod tests {
     /// `count` equal reports of a width and a depth.
     fn reported(size: [f64; 2], sigma: f64, count: usize) -> [SizeEvidence; 2] {
         size.map(|z| {
-            let mut evidence = SizeEvidence::born(z, sigma * sigma, 0.1);
+            let mut evidence = SizeEvidence::initial(z, sigma * sigma, 0.1);
             (1..count).for_each(|_| evidence.update(z, sigma * sigma, 0.1));
             evidence
         })
@@ -296,8 +296,8 @@ mod tests {
 
     #[test]
     fn a_long_truck_is_a_wide_one() {
-        let long = [SizeEvidence::born(2.5, 1.0, 0.1), reported([0.0, 12.0], 0.05, 50)[1]];
-        let short = [SizeEvidence::born(2.5, 1.0, 0.1), reported([0.0, 5.0], 0.05, 50)[1]];
+        let long = [SizeEvidence::initial(2.5, 1.0, 0.1), reported([0.0, 12.0], 0.05, 50)[1]];
+        let short = [SizeEvidence::initial(2.5, 1.0, 0.1), reported([0.0, 5.0], 0.05, 50)[1]];
         let mut priors = SizePriors::default();
         priors.note(Class::Truck, &long);
         priors.note(Class::Truck, &short);

@@ -83,7 +83,8 @@ fn heading(filtered: &Heading, predicted: &Heading, later: &Heading) -> Heading 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::filter::{Filter, Measurement, MotionParams};
+    use crate::filter::{Filter, MotionParams};
+    use crate::values::Measurement;
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
     use std::f64::consts::PI;
@@ -110,7 +111,7 @@ mod tests {
 
     fn filtered(reports: &[(i64, Measurement)]) -> Vec<State> {
         let mut at = Timestamp::EPOCH;
-        let mut states = vec![State::born(at, &reports[0].1)];
+        let mut states = vec![State::initial(at, &reports[0].1)];
         for (gap_ms, z) in &reports[1..] {
             at += Span::from_millis(*gap_ms);
             let mut state = states[states.len() - 1].predicted(at, CLASS);

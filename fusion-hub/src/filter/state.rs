@@ -3,10 +3,10 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::SizePriors;
 use super::{
-    Estimate, Filter, Heading, Kinematic, Measurement, Motion, MotionParams, PositionInnovation, Size,
-    intersection_weight, smoothing,
+    Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Size, intersection_weight, smoothing,
 };
-use crate::association::Expected;
+use crate::values::PredictedMeasurement;
+use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::time::Timestamp;
@@ -56,14 +56,14 @@ impl State {
 
 impl Filter for State {
     #[inline]
-    fn born(at: Timestamp, z: &Measurement) -> Self {
+    fn initial(at: Timestamp, z: &Measurement) -> Self {
         let sigma_velocity = MotionParams::of(z.class).sigma_velocity_mps;
         Self {
             at,
-            kinematic: Kinematic::born(z.position, z.r, sigma_velocity, z.velocity.as_ref()),
-            width: Size::born(z.size[0], z.relative_variance[0]),
-            depth: Size::born(z.size[1], z.relative_variance[1]),
-            heading: Heading::born(z.yaw, z.yaw_variance),
+            kinematic: Kinematic::initial(z.position, z.r, sigma_velocity, z.velocity.as_ref()),
+            width: Size::initial(z.size[0], z.relative_variance[0]),
+            depth: Size::initial(z.size[1], z.relative_variance[1]),
+            heading: Heading::initial(z.yaw, z.yaw_variance),
         }
     }
 
@@ -116,13 +116,13 @@ impl Filter for State {
     }
 
     #[inline]
-    fn neighbourhood(&self) -> ([f64; 2], f64) {
+    fn rough_position(&self) -> ([f64; 2], f64) {
         (self.kinematic.position, self.kinematic.pp.max_sigma())
     }
 
     #[inline]
-    fn expected(&self, class: Class) -> Expected {
-        Expected {
+    fn predicted_measurement(&self, class: Class) -> PredictedMeasurement {
+        PredictedMeasurement {
             class,
             position: self.kinematic.position,
             position_covariance: self.kinematic.pp,
@@ -188,7 +188,7 @@ mod tests {
     /// The state after this report was taken in again and again at one time.
     fn after_repeats(is_track: bool) -> State {
         let z = report(is_track);
-        let mut state = State::born(Timestamp::EPOCH, &z);
+        let mut state = State::initial(Timestamp::EPOCH, &z);
         for _ in 0..50 {
             state.update(&z);
         }
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn a_better_track_takes_over_from_a_vague_state() {
         let vague = Measurement { r: Covariance2::isotropic(10.0), yaw_variance: 4.0, ..report(false) };
-        let mut state = State::born(Timestamp::EPOCH, &vague);
+        let mut state = State::initial(Timestamp::EPOCH, &vague);
         state.update(&Measurement { position: [9.0, 2.0], yaw: 1.0, ..report(true) });
         assert!((state.kinematic.position[0] - 9.0).abs() < 0.2, "{:?}", state.kinematic);
         assert!((state.heading.mean - 1.0).abs() < 1e-12 && state.kinematic.pp.xx < 0.2);

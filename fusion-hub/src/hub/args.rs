@@ -1,6 +1,6 @@
 //! The hub's command line.
 
-use crate::settings::HubSettings;
+use crate::hub::settings::HubSettings;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 use v2x_common::id::{HubId, NetworkId};

@@ -2,8 +2,8 @@
 
 use super::HubArgs;
 use super::run::{HubSetup, serve};
-use crate::config::EngineConfig;
 use crate::engine::Engine;
+use crate::engine::EngineConfig;
 use tokio_util::sync::CancellationToken;
 use v2x_common::net::events;
 

@@ -1,7 +1,7 @@
 //! From a Zenoh sample to a frame, or to the reason why not.
 
-use crate::refusal::Refusal;
-use crate::settings::HubSettings;
+use crate::engine::Refusal;
+use crate::hub::settings::HubSettings;
 use v2x_common::clock;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;

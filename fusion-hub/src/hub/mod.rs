@@ -4,16 +4,21 @@
 mod args;
 #[cfg(feature = "cli")]
 mod command;
+mod error;
 mod intake;
 mod network;
 mod roster;
 mod run;
+mod settings;
 mod status;
 mod timing;
 
+pub use crate::fusion::SettingsError;
 #[cfg(feature = "cli")]
 pub use args::{HubArgs, hub_table};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
+pub use error::HubError;
 pub use run::{HubSetup, serve};
+pub use settings::HubSettings;
 pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus};

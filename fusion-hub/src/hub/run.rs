@@ -1,15 +1,13 @@
 //! The hub's loop: samples in, fused frames out.
 
+use super::error::HubError;
 use super::intake::Received;
 use super::network::{Control, Network};
 use super::roster::Roster;
+use super::settings::HubSettings;
 use super::status::{AgentStatus, HubStatus, RegistrationStatus, memory_bytes};
 use super::timing::Timing;
-use crate::config::EngineConfig;
-use crate::engine::Engine;
-use crate::refusal::Disposition;
-use crate::schedule::Schedule;
-use crate::settings::HubSettings;
+use crate::engine::{Disposition, Engine, EngineConfig, Schedule};
 use anyhow::anyhow;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -23,10 +21,10 @@ use v2x_common::time::Timestamp;
 use v2x_common::wire::{self, ENCODING_JSON};
 use zenoh::Session;
 
-/// How often the books are looked through.
-const BOOKKEEPING: Duration = Duration::from_secs(1);
+/// How often the statistics of the agents are checked.
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What a hub is to be, however that was said.
+/// What makes a hub.
 #[derive(Clone, Debug)]
 pub struct HubSetup {
     /// The network to serve.
@@ -37,20 +35,25 @@ pub struct HubSetup {
     pub session: SessionOptions,
 }
 
-/// Runs a hub in this process until shutdown; gives its last status.
+/// Runs a hub in this process until shutdown; returns its last status.
 ///
-/// `on_ready` is told its name and where it listens, with the real port where 0 was asked for, once nothing that is sent there is
-/// lost.
+/// `on_ready` gets its name and the endpoints on which it listens, with the real port where 0 was asked for, as soon as
+/// nothing that is sent there is lost.
+///
+/// # Errors
+/// Where the Zenoh configuration cannot be used, or the endpoints are taken.
 pub async fn serve(
     setup: HubSetup,
     shutdown: CancellationToken,
     engine: impl FnOnce(EngineConfig) -> Engine,
     on_ready: impl FnOnce(HubId, &[String]),
-) -> anyhow::Result<HubStatus> {
-    let session = session::open(session::hub_config(&setup.session)?).await.map_err(|error| {
+) -> Result<HubStatus, HubError> {
+    let config =
+        session::hub_config(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
+    let session = session::open(config).await.map_err(|error| {
         let listen = &setup.session.listen;
         let endpoints = if listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { listen.join(", ") };
-        anyhow!("cannot listen on {endpoints} ({error}); is another hub running there? try --listen tcp/127.0.0.1:0")
+        HubError::Listen { endpoints, cause: error.into() }
     })?;
     let locators = session::locators(&session).await;
     let mut hub = Hub::declare(setup, engine, &session, locators).await?;
@@ -60,7 +63,7 @@ pub async fn serve(
     tracing::info!(hub = %hub.settings.engine.hub, published = hub.frames_published, "hub ends");
     let status = hub.status();
     drop(hub);
-    session::close(session).await?;
+    session::close(session).await.map_err(|error| HubError::Close(error.into()))?;
     Ok(status)
 }
 
@@ -87,13 +90,13 @@ impl Hub {
         engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         locators: Vec<String>,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, HubError> {
         let started_at = clock::now();
         settings.engine.lineage = lineage_of(started_at);
         let keys = Keys::new(network_id);
         let hub = settings.engine.hub;
         let network = Network::declare(session, &keys, &hub).await;
-        let network = network.map_err(|error| anyhow!("declaring the hub {hub}: {error}"))?;
+        let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
         Ok(Self {
             network_id,
             engine: engine(settings.engine),
@@ -113,7 +116,7 @@ impl Hub {
     }
 
     async fn serve(&mut self, shutdown: &CancellationToken) {
-        let mut bookkeeping = tokio::time::interval(BOOKKEEPING);
+        let mut check = tokio::time::interval(CHECK_INTERVAL);
         loop {
             let (frames, control) = (self.network.frames.clone(), self.network.control.clone());
             let until_deadline = (self.schedule.next_deadline() - clock::now()).to_duration();
@@ -122,7 +125,7 @@ impl Hub {
                 () = shutdown.cancelled() => return,
                 event = control.pop() => self.handle_control(event).await,
                 received = frames.pop() => self.handle_frame(&received),
-                _ = bookkeeping.tick() => self.roster.tell_of_hopeless(self.engine.inbox()),
+                _ = check.tick() => self.roster.warn_of_refused(self.engine.agents()),
                 () = tokio::time::sleep(until_deadline) => {}
             }
             if self.schedule.take_due(clock::now()) {
@@ -213,13 +216,14 @@ impl Hub {
             started_at: self.started_at.as_micros(),
             now: clock::now().as_micros(),
             locators: self.locators.clone(),
-            tracks: self.engine.n_tracks(),
+            tracks: self.engine.counts().tracks,
             objects: self.objects,
             frames_published: self.frames_published,
             publish_errors: self.publish_errors,
             dropped_overload: self.network.frames.dropped() + self.network.control.dropped(),
-            refused_beyond_limit: self.engine.inbox().refused_beyond_limit(),
+            refused_beyond_limit: self.engine.agents().refused_beyond_limit(),
             refused_unnamed: self.network.unnamed.load(Ordering::Relaxed),
+            alive_beyond_limit: self.roster.beyond_limit(),
             births_refused: self.engine.counts().births_refused,
             merges: self.engine.counts().merges,
             objects_withheld: self.objects_withheld,
@@ -231,24 +235,31 @@ impl Hub {
     }
 
     fn agent_statuses(&self) -> Vec<AgentStatus> {
-        let inbox = self.engine.inbox();
-        let silent = self.roster.alive().filter(|agent| inbox.record(agent).is_none());
+        let agents = self.engine.agents();
+        let silent = self.roster.alive().filter(|agent| agents.record(agent).is_none());
         let mut statuses: Vec<_> = silent.map(|agent| AgentStatus::silent(*agent)).collect();
-        statuses.extend(inbox.agents().map(|(agent, record)| AgentStatus {
-            id: *agent,
-            alive: self.roster.is_alive(agent),
-            accepted: record.accepted,
-            synchronous: record.synchronous,
-            out_of_sequence: record.out_of_sequence,
-            ahead_of_time: record.ahead_of_time,
-            refused: record.refused.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
-            last_refusal: record.last_refusal.as_ref().map(ToString::to_string),
-            unmapped_classes: record.unmapped_classes,
-            descriptions_refused: record.descriptions_refused,
-            nis_per_dof: record.nis_per_dof(),
-            registration: self.registration_of(agent),
-            newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
-            sensor: record.description,
+        statuses.extend(agents.iter().map(|(agent, record)| {
+            AgentStatus {
+                id: *agent,
+                alive: self.roster.is_alive(agent),
+                accepted: record.statistics.accepted,
+                synchronous: record.statistics.synchronous,
+                out_of_sequence: record.statistics.out_of_sequence,
+                ahead_of_time: record.statistics.ahead_of_time,
+                refused: record
+                    .statistics
+                    .refused
+                    .iter()
+                    .map(|(reason, count)| ((*reason).to_owned(), *count))
+                    .collect(),
+                last_refusal: record.statistics.last_refusal.as_ref().map(ToString::to_string),
+                unmapped_classes: record.statistics.unmapped_classes,
+                descriptions_refused: record.statistics.descriptions_refused,
+                nis_per_dof: record.statistics.recent_nis_per_dof(self.engine.now()),
+                registration: self.registration_of(agent),
+                newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
+                sensor: record.description,
+            }
         }));
         statuses.sort_by_key(|status| status.id);
         statuses
@@ -259,19 +270,33 @@ impl Hub {
     }
 }
 
-/// Encodes a frame; gives the number of objects that the wire has no room for. They are left out: one absurd
-/// object must not silence all others.
+/// Encodes a frame; returns the number of objects for which the wire has no room. They are left out: one absurd object
+/// must not silence all others.
 fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<usize, wire::WireError> {
     buffer.clear();
     let Err(error) = wire::fused::encode(frame, buffer) else { return Ok(0) };
-    let alone = |object: &FusedObject| FusedFrame { objects: vec![object.clone()], ..frame.clone() };
-    let fits = |object: &&FusedObject| wire::fused::encode(&alone(object), &mut Vec::new()).is_ok();
-    let objects: Vec<_> = frame.objects.iter().filter(fits).cloned().collect();
+    let mut probe = FusedFrame { includes: Vec::new(), ..without_objects(frame) };
+    let mut scratch = Vec::new();
+    let mut fits = |object: &&FusedObject| {
+        probe.objects.clear();
+        probe.objects.push((*object).clone());
+        scratch.clear();
+        wire::fused::encode(&probe, &mut scratch).is_ok()
+    };
+    let objects: Vec<_> =
+        frame.objects.iter().filter(|object| fits(object)).take(wire::fused::MAX_OBJECTS).cloned().collect();
     let withheld = frame.objects.len() - objects.len();
-    tracing::warn!(%error, withheld, "objects that the wire has no room for");
+    tracing::warn!(%error, withheld, "objects for which the wire has no room");
     buffer.clear();
-    wire::fused::encode(&FusedFrame { objects, ..frame.clone() }, buffer)?;
+    wire::fused::encode(&FusedFrame { objects, ..without_objects(frame) }, buffer)?;
     Ok(withheld)
+}
+
+/// A frame without its objects.
+fn without_objects(frame: &FusedFrame) -> FusedFrame {
+    let FusedFrame { hub, lineage, sequence, fused_at, map_frame, .. } = *frame;
+    let (agents, includes) = (frame.agents.clone(), frame.includes.clone());
+    FusedFrame { hub, lineage, sequence, fused_at, map_frame, objects: Vec::new(), agents, includes }
 }
 
 async fn put(network: &Network, bytes: &[u8]) -> anyhow::Result<()> {

@@ -33,19 +33,22 @@ pub struct HubStatus {
     pub publish_errors: u64,
     /// Samples that were pushed out of the full queue unread.
     pub dropped_overload: u64,
-    /// Frames of agents beyond the number that the hub keeps books on.
+    /// Frames of agents beyond the number that the hub knows.
     pub refused_beyond_limit: u64,
     /// Samples under keys in which no legal agent name stands.
     pub refused_unnamed: u64,
+    /// Liveliness tokens that appeared when there was no room for another agent.
+    #[serde(default)]
+    pub alive_beyond_limit: u64,
     /// Objects that were not tracked for lack of room.
     pub births_refused: u64,
     /// Tracks that were merged into an older one of the same object.
     pub merges: u64,
     /// Objects left out of a fused frame because the wire has no room for their values.
     pub objects_withheld: u64,
-    /// Frame received → first fused frame put that contains it, ms.
+    /// Frame received → first fused frame put that contains it, in the last minute, ms.
     pub latency_ms: Quantiles,
-    /// The part of it in which the hub worked, ms.
+    /// The part of it in which the hub worked, in the last minute, ms.
     pub compute_ms: Quantiles,
     /// Resident memory, bytes; where the system tells.
     pub memory_bytes: Option<u64>,
@@ -76,8 +79,8 @@ pub struct AgentStatus {
     pub unmapped_classes: u64,
     /// Sensor descriptions refused.
     pub descriptions_refused: u64,
-    /// Mean normalised innovation squared of its positions for each degree of freedom: 1 where its reported
-    /// covariance is honest, more where it claims to be better than it is.
+    /// Mean normalised innovation squared of its positions for each degree of freedom, in the last minute: 1 where its
+    /// reported covariance is honest, more where it states too small ones.
     pub nis_per_dof: Option<f64>,
     /// What is believed of its clock and pose, where it describes its accuracy and registration is not off.
     #[serde(default)]

@@ -3,9 +3,9 @@
 use super::ancestors::Ancestors;
 use super::chance::Chance;
 use super::competition::{Competition, Edge, Row};
-use super::set::ParticleSet;
 use super::{NOBODY, Outcome, PATIENCE, Version, as_index, as_u32};
-use crate::assignment::Assigner;
+use crate::association::assignment::Assigner;
+use crate::values::ParticleSet;
 use v2x_common::time::Timestamp;
 
 /// How far a draw strays from the optimum: a Gumbel variable's scale in −ln p (METHODS.md 14).

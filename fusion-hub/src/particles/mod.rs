@@ -35,18 +35,12 @@
 //! [`likelihood`]: crate::association::likelihood
 
 mod ancestors;
-mod blend;
 mod chance;
 mod competition;
 mod component;
-mod set;
-pub(crate) mod versions;
 
-pub(crate) use blend::{Doubts, blended};
-pub use set::{MAX_PARTICLES, ParticleSet};
-
-use crate::association::{Associator, Expected, likelihood};
-use crate::filter::Measurement;
+use crate::association::{Associator, likelihood};
+use crate::values::{MAX_PARTICLES, Measurement, ParticleSet, PredictedMeasurement};
 use chance::Chance;
 use competition::{Competition, Edge};
 use component::Component;
@@ -120,7 +114,7 @@ impl Particles {
         &mut self,
         (frame, captured_at): (&FrameId, Timestamp),
         versions: impl Iterator<Item = Version>,
-        (measurements, expected): (&[Measurement], &[Expected]),
+        (measurements, expected): (&[Measurement], &[PredictedMeasurement]),
         associator: &Associator,
     ) {
         self.versions.clear();
@@ -142,7 +136,7 @@ impl Particles {
     /// Makes pairs that compete with no others; lists what does compete.
     fn list_competition(
         &mut self,
-        (measurements, expected): (&[Measurement], &[Expected]),
+        (measurements, expected): (&[Measurement], &[PredictedMeasurement]),
         associator: &Associator,
     ) {
         let cost = |col: usize, place: u32| {

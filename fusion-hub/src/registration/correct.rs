@@ -1,6 +1,6 @@
 //! A frame as its sender would have sent it with true clock and pose.
 
-use super::Bias;
+use super::model::Bias;
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::geometry::{Pose, wrap_angle};

@@ -1,8 +1,8 @@
 //! What one frame and one partner say of their errors, all shared objects together.
 
 use super::cholesky;
-use super::joint::Pair;
 use super::model::{Difference, dot};
+use super::pair::Pair;
 use v2x_common::covariance::Covariance2;
 
 /// Differences further from what is expected than this, squared and normalised, weigh the less the further they are

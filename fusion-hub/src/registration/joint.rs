@@ -1,10 +1,11 @@
 //! The errors of all agents together: mean and covariance, in units of what each declares.
 
-use super::MEMORY_S;
 use super::cholesky::{self, NotPositiveDefinite};
 use super::group::Group;
-use super::model::{dot, joined};
-use super::roll::Slot;
+use super::model::joined;
+use super::pair::Pair;
+use super::settings::MEMORY_S;
+use super::slot::RegistrationSlot;
 
 /// Mean and covariance of every agent's four errors, each N(0, 1) without data.
 ///
@@ -21,31 +22,6 @@ pub(super) struct Joint {
     is_gathering: bool,
     has_learnt: bool,
     scratch: [Vec<f64>; 2],
-}
-
-/// What is believed of two agents.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pair {
-    pub(super) mean: [f64; 8],
-    pub(super) covariance: [[f64; 8]; 8],
-}
-
-impl Pair {
-    /// aᵀ (P + W) b.
-    pub(super) fn spread(&self, a: &[f64; 8], b: &[f64; 8], white: &[f64; 8]) -> f64 {
-        dot(a, &self.through(b, white))
-    }
-
-    /// (P + W) b.
-    pub(super) fn through(&self, b: &[f64; 8], white: &[f64; 8]) -> [f64; 8] {
-        let mut through = [0.0; 8];
-        // P is symmetric: its rows are its columns.
-        for (column, b) in self.covariance.iter().zip(b) {
-            through.iter_mut().zip(column).for_each(|(through, p)| *through += p * b);
-        }
-        through.iter_mut().zip(white.iter().zip(b)).for_each(|(through, (w, b))| *through += w * b);
-        through
-    }
 }
 
 impl Joint {
@@ -67,7 +43,7 @@ impl Joint {
     }
 
     /// Forgets what is known of an agent.
-    pub(super) fn forget(&mut self, slot: Slot) {
+    pub(super) fn forget(&mut self, slot: RegistrationSlot) {
         for own in places(slot) {
             (self.mean[own], self.eta[own]) = (0.0, 0.0);
             for other in 0..self.n {
@@ -79,15 +55,15 @@ impl Joint {
         }
     }
 
-    pub(super) fn mean_of(&self, slot: Slot) -> [f64; 4] {
+    pub(super) fn mean_of(&self, slot: RegistrationSlot) -> [f64; 4] {
         places(slot).map(|place| self.mean[place])
     }
 
-    pub(super) fn covariance_of(&self, a: Slot, b: Slot) -> [[f64; 4]; 4] {
+    pub(super) fn covariance_of(&self, a: RegistrationSlot, b: RegistrationSlot) -> [[f64; 4]; 4] {
         places(a).map(|row| places(b).map(|column| self.covariance[row * self.n + column]))
     }
 
-    pub(super) fn pair(&self, own: Slot, partner: Slot) -> Pair {
+    pub(super) fn pair(&self, own: RegistrationSlot, partner: RegistrationSlot) -> Pair {
         let places = joined_places(own, partner);
         Pair {
             mean: joined(self.mean_of(own), self.mean_of(partner)),
@@ -96,7 +72,7 @@ impl Joint {
     }
 
     /// Adds what a frame and a partner say.
-    pub(super) fn gather(&mut self, own: Slot, partner: Slot, group: &Group) {
+    pub(super) fn gather(&mut self, own: RegistrationSlot, partner: RegistrationSlot, group: &Group) {
         let places = joined_places(own, partner);
         for (row, place) in places.into_iter().enumerate() {
             self.eta[place] += group.eta[row];
@@ -149,11 +125,11 @@ impl Joint {
     }
 }
 
-fn places(slot: Slot) -> [usize; 4] {
+fn places(slot: RegistrationSlot) -> [usize; 4] {
     [0, 1, 2, 3].map(|k| 4 * slot.index() + k)
 }
 
-fn joined_places(own: Slot, partner: Slot) -> [usize; 8] {
+fn joined_places(own: RegistrationSlot, partner: RegistrationSlot) -> [usize; 8] {
     let ([a, b, c, d], [e, f, g, h]) = (places(own), places(partner));
     [a, b, c, d, e, f, g, h]
 }
@@ -187,29 +163,32 @@ mod tests {
     #[test]
     fn of_a_difference_each_of_two_gets_half_and_their_sum_stays_as_unknown_as_it_was() {
         let mut joint = joint(3);
-        let (a, b) = (Slot(2), Slot(0));
+        let (a, b) = (RegistrationSlot(2), RegistrationSlot(0));
         joint.gather(a, b, &difference(1.0, 1e6));
         joint.advance(0.0).unwrap();
         assert!((joint.mean_of(a)[0] - 0.5).abs() < 1e-5 && (joint.mean_of(b)[0] + 0.5).abs() < 1e-5);
         let [own, cross] = [joint.covariance_of(a, a)[0][0], joint.covariance_of(a, b)[0][0]];
         // Var(a + b) = 2 as before, Var(a − b) = 0.
         assert!((own + cross - 1.0).abs() < 1e-5 && (own - cross).abs() < 1e-5, "{own} {cross}");
-        assert_eq!(joint.mean_of(Slot(1)), [0.0; 4]);
+        assert_eq!(joint.mean_of(RegistrationSlot(1)), [0.0; 4]);
     }
 
     #[test]
     fn without_data_everything_is_as_unknown_as_at_first() {
         let mut joint = joint(2);
-        joint.gather(Slot(0), Slot(1), &difference(1.0, 100.0));
+        joint.gather(RegistrationSlot(0), RegistrationSlot(1), &difference(1.0, 100.0));
         joint.advance(0.5).unwrap();
-        let before = joint.covariance_of(Slot(0), Slot(0))[0][0];
+        let before = joint.covariance_of(RegistrationSlot(0), RegistrationSlot(0))[0][0];
         joint.advance(60.0).unwrap();
-        let after = joint.covariance_of(Slot(0), Slot(0))[0][0];
+        let after = joint.covariance_of(RegistrationSlot(0), RegistrationSlot(0))[0][0];
         let kept = libm::exp(-2.0);
         assert!((after - (kept * before + 1.0 - kept)).abs() < 1e-12);
         joint.advance(1e6).unwrap();
         assert_eq!(
-            (joint.mean_of(Slot(0)), joint.covariance_of(Slot(0), Slot(1))),
+            (
+                joint.mean_of(RegistrationSlot(0)),
+                joint.covariance_of(RegistrationSlot(0), RegistrationSlot(1))
+            ),
             ([0.0; 4], [[0.0; 4]; 4])
         );
     }
@@ -217,25 +196,37 @@ mod tests {
     #[test]
     fn a_newcomer_in_a_place_knows_nothing_of_who_was_there_and_others_keep_theirs() {
         let mut joint = joint(2);
-        joint.gather(Slot(0), Slot(1), &difference(1.0, 100.0));
+        joint.gather(RegistrationSlot(0), RegistrationSlot(1), &difference(1.0, 100.0));
         joint.advance(0.0).unwrap();
-        let kept = (joint.mean_of(Slot(1)), joint.covariance_of(Slot(1), Slot(1)));
-        joint.forget(Slot(0));
+        let kept = (
+            joint.mean_of(RegistrationSlot(1)),
+            joint.covariance_of(RegistrationSlot(1), RegistrationSlot(1)),
+        );
+        joint.forget(RegistrationSlot(0));
         joint.grow();
         assert_eq!(
-            (joint.mean_of(Slot(0)), joint.covariance_of(Slot(0), Slot(1))),
+            (
+                joint.mean_of(RegistrationSlot(0)),
+                joint.covariance_of(RegistrationSlot(0), RegistrationSlot(1))
+            ),
             ([0.0; 4], [[0.0; 4]; 4])
         );
-        assert_eq!((joint.mean_of(Slot(1)), joint.covariance_of(Slot(1), Slot(1))), kept);
+        assert_eq!(
+            (
+                joint.mean_of(RegistrationSlot(1)),
+                joint.covariance_of(RegistrationSlot(1), RegistrationSlot(1))
+            ),
+            kept
+        );
     }
 
     #[test]
     fn numbers_that_cannot_be_are_dropped_and_harm_nothing() {
         let mut joint = joint(2);
-        joint.gather(Slot(0), Slot(1), &difference(f64::NAN, f64::NAN));
+        joint.gather(RegistrationSlot(0), RegistrationSlot(1), &difference(f64::NAN, f64::NAN));
         assert_eq!(joint.advance(1.0), Err(NotPositiveDefinite));
-        joint.gather(Slot(0), Slot(1), &difference(1.0, 100.0));
+        joint.gather(RegistrationSlot(0), RegistrationSlot(1), &difference(1.0, 100.0));
         assert_eq!(joint.advance(1.0), Ok(()));
-        assert!(joint.mean_of(Slot(0))[0] > 0.4);
+        assert!(joint.mean_of(RegistrationSlot(0))[0] > 0.4);
     }
 }

@@ -1,7 +1,7 @@
 //! Who shares objects with whom, and whether a reference is among them.
 
-use super::MEMORY_S;
-use super::roll::{MAX_REGISTERED, Slot};
+use super::settings::MEMORY_S;
+use super::slot::{MAX_REGISTERED, RegistrationSlot};
 
 /// Fewer differences within the memory do not join two agents: a few wrong associations make as many.
 const JOINING: f64 = 20.0;
@@ -19,12 +19,12 @@ impl Default for Links {
 }
 
 impl Links {
-    pub(super) fn note(&mut self, a: Slot, b: Slot, count: u32) {
+    pub(super) fn note(&mut self, a: RegistrationSlot, b: RegistrationSlot, count: u32) {
         self.counts[place(a.index(), b.index())] += f64::from(count);
         self.counts[place(b.index(), a.index())] += f64::from(count);
     }
 
-    pub(super) fn forget(&mut self, slot: Slot) {
+    pub(super) fn forget(&mut self, slot: RegistrationSlot) {
         for other in 0..MAX_REGISTERED {
             self.counts[place(slot.index(), other)] = 0.0;
             self.counts[place(other, slot.index())] = 0.0;
@@ -37,12 +37,15 @@ impl Links {
     }
 
     /// Whether anybody is joined to it.
-    pub(super) fn is_joined(&self, slot: Slot) -> bool {
+    pub(super) fn is_joined(&self, slot: RegistrationSlot) -> bool {
         (0..MAX_REGISTERED).any(|other| self.counts[place(slot.index(), other)] >= JOINING)
     }
 
     /// For each agent whether a chain of shared objects leads from it to a reference.
-    pub(super) fn reached_from(&self, references: impl Iterator<Item = Slot>) -> [bool; MAX_REGISTERED] {
+    pub(super) fn reached_from(
+        &self,
+        references: impl Iterator<Item = RegistrationSlot>,
+    ) -> [bool; MAX_REGISTERED] {
         let mut reached = [false; MAX_REGISTERED];
         references.for_each(|slot| reached[slot.index()] = true);
         // As many rounds as the longest chain has links.
@@ -75,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_chain_of_shared_objects_reaches_as_far_as_it_is_joined_and_fades() {
-        let [unit, a, b, c, d] = [0, 1, 2, 3, 4].map(Slot);
+        let [unit, a, b, c, d] = [0, 1, 2, 3, 4].map(RegistrationSlot);
         let mut links = Links::default();
         links.note(c, d, 30);
         links.note(b, a, 30);
@@ -83,7 +86,7 @@ mod tests {
         links.note(b, c, 19);
         let reached = |links: &Links| links.reached_from([unit].into_iter())[..5].to_vec();
         assert_eq!(reached(&links), [true, true, true, false, false]);
-        assert!(links.is_joined(d) && !links.is_joined(Slot(5)));
+        assert!(links.is_joined(d) && !links.is_joined(RegistrationSlot(5)));
         links.note(b, c, 1);
         assert_eq!(reached(&links), [true; 5]);
         links.fade(MEMORY_S);

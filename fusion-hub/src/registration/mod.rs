@@ -10,7 +10,7 @@
 //!
 //! Two agents that report one track make a difference d = zₐ − z_b − v (tₐ − t_b) = Hₐ bₐ − H_b b_b + noise, in which the
 //! object itself has gone: what is left is linear in both agents' errors. Each report is used once with each other agent,
-//! with one partner when it comes ([`Shared`]). Differences are made good for what was corrected, so that nothing is fed
+//! with one partner when it comes ([`SharedObject`]). Differences are made good for what was corrected, so that nothing is fed
 //! back.
 //!
 //! **Estimate** (`joint.rs`). All agents together, as multisensor bias estimation has it since Dela Cruz, Alouani, Rice &
@@ -43,59 +43,31 @@ mod group;
 mod joint;
 mod links;
 mod model;
+mod pair;
+mod pairs;
+mod registered;
 mod registrar;
 mod report;
-mod roll;
+mod settings;
+mod slot;
 mod whiteness;
 
 pub use correct::correct;
-pub use model::{Bias, Shared, Sighting, Source};
+pub use model::{Bias, RegistrationReport, SharedObject, Source};
+pub(crate) use pairs::PairFinder;
 pub use registrar::Registrar;
 pub use report::{AgentRegistration, Observable};
-pub use roll::{MAX_REGISTERED, Slot};
-
-use serde::{Deserialize, Serialize};
-use v2x_common::sensor::Accuracy;
-use v2x_common::time::Span;
-
-/// Correlation time of an agent's errors, s. Clocks and poses drift within minutes.
-pub const MEMORY_S: f64 = 60.0;
-/// Reports further apart in time are not compared: half a period at 3 Hz.
-pub const LONGEST_GAP: Span = Span::from_millis(150);
-/// Shared objects of one frame that are compared at most: more tell little of an error that the frame has in common.
-pub const MAX_SHARED_OF_FRAME: usize = 8;
-/// Reports of a track after which its velocity is believed.
-pub const REPORTS_FOR_VELOCITY: u32 = 5;
-/// Who declares no more than this is a reference: it has been surveyed (0.1 m, 0.1°, 1 ms).
-pub const REFERENCE: Accuracy =
-    Accuracy { position_m: 0.1, yaw_rad: 0.1 / 57.295_779_513_082_32, clock_s: 1e-3 };
-
-/// What is done about agents' clock and pose errors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Registration {
-    /// Nothing.
-    Off,
-    /// They are estimated and told.
-    Estimate,
-    /// They are estimated, and taken out where that is sure.
-    #[default]
-    Correct,
-}
+pub use settings::{
+    LONGEST_GAP, MAX_SHARED_OF_FRAME, MEMORY_S, REFERENCE, REPORTS_FOR_VELOCITY, Registration,
+};
+pub use slot::{MAX_REGISTERED, RegistrationSlot};
 
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    let general = [
-        ("registration.memory_s", MEMORY_S.to_string()),
-        ("registration.longest_gap_s", LONGEST_GAP.as_secs_f64().to_string()),
-        ("registration.shared_of_frame", MAX_SHARED_OF_FRAME.to_string()),
-        ("registration.reports_for_velocity", REPORTS_FOR_VELOCITY.to_string()),
-        ("registration.reference", format!("{REFERENCE:?}")),
-    ];
     [
-        general.to_vec(),
-        roll::listed(),
+        settings::listed(),
+        registered::listed(),
         model::listed(),
         group::listed(),
         whiteness::listed(),

@@ -1,6 +1,6 @@
 //! One object that two agents report, as an equation in both agents' errors.
 
-use super::roll::Slot;
+use super::slot::RegistrationSlot;
 use crate::filter::Motion;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::angle_difference;
@@ -45,7 +45,7 @@ impl Bias {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
     /// Its place.
-    pub slot: Slot,
+    pub slot: RegistrationSlot,
     /// Whether others are measured by it.
     pub is_reference: bool,
     /// Where the sensor was, as corrected, m.
@@ -56,7 +56,7 @@ pub struct Source {
 
 /// A report of a track, as corrected.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sighting {
+pub struct RegistrationReport {
     /// Whose.
     pub source: Source,
     /// When.
@@ -73,11 +73,11 @@ pub struct Sighting {
 
 /// Two agents' reports of one object at about one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shared {
+pub struct SharedObject {
     /// The report that came last.
-    pub own: Sighting,
+    pub own: RegistrationReport,
     /// The other one.
-    pub partner: Sighting,
+    pub partner: RegistrationReport,
     /// How the object moves.
     pub motion: Motion,
 }
@@ -112,11 +112,11 @@ pub(super) struct Heading {
 impl Difference {
     /// In units of the declared accuracies of both; what was corrected is put back. `clock_variance`, s², is how unsure
     /// the two clocks' difference is: so far the velocity's own error is multiplied.
-    pub(super) fn of(shared: &Shared, sigmas: &[f64; 8], clock_variance: f64) -> Self {
-        let Shared { own, partner, motion } = shared;
+    pub(super) fn of(shared: &SharedObject, sigmas: &[f64; 8], clock_variance: f64) -> Self {
+        let SharedObject { own, partner, motion } = shared;
         let gap_s = (own.captured_at - partner.captured_at).as_secs_f64();
         let [vx, vy] = motion.velocity;
-        let lever = |of: &Sighting, axis: usize| of.position[axis] - of.source.sensor[axis];
+        let lever = |of: &RegistrationReport, axis: usize| of.position[axis] - of.source.sensor[axis];
         let mut h = [
             [1.0, 0.0, -lever(own, 1), -vx, -1.0, 0.0, lever(partner, 1), vx],
             [0.0, 1.0, lever(own, 0), -vy, 0.0, -1.0, -lever(partner, 0), vy],
@@ -146,11 +146,11 @@ impl Difference {
 
 impl Heading {
     fn of(
-        shared: &Shared,
+        shared: &SharedObject,
         (gap_s, unsure): (f64, f64),
         (sigmas, applied): (&[f64; 8], &[f64; 8]),
     ) -> Option<Self> {
-        let Shared { own, partner, motion } = shared;
+        let SharedObject { own, partner, motion } = shared;
         let turn = motion.turn_rate;
         let variance = own.yaw_variance + partner.yaw_variance + unsure * motion.turn_rate_variance;
         if variance > SURE_YAW_RAD * SURE_YAW_RAD {
@@ -240,11 +240,11 @@ mod tests {
         }
     }
 
-    fn sighting(frame: &DetectionFrame, slot: u8, applied: Bias) -> Sighting {
+    fn sighting(frame: &DetectionFrame, slot: u8, applied: Bias) -> RegistrationReport {
         let (pose, detection) = (frame.sensor_pose.unwrap(), frame.detections[0]);
         let sensor = [pose.x, pose.y];
-        Sighting {
-            source: Source { slot: Slot(slot), is_reference: false, sensor, applied },
+        RegistrationReport {
+            source: Source { slot: RegistrationSlot(slot), is_reference: false, sensor, applied },
             captured_at: frame.captured_at,
             position: [detection.bev.x, detection.bev.y],
             r: detection.covariance.position,
@@ -257,7 +257,7 @@ mod tests {
     const OTHER: Bias = Bias { dx_m: -0.2, dy_m: 0.5, yaw_rad: -0.006, clock_s: -0.03 };
     const STAND: [Pose; 2] = [Pose { x: 10.0, y: 40.0, yaw: 0.7 }, Pose { x: 90.0, y: -20.0, yaw: -2.0 }];
 
-    fn shared(own: Sighting, partner: Sighting, t: f64) -> Shared {
+    fn shared(own: RegistrationReport, partner: RegistrationReport, t: f64) -> SharedObject {
         let (sin, cos) = libm::sincos(TURN * t);
         let speed = RADIUS_M * TURN;
         let motion = Motion {
@@ -267,11 +267,11 @@ mod tests {
             turn_rate: TURN,
             turn_rate_variance: 0.01,
         };
-        Shared { own, partner, motion }
+        SharedObject { own, partner, motion }
     }
 
     /// d − h·b for the true errors: what the linear model leaves of a direct simulation.
-    fn left(shared: &Shared) -> [f64; 3] {
+    fn left(shared: &SharedObject) -> [f64; 3] {
         let one = Difference::of(shared, &[1.0; 8], 0.0);
         let truth = joined(OWN.to_array(), OTHER.to_array());
         let heading = one.heading.unwrap();

@@ -1,13 +1,14 @@
 //! Registration from end to end: descriptions and shared objects in, corrections out.
 
-use super::Registration;
 use super::decision::Belief;
 use super::group::Group;
 use super::joint::Joint;
 use super::links::Links;
-use super::model::{Bias, Difference, Shared, Source, joined};
+use super::model::{Bias, Difference, SharedObject, Source, joined};
+use super::registered::RegisteredAgent;
 use super::report::AgentRegistration;
-use super::roll::{Enrolled, MAX_REGISTERED, Slot};
+use super::settings::Registration;
+use super::slot::{MAX_REGISTERED, RegistrationSlot};
 use super::whiteness::Shown;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
@@ -24,7 +25,7 @@ const SILENT_FOR_GOOD: Span = Span::from_millis(180_000);
 pub struct Registrar {
     mode: Registration,
     /// By slot.
-    enrolled: Vec<Enrolled>,
+    registered: Vec<RegisteredAgent>,
     joint: Joint,
     links: Links,
     reached: [bool; MAX_REGISTERED],
@@ -44,15 +45,15 @@ impl Registrar {
         if self.mode == Registration::Off {
             return;
         }
-        let newcomer = Enrolled::new(agent, accuracy, now);
+        let newcomer = RegisteredAgent::new(agent, accuracy, now);
         if let Some(slot) = self.slot_of(agent) {
-            if self.enrolled[slot.index()].accuracy == accuracy {
-                self.enrolled[slot.index()].heard_at = now;
+            if self.registered[slot.index()].accuracy == accuracy {
+                self.registered[slot.index()].heard_at = now;
             } else {
                 self.replace(slot, newcomer);
             }
         } else if let Some(slot) = self.vacant() {
-            self.enrolled.push(newcomer);
+            self.registered.push(newcomer);
             self.joint.grow();
             self.links.forget(slot);
         } else if let Some(slot) = self.silent_for_good(now) {
@@ -60,28 +61,28 @@ impl Registrar {
         }
     }
 
-    fn vacant(&self) -> Option<Slot> {
-        let place = u8::try_from(self.enrolled.len()).ok()?;
-        (usize::from(place) < MAX_REGISTERED).then_some(Slot(place))
+    fn vacant(&self) -> Option<RegistrationSlot> {
+        let place = u8::try_from(self.registered.len()).ok()?;
+        (usize::from(place) < MAX_REGISTERED).then_some(RegistrationSlot(place))
     }
 
-    fn silent_for_good(&self, now: Timestamp) -> Option<Slot> {
-        let slots = (0..).map(Slot).zip(&self.enrolled);
-        let (slot, silent) = slots.min_by_key(|(_, enrolled)| enrolled.heard_at)?;
+    fn silent_for_good(&self, now: Timestamp) -> Option<RegistrationSlot> {
+        let slots = (0..).map(RegistrationSlot).zip(&self.registered);
+        let (slot, silent) = slots.min_by_key(|(_, registered)| registered.heard_at)?;
         (now - silent.heard_at > SILENT_FOR_GOOD).then_some(slot)
     }
 
-    fn replace(&mut self, slot: Slot, newcomer: Enrolled) {
-        self.enrolled[slot.index()] = newcomer;
+    fn replace(&mut self, slot: RegistrationSlot, newcomer: RegisteredAgent) {
+        self.registered[slot.index()] = newcomer;
         self.joint.forget(slot);
         self.links.forget(slot);
     }
 
-    fn slot_of(&self, agent: AgentId) -> Option<Slot> {
+    fn slot_of(&self, agent: AgentId) -> Option<RegistrationSlot> {
         (0..)
-            .map(Slot)
-            .zip(&self.enrolled)
-            .find(|(_, enrolled)| enrolled.agent == agent)
+            .map(RegistrationSlot)
+            .zip(&self.registered)
+            .find(|(_, registered)| registered.agent == agent)
             .map(|(slot, _)| slot)
     }
 
@@ -90,19 +91,19 @@ impl Registrar {
     pub fn source_of(&mut self, frame: &DetectionFrame, now: Timestamp) -> Option<Source> {
         let pose = frame.sensor_pose?;
         let slot = self.slot_of(frame.id.agent)?;
-        if self.enrolled.iter().all(Enrolled::is_reference) {
-            self.enrolled[slot.index()].heard_at = now;
+        if self.registered.iter().all(RegisteredAgent::is_reference) {
+            self.registered[slot.index()].heard_at = now;
             return None;
         }
-        let enrolled = &mut self.enrolled[slot.index()];
-        enrolled.heard_at = now;
-        let applied = enrolled.applied;
+        let registered = &mut self.registered[slot.index()];
+        registered.heard_at = now;
+        let applied = registered.applied;
         let sensor = [pose.x - applied.dx_m, pose.y - applied.dy_m];
-        Some(Source { slot, is_reference: enrolled.is_reference(), sensor, applied })
+        Some(Source { slot, is_reference: registered.is_reference(), sensor, applied })
     }
 
     /// Takes in the objects that one frame shares with others.
-    pub fn observe(&mut self, shared: &[Shared]) {
+    pub fn observe(&mut self, shared: &[SharedObject]) {
         let mut met = [false; MAX_REGISTERED];
         for one in shared {
             let partner = one.partner.source.slot;
@@ -113,8 +114,12 @@ impl Registrar {
         }
     }
 
-    fn observe_with<'a>(&mut self, (own, partner): (Slot, Slot), shared: impl Iterator<Item = &'a Shared>) {
-        let [own_sigmas, partner_sigmas] = [own, partner].map(|slot| self.enrolled[slot.index()].sigmas());
+    fn observe_with<'a>(
+        &mut self,
+        (own, partner): (RegistrationSlot, RegistrationSlot),
+        shared: impl Iterator<Item = &'a SharedObject>,
+    ) {
+        let [own_sigmas, partner_sigmas] = [own, partner].map(|slot| self.registered[slot.index()].sigmas());
         let sigmas = joined(own_sigmas, partner_sigmas);
         let white = self.white(own, partner);
         let believed = self.joint.pair(own, partner);
@@ -129,14 +134,14 @@ impl Registrar {
         self.joint.gather(own, partner, &group.without_white(&white));
         self.links.note(own, partner, group.count);
         for slot in [own, partner] {
-            let enrolled = &mut self.enrolled[slot.index()];
-            enrolled.whiteness.note(shown);
-            enrolled.pairs += u64::from(group.count);
+            let registered = &mut self.registered[slot.index()];
+            registered.whiteness.note(shown);
+            registered.pairs += u64::from(group.count);
         }
     }
 
-    fn white(&self, own: Slot, partner: Slot) -> [f64; 8] {
-        let [own, partner] = [own, partner].map(|slot| self.enrolled[slot.index()].whiteness.kappa());
+    fn white(&self, own: RegistrationSlot, partner: RegistrationSlot) -> [f64; 8] {
+        let [own, partner] = [own, partner].map(|slot| self.registered[slot.index()].whiteness.kappa());
         joined([own; 4], [partner; 4])
     }
 
@@ -144,51 +149,55 @@ impl Registrar {
     /// one that was told changes nothing.
     pub fn advance(&mut self, now: Timestamp) {
         let before = *self.advanced_at.get_or_insert(now);
-        if now - before < STEP || self.enrolled.is_empty() {
+        if now - before < STEP || self.registered.is_empty() {
             return;
         }
         self.advanced_at = Some(now);
         let dt_s = (now - before).as_secs_f64();
         self.n_dropped += u64::from(self.joint.advance(dt_s).is_err());
         self.links.fade(dt_s);
-        let references = (0..).map(Slot).zip(&self.enrolled).filter(|(_, one)| one.is_reference());
+        let references =
+            (0..).map(RegistrationSlot).zip(&self.registered).filter(|(_, one)| one.is_reference());
         self.reached = self.links.reached_from(references.map(|(slot, _)| slot));
-        for (slot, enrolled) in (0..).map(Slot).zip(&mut self.enrolled) {
-            enrolled.whiteness.fade(dt_s);
+        for (slot, registered) in (0..).map(RegistrationSlot).zip(&mut self.registered) {
+            registered.whiteness.fade(dt_s);
             let believed = belief(&self.joint, slot);
-            let is_measured = self.reached[slot.index()] && !enrolled.is_reference();
+            let is_measured = self.reached[slot.index()] && !registered.is_reference();
             let allowed = is_measured && self.mode == Registration::Correct;
-            let (decision, taken) = enrolled.decision.next(&believed, allowed);
-            enrolled.decision = decision;
-            let sigmas = enrolled.sigmas();
-            enrolled.applied = Bias::from_array([0, 1, 2, 3].map(|k| taken[k] * sigmas[k]));
+            let (decision, taken) = registered.decision.next(&believed, allowed);
+            registered.decision = decision;
+            let sigmas = registered.sigmas();
+            registered.applied = Bias::from_array([0, 1, 2, 3].map(|k| taken[k] * sigmas[k]));
         }
     }
 
     /// What is believed of every agent, in the order in which they came.
     pub fn report(&self) -> impl Iterator<Item = AgentRegistration> {
-        (0..).map(Slot).zip(&self.enrolled).map(|(slot, enrolled)| self.report_on(slot, enrolled))
+        (0..)
+            .map(RegistrationSlot)
+            .zip(&self.registered)
+            .map(|(slot, registered)| self.report_on(slot, registered))
     }
 
-    fn report_on(&self, slot: Slot, enrolled: &Enrolled) -> AgentRegistration {
+    fn report_on(&self, slot: RegistrationSlot, registered: &RegisteredAgent) -> AgentRegistration {
         let Belief { mean, covariance } = belief(&self.joint, slot);
-        let sigmas = enrolled.sigmas();
+        let sigmas = registered.sigmas();
         let each = [0, 1, 2, 3];
         let covariance =
             each.map(|row| each.map(|column| sigmas[row] * covariance[row][column] * sigmas[column]));
         AgentRegistration {
-            agent: enrolled.agent,
+            agent: registered.agent,
             bias: Bias::from_array(each.map(|k| mean[k] * sigmas[k])),
             sigma: Bias::from_array(each.map(|k| libm::sqrt(covariance[k][k]))),
             covariance,
-            applied: enrolled.applied,
-            observable: enrolled.decision.observable,
-            confounded: enrolled.decision.confounded,
-            is_reference: enrolled.is_reference(),
+            applied: registered.applied,
+            observable: registered.decision.observable,
+            confounded: registered.decision.confounded,
+            is_reference: registered.is_reference(),
             relative_only: self.links.is_joined(slot) && !self.reached[slot.index()],
-            exceeds_declared: enrolled.decision.exceeds_declared,
-            white_share: enrolled.whiteness.kappa(),
-            pairs: enrolled.pairs,
+            exceeds_declared: registered.decision.exceeds_declared,
+            white_share: registered.whiteness.kappa(),
+            pairs: registered.pairs,
         }
     }
 
@@ -198,7 +207,7 @@ impl Registrar {
     }
 }
 
-fn belief(joint: &Joint, slot: Slot) -> Belief {
+fn belief(joint: &Joint, slot: RegistrationSlot) -> Belief {
     Belief { mean: joint.mean_of(slot), covariance: joint.covariance_of(slot, slot) }
 }
 

@@ -1,6 +1,6 @@
 //! What is told of an agent's errors.
 
-use super::Bias;
+use super::model::Bias;
 use v2x_common::id::AgentId;
 
 /// Which of an agent's errors the shared objects show.

@@ -5,8 +5,8 @@
 //! Λ + Λ P Λ + κ Λ², where κσ² is the variance of that error; so the mean of rᵀr gives κ (method of moments).
 
 use super::group::Group;
-use super::joint::Pair;
 use super::model::dot;
+use super::pair::Pair;
 
 /// Taken beforehand, as if this many frames had shown it: a tenth of what is declared.
 const AT_FIRST: f64 = 0.1;

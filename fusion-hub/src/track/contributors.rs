@@ -1,11 +1,12 @@
-//! Whose measurements a track holds.
+//! The newest detection of a track by each agent.
 
-use crate::agents::{AgentSlot, Agents};
-use crate::frames::{Piece, StoredFrame};
+use super::evidence::Evidence;
+use super::frame_store::StoredFrame;
+use crate::values::{AgentNames, AgentSlot};
 use v2x_common::id::{FrameId, MeasurementId};
 use v2x_common::time::Timestamp;
 
-/// An agent's newest measurement of a track.
+/// An agent's newest detection of a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Contributor {
     captured_at: Timestamp,
@@ -16,8 +17,8 @@ pub struct Contributor {
 }
 
 impl Contributor {
-    /// Which detection it was.
-    pub fn measurement(&self, agents: &Agents) -> MeasurementId {
+    /// The detection.
+    pub fn measurement(&self, agents: &AgentNames) -> MeasurementId {
         let frame = FrameId { agent: agents.name(self.agent), epoch: self.epoch, sequence: self.sequence };
         MeasurementId { frame, index: self.index }
     }
@@ -26,12 +27,12 @@ impl Contributor {
 /// Room for agents in a new track.
 const AGENTS_AT_FIRST: usize = 16;
 
-/// The newest measurement of each agent, by the agents' names.
+/// The newest detection of each agent, in the order of the agents' names.
 #[derive(Clone, Debug)]
 pub struct Contributors {
     newest: Vec<Contributor>,
     last_measured_at: Option<Timestamp>,
-    /// None of them is older, so that nobody looks for such.
+    /// None of them is older: saves a search for older ones.
     none_before: Timestamp,
 }
 
@@ -46,35 +47,35 @@ impl Default for Contributors {
 }
 
 impl Contributors {
-    /// Of nothing, without room.
+    /// None, without allocated memory.
     pub const NONE: Self = Self { newest: Vec::new(), last_measured_at: None, none_before: Timestamp::MAX };
 
-    /// Notes a report.
+    /// Notes a detection.
     #[inline]
-    pub fn note(&mut self, piece: &Piece, frame: &StoredFrame, agents: &Agents) {
+    pub fn note(&mut self, evidence: &Evidence, frame: &StoredFrame, agents: &AgentNames) {
         let entry = Contributor {
-            captured_at: piece.captured_at,
+            captured_at: evidence.captured_at,
             epoch: frame.id.epoch,
             sequence: frame.id.sequence,
-            index: piece.index,
+            index: evidence.index(),
             agent: frame.agent,
         };
         self.add(entry, agents);
     }
 
-    /// Notes what others note that is not after a time.
-    pub fn note_until(&mut self, at: Timestamp, others: &Self, agents: &Agents) {
+    /// Notes those of another list that are not after a time.
+    pub fn note_until(&mut self, at: Timestamp, others: &Self, agents: &AgentNames) {
         for entry in others.newest.iter().filter(|entry| entry.captured_at <= at) {
             self.add(*entry, agents);
         }
     }
 
     #[inline]
-    fn add(&mut self, entry: Contributor, agents: &Agents) {
+    fn add(&mut self, entry: Contributor, agents: &AgentNames) {
         self.last_measured_at = self.last_measured_at.max(Some(entry.captured_at));
         self.none_before = self.none_before.min(entry.captured_at);
         let rank = agents.rank_of(entry.agent);
-        // Where everybody sees everything, an agent stands at its rank.
+        // Where every agent detects the object, each stands at its rank.
         if let Some(known) = self.newest.get_mut(usize::from(rank))
             && known.agent == entry.agent
         {
@@ -87,18 +88,17 @@ impl Contributors {
         }
     }
 
-    /// The newest of all; of several agents' at the same time the first one's by name, as wherever agents stand in a
-    /// row.
+    /// The newest of all; of several at the same time that of the first agent by name.
     pub fn newest(&self) -> Option<&Contributor> {
         self.newest.iter().rev().max_by_key(|known| known.captured_at)
     }
 
-    /// When any agent last measured it.
+    /// Capture time of the newest.
     pub fn last_measured_at(&self) -> Timestamp {
         self.last_measured_at.unwrap_or(Timestamp::MIN)
     }
 
-    /// Forgets who has not measured it since `oldest`, but for the newest.
+    /// Forgets those older than `oldest`, except the newest.
     pub fn forget_before(&mut self, oldest: Timestamp) {
         if self.none_before >= oldest {
             return;
@@ -109,14 +109,14 @@ impl Contributors {
         self.none_before = times.min().unwrap_or(Timestamp::MAX);
     }
 
-    /// Forgets measurements made after a time.
+    /// Forgets those after a time.
     pub fn forget_after(&mut self, newest: Timestamp) {
         self.newest.retain(|known| known.captured_at <= newest);
         self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
     }
 
-    /// Forgets an agent's.
-    pub fn take_back(&mut self, agent: AgentSlot) {
+    /// Forgets that of an agent.
+    pub fn forget_agent(&mut self, agent: AgentSlot) {
         self.newest.retain(|known| known.agent != agent);
         self.last_measured_at = self.newest.iter().map(|known| known.captured_at).max();
     }

@@ -1,18 +1,18 @@
-//! One tracked object: its evidence in time order, and what follows from it.
+//! Tracks: the evidence of each object in the order of capture times, and the estimate that follows from it.
 
 mod contributors;
-mod existence;
-mod former;
-mod history;
-mod retrospect;
+mod evidence;
+mod frame_store;
+mod pre_merge;
+mod smoother;
 mod snapshot;
+#[expect(clippy::module_inception, reason = "the track of the layer of tracks")]
+mod track;
 
 pub use contributors::{Contributor, Contributors};
-pub use existence::{Existence, SURVIVAL_TIME_S};
-pub use former::Former;
-pub use history::{FOLD_SLACK, LateData, Records, Track};
-pub use retrospect::{Retrospect, Retrospection};
+pub use evidence::{Evidence, FrameSlot};
+pub use frame_store::{FrameStore, SensedFrame, StoredFrame};
+pub use pre_merge::PreMergeTracks;
+pub use smoother::{FixedLagSmoother, SmoothedTrack};
 pub use snapshot::Snapshot;
-
-#[cfg(test)]
-pub(crate) use existence::listed as existence_listed;
+pub use track::{FOLD_SLACK, Horizon, Rollback, Track, TrackContext};

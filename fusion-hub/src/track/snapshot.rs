@@ -1,51 +1,52 @@
-//! What a track knows after each piece of evidence.
+//! The estimate of a track after some of its evidence.
 
-use super::Existence;
-use crate::filter::{Filter, Measurement};
-use crate::sensing::Look;
+use crate::filter::Filter;
+use crate::values::Coverage;
+use crate::values::Existence;
+use crate::values::Measurement;
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
-/// Standard deviations of the position by which an object must lie inside a field of view to count as seen.
+/// An object counts as covered if it lies inside the field of view by this many standard deviations of its position.
 const VIEW_MARGIN_SIGMAS: f64 = 3.0;
-/// And this much more, m: the true borders of a sensor are not sharp.
+/// And by this much more, m: the borders of a sensor are not sharp.
 const VIEW_MARGIN_M: f64 = 0.5;
-/// Different classes remembered for one track.
+/// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
 
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot<F> {
-    /// State at the last report.
+    /// State at the last detection.
     pub state: F,
     /// Existence at the last evidence.
     pub existence: Existence,
-    /// When the last evidence was.
+    /// Time of the last evidence.
     pub at: Timestamp,
-    /// When the first report was.
-    pub born_at: Timestamp,
-    /// Number of reports.
+    /// Time of the first detection.
+    pub initiated_at: Timestamp,
+    /// Number of detections.
     pub n_reports: u32,
     class: Class,
-    /// Whether the class tells how it moves.
-    class_moves: bool,
-    votes: [(Class, u32); MAX_CLASSES],
+    /// Whether the class selects the motion parameters.
+    class_motion: bool,
+    counts: [(Class, u32); MAX_CLASSES],
 }
 
 impl<F: Filter> Snapshot<F> {
-    /// After the first report. Unless `class_moves`, the object moves as vehicles do, whatever it is.
-    pub fn born(at: Timestamp, z: &Measurement, birth_odds: f64, class_moves: bool) -> Self {
-        let mut votes = [(Class::Unknown, 0); MAX_CLASSES];
-        votes[0] = (z.class, 1);
+    /// After the first detection. Without `class_motion` every object has the motion parameters of a car.
+    pub fn initial(at: Timestamp, z: &Measurement, birth_odds: f64, class_motion: bool) -> Self {
+        let mut counts = [(Class::Unknown, 0); MAX_CLASSES];
+        counts[0] = (z.class, 1);
         Self {
-            state: F::born(at, &Measurement { class: moves_as(z.class, class_moves), ..*z }),
+            state: F::initial(at, &Measurement { class: motion_class(z.class, class_motion), ..*z }),
             existence: Existence::from_odds(birth_odds),
             at,
-            born_at: at,
+            initiated_at: at,
             n_reports: 1,
             class: z.class,
-            class_moves,
-            votes,
+            class_motion,
+            counts,
         }
     }
 
@@ -55,7 +56,7 @@ impl<F: Filter> Snapshot<F> {
         if (at - self.state.at()).abs() <= synchronous {
             return self.state;
         }
-        self.state.predicted(at, self.moves_as())
+        self.state.predicted(at, self.motion_class())
     }
 
     /// The probability that it still exists at another time.
@@ -63,10 +64,10 @@ impl<F: Filter> Snapshot<F> {
         self.existence.survived(at - self.at).probability()
     }
 
-    /// Takes in a report, made at the state's own time or taken as simultaneous, with the detection probability
-    /// over the clutter density (m²) and the odds that such a report is of something new.
+    /// Applies a detection at the state's own time, or taken as simultaneous, with the detection probability over the
+    /// clutter density (m²) and the odds that such a detection is of a new object.
     #[inline(always)]
-    pub fn see(
+    pub fn add_detection(
         &mut self,
         at: Timestamp,
         z: &Measurement,
@@ -80,33 +81,33 @@ impl<F: Filter> Snapshot<F> {
             self.existence = self.existence.or_born_now(birth_odds());
         }
         self.n_reports += 1;
-        self.vote(z.class);
+        self.count_class(z.class);
     }
 
     /// Moves the state to another time. Within `synchronous` of it, it stays.
     #[inline(always)]
     pub fn predict(&mut self, at: Timestamp, synchronous: Span) {
         if (at - self.state.at()).abs() > synchronous {
-            self.state.predict(at, self.moves_as());
+            self.state.predict(at, self.motion_class());
         }
     }
 
-    /// Takes in a look that did not report it.
-    pub fn miss(&mut self, at: Timestamp, look: &Look, synchronous: Span) {
-        // A track as dead as can be stays so until somebody reports it.
+    /// Applies a missed detection; no effect where the object was not covered.
+    pub fn add_missed_detection(&mut self, at: Timestamp, coverage: &Coverage, synchronous: Span) {
+        // At the least existence there is, only a detection changes it.
         if self.existence.is_least() {
             return;
         }
         let held_at = self.state.at();
-        let seen_at = if (at - held_at).abs() > synchronous { at } else { held_at };
-        let (position, sigma_m) = self.state.place_at(seen_at, self.moves_as());
-        if look.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
+        let predicted_at = if (at - held_at).abs() > synchronous { at } else { held_at };
+        let (position, sigma_m) = self.state.place_at(predicted_at, self.motion_class());
+        if coverage.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
-            self.existence = self.existence.missed(look.miss_probability);
+            self.existence = self.existence.missed(coverage.miss_probability);
         }
     }
 
-    /// Lets it live on to another time, in which it may have gone.
+    /// Predicts the existence to another time: the object may have gone meanwhile.
     #[inline(always)]
     pub fn survive_to(&mut self, at: Timestamp) {
         self.existence = self.existence.survived(at - self.at);
@@ -114,55 +115,55 @@ impl<F: Filter> Snapshot<F> {
     }
 
     #[inline(always)]
-    fn vote(&mut self, class: Class) {
-        // Nearly always all reports agree.
-        if self.votes[0].0 == class && self.class == class {
-            self.votes[0].1 = self.votes[0].1.saturating_add(1);
+    fn count_class(&mut self, class: Class) {
+        // Nearly always all detections agree.
+        if self.counts[0].0 == class && self.class == class {
+            self.counts[0].1 = self.counts[0].1.saturating_add(1);
             return;
         }
-        let place = self.votes.iter().position(|(known, count)| *known == class || *count == 0);
-        // With all places taken, a class never heard of before loses to those with a record.
+        let place = self.counts.iter().position(|(known, count)| *known == class || *count == 0);
+        // With all places taken, a further class is not counted.
         if let Some(place) = place {
-            self.votes[place] = (class, self.votes[place].1.saturating_add(1));
+            self.counts[place] = (class, self.counts[place].1.saturating_add(1));
             if self.class != class {
                 self.class = self.most_reported();
             }
         }
     }
 
-    /// The most reported class; a named one goes before `unknown`, of equals the one reported first.
+    /// The most reported class; a known one before `unknown`, among equals the one reported first.
     pub fn class(&self) -> Class {
         self.class
     }
 
-    /// The class by which it moves.
-    pub fn moves_as(&self) -> Class {
-        moves_as(self.class, self.class_moves)
+    /// The class whose motion parameters it has.
+    pub fn motion_class(&self) -> Class {
+        motion_class(self.class, self.class_motion)
     }
 
     fn most_reported(&self) -> Class {
         let weight = |(class, count): (Class, u32)| (class != Class::Unknown && count > 0, count);
-        let mut best = self.votes[0];
-        for vote in self.votes {
-            if weight(vote) > weight(best) {
-                best = vote;
+        let mut best = self.counts[0];
+        for count_class in self.counts {
+            if weight(count_class) > weight(best) {
+                best = count_class;
             }
         }
         best.0
     }
 
-    /// Every reported class with its share of the reports, most reported first.
+    /// Every reported class with its share of the detections, most reported first.
     pub fn class_shares(&self) -> impl Iterator<Item = (Class, f64)> {
-        let mut votes = self.votes;
+        let mut counts = self.counts;
         let best = self.class();
-        votes.sort_by_key(|(class, count)| (*class != best, std::cmp::Reverse(*count), *class));
-        let total: u32 = votes.iter().map(|(_, count)| count).sum();
+        counts.sort_by_key(|(class, count)| (*class != best, std::cmp::Reverse(*count), *class));
+        let total: u32 = counts.iter().map(|(_, count)| count).sum();
         let share = move |count| f64::from(count) / f64::from(total.max(1));
-        votes.into_iter().filter(|(_, count)| *count > 0).map(move |(class, count)| (class, share(count)))
+        counts.into_iter().filter(|(_, count)| *count > 0).map(move |(class, count)| (class, share(count)))
     }
 }
 
-/// The class by which an object moves.
-fn moves_as(class: Class, class_moves: bool) -> Class {
-    if class_moves { class } else { Class::Car }
+/// The class whose motion parameters an object has.
+fn motion_class(class: Class, class_motion: bool) -> Class {
+    if class_motion { class } else { Class::Car }
 }

@@ -1,149 +1,140 @@
-//! What is kept so that the frames of the newest instant can be taken back.
+//! The newest instant, so that its frames can be associated again.
 //!
-//! Evidence can be taken out of a track again. What cannot be undone is kept as it was before: particles that were
-//! drawn again by a frame's likelihood, and the versions of tracks that were lost by it.
+//! Evidence can be removed from a track again. What cannot be undone is copied before it changes: the versions of tracks
+//! about which particles come to differ, since every frame resamples the particles.
 
+use super::assign::Assigning;
+use super::predict::Predictions;
+use super::store::TrackStore;
 use crate::filter::Filter;
-use crate::frames::{FrameSlot, LOOK, Piece};
 use crate::particles::Outcome;
-use crate::track::{Records, Track};
+use crate::track::{Evidence, FrameSlot, Horizon, Track, TrackContext};
 use v2x_common::id::TrackId;
-use v2x_common::time::{Span, Timestamp};
+use v2x_common::time::Timestamp;
 
-/// The newest instant, and what was before it.
+/// The newest capture time of all frames, and what was before them.
 #[derive(Debug)]
-pub(super) struct Instant<F> {
+pub(crate) struct NewestInstant<F> {
     at: Timestamp,
-    /// Whether its frames were the newest when they came, and nothing came in between.
+    /// Whether its frames were the newest when they arrived, and nothing arrived in between.
     is_whole: bool,
-    /// All versions of the tracks of which particles have come to hold something else, by id.
+    /// All versions of the tracks about which particles have come to differ, as they were before, by id.
     before: Vec<Track<F>>,
-    /// The names of tracks whose births were taken back, by what they were reported by.
-    names: Vec<(FrameSlot, u16, TrackId)>,
+    /// The ids of tracks whose first detections were retracted, by detection.
+    ids: Vec<(FrameSlot, u16, TrackId)>,
     /// Frames that are still to be associated again, the last one first.
-    taken_back: Vec<FrameSlot>,
+    retracted: Vec<FrameSlot>,
 }
 
-impl<F> Default for Instant<F> {
+impl<F> Default for NewestInstant<F> {
     fn default() -> Self {
         Self {
             at: Timestamp::MIN,
             is_whole: false,
             before: Vec::new(),
-            names: Vec::new(),
-            taken_back: Vec::new(),
+            ids: Vec::new(),
+            retracted: Vec::new(),
         }
     }
 }
 
-impl<F: Filter> Instant<F> {
-    /// Takes note of a frame's time; `is_first` if there is no other frame of that time, nor a newer one.
-    pub(super) fn begin(&mut self, at: Timestamp, is_first: bool, spare: &mut Vec<Track<F>>) {
+impl<F: Filter> NewestInstant<F> {
+    /// Notes the capture time of a frame; `is_first` if no frame is of the same time or newer.
+    pub(super) fn begin(&mut self, at: Timestamp, is_first: bool, tracks: &mut TrackStore<F>) {
         if at != self.at {
-            spare.append(&mut self.before);
+            tracks.recycle(self.before.drain(..));
             (self.at, self.is_whole) = (at, is_first);
         }
     }
 
-    /// Whether particles can be set back to what they were before.
-    pub(super) fn is_whole(&self) -> bool {
+    /// Whether particles can be set back to before the instant.
+    pub(super) const fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// Keeps the tracks of which particles now come to hold something else.
-    pub(super) fn keep(
+    /// Copies the tracks about which particles now come to differ.
+    pub(super) fn copy_changing(
         &mut self,
-        (tracks, places): (&[Track<F>], &[usize]),
-        outcomes: &[Outcome],
-        spare: &mut Vec<Track<F>>,
+        tracks: &mut TrackStore<F>,
+        predictions: &Predictions<F>,
+        assigning: &Assigning,
     ) {
         if !self.is_whole {
             return;
         }
-        let mut outcomes = outcomes;
-        for (col, place) in places.iter().enumerate() {
-            let n = outcomes.iter().take_while(|outcome| outcome.col as usize == col).count();
+        let mut outcomes = assigning.outcomes();
+        for (place, index) in predictions.tracks().iter().enumerate() {
+            let n = outcomes.iter().take_while(|outcome| outcome.col as usize == place).count();
             let (own, others) = outcomes.split_at(n);
             outcomes = others;
-            let Track { id, holders, disputed_at, .. } = tracks[*place];
-            let stays = |one: &Outcome| (one.holders, one.disputed_at) == (holders, disputed_at);
-            if matches!(own, [only] if stays(only)) || self.before.iter().any(|kept| kept.id == id) {
-                continue;
+            let Track { id, holders, disputed_at, .. } = *tracks.get(*index);
+            let is_same = |one: &Outcome| (one.holders, one.disputed_at) == (holders, disputed_at);
+            let is_kept =
+                matches!(own, [only] if is_same(only)) || self.before.iter().any(|copy| copy.id == id);
+            if !is_kept {
+                tracks.copies_of(id, &mut self.before);
             }
-            let start = tracks.partition_point(|track| track.id < id);
-            let versions = tracks[start..].iter().take_while(|track| track.id == id);
-            self.before.extend(versions.map(|track| track.copied(track.holders, spare.pop())));
         }
     }
 
-    /// Puts back what was before. Evidence of the instant in other tracks is still to be taken back.
-    pub(super) fn restore(&mut self, tracks: &mut Vec<Track<F>>, spare: &mut Vec<Track<F>>) {
-        if self.before.is_empty() {
-            return;
-        }
-        let is_kept = |track: &mut Track<F>| self.before.iter().any(|kept| kept.id == track.id);
-        spare.extend(tracks.extract_if(.., is_kept));
-        tracks.append(&mut self.before);
-        tracks.sort_by_key(|track| track.id);
+    /// Puts back what was before. Evidence of the instant in other tracks is still to be removed.
+    pub(super) fn restore(&mut self, tracks: &mut TrackStore<F>) {
+        tracks.restore(&mut self.before);
     }
 
-    /// Has these frames associated again, in this order. What this instant's newborn are called is remembered: born
-    /// again of a report that they had, they keep the name.
-    pub(super) fn take_back(
-        &mut self,
-        frames: impl DoubleEndedIterator<Item = FrameSlot>,
-        tracks: &[Track<F>],
-    ) {
-        self.taken_back.extend(frames.rev());
-        for track in tracks.iter().filter(|track| track.born_at() == self.at) {
-            let reports = track.evidence().filter(|piece| piece.index != LOOK);
-            self.names.extend(reports.map(|piece| (piece.frame, piece.index, track.id)));
+    /// Notes frames that are to be associated again, in this order, with the ids of tracks that were initiated in this
+    /// instant: initiated again by a detection that they had, they keep their ids.
+    pub(super) fn retract(&mut self, frames: &[FrameSlot], tracks: &TrackStore<F>) {
+        self.retracted.extend(frames.iter().rev());
+        for track in tracks.all().iter().filter(|track| track.initiated_at() == self.at) {
+            let detections = track.evidence().filter(|item| item.is_detection());
+            self.ids.extend(detections.map(|item| (item.frame, item.index(), track.id)));
         }
     }
 
-    /// The next of the frames that were taken back. After the last one what was not used again of names is gone.
-    pub(super) fn next_taken_back(&mut self) -> Option<FrameSlot> {
-        if self.taken_back.is_empty() {
-            self.names.clear();
+    /// The next of the retracted frames. After the last one the ids that were not used again are forgotten.
+    pub(super) fn next_retracted(&mut self) -> Option<FrameSlot> {
+        if self.retracted.is_empty() {
+            self.ids.clear();
         }
-        self.taken_back.pop()
+        self.retracted.pop()
     }
 
     /// The frames that are still to be associated again.
-    pub(super) fn taken_back(&self) -> &[FrameSlot] {
-        &self.taken_back
+    pub(super) fn retracted(&self) -> &[FrameSlot] {
+        &self.retracted
     }
 
-    /// Forgets the names of tracks that live, so that none is given twice.
-    pub(super) fn forget_names_of(&mut self, tracks: &[Track<F>]) {
-        self.names.retain(|(.., name)| tracks.iter().all(|track| track.id != *name));
+    /// Forgets the ids of tracks that are still there, so that none is given twice.
+    pub(super) fn forget_ids_in_use(&mut self, tracks: &TrackStore<F>) {
+        self.ids.retain(|(.., id)| tracks.all().iter().all(|track| track.id != *id));
     }
 
-    /// The name of what was born of this report, or had it soon after; once.
-    pub(super) fn take_name(&mut self, birth: &Piece) -> Option<TrackId> {
+    /// The id of the track that this detection initiated, or was associated with soon after; once.
+    pub(super) fn take_id(&mut self, first: &Evidence) -> Option<TrackId> {
         let is_it =
-            |(frame, index, _): &&(FrameSlot, u16, TrackId)| (*frame, *index) == (birth.frame, birth.index);
-        let (.., name) = *self.names.iter().find(is_it)?;
-        self.names.retain(|(.., other)| *other != name);
-        Some(name)
+            |(frame, index, _): &&(FrameSlot, u16, TrackId)| (*frame, *index) == (first.frame, first.index());
+        let (.., id) = *self.ids.iter().find(is_it)?;
+        self.ids.retain(|(.., other)| *other != id);
+        Some(id)
     }
 
-    /// Forgets tracks that have become one: they stay so.
+    /// Forgets two tracks that are being merged: a merge is not undone.
     pub(super) fn forget(&mut self, ids: [TrackId; 2]) {
         self.before.retain(|track| !ids.contains(&track.id));
     }
 
-    /// As tracks are settled: frames that they refer to are forgotten.
-    pub(super) fn settle(
+    /// Maintains the copies as the tracks are ([`TrackStore::maintain`]).
+    pub(super) fn maintain(
         &mut self,
-        gone: Timestamp,
-        (horizon, slack): (Timestamp, Span),
-        records: &Records<'_>,
+        horizon: &Horizon,
+        deleted_before: Timestamp,
+        context: &TrackContext<'_>,
     ) {
-        self.before.retain(|track| track.last_measured_at() >= gone);
+        self.before.retain(|track| track.last_measured_at() >= deleted_before);
         for track in &mut self.before {
-            track.replay(records);
-            track.fold(horizon, slack, records);
+            track.replay(context);
+            track.fold(horizon, context);
         }
     }
 }

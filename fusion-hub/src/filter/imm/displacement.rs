@@ -7,7 +7,7 @@
 //! points.
 
 use super::gaussian::{Full, SPEED, TURN, YAW, at};
-use crate::exponential::share_lost;
+use crate::values::share_lost;
 use v2x_common::covariance::Covariance2;
 
 /// A complex number: east and north.

@@ -17,7 +17,7 @@ mod velocity;
 
 pub use output::{Moments, Place};
 
-use super::{Measurement, PositionInnovation};
+use crate::values::{Measurement, PositionInnovation};
 use gaussian::{Full, Smooth, Still};
 use likelihood::{Likelihood, nearest, scaled};
 use motion::Step;
@@ -89,7 +89,7 @@ pub struct Imm {
 
 impl Imm {
     /// After a first report; what it cannot know comes from its class.
-    pub fn born(z: &Measurement) -> Self {
+    pub fn initial(z: &Measurement) -> Self {
         let params = Params::of(z.class);
         let birth = params.birth;
         let yaw = wrap_angle(z.yaw);

@@ -2,7 +2,7 @@
 
 use super::displacement::Displacement;
 use super::gaussian::{Full, SPEED, Still, TURN, YAW, at};
-use crate::exponential::share_lost;
+use crate::values::share_lost;
 
 /// Decay of a manoeuvre's turn rate: to 0.6 of it in 0.5 s, 1/s.
 const TURN_DECAY: f64 = 1.021_651_247_531_981_4;

@@ -182,9 +182,10 @@ fn shifted(source: &Full, (shift, covariance): &([f64; 5], Square<5>)) -> Full {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Inflation;
     use super::super::tests::{anything, assert_sound, driven, report};
-    use super::super::{Inflation, Measurement};
     use super::*;
+    use crate::values::Measurement;
     use nalgebra::{SMatrix, SVector};
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
@@ -278,7 +279,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(12);
         for _ in 0..5_000 {
             let first = anything(&mut random, [0.0, 0.0]);
-            let mut states = vec![(Imm::born(&first), (0.0, first.class, 1.0))];
+            let mut states = vec![(Imm::initial(&first), (0.0, first.class, 1.0))];
             for step in 1..8 {
                 let (mut state, _) = states[states.len() - 1];
                 let z = anything(&mut random, state.moments().position);

@@ -32,7 +32,7 @@ pub(super) fn report(position: [f64; 2], yaw: f64) -> Measurement {
 
 /// A car that was seen for two seconds at a steady speed and turn rate, 10 times a second.
 pub(super) fn driven(speed: f64, turn_rate: f64, heading: f64) -> Imm {
-    let mut imm = Imm::born(&report([0.0, 0.0], heading));
+    let mut imm = Imm::initial(&report([0.0, 0.0], heading));
     let (mut x, mut y) = (0.0, 0.0);
     for step in 1..20 {
         let yaw = heading + turn_rate * 0.1 * (f64::from(step) - 0.5);
@@ -144,7 +144,7 @@ fn what_stands_is_known_to_stand_and_what_drives_to_drive() {
 
 #[test]
 fn a_car_on_a_motorway_is_not_lost() {
-    let mut imm = Imm::born(&report([0.0, 0.0], 0.0));
+    let mut imm = Imm::initial(&report([0.0, 0.0], 0.0));
     for step in 1..20 {
         imm.predict(0.1, Class::Car, CAR_LENGTH_M);
         let z = report([3.0 * f64::from(step), 0.0], 0.0);
@@ -162,7 +162,7 @@ fn a_car_on_a_motorway_is_not_lost() {
 #[test]
 fn a_cone_stays_parked() {
     let cone = Measurement { class: Class::TrafficCone, ..report([3.0, 4.0], 0.0) };
-    let mut imm = Imm::born(&cone);
+    let mut imm = Imm::initial(&cone);
     for _ in 0..10 {
         imm.predict(0.5, Class::TrafficCone, 0.4);
         imm.update(&cone, Inflation::NONE);
@@ -174,12 +174,12 @@ fn a_cone_stays_parked() {
 #[test]
 fn a_velocity_report_tells_the_speed_at_birth() {
     let velocity = Some(Velocity { x: -12.0, y: 0.0, covariance: Covariance2::isotropic(0.3) });
-    let imm = Imm::born(&Measurement { velocity, ..report([0.0, 0.0], PI - 0.01) });
+    let imm = Imm::initial(&Measurement { velocity, ..report([0.0, 0.0], PI - 0.01) });
     let [vx, vy] = imm.moments().velocity;
     assert!((vx + 12.0).abs() < 0.5 && vy.abs() < 0.5, "{vx} {vy}");
     assert!(imm.model_probabilities()[PARKED] < 1e-3);
     let zero = Some(Velocity { x: 0.0, y: 0.0, covariance: Covariance2::isotropic(0.1) });
-    let still = Imm::born(&Measurement { velocity: zero, ..report([0.0, 0.0], 0.0) });
+    let still = Imm::initial(&Measurement { velocity: zero, ..report([0.0, 0.0], 0.0) });
     assert!(still.model_probabilities()[PARKED] + still.model_probabilities()[STOPPED] > 0.95);
 }
 
@@ -188,8 +188,8 @@ fn the_map_frames_origin_and_direction_do_not_matter() {
     let far = [9e7, -9e7];
     let turn = PI - 0.05;
     let (sin, cos) = libm::sincos(turn);
-    let mut near = Imm::born(&report([0.0, 0.0], 0.0));
-    let mut moved = Imm::born(&report(far, turn));
+    let mut near = Imm::initial(&report([0.0, 0.0], 0.0));
+    let mut moved = Imm::initial(&report(far, turn));
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for step in 1..100 {
         let dt = between(&mut random, -0.02, 0.1);
@@ -216,7 +216,7 @@ fn the_map_frames_origin_and_direction_do_not_matter() {
 
 #[test]
 fn inflating_both_sides_is_covariance_intersection() {
-    let prior = Imm::born(&Measurement { class: Class::Barrier, ..report([0.0, 0.0], 0.0) });
+    let prior = Imm::initial(&Measurement { class: Class::Barrier, ..report([0.0, 0.0], 0.0) });
     let mut fused = prior;
     fused.update(&report([0.0, 0.0], 0.0), Inflation { prior: 2.0, report: 2.0 });
     // The same report twice, in equal shares: nothing is learnt.
@@ -258,11 +258,11 @@ pub(super) fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
 #[test]
 fn a_million_reports_of_anything_leave_it_sound() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
-    let mut imm = Imm::born(&anything(&mut random, [0.0, 0.0]));
+    let mut imm = Imm::initial(&anything(&mut random, [0.0, 0.0]));
     for step in 0..1_000_000 {
         if step % 100 == 0 {
             let near = imm.moments().position;
-            imm = Imm::born(&anything(&mut random, near.map(|at| at.clamp(-1e8, 1e8))));
+            imm = Imm::initial(&anything(&mut random, near.map(|at| at.clamp(-1e8, 1e8))));
         }
         let z = anything(&mut random, imm.moments().position);
         let dt = if random.next_u32().is_multiple_of(3) { 0.0 } else { between(&mut random, -0.5, 1.0) };

@@ -1,6 +1,6 @@
 //! Changes of model as a Markov chain in continuous time: P(t) = exp(G t).
 
-use crate::exponential::share_lost;
+use crate::values::share_lost;
 
 type Matrix = [[f64; 4]; 4];
 

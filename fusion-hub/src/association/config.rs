@@ -1,0 +1,38 @@
+//! How detections and tracks are associated.
+
+/// Beyond this distance of centres, m, [`AssociationCost::Euclidean`] makes no pair (paper, section IV).
+pub const EUCLIDEAN_REACH_M: f64 = 3.0;
+
+/// What makes a pair likely.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AssociationCost {
+    /// Combined scores of centre, dimension and orientation, as the paper has it.
+    #[default]
+    Csba,
+    /// The negative log-likelihood.
+    Likelihood,
+    /// One minus the overlap of the boxes (paper, Fig. 4); the gate is that they overlap.
+    Iou,
+    /// The distance of the centres (paper, Fig. 4); the gate is [`EUCLIDEAN_REACH_M`].
+    Euclidean,
+}
+
+/// How pairs are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AssociationConfig {
+    /// What makes a pair likely.
+    pub cost: AssociationCost,
+    /// The largest squared Mahalanobis distance of positions (χ² with 2 degrees of freedom) of a pair; of no
+    /// effect on the costs that have a gate of their own.
+    pub gate: f64,
+    /// Whether only compatible classes make a pair.
+    pub class_aware: bool,
+}
+
+impl Default for AssociationConfig {
+    /// The gate is that of METHODS.md 7: 0.9997 of true pairs are within it.
+    fn default() -> Self {
+        Self { cost: AssociationCost::default(), gate: 16.2, class_aware: true }
+    }
+}

@@ -1,0 +1,125 @@
+//! Admission: the one place where it is decided whether a frame is taken.
+
+use super::agents::{AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA_MAX};
+use super::config::EngineConfig;
+use super::history::History;
+use super::late::LateFrames;
+use super::refusal::Refusal;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::MapFrame;
+use v2x_common::time::{Span, Timestamp};
+
+/// Decides on frames.
+#[derive(Clone, Debug)]
+pub(super) struct Admission {
+    delta_max: Span,
+    synchronous: Span,
+    late_frames: LateFrames,
+    map_frame: Option<MapFrame>,
+    /// The newest capture time of an admitted frame. Frames that were captured in the future by the hub's clock do not
+    /// count: one agent whose clock is ahead would make the frames of all others late.
+    newest_captured_at: Option<Timestamp>,
+}
+
+/// An admitted frame, compared with the newest one before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Admitted {
+    /// It was captured within ε_s of it.
+    pub(super) is_synchronous: bool,
+    /// It was captured before it by more than ε_s.
+    pub(super) out_of_sequence: bool,
+    /// It was captured in the future by the hub's clock.
+    pub(super) ahead_of_time: bool,
+}
+
+impl Admission {
+    pub(super) const fn new(config: &EngineConfig) -> Self {
+        Self {
+            delta_max: config.delta_max,
+            synchronous: config.synchronous,
+            late_frames: config.late_frames,
+            map_frame: config.map_frame,
+            newest_captured_at: None,
+        }
+    }
+
+    /// The coordinate frame of all positions, once there is one.
+    pub(super) const fn map_frame(&self) -> Option<MapFrame> {
+        self.map_frame
+    }
+
+    /// Decides on a frame that arrives at `now`. Nothing changes.
+    pub(super) fn admit(
+        &self,
+        frame: &DetectionFrame,
+        now: Timestamp,
+        agents: &AgentRegistry,
+        history: &History,
+    ) -> Result<Admitted, Refusal> {
+        self.check_map_frame(frame)?;
+        self.check_time(frame, now, history)?;
+        self.check_agent(frame, now, agents)?;
+        let newer_by = self.newest_captured_at.map_or(Span::ZERO, |newest| frame.captured_at - newest);
+        let is_synchronous = newer_by.abs() <= self.synchronous;
+        Ok(Admitted {
+            is_synchronous,
+            out_of_sequence: newer_by < Span::ZERO && !is_synchronous,
+            ahead_of_time: frame.captured_at > now,
+        })
+    }
+
+    /// Takes note of a frame that was admitted.
+    pub(super) fn note(&mut self, frame: &DetectionFrame, now: Timestamp) {
+        if frame.captured_at <= now + self.synchronous {
+            self.newest_captured_at = self.newest_captured_at.max(Some(frame.captured_at));
+        }
+        // The first map frame that is named is the hub's, where it has none of its own.
+        self.map_frame = self.map_frame.or(frame.map_frame);
+    }
+
+    fn check_map_frame(&self, frame: &DetectionFrame) -> Result<(), Refusal> {
+        match (frame.map_frame, self.map_frame) {
+            (Some(theirs), Some(hub)) if theirs != hub => {
+                Err(Refusal::MapFrameMismatch { frame: theirs, hub })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_time(&self, frame: &DetectionFrame, now: Timestamp, history: &History) -> Result<(), Refusal> {
+        let age = now - frame.captured_at;
+        if age > self.delta_max {
+            return Err(Refusal::TooLate { age });
+        }
+        if age < -self.delta_max {
+            return Err(Refusal::TooEarly { ahead: -age });
+        }
+        if frame.captured_at < history.given_up_before() {
+            return Err(Refusal::Overloaded { age });
+        }
+        let behind = self.newest_captured_at.map_or(Span::ZERO, |newest| newest - frame.captured_at);
+        if self.late_frames == LateFrames::Drop && behind > self.synchronous {
+            return Err(Refusal::OutOfSequence { behind });
+        }
+        Ok(())
+    }
+
+    fn check_agent(
+        &self,
+        frame: &DetectionFrame,
+        now: Timestamp,
+        agents: &AgentRegistry,
+    ) -> Result<(), Refusal> {
+        let Some(record) = agents.record(&frame.id.agent) else {
+            let refusal = Refusal::TooManyAgents { limit: MAX_AGENTS };
+            return if agents.has_room(now) { Ok(()) } else { Err(refusal) };
+        };
+        if record.has_seen(&frame.id) {
+            return Err(Refusal::Duplicate { epoch: frame.id.epoch, sequence: frame.id.sequence });
+        }
+        if record.is_full(now - self.delta_max) {
+            return Err(Refusal::TooManyFrames { limit: MAX_FRAMES_WITHIN_DELTA_MAX });
+        }
+        Ok(())
+    }
+}

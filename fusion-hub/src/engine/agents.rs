@@ -1,0 +1,177 @@
+//! The agents: their names by number, what they declare of their sensors, and what is counted of them.
+
+use super::refusal::Refusal;
+use super::statistics::AgentStatistics;
+use crate::values::{AgentNames, AgentSlot, Coverage, SensorModel};
+use std::collections::VecDeque;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::AgentHealth;
+use v2x_common::id::{AgentId, FrameId};
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::{Span, Timestamp};
+
+/// Most agents that a hub knows.
+pub const MAX_AGENTS: usize = 1024;
+/// Most frames of one agent within Δmax.
+pub const MAX_FRAMES_WITHIN_DELTA_MAX: usize = 4096;
+/// How long an agent must have been silent before it makes room for another one.
+const SILENT_FOR_GOOD: Span = Span::from_millis(60_000);
+
+/// What is known of one agent.
+#[derive(Clone, Debug, Default)]
+pub struct AgentRecord {
+    /// Its sensor description, once it has sent one.
+    pub description: Option<SensorDescription>,
+    /// How its detections are read, by that.
+    pub sensor: SensorModel,
+    /// Capture time of its newest accepted frame.
+    pub newest_captured_at: Option<Timestamp>,
+    /// Boot epoch of its newest accepted frame.
+    pub epoch: u64,
+    /// What is counted of it.
+    pub statistics: AgentStatistics,
+    /// When anything of it last arrived, by the hub's clock.
+    last_heard_at: Option<Timestamp>,
+    /// Epochs and sequence numbers of the frames within Δmax, in order, to recognise duplicates.
+    seen: VecDeque<((u64, u64), Timestamp)>,
+}
+
+impl AgentRecord {
+    /// What a frame of it covers; `None` where that is not known.
+    pub fn coverage(&self, frame: &DetectionFrame) -> Option<Coverage> {
+        Some(self.sensor.coverage(self.description.as_ref()?, frame.sensor_pose?))
+    }
+
+    /// Whether a frame of it has been accepted before.
+    pub(super) fn has_seen(&self, frame: &FrameId) -> bool {
+        self.seen.binary_search_by_key(&(frame.epoch, frame.sequence), |(id, _)| *id).is_ok()
+    }
+
+    /// Whether there is no room for another frame within Δmax, which began at `horizon`.
+    pub(super) fn is_full(&self, horizon: Timestamp) -> bool {
+        let full = self.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX;
+        full && self.seen.iter().all(|(_, captured_at)| *captured_at >= horizon)
+    }
+
+    /// Notes a frame that is accepted, and forgets those that are too old to arrive again.
+    pub(super) fn note_accepted(&mut self, frame: &DetectionFrame, horizon: Timestamp) {
+        while self.seen.front().is_some_and(|(_, captured_at)| *captured_at < horizon) {
+            self.seen.pop_front();
+        }
+        if self.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX {
+            self.seen.retain(|(_, captured_at)| *captured_at >= horizon);
+        }
+        let id = (frame.id.epoch, frame.id.sequence);
+        let place = self.seen.partition_point(|(other, _)| *other < id);
+        self.seen.insert(place, (id, frame.captured_at));
+        if self.newest_captured_at.is_none_or(|newest| frame.captured_at >= newest) {
+            self.newest_captured_at = Some(frame.captured_at);
+            self.epoch = frame.id.epoch;
+        }
+    }
+
+    /// What a fused frame says of it.
+    pub fn health(&self, agent: AgentId) -> AgentHealth {
+        AgentHealth {
+            agent,
+            epoch: self.epoch,
+            newest_captured_at: self.newest_captured_at.unwrap_or(Timestamp::EPOCH),
+            accepted: self.statistics.accepted,
+            refused: self.statistics.refused_total(),
+            out_of_sequence: self.statistics.out_of_sequence,
+        }
+    }
+}
+
+/// All agents of a hub.
+#[derive(Clone, Debug)]
+pub struct AgentRegistry {
+    silent_for_good: Span,
+    names: AgentNames,
+    /// By slot.
+    records: Vec<AgentRecord>,
+    refused_beyond_limit: u64,
+}
+
+impl AgentRegistry {
+    /// Without agents. A track may name an agent for `named_for` after its last detection.
+    pub(super) fn new(named_for: Span) -> Self {
+        Self {
+            silent_for_good: SILENT_FOR_GOOD.max(named_for),
+            names: AgentNames::default(),
+            records: Vec::new(),
+            refused_beyond_limit: 0,
+        }
+    }
+
+    /// Names and slots.
+    pub(super) const fn names(&self) -> &AgentNames {
+        &self.names
+    }
+
+    /// The slot and the record of an agent.
+    pub(super) fn entry(&self, agent: &AgentId) -> Option<(AgentSlot, &AgentRecord)> {
+        let slot = self.names.slot(agent)?;
+        Some((slot, &self.records[slot.index()]))
+    }
+
+    /// The record of an agent.
+    pub fn record(&self, agent: &AgentId) -> Option<&AgentRecord> {
+        Some(self.entry(agent)?.1)
+    }
+
+    /// Every agent with its record, by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&AgentId, &AgentRecord)> {
+        self.names.iter().map(|(name, slot)| (name, &self.records[slot.index()]))
+    }
+
+    /// Frames of agents beyond [`MAX_AGENTS`], which no record counts.
+    pub const fn refused_beyond_limit(&self) -> u64 {
+        self.refused_beyond_limit
+    }
+
+    /// Whether there is room for another agent at `now`.
+    pub(super) fn has_room(&self, now: Timestamp) -> bool {
+        self.names.len() < MAX_AGENTS || self.longest_silent(now).is_some()
+    }
+
+    /// The slot and the record of an agent that something has arrived from at `now`, made where there is none yet;
+    /// `None` beyond [`MAX_AGENTS`].
+    pub(super) fn heard(&mut self, agent: AgentId, now: Timestamp) -> Option<(AgentSlot, &mut AgentRecord)> {
+        let slot = self.slot_for(agent, now)?;
+        let record = &mut self.records[slot.index()];
+        record.last_heard_at = Some(now);
+        Some((slot, record))
+    }
+
+    /// Counts a refusal.
+    pub(super) fn note_refusal(&mut self, agent: AgentId, refusal: Refusal, now: Timestamp) {
+        match self.heard(agent, now) {
+            Some((_, record)) => record.statistics.note_refusal(refusal),
+            None => self.refused_beyond_limit += 1,
+        }
+    }
+
+    fn slot_for(&mut self, agent: AgentId, now: Timestamp) -> Option<AgentSlot> {
+        if let Some(slot) = self.names.slot(&agent) {
+            return Some(slot);
+        }
+        if self.names.len() >= MAX_AGENTS {
+            let silent = self.longest_silent(now)?;
+            let slot = self.names.remove(&silent)?;
+            self.records[slot.index()] = AgentRecord::default();
+        }
+        let slot = self.names.slot_for(agent);
+        if self.records.len() <= slot.index() {
+            self.records.resize_with(slot.index() + 1, AgentRecord::default);
+        }
+        Some(slot)
+    }
+
+    /// The agent that was silent for the longest time, if that is for good.
+    fn longest_silent(&self, now: Timestamp) -> Option<AgentId> {
+        let (agent, record) = self.iter().min_by_key(|(_, record)| record.last_heard_at)?;
+        let last_heard_at = record.last_heard_at.unwrap_or(Timestamp::MIN);
+        (now - last_heard_at > self.silent_for_good).then_some(*agent)
+    }
+}

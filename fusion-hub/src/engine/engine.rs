@@ -1,0 +1,352 @@
+//! The engine: frames in, one list of objects out. Pure: time is an argument, and the same calls give the same bits.
+
+use super::admission::{Admission, Admitted};
+use super::agents::AgentRegistry;
+use super::config::EngineConfig;
+use super::history::{History, MAX_MEASUREMENTS_OF_AGENT};
+use super::late::LateFrames;
+use super::refusal::{Disposition, Refusal};
+use crate::fusion::{AdmittedFrame, FusionMethod, ObjectList, TrackCounts};
+use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
+use crate::track::{FOLD_SLACK, Horizon};
+use crate::values::SensorModel;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
+use v2x_common::id::AgentId;
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::{Span, Timestamp};
+
+/// Without a call for objects, history is maintained this often.
+const MAINTENANCE_INTERVAL: Span = Span::from_millis(200);
+/// Most frames waiting to be named as included in the next fused frame.
+const MAX_PENDING: usize = 65_536;
+
+/// The fusion engine of one hub.
+#[derive(Debug)]
+pub struct Engine {
+    config: EngineConfig,
+    admission: Admission,
+    agents: AgentRegistry,
+    history: History,
+    registrar: Registrar,
+    method: Box<dyn FusionMethod>,
+    /// How detections are read of agents that describe no sensor.
+    undescribed: SensorModel,
+    /// A frame with its agent's errors taken out; its buffers are used again.
+    corrected: Option<DetectionFrame>,
+    /// The newest time that any call named.
+    now: Timestamp,
+    maintained_at: Timestamp,
+    pending: Vec<Inclusion>,
+    sequence: u64,
+    /// The newest fused frame; its buffers are used again.
+    fused: FusedFrame,
+    spare_objects: Vec<FusedObject>,
+}
+
+/// The past is not held, or not at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum HistoryError {
+    /// It is no longer held.
+    #[error("objects as of {at} are asked for, but history begins at {begins}")]
+    Forgotten {
+        /// The time that is asked for.
+        at: Timestamp,
+        /// The oldest time that can be asked for: Δmax or the lag ago, whichever is longer; later under overload.
+        begins: Timestamp,
+    },
+    /// It lies in the future.
+    #[error("objects as of {at} are asked for, which is after the present, {now}")]
+    InFuture {
+        /// The time that is asked for.
+        at: Timestamp,
+        /// The present.
+        now: Timestamp,
+    },
+    /// The method keeps no history.
+    #[error(transparent)]
+    NoMemory(#[from] crate::fusion::NoMemory),
+}
+
+/// A frame on its way through the engine.
+#[derive(Clone, Copy)]
+struct Arrival<'a> {
+    /// With the capture time and places that the hub takes it to have.
+    frame: &'a DetectionFrame,
+    source: Option<Source>,
+    /// The agent's own stamp.
+    stamped_at: Timestamp,
+    received_at: Timestamp,
+}
+
+impl Engine {
+    /// An engine that knows nothing yet.
+    pub fn new(config: EngineConfig) -> Self {
+        Self::around(
+            config,
+            config.fusion.start(config.lifetimes(), config.lineage),
+            config.fusion.registration(),
+        )
+    }
+
+    /// An engine that leaves fusing to a method of your own: it admits frames and keeps the statistics as ever.
+    /// [`EngineConfig::fusion`] is without effect.
+    pub fn with_fusion(config: EngineConfig, method: Box<dyn FusionMethod>) -> Self {
+        Self::around(config, method, Registration::Off)
+    }
+
+    fn around(config: EngineConfig, method: Box<dyn FusionMethod>, registration: Registration) -> Self {
+        // Without stamps a delay would look like a clock that is behind.
+        let ignores_stamps = config.late_frames == LateFrames::IgnoreDelay;
+        let registration = if ignores_stamps { Registration::Off } else { registration };
+        Self {
+            config,
+            admission: Admission::new(&config),
+            agents: AgentRegistry::new(config.coast + config.delta_max + config.memory()),
+            history: History::new(config.memory(), config.delta_max),
+            registrar: Registrar::new(registration),
+            method,
+            undescribed: SensorModel::undescribed(&config.sensing),
+            corrected: None,
+            now: Timestamp::MIN,
+            maintained_at: Timestamp::MIN,
+            pending: Vec::new(),
+            sequence: 0,
+            fused: FusedFrame {
+                hub: config.hub,
+                lineage: config.lineage,
+                sequence: 0,
+                fused_at: Timestamp::EPOCH,
+                map_frame: config.map_frame,
+                objects: Vec::new(),
+                agents: Vec::new(),
+                includes: Vec::new(),
+            },
+            spare_objects: Vec::new(),
+        }
+    }
+
+    /// Takes in an agent's sensor description.
+    pub fn handle_description(&mut self, agent: AgentId, description: SensorDescription) {
+        let size_noise = description.size_noise.filter(|_| self.config.debias_sizes);
+        let read = SensorDescription { size_noise, ..description };
+        let sensor = SensorModel::described(&read, &self.config.sensing);
+        if let Some((_, record)) = self.agents.heard(agent, self.now) {
+            record.description = Some(description);
+            record.sensor = sensor;
+            self.registrar.describe(agent, description.accuracy, self.now);
+        }
+    }
+
+    /// Counts a frame that was refused before it was decoded.
+    pub fn note_refusal(&mut self, agent: AgentId, refusal: Refusal) {
+        self.agents.note_refusal(agent, refusal, self.now);
+    }
+
+    /// Counts a sensor description that was refused.
+    pub fn note_refused_description(&mut self, agent: AgentId, refusal: Refusal) {
+        if let Some((_, record)) = self.agents.heard(agent, self.now) {
+            record.statistics.descriptions_refused += 1;
+            record.statistics.last_refusal = Some(refusal);
+        }
+    }
+
+    /// Counts detections whose class name was not known.
+    pub fn note_unmapped_classes(&mut self, agent: AgentId, count: u64) {
+        if let Some((_, record)) = self.agents.heard(agent, self.now) {
+            record.statistics.unmapped_classes += count;
+        }
+    }
+
+    /// Takes in a frame that was received at `now` by the hub's clock.
+    pub fn handle_frame(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
+        // A frame that waited while the hub published is as old as it is now: what it is older than may be folded
+        // already.
+        self.now = self.now.max(now);
+        let arrival = Arrival { frame, source: None, stamped_at: frame.captured_at, received_at: now };
+        if self.config.late_frames == LateFrames::IgnoreDelay {
+            let arrived = DetectionFrame { captured_at: self.now, ..frame.clone() };
+            return self.handle(&Arrival { frame: &arrived, ..arrival });
+        }
+        let source = self.registrar.source_of(frame, self.now);
+        let Some(bias) = source.map(|source| source.applied).filter(|bias| *bias != Bias::ZERO) else {
+            return self.handle(&Arrival { source, ..arrival });
+        };
+        let blank = || DetectionFrame::empty(frame.id, frame.captured_at);
+        let mut corrected = self.corrected.take().unwrap_or_else(blank);
+        correct(frame, &bias, &mut corrected);
+        let disposition = self.handle(&Arrival { frame: &corrected, source, ..arrival });
+        self.corrected = Some(corrected);
+        disposition
+    }
+
+    fn handle(&mut self, arrival: &Arrival<'_>) -> Disposition {
+        match self.admit(arrival.frame) {
+            Ok(admitted) => {
+                self.fuse(arrival, admitted);
+                Disposition::Accepted { out_of_sequence: admitted.out_of_sequence }
+            }
+            Err(refusal) => {
+                self.agents.note_refusal(arrival.frame.id.agent, refusal.clone(), self.now);
+                Disposition::Refused(refusal)
+            }
+        }
+    }
+
+    fn admit(&mut self, frame: &DetectionFrame) -> Result<Admitted, Refusal> {
+        let admitted = self.admission.admit(frame, self.now, &self.agents, &self.history)?;
+        self.make_room(frame)?;
+        Ok(admitted)
+    }
+
+    /// Where frames come faster than they can be held, the oldest quarter of history is given up.
+    fn make_room(&mut self, frame: &DetectionFrame) -> Result<(), Refusal> {
+        let count = frame.detections.len();
+        if let Some((agent, _)) = self.agents.entry(&frame.id.agent)
+            && self.history.is_full_of(agent, count)
+        {
+            return Err(Refusal::TooManyDetections { limit: MAX_MEASUREMENTS_OF_AGENT });
+        }
+        if !self.history.is_full_for(count) {
+            return Ok(());
+        }
+        self.history.give_up_quarter(self.now);
+        self.maintain(Span::ZERO);
+        if self.history.is_full_for(count) || frame.captured_at < self.history.admits_from(self.now) {
+            return Err(Refusal::Overloaded { age: self.now - frame.captured_at });
+        }
+        Ok(())
+    }
+
+    fn fuse(&mut self, arrival: &Arrival<'_>, admitted: Admitted) {
+        let Arrival { frame, source, stamped_at, received_at } = *arrival;
+        self.admission.note(frame, self.now);
+        let Some((slot, record)) = self.agents.heard(frame.id.agent, self.now) else { return };
+        record.note_accepted(frame, self.now - self.config.delta_max);
+        record.statistics.accepted += 1;
+        record.statistics.synchronous += u64::from(admitted.is_synchronous);
+        record.statistics.out_of_sequence += u64::from(admitted.out_of_sequence);
+        record.statistics.ahead_of_time += u64::from(admitted.ahead_of_time);
+        if self.now - self.maintained_at > MAINTENANCE_INTERVAL {
+            self.maintain(FOLD_SLACK);
+        }
+        self.history.note(slot, frame.captured_at, frame.detections.len());
+        if self.pending.len() < MAX_PENDING {
+            self.pending.push(Inclusion { frame: frame.id, captured_at: stamped_at, received_at });
+        }
+        let Some((agent, record)) = self.agents.entry(&frame.id.agent) else { return };
+        let outcome = self.method.handle_frame(&AdmittedFrame {
+            frame,
+            received_at: self.now,
+            sensor: if record.description.is_some() { &record.sensor } else { &self.undescribed },
+            coverage: record.coverage(frame),
+            agent,
+            agents: self.agents.names(),
+            source,
+        });
+        self.registrar.observe(outcome.shared);
+        let innovations = outcome.innovations;
+        if let Some((_, record)) = self.agents.heard(frame.id.agent, self.now) {
+            record.statistics.note_innovations(&innovations, self.now);
+        }
+        // By the arrivals of frames, so that it does not matter how often the hub publishes.
+        self.registrar.advance(received_at);
+    }
+
+    /// Replays late data and forgets what can no longer matter.
+    fn maintain(&mut self, slack: Span) {
+        self.maintained_at = self.now;
+        let horizon = Horizon { at: self.history.begins(self.now), slack };
+        self.method.maintain(self.now, &horizon, self.agents.names());
+        self.history.forget_before(&horizon);
+    }
+
+    /// The list of objects as of `now`, and what is new in it since the last call. Times never go back: an earlier `now`
+    /// than that of another call counts as that.
+    ///
+    /// With a lag, the objects are as they stood so long before, by everything known by now, and `fused_at` says when
+    /// that was (under overload history may be shorter than the lag: then it is as old as history). What is new in the
+    /// list may then have been captured after `fused_at`.
+    pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
+        self.advance(now);
+        let lag = self.config.fusion.lag();
+        if lag > Span::ZERO {
+            let at = (self.now - lag).max(self.history.begins(self.now));
+            if self.write_as_of(at).is_ok() {
+                return &self.fused;
+            }
+        }
+        self.begin_frame(self.now);
+        let mut objects = ObjectList::new(&mut self.fused.objects, &mut self.spare_objects);
+        self.method.write_objects(self.now, self.agents.names(), &mut objects);
+        drop(objects);
+        &self.fused
+    }
+
+    /// The list of objects as they stood at `at`, by everything known by `now`; `fused_at` is `at`. What is new since
+    /// the last call is named as by [`Self::fused`].
+    ///
+    /// History reaches back for Δmax or the lag, whichever is longer. What was folded before a longer lag was asked for
+    /// is gone.
+    ///
+    /// # Errors
+    /// Where the past is not held.
+    pub fn fused_as_of(&mut self, at: Timestamp, now: Timestamp) -> Result<&FusedFrame, HistoryError> {
+        self.advance(now);
+        let begins = self.history.begins(self.now);
+        if at > self.now {
+            return Err(HistoryError::InFuture { at, now: self.now });
+        }
+        if at < begins {
+            return Err(HistoryError::Forgotten { at, begins });
+        }
+        self.write_as_of(at)?;
+        Ok(&self.fused)
+    }
+
+    fn advance(&mut self, now: Timestamp) {
+        self.now = self.now.max(now);
+        self.maintain(FOLD_SLACK);
+    }
+
+    fn write_as_of(&mut self, at: Timestamp) -> Result<(), HistoryError> {
+        let mut objects = ObjectList::new(&mut self.fused.objects, &mut self.spare_objects);
+        self.method.write_objects_as_of(at, self.agents.names(), &mut objects)?;
+        drop(objects);
+        self.begin_frame(at);
+        Ok(())
+    }
+
+    /// A fused frame except its objects.
+    fn begin_frame(&mut self, fused_at: Timestamp) {
+        let Self { fused, pending, agents, .. } = self;
+        fused.sequence = self.sequence;
+        self.sequence += 1;
+        fused.fused_at = fused_at;
+        fused.map_frame = self.admission.map_frame();
+        fused.agents.clear();
+        fused.agents.extend(agents.iter().map(|(agent, record)| record.health(*agent)));
+        fused.includes.clear();
+        fused.includes.append(pending);
+    }
+
+    /// The estimated clock and pose errors of every agent that describes its accuracy.
+    pub fn registration(&self) -> impl Iterator<Item = AgentRegistration> {
+        self.registrar.report()
+    }
+
+    /// The agents, and what is counted of them.
+    pub const fn agents(&self) -> &AgentRegistry {
+        &self.agents
+    }
+
+    /// The newest time that any call named.
+    pub const fn now(&self) -> Timestamp {
+        self.now
+    }
+
+    /// Tracks, and what happened to them.
+    pub fn counts(&self) -> TrackCounts {
+        self.method.counts()
+    }
+}

@@ -1,0 +1,24 @@
+//! The engine: admission of frames, the agents, the horizon of history, correction of clocks and poses, and publishing
+//! around a fusion method.
+
+mod admission;
+mod agents;
+mod config;
+#[expect(clippy::module_inception, reason = "the engine of the layer of the engine")]
+mod engine;
+mod history;
+mod late;
+mod refusal;
+mod schedule;
+mod statistics;
+#[cfg(test)]
+mod tests;
+
+pub use agents::{AgentRecord, AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA_MAX};
+pub use config::EngineConfig;
+pub use engine::{Engine, HistoryError};
+pub use history::{MAX_FRAMES, MAX_MEASUREMENTS, MAX_MEASUREMENTS_OF_AGENT};
+pub use late::LateFrames;
+pub use refusal::{Disposition, Refusal};
+pub use schedule::{PublishMode, Schedule};
+pub use statistics::AgentStatistics;

@@ -1,0 +1,126 @@
+//! What the engine admits, refuses and counts.
+
+use super::*;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::{AgentId, FrameId, HubId, MapFrame};
+use v2x_common::time::{Span, Timestamp};
+
+fn frame(agent: &str, sequence: u64, captured_ms: i64) -> DetectionFrame {
+    let id = FrameId { agent: AgentId::new(agent).unwrap(), epoch: 1, sequence };
+    DetectionFrame::empty(id, at(captured_ms))
+}
+
+fn at(ms: i64) -> Timestamp {
+    Timestamp::EPOCH + Span::from_millis(1_000_000 + ms)
+}
+
+fn config() -> EngineConfig {
+    EngineConfig::new(HubId::new("hub").unwrap(), 1)
+}
+
+fn engine() -> Engine {
+    Engine::new(config())
+}
+
+/// Whether a frame is out of sequence, or why it is refused.
+fn admit(engine: &mut Engine, frame: &DetectionFrame, now: Timestamp) -> Result<bool, Refusal> {
+    match engine.handle_frame(frame, now) {
+        Disposition::Accepted { out_of_sequence } => Ok(out_of_sequence),
+        Disposition::Refused(refusal) => Err(refusal),
+    }
+}
+
+#[test]
+fn age_is_measured_against_the_hubs_clock_at_both_ends() {
+    let mut engine = engine();
+    assert_eq!(admit(&mut engine, &frame("a", 0, 0), at(500)), Ok(false));
+    assert!(matches!(admit(&mut engine, &frame("a", 1, 0), at(501)), Err(Refusal::TooLate { .. })));
+    assert_eq!(admit(&mut engine, &frame("a", 2, 1001), at(501)), Ok(false));
+    assert!(matches!(admit(&mut engine, &frame("a", 3, 1002), at(501)), Err(Refusal::TooEarly { .. })));
+    let statistics = &engine.agents().record(&AgentId::new("a").unwrap()).unwrap().statistics;
+    let refused = (statistics.refused["too_late"], statistics.refused["too_early"]);
+    assert_eq!((statistics.accepted, refused), (2, (1, 1)));
+}
+
+#[test]
+fn a_frame_is_accepted_once_and_again_only_in_a_new_epoch() {
+    let mut engine = engine();
+    assert_eq!(admit(&mut engine, &frame("a", 7, 0), at(10)), Ok(false));
+    assert!(matches!(admit(&mut engine, &frame("a", 7, 0), at(10)), Err(Refusal::Duplicate { .. })));
+    let mut rebooted = frame("a", 7, 20);
+    rebooted.id.epoch = 2;
+    assert_eq!(admit(&mut engine, &rebooted, at(30)), Ok(false));
+    assert_eq!(admit(&mut engine, &frame("b", 7, 0), at(30)), Ok(true));
+}
+
+#[test]
+fn another_map_frame_is_refused_by_name() {
+    let map_frame = Some(MapFrame::new("EPSG:32632").unwrap());
+    let mut engine = Engine::new(EngineConfig { map_frame, ..config() });
+    let mut foreign = frame("a", 0, 0);
+    foreign.map_frame = Some(MapFrame::new("EPSG:25833").unwrap());
+    let message = admit(&mut engine, &foreign, at(0)).unwrap_err().to_string();
+    assert!(message.contains("EPSG:25833") && message.contains("EPSG:32632"), "{message}");
+    assert_eq!(admit(&mut engine, &frame("a", 1, 0), at(0)), Ok(false));
+}
+
+#[test]
+fn the_first_named_map_frame_holds_where_the_hub_names_none() {
+    let named = |name: &str, sequence| {
+        let mut frame = frame("a", sequence, 0);
+        frame.map_frame = Some(MapFrame::new(name).unwrap());
+        frame
+    };
+    let mut engine = engine();
+    assert_eq!(admit(&mut engine, &named("EPSG:32632", 0), at(0)), Ok(false));
+    let refused = admit(&mut engine, &named("EPSG:25833", 1), at(0));
+    assert!(matches!(refused, Err(Refusal::MapFrameMismatch { .. })));
+    assert_eq!(engine.fused(at(0)).map_frame, Some(MapFrame::new("EPSG:32632").unwrap()));
+}
+
+#[test]
+fn an_agent_that_is_silent_for_good_makes_room_for_a_new_one() {
+    let mut engine = engine();
+    for agent in 0..MAX_AGENTS {
+        admit(&mut engine, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
+    }
+    let refused = admit(&mut engine, &frame("z", 0, 50_000), at(50_000));
+    assert!(matches!(refused, Err(Refusal::TooManyAgents { .. })));
+    assert_eq!(admit(&mut engine, &frame("z", 1, 61_000), at(61_000)), Ok(false));
+    assert_eq!(engine.agents().iter().count(), MAX_AGENTS);
+}
+
+#[test]
+fn memory_is_bounded_against_many_agents_and_many_frames() {
+    let mut engine = engine();
+    for agent in 0..MAX_AGENTS {
+        admit(&mut engine, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
+    }
+    assert!(matches!(admit(&mut engine, &frame("z", 0, 0), at(0)), Err(Refusal::TooManyAgents { .. })));
+    assert_eq!(engine.agents().refused_beyond_limit(), 1);
+    for sequence in 1..MAX_FRAMES_WITHIN_DELTA_MAX as u64 {
+        admit(&mut engine, &frame("a0", sequence, 0), at(0)).unwrap();
+    }
+    let one_more = frame("a0", 1 << 40, 0);
+    assert!(matches!(admit(&mut engine, &one_more, at(0)), Err(Refusal::TooManyFrames { .. })));
+    let later = frame("a0", 1 << 41, 600);
+    assert_eq!(admit(&mut engine, &later, at(600)), Ok(false), "room again once Δmax has passed");
+}
+
+#[test]
+fn published_times_never_go_back() {
+    let mut engine = engine();
+    assert_eq!(engine.fused(at(100)).fused_at, at(100));
+    assert_eq!(engine.fused(at(50)).fused_at, at(100));
+}
+
+#[test]
+fn an_agent_whose_clock_is_ahead_does_not_make_others_late() {
+    let mut engine = Engine::new(EngineConfig { late_frames: LateFrames::Drop, ..config() });
+    assert_eq!(admit(&mut engine, &frame("ahead", 0, 300), at(0)), Ok(false));
+    assert_eq!(admit(&mut engine, &frame("honest", 0, -20), at(30)), Ok(false));
+    assert!(matches!(
+        admit(&mut engine, &frame("honest", 1, -60), at(30)),
+        Err(Refusal::OutOfSequence { .. })
+    ));
+}

@@ -1,0 +1,113 @@
+//! How a hub fuses.
+
+use super::method::FusionMethod;
+use super::tracking::Tracking;
+use super::window::{WindowConfig, WindowFusion};
+use crate::association::{AssociationConfig, AssociationCost};
+use crate::filter::{ImmState, State};
+use crate::registration::Registration;
+use crate::track::Rollback;
+use crate::tracker::{Hypotheses, Lifetimes, TrackerConfig};
+use v2x_common::time::Span;
+
+/// Gate of the likelihood, which weighs by itself what lies within: the gate only saves time. 0.999996 of true pairs are
+/// within it; a hub of ten agents makes 10 000 pairs a second, and each one outside initiates a second track.
+const WIDE_GATE: f64 = 25.0;
+
+/// How a hub fuses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fusion {
+    /// It keeps tracks.
+    Tracking(TrackingConfig),
+    /// It applies a rule to the newest frames of the agents, without memory.
+    Window(WindowConfig),
+}
+
+impl Default for Fusion {
+    fn default() -> Self {
+        Self::Tracking(TrackingConfig::default())
+    }
+}
+
+/// How objects are taken to move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionModel {
+    /// Constant velocity: the paper's UniKF.
+    Cv,
+    /// Four interacting models: parked, stopped, smooth, manoeuvring.
+    #[default]
+    Imm,
+}
+
+/// How objects are tracked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackingConfig {
+    /// How objects move.
+    pub motion: MotionModel,
+    /// How tracks are kept.
+    pub tracker: TrackerConfig,
+    /// Whether two tracks that frames show to be of one object are merged.
+    pub resolve_duplicates: bool,
+    /// Whether the sizes of all objects of a class are a prior of each; without, its own detections alone count, every
+    /// logarithm of a size being equally likely at first.
+    pub class_size_priors: bool,
+    /// What is done about clock and pose errors of agents ([`crate::registration`]).
+    pub registration: Registration,
+    /// Least probability of existence of a published object.
+    pub publish_existence: f64,
+}
+
+impl Default for TrackingConfig {
+    fn default() -> Self {
+        Self {
+            motion: MotionModel::default(),
+            tracker: TrackerConfig {
+                association: AssociationConfig {
+                    cost: AssociationCost::Likelihood,
+                    gate: WIDE_GATE,
+                    ..AssociationConfig::default()
+                },
+                hypotheses: Hypotheses::ONE,
+                reassociate: true,
+                rollback: Rollback::Replay,
+                synchronous: Span::ZERO,
+                class_motion: true,
+            },
+            resolve_duplicates: true,
+            class_size_priors: true,
+            registration: Registration::default(),
+            publish_existence: 0.5,
+        }
+    }
+}
+
+impl Fusion {
+    /// For how long it looks back from the newest time; zero without a lag.
+    pub const fn lag(&self) -> Span {
+        match self {
+            Self::Tracking(tracking) => tracking.tracker.hypotheses.lag(),
+            Self::Window(_) => Span::ZERO,
+        }
+    }
+
+    /// What is done about clock and pose errors of agents. Without tracks no shared objects are known, and nothing is
+    /// done.
+    pub const fn registration(&self) -> Registration {
+        match self {
+            Self::Tracking(tracking) => tracking.registration,
+            Self::Window(_) => Registration::Off,
+        }
+    }
+
+    /// The method, without tracks or objects; the ids of these will be of this lineage.
+    pub(crate) fn start(&self, lifetimes: Lifetimes, lineage: u32) -> Box<dyn FusionMethod> {
+        match *self {
+            Self::Window(window) => Box::new(WindowFusion::new(window, lineage, lifetimes.coast)),
+            Self::Tracking(tracking) => match tracking.motion {
+                MotionModel::Cv => Box::new(Tracking::<State>::new(tracking, lifetimes, lineage)),
+                MotionModel::Imm => Box::new(Tracking::<ImmState>::new(tracking, lifetimes, lineage)),
+            },
+        }
+    }
+}

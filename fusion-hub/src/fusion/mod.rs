@@ -1,0 +1,19 @@
+//! The ways of fusing, behind one surface: tracking, rules for the frames of one window, and methods of your own.
+//!
+//! Whatever the method, the [`Engine`](crate::engine::Engine) around it is the same: it admits frames, keeps statistics
+//! of the agents, and publishes. So every method runs in the live hub and in the laboratory.
+
+mod config;
+mod method;
+mod presets;
+pub(crate) mod table;
+mod tracking;
+mod window;
+
+pub use crate::publish::ObjectList;
+pub use crate::tracker::{Hypotheses, Innovations, Lifetimes, ParticleCount, TrackerConfig};
+pub use config::{Fusion, MotionModel, TrackingConfig};
+pub use method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
+pub use presets::{DEFAULT_OVERLAP, EPSILON_S, PRESETS, Preset, PresetKey, preset};
+pub use table::SettingsError;
+pub use window::{MAX_WINDOW_BOXES, WindowConfig, WindowFusion};

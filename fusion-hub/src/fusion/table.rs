@@ -1,0 +1,221 @@
+//! The settings of tracking and of single-frame rules, as they are typed in the `[hub]` table, and what they mean.
+
+use super::config::{MotionModel, TrackingConfig};
+use super::window::WindowConfig;
+use crate::association::{AssociationConfig, AssociationCost};
+use crate::baselines::Rule;
+use crate::registration::Registration;
+use crate::tracker::{Hypotheses, ParticleCount, TrackerConfig};
+use serde::Deserialize;
+use v2x_common::id::AgentId;
+use v2x_common::time::Span;
+
+/// Why settings are refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A field is of the wrong kind.
+    #[error("[hub]: {0}")]
+    Table(String),
+    /// There is no such field.
+    #[error("hub.{key} is no setting; there are: {known}")]
+    Unknown {
+        /// The field.
+        key: String,
+        /// All fields.
+        known: String,
+    },
+    /// A number is out of its range.
+    #[error("hub.{field} is {value}, expected {expected}")]
+    OutOfRange {
+        /// The field, within `[hub]`.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// The range.
+        expected: &'static str,
+    },
+    /// A lag and several hypotheses of association.
+    #[error(
+        "hub.lag_ms is for one hypothesis: set hub.association_particles = 0, not {particles}, or no lag"
+    )]
+    LagOfParticles {
+        /// How many hypotheses there are.
+        particles: u32,
+    },
+    /// A lag and a method without memory.
+    #[error(
+        "hub.lag_ms is for methods with memory (ours, unikf-paper, unikf-literal): choose one of these, or no lag"
+    )]
+    LagWithoutMemory,
+}
+
+/// Refuses a value out of a range.
+pub(crate) fn within(
+    field: &'static str,
+    value: f64,
+    range: std::ops::RangeInclusive<f64>,
+    expected: &'static str,
+) -> Result<(), SettingsError> {
+    if range.contains(&value) { Ok(()) } else { Err(SettingsError::OutOfRange { field, value, expected }) }
+}
+
+/// Settings of tracking. What is `None` is as the method has it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct TrackingTable {
+    lag_ms: f64,
+    motion: Option<MotionModel>,
+    association: Option<AssociationCost>,
+    association_particles: Option<u32>,
+    resolve_duplicates: Option<bool>,
+    reconsider: Option<bool>,
+    gate: Option<f64>,
+    class_aware: Option<bool>,
+    class_priors: bool,
+    class_size_priors: bool,
+    registration: Option<Registration>,
+    publish_existence: f64,
+}
+
+impl Default for TrackingTable {
+    fn default() -> Self {
+        let tracking = TrackingConfig::default();
+        Self {
+            lag_ms: tracking.tracker.hypotheses.lag().as_millis_f64(),
+            motion: None,
+            association: None,
+            association_particles: None,
+            resolve_duplicates: None,
+            reconsider: None,
+            gate: None,
+            class_aware: None,
+            class_priors: tracking.tracker.class_motion,
+            class_size_priors: tracking.class_size_priors,
+            registration: None,
+            publish_existence: tracking.publish_existence,
+        }
+    }
+}
+
+impl TrackingTable {
+    /// The names of the settings.
+    pub(crate) const KEYS: &[&str] = &[
+        "lag_ms",
+        "motion",
+        "association",
+        "association_particles",
+        "resolve_duplicates",
+        "reconsider",
+        "gate",
+        "class_aware",
+        "class_priors",
+        "class_size_priors",
+        "registration",
+        "publish_existence",
+    ];
+
+    /// Whether a lag is asked for.
+    pub(crate) fn has_lag(&self) -> bool {
+        self.lag_ms > 0.0
+    }
+
+    /// These settings over those of a method.
+    pub(crate) fn over(&self, method: TrackingConfig) -> Result<TrackingConfig, SettingsError> {
+        within("lag_ms", self.lag_ms, 0.0..=10_000.0, "0 to 10000")?;
+        within("publish_existence", self.publish_existence, 0.0..=0.999, "0 to 0.999")?;
+        let tracker = method.tracker;
+        let AssociationConfig { cost, gate, class_aware } = tracker.association;
+        let association = AssociationConfig {
+            cost: self.association.unwrap_or(cost),
+            gate: self.gate.unwrap_or(gate),
+            class_aware: self.class_aware.unwrap_or(class_aware),
+        };
+        within("gate", association.gate, 0.1..=1e4, "0.1 to 10000")?;
+        Ok(TrackingConfig {
+            motion: self.motion.unwrap_or(method.motion),
+            tracker: TrackerConfig {
+                association,
+                hypotheses: self.hypotheses()?,
+                reassociate: self.reconsider.unwrap_or(tracker.reassociate),
+                class_motion: self.class_priors,
+                ..tracker
+            },
+            resolve_duplicates: self.resolve_duplicates.unwrap_or(method.resolve_duplicates),
+            class_size_priors: self.class_priors && self.class_size_priors,
+            registration: self.registration.unwrap_or(method.registration),
+            publish_existence: self.publish_existence,
+        })
+    }
+
+    fn hypotheses(&self) -> Result<Hypotheses, SettingsError> {
+        let n = self.association_particles.unwrap_or(0);
+        if n == 0 {
+            return Ok(Hypotheses::Single { lag: Span::from_secs_f64(self.lag_ms * 1e-3) });
+        }
+        let out_of_range = || SettingsError::OutOfRange {
+            field: "association_particles",
+            value: f64::from(n),
+            expected: "0, or 2 to 64",
+        };
+        let count = ParticleCount::new(n).ok_or_else(out_of_range)?;
+        if self.has_lag() {
+            return Err(SettingsError::LagOfParticles { particles: n });
+        }
+        Ok(Hypotheses::Particles(count))
+    }
+}
+
+/// Settings of single-frame rules.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct WindowTable {
+    pub(crate) overlap: f64,
+    window_ms: f64,
+    main_agent: Option<AgentId>,
+}
+
+impl Default for WindowTable {
+    fn default() -> Self {
+        let window = WindowConfig::new(Rule::CsbaWls);
+        Self {
+            overlap: super::presets::DEFAULT_OVERLAP,
+            window_ms: window.window.as_millis_f64(),
+            main_agent: window.main_agent,
+        }
+    }
+}
+
+impl WindowTable {
+    /// The names of the settings.
+    pub(crate) const KEYS: &[&str] = &["overlap", "window_ms", "main_agent"];
+
+    /// These settings over those of a rule.
+    pub(crate) fn over(&self, method: WindowConfig) -> Result<WindowConfig, SettingsError> {
+        self.check()?;
+        let window = Span::from_secs_f64(self.window_ms * 1e-3);
+        Ok(WindowConfig { rule: method.rule, window, main_agent: self.main_agent })
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        within("overlap", self.overlap, -1.0..=1.0, "-1 to 1")?;
+        within("window_ms", self.window_ms, 0.0..=60_000.0, "0 to 60000")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The fields of a table, from what it says of an unknown one.
+    fn fields<T: for<'de> Deserialize<'de> + std::fmt::Debug>() -> Vec<String> {
+        let error = serde_json::from_str::<T>(r#"{"?": 0}"#).unwrap_err().to_string();
+        let names = error.split('`').skip(3).step_by(2);
+        names.map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn the_listed_keys_are_the_fields_of_each_table() {
+        assert_eq!(fields::<TrackingTable>(), TrackingTable::KEYS);
+        assert_eq!(fields::<WindowTable>(), WindowTable::KEYS);
+    }
+}

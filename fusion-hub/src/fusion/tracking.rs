@@ -1,0 +1,138 @@
+//! Tracking as a fusion method: the tracker, readers of its assignments, and publishing.
+
+use super::config::TrackingConfig;
+use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
+use crate::duplicates::Duplicates;
+use crate::filter::Filter;
+use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, TrackList};
+use crate::registration::PairFinder;
+use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
+use crate::tracker::{Lifetimes, Tracker};
+use crate::values::AgentNames;
+use v2x_common::id::TrackId;
+use v2x_common::time::{Span, Timestamp};
+
+/// Tracks under one kind of filter.
+#[derive(Debug)]
+pub(super) struct Tracking<F> {
+    config: TrackingConfig,
+    tracker: Tracker<F>,
+    pairs: PairFinder,
+    duplicates: Duplicates,
+    found: Vec<(TrackId, TrackId)>,
+    merges: u64,
+    /// With a lag: merged tracks, as they were before.
+    pre_merge: PreMergeTracks<F>,
+    publisher: Publisher,
+    smoother: FixedLagSmoother<F>,
+}
+
+impl<F: Filter> Tracking<F> {
+    /// Without tracks; their ids will be of this lineage.
+    pub(super) fn new(config: TrackingConfig, lifetimes: Lifetimes, lineage: u32) -> Self {
+        let publish = PublishConfig {
+            existence: config.publish_existence,
+            coast: lifetimes.coast,
+            class_size_priors: config.class_size_priors,
+            synchronous: config.tracker.synchronous,
+        };
+        Self {
+            config,
+            tracker: Tracker::new(config.tracker, lifetimes, lineage),
+            pairs: PairFinder::default(),
+            duplicates: Duplicates::default(),
+            found: Vec::new(),
+            merges: 0,
+            pre_merge: PreMergeTracks::default(),
+            publisher: Publisher::new(publish),
+            smoother: FixedLagSmoother::default(),
+        }
+    }
+
+    /// Associates a less accurate frame of the newest instant again, after a more accurate one.
+    fn reassociate(&mut self, frames: &[FrameSlot], agents: &AgentNames) {
+        self.tracker.retract(frames, agents);
+        while let Some(slot) = self.tracker.next_retracted() {
+            self.tracker.associate(slot, agents);
+            self.look_for_duplicates(slot);
+        }
+    }
+
+    fn look_for_duplicates(&mut self, slot: FrameSlot) {
+        if self.config.resolve_duplicates {
+            self.duplicates.observe(&self.tracker.assigned(slot));
+        }
+    }
+
+    fn merge_duplicates(&mut self, captured_at: Timestamp, agents: &AgentNames) {
+        let Self { config, tracker, duplicates, found, pre_merge, .. } = self;
+        duplicates.take_found(found);
+        for pair in found.drain(..) {
+            let is_merged = tracker.merge(pair, agents, |older, younger| {
+                if config.tracker.hypotheses.lag() > Span::ZERO {
+                    pre_merge.note(older, younger, captured_at);
+                }
+            });
+            self.merges += u64::from(is_merged);
+        }
+    }
+}
+
+impl<F: Filter + Send> FusionMethod for Tracking<F> {
+    fn handle_frame(&mut self, admitted: &AdmittedFrame<'_>) -> FrameOutcome<'_> {
+        let AdmittedFrame { frame, sensor, coverage, agent, agents, source, .. } = *admitted;
+        let slot = self.tracker.store(&SensedFrame { frame, agent, sensor, coverage });
+        self.pairs.begin_frame(slot, source, frame.detections.len());
+        self.tracker.associate(slot, agents);
+        self.pairs.observe(&self.tracker.assigned(slot));
+        let innovations = self.tracker.assigned(slot).assignment.innovations();
+        let again = self.tracker.to_reassociate(slot);
+        for other in &again {
+            self.duplicates.retract(*other, frame.captured_at);
+        }
+        if !again.contains(&slot) {
+            self.look_for_duplicates(slot);
+        }
+        if !again.is_empty() {
+            self.reassociate(&again, agents);
+        }
+        self.tracker.finish();
+        self.merge_duplicates(frame.captured_at, agents);
+        FrameOutcome { innovations, shared: self.pairs.shared() }
+    }
+
+    fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
+        let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
+        self.publisher.write(objects, &TrackList { tracks, n_hypotheses, agents }, now);
+    }
+
+    fn write_objects_as_of(
+        &mut self,
+        at: Timestamp,
+        agents: &AgentNames,
+        objects: &mut ObjectList<'_>,
+    ) -> Result<(), NoMemory> {
+        let context = self.tracker.context(agents);
+        let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);
+        let past = PastTracks { tracks: &tracks, at, context: &context };
+        self.publisher.write_as_of(objects, &past, &mut self.smoother);
+        Ok(())
+    }
+
+    fn maintain(&mut self, now: Timestamp, horizon: &Horizon, agents: &AgentNames) {
+        let publisher = &mut self.publisher;
+        self.tracker.maintain(now, horizon, agents, |track| publisher.note_deleted(track));
+        self.pre_merge.maintain(horizon, &self.tracker.context(agents));
+        self.tracker.forget_frames(horizon);
+        self.duplicates.maintain(now, self.tracker.tracks());
+    }
+
+    fn counts(&self) -> TrackCounts {
+        let tracks = self.tracker.tracks();
+        TrackCounts {
+            tracks: tracks.n_leading(),
+            births_refused: tracks.initiations_refused(),
+            merges: self.merges,
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Why a hub does not run.
+
+use v2x_common::id::HubId;
+
+type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Why a hub does not run.
+#[derive(Debug, thiserror::Error)]
+pub enum HubError {
+    /// The Zenoh configuration cannot be used.
+    #[error("the Zenoh configuration: {0}")]
+    Configuration(#[source] Cause),
+    /// The endpoints cannot be listened on.
+    #[error(
+        "cannot listen on {endpoints} ({cause}); is another hub running there? try --listen tcp/127.0.0.1:0"
+    )]
+    Listen {
+        /// The endpoints.
+        endpoints: String,
+        /// What Zenoh says.
+        cause: Cause,
+    },
+    /// The hub's keys cannot be declared.
+    #[error("declaring the hub {hub}: {cause}")]
+    Declare {
+        /// The hub.
+        hub: HubId,
+        /// What Zenoh says.
+        cause: Cause,
+    },
+    /// The session did not close cleanly.
+    #[error("closing the Zenoh session: {0}")]
+    Close(#[source] Cause),
+}

@@ -1,0 +1,51 @@
+//! Objects as of an earlier time, by everything that is known by now.
+
+use super::list::ObjectList;
+use super::object::{PublishedEstimate, fill, fill_contributors};
+use super::publisher::Publisher;
+use crate::filter::Filter;
+use crate::track::{FixedLagSmoother, SmoothedTrack, Track, TrackContext};
+use v2x_common::time::Timestamp;
+
+/// Tracks at an earlier time, and what their evidence refers to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PastTracks<'a, F> {
+    /// All tracks of that time, by id.
+    pub(crate) tracks: &'a [&'a Track<F>],
+    /// The time.
+    pub(crate) at: Timestamp,
+    /// What their evidence refers to.
+    pub(crate) context: &'a TrackContext<'a>,
+}
+
+impl Publisher {
+    /// Writes the objects as of an earlier time.
+    ///
+    /// An object is published if it had been detected by then and, by all that is known by now, existed then.
+    pub(crate) fn write_as_of<F: Filter>(
+        &self,
+        objects: &mut ObjectList<'_>,
+        past: &PastTracks<'_, F>,
+        smoother: &mut FixedLagSmoother<F>,
+    ) {
+        let PastTracks { tracks, at, context } = *past;
+        let leading = || tracks.iter().copied().filter(|track| track.holders.leads());
+        let priors = self.size_priors(leading());
+        for track in leading() {
+            let Some(smoothed) = smoother.smooth(track, at, context) else { continue };
+            let SmoothedTrack { state, existence, last_measured_at } = smoothed;
+            if existence < self.config.existence || at - last_measured_at > self.config.coast {
+                continue;
+            }
+            let estimate = state.estimate(track.latest().class(), &priors);
+            let published = PublishedEstimate { estimate, existence, at, last_measured_at };
+            objects.push_with(|object| {
+                let is_filled = fill(object, track, &published);
+                if is_filled {
+                    fill_contributors(object, smoother.contributors(), context.agents);
+                }
+                is_filled
+            });
+        }
+    }
+}

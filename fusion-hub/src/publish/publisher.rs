@@ -1,0 +1,131 @@
+//! Which tracks are published, predicted to the time of publishing.
+
+use super::list::ObjectList;
+use super::mixture::{HypothesisMixtures, mixture_moments};
+use super::object::{PublishedEstimate, fill, fill_contributors};
+use crate::filter::Filter;
+use crate::filter::size_priors::SizePriors;
+use crate::track::Track;
+use crate::values::AgentNames;
+use v2x_common::time::{Span, Timestamp};
+
+/// Detections from which on a deleted track counts for the sizes of its class: the number tells it from clutter.
+const MIN_DETECTIONS_OF_DELETED: u32 = 10;
+
+/// Which tracks are published.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PublishConfig {
+    /// Least probability of existence.
+    pub(crate) existence: f64,
+    /// Longest time since the last detection.
+    pub(crate) coast: Span,
+    /// Whether the sizes of all objects of a class are a prior of each.
+    pub(crate) class_size_priors: bool,
+    /// Within this of a track's own time it is not predicted.
+    pub(crate) synchronous: Span,
+}
+
+/// The tracks to be published.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TrackList<'a, F> {
+    /// Every track, all versions of it, by id.
+    pub(crate) tracks: &'a [Track<F>],
+    /// How many hypotheses of association there are.
+    pub(crate) n_hypotheses: u32,
+    /// Names of the agents.
+    pub(crate) agents: &'a AgentNames,
+}
+
+/// Makes lists of objects.
+#[derive(Debug)]
+pub(crate) struct Publisher {
+    pub(super) config: PublishConfig,
+    /// Sizes of deleted tracks.
+    pub(super) past_sizes: SizePriors,
+}
+
+impl Publisher {
+    pub(crate) fn new(config: PublishConfig) -> Self {
+        let past_sizes = if config.class_size_priors { SizePriors::default() } else { SizePriors::FLAT };
+        Self { config, past_sizes }
+    }
+
+    /// Writes the objects as of `now`.
+    pub(crate) fn write<F: Filter>(
+        &self,
+        objects: &mut ObjectList<'_>,
+        list: &TrackList<'_, F>,
+        now: Timestamp,
+    ) {
+        let leading = || list.tracks.iter().filter(|track| track.holders.leads());
+        let priors = self.size_priors(leading());
+        let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
+        for track in leading() {
+            let Some(published) = self.published(track, &mixtures, &priors, now) else { continue };
+            objects.push_with(|object| {
+                let is_filled = fill(object, track, &published);
+                if is_filled {
+                    fill_contributors(object, track.contributors(), list.agents);
+                }
+                is_filled
+            });
+        }
+    }
+
+    /// The estimate of a track as of `now`; `None` where the track is not published.
+    fn published<F: Filter>(
+        &self,
+        track: &Track<F>,
+        mixtures: &HypothesisMixtures<'_, F>,
+        priors: &SizePriors,
+        now: Timestamp,
+    ) -> Option<PublishedEstimate> {
+        let last_measured_at = track.last_measured_at();
+        let exists_by = |track: &Track<F>| track.latest().existence_at(now);
+        let existence = mixtures.of_track(track).map(|(share, version)| share * exists_by(version)).sum();
+        if existence < self.config.existence || now - last_measured_at > self.config.coast {
+            return None;
+        }
+        let estimate = |track: &Track<F>| {
+            let latest = track.latest();
+            latest.state_at(now, self.config.synchronous).estimate(latest.class(), priors)
+        };
+        let estimate = match track.holders.is_all() {
+            true => estimate(track),
+            false => {
+                mixture_moments(mixtures.of_track(track).map(|(share, version)| (share, estimate(version))))
+            }
+        };
+        Some(PublishedEstimate { estimate, existence, at: now, last_measured_at })
+    }
+
+    /// The priors of sizes by class: of deleted tracks, and of these.
+    pub(super) fn size_priors<'a, F: Filter + 'a>(
+        &self,
+        tracks: impl Iterator<Item = &'a Track<F>>,
+    ) -> SizePriors {
+        let mut priors = self.past_sizes.clone();
+        for track in tracks {
+            let latest = track.latest();
+            // All that is published counts; clutter does not.
+            if let Some(evidence) = latest.state.size_evidence()
+                && latest.existence.probability() >= self.config.existence
+            {
+                priors.note(latest.class(), evidence);
+            }
+        }
+        priors
+    }
+
+    /// Keeps what a track that is being deleted has shown of the sizes of its class.
+    pub(crate) fn note_deleted<F: Filter>(&mut self, track: &Track<F>) {
+        let latest = track.latest();
+        if track.holders.leads()
+            && let Some(evidence) = latest.state.size_evidence()
+            && latest.n_reports >= MIN_DETECTIONS_OF_DELETED
+        {
+            self.past_sizes.note(latest.class(), evidence);
+            self.past_sizes.fade(latest.class());
+        }
+    }
+}

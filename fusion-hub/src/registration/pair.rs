@@ -1,0 +1,28 @@
+//! What is known of the errors of two agents.
+
+use super::model::dot;
+
+/// What is believed of two agents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pair {
+    pub(super) mean: [f64; 8],
+    pub(super) covariance: [[f64; 8]; 8],
+}
+
+impl Pair {
+    /// aᵀ (P + W) b.
+    pub(super) fn spread(&self, a: &[f64; 8], b: &[f64; 8], white: &[f64; 8]) -> f64 {
+        dot(a, &self.through(b, white))
+    }
+
+    /// (P + W) b.
+    pub(super) fn through(&self, b: &[f64; 8], white: &[f64; 8]) -> [f64; 8] {
+        let mut through = [0.0; 8];
+        // P is symmetric: its rows are its columns.
+        for (column, b) in self.covariance.iter().zip(b) {
+            through.iter_mut().zip(column).for_each(|(through, p)| *through += p * b);
+        }
+        through.iter_mut().zip(white.iter().zip(b)).for_each(|(through, (w, b))| *through += w * b);
+        through
+    }
+}

@@ -1,0 +1,167 @@
+//! The frames that can still matter: each measurement is held once, and tracks refer to it.
+//!
+//! Nothing older than Δmax is admitted. What is older than that, and folded into every track, is forgotten.
+
+use super::evidence::{Evidence, FrameSlot};
+use crate::values::{
+    AgentSlot, CompactMeasurement, Coverage, DetectionModel, Measurement, SensorModel, SizeLaws,
+};
+use std::cmp::Ordering;
+use std::collections::VecDeque;
+use v2x_common::covariance::Velocity;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::FrameId;
+use v2x_common::time::Timestamp;
+
+/// A frame that can still matter.
+#[derive(Clone, Debug)]
+pub struct StoredFrame {
+    /// Capture time.
+    pub captured_at: Timestamp,
+    /// Agent, boot epoch and sequence number.
+    pub id: FrameId,
+    /// Slot of the agent.
+    pub agent: AgentSlot,
+    /// Reported velocities, by the detection's index.
+    velocities: Vec<(u16, Velocity)>,
+    /// What each detection says of existence.
+    pub model: DetectionModel,
+    /// What the sensor covered; `None` where its missed detections do not count.
+    pub coverage: Option<Coverage>,
+}
+
+/// All frames within the memory, by capture time.
+#[derive(Debug, Default)]
+pub struct FrameStore {
+    slots: Vec<StoredFrame>,
+    /// Measurements, by slot.
+    measurements: Vec<Vec<CompactMeasurement>>,
+    laws: SizeLaws,
+    free: Vec<FrameSlot>,
+    /// By (capture time, id).
+    order: VecDeque<(Timestamp, FrameSlot)>,
+}
+
+/// A frame before it is stored, with what is known of its sensor.
+#[derive(Clone, Copy, Debug)]
+pub struct SensedFrame<'a> {
+    /// The frame, in the hub's map frame and time.
+    pub frame: &'a DetectionFrame,
+    /// Slot of its agent.
+    pub agent: AgentSlot,
+    /// How its detections are read.
+    pub sensor: &'a SensorModel,
+    /// What the sensor covered; `None` where its missed detections do not count.
+    pub coverage: Option<Coverage>,
+}
+
+impl FrameStore {
+    /// Stores a frame.
+    pub fn insert(&mut self, sensed: &SensedFrame<'_>) -> FrameSlot {
+        let SensedFrame { frame, agent, sensor, coverage } = *sensed;
+        let slot = self.vacant_slot(frame.id);
+        let stored = &mut self.slots[slot.index()];
+        stored.captured_at = frame.captured_at;
+        stored.id = frame.id;
+        stored.agent = agent;
+        stored.model = sensor.model();
+        stored.coverage = coverage;
+        stored.velocities.clear();
+        let measurements = &mut self.measurements[slot.index()];
+        measurements.clear();
+        for (index, detection) in (0..).zip(&frame.detections) {
+            let z = sensor.measurement(detection);
+            let over_clutter = stored.model.detection_over_clutter;
+            measurements.push(CompactMeasurement::new(&z, over_clutter, &mut self.laws));
+            stored.velocities.extend(z.velocity.map(|velocity| (index, velocity)));
+        }
+        let key = (frame.captured_at, slot);
+        let place = self.order.iter().rposition(|other| self.compare(*other, key) == Ordering::Less);
+        self.order.insert(place.map_or(0, |place| place + 1), key);
+        slot
+    }
+
+    fn vacant_slot(&mut self, id: FrameId) -> FrameSlot {
+        self.free.pop().unwrap_or_else(|| {
+            let slot = u32::try_from(self.slots.len()).expect("the engine's history bounds the frames");
+            self.slots.push(StoredFrame {
+                captured_at: Timestamp::MIN,
+                id,
+                agent: AgentSlot::default(),
+                velocities: Vec::new(),
+                model: DetectionModel::default(),
+                coverage: None,
+            });
+            self.measurements.push(Vec::new());
+            FrameSlot(slot)
+        })
+    }
+
+    fn compare(&self, a: (Timestamp, FrameSlot), b: (Timestamp, FrameSlot)) -> Ordering {
+        a.0.cmp(&b.0).then_with(|| self.get(a.1).id.cmp(&self.get(b.1).id))
+    }
+
+    /// The frame in a slot.
+    pub fn get(&self, slot: FrameSlot) -> &StoredFrame {
+        &self.slots[slot.index()]
+    }
+
+    /// The measurements of a frame, without velocities.
+    pub fn measurements(&self, slot: FrameSlot) -> impl Iterator<Item = Measurement> {
+        self.compact(slot).iter().map(|compact| compact.expanded(&self.laws))
+    }
+
+    fn compact(&self, slot: FrameSlot) -> &[CompactMeasurement] {
+        &self.measurements[slot.index()]
+    }
+
+    /// The measurement of a detection as it is held; `None` for a missed detection.
+    #[inline(always)]
+    pub fn held(&self, evidence: &Evidence) -> Option<&CompactMeasurement> {
+        self.compact(evidence.frame).get(usize::from(evidence.index()))
+    }
+
+    /// The whole measurement of a detection, from how it is held.
+    #[inline(always)]
+    pub fn expanded(&self, evidence: &Evidence, held: &CompactMeasurement) -> Measurement {
+        let mut z = held.expanded(&self.laws);
+        if held.has_velocity {
+            z.velocity = self.velocity(evidence);
+        }
+        z
+    }
+
+    /// The measurement of a detection without its velocity; `None` for a missed detection.
+    pub fn measurement(&self, evidence: &Evidence) -> Option<Measurement> {
+        Some(self.held(evidence)?.expanded(&self.laws))
+    }
+
+    fn velocity(&self, evidence: &Evidence) -> Option<Velocity> {
+        let velocities = &self.get(evidence.frame).velocities;
+        let place = velocities.binary_search_by_key(&evidence.index(), |(index, _)| *index).ok()?;
+        Some(velocities[place].1)
+    }
+
+    /// Whether one piece of evidence precedes another: by capture time, then by ids and indices, never by arrival.
+    pub fn is_before(&self, a: &Evidence, b: &Evidence) -> bool {
+        let by_time = self.compare((a.captured_at, a.frame), (b.captured_at, b.frame));
+        by_time.then(a.index().cmp(&b.index())) == Ordering::Less
+    }
+
+    /// Frames captured at this time or later, in order.
+    pub fn since(&self, at: Timestamp) -> impl Iterator<Item = (FrameSlot, &StoredFrame)> {
+        let start = self.order.partition_point(|(captured_at, _)| *captured_at < at);
+        self.order.range(start..).map(|(_, slot)| (*slot, self.get(*slot)))
+    }
+
+    /// Forgets frames captured before this time; no track may refer to them any more.
+    pub fn forget_before(&mut self, at: Timestamp) {
+        while let Some((captured_at, slot)) = self.order.front().copied() {
+            if captured_at >= at {
+                break;
+            }
+            self.order.pop_front();
+            self.free.push(slot);
+        }
+    }
+}

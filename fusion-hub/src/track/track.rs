@@ -1,0 +1,467 @@
+//! A track: its evidence in the order of capture times, with rollback and replay of late evidence.
+
+use super::evidence::{Evidence, FrameSlot};
+use super::frame_store::FrameStore;
+use super::{Contributors, Snapshot};
+use crate::filter::Filter;
+
+use crate::values::AgentNames;
+use crate::values::CompactMeasurement;
+use crate::values::ParticleSet;
+use std::collections::VecDeque;
+use v2x_common::id::TrackId;
+use v2x_common::time::{Span, Timestamp};
+
+/// Items of evidence between two checkpoints: fewer make a rollback shorter, more save memory.
+const CHECKPOINT_EVERY: usize = 4;
+/// Measurements that are fetched together before a replay: each lies in another frame, and fetching them one by one
+/// waits for the memory each time.
+const GATHERED: usize = 16;
+/// Room for items of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
+const EVIDENCE_AT_FIRST: usize = 64;
+/// How much older than the horizon evidence may be kept, so that it can be folded at a checkpoint without a replay.
+pub const FOLD_SLACK: Span = Span::from_millis(250);
+
+/// From when on history is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Horizon {
+    /// Nothing that was captured earlier can still arrive.
+    pub at: Timestamp,
+    /// Evidence may be held for so much longer, to be folded at a checkpoint (at most [`FOLD_SLACK`]).
+    pub slack: Span,
+}
+
+/// What becomes of newer measurements when an out-of-sequence measurement is applied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rollback {
+    /// They are applied again after it.
+    #[default]
+    Replay,
+    /// They are lost, as in the paper's text read literally.
+    Only,
+}
+
+/// What the evidence of tracks refers to, and the rules by which it is read.
+#[derive(Clone, Copy, Debug)]
+pub struct TrackContext<'a> {
+    /// Measurements and coverages.
+    pub frames: &'a FrameStore,
+    /// Names of the agents.
+    pub agents: &'a AgentNames,
+    /// ε_s: a measurement this near to the state's own time is taken as simultaneous.
+    pub synchronous: Span,
+    /// What becomes of measurements newer than a late one.
+    pub rollback: Rollback,
+    /// Whether tracks keep the contributors of folded evidence: with a lag, what is published may be older than it.
+    pub keeps_folded: bool,
+    /// Whether the class of a track selects its motion parameters.
+    pub class_motion: bool,
+}
+
+/// The estimate after the first items of evidence.
+#[derive(Clone, Copy, Debug)]
+struct Checkpoint<F> {
+    /// How many items, of those that are held.
+    count: usize,
+    snapshot: Snapshot<F>,
+}
+
+/// A track: a hypothesis of one object.
+///
+/// State and existence are functions of the evidence alone, sorted by capture time, then by ids and indices: the same
+/// evidence gives the same bits in any order of arrival. Evidence that is older than anything that can still arrive is
+/// folded into the first checkpoint; that is the same computation, cut at another place.
+#[derive(Clone, Debug)]
+pub struct Track<F> {
+    /// Identity.
+    pub id: TrackId,
+    /// The association particles that hold it: all of them where they agree.
+    pub holders: ParticleSet,
+    /// When particles last came to differ about it.
+    pub disputed_at: Timestamp,
+    evidence: VecDeque<Evidence>,
+    /// By count. The first one is after the first detection, or after the folded evidence.
+    checkpoints: VecDeque<Checkpoint<F>>,
+    /// The estimate after all evidence, without late items that are not replayed yet.
+    head: Snapshot<F>,
+    /// The place of the oldest late item that is not replayed yet.
+    stale_from: Option<usize>,
+    /// When the first detection was captured.
+    initiated_at: Timestamp,
+    contributors: Contributors,
+    /// The newest detection of each agent in the folded evidence, where that is kept.
+    folded: Contributors,
+}
+
+impl<F: Filter> Track<F> {
+    /// A track with its first evidence, a detection. `spare` is a track that is not needed any more: its memory is
+    /// used again.
+    pub fn new(id: TrackId, birth: Evidence, spare: Option<Self>, context: &TrackContext<'_>) -> Self {
+        let head = initial(&birth, context).expect("a birth is a report");
+        let mut track = match spare {
+            Some(spare) => Self {
+                id,
+                holders: ParticleSet::ALL,
+                disputed_at: birth.captured_at,
+                head,
+                stale_from: None,
+                initiated_at: birth.captured_at,
+                ..spare
+            },
+            None => Self {
+                id,
+                holders: ParticleSet::ALL,
+                disputed_at: birth.captured_at,
+                evidence: VecDeque::with_capacity(EVIDENCE_AT_FIRST),
+                checkpoints: VecDeque::with_capacity(EVIDENCE_AT_FIRST / CHECKPOINT_EVERY + 1),
+                head,
+                stale_from: None,
+                initiated_at: birth.captured_at,
+                contributors: Contributors::default(),
+                folded: Contributors::NONE,
+            },
+        };
+        track.evidence.clear();
+        track.checkpoints.clear();
+        track.contributors.clear();
+        track.folded.clear();
+        track.evidence.push_back(birth);
+        track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
+        track.contributors.note(&birth, context.frames.get(birth.frame), context.agents);
+        track
+    }
+
+    /// Another version of the same track, for these particles. `spare` as in [`Self::new`].
+    pub fn copied(&self, holders: ParticleSet, spare: Option<Self>) -> Self {
+        let Some(mut copy) = spare else { return Self { holders, ..self.clone() } };
+        copy.evidence.clone_from(&self.evidence);
+        copy.checkpoints.clone_from(&self.checkpoints);
+        copy.contributors.clone_from(&self.contributors);
+        copy.folded.clone_from(&self.folded);
+        let Self { id, disputed_at, head, stale_from, initiated_at, .. } = *self;
+        Self { id, holders, disputed_at, head, stale_from, initiated_at, ..copy }
+    }
+
+    /// Inserts evidence at its place in time. `predicted` is the state at that time, if it is known.
+    pub fn insert(&mut self, item: Evidence, predicted: Option<&F>, context: &TrackContext<'_>) {
+        if item.is_detection() {
+            self.note_detection(&item, context);
+        }
+        let is_newest = self.evidence.back().is_none_or(|last| context.frames.is_before(last, &item));
+        if is_newest {
+            self.evidence.push_back(item);
+            apply(&mut self.head, (&item, context.frames.held(&item)), predicted, context);
+            let count = self.evidence.len();
+            if self.checkpoints.back().is_none_or(|last| count >= last.count + CHECKPOINT_EVERY) {
+                self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+            }
+            return;
+        }
+        let place = self.evidence.partition_point(|other| context.frames.is_before(other, &item));
+        if self.evidence.get(place) == Some(&item) {
+            return;
+        }
+        if context.rollback == Rollback::Only && item.is_detection() {
+            self.roll_back_to(place, item, context);
+        } else {
+            self.insert_late(place, item);
+        }
+    }
+
+    fn note_detection(&mut self, item: &Evidence, context: &TrackContext<'_>) {
+        self.initiated_at = self.initiated_at.min(item.captured_at);
+        self.contributors.note(item, context.frames.get(item.frame), context.agents);
+    }
+
+    fn insert_late(&mut self, place: usize, item: Evidence) {
+        self.evidence.insert(place, item);
+        for checkpoint in self.checkpoints.iter_mut().rev().take_while(|checkpoint| checkpoint.count > place)
+        {
+            checkpoint.count += 1;
+        }
+        self.mark_stale(place);
+    }
+
+    fn mark_stale(&mut self, place: usize) {
+        self.stale_from = Some(self.stale_from.map_or(place, |known| known.min(place)));
+    }
+
+    /// Drops all evidence from a place on, and continues there with a late item.
+    fn roll_back_to(&mut self, place: usize, item: Evidence, context: &TrackContext<'_>) {
+        self.evidence.truncate(place);
+        self.evidence.push_back(item);
+        self.contributors.forget_after(item.captured_at);
+        self.mark_stale(place);
+        self.replay(context);
+    }
+
+    /// Applies late items at their own times, and every later one again after them.
+    pub fn replay(&mut self, context: &TrackContext<'_>) {
+        let Some(place) = self.stale_from.take() else { return };
+        self.checkpoints.truncate(self.checkpoints_within(place));
+        let Some(mut count) = self.rewind(context) else { return };
+        let mut marked = count;
+        let mut gathered = [CompactMeasurement::BLANK; GATHERED];
+        while count < self.evidence.len() {
+            let block = self.evidence.range(count..self.evidence.len().min(count + GATHERED));
+            for (held, item) in gathered.iter_mut().zip(block.clone()) {
+                if let Some(found) = context.frames.held(item) {
+                    *held = *found;
+                }
+            }
+            for (held, item) in gathered.iter().zip(block) {
+                let held = (item.is_detection()).then_some(held);
+                apply(&mut self.head, (item, held), None, context);
+                count += 1;
+                if count >= marked + CHECKPOINT_EVERY {
+                    marked = count;
+                    self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+                }
+            }
+        }
+    }
+
+    /// Sets the head back to the last checkpoint, or to the first detection; the number of items before it.
+    fn rewind(&mut self, context: &TrackContext<'_>) -> Option<usize> {
+        if let Some(last) = self.checkpoints.back() {
+            self.head = last.snapshot;
+            return Some(last.count);
+        }
+        let birth = self.evidence.iter().position(|item| item.is_detection())?;
+        self.head = initial(&self.evidence[birth], context)?;
+        self.checkpoints.push_back(Checkpoint { count: birth + 1, snapshot: self.head });
+        Some(birth + 1)
+    }
+
+    /// How many checkpoints hold at most this many items.
+    fn checkpoints_within(&self, count: usize) -> usize {
+        let after = self.checkpoints.iter().rposition(|checkpoint| checkpoint.count <= count);
+        after.map_or(0, |place| place + 1)
+    }
+
+    /// The estimate after the first `count` items; before the first detection, the estimate after that.
+    fn after(&self, count: usize, context: &TrackContext<'_>) -> Snapshot<F> {
+        let start = self.checkpoints_within(count).checked_sub(1).map(|place| self.checkpoints[place]);
+        let first = start.map_or(0, |checkpoint| checkpoint.count);
+        let mut known = start.map(|checkpoint| checkpoint.snapshot);
+        for (place, item) in self.evidence.iter().enumerate().skip(first) {
+            if place >= count && known.is_some() {
+                break;
+            }
+            advance(&mut known, item, context);
+        }
+        known.unwrap_or(self.head)
+    }
+
+    /// The estimate after all evidence; late items count once they are replayed.
+    pub fn latest(&self) -> &Snapshot<F> {
+        &self.head
+    }
+
+    /// Whether there is no evidence after this time, so that [`Self::latest`] is the estimate at it.
+    pub fn is_newest(&self, at: Timestamp) -> bool {
+        self.evidence.back().is_none_or(|last| last.captured_at <= at)
+    }
+
+    /// The filtered estimate at a time, from the evidence up to and including it; before the first detection, the
+    /// estimate after that.
+    pub fn filtered_at(&self, at: Timestamp, context: &TrackContext<'_>) -> Snapshot<F> {
+        let count = self.evidence.partition_point(|item| item.captured_at <= at);
+        if count == self.evidence.len() { self.head } else { self.after(count, context) }
+    }
+
+    /// The evidence up to and including a time, and that after it; folded evidence is not held any more.
+    pub(super) fn split_at(&self, at: Timestamp) -> [impl Iterator<Item = &Evidence>; 2] {
+        let count = self.evidence.partition_point(|item| item.captured_at <= at);
+        [self.evidence.range(..count), self.evidence.range(count..)]
+    }
+
+    /// The newest detection of each agent in the folded evidence, where that is kept.
+    pub(super) fn folded(&self) -> &Contributors {
+        &self.folded
+    }
+
+    /// The detections within a span of a time, before and after it.
+    pub fn detections_near(&self, at: Timestamp, within: Span) -> impl Iterator<Item = &Evidence> {
+        let start = self.evidence.partition_point(|item| item.captured_at < at - within);
+        let about = self.evidence.range(start..).take_while(move |item| item.captured_at <= at + within);
+        about.filter(|item| item.is_detection())
+    }
+
+    /// The place of the evidence from this frame, if there is any.
+    fn place_of(&self, captured_at: Timestamp, frame: FrameSlot) -> Option<usize> {
+        let start = self.evidence.partition_point(|item| item.captured_at < captured_at);
+        let mut same_time =
+            self.evidence.iter().skip(start).take_while(|item| item.captured_at == captured_at);
+        same_time.position(|item| item.frame == frame).map(|offset| start + offset)
+    }
+
+    /// Whether it holds evidence from this frame.
+    pub fn has_evidence_from(&self, captured_at: Timestamp, frame: FrameSlot) -> bool {
+        self.place_of(captured_at, frame).is_some()
+    }
+
+    /// When a frame that is not folded last held a detection of each of both tracks: its sensor resolved them.
+    pub fn last_detected_with(&self, other: &Self) -> Option<Timestamp> {
+        let mut theirs = other.evidence.iter().rev().filter(|item| item.is_detection());
+        let beside = theirs.find(|item| {
+            let own = self.place_of(item.captured_at, item.frame);
+            own.is_some_and(|place| self.evidence[place].is_detection())
+        });
+        beside.map(|item| item.captured_at)
+    }
+
+    /// Takes over the detections of a track of the same object. Of a frame with detections of both, the own one stays;
+    /// a missed detection is replaced by the other track's detection.
+    pub fn absorb(&mut self, other: &Self, context: &TrackContext<'_>) {
+        for item in other.evidence.iter().filter(|item| item.is_detection()) {
+            let known = self.place_of(item.captured_at, item.frame);
+            match known {
+                Some(place) if self.evidence[place].is_detection() => {}
+                Some(place) => {
+                    self.evidence[place] = *item;
+                    self.note_detection(item, context);
+                    self.mark_stale(place);
+                }
+                None => {
+                    self.note_detection(item, context);
+                    let place = self.evidence.partition_point(|other| context.frames.is_before(other, item));
+                    self.insert_late(place, *item);
+                }
+            }
+        }
+        self.replay(context);
+    }
+
+    /// Removes the evidence from a frame, as if the frame had not arrived yet.
+    pub fn retract(&mut self, frame: FrameSlot, context: &TrackContext<'_>) {
+        let stored = context.frames.get(frame);
+        let Some(place) = self.place_of(stored.captured_at, frame) else { return };
+        self.checkpoints.truncate(self.checkpoints_within(place));
+        let Some(item) = self.evidence.remove(place) else { return };
+        self.mark_stale(place);
+        if item.is_detection() {
+            self.contributors.forget_agent(stored.agent);
+            let reports = self.evidence.iter().filter(|item| item.is_detection());
+            for earlier in reports.filter(|item| context.frames.get(item.frame).agent == stored.agent) {
+                self.contributors.note(earlier, context.frames.get(earlier.frame), context.agents);
+            }
+        }
+        if !self.has_no_detections() {
+            self.replay(context);
+        }
+    }
+
+    /// Whether no detection is left, held or folded.
+    pub fn has_no_detections(&self) -> bool {
+        self.checkpoints.is_empty() && self.evidence.iter().all(|item| !item.is_detection())
+    }
+
+    /// The newest detection of each agent.
+    pub fn contributors(&self) -> &Contributors {
+        &self.contributors
+    }
+
+    /// Capture time of its first detection.
+    pub fn initiated_at(&self) -> Timestamp {
+        self.initiated_at
+    }
+
+    /// Capture time of its newest detection.
+    pub fn last_measured_at(&self) -> Timestamp {
+        self.contributors.last_measured_at()
+    }
+
+    /// Forgets contributors that have not detected it since `oldest`, except the newest.
+    pub fn forget_contributors(&mut self, oldest: Timestamp) {
+        self.contributors.forget_before(oldest);
+        self.folded.forget_before(oldest);
+    }
+
+    /// Folds evidence older than the horizon; up to a checkpoint if there is one within the slack, which needs no
+    /// replay. Late items must have been replayed.
+    pub fn fold(&mut self, horizon: &Horizon, context: &TrackContext<'_>) {
+        let Horizon { at: horizon, slack } = *horizon;
+        debug_assert!(self.stale_from.is_none(), "folded before late items were replayed");
+        if self.evidence.front().is_none_or(|oldest| oldest.captured_at >= horizon) {
+            return;
+        }
+        let old = self.evidence.partition_point(|item| item.captured_at < horizon);
+        // Evidence begins with a detection or after the folded evidence, so there is a checkpoint. Few are that old.
+        let within = self.checkpoints.iter().take_while(|checkpoint| checkpoint.count <= old).count();
+        let Some(place) = within.checked_sub(1) else { return };
+        self.checkpoints.drain(..place);
+        let folded = self.checkpoints[0].count;
+        self.forget_front(folded, context);
+        if self.evidence.front().is_some_and(|oldest| oldest.captured_at < horizon - slack) {
+            let snapshot = self.after(old - folded, context);
+            self.checkpoints[0].snapshot = snapshot;
+            self.forget_front(old - folded, context);
+            self.checkpoints[0].count = 0;
+        }
+    }
+
+    fn forget_front(&mut self, count: usize, context: &TrackContext<'_>) {
+        let items = self.evidence.drain(..count);
+        if context.keeps_folded {
+            for item in items.filter(|item| item.is_detection()) {
+                self.folded.note(&item, context.frames.get(item.frame), context.agents);
+            }
+        } else {
+            drop(items);
+        }
+        for checkpoint in &mut self.checkpoints {
+            checkpoint.count = checkpoint.count.saturating_sub(count);
+        }
+    }
+
+    /// The evidence that is not folded, in order.
+    pub fn evidence(&self) -> impl Iterator<Item = &Evidence> {
+        self.evidence.iter()
+    }
+
+    /// The oldest evidence that is not folded.
+    pub fn oldest(&self) -> Option<&Evidence> {
+        self.evidence.front()
+    }
+}
+
+/// Applies an item to an estimate; there is none before the first detection.
+#[inline]
+fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, item: &Evidence, context: &TrackContext<'_>) {
+    match known {
+        Some(known) => apply(known, (item, context.frames.held(item)), None, context),
+        None => *known = initial(item, context),
+    }
+}
+
+fn initial<F: Filter>(item: &Evidence, context: &TrackContext<'_>) -> Option<Snapshot<F>> {
+    let z = context.frames.expanded(item, context.frames.held(item)?);
+    let birth_odds = context.frames.get(item.frame).model.birth_odds;
+    Some(Snapshot::initial(item.captured_at, &z, birth_odds, context.class_motion))
+}
+
+/// Applies an item, with its measurement as it is held where it is a detection.
+#[inline(always)]
+pub(super) fn apply<F: Filter>(
+    known: &mut Snapshot<F>,
+    (item, held): (&Evidence, Option<&CompactMeasurement>),
+    predicted: Option<&F>,
+    context: &TrackContext<'_>,
+) {
+    let at = item.captured_at;
+    if let Some(held) = held {
+        match predicted {
+            Some(predicted) => known.state = *predicted,
+            None => known.predict(at, context.synchronous),
+        }
+        let birth_odds = || context.frames.get(item.frame).model.birth_odds;
+        known.add_detection(
+            at,
+            &context.frames.expanded(item, held),
+            (held.detection_over_clutter(), birth_odds),
+        );
+    } else if let Some(coverage) = &context.frames.get(item.frame).coverage {
+        known.add_missed_detection(at, coverage, context.synchronous);
+    }
+}

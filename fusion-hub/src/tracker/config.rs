@@ -1,0 +1,83 @@
+//! How tracks are kept.
+
+use crate::association::AssociationConfig;
+use crate::track::Rollback;
+use crate::values::MAX_PARTICLES;
+use v2x_common::time::Span;
+
+/// How tracks are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackerConfig {
+    /// Which detections can be of which tracks.
+    pub association: AssociationConfig,
+    /// How many hypotheses of association there are.
+    pub hypotheses: Hypotheses,
+    /// Whether a frame is associated again after a much more accurate one of the same capture time.
+    pub reassociate: bool,
+    /// What becomes of newer measurements when a late one is applied.
+    pub rollback: Rollback,
+    /// Measurements this near to a track's own time are taken as simultaneous: ε_s in the paper, zero for exact time.
+    pub synchronous: Span,
+    /// Whether the class of a track selects its motion parameters; without, every object moves as a car does.
+    pub class_motion: bool,
+}
+
+/// How many hypotheses of association there are, where it is ambiguous. Several cannot be smoothed together, so that
+/// only a single one can have a lag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hypotheses {
+    /// One.
+    Single {
+        /// Fixed lag: objects are published as of so long ago, by everything known since (Rauch, Tung & Striebel
+        /// 1965). Zero: as of now.
+        lag: Span,
+    },
+    /// Several ([`crate::particles`]); their cost is the likelihood, whatever the association's is.
+    Particles(ParticleCount),
+}
+
+impl Hypotheses {
+    /// One, without a lag.
+    pub const ONE: Self = Self::Single { lag: Span::ZERO };
+
+    /// The lag; zero where there is none.
+    pub const fn lag(self) -> Span {
+        match self {
+            Self::Single { lag } => lag,
+            Self::Particles(_) => Span::ZERO,
+        }
+    }
+
+    /// How many.
+    pub const fn count(self) -> u32 {
+        match self {
+            Self::Single { .. } => 1,
+            Self::Particles(count) => count.get(),
+        }
+    }
+}
+
+/// A number of association particles: 2 to [`MAX_PARTICLES`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParticleCount(u32);
+
+impl ParticleCount {
+    /// `None` where there would be no choice, or more than [`MAX_PARTICLES`].
+    pub const fn new(count: u32) -> Option<Self> {
+        if count >= 2 && count <= MAX_PARTICLES { Some(Self(count)) } else { None }
+    }
+
+    /// The number.
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+}
+
+/// For how long evidence and tracks can matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lifetimes {
+    /// Δmax: nothing that was captured longer ago is admitted.
+    pub delta_max: Span,
+    /// How long an object is published without being detected.
+    pub coast: Span,
+}

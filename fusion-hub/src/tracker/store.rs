@@ -1,0 +1,192 @@
+//! All tracks of one hub.
+
+use crate::filter::Filter;
+use crate::track::{Evidence, Horizon, Track, TrackContext};
+use crate::values::ParticleSet;
+use v2x_common::id::TrackId;
+use v2x_common::time::Timestamp;
+
+/// Most tracks, published or not.
+const MAX_TRACKS: usize = 65_536;
+/// Most deleted tracks whose memory is kept for new ones.
+const MAX_SPARE: usize = 4096;
+
+/// All tracks, by id. Where association particles differ about a track it has several versions, next to each other.
+#[derive(Debug)]
+pub(crate) struct TrackStore<F> {
+    tracks: Vec<Track<F>>,
+    spare: Vec<Track<F>>,
+    lineage: u32,
+    next_counter: u32,
+    initiations_refused: u64,
+}
+
+impl<F: Filter> TrackStore<F> {
+    /// An empty store; its track ids are of this lineage.
+    pub(crate) const fn new(lineage: u32) -> Self {
+        Self { tracks: Vec::new(), spare: Vec::new(), lineage, next_counter: 0, initiations_refused: 0 }
+    }
+
+    /// Every track, all versions of it.
+    pub(crate) fn all(&self) -> &[Track<F>] {
+        &self.tracks
+    }
+
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Track<F>> {
+        self.tracks.iter_mut()
+    }
+
+    pub(crate) fn get(&self, index: usize) -> &Track<F> {
+        &self.tracks[index]
+    }
+
+    pub(crate) fn get_mut(&mut self, index: usize) -> &mut Track<F> {
+        &mut self.tracks[index]
+    }
+
+    /// How many tracks there are to the leading particle.
+    pub(crate) fn n_leading(&self) -> usize {
+        self.tracks.iter().filter(|track| track.holders.leads()).count()
+    }
+
+    /// Tracks that were not initiated because there was no room.
+    pub(crate) const fn initiations_refused(&self) -> u64 {
+        self.initiations_refused
+    }
+
+    /// Whether there is a track of this id.
+    pub(crate) fn contains(&self, id: TrackId) -> bool {
+        self.tracks.binary_search_by_key(&id, |track| track.id).is_ok()
+    }
+
+    /// Whether there is room for another track.
+    pub(crate) const fn is_full(&self) -> bool {
+        self.tracks.len() >= MAX_TRACKS
+    }
+
+    /// Initiates a track with a detection; `id` is a known identity of it, else it gets a new one. `None` where there
+    /// is no room, which is counted.
+    pub(crate) fn initiate(
+        &mut self,
+        detection: Evidence,
+        id: impl FnOnce() -> Option<TrackId>,
+        context: &TrackContext<'_>,
+    ) -> Option<&mut Track<F>> {
+        if self.is_full() || self.next_counter == u32::MAX {
+            self.initiations_refused += 1;
+            return None;
+        }
+        let id = id().unwrap_or_else(|| {
+            self.next_counter += 1;
+            TrackId::new(self.lineage, self.next_counter - 1)
+        });
+        self.tracks.push(Track::new(id, detection, self.spare.pop(), context));
+        self.tracks.last_mut()
+    }
+
+    /// Adds a version of a track for these particles, out of order; its index.
+    pub(crate) fn add_version(&mut self, of: usize, holders: ParticleSet) -> usize {
+        let version = self.tracks[of].copied(holders, self.spare.pop());
+        self.tracks.push(version);
+        self.tracks.len() - 1
+    }
+
+    /// Deletes versions that no particle holds, and restores the order by id.
+    pub(crate) fn order(&mut self) {
+        let mut kept = 0;
+        for index in 0..self.tracks.len() {
+            if !self.tracks[index].holders.is_empty() {
+                if kept < index {
+                    self.tracks.swap(kept, index);
+                }
+                kept += 1;
+            }
+        }
+        self.spare.extend(self.tracks.drain(kept..));
+        if !self.tracks.is_sorted_by_key(|track| track.id) {
+            self.tracks.sort_by_key(|track| track.id);
+        }
+    }
+
+    /// Keeps of a track only the version of the leading particle, for all particles.
+    pub(crate) fn keep_leading(&mut self, id: TrackId) {
+        self.tracks.retain(|track| track.id != id || track.holders.leads());
+        let start = self.tracks.partition_point(|track| track.id < id);
+        for track in self.tracks[start..].iter_mut().take_while(|track| track.id == id) {
+            track.holders = ParticleSet::ALL;
+        }
+    }
+
+    /// Copies of all versions of a track.
+    pub(crate) fn copies_of(&mut self, id: TrackId, copies: &mut Vec<Track<F>>) {
+        let start = self.tracks.partition_point(|track| track.id < id);
+        for version in self.tracks[start..].iter().take_while(|track| track.id == id) {
+            copies.push(version.copied(version.holders, self.spare.pop()));
+        }
+    }
+
+    /// Puts copies in the place of the tracks of their ids.
+    pub(crate) fn restore(&mut self, copies: &mut Vec<Track<F>>) {
+        if copies.is_empty() {
+            return;
+        }
+        let is_replaced = |track: &mut Track<F>| copies.iter().any(|copy| copy.id == track.id);
+        self.spare.extend(self.tracks.extract_if(.., is_replaced));
+        self.tracks.append(copies);
+        self.tracks.sort_by_key(|track| track.id);
+    }
+
+    /// Deletes tracks without a detection.
+    pub(crate) fn delete_empty(&mut self) {
+        let is_empty = |track: &mut Track<F>| track.has_no_detections();
+        self.spare.extend(self.tracks.extract_if(.., is_empty));
+    }
+
+    /// Removes the younger of two tracks, for its evidence to be taken over by the older one; with the index of that.
+    /// `None` unless there are both.
+    pub(crate) fn split_off(&mut self, older: TrackId, younger: TrackId) -> Option<(usize, Track<F>)> {
+        let [older, younger] =
+            [older, younger].map(|id| self.tracks.binary_search_by_key(&id, |track| track.id));
+        let (Ok(older), Ok(younger)) = (older, younger) else { return None };
+        Some((older, self.tracks.remove(younger)))
+    }
+
+    /// Replays late evidence, folds what is older than the horizon, and deletes tracks whose last detection is older
+    /// than `deleted_before`; `on_deleted` sees each of them first.
+    pub(crate) fn maintain(
+        &mut self,
+        horizon: &Horizon,
+        deleted_before: Timestamp,
+        context: &TrackContext<'_>,
+        mut on_deleted: impl FnMut(&Track<F>),
+    ) {
+        let mut kept = 0;
+        for index in 0..self.tracks.len() {
+            let track = &mut self.tracks[index];
+            track.replay(context);
+            track.fold(horizon, context);
+            let last_measured_at = track.last_measured_at();
+            track.forget_contributors(deleted_before);
+            // However low its existence: late data can still be of it, and how often the hub publishes must not matter.
+            if last_measured_at >= deleted_before {
+                if kept < index {
+                    self.tracks.swap(kept, index);
+                }
+                kept += 1;
+            }
+        }
+        self.tracks[kept..].iter().for_each(&mut on_deleted);
+        self.spare.extend(self.tracks.drain(kept..));
+        self.trim_spare();
+    }
+
+    /// Keeps the memory of a track that is not needed any more.
+    pub(crate) fn recycle(&mut self, tracks: impl IntoIterator<Item = Track<F>>) {
+        self.spare.extend(tracks);
+    }
+
+    /// Gives back memory that is unlikely to be used again.
+    pub(crate) fn trim_spare(&mut self) {
+        self.spare.truncate(MAX_SPARE);
+    }
+}

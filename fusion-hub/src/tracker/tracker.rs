@@ -1,0 +1,269 @@
+//! The tracker: frames in, tracks out, in three stages for each frame.
+
+use super::assign::{Assigning, Assignment};
+use super::config::{Lifetimes, TrackerConfig};
+use super::instant::NewestInstant;
+use super::predict::{FrameView, PredictionLimits, Predictions};
+use super::store::TrackStore;
+use super::update::{AssociatedFrame, initiate, split_versions, update};
+use crate::filter::Filter;
+use crate::track::{Evidence, FrameSlot, FrameStore, Horizon, SensedFrame, StoredFrame, Track, TrackContext};
+use crate::values::{AgentNames, Measurement};
+use v2x_common::id::TrackId;
+use v2x_common::time::{Span, Timestamp};
+
+/// A frame is much more accurate than one with this many times its mean variance: twice the standard deviation. Frames
+/// of sensors of one kind are never associated again because of each other.
+const MORE_ACCURATE: f64 = 4.0;
+
+/// Tracks and frames under one kind of filter.
+#[derive(Debug)]
+pub(crate) struct Tracker<F> {
+    config: TrackerConfig,
+    lifetimes: Lifetimes,
+    frames: FrameStore,
+    tracks: TrackStore<F>,
+    /// Measurements of the frame that is being associated.
+    measurements: Vec<Measurement>,
+    predictions: Predictions<F>,
+    assigning: Assigning,
+    assignment: Assignment,
+    instant: NewestInstant<F>,
+    /// Tracks last detected before would be deleted without a lag.
+    deleted_before: Timestamp,
+}
+
+/// A frame after its association, for readers of the assignment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Assigned<'a, F> {
+    /// Slot of the frame.
+    pub(crate) slot: FrameSlot,
+    /// The frame.
+    pub(crate) frame: &'a StoredFrame,
+    /// All frames.
+    pub(crate) frames: &'a FrameStore,
+    /// The predicted tracks.
+    pub(crate) predictions: &'a Predictions<F>,
+    /// What was assigned to them.
+    pub(crate) assignment: &'a Assignment,
+    tracks: &'a TrackStore<F>,
+    assigning: &'a Assigning,
+}
+
+impl<'a, F: Filter> Assigned<'a, F> {
+    /// The track at a place of the predictions.
+    pub(crate) fn track(&self, place: usize) -> &'a Track<F> {
+        self.tracks.get(self.predictions.tracks()[place])
+    }
+
+    /// The detection of the track at a place.
+    pub(crate) fn detection(&self, place: usize) -> Option<Evidence> {
+        let index = self.assignment.detection(place)?;
+        Some(Evidence::detection(self.frame.captured_at, self.slot, index))
+    }
+
+    /// How many tracks were predicted, before association particles made versions of them.
+    pub(crate) fn n_predicted(&self) -> usize {
+        self.assigning.n_predicted()
+    }
+
+    /// The indices of the detections within the gate of the track at a place, in order.
+    pub(crate) fn candidates_of(&self, place: usize) -> &'a [u32] {
+        self.assigning.candidates_of(place)
+    }
+
+    /// The place of the track that a detection was assigned to; where particles differ, by the leading one.
+    pub(crate) fn track_of(&self, detection: u32) -> Option<usize> {
+        self.assigning.track_of()[detection as usize].map(|place| place as usize)
+    }
+}
+
+impl<F: Filter> Tracker<F> {
+    pub(crate) fn new(config: TrackerConfig, lifetimes: Lifetimes, lineage: u32) -> Self {
+        Self {
+            config,
+            lifetimes,
+            frames: FrameStore::default(),
+            tracks: TrackStore::new(lineage),
+            measurements: Vec::new(),
+            predictions: Predictions::default(),
+            assigning: Assigning::new(&config),
+            assignment: Assignment::default(),
+            instant: NewestInstant::default(),
+            deleted_before: Timestamp::MIN,
+        }
+    }
+
+    /// Stores a frame.
+    pub(crate) fn store(&mut self, frame: &SensedFrame<'_>) -> FrameSlot {
+        let slot = self.frames.insert(frame);
+        let captured_at = frame.frame.captured_at;
+        let is_first = self.frames.since(captured_at).nth(1).is_none();
+        self.instant.begin(captured_at, is_first && self.config.reassociate, &mut self.tracks);
+        slot
+    }
+
+    /// Associates a stored frame with the tracks, and updates them: predict, assign, update, initiate.
+    pub(crate) fn associate(&mut self, slot: FrameSlot, agents: &AgentNames) {
+        let Self { config, frames, tracks, predictions, assigning, assignment, instant, .. } = self;
+        let context = context(config, frames, agents);
+        self.measurements.clear();
+        self.measurements.extend(frames.measurements(slot));
+        let frame = FrameView { slot, stored: frames.get(slot), measurements: &self.measurements };
+        let limits = PredictionLimits::new(config, &self.lifetimes, self.deleted_before);
+        predictions.predict(tracks, &frame, &limits, &context);
+        assigning.assign(&frame, tracks, predictions, assignment);
+        if assigning.has_particles() {
+            instant.copy_changing(tracks, predictions, assigning);
+            split_versions(tracks, predictions, assigning, assignment);
+        }
+        let associated = AssociatedFrame { frame, predictions, assignment };
+        update(tracks, &associated, instant.retracted(), &context);
+        initiate(tracks, &associated, instant, &context);
+    }
+
+    /// The frame that was associated last, as it was assigned.
+    pub(crate) fn assigned(&self, slot: FrameSlot) -> Assigned<'_, F> {
+        Assigned {
+            slot,
+            frame: self.frames.get(slot),
+            frames: &self.frames,
+            predictions: &self.predictions,
+            assignment: &self.assignment,
+            tracks: &self.tracks,
+            assigning: &self.assigning,
+        }
+    }
+
+    /// After a frame: restores the order of tracks.
+    pub(crate) fn finish(&mut self) {
+        if self.assigning.has_particles() {
+            self.tracks.order();
+        }
+        self.tracks.trim_spare();
+    }
+
+    /// The frames that are to be associated again after a frame of the same capture time that is much more accurate,
+    /// in this order; none where newer frames build on them, or particles cannot be set back.
+    ///
+    /// Detections of a less accurate frame are associated better with tracks that a more accurate one has updated. With
+    /// particles all frames of the instant are associated again, the less accurate ones last: resampling cannot be
+    /// undone for one of several.
+    pub(crate) fn to_reassociate(&self, slot: FrameSlot) -> Vec<FrameSlot> {
+        let captured_at = self.frames.get(slot).captured_at;
+        let can_go_back = !self.assigning.has_particles() || self.instant.is_whole();
+        let since = || self.frames.since(captured_at);
+        if !self.config.reassociate || !can_go_back || since().nth(1).is_none() {
+            return Vec::new();
+        }
+        if since().any(|(_, frame)| frame.captured_at > captured_at) {
+            return Vec::new();
+        }
+        let Some(own) = self.mean_variance(slot) else { return Vec::new() };
+        let is_less_accurate = |other: &FrameSlot| {
+            self.mean_variance(*other).is_some_and(|variance| variance > MORE_ACCURATE * own)
+        };
+        let (less_accurate, others): (Vec<_>, Vec<_>) =
+            since().map(|(other, _)| other).partition(is_less_accurate);
+        if less_accurate.is_empty() || !self.assigning.has_particles() {
+            return less_accurate;
+        }
+        [others, less_accurate].concat()
+    }
+
+    /// Mean variance of a frame's positions along an axis, m².
+    fn mean_variance(&self, slot: FrameSlot) -> Option<f64> {
+        let variances = self.frames.measurements(slot).map(|z| (z.r.xx + z.r.yy) / 2.0);
+        let (sum, count) = variances.fold((0.0, 0.0), |(sum, count), variance| (sum + variance, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// Removes all evidence from frames of the newest instant, which are then to be associated again
+    /// ([`Self::next_retracted`]).
+    pub(crate) fn retract(&mut self, frames: &[FrameSlot], agents: &AgentNames) {
+        self.tracks.order();
+        self.instant.retract(frames, &self.tracks);
+        self.instant.restore(&mut self.tracks);
+        let context = context(&self.config, &self.frames, agents);
+        for track in self.tracks.iter_mut() {
+            frames.iter().for_each(|frame| track.retract(*frame, &context));
+        }
+        self.tracks.delete_empty();
+        self.instant.forget_ids_in_use(&self.tracks);
+    }
+
+    /// The next retracted frame that is to be associated again.
+    pub(crate) fn next_retracted(&mut self) -> Option<FrameSlot> {
+        self.tracks.order();
+        self.instant.next_retracted()
+    }
+
+    /// Merges the younger of two tracks into the older one. `before` sees both first. Whether there were both.
+    pub(crate) fn merge(
+        &mut self,
+        (older, younger): (TrackId, TrackId),
+        agents: &AgentNames,
+        before: impl FnOnce(&Track<F>, &Track<F>),
+    ) -> bool {
+        self.instant.forget([older, younger]);
+        if self.assigning.has_particles() {
+            self.tracks.keep_leading(older);
+            self.tracks.keep_leading(younger);
+        }
+        let Some((older, absorbed)) = self.tracks.split_off(older, younger) else { return false };
+        before(self.tracks.get(older), &absorbed);
+        let context = context(&self.config, &self.frames, agents);
+        self.tracks.get_mut(older).absorb(&absorbed, &context);
+        self.tracks.recycle([absorbed]);
+        true
+    }
+
+    /// Replays late evidence, folds what is older than the horizon, and deletes tracks that nothing can be of any more;
+    /// `on_deleted` sees each of these first.
+    pub(crate) fn maintain(
+        &mut self,
+        now: Timestamp,
+        horizon: &Horizon,
+        agents: &AgentNames,
+        on_deleted: impl FnMut(&Track<F>),
+    ) {
+        let Lifetimes { delta_max, coast } = self.lifetimes;
+        let context = context(&self.config, &self.frames, agents);
+        let deleted_before = horizon.at - coast;
+        self.deleted_before = horizon.at.max(now - delta_max) - coast;
+        self.tracks.maintain(horizon, deleted_before, &context, on_deleted);
+        self.instant.maintain(horizon, deleted_before, &context);
+    }
+
+    /// Forgets frames that no track refers to any more.
+    pub(crate) fn forget_frames(&mut self, horizon: &Horizon) {
+        self.frames.forget_before(horizon.at - horizon.slack);
+    }
+
+    /// All tracks.
+    pub(crate) const fn tracks(&self) -> &TrackStore<F> {
+        &self.tracks
+    }
+
+    /// How many hypotheses of association there are.
+    pub(crate) fn n_hypotheses(&self) -> u32 {
+        self.assigning.n_hypotheses()
+    }
+
+    /// What the evidence of the tracks refers to.
+    pub(crate) fn context<'a>(&'a self, agents: &'a AgentNames) -> TrackContext<'a> {
+        context(&self.config, &self.frames, agents)
+    }
+}
+
+fn context<'a>(config: &TrackerConfig, frames: &'a FrameStore, agents: &'a AgentNames) -> TrackContext<'a> {
+    let TrackerConfig { synchronous, rollback, class_motion, hypotheses, .. } = *config;
+    TrackContext {
+        frames,
+        agents,
+        synchronous,
+        rollback,
+        keeps_folded: hypotheses.lag() > Span::ZERO,
+        class_motion,
+    }
+}

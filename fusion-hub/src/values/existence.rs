@@ -1,0 +1,158 @@
+//! The probability that a track is of something real, as odds.
+
+use super::PositionInnovation;
+use super::share_lost;
+use std::f64::consts::PI;
+use v2x_common::time::Span;
+
+/// Odds of 0.999: more certain than this nobody gets, so that a track can still die in time.
+const MAX_ODDS: f64 = 999.0;
+/// And less certain than this neither, so that a report can still revive it.
+const MIN_ODDS: f64 = 1e-12;
+
+/// Mean time that an object which nobody looks at keeps existing where it was predicted, s.
+pub const SURVIVAL_TIME_S: f64 = 10.0;
+
+/// A squared Mahalanobis distance, and something below e^(−½ of it).
+const NEAR: f64 = 18.0;
+const DENSITY_AT_NEAR: f64 = 1.2e-4;
+
+/// Odds of existence, r / (1 − r).
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Existence(f64);
+
+impl Existence {
+    /// From odds, of which ∞ is the most.
+    pub fn from_odds(odds: f64) -> Self {
+        Self(odds.clamp(MIN_ODDS, MAX_ODDS))
+    }
+
+    /// From a probability.
+    pub fn from_probability(probability: f64) -> Self {
+        Self::from_odds(probability / (1.0 - probability))
+    }
+
+    /// As a probability.
+    pub fn probability(self) -> f64 {
+        self.0 / (1.0 + self.0)
+    }
+
+    /// After a time in which the object may have gone: r' = r (1 − lost).
+    #[inline(always)]
+    pub fn survived(self, dt: Span) -> Self {
+        let lost = share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
+        Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
+    }
+
+    /// The probability that it existed, by what is known by now of a moment `dt` later: that it still existed then, or
+    /// had gone in the meantime.
+    pub fn existed(self, dt: Span, existed_later: f64) -> f64 {
+        let before = self.probability();
+        let gone = before * share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
+        existed_later + (1.0 - existed_later) * gone / (gone + 1.0 - before)
+    }
+
+    /// After a report: times the ratio of its density given the object to that of clutter, where
+    /// `detection_over_clutter` is in m² and ∞ without clutter.
+    #[inline(always)]
+    pub fn reported(self, innovation: &PositionInnovation, detection_over_clutter: f64) -> Self {
+        let odds = self.0 * detection_over_clutter;
+        // Most tracks are as good as certain: then neither root nor exponential changes anything. The squares
+        // of both sides of odds · e^(−m²/2) / 2π√det ≥ MAX_ODDS.
+        let at_least = odds * (DENSITY_AT_NEAR / (2.0 * PI * MAX_ODDS));
+        if innovation.mahalanobis2 <= NEAR && at_least * at_least >= innovation.determinant {
+            return Self(MAX_ODDS);
+        }
+        if odds == f64::INFINITY {
+            return Self(MAX_ODDS);
+        }
+        let density =
+            libm::exp(-innovation.mahalanobis2 / 2.0) / (2.0 * PI * libm::sqrt(innovation.determinant));
+        Self::from_odds(odds * density)
+    }
+
+    /// Less likely than not.
+    pub fn is_doubtful(self) -> bool {
+        self.0 < 1.0
+    }
+
+    /// After a report that may also be of something new, with these odds: a track that seemed dead must not make a
+    /// report worth less than it would be alone.
+    pub fn or_born_now(self, birth_odds: f64) -> Self {
+        Self::from_odds(self.0 + birth_odds)
+    }
+
+    /// Whether it cannot become less.
+    pub fn is_least(self) -> bool {
+        self.0 <= MIN_ODDS
+    }
+
+    /// After a look that missed it, as it does with this probability.
+    pub fn missed(self, miss_probability: f64) -> Self {
+        Self::from_odds(self.0 * miss_probability)
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("existence.odds", format!("{MIN_ODDS} to {MAX_ODDS}")),
+        ("existence.survival_time_s", SURVIVAL_TIME_S.to_string()),
+        ("existence.near", format!("{NEAR}, {DENSITY_AT_NEAR}")),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_miss_is_bayes_rule() {
+        let (r, p_detection) = (0.8, 0.95);
+        let expected = r * (1.0 - p_detection) / (1.0 - r * p_detection);
+        let missed = Existence::from_probability(r).missed(1.0 - p_detection);
+        assert!((missed.probability() - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn survival_takes_its_share_however_it_is_split() {
+        let start = Existence::from_probability(0.9);
+        let whole = start.survived(Span::from_millis(400));
+        let split = start.survived(Span::from_millis(150)).survived(Span::from_millis(250));
+        assert!((whole.probability() - 0.9 * libm::exp(-0.04)).abs() < 1e-12);
+        assert!((whole.probability() - split.probability()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn certainty_is_bounded_so_that_three_misses_can_end_it() {
+        let mut existence = Existence::from_odds(f64::INFINITY);
+        for _ in 0..3 {
+            existence = existence.missed(0.05);
+        }
+        assert!(existence.probability() < 0.2);
+    }
+
+    #[test]
+    fn a_certain_report_revives_what_was_as_good_as_dead() {
+        let mut existence = Existence::from_probability(0.5);
+        for _ in 0..10_000 {
+            existence = existence.missed(0.001);
+        }
+        let certain = PositionInnovation { mahalanobis2: 900.0, determinant: 1.0 };
+        assert!(existence.reported(&certain, f64::INFINITY).probability() > 0.99);
+    }
+
+    #[test]
+    fn a_report_is_bayes_rule_whether_the_odds_saturate_or_not() {
+        for (odds, mahalanobis2, over_clutter) in
+            [(1e-6, 3.0, 1e3), (0.5, 0.1, 30.0), (5.0, 17.9, 1e7), (900.0, 17.9, 1e6), (0.1, 40.0, 1e9)]
+        {
+            let innovation = PositionInnovation { mahalanobis2, determinant: 0.09 };
+            let density = libm::exp(-mahalanobis2 / 2.0) / (2.0 * PI * 0.3);
+            let expected = (odds * over_clutter * density).clamp(MIN_ODDS, MAX_ODDS);
+            let found = Existence::from_odds(odds).reported(&innovation, over_clutter).0;
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} for {expected}");
+        }
+    }
+}

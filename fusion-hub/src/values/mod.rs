@@ -1,0 +1,29 @@
+//! Plain values that every layer above uses. They know nothing of tracks, filters or agents' statistics.
+//!
+//! [`Measurement`] is a detection as a filter takes it in, [`SensorModel`] turns detections into measurements by what
+//! an agent declares, [`PredictedMeasurement`] is what a track expects of a frame, [`Existence`] the probability that
+//! a track is of a real object.
+
+mod agents;
+mod compact;
+mod existence;
+mod exponential;
+mod innovation;
+mod measurement;
+pub mod overlap;
+mod particle_set;
+mod predicted;
+mod sensor_model;
+
+pub use agents::{AgentNames, AgentSlot};
+pub use compact::{CompactMeasurement, SizeLaws};
+pub use existence::{Existence, SURVIVAL_TIME_S};
+pub(crate) use exponential::share_lost;
+pub use innovation::PositionInnovation;
+pub use measurement::{Measurement, SizeLaw};
+pub use particle_set::{MAX_PARTICLES, ParticleSet};
+pub use predicted::PredictedMeasurement;
+pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
+
+#[cfg(test)]
+pub(crate) use existence::listed as existence_listed;

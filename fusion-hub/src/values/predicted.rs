@@ -1,0 +1,27 @@
+//! What a track predicts that a frame measures of it.
+
+use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
+
+/// The predicted measurement of a track at the time of a frame: the moments that association needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PredictedMeasurement {
+    /// Class of the track.
+    pub class: Class,
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Covariance of the position, m².
+    pub position_covariance: Covariance2,
+    /// Covariance of the position for gating, m²: at least as wide.
+    pub gate_covariance: Covariance2,
+    /// Width and depth, m.
+    pub size: [f64; 2],
+    /// Variances of width and depth, m².
+    pub size_variance: [f64; 2],
+    /// Heading, rad.
+    pub yaw: f64,
+    /// Variance of the heading, rad².
+    pub yaw_variance: f64,
+    /// Probability that the frame holds a detection of the track; one half where nothing is known of it.
+    pub report_probability: f64,
+}

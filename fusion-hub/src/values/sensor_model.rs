@@ -1,0 +1,234 @@
+//! How an agent's detections are read, by what it declares of its sensor.
+
+use super::existence::SURVIVAL_TIME_S;
+use super::measurement::{Measurement, SizeLaw};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use v2x_common::detection::Detection;
+use v2x_common::geometry::Pose;
+use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
+
+/// Largest detection probability that is taken at its word: one missed detection must not be proof.
+const MAX_DETECTION_PROBABILITY: f64 = 0.999;
+/// Frame rate of an agent that declares none, Hz.
+const UNDECLARED_RATE_HZ: f64 = 10.0;
+/// A track further than this beyond a sensor's range cannot turn out to have been covered, m.
+const COVERAGE_SLACK_M: f64 = 20.0;
+
+/// Assumptions about agents that describe no sensor, and about new objects.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensingDefaults {
+    /// Detection probability of an agent that declares none (its misses count for nothing).
+    pub detection_probability: f64,
+    /// Expected false detections of such an agent in a frame, per m².
+    pub clutter_per_m2: f64,
+    /// Expected objects that come into view, per m² and second. How many of them a frame is the first to see
+    /// follows from the declared rate of frames.
+    pub births_per_m2_s: f64,
+}
+
+impl Default for SensingDefaults {
+    fn default() -> Self {
+        Self { detection_probability: 0.9, clutter_per_m2: 1e-6, births_per_m2_s: 1e-4 }
+    }
+}
+
+/// One agent's sensor: how its detections become measurements, and what they say of existence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorModel {
+    model: DetectionModel,
+    miss_probability: f64,
+    size_law: Option<SizeLaw>,
+}
+
+/// What a detection says of existence.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DetectionModel {
+    /// Detection probability over clutter density, m²; ∞ without clutter.
+    pub detection_over_clutter: f64,
+    /// Odds that a detection of no known track is of a real object.
+    pub birth_odds: f64,
+}
+
+impl DetectionModel {
+    /// Of a sensor with this detection probability, clutter density (1/m²) and rate of frames (Hz).
+    ///
+    /// Objects that came into view since the previous frame are new to a frame: more of them at a lower rate, but at
+    /// most those of the mean survival time.
+    fn new(
+        (detection_probability, clutter_per_m2): (f64, f64),
+        rate_hz: f64,
+        defaults: &SensingDefaults,
+    ) -> Self {
+        let births_per_m2 = defaults.births_per_m2_s / rate_hz.max(1.0 / SURVIVAL_TIME_S);
+        Self {
+            detection_over_clutter: believed(detection_probability) / clutter_per_m2,
+            birth_odds: births_per_m2 / clutter_per_m2,
+        }
+    }
+}
+
+fn believed(detection_probability: f64) -> f64 {
+    detection_probability.min(MAX_DETECTION_PROBABILITY)
+}
+
+/// What a frame covers: the region in which an object without a detection was missed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coverage {
+    /// Pose of the sensor.
+    pub pose: Pose,
+    /// Its field of view.
+    pub field_of_view: FieldOfView,
+    /// The body of the vehicle that carries it, inside which it detects nothing.
+    pub body: Option<Body>,
+    /// Probability that an object in the field of view is missed.
+    pub miss_probability: f64,
+}
+
+impl Coverage {
+    /// Whether an object at this position (m) was covered, by at least a margin (m): borders are uncertain.
+    pub fn covers(&self, [x, y]: [f64; 2], margin_m: f64) -> bool {
+        self.field_of_view.contains_within(&self.pose, x, y, margin_m)
+            && !self.body.is_some_and(|body| {
+                self.pose.distance_to(x, y) < body.at(&self.pose).circumradius() + margin_m
+            })
+    }
+
+    /// Whether an object near this position (m) was covered, or may turn out to have been once late data has moved
+    /// its track.
+    pub fn may_cover(&self, [x, y]: [f64; 2]) -> bool {
+        self.pose.distance_to(x, y) <= self.field_of_view.range_max_m + COVERAGE_SLACK_M
+    }
+}
+
+impl Default for SensorModel {
+    fn default() -> Self {
+        Self::undescribed(&SensingDefaults::default())
+    }
+}
+
+impl SensorModel {
+    /// Of an agent that describes no sensor.
+    pub fn undescribed(defaults: &SensingDefaults) -> Self {
+        let SensingDefaults { detection_probability, clutter_per_m2, .. } = *defaults;
+        let model =
+            DetectionModel::new((detection_probability, clutter_per_m2), UNDECLARED_RATE_HZ, defaults);
+        Self::new(detection_probability, model, None)
+    }
+
+    /// Of a described sensor.
+    pub fn described(description: &SensorDescription, defaults: &SensingDefaults) -> Self {
+        let SensorDescription { detection_probability, clutter_per_m2, size_noise, rate_hz, .. } =
+            *description;
+        let model = DetectionModel::new((detection_probability, clutter_per_m2), rate_hz, defaults);
+        Self::new(detection_probability, model, size_noise)
+    }
+
+    fn new(detection_probability: f64, model: DetectionModel, size_noise: Option<SizeNoiseLaw>) -> Self {
+        let miss_probability = 1.0 - believed(detection_probability);
+        Self { model, miss_probability, size_law: size_noise.as_ref().map(moments) }
+    }
+
+    /// What each detection says of existence.
+    pub const fn model(&self) -> DetectionModel {
+        self.model
+    }
+
+    /// A detection as a measurement.
+    pub fn measurement(&self, detection: &Detection) -> Measurement {
+        let Detection { bev, covariance, .. } = detection;
+        let [w, d] = [(bev.w, covariance.ww), (bev.d, covariance.dd)]
+            .map(|(reported, variance)| Debiased::of(reported, variance, self.size_law));
+        Measurement {
+            class: detection.class,
+            position: [bev.x, bev.y],
+            r: covariance.position,
+            size: [w.size, d.size],
+            relative_variance: [w.relative_variance, d.relative_variance],
+            size_law: [w.law, d.law],
+            yaw: bev.yaw,
+            yaw_variance: covariance.yaw,
+            velocity: detection.velocity,
+            is_track: detection.source_track.is_some(),
+        }
+    }
+
+    /// What a frame of this sensor covers.
+    pub fn coverage(&self, description: &SensorDescription, pose: Pose) -> Coverage {
+        Coverage {
+            pose,
+            field_of_view: description.field_of_view,
+            body: description.body,
+            miss_probability: self.miss_probability,
+        }
+    }
+}
+
+/// Moments of a normal of mean 1 and standard deviation σ, truncated below (Burkardt 2014, section 2.3).
+fn moments(law: &SizeNoiseLaw) -> SizeLaw {
+    let a = (law.lower - 1.0) / law.sigma;
+    let density = libm::exp(-a * a / 2.0) / libm::sqrt(2.0 * PI);
+    let kept = libm::erfc(a / libm::sqrt(2.0)) / 2.0;
+    let hazard = density / kept;
+    let mean = 1.0 + law.sigma * hazard;
+    let variance = law.sigma * law.sigma * (1.0 + a * hazard - hazard * hazard);
+    let relative_variance = variance / (mean * mean);
+    SizeLaw { variance: law.sigma * law.sigma, lower: law.lower, mean, relative_variance }
+}
+
+/// A reported size with its sensor's bias taken out.
+#[derive(Clone, Copy)]
+struct Debiased {
+    /// m.
+    size: f64,
+    relative_variance: f64,
+    law: Option<SizeLaw>,
+}
+
+impl Debiased {
+    /// Of a reported size (m) with its variance (m²).
+    ///
+    /// A report that states a much smaller error than the law (an agent's own, known body) keeps its own.
+    fn of(reported: f64, variance: f64, law: Option<SizeLaw>) -> Self {
+        let stated = variance / (reported * reported);
+        match law {
+            Some(law) if stated > law.relative_variance / 4.0 => {
+                Self { size: reported / law.mean, relative_variance: law.relative_variance, law: Some(law) }
+            }
+            _ => Self { size: reported, relative_variance: stated, law: None },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_laws_moments_are_those_of_the_truncated_normal() {
+        // METHODS.md 12: mean and coefficient of variation of N1, N2, N3 with lower bound 0.1.
+        for (sigma, mean, cv) in [(0.2, 1.000, 0.200), (0.5, 1.041, 0.442), (1.0, 1.326, 0.584)] {
+            let SizeLaw { mean: m, relative_variance, .. } = moments(&SizeNoiseLaw { sigma, lower: 0.1 });
+            assert!((m - mean).abs() < 1e-3, "mean {m} at sigma {sigma}");
+            assert!((libm::sqrt(relative_variance) - cv).abs() < 1e-3, "cv at sigma {sigma}");
+        }
+    }
+
+    #[test]
+    fn the_birth_rate_per_second_does_not_depend_on_the_frame_rate() {
+        let odds =
+            |rate_hz| DetectionModel::new((0.9, 1e-5), rate_hz, &SensingDefaults::default()).birth_odds;
+        assert!((odds(10.0) - 1.0).abs() < 1e-12);
+        assert!((odds(2.0) - 5.0).abs() < 1e-12);
+        assert!((odds(0.001) / odds(0.1) - 1.0).abs() < 1e-12, "no longer than the survival time");
+    }
+
+    #[test]
+    fn without_clutter_the_first_detection_is_certain() {
+        let defaults = SensingDefaults { clutter_per_m2: 0.0, ..SensingDefaults::default() };
+        let sensing = SensorModel::undescribed(&defaults);
+        let first = crate::values::Existence::from_odds(sensing.model().birth_odds);
+        assert!(first.probability() > 0.99);
+    }
+}
