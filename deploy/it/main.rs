@@ -1,7 +1,9 @@
 //! The program `v2x` as a user runs it.
 
 mod closed_output;
+mod configuration;
 mod demo;
+mod documents;
 mod mistakes;
 mod proxy;
 mod watch;
