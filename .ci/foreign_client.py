@@ -1,4 +1,4 @@
-"""Runs the README's Python client against a real hub, and checks that its car comes back fused.
+"""Runs the guide's Python client against a real hub, and checks that its car comes back fused.
 
 Usage: foreign_client.py V2X, where V2X is the built program. Needs the package eclipse-zenoh.
 """
@@ -12,11 +12,12 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "deploy/examples/foreign_client.py"
+GUIDE = ROOT / "deploy/docs/guide.md"
 
 
-def readme_shows_the_example():
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    assert EXAMPLE.read_text() in blocks, "README.md does not show deploy/examples/foreign_client.py as it is"
+def guide_shows_the_example():
+    blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(), re.DOTALL)
+    assert EXAMPLE.read_text() in blocks, "guide.md does not show deploy/examples/foreign_client.py as it is"
 
 
 def fused_objects(v2x):
@@ -35,7 +36,7 @@ def fused_objects(v2x):
 
 
 def main():
-    readme_shows_the_example()
+    guide_shows_the_example()
     lists = [objects for objects in fused_objects(sys.argv[1]) if objects]
     assert lists, "no fused object came back"
     car = lists[-1][0]

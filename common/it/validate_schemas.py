@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks the shipped JSON schemas, and against them the golden JSON files and the README's JSON frames.
+"""Checks the shipped JSON schemas, and against them the golden JSON files and the JSON frames of the documents.
 
 Needs the PyPI package `jsonschema`. Run from anywhere: python3 common/it/validate_schemas.py
-A README frame is a fenced block of language `json` that holds `detections` or `fused_at`.
+A frame of a document is a fenced block of language `json` that holds `detections` or `fused_at`.
 """
 
 import json
@@ -13,7 +13,7 @@ from pathlib import Path
 from jsonschema import Draft202012Validator
 
 COMMON = Path(__file__).resolve().parent.parent
-README = COMMON.parent / "README.md"
+DOCUMENTS = COMMON.parent / "deploy/docs"
 GOLDEN = {
     "detections.json": "detection-frame",
     "sensor.json": "sensor-description",
@@ -27,9 +27,9 @@ def validator(name):
     return Draft202012Validator(schema)
 
 
-def readme_frames():
-    """Every JSON frame of the README with the name of its schema."""
-    text = README.read_text(encoding="utf-8")
+def frames_of(document):
+    """Every JSON frame of a document with the name of its schema."""
+    text = document.read_text(encoding="utf-8")
     for block in re.findall(r"^```json\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
         value = json.loads(block)
         if isinstance(value, dict) and "fused_at" in value:
@@ -58,14 +58,11 @@ def main():
         for file, name in GOLDEN.items():
             path = folder / file
             check(path.relative_to(COMMON), name, json.loads(path.read_text(encoding="utf-8")))
-    if README.exists():
-        frames = list(readme_frames())
-        if not any(name == "detection-frame" for name, _ in frames):
-            failures.append("README.md: no ```json block holds a detection frame")
-        for name, value in frames:
-            check("README.md", name, value)
-    else:
-        print("README.md is not there: its frames were not checked", file=sys.stderr)
+    frames = [(page.name, *frame) for page in sorted(DOCUMENTS.glob("*.md")) for frame in frames_of(page)]
+    if not any(name == "detection-frame" for _, name, _ in frames):
+        failures.append(f"{DOCUMENTS}: no ```json block holds a detection frame")
+    for page, name, value in frames:
+        check(page, name, value)
     for failure in failures:
         print(failure, file=sys.stderr)
     print(f"{checked} frames checked, {len(failures)} complaints")

@@ -1,17 +1,17 @@
-//! The one command, end to end.
+//! `v2x demo`, from start to end.
 
 use crate::support::{folder, run};
 use serde_json::Value;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_demo_runs_four_processes_gains_by_fusion_and_leaves_its_report() -> anyhow::Result<()> {
+async fn the_demo_runs_four_processes_passes_and_writes_its_report() -> anyhow::Result<()> {
     let folder = folder("demo")?;
     let ending = run(&folder, &["demo", "--duration", "6s", "--json", "--out", "run"]).await?;
     assert_eq!(ending.code, Some(0), "{ending:#?}");
     assert_eq!(
         ending.stdout.lines().count(),
         1,
-        "all but the summary goes to standard error: {}",
+        "only the summary goes to standard output: {}",
         ending.stdout
     );
     let summary: Value = serde_json::from_str(&ending.stdout)?;

@@ -74,7 +74,7 @@ async fn a_crashed_agent_ends_the_network_with_an_error_that_names_it() -> anyho
 /// A demo with all its processes, long before its end.
 async fn running_demo(folder: &Path) -> anyhow::Result<V2x> {
     let mut demo = V2x::start(folder, &["demo", "--duration", "10min", "--out", "run"])?;
-    demo.says("all processes are up").await?;
+    demo.stderr_line("all processes are up").await?;
     Ok(demo)
 }
 

@@ -1,11 +1,14 @@
-//! The program as a user runs it.
+//! The program `v2x` as a user runs it.
 
+mod closed_output;
+mod configuration;
 mod demo;
+mod documents;
 mod mistakes;
 mod proxy;
 mod watch;
 
-/// Needs to know other processes: from `/proc`.
+/// Reads the list of processes from `/proc`.
 #[cfg(target_os = "linux")]
 mod endings;
 

@@ -1,4 +1,4 @@
-//! What a user can get wrong, and what is said of it.
+//! Mistakes of a user, and the message for each.
 
 use crate::support::{folder, run};
 use std::net::TcpListener;
@@ -7,7 +7,7 @@ use std::path::Path;
 const CROSSING: &str = include_str!("../scenarios/crossing.toml");
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_bad_scenario_is_refused_with_the_name_of_what_is_wrong() -> anyhow::Result<()> {
+async fn a_bad_scenario_is_refused_with_the_name_of_the_wrong_field() -> anyhow::Result<()> {
     let folder = folder("bad-scenarios")?;
     let misspelt = CROSSING.replacen("rate_hz", "rate_herz", 1);
     assert_refused(&folder, "misspelt.toml", Some(&misspelt), &["rate_herz", "line", "rate_hz"]).await?;
@@ -18,7 +18,7 @@ async fn a_bad_scenario_is_refused_with_the_name_of_what_is_wrong() -> anyhow::R
     assert_refused(&folder, "missing.toml", None, &["no scenario file", "crossing"]).await
 }
 
-/// Refused by `demo` and `up` alike, before anything is started.
+/// Refused by both `demo` and `up`, before anything is started.
 async fn assert_refused(folder: &Path, name: &str, text: Option<&str>, named: &[&str]) -> anyhow::Result<()> {
     if let Some(text) = text {
         assert_ne!(text, CROSSING, "the mistake is in it");
@@ -28,8 +28,8 @@ async fn assert_refused(folder: &Path, name: &str, text: Option<&str>, named: &[
         let ending = run(folder, args).await?;
         assert_eq!(ending.code, Some(1), "{ending:#?}");
         let named = named.iter().chain([&name]);
-        let silent_on: Vec<_> = named.filter(|words| !ending.stderr.contains(**words)).collect();
-        assert!(silent_on.is_empty(), "{args:?} says nothing of {silent_on:?}: {}", ending.stderr);
+        let not_named: Vec<_> = named.filter(|words| !ending.stderr.contains(**words)).collect();
+        assert!(not_named.is_empty(), "{args:?} does not name {not_named:?}: {}", ending.stderr);
         assert!(ending.stdout.is_empty() && !folder.join("v2x-runs").exists(), "{ending:#?}");
     }
     Ok(())
@@ -47,7 +47,7 @@ async fn a_taken_port_is_named() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn an_agent_that_the_scenario_does_not_have_is_named_beside_those_it_has() -> anyhow::Result<()> {
+async fn an_unknown_agent_is_named_with_the_agents_of_the_scenario() -> anyhow::Result<()> {
     let folder = folder("no-such-agent")?;
     std::fs::write(folder.join("crossing.toml"), CROSSING)?;
     let ending = run(&folder, &["agent", "--scenario", "crossing.toml", "--id", "drone"]).await?;

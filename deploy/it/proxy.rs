@@ -1,6 +1,6 @@
-//! The proxy as a slow link: what comes through it is late, whole and in order.
+//! The proxy as a slow link: data comes through it late, complete and in order.
 
-use crate::support::{PATIENCE, V2x, folder, run};
+use crate::support::{TIMEOUT, V2x, folder, run};
 use anyhow::Context;
 use std::path::Path;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -9,16 +9,16 @@ use v2x_common::clock;
 use v2x_common::time::Span;
 use v2x_lab::loopback::Network;
 
-/// A proxy in front of `to`, and where it listens.
+/// A proxy in front of `to`, and its endpoint.
 async fn proxy(folder: &Path, to: &str, link: &[&str]) -> anyhow::Result<(V2x, String)> {
     let args = [&["proxy", "--listen", "tcp/127.0.0.1:0", "--to", to, "--link"], link].concat();
     let mut proxy = V2x::start(folder, &args)?;
-    let line = proxy.says("proxy at tcp/").await?;
+    let line = proxy.stderr_line("proxy at tcp/").await?;
     let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;
     Ok((proxy, endpoint.to_owned()))
 }
 
-/// A server that sends back what it is sent; its endpoint.
+/// Starts a server that sends back what it receives; returns its endpoint.
 async fn echo() -> anyhow::Result<String> {
     let listener = TcpListener::bind("127.0.0.1:0").await?;
     let endpoint = format!("tcp/{}", listener.local_addr()?);
@@ -32,7 +32,7 @@ async fn echo() -> anyhow::Result<String> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_round_trip_takes_what_both_ways_are_asked_to_take() -> anyhow::Result<()> {
+async fn a_round_trip_takes_the_delays_of_both_directions() -> anyhow::Result<()> {
     let folder = folder("proxy-round-trip")?;
     let link = ["custom:delay=120ms", "--back", "custom:delay=40ms"];
     let (_proxy, endpoint) = proxy(&folder, &echo().await?, &link).await?;
@@ -41,7 +41,7 @@ async fn a_round_trip_takes_what_both_ways_are_asked_to_take() -> anyhow::Result
     for byte in 0..10_u8 {
         let begun_at = clock::now();
         stream.write_all(&[byte]).await?;
-        assert_eq!(tokio::time::timeout(PATIENCE, stream.read_u8()).await??, byte);
+        assert_eq!(tokio::time::timeout(TIMEOUT, stream.read_u8()).await??, byte);
         trips.push(clock::now() - begun_at);
     }
     // Each is at least that long; the shortest of ten is not much longer on a machine that is busy now and then.
@@ -51,7 +51,8 @@ async fn a_round_trip_takes_what_both_ways_are_asked_to_take() -> anyhow::Result
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn bytes_stay_whole_and_in_order_under_jitter_until_both_ways_are_closed() -> anyhow::Result<()> {
+async fn bytes_stay_complete_and_in_order_under_jitter_until_both_directions_are_closed() -> anyhow::Result<()>
+{
     let folder = folder("proxy-order")?;
     let link = ["custom:delay=20ms,jitter=20ms,rate=100Mbps"];
     let (mut proxy, endpoint) = proxy(&folder, &echo().await?, &link).await?;
@@ -64,15 +65,15 @@ async fn bytes_stay_whole_and_in_order_under_jitter_until_both_ways_are_closed()
     };
     let mut received = Vec::new();
     let both = async { tokio::try_join!(send, from.read_to_end(&mut received)) };
-    tokio::time::timeout(PATIENCE, both).await.context("the stream does not end")??;
+    tokio::time::timeout(TIMEOUT, both).await.context("the stream does not end")??;
     assert!(received == sent, "{} bytes of {}", received.len(), sent.len());
-    let closed = proxy.says("connection closed").await?;
+    let closed = proxy.stderr_line("connection closed").await?;
     assert!(closed.contains(&sent.len().to_string()), "{closed}");
     Ok(())
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_hubs_agents_come_through_it_late() -> anyhow::Result<()> {
+async fn frames_of_an_agent_behind_it_arrive_late() -> anyhow::Result<()> {
     const DELAY: Span = Span::from_millis(150);
     let folder = folder("proxy-zenoh")?;
     let network = Network::start_with("delta_max_ms = 20000").await?;
@@ -90,7 +91,7 @@ async fn a_hubs_agents_come_through_it_late() -> anyhow::Result<()> {
                     found.map_or(shortest, |found| shortest.min(found.received_at - found.captured_at));
                 found.is_some()
             };
-            network.await_fused(contains, PATIENCE).await?;
+            network.await_fused(contains, TIMEOUT).await?;
         }
         ages.push(shortest);
     }
@@ -101,7 +102,7 @@ async fn a_hubs_agents_come_through_it_late() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_link_that_loses_is_refused_with_where_to_look_instead() -> anyhow::Result<()> {
+async fn a_link_with_losses_is_refused_with_the_page_to_read() -> anyhow::Result<()> {
     let folder = folder("proxy-loss")?;
     let ending = run(&folder, &["proxy", "--link", "lte-uu:loss=0.1"]).await?;
     assert_eq!(ending.code, Some(1), "{ending:#?}");

@@ -1,4 +1,4 @@
-//! Running `v2x`, listening to it, and knowing when it and all its children have ended.
+//! Runs `v2x`, reads its output, and waits until it and all its children have ended.
 
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ use std::time::Duration;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader, Lines};
 use tokio::process::{Child, ChildStderr, ChildStdout, Command};
 
-/// How long any one event may take on a machine that is busy with other things.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+/// How long any one event may take on a busy machine.
+pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An empty folder of one test's own.
 pub(crate) fn folder(test: &str) -> anyhow::Result<PathBuf> {
@@ -20,12 +20,12 @@ pub(crate) fn folder(test: &str) -> anyhow::Result<PathBuf> {
     Ok(folder)
 }
 
-/// `v2x` under way. Dropping it kills it.
+/// A running `v2x`. Dropping it kills it.
 pub(crate) struct V2x {
     process: Child,
     stdout: BufReader<ChildStdout>,
     stderr: Lines<BufReader<ChildStderr>>,
-    said: Vec<String>,
+    stderr_so_far: Vec<String>,
 }
 
 /// How `v2x` ended.
@@ -59,48 +59,50 @@ impl V2x {
             process,
             stdout: BufReader::new(stdout),
             stderr: BufReader::new(stderr).lines(),
-            said: Vec::new(),
+            stderr_so_far: Vec::new(),
         })
     }
 
-    /// The line of standard error that holds this; lines before it are passed over.
-    pub(crate) async fn says(&mut self, text: &str) -> anyhow::Result<String> {
+    /// Waits for the line of standard error that contains this text; earlier lines are skipped.
+    pub(crate) async fn stderr_line(&mut self, text: &str) -> anyhow::Result<String> {
         let awaited = async {
             while let Some(line) = self.stderr.next_line().await? {
-                self.said.push(line.clone());
+                self.stderr_so_far.push(line.clone());
                 if line.contains(text) {
                     return Ok(Some(line));
                 }
             }
             Ok::<_, std::io::Error>(None)
         };
-        let line = tokio::time::timeout(PATIENCE, awaited).await;
-        let line = line.map_err(|_| anyhow!("it did not say {text:?}, but {:#?}", self.said))??;
-        line.ok_or_else(|| anyhow!("it ended before it said {text:?}: {:#?}", self.said))
+        let line = tokio::time::timeout(TIMEOUT, awaited).await;
+        let line =
+            line.map_err(|_| anyhow!("it did not print {text:?}, but {:#?}", self.stderr_so_far))??;
+        line.ok_or_else(|| anyhow!("it ended before it printed {text:?}: {:#?}", self.stderr_so_far))
     }
 
     /// Its next line of standard output.
     pub(crate) async fn line(&mut self) -> anyhow::Result<String> {
         let mut line = String::new();
-        let read = tokio::time::timeout(PATIENCE, self.stdout.read_line(&mut line));
+        let read = tokio::time::timeout(TIMEOUT, self.stdout.read_line(&mut line));
         read.await.context("no line on standard output")??;
         Ok(line)
     }
 
     /// Waits until it and everything that it started have ended.
     pub(crate) async fn end(mut self) -> anyhow::Result<Ending> {
-        let status = tokio::time::timeout(PATIENCE, self.process.wait()).await;
-        let status = status.map_err(|_| anyhow!("it does not end; it said {:#?}", self.said))??;
+        let status = tokio::time::timeout(TIMEOUT, self.process.wait()).await;
+        let status =
+            status.map_err(|_| anyhow!("it does not end; it printed {:#?}", self.stderr_so_far))??;
         let mut stdout = String::new();
         let rest = async {
             self.stdout.read_to_string(&mut stdout).await?;
             while let Some(line) = self.stderr.next_line().await? {
-                self.said.push(line);
+                self.stderr_so_far.push(line);
             }
             Ok::<_, std::io::Error>(())
         };
-        tokio::time::timeout(PATIENCE, rest).await.context("it has ended, but not all that it started")??;
-        Ok(Ending { code: status.code(), stdout, stderr: self.said.join("\n") })
+        tokio::time::timeout(TIMEOUT, rest).await.context("it has ended, but not all that it started")??;
+        Ok(Ending { code: status.code(), stdout, stderr: self.stderr_so_far.join("\n") })
     }
 
     /// Its process id.
@@ -118,7 +120,7 @@ pub(crate) async fn run(folder: &Path, args: &[&str]) -> anyhow::Result<Ending> 
 pub(crate) async fn up(folder: &Path, network: &str) -> anyhow::Result<(V2x, String)> {
     let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", network, "--out", "run"];
     let mut up = V2x::start(folder, &args)?;
-    let line = up.says(" is up: hub at ").await?;
+    let line = up.stderr_line(" is up: hub at ").await?;
     let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;
     Ok((up, endpoint.trim_end_matches(',').to_owned()))
 }

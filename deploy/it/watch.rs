@@ -1,10 +1,10 @@
-//! The consumer's command.
+//! `v2x watch`, the consumer's command.
 
 use crate::support::{V2x, folder, run, up};
 use v2x_common::wire;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn watch_gives_as_many_lines_of_fused_frames_as_asked_for() -> anyhow::Result<()> {
+async fn watch_prints_the_given_number_of_fused_frames_as_json_lines() -> anyhow::Result<()> {
     let folder = folder("watch-json")?;
     let (_up, endpoint) = up(&folder, "watch-json").await?;
     let args = ["watch", "--json", "--count", "3", "--network", "watch-json", "--connect", &endpoint];
@@ -18,7 +18,7 @@ async fn watch_gives_as_many_lines_of_fused_frames_as_asked_for() -> anyhow::Res
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn watch_shows_a_table_of_objects_and_agents() -> anyhow::Result<()> {
+async fn watch_prints_a_table_of_objects_and_agents() -> anyhow::Result<()> {
     let folder = folder("watch-table")?;
     let (_up, endpoint) = up(&folder, "watch-table").await?;
     let mut watch = V2x::start(&folder, &["watch", "--network", "watch-table", "--connect", &endpoint])?;
@@ -34,7 +34,7 @@ async fn watch_shows_a_table_of_objects_and_agents() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn watch_without_a_hub_gives_up_and_says_what_to_do() -> anyhow::Result<()> {
+async fn watch_without_a_hub_ends_with_advice() -> anyhow::Result<()> {
     let folder = folder("watch-nothing")?;
     // Port 1 of the loopback: nobody listens there, and no free port of another test is 1.
     let ending = run(&folder, &["watch", "--connect", "tcp/127.0.0.1:1", "--wait", "0.5"]).await?;

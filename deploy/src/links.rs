@@ -1,7 +1,9 @@
-//! `v2x links`: the links that can be named, with their figures as drawn.
+//! `v2x links`: the named links, with figures of random draws from them.
 
+use crate::output;
 use anyhow::Context;
 use serde::Serialize;
+use std::fmt::Write;
 use std::path::PathBuf;
 use v2x_agent::link::profiles::{self, PROFILES};
 use v2x_agent::link::{Link, LinkConfig, Parcel, Transit};
@@ -14,13 +16,13 @@ const FRAMES: u64 = 100_000;
 const BYTES: usize = 1500;
 const RATE_HZ: i64 = 10;
 
-/// List the links that can be named, or look at one: its delays and losses as drawn
+/// List the named links, or print the delays and losses of given ones, from random draws
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
-A link stands in a scenario as  link = \"lte-uu\"  in an agent's table, or as a table of numbers.
-All names but trace: take loss=, burst= (mean length of a burst of losses, frames), rate=, outage= with outage-every=,
+In a scenario a link is written as  link = \"lte-uu\"  in an agent's table, or as a table of numbers.
+All names except trace: take loss=, burst= (mean length of a burst of losses, frames), rate=, outage= with outage-every=,
 and reorder=; those with a normal delay also delay= and jitter=, those with a log-normal one delay= (its median).
-Not the link's, and settings of an agent beside it: sensing_ms, transmit, send, clock, pose_error (see crossing.toml).
+These are settings of an agent, not of its link: sensing_ms, transmit, send, clock, pose_error (see crossing.toml).
 
 Examples:
   v2x links
@@ -28,7 +30,7 @@ Examples:
   v2x links custom:delay=80ms,jitter=30ms,rate=1Mbps --bytes 20000
   v2x links --json | jq .")]
 pub(crate) struct LinksArgs {
-    /// These links [default: all that have a name]
+    /// The links to print [default: all named links]
     links: Vec<String>,
     /// Size of a message
     #[arg(long, default_value_t = BYTES)]
@@ -54,7 +56,6 @@ struct Figures {
     provenance: String,
 }
 
-#[expect(clippy::print_stdout, reason = "the answer of the command")]
 pub(crate) fn run(args: &LinksArgs) -> anyhow::Result<()> {
     let all: Vec<Figures> = if args.links.is_empty() {
         let named = PROFILES.iter().filter(|profile| !profile.usage.starts_with("trace"));
@@ -62,27 +63,31 @@ pub(crate) fn run(args: &LinksArgs) -> anyhow::Result<()> {
     } else {
         args.links.iter().map(|link| figures(link, provenance(link), args)).collect::<Result<_, _>>()?
     };
-    if args.json {
-        println!("{}", serde_json::to_string(&all)?);
-        return Ok(());
-    }
+    let text = if args.json { serde_json::to_string(&all)? + "\n" } else { table(&all, args) };
+    output::print(&text).map(|_| ())
+}
+
+/// The figures as lines to read, each with its source below it.
+fn table(all: &[Figures], args: &LinksArgs) -> String {
     let width = all.iter().map(|one| one.link.len()).max().unwrap_or(0).max(4);
-    println!("{:width$}  mean ms     p50     p95     p99    loss  burst", "link");
-    for Figures { link, mean_ms, p50_ms, p95_ms, p99_ms, loss, mean_burst, provenance } in &all {
-        println!(
-            "{link:width$}  {mean_ms:7.1} {p50_ms:7.1} {p95_ms:7.1} {p99_ms:7.1} {:6.2}% {mean_burst:6.1}\n{:width$}    {provenance}",
-            100.0 * loss,
+    let mut text = format!("{:width$}  mean ms     p50     p95     p99    loss  burst\n", "link");
+    for Figures { link, mean_ms, p50_ms, p95_ms, p99_ms, loss, mean_burst, provenance } in all {
+        let loss_percent = 100.0 * loss;
+        let _ = writeln!(
+            text,
+            "{link:width$}  {mean_ms:7.1} {p50_ms:7.1} {p95_ms:7.1} {p99_ms:7.1} {loss_percent:6.2}% {mean_burst:6.1}\n\
+             {:width$}    {provenance}",
             ""
         );
     }
-    if args.links.is_empty() {
-        let trace = PROFILES.iter().find(|profile| profile.usage.starts_with("trace"));
-        trace
-            .iter()
-            .for_each(|profile| println!("{}\n{:width$}    {}", profile.usage, "", profile.provenance));
+    let trace = PROFILES.iter().find(|profile| profile.usage.starts_with("trace"));
+    if let Some(profile) = trace.filter(|_| args.links.is_empty()) {
+        let _ = writeln!(text, "{}\n{:width$}    {}", profile.usage, "", profile.provenance);
     }
-    println!("\nAs drawn: {FRAMES} frames of {} bytes at {RATE_HZ} Hz, seed {}.", args.bytes, args.seed);
-    Ok(())
+    let LinksArgs { bytes, seed, .. } = args;
+    let _ =
+        writeln!(text, "\nFrom random draws: {FRAMES} frames of {bytes} bytes at {RATE_HZ} Hz, seed {seed}.");
+    text
 }
 
 fn provenance(link: &str) -> &'static str {

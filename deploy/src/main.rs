@@ -3,6 +3,7 @@
 mod demo;
 mod links;
 mod network;
+mod output;
 mod proxy;
 mod scenarios;
 mod status;
@@ -15,18 +16,18 @@ use v2x_agent::shell::AgentArgs;
 use v2x_common::net::{logging, shutdown};
 use v2x_fusion_hub::hub::HubArgs;
 
-/// Cooperative perception over a network: agents publish what they see, a hub fuses it, consumers trust it.
+/// Cooperative perception over a network: agents publish what they detect, a hub fuses it, consumers read one list.
 #[derive(Parser)]
 #[command(
     name = "v2x",
     version,
     after_help = "\
 Examples:
-  v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer, and what fusion gains
+  v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer; prints what fusion gains
   v2x up highway                   a whole network until Ctrl-C
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
-  v2x links                        the links that a scenario can name, with their delays and losses
+  v2x links                        the named links of scenarios, with their delays and losses
   v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
 )]
 struct Cli {
@@ -39,19 +40,19 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a small network for a while, and show what fusion gains
+    /// Run a small network for a limited time, and print what fusion gains
     Demo(demo::DemoArgs),
     /// Run a whole network from a scenario file until Ctrl-C
     Up(up::UpArgs),
-    /// Watch the fused objects of a network, live or as JSON lines
+    /// Print or record the fused objects of a network, live
     Watch(watch::WatchArgs),
-    /// Ask the hubs how they and their agents fare
+    /// Print the status of the hubs and of their agents as JSON
     Status(status::StatusArgs),
     Links(links::LinksArgs),
     Proxy(proxy::ProxyArgs),
-    /// Run a hub alone
+    /// Run only a hub
     Hub(HubArgs),
-    /// Run one agent of a scenario alone
+    /// Run only one agent of a scenario
     Agent(AgentArgs),
 }
 

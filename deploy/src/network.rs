@@ -18,15 +18,15 @@ pub(crate) struct Network {
     pub(crate) agents: Vec<(AgentId, Child)>,
 }
 
-/// What a network's processes said at their end.
+/// What a network's processes reported at their end.
 #[derive(Debug, Default)]
-pub(crate) struct LastWords {
+pub(crate) struct FinalReports {
     pub(crate) frames_sent: BTreeMap<AgentId, u64>,
     pub(crate) hub: Option<HubStatus>,
     pub(crate) failures: Vec<String>,
 }
 
-/// What every agent of a run is given.
+/// What all agents of a run share.
 pub(crate) struct AgentsOfRun<'a> {
     pub(crate) scenario: &'a Scenario,
     pub(crate) file: &'a Path,
@@ -68,81 +68,81 @@ impl Network {
         Ok(())
     }
 
-    /// Waits until a process ends that should go on; gives its error.
-    pub(crate) async fn first_death(&mut self) -> ChildError {
+    /// Waits until a process ends that should still run; returns its error.
+    pub(crate) async fn first_exit(&mut self) -> ChildError {
         let children = std::iter::once(&mut self.hub).chain(self.agents.iter_mut().map(|(_, child)| child));
-        let mut silences: Vec<_> = children.map(|child| Box::pin(silence(child))).collect();
-        let dead = poll_fn(|context| {
-            let mut polled = silences.iter_mut().map(|silence| silence.as_mut().poll(context));
+        let mut exits: Vec<_> = children.map(|child| Box::pin(last_event(child))).collect();
+        let first = poll_fn(|context| {
+            let mut polled = exits.iter_mut().map(|exit| exit.as_mut().poll(context));
             polled.find(Poll::is_ready).unwrap_or(Poll::Pending)
         });
-        let dead = dead.await;
-        drop(silences);
-        dead.ended_before("told to end").await
+        let first = first.await;
+        drop(exits);
+        first.ended_before("it was asked to end").await
     }
 
-    /// Ends all agents, so that what they have sent can still be fused.
-    pub(crate) async fn end_agents(&mut self, words: &mut LastWords) {
+    /// Ends all agents; the hub still fuses what they have sent.
+    pub(crate) async fn end_agents(&mut self, reports: &mut FinalReports) {
         self.agents.iter_mut().for_each(|(_, child)| child.ask_to_end());
         for (id, child) in std::mem::take(&mut self.agents) {
-            if let Some(said) = end(child, words).await
-                && let Some(sent) = said["frames_sent"].as_u64()
+            if let Some(last) = end(child, reports).await
+                && let Some(sent) = last["frames_sent"].as_u64()
             {
-                words.frames_sent.insert(id, sent);
+                reports.frames_sent.insert(id, sent);
             }
         }
     }
 
     /// Ends the hub.
-    pub(crate) async fn end_hub(self, words: &mut LastWords) {
-        if let Some(mut said) = end(self.hub, words).await {
-            match serde_json::from_value::<HubStatus>(said["status"].take()) {
+    pub(crate) async fn end_hub(self, reports: &mut FinalReports) {
+        if let Some(mut last) = end(self.hub, reports).await {
+            match serde_json::from_value::<HubStatus>(last["status"].take()) {
                 Ok(status) => {
                     if status.dropped_overload > 0 {
-                        words.failures.push(format!(
+                        reports.failures.push(format!(
                             "the hub could not keep up: {} samples were dropped",
                             status.dropped_overload
                         ));
                     }
-                    words.hub = Some(status);
+                    reports.hub = Some(status);
                 }
-                Err(error) => words.failures.push(format!("the hub's last status is unreadable: {error}")),
+                Err(error) => reports.failures.push(format!("the hub's last status is unreadable: {error}")),
             }
         }
     }
 }
 
-/// Waits until a child says nothing any more.
-async fn silence(child: &mut Child) -> &mut Child {
+/// Waits until a child has sent its last event.
+async fn last_event(child: &mut Child) -> &mut Child {
     while child.next_event().await.is_some() {}
     child
 }
 
-/// Ends a child and notes it where that did not go well; gives what it said last.
-async fn end(child: Child, words: &mut LastWords) -> Option<Value> {
+/// Ends a child, adds a failure where it did not end well, and returns its last event.
+async fn end(child: Child, reports: &mut FinalReports) -> Option<Value> {
     let name = child.name().to_owned();
     match child.end("stopped").await {
-        Ok((status, said)) => {
+        Ok((status, last)) => {
             if !status.success() {
-                words.failures.push(format!("{name} ended with {status}"));
-            } else if said.is_none() {
-                words.failures.push(format!("{name} ended without a report"));
+                reports.failures.push(format!("{name} ended with {status}"));
+            } else if last.is_none() {
+                reports.failures.push(format!("{name} ended without a report"));
             }
-            said
+            last
         }
         Err(error) => {
-            words.failures.push(error.to_string());
+            reports.failures.push(error.to_string());
             None
         }
     }
 }
 
-/// Ends the consumer, and notes what it says it dropped.
-pub(crate) async fn end_consumer(child: Child, words: &mut LastWords) {
-    if let Some(said) = end(child, words).await {
-        let dropped = said["dropped"].as_u64().unwrap_or(0);
+/// Ends the consumer; samples that it dropped are a failure.
+pub(crate) async fn end_consumer(child: Child, reports: &mut FinalReports) {
+    if let Some(last) = end(child, reports).await {
+        let dropped = last["dropped"].as_u64().unwrap_or(0);
         if dropped > 0 {
-            words.failures.push(format!("the consumer could not keep up: {dropped} samples were dropped"));
+            reports.failures.push(format!("the consumer could not keep up: {dropped} samples were dropped"));
         }
     }
 }

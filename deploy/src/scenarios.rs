@@ -1,4 +1,4 @@
-//! The scenarios that ship with the program, and those of the user.
+//! The scenarios that are shipped with the program, and those of the user.
 
 use anyhow::{Context, bail};
 use std::path::Path;
@@ -13,7 +13,7 @@ pub(crate) const SHIPPED: [(&str, &str); 4] = [
     ("latency", include_str!("../scenarios/latency.toml")),
 ];
 
-/// A scenario that was checked whole, with its text, which the processes of a run read again.
+/// A scenario whose tables were all checked, with its text, which the processes of a run read again.
 #[derive(Debug)]
 pub(crate) struct Chosen {
     pub(crate) text: String,
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_shipped_scenario_is_whole() {
+    fn every_shipped_scenario_is_valid() {
         for (name, _) in SHIPPED {
             let chosen = choose(name).unwrap();
             assert_eq!(chosen.scenario.name, name);
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_file_is_named_beside_what_there_is() {
+    fn a_missing_file_is_named_with_the_shipped_scenarios() {
         let message = format!("{:#}", choose("no-such.toml").unwrap_err());
         assert!(message.contains("no-such.toml") && message.contains("crossing"), "{message}");
     }

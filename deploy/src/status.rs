@@ -1,5 +1,6 @@
-//! `v2x status`: how the hubs of a network fare.
+//! `v2x status`: the status of the hubs of a network.
 
+use crate::output;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::PathBuf;
@@ -15,7 +16,7 @@ Examples:
   v2x status
   v2x status --connect tcp/192.168.1.10:7447 | jq '.agents[] | {id, accepted, refused}'")]
 pub(crate) struct StatusArgs {
-    /// The network to ask
+    /// The network of the hubs
     #[arg(long, default_value = "demo")]
     network: NetworkId,
     /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
@@ -29,15 +30,15 @@ pub(crate) struct StatusArgs {
     wait: f64,
 }
 
-/// Prints each hub's status as JSON, and to a person, beside it, what is wrong with agents' clocks and poses.
+/// Prints each hub's status as JSON, and on standard error the errors of agents' clocks and poses in words.
 pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let options = SessionOptions {
         config: args.zenoh_config.clone(),
         connect: args.connect.clone(),
         listen: Vec::new(),
     };
-    let patience = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
-    let opened = session::open_patiently(session::client_config(&options)?, Some(patience), shutdown);
+    let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
+    let opened = session::open_patiently(session::client_config(&options)?, Some(timeout), shutdown);
     let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(());
     };
@@ -47,20 +48,22 @@ pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyh
     if statuses.is_empty() {
         bail!("no hub of network {} answered; is --network right?", args.network);
     }
-    let mut out = std::io::stdout().lock();
     for status in statuses {
-        writeln!(out, "{}", serde_json::to_string_pretty(&status)?).context("writing to standard output")?;
-        tell_of_registration(&status);
+        let json = serde_json::to_string_pretty(&status)? + "\n";
+        if output::print(&json)? == output::Output::Closed {
+            break;
+        }
+        print_registration(&status);
     }
     Ok(())
 }
 
 /// On standard error: standard output is JSON alone.
-fn tell_of_registration(status: &HubStatus) {
+fn print_registration(status: &HubStatus) {
     let mut err = std::io::stderr().lock();
     for agent in &status.agents {
         if let Some(words) = agent.registration.as_ref().and_then(RegistrationStatus::in_words) {
-            // Who closed standard error does not want to know.
+            // A closed standard error is no fault of the status.
             let _ = writeln!(err, "{}: {words}", agent.id);
         }
     }

@@ -1,6 +1,6 @@
 //! `v2x up`: a whole network until Ctrl-C.
 
-use crate::network::{AgentsOfRun, LastWords, Network};
+use crate::network::{AgentsOfRun, FinalReports, Network};
 use crate::scenarios;
 use anyhow::{Context, anyhow};
 use std::io::Write;
@@ -50,7 +50,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         scenario: &chosen.scenario,
         file: &file,
         seed: args.seed.unwrap_or(chosen.scenario.seed),
-        // As agents that are started by hand do: they agree without being told.
+        // The same rule as for agents that are started by hand, so that these agree on the world's time.
         start: now.floor_to(chosen.scenario.loop_length),
     };
     let start = async {
@@ -62,7 +62,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         started = start => started?,
         () = shutdown.cancelled() => return Ok(()),
     };
-    say(&format!(
+    print_line(&format!(
         "{} is up: hub at {}, {} agents; logs in {}\nwatch it with: v2x watch --network {} --connect {}\nCtrl-C ends it",
         chosen.scenario.name,
         network.locator,
@@ -71,23 +71,23 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         args.network,
         network.locator,
     ));
-    let death = tokio::select! {
-        error = network.first_death() => Some(error),
+    let exit = tokio::select! {
+        error = network.first_exit() => Some(error),
         () = shutdown.cancelled() => None,
     };
-    let mut words = LastWords::default();
-    network.end_agents(&mut words).await;
-    network.end_hub(&mut words).await;
-    match (death, words.failures.is_empty()) {
+    let mut reports = FinalReports::default();
+    network.end_agents(&mut reports).await;
+    network.end_hub(&mut reports).await;
+    match (exit, reports.failures.is_empty()) {
         (Some(error), _) => Err(error.into()),
-        (None, false) => Err(anyhow!("{}", words.failures.join("; "))),
+        (None, false) => Err(anyhow!("{}", reports.failures.join("; "))),
         (None, true) => {
-            say("all processes have ended");
+            print_line("all processes have ended");
             Ok(())
         }
     }
 }
 
-fn say(text: &str) {
+fn print_line(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }

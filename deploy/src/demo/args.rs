@@ -14,7 +14,7 @@ Examples:
   v2x demo                                    20 s of the default crossing
   v2x demo --duration 10s --seed 7
   v2x demo --scenario ten-agents              another shipped scenario, or a file of yours
-  v2x demo --json > summary.json              for a program; all else goes to standard error
+  v2x demo --json > summary.json              for a program; everything else goes to standard error
 
 The exit code is 0 only if every process did its work and the fused error on the objects that all agents
 cover is below each agent's.")]
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_short_too_long_or_no_duration_is_refused() {
+    fn durations_that_are_too_short_too_long_or_unreadable_are_refused() {
         for bad in ["1s", "0", "2h", "10 parsecs", "-5s", "soon", ""] {
             assert!(parse_duration(bad).is_err(), "{bad}");
         }

@@ -1,4 +1,4 @@
-//! `v2x demo`: a small network for a while, and what fusion gains.
+//! `v2x demo`: a small network for a limited time, and what fusion gains.
 
 mod args;
 mod progress;

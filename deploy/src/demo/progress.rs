@@ -1,10 +1,10 @@
-//! A line that tells how far the run is: rewritten in a terminal, one line every few seconds elsewhere.
+//! The progress of a run: one line, rewritten in a terminal, printed again every few seconds elsewhere.
 
 use serde_json::Value;
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
-/// Seconds between two lines where they cannot be rewritten.
+/// Seconds between two lines where a line cannot be rewritten.
 const LINE_EVERY_S: u64 = 5;
 
 pub(super) struct Progress {
@@ -18,12 +18,12 @@ impl Progress {
         Self { total, rewrites: std::io::stderr().is_terminal(), last_line_s: 0 }
     }
 
-    /// Says one thing on a line of its own.
-    pub(super) fn say(&self, text: &str) {
+    /// Prints a line of its own.
+    pub(super) fn print(&self, text: &str) {
         let _ = writeln!(std::io::stderr(), "{text}");
     }
 
-    /// Tells what the consumer has received by now.
+    /// Shows what the consumer has received so far.
     pub(super) fn show(&mut self, elapsed: Duration, event: &Value) {
         let line = format!(
             "  {:>4.0} of {:.0} s: {} objects in the fused list; received {} fused and {} detection frames",

@@ -1,8 +1,9 @@
-//! One demo: start, watch, end, score.
+//! One demo: start the network, watch it, end it, score the recording.
 
 use super::DemoArgs;
 use super::progress::Progress;
-use crate::network::{AgentsOfRun, LastWords, Network, end_consumer};
+use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
+use crate::output;
 use crate::scenarios::{self, Chosen};
 use anyhow::Context;
 use std::path::PathBuf;
@@ -19,7 +20,7 @@ use v2x_lab::summary::Summary;
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;
 
-/// Runs the demo; the exit code tells whether fusion gained what it should.
+/// Runs the demo; the exit code is 0 where the summary's verdict is "passed".
 pub(crate) async fn run(
     args: &DemoArgs,
     log_filter: &str,
@@ -48,7 +49,7 @@ pub(crate) async fn run(
     Ok(if summary.verdict.passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// A network of its own name: two demos on one machine do not meet.
+/// Each demo has a network name of its own, so that two demos on one machine do not exchange data.
 fn launcher(started_at: Timestamp) -> anyhow::Result<Launcher> {
     let program = std::env::current_exe().context("finding this program")?;
     let network = NetworkId::new(&format!("demo-{}", started_at.as_micros()))?;
@@ -56,7 +57,7 @@ fn launcher(started_at: Timestamp) -> anyhow::Result<Launcher> {
 }
 
 fn default_folder(chosen: &Chosen, started_at: Timestamp) -> PathBuf {
-    // To the microsecond: runs that a script starts side by side keep apart.
+    // To the microsecond: runs that a script starts at the same time get different folders.
     PathBuf::from("v2x-runs").join(format!("{}-{}", started_at.as_micros(), chosen.scenario.name))
 }
 
@@ -68,7 +69,7 @@ struct Demo<'a> {
     launcher: Launcher,
 }
 
-/// A network that runs, and when its scenario began.
+/// A running network, and the start of its scenario.
 struct Started {
     network: Network,
     consumer: Child,
@@ -76,11 +77,11 @@ struct Started {
 }
 
 impl Demo<'_> {
-    /// Runs the network; `None` where Ctrl-C came first. Whatever happens, every process has ended after it.
+    /// Runs the network; `None` where Ctrl-C came first. Every process has ended when it returns.
     async fn run(&self, shutdown: &CancellationToken) -> anyhow::Result<Option<RunRecord>> {
         let mut progress = Progress::new(self.args.duration);
         let n_agents = self.chosen.scenario.agents.len();
-        progress.say(&format!(
+        progress.print(&format!(
             "{}: starting a hub, {n_agents} agents and a consumer as {} processes on this machine",
             self.chosen.scenario.name,
             n_agents + 2,
@@ -88,7 +89,7 @@ impl Demo<'_> {
         let scenario_file = self.folder.scenario();
         let record = self.run_network(&scenario_file, &mut progress, shutdown).await?;
         if record.is_none() {
-            progress.say("interrupted; all processes have ended");
+            progress.print("interrupted; all processes have ended");
         }
         Ok(record)
     }
@@ -99,25 +100,25 @@ impl Demo<'_> {
         progress: &mut Progress,
         shutdown: &CancellationToken,
     ) -> anyhow::Result<Option<RunRecord>> {
-        // During the start, Ctrl-C drops and so kills what has been started; after it, all end in order.
+        // During the start, Ctrl-C drops and so kills what has been started; later, all processes end in order.
         let started = tokio::select! {
             started = self.start_network(scenario_file) => started?,
             () = shutdown.cancelled() => return Ok(None),
         };
         let Started { mut network, mut consumer, start } = started;
-        progress.say(&format!("hub at {}, all processes are up", network.locator));
+        progress.print(&format!("hub at {}, all processes are up", network.locator));
         let began_at = clock::now();
-        let death = tokio::select! {
-            death = self.watch(&mut network, &mut consumer, progress) => death,
+        let exit = tokio::select! {
+            exit = self.watch(&mut network, &mut consumer, progress) => exit,
             () = shutdown.cancelled() => None,
         };
         progress.end();
         let duration_s = (clock::now() - began_at).as_secs_f64();
-        let mut words = LastWords::default();
-        words.failures.extend(death);
-        network.end_agents(&mut words).await;
-        end_consumer(consumer, &mut words).await;
-        network.end_hub(&mut words).await;
+        let mut reports = FinalReports::default();
+        reports.failures.extend(exit);
+        network.end_agents(&mut reports).await;
+        end_consumer(consumer, &mut reports).await;
+        network.end_hub(&mut reports).await;
         if shutdown.is_cancelled() {
             return Ok(None);
         }
@@ -126,9 +127,9 @@ impl Demo<'_> {
             start_us: start.as_micros(),
             duration_s,
             processes: self.chosen.scenario.agents.len() + 2,
-            frames_sent: words.frames_sent,
-            hub: words.hub,
-            failures: words.failures,
+            frames_sent: reports.frames_sent,
+            hub: reports.hub,
+            failures: reports.failures,
         }))
     }
 
@@ -148,7 +149,7 @@ impl Demo<'_> {
         Ok(self.launcher.start("consumer", "watch", &args).await?.0)
     }
 
-    /// Shows progress for the run's duration; tells which process ended meanwhile, if one did.
+    /// Shows progress for the run's duration; returns the error of a process that ended before its time.
     async fn watch(
         &self,
         network: &mut Network,
@@ -161,19 +162,21 @@ impl Demo<'_> {
         loop {
             tokio::select! {
                 () = &mut end => return None,
-                error = network.first_death() => return Some(error.to_string()),
+                error = network.first_exit() => return Some(error.to_string()),
                 event = consumer.next_event() => match event {
                     Some(event) => progress.show(since(began_at), &event),
-                    None => return Some(consumer.ended_before("told to end").await.to_string()),
+                    None => return Some(consumer.ended_before("it was asked to end").await.to_string()),
                 }
             }
         }
     }
 
     fn report(&self, summary: &Summary) -> anyhow::Result<()> {
-        print_summary(summary, self.args.json)?;
+        // The verdict holds also where nothing reads the summary.
+        output::output(print_summary(summary, self.args.json))?;
         let folder = self.folder.path().display();
-        Progress::new(Duration::ZERO).say(&format!("report: {folder}/report.md, picture: {folder}/bev.svg"));
+        Progress::new(Duration::ZERO)
+            .print(&format!("report: {folder}/report.md, picture: {folder}/bev.svg"));
         Ok(())
     }
 }

@@ -10,14 +10,15 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 use v2x_agent::link::{LinkConfig, profiles};
 use v2x_common::clock;
+use v2x_common::id::AgentId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
 
-use pipe::{Pipe, Way};
+use pipe::Pipe;
 
-/// Stand between agents and the hub as a slow TCP link
+/// Relay TCP connections between agents and the hub through a slow link
 ///
-/// What is sent arrives later, in order and whole: as over TCP, nothing is ever lost. For losses there are links inside
-/// agents (see v2x links), and netem (deploy/links).
+/// Data arrives later, complete and in order: as over TCP, nothing is ever lost. For losses use links inside agents (see
+/// v2x links), or netem (deploy/links).
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -59,11 +60,14 @@ pub(crate) async fn run(args: &ProxyArgs, shutdown: &CancellationToken) -> anyho
             () = shutdown.cancelled() => break,
             accepted = listener.accept() => accepted,
         };
-        // Of those that have ended nothing is to be known.
+        // Relays that have ended are removed from the set.
         while relays.try_join_next().is_some() {}
         let (agent, peer) = accepted.context("accepting a connection")?;
-        let pipe = |link: &LinkConfig, way| Pipe::new(link.clone(), (args.seed, connection, way), started_at);
-        let pipes = [pipe(&there, Way::There)?, pipe(&back, Way::Back)?];
+        let pipe = |link: &LinkConfig, direction: &str| {
+            let name = AgentId::new(&format!("{direction}-{connection}")).context("naming a connection")?;
+            Ok::<_, anyhow::Error>(Pipe::new(link.clone(), args.seed, name, started_at))
+        };
+        let pipes = [pipe(&there, "there")?, pipe(&back, "back")?];
         let to = to.to_owned();
         relays.spawn(async move {
             let relayed = async { relay::relay(agent, TcpStream::connect(&to).await?, pipes).await };
@@ -84,7 +88,7 @@ impl ProxyArgs {
     }
 }
 
-/// A link of this name; TCP loses nothing, and so neither does a proxy of it.
+/// A link of this name; a link that loses frames is an error, since TCP loses nothing.
 fn lossless(flag: &str, name: &str) -> anyhow::Result<LinkConfig> {
     let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
     let link = profiles::parse(name, read).context(flag.to_owned())?;
@@ -110,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_tcp_cannot_do_is_refused_by_name() {
+    fn links_with_losses_and_endpoints_other_than_tcp_are_refused_by_name() {
         for link in ["pc5", "lte-uu:loss=0.1", "ideal:outage=1s,outage-every=10s"] {
             let error = lossless("--link", link).expect_err(link).to_string();
             assert!(error.contains(link) && error.contains("loses nothing"), "{error}");

@@ -1,58 +1,44 @@
-//! When what goes into a TCP link comes out: pure.
+//! When the bytes that enter a TCP link leave it: pure.
 
-use anyhow::Context;
 use v2x_agent::link::{Delay, Link, LinkConfig, Loss, Parcel, Transit};
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
-/// One of the two ways of a connection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Way {
-    There,
-    Back,
-}
-
-/// One way of one connection: bytes stay in order, and share its rate.
+/// One direction of one connection: its bytes stay in order, and share its rate.
 #[derive(Debug)]
 pub(super) struct Pipe {
     link: Link,
     rate_bps: Option<f64>,
     started_at: Timestamp,
     sequence: u64,
-    /// When the last byte that went in has been sent.
+    /// When the last byte that entered has been sent.
     free_at: Timestamp,
-    /// When it comes out.
+    /// When that byte leaves.
     latest_due: Timestamp,
 }
 
 impl Pipe {
-    /// Whether the link is one of delay and rate alone.
+    /// Whether the link has only a delay and a rate, no losses.
     pub(super) fn can_carry(link: &LinkConfig) -> bool {
         let loses = matches!(&link.delay, Delay::Trace(trace) if trace.loses());
         link.loss == Loss::default() && link.outage.is_none() && !loses
     }
 
-    /// The pipe of a connection by its number; each has delays of its own.
-    pub(super) fn new(
-        mut link: LinkConfig,
-        (seed, connection, way): (u64, u64, Way),
-        started_at: Timestamp,
-    ) -> anyhow::Result<Self> {
-        // Chunks wait for each other at the bottleneck; frames of a link do not, so it is not the link's here.
+    /// The pipe of one direction of a connection; `name` decides, with the seed, its random delays.
+    pub(super) fn new(mut link: LinkConfig, seed: u64, name: AgentId, started_at: Timestamp) -> Self {
+        // Chunks of a stream wait for each other; frames of a link do not. So the pipe applies the rate, not the link.
         let rate_bps = link.rate_bps.take();
-        let way = if way == Way::There { "there" } else { "back" };
-        let name = AgentId::new(&format!("{way}-{connection}")).context("naming a connection")?;
-        Ok(Self {
+        Self {
             link: Link::new(link, seed, name),
             rate_bps,
             started_at,
             sequence: 0,
             free_at: started_at,
             latest_due: started_at,
-        })
+        }
     }
 
-    /// When so many bytes that go in at `now` come out: never before what went in before them.
+    /// When these bytes, which enter at `now`, leave: never before earlier ones.
     pub(super) fn due(&mut self, now: Timestamp, bytes: usize) -> Timestamp {
         let sending_s = self.rate_bps.map_or(0.0, |rate| 8.0 * bytes as f64 / rate);
         self.free_at = self.free_at.max(now) + Span::from_secs_f64(sending_s);
@@ -73,7 +59,7 @@ mod tests {
 
     fn pipe(delay: Delay, rate_bps: Option<f64>) -> Pipe {
         let link = LinkConfig { delay, rate_bps, ..LinkConfig::default() };
-        Pipe::new(link, (1, 0, Way::There), Timestamp::EPOCH).unwrap()
+        Pipe::new(link, 1, AgentId::new("there-0").unwrap(), Timestamp::EPOCH)
     }
 
     fn at(millis: i64) -> Timestamp {
@@ -81,13 +67,13 @@ mod tests {
     }
 
     #[test]
-    fn every_chunk_takes_the_links_delay() {
+    fn every_chunk_is_delayed_by_the_links_delay() {
         let mut pipe = pipe(Delay::constant(0.08), None);
         assert_eq!([pipe.due(at(0), 100), pipe.due(at(5), 100_000)], [at(80), at(85)]);
     }
 
     #[test]
-    fn no_chunk_overtakes_another_however_they_jitter() {
+    fn chunks_stay_in_order_under_any_jitter() {
         let mut pipe = pipe(Delay::Uniform { low_s: 0.0, high_s: 0.2 }, None);
         let dues: Vec<_> = (0..1000).map(|millis| pipe.due(at(millis), 100)).collect();
         assert!(dues.is_sorted());
@@ -96,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn at_a_finite_rate_chunks_wait_until_those_before_them_are_sent() {
+    fn at_a_finite_rate_chunks_wait_until_earlier_ones_are_sent() {
         // 1000 bytes at 1 Mbit/s take 8 ms.
         let mut pipe = pipe(Delay::constant(0.01), Some(1e6));
         let dues = [pipe.due(at(0), 1000), pipe.due(at(0), 1000), pipe.due(at(100), 1000)];

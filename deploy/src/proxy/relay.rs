@@ -1,4 +1,4 @@
-//! Bytes of one connection, both ways, each when it is due.
+//! The bytes of one connection in both directions, each delivered at its time.
 
 use super::pipe::Pipe;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -8,17 +8,17 @@ use tokio::sync::mpsc;
 use v2x_common::clock;
 use v2x_common::time::Timestamp;
 
-/// Most that is read at once, bytes: above any one frame.
+/// The most bytes that are read at once: more than any frame has.
 const CHUNK_BYTES: usize = 16 << 10;
-/// Chunks on their way; beyond it the sender has to wait, as TCP lets it.
+/// Chunks that can be under way; with more, the sender has to wait, as TCP lets it.
 const CHUNKS: usize = 4096;
 
-/// A chunk, empty at the end of the stream, with the time at which it comes out.
+/// A chunk with its delivery time; it is empty at the end of the stream.
 type Chunk = (Timestamp, Vec<u8>);
 
-/// Relays until both ways are closed; gives how many bytes went there and back.
+/// Relays until both directions are closed; returns the bytes to the hub and back.
 pub(super) async fn relay(agent: TcpStream, hub: TcpStream, pipes: [Pipe; 2]) -> std::io::Result<[u64; 2]> {
-    // The delay is ours to make, not Nagle's.
+    // The link makes the delay, not Nagle's algorithm.
     agent.set_nodelay(true)?;
     hub.set_nodelay(true)?;
     let (from_agent, to_agent) = agent.into_split();
@@ -40,7 +40,7 @@ async fn read(mut from: OwnedReadHalf, mut pipe: Pipe, send: mpsc::Sender<Chunk>
     loop {
         let count = from.read(&mut buffer).await?;
         let chunk = (pipe.due(clock::now(), count), buffer[..count].to_vec());
-        // The end of the stream is as late as everything else. Where the writer is gone its error is told.
+        // The end of the stream is delayed too. Where the writer has stopped, its own error is reported.
         if send.send(chunk).await.is_err() || count == 0 {
             return Ok(());
         }

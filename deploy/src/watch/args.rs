@@ -7,10 +7,10 @@ use v2x_common::net::session::SessionOptions;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x watch                                    a live table, of a network on this machine
+  v2x watch                                    a live table of a network on this machine
   v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
   v2x watch --json --count 100                 the next hundred fused frames as JSON lines
-  v2x watch --record run.v2xrec                everything on the network into a file")]
+  v2x watch --record run.v2xrec                records everything on the network into a file")]
 pub(crate) struct WatchArgs {
     /// The network to watch
     #[arg(long, default_value = "demo")]
@@ -24,7 +24,7 @@ pub(crate) struct WatchArgs {
     /// Print every fused frame as one line of JSON
     #[arg(long, conflicts_with = "record")]
     pub(crate) json: bool,
-    /// Record everything on the network into a file
+    /// Record records everything on the network into a file
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// End after this many fused frames
@@ -42,7 +42,7 @@ pub(crate) struct WatchArgs {
 }
 
 impl WatchArgs {
-    /// What the command line says of the network.
+    /// How to reach the network.
     pub(crate) fn session_options(&self) -> SessionOptions {
         SessionOptions {
             config: self.zenoh_config.clone(),

@@ -1,4 +1,4 @@
-//! Counting what comes, and writing it to a file.
+//! Counters of received samples, and their recording in a file.
 
 use anyhow::Context;
 use serde_json::{Value, json};
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use v2x_common::keys::Topic;
 use v2x_common::recording::{Entry, Recorder};
 
-/// A recording under way.
+/// A recording that is being written.
 pub(super) struct RecordingFile {
     recorder: Recorder<BufWriter<File>>,
     path: PathBuf,
@@ -31,7 +31,7 @@ impl RecordingFile {
     }
 }
 
-/// What has come so far.
+/// What has been received so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) fused_frames: u64,
@@ -42,7 +42,7 @@ pub(super) struct Counts {
 
 impl Counts {
     /// Counts an entry; true where it is a fused frame.
-    pub(super) fn note(&mut self, entry: &Entry) -> bool {
+    pub(super) fn add(&mut self, entry: &Entry) -> bool {
         match Topic::of(&entry.key) {
             Some(Topic::Fused(_)) => {
                 self.fused_frames += 1;

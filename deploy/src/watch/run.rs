@@ -3,8 +3,9 @@
 use super::WatchArgs;
 use super::record::{Counts, RecordingFile};
 use super::table::table;
+use crate::output::{self, Output};
 use anyhow::{Context, bail};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
@@ -13,13 +14,13 @@ use v2x_common::recording::Entry;
 use v2x_common::wire;
 use v2x_lab::consumer::{Consumer, Traffic};
 
-/// Samples that may wait: a table wants the newest only, a recording everything.
+/// Samples that may wait: a table shows only the newest one, a recording keeps all.
 const VIEW_CAPACITY: usize = 1;
 const STREAM_CAPACITY: usize = 1 << 16;
 /// Time between two tables in a terminal, and elsewhere.
 const REDRAW: Duration = Duration::from_millis(200);
 const REPRINT: Duration = Duration::from_secs(1);
-/// How long a hub may be silent before a person is told; it ticks ten times a second.
+/// Time without a fused frame after which a warning is printed; a hub publishes ten times a second.
 const SILENCE: Duration = Duration::from_secs(3);
 /// Time between two progress events.
 const PROGRESS: Duration = Duration::from_secs(1);
@@ -30,9 +31,9 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     let traffic = if recording.is_some() { Traffic::Everything } else { Traffic::Fused };
     let is_table = recording.is_none() && !args.json;
     let capacity = if is_table { VIEW_CAPACITY } else { STREAM_CAPACITY };
-    let patience = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
+    let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
-    let connected = Consumer::connect(&options, args.network, (traffic, capacity), patience, shutdown);
+    let connected = Consumer::connect(&options, args.network, (traffic, capacity), timeout, shutdown);
     let Some(consumer) = connected.await.context("start a hub with `v2x up crossing`, or give --connect")?
     else {
         return Ok(());
@@ -80,12 +81,12 @@ impl Watch<'_> {
                     continue;
                 }
             };
-            self.counts.note(&entry);
+            self.counts.add(&entry);
             match wire::fused::decode(&entry.payload) {
                 Ok(frame) => {
                     let table = table(&frame, clock::now());
                     let text = if clears { format!("\x1b[2J\x1b[H{table}") } else { table + "\n" };
-                    if !print(&text)? {
+                    if output::print(&text)? == Output::Closed {
                         return Ok(());
                     }
                 }
@@ -96,19 +97,19 @@ impl Watch<'_> {
         Ok(())
     }
 
-    /// Waits for the first fused frame as long as `--wait` says: a router without a hub, or a network of
-    /// another name, is silent for ever.
+    /// Waits for the first fused frame for the time of `--wait`: from a router without a hub, or for a wrong
+    /// network name, no frame ever comes.
     async fn wait_for_a_frame(
         &self,
         consumer: &Consumer,
         shutdown: &CancellationToken,
     ) -> anyhow::Result<()> {
-        let patience = Duration::try_from_secs_f64(self.args.wait)?;
+        let timeout = Duration::try_from_secs_f64(self.args.wait)?;
         tokio::select! {
             () = consumer.wait() => Ok(()),
             () = shutdown.cancelled() => Ok(()),
-            () = tokio::time::sleep(patience) => bail!(
-                "no fused frame of network {} came within {patience:.0?}; is --network right, and does a hub run?",
+            () = tokio::time::sleep(timeout) => bail!(
+                "no fused frame of network {} came within {timeout:.0?}; is --network right, and does a hub run?",
                 self.args.network
             ),
         }
@@ -129,7 +130,7 @@ impl Watch<'_> {
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => break,
-                entry = consumer.next() => if !self.take(&entry, recording.as_deref_mut())? {
+                entry = consumer.next() => if self.take(&entry, recording.as_deref_mut())? == Output::Closed {
                     return Ok(());
                 },
                 _ = progress.tick() => if self.args.events {
@@ -145,9 +146,9 @@ impl Watch<'_> {
         recording.map_or(Ok(()), RecordingFile::flush)
     }
 
-    /// Takes one sample; false where standard output is closed.
-    fn take(&mut self, entry: &Entry, recording: Option<&mut RecordingFile>) -> anyhow::Result<bool> {
-        let is_fused = self.counts.note(entry);
+    /// Takes one sample; returns whether standard output still has a reader.
+    fn take(&mut self, entry: &Entry, recording: Option<&mut RecordingFile>) -> anyhow::Result<Output> {
+        let is_fused = self.counts.add(entry);
         let frame = if is_fused {
             wire::fused::decode(&entry.payload)
                 .inspect_err(|error| {
@@ -166,18 +167,8 @@ impl Watch<'_> {
         } else if let Some(frame) = &frame {
             let mut line = wire::json::encode_fused(frame)?;
             line.push(b'\n');
-            return print(&String::from_utf8(line)?);
+            return output::print(&String::from_utf8(line)?);
         }
-        Ok(true)
-    }
-}
-
-/// Prints; false where the reader of a pipe is gone.
-fn print(text: &str) -> anyhow::Result<bool> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(false),
-        Err(error) => Err(error).context("writing to standard output"),
+        Ok(Output::Open)
     }
 }

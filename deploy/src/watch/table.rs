@@ -4,7 +4,7 @@ use std::fmt::Write;
 use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::time::Timestamp;
 
-/// Rows that are shown; of more objects the surest are.
+/// Rows that are shown; of more objects those with the highest existence probability.
 const MAX_ROWS: usize = 40;
 
 /// The frame as a table, as of `now` by the consumer's clock.

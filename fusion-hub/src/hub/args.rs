@@ -15,7 +15,7 @@ Examples:
   v2x hub                                        listen on tcp/127.0.0.1:7447, this machine only
   v2x hub --listen tcp/0.0.0.0:7447              for agents on the network
   v2x hub --config crossing.toml                 with the [hub] table of a scenario
-  v2x hub --zenoh-config secure-hub.json5        with TLS, access control and what else Zenoh offers
+  v2x hub --zenoh-config my-hub.json5            with Zenoh's own settings (this build has only its TCP transport)
 The program fusion-hub is the same hub alone.")]
 pub struct HubArgs {
     /// The network to serve; hubs and agents of other networks are not seen

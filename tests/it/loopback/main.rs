@@ -5,6 +5,7 @@
 mod delays;
 mod descriptions;
 mod endings;
+mod guide;
 mod mistakes;
 
 use std::time::Duration;
