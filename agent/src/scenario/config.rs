@@ -1,69 +1,80 @@
-//! Scenario files: which world, which agents, which links. TOML; units stand in the field names.
-//!
-//! What was typed is `typed`'s business, what it means is a [`Scenario`]: in SI, complete, checked.
+//! What a scenario file means: complete, checked, in SI units.
 
-mod agent;
-mod error;
-mod typed;
-mod validate;
+use std::sync::Arc;
 
-use std::path::Path;
-
-use v2x_common::id::{AgentId, MapFrame};
+use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
-pub use agent::{AgentConfig, Phase, Rate, Route, Station};
-pub use error::{Origin, ScenarioError};
-
-use crate::world::{CrossingConfig, HighwayConfig};
+use crate::sending::{Sender, SendingConfig};
+use crate::sensor::{Boot, Sensor, SensorConfig, SensorError};
+use crate::world::{Station, World, WorldAgent, WorldConfig, WorldParameters};
 
 /// A checked scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     /// Its name, for people.
     pub name: String,
-    /// The world's period: everything is where it was one period before.
+    /// The world's period: every object is where it was one period before.
     pub loop_length: Span,
-    /// The seed that is used where none is given from outside.
+    /// The seed that is used where no other is given.
     pub seed: u64,
-    /// The name of the coordinate frame, if it has one.
-    pub map_frame: Option<MapFrame>,
-    /// The world.
+    /// Roads and population of the world.
     pub world: WorldConfig,
     /// The agents, in the file's order; ids are unique.
     pub agents: Vec<AgentConfig>,
-    /// The hub's settings, unread: this crate knows nothing of hubs.
+    /// The hub's settings as they are in the file: this crate does not interpret them.
     pub hub: toml::Table,
 }
 
-/// Which world, with its knobs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WorldConfig {
-    /// Two roads that cross, with traffic lights, sidewalks and blocks around.
-    Crossing(CrossingConfig),
-    /// A straight motorway.
-    Highway(HighwayConfig),
+/// One agent: where it is, what it detects, how it sends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AgentConfig {
+    /// Where it is.
+    pub station: Station,
+    /// Its sensor, with its name in the network.
+    pub sensor: SensorConfig,
+    /// How its frames are sent.
+    pub sending: SendingConfig,
 }
 
 impl Scenario {
-    /// Reads a scenario from TOML text; errors say "scenario" instead of a file name.
-    pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
-        validate::scenario(text, Origin::default())
+    /// All that the world depends on, apart from the seed.
+    pub fn world_parameters(&self) -> WorldParameters {
+        let agents = self.agents.iter().map(AgentConfig::in_world).collect();
+        WorldParameters { loop_length: self.loop_length, config: self.world, agents }
     }
 
-    /// Reads a scenario file.
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, ScenarioError> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ScenarioError::Read { path: path.to_owned(), cause: source })?;
-        validate::scenario(&text, Origin::file(path))
+    /// The world of the run with this seed, which may differ from the scenario's own.
+    ///
+    /// # Panics
+    /// If a field was changed to a value that a scenario file must not have.
+    pub fn world(&self, seed: u64) -> World {
+        World::new(&self.world_parameters(), seed).expect("a scenario is checked when it is read")
     }
 
     /// The place of an agent in `agents`.
     pub fn agent_index(&self, id: &AgentId) -> Option<usize> {
-        self.agents.iter().position(|agent| agent.id == *id)
+        self.agents.iter().position(|agent| agent.id() == *id)
     }
 }
 
-#[cfg(test)]
-mod tests;
+impl AgentConfig {
+    /// Its name in the network.
+    pub const fn id(&self) -> AgentId {
+        self.sensor.agent
+    }
+
+    /// Its sensor in a world of the scenario.
+    pub fn sensor(&self, world: Arc<World>, boot: Boot) -> Result<Sensor, SensorError> {
+        Sensor::new(self.sensor.clone(), world, boot)
+    }
+
+    /// Its sensor and its connection to the network.
+    pub fn sender(&self, world: Arc<World>, boot: Boot) -> Result<Sender, SensorError> {
+        Ok(Sender::new(self.sensor(world, boot)?, self.sending.clone()))
+    }
+
+    const fn in_world(&self) -> WorldAgent {
+        WorldAgent { id: self.sensor.agent, kind: self.sensor.kind, station: self.station }
+    }
+}

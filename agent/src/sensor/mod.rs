@@ -1,90 +1,125 @@
-//! What an agent sees: field of view, misses, noise, clutter, and itself.
+//! An agent's sensor: field of view, missed detections, noise, clutter, and the agent's report of itself.
 
-use std::f64::consts::{PI, TAU};
+mod clutter;
+mod config;
+
 use std::sync::Arc;
 
+use rand::distr::Distribution;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
-use v2x_common::id::{AgentId, FrameId, MapFrame};
+use v2x_common::id::FrameId;
 use v2x_common::sensor::{Body, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
 
-use crate::pose_error::Belief;
-use crate::random::{
-    Purpose, chance, keyed_rng, poisson, standard_normal, truncated_normal, uniform, unit, weighted,
-};
-use crate::scenario::{AgentConfig, Scenario};
+use crate::noise::MeasurementNoise;
+use crate::pose_error::{EstimatedPose, FrameKey};
+use crate::random::{Purpose, chance, keyed_rng, standard_normal};
 use crate::truth::{Identities, ObjectId, TrueObject};
 use crate::world::World;
 
-/// Simulated detectors are always sure, of true and of false detections alike: a score must not tell them apart.
+pub use config::{Boot, SensorConfig, SensorError};
+
+/// Simulated detectors give every detection this score, true or false: a score must not tell them apart.
 const SCORE: f64 = 1.0;
-/// How well a vehicle knows its own width and depth (1 σ), m.
+/// Accuracy of a vehicle's own width and depth (1 σ), m.
 const BODY_SIGMA_M: f64 = 0.01;
 /// The only revision: a simulated sensor does not change while it runs.
 const SENSOR_REVISION: u32 = 1;
-/// What clutter looks like, by weight.
-const CLUTTER_CLASSES: [(Class, f64); 6] = [
-    (Class::Car, 5.0),
-    (Class::Adult, 2.0),
-    (Class::TrafficCone, 1.0),
-    (Class::Barrier, 1.0),
-    (Class::Bicycle, 0.5),
-    (Class::Truck, 0.5),
-];
 
-/// What one start of an agent is given from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Boot {
-    /// The run's seed, the same for all agents.
-    pub seed: u64,
-    /// The agent's boot epoch; it only labels frames and changes no draw.
-    pub epoch: u64,
-    /// The time at which scenario time is 0.
-    pub start: Timestamp,
-}
-
-/// One agent's sensor in its world. Every frame is a function of (scenario, seed, agent, sequence).
+/// One agent's sensor in its world. Every frame is a function of (configuration, world, seed, sequence).
 #[derive(Clone, Debug)]
-pub struct SimulatedAgent {
-    config: AgentConfig,
-    map_frame: Option<MapFrame>,
+pub struct Sensor {
+    config: SensorConfig,
+    noise: MeasurementNoise,
     world: Arc<World>,
+    /// Of the agent in the world.
     index: usize,
     boot: Boot,
     /// First capture after the scenario's start.
     phase: Span,
 }
 
-/// One frame, and what only the simulation knows of it.
+/// A frame, and the identities of its detections, which only the simulation knows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// What is sent.
+    /// The frame as it is published.
     pub frame: DetectionFrame,
-    /// Whose detections they are.
+    /// The true object of each detection.
     pub identities: Identities,
 }
 
-impl SimulatedAgent {
-    /// The agent of this id in a world made from the same scenario; `None` where the scenario has no such agent.
-    pub fn new(scenario: &Scenario, world: Arc<World>, id: &AgentId, boot: Boot) -> Option<Self> {
-        let index = scenario.agent_index(id)?;
-        let config = scenario.agents[index].clone();
-        let mut rng = keyed_rng(boot.seed, Some(id), 0, Purpose::CapturePhase);
+/// A detection with the true object that it is of; `None` for clutter.
+type Identified = (Option<ObjectId>, Detection);
+
+impl Sensor {
+    /// The sensor of an agent of this world.
+    pub fn new(config: SensorConfig, world: Arc<World>, boot: Boot) -> Result<Self, SensorError> {
+        config.validate()?;
+        let index = world.agent_index(&config.agent).ok_or(SensorError::NoSuchAgent(config.agent))?;
+        let mut rng = keyed_rng(boot.seed, Some(&config.agent), 0, Purpose::CapturePhase);
         let phase = config.phase.within(config.rate.elapsed(1), &mut rng);
-        Some(Self { config, map_frame: scenario.map_frame, world, index, boot, phase })
+        let noise = MeasurementNoise::new(config.noise);
+        Ok(Self { config, noise, world, index, boot, phase })
     }
 
-    /// The agent's configuration.
-    pub const fn config(&self) -> &AgentConfig {
+    /// Draws the errors of detections in x and y from this law, in units of their σ.
+    ///
+    /// The sensor still declares the σ of its noise model: with a law whose variance is not 1 that is wrong, as it can
+    /// be of a real detector. A detection that [`Detection::validate`] refuses counts as missed.
+    ///
+    /// Any distribution of `rand_distr` serves, here Student's t with heavy tails:
+    ///
+    /// ```
+    /// # use rand_distr::StudentT;
+    /// # use std::sync::Arc;
+    /// # use v2x_agent::{Boot, Scenario};
+    /// # use v2x_common::Timestamp;
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let text = r#"
+    /// #     name = "t"
+    /// #     world.kind = "crossing"
+    /// #     [[agents]]
+    /// #     id = "rsu"
+    /// #     kind = "roadside-unit"
+    /// #     pose = { x = 9, y = 9 }
+    /// # "#;
+    /// # let scenario = Scenario::from_toml(text)?;
+    /// # let world = Arc::new(scenario.world(1));
+    /// # let boot = Boot { seed: 1, epoch: 1, start: Timestamp::EPOCH };
+    /// let sensor = scenario.agents[0].sensor(world, boot)?;
+    /// let heavy_tailed = sensor.with_position_noise(StudentT::new(3.0)?);
+    /// assert_eq!(heavy_tailed.observe(0).frame.validate(), Ok(()));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn with_position_noise(self, law: impl Distribution<f64> + Send + Sync + 'static) -> Self {
+        Self { noise: self.noise.with_position_law(law), ..self }
+    }
+
+    /// Draws the errors of detections in heading from this law, in units of their σ.
+    #[must_use]
+    pub fn with_heading_noise(self, law: impl Distribution<f64> + Send + Sync + 'static) -> Self {
+        Self { noise: self.noise.with_heading_law(law), ..self }
+    }
+
+    /// Draws the factors measured size / true size of detections from this law.
+    #[must_use]
+    pub fn with_size_noise(self, law: impl Distribution<f64> + Send + Sync + 'static) -> Self {
+        Self { noise: self.noise.with_size_law(law), ..self }
+    }
+
+    /// Its configuration.
+    pub const fn config(&self) -> &SensorConfig {
         &self.config
     }
 
-    /// The world that it is in.
+    /// The world that it observes.
     pub fn world(&self) -> &Arc<World> {
         &self.world
     }
@@ -94,12 +129,12 @@ impl SimulatedAgent {
         self.boot
     }
 
-    /// When the frame of this number is captured: true Unix time, whatever the agent's clock shows.
+    /// When the frame of this number is captured: true Unix time, independent of the agent's clock.
     pub fn capture_time(&self, sequence: u64) -> Timestamp {
         self.boot.start + self.scenario_time(sequence)
     }
 
-    /// What the agent's clock shows when the frame of this number is captured, Unix time: the frame's `captured_at`.
+    /// The frame's `captured_at`: Unix time by the agent's clock when the frame of this number is captured.
     pub fn stamp(&self, sequence: u64) -> Timestamp {
         self.capture_time(sequence) + self.config.clock.at(self.scenario_time(sequence))
     }
@@ -114,19 +149,19 @@ impl SimulatedAgent {
         self.world.objects_at(self.scenario_time(sequence), out);
     }
 
-    /// The object that the agent itself is; `None` for a roadside unit.
+    /// The object of the agent itself; `None` for a roadside unit.
     pub fn own_object(&self) -> Option<ObjectId> {
         self.world.agent_object(self.index)
     }
 
-    /// What the agent tells of its sensor.
+    /// What the sensor declares about itself.
     pub fn description(&self) -> SensorDescription {
         let config = &self.config;
         SensorDescription {
             revision: SENSOR_REVISION,
             kind: config.kind,
             field_of_view: config.field_of_view,
-            detection_probability: config.send.report_probability(config.detection_probability, config.rate),
+            detection_probability: config.detection_probability,
             clutter_per_m2: config.clutter_per_frame / config.field_of_view.area_m2(),
             size_noise: Some(config.noise.size),
             body: self.world.agent_body(self.index),
@@ -139,21 +174,23 @@ impl SimulatedAgent {
     pub fn observe(&self, sequence: u64) -> Observation {
         let mut objects = Vec::new();
         self.objects_at_capture(sequence, &mut objects);
-        let belief = self.belief(sequence);
-        let mut seen = self.detections(&objects, &belief, sequence);
-        self.add_clutter(&mut seen, &belief, sequence);
+        let pose = self.estimated_pose(sequence);
+        let mut detected = self.detections(&objects, &pose, sequence);
+        self.add_clutter(&mut detected, &pose, sequence);
         if let Some(body) = self.world.agent_body(self.index) {
-            seen.push((self.own_object(), self.self_report(&body, &belief.believed)));
+            detected.push((self.own_object(), self.self_report(&body, &pose.estimate)));
         }
-        seen.shuffle(&mut self.rng(sequence, Purpose::Order));
-        let (identities, detections) = seen.into_iter().unzip();
+        // A user's law of noise can give any number.
+        detected.retain(|(_, detection)| detection.validate(Some(&pose.estimate)).is_ok());
+        detected.shuffle(&mut self.rng(sequence, Purpose::Order));
+        let (identities, detections) = detected.into_iter().unzip();
         Observation {
             frame: DetectionFrame {
-                id: FrameId { agent: self.config.id, epoch: self.boot.epoch, sequence },
+                id: FrameId { agent: self.config.agent, epoch: self.boot.epoch, sequence },
                 captured_at: self.stamp(sequence),
-                sensor_pose: Some(belief.believed),
+                sensor_pose: Some(pose.estimate),
                 sensor_revision: SENSOR_REVISION,
-                map_frame: self.map_frame,
+                map_frame: self.config.map_frame,
                 detections,
             },
             identities: Identities { epoch: self.boot.epoch, sequence, objects: identities },
@@ -165,21 +202,25 @@ impl SimulatedAgent {
     }
 
     fn rng(&self, sequence: u64, purpose: Purpose) -> ChaCha8Rng {
-        keyed_rng(self.boot.seed, Some(&self.config.id), sequence, purpose)
+        keyed_rng(self.boot.seed, Some(&self.config.agent), sequence, purpose)
     }
 
-    fn belief(&self, sequence: u64) -> Belief {
-        let pose = self.world.agent_pose(self.index, self.scenario_time(sequence));
-        let (who, rate_hz) = ((self.boot.seed, &self.config.id), self.config.rate.hz());
-        let believed = match &self.config.pose_error {
-            Some(error) => error.believed(&pose, who, sequence, rate_hz),
-            None => self.declared_error(&pose, sequence),
+    fn frame_key(&self, sequence: u64) -> FrameKey<'_> {
+        FrameKey { seed: self.boot.seed, agent: &self.config.agent, sequence }
+    }
+
+    fn estimated_pose(&self, sequence: u64) -> EstimatedPose {
+        let truth = self.world.agent_pose(self.index, self.scenario_time(sequence));
+        let truth = truth.expect("the agent's index is from this world");
+        let estimate = match &self.config.pose_error {
+            Some(error) => error.estimate(&truth, &self.frame_key(sequence), self.config.rate.hz()),
+            None => self.declared_error(&truth, sequence),
         };
-        Belief { pose, believed }
+        EstimatedPose { truth, estimate }
     }
 
-    /// Without a pose error of its own a surveyed pose is exact, and a vehicle reports itself with the accuracy that
-    /// it declares; its detections have no part in that.
+    /// Without a configured pose error a surveyed pose is exact, and a vehicle reports itself with the accuracy that it
+    /// declares; its detections do not share that error.
     fn declared_error(&self, pose: &Pose, sequence: u64) -> Pose {
         if self.config.kind == SensorKind::RoadsideUnit {
             return *pose;
@@ -194,72 +235,50 @@ impl SimulatedAgent {
     }
 
     /// Detections of the objects whose true centre is in the field of view, the agent itself apart.
-    fn detections(
-        &self,
-        objects: &[TrueObject],
-        belief: &Belief,
-        sequence: u64,
-    ) -> Vec<(Option<ObjectId>, Detection)> {
+    fn detections(&self, objects: &[TrueObject], pose: &EstimatedPose, sequence: u64) -> Vec<Identified> {
         let own = self.own_object();
-        let pose = &belief.pose;
-        let visible = |object: &&TrueObject| {
-            Some(object.id) != own && self.config.field_of_view.contains(pose, object.bev.x, object.bev.y)
+        let is_visible = |object: &&TrueObject| {
+            let bev = &object.bev;
+            Some(object.id) != own && self.config.field_of_view.contains(&pose.truth, bev.x, bev.y)
         };
-        let mut seen = Vec::new();
-        for object in objects.iter().filter(visible) {
+        let mut detected = Vec::new();
+        for object in objects.iter().filter(is_visible) {
             let mut rng = self.rng(sequence, Purpose::Measurement(object.id));
             if chance(&mut rng, self.config.detection_probability) {
-                let measured = self.config.noise.perturb(&object.bev, pose, &mut rng);
-                seen.push((Some(object.id), self.detection(object.class, measured, belief)));
+                let measured = self.noise.measure(&object.bev, &pose.truth, &mut rng);
+                detected.push((Some(object.id), self.detection(object.class, measured, pose)));
             }
         }
-        seen
+        detected
     }
 
-    /// What a detector that measured this box tells of it; of the pose's error it knows nothing.
-    fn detection(&self, class: Class, measured: BevBox, belief: &Belief) -> Detection {
-        let bev = if self.config.pose_error.is_some() { belief.misplace(&measured) } else { measured };
+    /// The detection of a box that was measured; the detector does not know the error of the pose.
+    fn detection(&self, class: Class, measured: BevBox, pose: &EstimatedPose) -> Detection {
+        let bev = if self.config.pose_error.is_some() { pose.place(&measured) } else { measured };
         Detection {
             class,
             score: SCORE,
             bev,
-            covariance: self.config.noise.reported_covariance(&bev, &belief.believed),
+            covariance: self.noise.model().reported_covariance(&bev, &pose.estimate),
             velocity: None,
             source_track: None,
         }
     }
 
-    /// A Poisson number of false detections, uniform over the field of view.
-    fn add_clutter(&self, seen: &mut Vec<(Option<ObjectId>, Detection)>, belief: &Belief, sequence: u64) {
+    /// Adds false detections.
+    fn add_clutter(&self, detected: &mut Vec<Identified>, pose: &EstimatedPose, sequence: u64) {
         let mut rng = self.rng(sequence, Purpose::Clutter);
-        for _ in 0..poisson(&mut rng, self.config.clutter_per_frame) {
-            let (class, phantom) = self.phantom(&belief.pose, &mut rng);
-            seen.push((None, self.detection(class, phantom, belief)));
-        }
-    }
-
-    fn phantom(&self, pose: &Pose, rng: &mut ChaCha8Rng) -> (Class, BevBox) {
-        let fov = &self.config.field_of_view;
-        let (near2, far2) = (fov.range_min_m * fov.range_min_m, fov.range_max_m * fov.range_max_m);
-        let range_m = libm::sqrt(uniform(rng, near2, far2));
-        let bearing = fov.azimuth_rad + (unit(rng) - 0.5) * fov.width_rad;
-        let (sin, cos) = libm::sincos(bearing);
-        let (x, y) = pose.offset(range_m * cos, range_m * sin);
-        let class = weighted(rng, &CLUTTER_CLASSES);
-        let (w, d) = class.typical_size();
-        let size_sigma = self.config.noise.size.sigma;
-        let mut factor = || truncated_normal(rng, 1.0, size_sigma, (self.config.noise.size.lower, 5.0));
-        let (w, d) = (w * factor(), d * factor());
-        (class, BevBox { x, y, w, d, yaw: wrap_angle(uniform(rng, -PI, TAU - PI)) })
+        let false_boxes = clutter::draw(&self.config, &pose.truth, &mut rng);
+        detected.extend(false_boxes.into_iter().map(|(class, bev)| (None, self.detection(class, bev, pose))));
     }
 
     /// The agent's own body, as an ordinary detection: it is never missed.
-    fn self_report(&self, body: &Body, believed_pose: &Pose) -> Detection {
+    fn self_report(&self, body: &Body, estimated_pose: &Pose) -> Detection {
         let accuracy = &self.config.accuracy;
         Detection {
             class: body.class,
             score: SCORE,
-            bev: body.at(believed_pose),
+            bev: body.at(estimated_pose),
             covariance: BoxCovariance {
                 position: Covariance2::isotropic(accuracy.position_m),
                 ww: BODY_SIGMA_M * BODY_SIGMA_M,

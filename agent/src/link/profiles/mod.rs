@@ -1,140 +1,27 @@
 //! Links by name.
 //!
-//! The radio profiles are engineering fits to a few published moments, not measured distributions; each says where
-//! its moments come from.
+//! The radio profiles are engineering fits to a few published moments, not measured distributions; each names the
+//! source of its moments.
 
-use super::trace::{Trace, TraceError};
-use super::{Delay, LinkConfig, Loss, Outage};
+mod error;
+mod settings;
+mod table;
+
+use super::delay::Delay;
+use super::loss::Loss;
+use super::trace::Trace;
+use super::transit::LinkConfig;
 use crate::pose_error::PoseError;
+use settings::Settings;
 use std::path::PathBuf;
 use std::sync::Arc;
-use v2x_common::time::Span;
+
+pub use error::ProfileError;
+pub use table::{PROFILES, Profile};
 
 /// σ of position and heading in V2X-ViT's and OpenCOOD's noisy setting, m and degrees.
 const V2XVIT_POSITION_M: f64 = 0.2;
 const V2XVIT_YAW_DEG: f64 = 0.2;
-
-/// A link that can be named.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Profile {
-    /// Its name, with what must or may be told.
-    pub usage: &'static str,
-    /// Where its figures come from.
-    pub provenance: &'static str,
-    /// A text that can be parsed, as an example.
-    pub example: &'static str,
-}
-
-/// All links that can be named.
-pub const PROFILES: [Profile; 12] = [
-    Profile { usage: "ideal", provenance: "no delay, no loss", example: "ideal" },
-    Profile {
-        usage: "its-g5",
-        provenance: "fit: mean 4 ms in line of sight (802.11p field test); no loss figure published",
-        example: "its-g5",
-    },
-    Profile {
-        usage: "pc5",
-        provenance: "fit: median below 20 ms, packet errors below 10 % to 1200 m (PC5 trial, Electronics 14(22):4509); \
-                     taken as 18 ms and 5 %",
-        example: "pc5",
-    },
-    Profile {
-        usage: "lte-uu",
-        provenance: "fit: median 50 ms, p95 below 60 ms (LTE-Uu trial, Electronics 14(22):4509)",
-        example: "lte-uu",
-    },
-    Profile {
-        usage: "5g-mec",
-        provenance: "fit: half of 5g-cloud (TARGET-X 2026: edge computing halves it)",
-        example: "5g-mec",
-    },
-    Profile {
-        usage: "5g-cloud",
-        provenance: "fit: 40 to 50 ms of service latency, 5G NSA (TARGET-X 2026)",
-        example: "5g-cloud",
-    },
-    Profile {
-        usage: "cell-gamma:min=50ms,exp=150ms",
-        provenance: "Eclipse MOSAIC, cellular: min + Gamma(2, 2) (exp - min) / 4; the numbers of its demo",
-        example: "cell-gamma:min=50ms,exp=150ms",
-    },
-    Profile {
-        usage: "v2xvit-noisy",
-        provenance: "V2X-ViT's and OpenCOOD's noisy setting: always 100 ms; in a scenario it brings their \
-                     pose noise too (0.2 m, 0.2°, anew in each frame) where the agent has no pose_error",
-        example: "v2xvit-noisy",
-    },
-    Profile {
-        usage: "cobevflow:p=0.3",
-        provenance: "CoBEVFlow: Binomial(10, p) frames of 100 ms",
-        example: "cobevflow:p=0.3",
-    },
-    Profile {
-        usage: "dair-async-1 | dair-async-2",
-        provenance: "DAIR-V2X's asynchronous sets: one or two frames of 100 ms",
-        example: "dair-async-1",
-    },
-    Profile {
-        usage: "trace:FILE",
-        provenance: "your recording: CSV with the columns t (s), delay (s) and perhaps lost (0 or 1)",
-        example: "ideal",
-    },
-    Profile {
-        usage: "custom:delay=80ms,jitter=30ms,loss=0.01,burst=3,rate=2Mbps",
-        provenance: "your numbers: a normal delay truncated at 0, bursts of losses (Gilbert-Elliott), a finite rate",
-        example: "custom:delay=80ms,jitter=30ms,loss=0.01,burst=3,rate=2Mbps",
-    },
-];
-
-/// A link's name cannot be understood.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ProfileError {
-    /// No such link.
-    #[error(
-        "no link {name:?}; there are ideal, its-g5, pc5, lte-uu, 5g-mec, 5g-cloud, cell-gamma:, v2xvit-noisy, cobevflow:, dair-async-1, dair-async-2, trace:, custom: (see v2x links)"
-    )]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
-    /// A setting that this link has not, or that is told twice.
-    #[error("{name}: {key} cannot be set here, or twice; expected {expected}")]
-    Setting {
-        /// The link.
-        name: String,
-        /// The setting.
-        key: String,
-        /// What may be set.
-        expected: &'static str,
-    },
-    /// A value that cannot be.
-    #[error("{key} is {value:?}, expected {expected}")]
-    Value {
-        /// The setting.
-        key: &'static str,
-        /// What it holds.
-        value: String,
-        /// What it may hold.
-        expected: &'static str,
-    },
-    /// A file that cannot be read.
-    #[error("trace {}: {reason}", .path.display())]
-    File {
-        /// Which one.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
-    /// A recording that cannot be used.
-    #[error("trace {}: {source}", .path.display())]
-    Trace {
-        /// Which one.
-        path: PathBuf,
-        /// Why.
-        source: TraceError,
-    },
-}
 
 /// σ of the logarithm such that 95 % lie below `p95` where half lie below `median`.
 fn sigma_ln(median: f64, p95: f64) -> f64 {
@@ -196,7 +83,7 @@ pub fn parse(
     Ok(link)
 }
 
-/// A delay by a link's name, such as `custom:delay=60ms,jitter=10ms`, for what takes time and nothing else.
+/// A delay by a link's name, such as `custom:delay=60ms,jitter=10ms`; refused where the link does more than delay.
 pub fn parse_delay(
     text: &str,
     read: impl Fn(&PathBuf) -> Result<String, String>,
@@ -211,7 +98,7 @@ pub fn parse_delay(
     Err(ProfileError::Value { key: "sensing", value: text.to_owned(), expected })
 }
 
-/// The error of an agent's pose that comes with a link of this name: published settings go together.
+/// The pose error that belongs to a link of this name, where its source publishes both.
 pub fn pose_error(text: &str) -> Option<PoseError> {
     let name = text.split(':').next().unwrap_or_default().trim();
     (name == "v2xvit-noisy").then(|| PoseError {
@@ -230,107 +117,10 @@ fn trace(
     Ok(LinkConfig { delay: Delay::Trace(Arc::new(trace)), ..LinkConfig::default() })
 }
 
-/// What is set, `key=value` with commas between.
-struct Settings<'a> {
-    name: &'a str,
-    left: Vec<(&'a str, &'a str)>,
-}
-
-const EXPECTED: &str = "delay, jitter, loss, burst, rate, outage, outage-every or reorder, once each";
-
-impl<'a> Settings<'a> {
-    fn of(name: &'a str, text: &'a str) -> Result<Self, ProfileError> {
-        let parts = text.split(',').map(str::trim).filter(|part| !part.is_empty());
-        let pair = |part: &'a str| part.split_once('=').map(|(key, value)| (key.trim(), value.trim()));
-        let left: Option<Vec<_>> = parts.map(pair).collect();
-        let bare = || ProfileError::Value { key: "a setting", value: text.to_owned(), expected: "key=value" };
-        Ok(Self { name, left: left.ok_or_else(bare)? })
-    }
-
-    fn take(&mut self, key: &str) -> Option<&'a str> {
-        let place = self.left.iter().position(|(one, _)| *one == key)?;
-        Some(self.left.remove(place).1)
-    }
-
-    fn refused(&self, key: &str) -> ProfileError {
-        ProfileError::Setting { name: self.name.to_owned(), key: key.to_owned(), expected: EXPECTED }
-    }
-
-    fn end(self) -> Result<(), ProfileError> {
-        self.left.first().map_or(Ok(()), |(key, _)| Err(self.refused(key)))
-    }
-
-    fn number(
-        &mut self,
-        key: &'static str,
-        units: &[(&str, f64)],
-        (range, expected): (std::ops::RangeInclusive<f64>, &'static str),
-    ) -> Result<Option<f64>, ProfileError> {
-        let Some(text) = self.take(key) else { return Ok(None) };
-        let unit = units.iter().find(|(unit, _)| text.ends_with(unit));
-        let (digits, factor) =
-            unit.map_or((text, None), |(unit, factor)| (&text[..text.len() - unit.len()], Some(factor)));
-        // Without a unit nobody knows what is meant, but for pure numbers.
-        let factor = if units.is_empty() { Some(&1.0) } else { factor };
-        let value = factor.and_then(|factor| Some(digits.trim().parse::<f64>().ok()? * factor));
-        let value = value.filter(|value| range.contains(value));
-        value.map(Some).ok_or_else(|| ProfileError::Value { key, value: text.to_owned(), expected })
-    }
-
-    fn seconds(&mut self, key: &'static str) -> Result<Option<f64>, ProfileError> {
-        let expected = "a time from 0 to 600 s, such as 80ms or 0.5s";
-        self.number(key, &[("us", 1e-6), ("ms", 1e-3), ("s", 1.0)], (0.0..=600.0, expected))
-    }
-
-    fn share(&mut self, key: &'static str) -> Result<Option<f64>, ProfileError> {
-        self.number(key, &[], (0.0..=1.0, "0 to 1"))
-    }
-
-    fn flag(&mut self, key: &'static str) -> Result<Option<bool>, ProfileError> {
-        let Some(text) = self.take(key) else { return Ok(None) };
-        let expected = "true or false";
-        text.parse().map(Some).map_err(|_| ProfileError::Value { key, value: text.to_owned(), expected })
-    }
-
-    fn loss(&mut self, published: f64) -> Result<Loss, ProfileError> {
-        let rate = self.share("loss")?.unwrap_or(published);
-        let burst = self.number("burst", &[], (1.0..=1e6, "1 to 1000000 frames"))?;
-        // Good times are at least as long as bursts can let them be.
-        if let Some(burst) = burst
-            && rate < 1.0
-            && rate / (burst * (1.0 - rate)) > 1.0
-        {
-            let expected = "at least loss / (1 - loss): shorter bursts cannot lose that much";
-            return Err(ProfileError::Value { key: "burst", value: burst.to_string(), expected });
-        }
-        Ok(Loss { rate, burst })
-    }
-
-    fn rate(&mut self) -> Result<Option<f64>, ProfileError> {
-        let units = [("kbps", 1e3), ("Mbps", 1e6), ("Gbps", 1e9), ("bps", 1.0)];
-        self.number("rate", &units, (1.0..=1e12, "a rate such as 500kbps or 6Mbps"))
-    }
-
-    fn outage(&mut self) -> Result<Option<Outage>, ProfileError> {
-        let (length, every) = (self.seconds("outage")?, self.seconds("outage-every")?);
-        match (length, every) {
-            (None, None) => Ok(None),
-            (Some(length), Some(every)) if length <= every && every > 0.0 => {
-                let [length, every] = [length, every].map(Span::from_secs_f64);
-                Ok(Some(Outage { every, length }))
-            }
-            _ => Err(ProfileError::Value {
-                key: "outage",
-                value: length.map_or(String::new(), |length| length.to_string()),
-                expected: "a time no longer than outage-every, and both",
-            }),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use v2x_common::time::Span;
 
     fn link(text: &str) -> Result<LinkConfig, ProfileError> {
         parse(text, |_| Ok("t,delay\n0,0.25\n".to_owned()))
@@ -345,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_replace_what_a_profile_has() {
+    fn settings_replace_those_of_the_profile() {
         let custom = link("custom:delay=80ms,jitter=30ms,loss=0.01,burst=3,rate=2Mbps").unwrap();
         assert_eq!(custom.delay, Delay::Normal { mean_s: 0.08, sigma_s: 0.03 });
         assert_eq!((custom.loss, custom.rate_bps), (Loss { rate: 0.01, burst: Some(3.0) }, Some(2e6)));

@@ -1,39 +1,32 @@
-//! The link between an agent and the hub: when a frame arrives, if it does.
+//! The outcome of each frame on a link.
 
-mod delay;
-mod loss;
-pub mod profiles;
-pub mod trace;
-
-pub use delay::Delay;
-pub use loss::Loss;
-
+use super::delay::Delay;
+use super::loss::Loss;
 use crate::random::{Purpose, chance, keyed_rng};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
-/// How a link treats frames.
+/// Properties of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkConfig {
-    /// How long frames take, however small they are.
+    /// Delay of a frame, independent of its size.
     pub delay: Delay,
-    /// Which are lost.
+    /// Which frames are lost.
     pub loss: Loss,
-    /// How fast a message goes over it, bits per second: its size over this adds to the delay. `None`: size is of
-    /// no matter.
+    /// Bits per second: a frame's size divided by it adds to the delay. `None`: the size does not matter.
     pub rate_bps: Option<f64>,
-    /// Times without any connection.
+    /// Periods without any connection.
     pub outage: Option<Outage>,
-    /// Whether a later frame may overtake an earlier one; if not, the [`crate::outbox::Outbox`] holds it back.
+    /// Whether a later frame may overtake an earlier one; if not, the [`super::Outbox`] delays it.
     pub reorder: bool,
 }
 
-/// The connection is gone for `length` at the end of every period of `every`.
+/// There is no connection for `length` at the end of every period of `every`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outage {
-    /// From the end of one to the end of the next.
+    /// From the end of one outage to the end of the next.
     pub every: Span,
-    /// How long it is gone.
+    /// Duration of an outage.
     pub length: Span,
 }
 
@@ -57,11 +50,11 @@ pub struct Parcel {
     pub sequence: u64,
     /// When it is sent, since the scenario's start.
     pub since_start: Span,
-    /// Its size on the wire, bytes; of no matter where the link's rate is not limited.
+    /// Its size on the wire, bytes; has no effect where the link's rate is not limited.
     pub bytes: usize,
 }
 
-/// What happens to one frame.
+/// The outcome of one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transit {
     /// It never arrives.
@@ -73,8 +66,8 @@ pub enum Transit {
     },
 }
 
-/// One agent's link. A frame's fate depends on (seed, agent, sequence) and, where the link has it so, on its time and
-/// size alone.
+/// One agent's link. The outcome of a frame is a function of (seed, agent, sequence) and, where the configuration says
+/// so, of its time and size.
 #[derive(Clone, Debug)]
 pub struct Link {
     config: LinkConfig,
@@ -88,12 +81,12 @@ impl Link {
         Self { config, seed, agent }
     }
 
-    /// How it treats frames.
+    /// Its properties.
     pub const fn config(&self) -> &LinkConfig {
         &self.config
     }
 
-    /// The fate of a frame.
+    /// The outcome of a frame.
     pub fn transit(&self, parcel: Parcel) -> Transit {
         let Parcel { sequence, since_start, bytes } = parcel;
         let LinkConfig { delay, loss, rate_bps, outage, .. } = &self.config;
@@ -163,13 +156,13 @@ mod tests {
     }
 
     #[test]
-    fn a_link_without_delay_delivers_at_once() {
+    fn a_link_without_delay_delivers_at_the_time_of_sending() {
         let transit = link(LinkConfig::default(), "ego").transit(parcel(5));
         assert_eq!(transit, Transit::Delivered { delay: Span::ZERO });
     }
 
     #[test]
-    fn fates_repeat_and_differ_between_agents() {
+    fn outcomes_repeat_and_differ_between_agents() {
         let (ego, again, rsu) = (link(bad(), "ego"), link(bad(), "ego"), link(bad(), "rsu"));
         assert!((0..100).all(|sequence| ego.transit(parcel(sequence)) == again.transit(parcel(sequence))));
         assert!((0..100).any(|sequence| ego.transit(parcel(sequence)) != rsu.transit(parcel(sequence))));
@@ -185,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_arrives_during_an_outage() {
+    fn frames_sent_during_an_outage_are_lost() {
         let outage = Outage { every: Span::from_millis(10_000), length: Span::from_millis(2000) };
         let link = link(LinkConfig { outage: Some(outage), ..LinkConfig::default() }, "ego");
         let lost = |sequence: u64| link.transit(parcel(sequence)) == Transit::Lost;
@@ -193,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn distributions_have_the_moments_that_they_are_named_by() {
+    fn delays_have_the_moments_of_their_parameters() {
         let mean_and_median_ms = |delay: Delay| {
             let link = link(LinkConfig { delay, ..LinkConfig::default() }, "ego");
             let mut delays = delays_s(&link);

@@ -1,0 +1,15 @@
+//! Scenario files: world, agents and links of a simulation, as TOML with units in the field names.
+//!
+//! `toml_file` is what a file can say, [`Scenario`] what it means, `validate` leads from one to the other.
+
+mod config;
+mod error;
+mod load;
+mod toml_file;
+mod validate;
+
+pub use config::{AgentConfig, Scenario};
+pub use error::{Origin, ScenarioError};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,24 @@
+//! Ground truth as a pure function of (parameters, seed, time).
+//!
+//! A world is periodic with its loop length. Its objects are boxes that stand, that go round a closed `path` by a
+//! `profile` of speed, or that travel along an open path and are absent until the loop repeats: they appear and
+//! disappear at the ends of the roads, out of sight of all agents.
+
+mod body;
+pub mod crossing;
+mod error;
+mod ground_truth;
+pub mod highway;
+mod motion;
+mod parameters;
+pub mod path;
+pub mod profile;
+
+pub use crossing::CrossingConfig;
+pub use error::InvalidParameter;
+pub use ground_truth::World;
+pub use highway::HighwayConfig;
+pub use parameters::{Route, Station, WorldAgent, WorldConfig, WorldParameters};
+
+#[cfg(test)]
+mod tests;
