@@ -1,14 +1,8 @@
 //! Simulated agents: ego vehicles and roadside units.
-//!
-//! The pipeline, all of it pure: [`scenario`] (what the file says) → [`world`] (ground truth as a
-//! function of time) → [`sensor`] (what an agent sees of it, with [`noise`] and [`pose_error`], stamped by its
-//! [`clock`]) → [`sending`] (what of it is sent, and when) → [`link`] (when that arrives). The same (scenario, seed, time) gives the same bits in every process: transcendental
-//! functions come from `libm`, random numbers from [`random`].
 
 pub mod clock;
 pub mod link;
 pub mod noise;
-pub mod outbox;
 pub mod pose_error;
 pub mod random;
 pub mod scenario;
@@ -16,5 +10,15 @@ pub mod sending;
 pub mod sensor;
 #[cfg(feature = "net")]
 pub mod shell;
+pub mod timing;
 pub mod truth;
 pub mod world;
+
+pub use link::{Delay, Link, LinkConfig, Outbox};
+pub use noise::{NoiseLevel, NoiseModel};
+pub use pose_error::PoseError;
+pub use scenario::{AgentConfig, Scenario, ScenarioError};
+pub use sending::{Fate, Sender};
+pub use sensor::{Boot, Observation, Sensor, SensorConfig};
+pub use truth::{Identities, ObjectId, TrueObject};
+pub use world::{World, WorldParameters};

@@ -1,9 +1,9 @@
-//! How wrong an agent is about its own pose: one error for everything that a frame tells.
+//! The error of an agent's own pose: one for all that a frame reports.
 //!
 //! A constant bias, and a Gauss-Markov process (Ornstein-Uhlenbeck: stationary, autocorrelation e^(-|t|/τ)) that can
-//! be asked for any frame without those before it. Knots stand 14 τ apart, where the correlation that is neglected
+//! be computed for any frame without those before it. Knots stand 14 τ apart, where the correlation that is neglected
 //! is e^-14 < 1e-6; they are independent draws. Between two knots the process is filled in by halves, each middle
-//! given its two neighbours by the exact conditional law (the process is Markov). So a frame costs log2(14 τ · rate)
+//! drawn given its two neighbours by the exact conditional law (the process is Markov). So a frame costs log2(14 τ · rate)
 //! draws, and not the thousands of a moving average with the same precision; its variance is short of 1 by less
 //! than e^-28.
 
@@ -14,38 +14,49 @@ use v2x_common::id::AgentId;
 /// Between two knots, in correlation times.
 const KNOT_SPACING: f64 = 14.0;
 
-/// How an agent errs about its pose. It shows in the pose that the frame names, in the agent's report of itself and in
-/// all detections alike.
+/// The error of an agent's pose. It is the same in the frame's sensor pose, in the agent's report of itself and in all
+/// detections of the frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseError {
     /// σ of the random part east and north, each, m.
     pub position_m: f64,
     /// σ of the random part of the heading, rad.
     pub yaw_rad: f64,
-    /// τ of the random part, s; 0 draws each frame's anew.
+    /// τ of the random part, s; with 0 the errors of frames are independent.
     pub correlation_s: f64,
     /// The constant part: east and north in the map frame (m), and of the heading (rad).
     pub bias: Pose,
 }
 
-/// Where an agent is, and where it believes to be.
+/// The frame for which an error is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameKey<'a> {
+    /// The run's seed.
+    pub seed: u64,
+    /// The agent that captures it.
+    pub agent: &'a AgentId,
+    /// Its number.
+    pub sequence: u64,
+}
+
+/// The true pose of an agent, and its own estimate of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Belief {
-    /// True.
-    pub pose: Pose,
-    /// Believed.
-    pub believed: Pose,
+pub struct EstimatedPose {
+    /// The true pose.
+    pub truth: Pose,
+    /// The pose that the agent reports, and by which it places its detections on the map.
+    pub estimate: Pose,
 }
 
 impl PoseError {
-    /// Where an agent at `pose` believes to be in frame `sequence` of `rate_hz` frames a second.
-    pub fn believed(&self, pose: &Pose, (seed, agent): (u64, &AgentId), sequence: u64, rate_hz: f64) -> Pose {
+    /// The estimate of an agent at `pose` in a frame, of which there are `rate_hz` in a second.
+    pub fn estimate(&self, pose: &Pose, frame: &FrameKey<'_>, rate_hz: f64) -> Pose {
         let steps = GaussMarkov { correlation_frames: self.correlation_s * rate_hz };
         let draw = |knot| {
-            let mut rng = keyed_rng(seed, Some(agent), knot, Purpose::PoseError);
+            let mut rng = keyed_rng(frame.seed, Some(frame.agent), knot, Purpose::PoseError);
             [0; 3].map(|_| standard_normal(&mut rng))
         };
-        let [x, y, yaw] = steps.at(sequence, &draw);
+        let [x, y, yaw] = steps.at(frame.sequence, &draw);
         Pose {
             x: pose.x + self.bias.x + self.position_m * x,
             y: pose.y + self.bias.y + self.position_m * y,
@@ -54,12 +65,12 @@ impl PoseError {
     }
 }
 
-impl Belief {
-    /// A box that was measured relative to the sensor, put into the map from the believed pose.
-    pub fn misplace(&self, measured: &BevBox) -> BevBox {
-        let turn = wrap_angle(self.believed.yaw - self.pose.yaw);
-        let from_sensor = Pose { x: self.believed.x, y: self.believed.y, yaw: turn };
-        let (x, y) = from_sensor.offset(measured.x - self.pose.x, measured.y - self.pose.y);
+impl EstimatedPose {
+    /// A box that was measured relative to the sensor, placed on the map by the estimate instead of the true pose.
+    pub fn place(&self, measured: &BevBox) -> BevBox {
+        let turn = wrap_angle(self.estimate.yaw - self.truth.yaw);
+        let from_sensor = Pose { x: self.estimate.x, y: self.estimate.y, yaw: turn };
+        let (x, y) = from_sensor.offset(measured.x - self.truth.x, measured.y - self.truth.y);
         BevBox { x, y, yaw: wrap_angle(measured.yaw + turn), ..*measured }
     }
 }
@@ -77,7 +88,7 @@ impl GaussMarkov {
         if left == n {
             return draw(n);
         }
-        // Beyond the last frame number there are no frames: whatever stands there must only be a draw.
+        // Beyond the last frame number there are no frames: any draw serves as the value there.
         let (mut before, mut after) = (draw(left), draw(left.wrapping_add(length)));
         loop {
             length /= 2;

@@ -3,9 +3,12 @@
 use crate::{fixture, strategy};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use v2x_common::class::Class;
 use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedFrame;
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
+use v2x_common::wire::fused;
 use v2x_common::wire::json::{self, ReportDefaults};
 
 /// Parsing, roots and squares each round once or twice.
@@ -93,6 +96,44 @@ proptest! {
         }
         assert_near(&json::encode_fused(&got).unwrap(), &text);
     }
+}
+
+/// What arrives by postcard and what arrives by JSON.
+fn by_both_codecs(frame: &FusedFrame) -> [FusedFrame; 2] {
+    let mut bytes = Vec::new();
+    fused::encode(frame, &mut bytes).unwrap();
+    let text = json::encode_fused(frame).unwrap();
+    [fused::decode(&bytes).unwrap(), json::decode_fused(&text).unwrap()]
+}
+
+#[test]
+fn the_class_of_an_object_is_kept_whatever_its_probabilities_say() {
+    let cases = [
+        (vec![], vec![(Class::Car, 1.0)]),
+        (vec![(Class::Truck, 1.0)], vec![(Class::Car, 0.0), (Class::Truck, 1.0)]),
+        (vec![(Class::Truck, 0.6), (Class::Car, 0.4)], vec![(Class::Car, 0.4), (Class::Truck, 0.6)]),
+        (vec![(Class::Car, 0.8), (Class::Truck, 0.2)], vec![(Class::Car, 0.8), (Class::Truck, 0.2)]),
+    ];
+    for (given, expected) in cases {
+        let mut frame = fixture::fused_frame();
+        frame.objects[0].class = Class::Car;
+        frame.objects[0].class_probabilities = given;
+        for decoded in by_both_codecs(&frame) {
+            assert_eq!(decoded.objects[0].class, Class::Car);
+            assert_eq!(decoded.objects[0].class_probabilities, expected);
+        }
+    }
+}
+
+#[test]
+fn a_foreign_json_object_without_probabilities_has_its_class_for_sure() {
+    let mut text = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
+    text["objects"][0]["class_probabilities"] = json!([]);
+    let object = &json::decode_fused(text.to_string().as_bytes()).unwrap().objects[0];
+    assert_eq!(
+        (object.class, &object.class_probabilities[..]),
+        (Class::RigidBus, &[(Class::RigidBus, 1.0)][..])
+    );
 }
 
 fn value(text: &[u8]) -> Value {

@@ -1,7 +1,7 @@
 //! What an agent saw: detections, and the frame that carries them.
 
 use crate::class::Class;
-use crate::covariance::{BoxCovariance, Velocity};
+use crate::covariance::{BoxCovariance, Covariance2, Velocity};
 use crate::geometry::{BevBox, Pose};
 use crate::id::{FrameId, MapFrame};
 use crate::time::Timestamp;
@@ -65,35 +65,38 @@ pub struct DetectionFrame {
     pub detections: Vec<Detection>,
 }
 
-/// A value in a frame that cannot be.
+/// A number in a frame that is not finite or outside of its limits.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{field}{} is {value}, expected {expected}", .index.map(|i| format!(" of detection {i}")).unwrap_or_default())]
-pub struct AbsurdValue {
+pub struct InvalidValue {
     /// The field's name.
     pub field: &'static str,
-    /// In which detection of the frame, where it is of one.
+    /// The detection's index in the frame; `None` for a value of the frame itself.
     pub index: Option<usize>,
-    /// What it holds.
+    /// The value found, in SI units.
     pub value: f64,
-    /// What it may hold.
+    /// The allowed range, with its unit.
     pub expected: &'static str,
 }
 
 impl Detection {
-    /// Checks every number against the limits of this module; `origin` is the sensor's position, where known.
+    /// Checks every number against the limits of this module.
+    ///
+    /// `origin` is the sensor's pose, where it is known: positions are then limited by the range from it, not by
+    /// the size of the map. The error's `index` is `None`.
     #[inline]
-    pub fn validate(&self, origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+    pub fn validate(&self, origin: Option<&Pose>) -> Result<(), InvalidValue> {
         let is_valid = self.check_each(origin, |_, _, ok, _| if ok { Ok(()) } else { Err(()) }).is_ok();
-        if is_valid { Ok(()) } else { self.find_absurd(origin) }
+        if is_valid { Ok(()) } else { self.find_invalid(origin) }
     }
 
-    /// The first number that cannot be. Apart from the check without names, which nearly always is enough.
+    /// The first invalid number. Apart from the check without names, which is the fast and usual one.
     #[cold]
-    fn find_absurd(&self, origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+    fn find_invalid(&self, origin: Option<&Pose>) -> Result<(), InvalidValue> {
         self.check_each(origin, check)
     }
 
-    /// Calls `check` with name, value, whether that is within its limits, and these.
+    /// Calls `check` with each field's name, its value, whether that is valid, and the allowed range.
     #[inline]
     fn check_each<E>(
         &self,
@@ -126,10 +129,11 @@ impl Detection {
         if let Some(velocity) = &self.velocity {
             check("velocity x", velocity.x, velocity.x.abs() <= MAX_SPEED_MPS, "at most 150 m/s")?;
             check("velocity y", velocity.y, velocity.y.abs() <= MAX_SPEED_MPS, "at most 150 m/s")?;
-            let covariance = &velocity.covariance;
-            let is_sure = covariance.xx.min(covariance.yy) < MIN_VARIANCE;
-            let ok = covariance.is_valid() && !is_sure && covariance.max_sigma() <= MAX_SIGMA_M;
-            check("velocity covariance", covariance.xx, ok, "positive definite, at most 70 m/s")?;
+            let (Covariance2 { xx, yy, xy }, expected) = (velocity.covariance, "1e-10 to 4900 m²/s²");
+            check("variance of velocity x", xx, in_range(xx, variance_m2), expected)?;
+            check("variance of velocity y", yy, in_range(yy, variance_m2), expected)?;
+            let is_definite = velocity.covariance.determinant() > 0.0;
+            check("covariance of the velocity", xy, is_definite, "positive definite with the variances")?;
         }
         Ok(())
     }
@@ -148,8 +152,12 @@ impl DetectionFrame {
         }
     }
 
-    /// Checks every number of the frame; the error names the field and the detection.
-    pub fn validate(&self) -> Result<(), AbsurdValue> {
+    /// Checks every number against the limits of this module: finite, in range, covariances positive definite,
+    /// headings in [-π, π], at most [`MAX_DETECTIONS`] detections.
+    ///
+    /// These are the limits of the wire's decoders: what passes here is as safe as what was decoded. Allocates
+    /// nothing. The error is of the first value that fails.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
         let count = self.detections.len();
         #[expect(clippy::cast_precision_loss, reason = "only printed")]
         check("number of detections", count as f64, count <= MAX_DETECTIONS, "at most 4096")?;
@@ -159,7 +167,7 @@ impl DetectionFrame {
 }
 
 /// Checks a sensor's pose, where there is one.
-pub(crate) fn validate_pose(pose: Option<&Pose>) -> Result<(), AbsurdValue> {
+pub(crate) fn validate_pose(pose: Option<&Pose>) -> Result<(), InvalidValue> {
     let Some(pose) = pose else { return Ok(()) };
     check("sensor_pose.x", pose.x, pose.x.abs() <= MAX_COORDINATE_M, AT_MOST_COORDINATE)?;
     check("sensor_pose.y", pose.y, pose.y.abs() <= MAX_COORDINATE_M, AT_MOST_COORDINATE)?;
@@ -167,23 +175,23 @@ pub(crate) fn validate_pose(pose: Option<&Pose>) -> Result<(), AbsurdValue> {
 }
 
 /// Checks all detections of a sensor at `origin`, where that is known.
-pub(crate) fn validate_all(detections: &[Detection], origin: Option<&Pose>) -> Result<(), AbsurdValue> {
+pub(crate) fn validate_all(detections: &[Detection], origin: Option<&Pose>) -> Result<(), InvalidValue> {
     for (index, detection) in detections.iter().enumerate() {
-        detection.validate(origin).map_err(|absurd| AbsurdValue { index: Some(index), ..absurd })?;
+        detection.validate(origin).map_err(|invalid| InvalidValue { index: Some(index), ..invalid })?;
     }
     Ok(())
 }
 
-/// `ok` must not hold of what is not finite.
-fn check(field: &'static str, value: f64, ok: bool, expected: &'static str) -> Result<(), AbsurdValue> {
-    debug_assert!(value.is_finite() || !ok, "{field} = {value} was let pass");
-    if ok { Ok(()) } else { Err(AbsurdValue { field, index: None, value, expected }) }
+/// `ok` must be false for a value that is not finite.
+fn check(field: &'static str, value: f64, ok: bool, expected: &'static str) -> Result<(), InvalidValue> {
+    debug_assert!(value.is_finite() || !ok, "{field} = {value} was accepted");
+    if ok { Ok(()) } else { Err(InvalidValue { field, index: None, value, expected }) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::covariance::Covariance2;
+    use crate::id::AgentId;
 
     fn detection() -> Detection {
         Detection {
@@ -196,25 +204,96 @@ mod tests {
         }
     }
 
+    fn frame(detections: Vec<Detection>) -> DetectionFrame {
+        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: 0, sequence: 0 };
+        let sensor_pose = Some(Pose::default());
+        DetectionFrame { sensor_pose, detections, ..DetectionFrame::empty(id, Timestamp::EPOCH) }
+    }
+
+    type Field = (&'static str, fn(&mut Detection) -> &mut f64);
+    type PoseField = (&'static str, fn(&mut Pose) -> &mut f64);
+
+    fn velocity(detection: &mut Detection) -> &mut Velocity {
+        let at_rest = Velocity { x: 0.0, y: 0.0, covariance: Covariance2::isotropic(0.5) };
+        detection.velocity.get_or_insert(at_rest)
+    }
+
+    /// Every number of a detection, by the name that errors use.
+    const FIELDS: [Field; 17] = [
+        ("x", |d| &mut d.bev.x),
+        ("y", |d| &mut d.bev.y),
+        ("w", |d| &mut d.bev.w),
+        ("d", |d| &mut d.bev.d),
+        ("yaw", |d| &mut d.bev.yaw),
+        ("score", |d| &mut d.score),
+        ("variance of x", |d| &mut d.covariance.position.xx),
+        ("variance of y", |d| &mut d.covariance.position.yy),
+        ("covariance of x and y", |d| &mut d.covariance.position.xy),
+        ("variance of w", |d| &mut d.covariance.ww),
+        ("variance of d", |d| &mut d.covariance.dd),
+        ("variance of yaw", |d| &mut d.covariance.yaw),
+        ("velocity x", |d| &mut velocity(d).x),
+        ("velocity y", |d| &mut velocity(d).y),
+        ("variance of velocity x", |d| &mut velocity(d).covariance.xx),
+        ("variance of velocity y", |d| &mut velocity(d).covariance.yy),
+        ("covariance of the velocity", |d| &mut velocity(d).covariance.xy),
+    ];
+
     #[test]
-    fn every_absurd_number_is_named() {
-        type Spoil = fn(&mut Detection);
-        let cases: [(&str, Spoil); 6] = [
-            ("x", |d| d.bev.x = f64::NAN),
-            ("y", |d| d.bev.y = 2e4),
-            ("w", |d| d.bev.w = 0.0),
-            ("yaw", |d| d.bev.yaw = 4.0),
-            ("covariance of x and y", |d| d.covariance.position.xy = 1.0),
-            ("variance of yaw", |d| d.covariance.yaw = f64::INFINITY),
+    fn a_number_that_is_not_finite_or_too_large_is_refused_by_index_and_name() {
+        for (field, of) in FIELDS {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e9, -1e9] {
+                let mut bad = detection();
+                *of(&mut bad) = value;
+                let error = frame(vec![detection(), bad]).validate().unwrap_err();
+                assert_eq!((error.field, error.index), (field, Some(1)), "{value}");
+                assert_eq!(error.value.to_bits(), value.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn values_just_beyond_a_limit_are_refused() {
+        let cases: [(Field, f64); 8] = [
+            (FIELDS[1], 1.001 * MAX_RANGE_M),
+            (FIELDS[2], 0.0),
+            (FIELDS[3], 1.001 * MAX_SIZE_M),
+            (FIELDS[4], 4.0),
+            (FIELDS[8], 1.0),
+            (FIELDS[9], 0.0),
+            (FIELDS[11], 50.0),
+            (FIELDS[15], 5000.0),
         ];
-        for (field, spoil) in cases {
+        for ((field, of), value) in cases {
             let mut bad = detection();
-            spoil(&mut bad);
+            *of(&mut bad) = value;
             assert_eq!(bad.validate(Some(&Pose::default())).unwrap_err().field, field);
         }
+    }
+
+    #[test]
+    fn a_frame_is_checked_as_a_whole() {
+        assert_eq!(frame(vec![detection()]).validate(), Ok(()));
+        let fields: [PoseField; 3] = [
+            ("sensor_pose.x", |pose| &mut pose.x),
+            ("sensor_pose.y", |pose| &mut pose.y),
+            ("sensor_pose.yaw", |pose| &mut pose.yaw),
+        ];
+        for (field, of) in fields {
+            let mut bad = frame(vec![detection()]);
+            *of(bad.sensor_pose.as_mut().unwrap()) = f64::NAN;
+            let error = bad.validate().unwrap_err();
+            assert_eq!((error.field, error.index), (field, None));
+        }
+        let too_many = frame(vec![detection(); MAX_DETECTIONS + 1]).validate().unwrap_err();
+        assert_eq!(too_many.field, "number of detections");
+    }
+
+    #[test]
+    fn without_a_sensor_pose_a_position_is_limited_by_the_map() {
         assert_eq!(detection().validate(None), Ok(()));
-        let mut nowhere = detection();
-        nowhere.bev.x = 1e300;
-        assert_eq!(nowhere.validate(None).unwrap_err().field, "x");
+        let mut far = detection();
+        far.bev.x = 1e300;
+        assert_eq!(far.validate(None).unwrap_err().field, "x");
     }
 }

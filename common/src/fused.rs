@@ -72,6 +72,19 @@ impl FusedObject {
             contributors: Vec::new(),
         }
     }
+
+    /// The classes as both codecs write them: [`Self::class`] first, then the others as they are listed.
+    ///
+    /// A class that the list lacks has the probability 1 where the list is empty, 0 elsewhere.
+    pub(crate) fn classes(&self) -> impl Iterator<Item = (Class, f64)> {
+        let listed = &self.class_probabilities;
+        let leads = listed.first().is_some_and(|(class, _)| *class == self.class);
+        let own = (!leads).then(|| {
+            let found = listed.iter().find(|(class, _)| *class == self.class);
+            found.copied().unwrap_or((self.class, if listed.is_empty() { 1.0 } else { 0.0 }))
+        });
+        own.into_iter().chain(listed.iter().copied().filter(move |(class, _)| leads || *class != self.class))
+    }
 }
 
 /// How one agent fares at the hub.

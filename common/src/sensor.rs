@@ -244,4 +244,34 @@ mod tests {
         assert_eq!(bad.validate().unwrap_err().field, "field_of_view.range_max_m");
         assert!(description().validate().is_ok());
     }
+
+    #[test]
+    fn every_number_must_be_finite() {
+        type Spoil = fn(&mut SensorDescription, f64);
+        let law = SizeNoiseLaw { sigma: 0.2, lower: 0.1 };
+        let fields: [(&str, Spoil); 14] = [
+            ("field_of_view.range_min_m", |d, value| d.field_of_view.range_min_m = value),
+            ("field_of_view.range_max_m", |d, value| d.field_of_view.range_max_m = value),
+            ("field_of_view.azimuth_rad", |d, value| d.field_of_view.azimuth_rad = value),
+            ("field_of_view.width_rad", |d, value| d.field_of_view.width_rad = value),
+            ("detection_probability", |d, value| d.detection_probability = value),
+            ("clutter_per_m2", |d, value| d.clutter_per_m2 = value),
+            ("size_noise.sigma", |d, value| d.size_noise.as_mut().unwrap().sigma = value),
+            ("size_noise.lower", |d, value| d.size_noise.as_mut().unwrap().lower = value),
+            ("body.w", |d, value| d.body.as_mut().unwrap().w = value),
+            ("body.d", |d, value| d.body.as_mut().unwrap().d = value),
+            ("accuracy.position_m", |d, value| d.accuracy.position_m = value),
+            ("accuracy.yaw_rad", |d, value| d.accuracy.yaw_rad = value),
+            ("accuracy.clock_s", |d, value| d.accuracy.clock_s = value),
+            ("rate_hz", |d, value| d.rate_hz = value),
+        ];
+        for (field, spoil) in fields {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let body = Some(Body { class: Class::Car, w: 1.8, d: 4.5 });
+                let mut bad = SensorDescription { size_noise: Some(law), body, ..description() };
+                spoil(&mut bad, value);
+                assert!(bad.validate().is_err_and(|error| error.field == field), "{field} = {value}");
+            }
+        }
+    }
 }

@@ -63,7 +63,7 @@ impl Network {
             start: run.start,
         };
         for agent in &run.scenario.agents {
-            self.agents.push((agent.id, launcher.agent(&agent.id, &options).await?));
+            self.agents.push((agent.id(), launcher.agent(&agent.id(), &options).await?));
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
-//! How long frames take.
+//! Distributions of delays.
 
 use super::trace::Trace;
-use crate::random::{truncated_normal, uniform, unit};
+use crate::random::{standard_normal, truncated_normal, uniform, unit};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 use v2x_common::time::Span;
@@ -23,21 +23,21 @@ pub enum Delay {
         /// Longest.
         high_s: f64,
     },
-    /// Log-normal: never below 0, with a tail.
+    /// Log-normal: above 0, with a long tail.
     LogNormal {
-        /// Half of all delays are shorter.
+        /// Median.
         median_s: f64,
         /// Standard deviation of the logarithm.
         sigma_ln: f64,
     },
-    /// Gamma as Eclipse MOSAIC's cellular links have it: min + Gamma(k = 2, θ = 2) · (expected − min) / 4.
+    /// Gamma, as in Eclipse MOSAIC's cellular links: min + Gamma(k = 2, θ = 2) · (expected − min) / 4.
     Gamma {
         /// Shortest.
         min_s: f64,
         /// Mean.
         expected_s: f64,
     },
-    /// A number of whole frames, Binomial(10, p), as CoBEVFlow has it.
+    /// A number of whole frames, Binomial(10, p), as in CoBEVFlow.
     Frames {
         /// Probability of each of ten frames.
         p: f64,
@@ -48,38 +48,36 @@ pub enum Delay {
     Trace(Arc<Trace>),
 }
 
-/// Frames that [`Delay::Frames`] takes at most.
-const MOST_FRAMES: u32 = 10;
+/// Number of trials of [`Delay::Frames`].
+const MAX_FRAMES: u32 = 10;
 
 impl Delay {
-    /// Always the same.
+    /// Always the same delay.
     pub const fn constant(delay_s: f64) -> Self {
         Self::Normal { mean_s: delay_s, sigma_s: 0.0 }
     }
 
-    /// A draw, s; `since_start` is when it begins, in the scenario.
+    /// One delay, s, of a frame that is sent at `since_start` (since the scenario's start).
     pub fn draw(&self, rng: &mut ChaCha8Rng, since_start: Span) -> f64 {
         match *self {
             Self::Normal { mean_s, sigma_s } => truncated_normal(rng, mean_s, sigma_s, (0.0, f64::INFINITY)),
             Self::Uniform { low_s, high_s } => uniform(rng, low_s, high_s),
-            Self::LogNormal { median_s, sigma_ln } => {
-                median_s * libm::exp(sigma_ln * crate::random::standard_normal(rng))
-            }
+            Self::LogNormal { median_s, sigma_ln } => median_s * libm::exp(sigma_ln * standard_normal(rng)),
             Self::Gamma { min_s, expected_s } => {
                 // Of k = 2 the sum of two exponentials, each of mean θ = 2.
                 let gamma = -2.0 * libm::log((1.0 - unit(rng)) * (1.0 - unit(rng)));
                 min_s + gamma * (expected_s - min_s) / 4.0
             }
             Self::Frames { p, frame_s } => {
-                let frames = (0..MOST_FRAMES).filter(|_| unit(rng) < p).count();
+                let frames = (0..MAX_FRAMES).filter(|_| unit(rng) < p).count();
                 frame_s * frames as f64
             }
             Self::Trace(ref trace) => trace.at(since_start).delay_s,
         }
     }
 
-    /// The same with another mean (of the log-normal: median) and spread, where they are told; `None` where this
-    /// kind has no such thing.
+    /// The same with another mean (of the log-normal: median) and standard deviation, where they are given; `None`
+    /// where this distribution has no such parameter.
     pub(super) fn with(self, delay_s: Option<f64>, jitter_s: Option<f64>) -> Option<Self> {
         if delay_s.is_none() && jitter_s.is_none() {
             return Some(self);

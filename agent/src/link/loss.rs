@@ -1,4 +1,4 @@
-//! Which frames are lost: Gilbert's and Elliott's chain of good and bad times, in a bad one everything is lost.
+//! Which frames are lost: the Gilbert-Elliott chain of good and bad states; in a bad state every frame is lost.
 
 use crate::random::{Purpose, keyed_rng, unit};
 use v2x_common::id::AgentId;
@@ -8,7 +8,7 @@ use v2x_common::id::AgentId;
 pub struct Loss {
     /// Share of the frames that are lost ("packet error rate"), 0 to 1.
     pub rate: f64,
-    /// Mean length of a burst of losses, frames; `None` where each frame is lost by itself.
+    /// Mean length of a burst of losses, frames; `None`: the losses of frames are independent.
     pub burst: Option<f64>,
 }
 
@@ -23,16 +23,17 @@ impl Loss {
         }
     }
 
-    /// Whether frames with these numbers were lost, given a uniform number for each. The chain is stationary, and a
-    /// frame's fate depends on its own number and those before it alone: going back, some frame's number decides
-    /// its fate whatever was before.
+    /// Whether frame `sequence` is lost, where `number` gives a uniform number for each frame. The chain is stationary.
+    ///
+    /// Going back from the frame, there is one whose number determines its state whatever the state before it was; from
+    /// there the chain is followed forward. So any frame can be computed alone.
     pub(super) fn is_lost(&self, sequence: u64, number: impl Fn(u64) -> f64) -> bool {
         let (after_arrival, after_loss) = self.transitions();
         let (low, high) = (after_arrival.min(after_loss), after_arrival.max(after_loss));
         let decided = |u: f64| if u < low { Some(true) } else { (u >= high).then_some(false) };
         let mut back = 0;
         let mut is_lost = loop {
-            // Before the first frame the state is drawn from the chain's long run.
+            // Before the first frame the state is drawn from the stationary distribution.
             if back > sequence {
                 break number(u64::MAX) < self.rate;
             }
@@ -48,7 +49,7 @@ impl Loss {
         is_lost
     }
 
-    /// The number of a frame for [`Loss::is_lost`].
+    /// The uniform number of a frame for [`Loss::is_lost`].
     pub(super) fn number(seed: u64, agent: &AgentId, sequence: u64) -> f64 {
         unit(&mut keyed_rng(seed, Some(agent), sequence, Purpose::LossBurst))
     }
@@ -64,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_rate_and_the_mean_burst_are_those_asked_for() {
+    fn the_error_rate_and_the_mean_burst_are_the_configured_ones() {
         for (rate, burst) in [(0.1, 5.0), (0.3, 2.0), (0.02, 20.0), (0.5, 1.5)] {
             let lost = fates(Loss { rate, burst: Some(burst) }, 15_000);
             let share = lost.iter().filter(|lost| **lost).count() as f64 / lost.len() as f64;
@@ -78,14 +79,14 @@ mod tests {
     }
 
     #[test]
-    fn a_frames_fate_is_the_same_whoever_asks_first() {
+    fn the_outcome_of_a_frame_does_not_depend_on_the_order_of_evaluation() {
         let loss = Loss { rate: 0.3, burst: Some(10.0) };
         let agent = AgentId::new("ego").unwrap();
         let lost = |sequence: u64| loss.is_lost(sequence, |at| Loss::number(3, &agent, at));
         let forward: Vec<bool> = (0..500).map(lost).collect();
         let backward: Vec<bool> = (0..500).rev().map(lost).collect();
         assert!(forward.iter().eq(backward.iter().rev()));
-        // It is a chain: a frame is lost because the one before was, or because it turned bad.
+        // The chain forward from frame to frame gives the same.
         let (after_arrival, after_loss) = loss.transitions();
         for (before, sequence) in forward.iter().zip(1u64..500) {
             let limit = if *before { after_loss } else { after_arrival };
@@ -94,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn all_or_nothing_needs_no_chain() {
+    fn rates_of_0_and_1_lose_none_and_all() {
         assert!(fates(Loss { rate: 0.0, burst: Some(3.0) }, 100).iter().all(|lost| !lost));
         assert!(fates(Loss { rate: 1.0, burst: Some(3.0) }, 100).iter().all(|lost| *lost));
     }

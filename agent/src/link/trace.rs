@@ -5,15 +5,15 @@ use v2x_common::time::Span;
 /// One recorded frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TracePoint {
-    /// When it was sent, since the recording's start, s.
+    /// When it was sent, since the start of the recording, s.
     pub t_s: f64,
-    /// How long it took, s.
+    /// Its delay, s.
     pub delay_s: f64,
     /// Whether it was lost.
     pub is_lost: bool,
 }
 
-/// A recording, which begins anew when it is over.
+/// A recording, which repeats from its start when it ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     /// By time; never empty.
@@ -21,7 +21,7 @@ pub struct Trace {
     length_s: f64,
 }
 
-/// A recording cannot be used.
+/// Why a recording cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TraceError {
     /// A row that cannot be read.
@@ -37,7 +37,7 @@ pub enum TraceError {
     Empty,
 }
 
-/// The columns of a row; others may be there.
+/// Places of the columns in a row; other columns are ignored.
 struct Columns {
     t: usize,
     delay: usize,
@@ -62,13 +62,13 @@ impl Trace {
         }
         let (first, last) = (points.first().ok_or(TraceError::Empty)?.t_s, points[points.len() - 1].t_s);
         points.iter_mut().for_each(|point| point.t_s -= first);
-        // The last one holds as long as one does on average.
+        // The last row is valid for the mean interval between rows.
         let n = points.len() as f64;
         let length_s = (last - first) * if n > 1.0 { n / (n - 1.0) } else { 1.0 };
         Ok(Self { points, length_s })
     }
 
-    /// What held at this time since the start: the newest recorded frame's fate.
+    /// The recorded frame that was sent last at this time since the start.
     pub fn at(&self, since_start: Span) -> TracePoint {
         let t_s = since_start.as_secs_f64();
         let t_s =
@@ -77,7 +77,7 @@ impl Trace {
         self.points[after.saturating_sub(1)]
     }
 
-    /// Whether anything was lost in it.
+    /// Whether it contains losses.
     pub fn loses(&self) -> bool {
         self.points.iter().any(|point| point.is_lost)
     }
@@ -108,7 +108,7 @@ impl Columns {
             Some(lost) if lost == 0.0 || lost == 1.0 => lost == 1.0,
             Some(lost) => return Err(format!("lost is {lost}, expected 0 or 1")),
         };
-        // What was lost took no time.
+        // A lost frame has no delay.
         let delay_s = if is_lost { 0.0 } else { number("delay", self.delay)? };
         if !(0.0..=600.0).contains(&delay_s) {
             return Err(format!("delay is {delay_s}, expected 0 to 600 s"));
@@ -124,7 +124,7 @@ mod tests {
     const TEXT: &str = "t,delay,size,lost\n10.0,0.02,900,0\n10.1,0.05,900,0\n10.2,,900,1\n";
 
     #[test]
-    fn a_recording_holds_from_frame_to_frame_and_begins_anew() {
+    fn a_recorded_frame_is_valid_until_the_next_and_the_recording_repeats() {
         let trace = Trace::from_csv(TEXT).unwrap();
         let at = |ms: i64| trace.at(Span::from_millis(ms));
         assert_eq!((at(0).delay_s, at(99).delay_s, at(101).delay_s), (0.02, 0.02, 0.05));

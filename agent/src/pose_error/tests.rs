@@ -12,11 +12,11 @@ fn error(correlation_s: f64) -> PoseError {
 
 /// The random part in units of its σ, frame by frame at 10 Hz.
 fn standardized(error: &PoseError, sequence: u64) -> [f64; 3] {
-    let believed = error.believed(&HERE, (4, &agent()), sequence, 10.0);
+    let estimate = error.estimate(&HERE, &FrameKey { seed: 4, agent: &agent(), sequence }, 10.0);
     [
-        (believed.x - HERE.x) / error.position_m,
-        (believed.y - HERE.y) / error.position_m,
-        wrap_angle(believed.yaw - HERE.yaw) / error.yaw_rad,
+        (estimate.x - HERE.x) / error.position_m,
+        (estimate.y - HERE.y) / error.position_m,
+        wrap_angle(estimate.yaw - HERE.yaw) / error.yaw_rad,
     ]
 }
 
@@ -34,7 +34,7 @@ fn autocovariance(course: &[[f64; 3]], lag: usize) -> [f64; 3] {
 }
 
 #[test]
-fn without_correlation_each_frame_errs_anew_with_the_declared_sigma() {
+fn without_correlation_the_errors_of_frames_are_independent_and_have_the_declared_sigma() {
     let course = course(&error(0.0));
     // Standard errors from 40 000 draws: 0.007 of the variance, 0.005 of the covariance.
     for variance in autocovariance(&course, 0) {
@@ -46,7 +46,7 @@ fn without_correlation_each_frame_errs_anew_with_the_declared_sigma() {
 }
 
 #[test]
-fn the_correlation_falls_by_e_in_the_correlation_time() {
+fn the_correlation_falls_by_a_factor_e_in_the_correlation_time() {
     // τ is 5 frames: 40 000 frames are worth some 8000 independent ones of a product, standard error 0.016.
     let course = course(&error(0.5));
     for (lag, expected) in [(0, 1.0), (1, 0.8187), (5, 0.3679), (10, 0.1353), (30, 0.0025)] {
@@ -83,7 +83,7 @@ fn every_frame_has_variance_1_and_the_exact_exponential_correlation_also_across_
 }
 
 #[test]
-fn a_frame_can_be_asked_for_without_those_before_and_at_any_number() {
+fn any_frame_can_be_computed_without_those_before_it() {
     let error = error(3600.0);
     for sequence in [0, 1, 1_000_003, u64::MAX / 2 + 1, u64::MAX] {
         let [x, y, yaw] = standardized(&error, sequence);
@@ -96,12 +96,13 @@ fn a_frame_can_be_asked_for_without_those_before_and_at_any_number() {
 }
 
 #[test]
-fn seeds_agents_and_axes_err_independently() {
+fn errors_of_seeds_agents_and_axes_are_independent() {
     let other = AgentId::new("rsu").unwrap();
-    let believed = |seed, agent: &AgentId| error(5.0).believed(&HERE, (seed, agent), 17, 10.0);
-    let ours = believed(1, &agent());
-    assert!(ours.x.to_bits() != believed(2, &agent()).x.to_bits());
-    assert!(ours.x.to_bits() != believed(1, &other).x.to_bits());
+    let estimate =
+        |seed, agent: &AgentId| error(5.0).estimate(&HERE, &FrameKey { seed, agent, sequence: 17 }, 10.0);
+    let ours = estimate(1, &agent());
+    assert!(ours.x.to_bits() != estimate(2, &agent()).x.to_bits());
+    assert!(ours.x.to_bits() != estimate(1, &other).x.to_bits());
     let [x, y, _] = standardized(&error(5.0), 17);
     assert!((x - y).abs() > 1e-9);
 }
@@ -109,21 +110,23 @@ fn seeds_agents_and_axes_err_independently() {
 #[test]
 fn a_bias_is_added_in_the_map_frame() {
     let bias = Pose { x: 0.3, y: -0.4, yaw: 0.5 };
-    let believed = PoseError { bias, ..PoseError::default() }.believed(&HERE, (1, &agent()), 3, 10.0);
-    assert!((believed.x - 10.3).abs() < 1e-12 && (believed.y + 4.4).abs() < 1e-12);
-    assert!((believed.yaw - wrap_angle(3.5)).abs() < 1e-12);
+    let agent = agent();
+    let key = FrameKey { seed: 1, agent: &agent, sequence: 3 };
+    let estimate = PoseError { bias, ..PoseError::default() }.estimate(&HERE, &key, 10.0);
+    assert!((estimate.x - 10.3).abs() < 1e-12 && (estimate.y + 4.4).abs() < 1e-12);
+    assert!((estimate.yaw - wrap_angle(3.5)).abs() < 1e-12);
 }
 
 #[test]
-fn boxes_keep_their_range_and_bearing_from_the_pose_that_is_believed() {
-    let belief = Belief { pose: HERE, believed: Pose { x: 10.5, y: -4.5, yaw: -3.1 } };
+fn boxes_keep_their_range_and_bearing_from_the_estimated_pose() {
+    let pose = EstimatedPose { truth: HERE, estimate: Pose { x: 10.5, y: -4.5, yaw: -3.1 } };
     let measured = BevBox { x: 40.0, y: 36.0, w: 1.8, d: 4.5, yaw: 1.0 };
-    let told = belief.misplace(&measured);
+    let placed = pose.place(&measured);
     let range = |pose: &Pose, bev: &BevBox| pose.distance_to(bev.x, bev.y);
-    assert!((range(&belief.believed, &told) - range(&belief.pose, &measured)).abs() < 1e-12);
+    assert!((range(&pose.estimate, &placed) - range(&pose.truth, &measured)).abs() < 1e-12);
     let bearing = |pose: &Pose, bev: &BevBox| pose.bearing_to(bev.x, bev.y);
-    assert!((bearing(&belief.believed, &told) - bearing(&belief.pose, &measured)).abs() < 1e-12);
-    let turned = wrap_angle(told.yaw - measured.yaw);
+    assert!((bearing(&pose.estimate, &placed) - bearing(&pose.truth, &measured)).abs() < 1e-12);
+    let turned = wrap_angle(placed.yaw - measured.yaw);
     assert!((turned - wrap_angle(-3.1 - 3.0)).abs() < 1e-12);
-    assert_eq!((told.w, told.d), (1.8, 4.5));
+    assert_eq!((placed.w, placed.d), (1.8, 4.5));
 }

@@ -1,42 +1,42 @@
-//! What can be wrong with a scenario file.
+//! Mistakes in a scenario file.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Why a scenario was refused. Every message names the file, the place in it, and the value.
+/// Why a scenario file was refused. Every message names the file, the place in it, and the value.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
     #[error("cannot read scenario {}: {cause}", path.display())]
     Read {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The cause.
         cause: std::io::Error,
     },
     /// Not TOML, an unknown or missing field, or a value of the wrong type; the cause names the line.
     #[error("{origin}: {cause}")]
     Syntax {
-        /// Where the text came from.
+        /// Source of the text.
         origin: Origin,
         /// Line, column and cause.
         cause: Box<toml::de::Error>,
     },
-    /// A value that cannot be.
+    /// A value outside of its limits.
     #[error("{origin}: {field} is {value}, expected {expected}")]
     Value {
-        /// Where the text came from.
+        /// Source of the text.
         origin: Origin,
         /// The field's path, as in `agents[1].rate_hz`.
         field: String,
-        /// What it holds.
+        /// The value found.
         value: String,
-        /// What it may hold.
+        /// The allowed values.
         expected: String,
     },
 }
 
-/// Where a scenario's text came from.
+/// The source of a scenario's text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Origin(Option<PathBuf>);
 

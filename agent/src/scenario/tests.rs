@@ -4,8 +4,11 @@ use crate::link::Delay;
 use crate::noise::NoiseLevel;
 use crate::pose_error::PoseError;
 use crate::sending::{SendRule, Transmit};
+use crate::timing::Phase;
+use crate::world::{CrossingConfig, Route, Station, WorldConfig};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::{Accuracy, SensorKind};
+use v2x_common::time::Span;
 
 const MINIMAL: &str = r#"
 name = "small"
@@ -43,14 +46,17 @@ fn every_shipped_scenario_is_valid() {
 fn the_default_scenario_puts_both_agents_on_equal_footing() {
     let scenario = Scenario::load(shipped("crossing.toml")).unwrap();
     let [ego, rsu] = &scenario.agents[..] else { panic!("two agents") };
-    assert_eq!((ego.id.as_str(), ego.kind), ("ego", SensorKind::Vehicle));
-    assert_eq!((rsu.id.as_str(), rsu.kind), ("rsu", SensorKind::RoadsideUnit));
-    assert_eq!(ego.noise, NoiseLevel::N1.model());
-    assert_eq!((ego.noise, &ego.link, ego.rate), (rsu.noise, &rsu.link, rsu.rate));
-    assert_eq!((ego.detection_probability, ego.clutter_per_frame), (0.95, 0.5));
-    assert_eq!((rsu.detection_probability, rsu.clutter_per_frame), (0.95, 0.5));
+    assert_eq!((ego.id().as_str(), ego.sensor.kind), ("ego", SensorKind::Vehicle));
+    assert_eq!((rsu.id().as_str(), rsu.sensor.kind), ("rsu", SensorKind::RoadsideUnit));
+    assert_eq!(ego.sensor.noise, NoiseLevel::N1.model());
+    assert_eq!(
+        (ego.sensor.noise, &ego.sending.link, ego.sensor.rate),
+        (rsu.sensor.noise, &rsu.sending.link, rsu.sensor.rate)
+    );
+    assert_eq!((ego.sensor.detection_probability, ego.sensor.clutter_per_frame), (0.95, 0.5));
+    assert_eq!((rsu.sensor.detection_probability, rsu.sensor.clutter_per_frame), (0.95, 0.5));
     let at = |ms| Phase::Fixed(Span::from_millis(ms));
-    assert_eq!((ego.phase, rsu.phase), (at(0), at(50)));
+    assert_eq!((ego.sensor.phase, rsu.sensor.phase), (at(0), at(50)));
 }
 
 #[test]
@@ -60,14 +66,17 @@ fn what_is_left_out_takes_its_default() {
     assert_eq!(scenario.world, WorldConfig::Crossing(CrossingConfig::default()));
     let [car, unit] = &scenario.agents[..] else { panic!("two agents") };
     assert_eq!(car.station, Station::Driving(Route::Block(0)));
-    assert_eq!((car.field_of_view.range_min_m, unit.field_of_view.range_min_m), (2.5, 0.0));
+    assert_eq!((car.sensor.field_of_view.range_min_m, unit.sensor.field_of_view.range_min_m), (2.5, 0.0));
     for (agent, declared) in [(car, [0.5, 0.5, 50.0]), (unit, [0.02, 0.02, 0.001])] {
-        let Accuracy { position_m, yaw_rad, clock_s } = agent.accuracy;
+        let Accuracy { position_m, yaw_rad, clock_s } = agent.sensor.accuracy;
         let found = [position_m, yaw_rad.to_degrees(), 1e3 * clock_s];
         assert!(found.iter().zip(declared).all(|(f, d)| (f / d - 1.0).abs() < 1e-12), "{found:?}");
-        assert_eq!((agent.clock, agent.pose_error), (ClockError::default(), None));
-        assert_eq!((agent.transmit, agent.send), (Transmit::Immediately, SendRule::Periodic));
-        assert_eq!((&agent.sensing, agent.phase), (&Delay::constant(0.0), Phase::Fixed(Span::ZERO)));
+        assert_eq!((agent.sensor.clock, agent.sensor.pose_error), (ClockError::default(), None));
+        assert_eq!((agent.sending.transmit, agent.sending.rule), (Transmit::Immediately, SendRule::Periodic));
+        assert_eq!(
+            (&agent.sending.sensing, agent.sensor.phase),
+            (&Delay::constant(0.0), Phase::Fixed(Span::ZERO))
+        );
     }
     let Station::Fixed(Pose { x, y, yaw }) = unit.station else { panic!("it stands") };
     assert_eq!((x, y), (1.0, 2.0));
@@ -84,7 +93,7 @@ fn the_hubs_table_is_kept_unread() {
 fn own_noise_numbers_are_read_in_their_units() {
     let table = r#"id = "a"
 noise = { position_m = 0.3, position_per_m = 0.02, yaw_deg = 90, yaw_deg_per_m = 0.1, size = 0.3 }"#;
-    let noise = Scenario::from_toml(&MINIMAL.replace(r#"id = "a""#, table)).unwrap().agents[0].noise;
+    let noise = Scenario::from_toml(&MINIMAL.replace(r#"id = "a""#, table)).unwrap().agents[0].sensor.noise;
     assert_eq!((noise.position_m, noise.position_per_m), (0.3, 0.02));
     assert!((noise.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     assert_eq!((noise.size.sigma, noise.size.lower), (0.3, 0.1));
@@ -107,22 +116,22 @@ phase_ms = \"random\"
 transmit = { period_ms = 100, phase_ms = 30 }
 send = \"etsi\"",
     );
-    assert_eq!(agent.clock, ClockError { offset: Span::from_millis(-50), drift_ppm: 10.0 });
-    let error = agent.pose_error.unwrap();
+    assert_eq!(agent.sensor.clock, ClockError { offset: Span::from_millis(-50), drift_ppm: 10.0 });
+    let error = agent.sensor.pose_error.unwrap();
     assert_eq!((error.position_m, error.correlation_s, error.bias.x, error.bias.y), (0.2, 5.0, 0.3, -0.4));
     assert!((error.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     assert!((error.bias.yaw - std::f64::consts::PI).abs() < 1e-12);
-    assert_eq!((agent.accuracy.position_m, agent.accuracy.clock_s), (1.0, 0.002));
-    assert_eq!((agent.sensing, agent.phase), (Delay::constant(0.0605), Phase::Random));
+    assert_eq!((agent.sensor.accuracy.position_m, agent.sensor.accuracy.clock_s), (1.0, 0.002));
+    assert_eq!((agent.sending.sensing, agent.sensor.phase), (Delay::constant(0.0605), Phase::Random));
     let phase = Phase::Fixed(Span::from_millis(30));
-    assert_eq!(agent.transmit, Transmit::Slotted { period: Span::from_millis(100), phase });
-    assert_eq!(agent.send, SendRule::Etsi);
+    assert_eq!(agent.sending.transmit, Transmit::Slotted { period: Span::from_millis(100), phase });
+    assert_eq!(agent.sending.rule, SendRule::Etsi);
 }
 
 #[test]
 fn a_sensors_delay_has_the_names_that_links_have() {
     let agent = with("sensing_ms = \"custom:delay=60ms,jitter=10ms\"");
-    assert_eq!(agent.sensing, Delay::Normal { mean_s: 0.06, sigma_s: 0.01 });
+    assert_eq!(agent.sending.sensing, Delay::Normal { mean_s: 0.06, sigma_s: 0.01 });
 }
 
 #[test]
@@ -132,12 +141,12 @@ fn the_older_name_of_the_declared_accuracy_is_still_read() {
 
 #[test]
 fn v2xvits_noisy_link_brings_its_pose_noise_unless_the_agent_has_its_own() {
-    let published = with("link = \"v2xvit-noisy\"").pose_error.unwrap();
+    let published = with("link = \"v2xvit-noisy\"").sensor.pose_error.unwrap();
     assert_eq!((published.position_m, published.correlation_s, published.bias), (0.2, 0.0, Pose::default()));
     assert!((published.yaw_rad.to_degrees() - 0.2).abs() < 1e-12);
     let own = with("link = \"v2xvit-noisy\"\npose_error = {}");
-    assert_eq!(own.pose_error, Some(PoseError::default()));
-    assert_eq!(with("link = \"lte-uu\"").pose_error, None);
+    assert_eq!(own.sensor.pose_error, Some(PoseError::default()));
+    assert_eq!(with("link = \"lte-uu\"").sensor.pose_error, None);
 }
 
 #[test]
@@ -192,8 +201,16 @@ fn impossible_values_are_named_by_field_and_value() {
         (id_b, "id = \"b\"\nlink = { loss = 2 }", "agents[1].link.loss is 2"),
         (id_b, "id = \"b\"\nlink = { loss = 0.9, burst = 3 }", "agents[1].link.burst is 3"),
         (id_b, "id = \"b\"\nlink = { jitter_ms = -2 }", "agents[1].link.jitter_ms is -2"),
-        (id_b, "id = \"b\"\nfield_of_view = { range_max_m = 0 }", "agents[1].field_of_view.range_max_m is 0"),
-        (id_b, "id = \"b\"\nfield_of_view = { width_deg = 400 }", "agents[1].field_of_view.width_deg is 400"),
+        (
+            id_b,
+            "id = \"b\"\nfield_of_view = { range_max_m = 0 }",
+            "agents[1].field_of_view.range_max_m is 0",
+        ),
+        (
+            id_b,
+            "id = \"b\"\nfield_of_view = { width_deg = 400 }",
+            "agents[1].field_of_view.width_deg is 400",
+        ),
         (
             id_b,
             "id = \"b\"\naccuracy = { position_m = 0 }",

@@ -1,8 +1,7 @@
-//! Which objects a frame tells of: rules after ETSI TS 103 324 (collective perception service).
+//! Which objects a frame includes: rules after ETSI TS 103 324 (collective perception service).
 //!
-//! The rules need the sender's own tracks. The simulation takes the sender's tracker as perfect: it knows which
-//! detection is of which object, and how that object truly moves. A false detection is to it an object seen for the
-//! first time.
+//! The rules need the sender's own tracks. The simulation assumes a perfect tracker: it knows which detection is of
+//! which object, and how that object truly moves. A false detection counts as an object detected for the first time.
 
 use std::collections::BTreeMap;
 
@@ -11,120 +10,120 @@ use v2x_common::time::Span;
 
 use crate::truth::{ObjectId, TrueObject};
 
-/// Whoever was told of that long ago is told of again; so is a frame that tells of nobody.
+/// An object that was last included that long ago is included again; a frame without any is sent after that time.
 pub const LONGEST_SILENCE: Span = Span::from_millis(1000);
-/// Pedestrians and cyclists are told of again after that.
+/// Pedestrians and cyclists are included again after that time.
 const LONGEST_SILENCE_OF_PEOPLE: Span = Span::from_millis(500);
-/// A vehicle that moved farther since it was told of, m, is told of again.
+/// A vehicle is included again when it has moved by more than this since it was last included, m.
 const MOVED_M: f64 = 4.0;
-/// One that changed its speed by more, m/s.
+/// The same for a change of speed, m/s.
 const SPEED_CHANGE_MPS: f64 = 0.5;
-/// One that turned by this or more, rad.
+/// The same for a turn by this or more, rad.
 const TURN_RAD: f64 = 4.0 * std::f64::consts::PI / 180.0;
-/// Capture times are rounded down to the nanosecond: ten tenths of a second shall be a second.
+/// Capture times are rounded down to the nanosecond: ten frames of 0.1 s must count as a second.
 const ROUNDING: Span = Span::from_micros(1);
 
 /// What a detection is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Sighting {
-    /// The sender itself: stands in each frame that is sent, and makes none be sent.
+pub enum Subject {
+    /// The sender itself: included in each frame that is sent; it alone is no reason to send a frame.
     Own,
-    /// An object of the world, as it truly is.
+    /// An object of the world, in its true state.
     Object(TrueObject),
-    /// Nothing: clutter of this class.
-    Phantom(Class),
+    /// A false detection of this class.
+    Clutter(Class),
 }
 
-/// One sender's memory of whom it told of. Fed with its frames in their order.
+/// What one sender has included in its frames so far. Takes its frames in their order.
 #[derive(Clone, Debug, Default)]
 pub struct InclusionRules {
-    /// Everything but pedestrians and cyclists, as last told of.
-    told: BTreeMap<ObjectId, (Span, TrueObject)>,
-    /// When each pedestrian or cyclist was last seen.
+    /// All objects but pedestrians and cyclists, as they were last included.
+    included: BTreeMap<ObjectId, (Span, TrueObject)>,
+    /// When each pedestrian or cyclist was last detected.
     people: BTreeMap<ObjectId, Span>,
-    people_told_at: Option<Span>,
+    people_included_at: Option<Span>,
     sent_at: Option<Span>,
 }
 
 impl InclusionRules {
-    /// Which of the sightings the frame that was captured at `t` (since the scenario's start) tells of; `None` where
+    /// Which of the detections the frame that was captured at `t` (since the scenario's start) includes; `None` where
     /// it is not sent at all.
-    pub fn choose(&mut self, t: Span, sightings: &[Sighting]) -> Option<Vec<bool>> {
+    pub fn choose(&mut self, t: Span, subjects: &[Subject]) -> Option<Vec<bool>> {
         self.forget(t);
-        let are_people_told = self.are_people_due(t, sightings);
-        let included: Vec<bool> = sightings
+        let are_people_included = self.are_people_due(t, subjects);
+        let is_included: Vec<bool> = subjects
             .iter()
-            .map(|sighting| match sighting {
-                Sighting::Own => true,
-                _ if sighting.is_of_people() => are_people_told,
-                Sighting::Phantom(_) => true,
-                Sighting::Object(object) => self.is_due(t, object),
+            .map(|subject| match subject {
+                Subject::Own => true,
+                _ if subject.is_of_people() => are_people_included,
+                Subject::Clutter(_) => true,
+                Subject::Object(object) => self.is_due(t, object),
             })
             .collect();
-        self.see_people(t, sightings);
-        let tells_of_any =
-            sightings.iter().zip(&included).any(|(sighting, is_in)| *is_in && *sighting != Sighting::Own);
-        if !tells_of_any && !is_over(LONGEST_SILENCE, t, self.sent_at) {
+        self.note_people(t, subjects);
+        let includes_any =
+            subjects.iter().zip(&is_included).any(|(subject, is_in)| *is_in && *subject != Subject::Own);
+        if !includes_any && !is_over(LONGEST_SILENCE, t, self.sent_at) {
             return None;
         }
-        self.remember(t, sightings, &included);
-        Some(included)
+        self.remember(t, subjects, &is_included);
+        Some(is_included)
     }
 
     fn is_due(&self, t: Span, object: &TrueObject) -> bool {
-        let Some((at, told)) = self.told.get(&object.id) else { return true };
-        let moved_m = libm::hypot(object.bev.x - told.bev.x, object.bev.y - told.bev.y);
-        let turned = v2x_common::geometry::angle_difference(object.bev.yaw, told.bev.yaw).abs();
+        let Some((at, last)) = self.included.get(&object.id) else { return true };
+        let moved_m = libm::hypot(object.bev.x - last.bev.x, object.bev.y - last.bev.y);
+        let turned = v2x_common::geometry::angle_difference(object.bev.yaw, last.bev.yaw).abs();
         moved_m > MOVED_M
-            || (speed_mps(object) - speed_mps(told)).abs() > SPEED_CHANGE_MPS
+            || (speed_mps(object) - speed_mps(last)).abs() > SPEED_CHANGE_MPS
             || turned >= TURN_RAD
             || is_over(LONGEST_SILENCE, t, Some(*at))
     }
 
-    /// All or none of them: at a new one, or after a while.
-    fn are_people_due(&self, t: Span, sightings: &[Sighting]) -> bool {
-        let is_new = |sighting: &Sighting| match sighting {
-            Sighting::Object(object) => !self.people.contains_key(&object.id),
+    /// All of them or none: when there is a new one, or after [`LONGEST_SILENCE_OF_PEOPLE`].
+    fn are_people_due(&self, t: Span, subjects: &[Subject]) -> bool {
+        let is_new = |subject: &Subject| match subject {
+            Subject::Object(object) => !self.people.contains_key(&object.id),
             _ => true,
         };
-        is_over(LONGEST_SILENCE_OF_PEOPLE, t, self.people_told_at)
-            || sightings.iter().filter(|sighting| sighting.is_of_people()).any(is_new)
+        is_over(LONGEST_SILENCE_OF_PEOPLE, t, self.people_included_at)
+            || subjects.iter().filter(|subject| subject.is_of_people()).any(is_new)
     }
 
-    /// A track that got no detection for so long has ended.
+    /// The sender deletes a track that had no detection for that long.
     fn forget(&mut self, t: Span) {
-        self.told.retain(|_, (at, _)| !is_over(LONGEST_SILENCE, t, Some(*at)));
-        self.people.retain(|_, seen_at| !is_over(LONGEST_SILENCE, t, Some(*seen_at)));
+        self.included.retain(|_, (at, _)| !is_over(LONGEST_SILENCE, t, Some(*at)));
+        self.people.retain(|_, detected_at| !is_over(LONGEST_SILENCE, t, Some(*detected_at)));
     }
 
-    fn see_people(&mut self, t: Span, sightings: &[Sighting]) {
-        for sighting in sightings.iter().filter(|sighting| sighting.is_of_people()) {
-            if let Sighting::Object(object) = sighting {
+    fn note_people(&mut self, t: Span, subjects: &[Subject]) {
+        for subject in subjects.iter().filter(|subject| subject.is_of_people()) {
+            if let Subject::Object(object) = subject {
                 self.people.insert(object.id, t);
             }
         }
     }
 
-    fn remember(&mut self, t: Span, sightings: &[Sighting], included: &[bool]) {
+    fn remember(&mut self, t: Span, subjects: &[Subject], is_included: &[bool]) {
         self.sent_at = Some(t);
-        for (sighting, is_in) in sightings.iter().zip(included) {
-            match sighting {
+        for (subject, is_in) in subjects.iter().zip(is_included) {
+            match subject {
                 _ if !*is_in => {}
-                _ if sighting.is_of_people() => self.people_told_at = Some(t),
-                Sighting::Object(object) => drop(self.told.insert(object.id, (t, *object))),
-                Sighting::Own | Sighting::Phantom(_) => {}
+                _ if subject.is_of_people() => self.people_included_at = Some(t),
+                Subject::Object(object) => drop(self.included.insert(object.id, (t, *object))),
+                Subject::Own | Subject::Clutter(_) => {}
             }
         }
     }
 }
 
-impl Sighting {
+impl Subject {
     /// Whether it is of a pedestrian or cyclist.
     fn is_of_people(&self) -> bool {
         let class = match self {
             Self::Own => return false,
             Self::Object(object) => object.class,
-            Self::Phantom(class) => *class,
+            Self::Clutter(class) => *class,
         };
         class.is_pedestrian() || class == Class::Bicycle
     }
@@ -152,15 +151,15 @@ mod tests {
         object(1, Class::Car)
     }
 
-    fn person(id: u32) -> Sighting {
-        Sighting::Object(object(id, Class::Adult))
+    fn person(id: u32) -> Subject {
+        Subject::Object(object(id, Class::Adult))
     }
 
-    /// A sender that told of the standing car at 0, and what it says of `later` 100 ms after.
-    fn told_again(later: TrueObject) -> bool {
+    /// Whether a sender that included the standing car at 0 includes `later` 100 ms after.
+    fn is_included_again(later: TrueObject) -> bool {
         let mut rules = InclusionRules::default();
-        assert_eq!(rules.choose(Span::ZERO, &[Sighting::Object(car())]), Some(vec![true]));
-        rules.choose(Span::from_millis(100), &[Sighting::Object(later)]).is_some()
+        assert_eq!(rules.choose(Span::ZERO, &[Subject::Object(car())]), Some(vec![true]));
+        rules.choose(Span::from_millis(100), &[Subject::Object(later)]).is_some()
     }
 
     fn at(bev: impl FnOnce(&mut BevBox)) -> TrueObject {
@@ -170,34 +169,34 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_told_of_when_new_and_not_again_while_nothing_happens() {
-        assert!(!told_again(car()));
-        assert!(told_again(object(2, Class::Car)));
+    fn a_vehicle_is_included_when_new_and_not_again_while_its_state_is_the_same() {
+        assert!(!is_included_again(car()));
+        assert!(is_included_again(object(2, Class::Car)));
     }
 
     #[test]
-    fn a_vehicle_is_told_of_again_when_it_moved_more_than_4_m() {
-        assert!(!told_again(at(|bev| bev.x = 4.0)));
-        assert!(told_again(at(|bev| (bev.x, bev.y) = (3.0, 3.0))));
+    fn a_vehicle_is_included_again_when_it_moved_more_than_4_m() {
+        assert!(!is_included_again(at(|bev| bev.x = 4.0)));
+        assert!(is_included_again(at(|bev| (bev.x, bev.y) = (3.0, 3.0))));
     }
 
     #[test]
-    fn a_vehicle_is_told_of_again_when_its_speed_changed_by_more_than_half_a_metre_a_second() {
-        assert!(!told_again(TrueObject { velocity: (0.5, 0.0), ..car() }));
-        assert!(told_again(TrueObject { velocity: (0.4, 0.4), ..car() }));
+    fn a_vehicle_is_included_again_when_its_speed_changed_by_more_than_half_a_metre_a_second() {
+        assert!(!is_included_again(TrueObject { velocity: (0.5, 0.0), ..car() }));
+        assert!(is_included_again(TrueObject { velocity: (0.4, 0.4), ..car() }));
     }
 
     #[test]
-    fn a_vehicle_is_told_of_again_when_it_turned_by_4_degrees() {
-        assert!(!told_again(at(|bev| bev.yaw = -3.9_f64.to_radians())));
-        assert!(told_again(at(|bev| bev.yaw = -4.0_f64.to_radians())));
+    fn a_vehicle_is_included_again_when_it_turned_by_4_degrees() {
+        assert!(!is_included_again(at(|bev| bev.yaw = -3.9_f64.to_radians())));
+        assert!(is_included_again(at(|bev| bev.yaw = -4.0_f64.to_radians())));
     }
 
     #[test]
-    fn a_vehicle_is_told_of_again_after_a_second_and_so_is_an_empty_frame() {
+    fn a_vehicle_is_included_again_after_a_second_and_so_is_an_empty_frame() {
         let mut rules = InclusionRules::default();
         let frames = (0..21).filter(|n| {
-            let chosen = rules.choose(Span::from_millis(100 * n), &[Sighting::Object(car())]);
+            let chosen = rules.choose(Span::from_millis(100 * n), &[Subject::Object(car())]);
             chosen.is_some_and(|chosen| chosen == [true])
         });
         assert_eq!(frames.collect::<Vec<i64>>(), [0, 10, 20]);
@@ -207,34 +206,34 @@ mod tests {
     }
 
     #[test]
-    fn people_are_told_of_all_together_after_half_a_second() {
+    fn all_people_are_included_together_after_half_a_second() {
         let mut rules = InclusionRules::default();
-        let sightings = [person(1), Sighting::Object(object(2, Class::Bicycle))];
-        let chosen = (0..11).map(|n| rules.choose(Span::from_millis(100 * n), &sightings));
+        let subjects = [person(1), Subject::Object(object(2, Class::Bicycle))];
+        let chosen = (0..11).map(|n| rules.choose(Span::from_millis(100 * n), &subjects));
         for (n, chosen) in chosen.enumerate() {
             assert_eq!(chosen, (n % 5 == 0).then(|| vec![true, true]), "frame {n}");
         }
     }
 
     #[test]
-    fn a_new_person_brings_all_of_them_and_no_vehicle() {
+    fn a_new_person_causes_all_people_to_be_included_and_no_vehicle() {
         let mut rules = InclusionRules::default();
-        rules.choose(Span::ZERO, &[person(1), Sighting::Object(car())]);
-        let sightings = [person(1), Sighting::Object(car()), person(2)];
-        assert_eq!(rules.choose(Span::from_millis(100), &sightings), Some(vec![true, false, true]));
-        assert_eq!(rules.choose(Span::from_millis(200), &sightings), None);
+        rules.choose(Span::ZERO, &[person(1), Subject::Object(car())]);
+        let subjects = [person(1), Subject::Object(car()), person(2)];
+        assert_eq!(rules.choose(Span::from_millis(100), &subjects), Some(vec![true, false, true]));
+        assert_eq!(rules.choose(Span::from_millis(200), &subjects), None);
     }
 
     #[test]
-    fn a_moving_vehicle_alone_leaves_people_out() {
+    fn a_moving_vehicle_does_not_cause_people_to_be_included() {
         let mut rules = InclusionRules::default();
-        rules.choose(Span::ZERO, &[person(1), Sighting::Object(car())]);
-        let moved = Sighting::Object(at(|bev| bev.x = 5.0));
+        rules.choose(Span::ZERO, &[person(1), Subject::Object(car())]);
+        let moved = Subject::Object(at(|bev| bev.x = 5.0));
         assert_eq!(rules.choose(Span::from_millis(100), &[person(1), moved]), Some(vec![false, true]));
     }
 
     #[test]
-    fn a_person_missed_for_a_moment_is_not_new() {
+    fn a_person_missed_in_one_frame_is_not_new() {
         let mut rules = InclusionRules::default();
         rules.choose(Span::ZERO, &[person(1), person(2)]);
         assert_eq!(rules.choose(Span::from_millis(100), &[person(2)]), None);
@@ -242,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_person_seen_all_the_time_does_not_become_new_by_frames_that_leave_people_out() {
+    fn a_person_detected_in_every_frame_does_not_become_new_by_frames_without_people() {
         let mut rules = InclusionRules::default();
         for n in 0..40 {
             let chosen = rules.choose(Span::from_millis(100 * n), &[person(1)]);
@@ -251,11 +250,11 @@ mod tests {
     }
 
     #[test]
-    fn the_sender_stands_in_each_frame_that_is_sent_and_makes_none_be_sent() {
+    fn the_sender_is_included_in_each_frame_that_is_sent_and_causes_none_to_be_sent() {
         let mut rules = InclusionRules::default();
-        rules.choose(Span::ZERO, &[Sighting::Own]);
-        assert_eq!(rules.choose(Span::from_millis(100), &[Sighting::Own]), None);
-        let with_clutter = [Sighting::Own, Sighting::Phantom(Class::TrafficCone)];
+        rules.choose(Span::ZERO, &[Subject::Own]);
+        assert_eq!(rules.choose(Span::from_millis(100), &[Subject::Own]), None);
+        let with_clutter = [Subject::Own, Subject::Clutter(Class::TrafficCone)];
         assert_eq!(rules.choose(Span::from_millis(200), &with_clutter), Some(vec![true, true]));
     }
 }

@@ -1,13 +1,13 @@
-//! When frames may leave.
+//! When frames may be sent.
 
 use v2x_common::time::Span;
 
-/// Opportunities to send, at `phase` and every `period` after; before it as well.
+/// Opportunities to send: at `phase` plus any whole number of periods, also a negative one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slots {
-    /// From one to the next; positive.
+    /// Time between two opportunities; positive.
     pub period: Span,
-    /// One of them, since the scenario's start.
+    /// Time of one of them, since the scenario's start.
     pub phase: Span,
 }
 
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_ready_waits_for_the_next_slot_and_not_at_all_on_one() {
+    fn a_ready_frame_waits_for_the_next_slot() {
         let slots = Slots { period: Span::from_millis(100), phase: Span::from_millis(30) };
         let at = |ms: i64| slots.at_or_after(Span::from_millis(ms)).as_millis_f64();
         assert_eq!((at(0), at(30), at(31), at(129), at(130)), (30.0, 30.0, 130.0, 130.0, 130.0));

@@ -1,6 +1,5 @@
 use super::*;
 use crate::scenario::Scenario;
-use crate::world::World;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use v2x_common::id::AgentId;
@@ -10,18 +9,22 @@ const LINK: &str = "link = { delay_ms = 80, jitter_ms = 30, loss = 0.01 }\n";
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 
 /// The agents `ego` and `rsu` with these lines instead of their links.
-fn agent(id: &str, lines: &str, seed: u64) -> SimulatedAgent {
-    let scenario = Scenario::from_toml(&CROSSING.replace(LINK, &format!("{lines}\n"))).unwrap();
-    let world = Arc::new(World::new(&scenario, seed));
+fn agent(id: &str, lines: &str, seed: u64) -> Sender {
+    sender_of(&CROSSING.replace(LINK, &format!("{lines}\n")), id, seed)
+}
+
+fn sender_of(text: &str, id: &str, seed: u64) -> Sender {
+    let scenario = Scenario::from_toml(text).unwrap();
+    let index = scenario.agent_index(&AgentId::new(id).unwrap()).unwrap();
     let boot = Boot { seed, epoch: 9, start: START };
-    SimulatedAgent::new(&scenario, world, &AgentId::new(id).unwrap(), boot).unwrap()
+    scenario.agents[index].sender(Arc::new(scenario.world(seed)), boot).unwrap()
 }
 
 /// From capture to arrival, ms; `None` for frames that do not arrive.
-fn ages_ms(agent: &SimulatedAgent, n: u64) -> Vec<Option<f64>> {
-    let mut sender = Sender::new(agent);
-    let mut age = |sequence| match sender.send(agent, sequence) {
-        Fate::Arrives { at, .. } => Some((at - agent.capture_time(sequence)).as_millis_f64()),
+fn ages_ms(agent: &Sender, n: u64) -> Vec<Option<f64>> {
+    let mut sender = agent.clone();
+    let mut age = |sequence| match sender.send(sequence) {
+        Fate::Arrives { at, .. } => Some((at - agent.sensor().capture_time(sequence)).as_millis_f64()),
         Fate::Lost | Fate::Withheld => None,
     };
     (0..n).map(&mut age).collect()
@@ -37,7 +40,7 @@ fn delays_of_sensing_waiting_and_link_add_up() {
 }
 
 #[test]
-fn sensing_has_its_own_draws_beside_the_links() {
+fn sensing_and_link_have_independent_draws() {
     let sensing = "sensing_ms = \"custom:delay=60ms,jitter=10ms\"";
     let alone = ages_ms(&agent("rsu", sensing, 1), 2000);
     let with_link = ages_ms(&agent("rsu", &format!("{sensing}\n{LINK}"), 1), 2000);
@@ -56,7 +59,7 @@ fn sensing_has_its_own_draws_beside_the_links() {
 }
 
 #[test]
-fn an_outage_takes_what_is_sent_and_not_what_is_captured_in_it() {
+fn an_outage_loses_frames_that_are_sent_in_it_not_those_captured_in_it() {
     let lines = "link = \"custom:outage=500ms,outage-every=1s\"\nsensing_ms = 500";
     // Captured in the second half of a second, sent in the first half of the next.
     let arrives: Vec<bool> = ages_ms(&agent("ego", lines, 1), 20).iter().map(|age| age.is_some()).collect();
@@ -64,7 +67,7 @@ fn an_outage_takes_what_is_sent_and_not_what_is_captured_in_it() {
 }
 
 #[test]
-fn random_phases_fill_the_period_and_stay_for_a_run() {
+fn random_phases_are_uniform_over_the_period_and_constant_in_a_run() {
     let lines = "transmit = { period_ms = 100, phase_ms = \"random\" }";
     let waits: Vec<f64> = (0..200)
         .map(|seed| {
@@ -82,46 +85,41 @@ fn random_phases_fill_the_period_and_stay_for_a_run() {
 }
 
 #[test]
-fn frames_are_sent_whole_where_no_rule_is_set() {
-    let agent = agent("ego", "", 1);
-    let mut sender = Sender::new(&agent);
+fn without_rules_frames_are_sent_complete() {
+    let mut sender = agent("ego", "", 1);
     for sequence in 0..20 {
-        let at = agent.capture_time(sequence);
-        let observation = agent.observe(sequence);
-        assert_eq!(sender.send(&agent, sequence), Fate::Arrives { at, observation });
+        let at = sender.sensor().capture_time(sequence);
+        let observation = sender.sensor().observe(sequence);
+        assert_eq!(sender.send(sequence), Fate::Arrives { at, observation });
     }
 }
 
 /// What an agent without clutter and misses sends by ETSI's rules in a minute, by number.
-fn sent_by_rule(id: &str) -> (SimulatedAgent, BTreeMap<u64, Observation>) {
+fn sent_by_rule(id: &str) -> (Sensor, BTreeMap<u64, Observation>) {
     let text = CROSSING.replace("clutter_per_frame = 0.5", "clutter_per_frame = 0");
     let text = text.replace("detection_probability = 0.95", "detection_probability = 1");
-    let scenario = Scenario::from_toml(&text.replace(LINK, "send = \"etsi\"\n")).unwrap();
-    let boot = Boot { seed: 1, epoch: 9, start: START };
-    let world = Arc::new(World::new(&scenario, 1));
-    let agent = SimulatedAgent::new(&scenario, world, &AgentId::new(id).unwrap(), boot).unwrap();
-    let mut sender = Sender::new(&agent);
+    let mut sender = sender_of(&text.replace(LINK, "send = \"etsi\"\n"), id, 1);
     let mut sent = BTreeMap::new();
     for sequence in 0..600 {
-        if let Fate::Arrives { observation, .. } = sender.send(&agent, sequence) {
+        if let Fate::Arrives { observation, .. } = sender.send(sequence) {
             sent.insert(sequence, observation);
         }
     }
-    (agent, sent)
+    (sender.sensor().clone(), sent)
 }
 
 #[test]
-fn by_rule_nobody_in_view_is_silent_for_longer_than_a_second_and_much_is_left_out() {
+fn by_the_etsi_rules_every_object_in_view_is_sent_each_second_and_most_detections_are_left_out() {
     for id in ["ego", "rsu"] {
-        let (agent, sent) = sent_by_rule(id);
+        let (sensor, sent) = sent_by_rule(id);
         let (mut newest, mut n_all, mut n_sent) = (BTreeMap::new(), 0, 0);
         for sequence in 0..600 {
-            let whole = agent.observe(sequence);
-            let told = sent.get(&sequence).map_or(&[][..], |observation| &observation.identities.objects);
+            let whole = sensor.observe(sequence);
+            let included = sent.get(&sequence).map_or(&[][..], |observation| &observation.identities.objects);
             for object in &whole.identities.objects {
                 n_all += 1;
-                n_sent += usize::from(told.contains(object));
-                let since = if told.contains(object) { sequence } else { newest[object] };
+                n_sent += usize::from(included.contains(object));
+                let since = if included.contains(object) { sequence } else { newest[object] };
                 assert!(sequence - since < 10, "{object:?} of {id} is silent since {since} at {sequence}");
                 newest.insert(*object, since);
             }
@@ -132,10 +130,10 @@ fn by_rule_nobody_in_view_is_silent_for_longer_than_a_second_and_much_is_left_ou
 }
 
 #[test]
-fn by_rule_what_is_left_keeps_its_identity() {
-    let (agent, sent) = sent_by_rule("rsu");
+fn by_the_etsi_rules_the_detections_that_are_sent_keep_their_identities() {
+    let (sensor, sent) = sent_by_rule("rsu");
     for (sequence, observation) in sent {
-        let whole = agent.observe(sequence);
+        let whole = sensor.observe(sequence);
         assert_eq!(observation.frame.detections.len(), observation.identities.objects.len());
         for (object, detection) in observation.identities.objects.iter().zip(&observation.frame.detections) {
             let place = whole.identities.objects.iter().position(|one| one == object).unwrap();
@@ -145,14 +143,11 @@ fn by_rule_what_is_left_keeps_its_identity() {
 }
 
 #[test]
-fn by_rule_an_agent_declares_the_share_of_frames_that_the_rule_guarantees() {
+fn by_the_etsi_rules_an_agent_declares_the_share_of_frames_that_the_rules_guarantee() {
     let probability = |lines: &str| agent("rsu", lines, 1).description().detection_probability;
     assert_eq!(probability(""), 0.95);
     assert!((probability("send = \"etsi\"") - 0.095).abs() < 1e-12);
     let slow = CROSSING.replace("rate_hz = 10", "rate_hz = 0.5").replace(LINK, "send = \"etsi\"\n");
-    let scenario = Scenario::from_toml(&slow).unwrap();
-    let world = Arc::new(World::new(&scenario, 1));
-    let boot = Boot { seed: 1, epoch: 9, start: START };
-    let slow = SimulatedAgent::new(&scenario, world, &AgentId::new("rsu").unwrap(), boot).unwrap();
+    let slow = sender_of(&slow, "rsu", 1);
     assert_eq!(slow.description().detection_probability, 0.95);
 }

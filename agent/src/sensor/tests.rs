@@ -1,22 +1,26 @@
 use super::*;
+use crate::scenario::Scenario;
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use v2x_common::id::AgentId;
 
 const CROSSING: &str = include_str!("../../../deploy/scenarios/crossing.toml");
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 const BOOT: Boot = Boot { seed: 1, epoch: 9, start: START };
 const N_FRAMES: u64 = 1200;
 
-fn agent_of(text: &str, id: &str, boot: Boot) -> SimulatedAgent {
+fn sensor_of(text: &str, id: &str, boot: Boot) -> Sensor {
     let scenario = Scenario::from_toml(text).unwrap();
-    let world = Arc::new(World::new(&scenario, boot.seed));
-    SimulatedAgent::new(&scenario, world, &AgentId::new(id).unwrap(), boot).unwrap()
+    let world = Arc::new(scenario.world(boot.seed));
+    let index = scenario.agent_index(&AgentId::new(id).unwrap()).unwrap();
+    scenario.agents[index].sensor(world, boot).unwrap()
 }
 
-fn agent(id: &str) -> SimulatedAgent {
-    agent_of(CROSSING, id, BOOT)
+fn sensor(id: &str) -> Sensor {
+    sensor_of(CROSSING, id, BOOT)
 }
 
-fn truth(agent: &SimulatedAgent, sequence: u64) -> BTreeMap<ObjectId, TrueObject> {
+fn truth(agent: &Sensor, sequence: u64) -> BTreeMap<ObjectId, TrueObject> {
     let mut objects = Vec::new();
     agent.world().objects_at(agent.capture_time(sequence) - START, &mut objects);
     objects.into_iter().map(|object| (object.id, object)).collect()
@@ -30,20 +34,20 @@ fn named(observation: &Observation) -> impl Iterator<Item = (Option<ObjectId>, &
 #[test]
 fn every_frame_is_valid_and_has_an_identity_for_each_detection() {
     for id in ["ego", "rsu"] {
-        let agent = agent(id);
+        let sensor = sensor(id);
         for sequence in 0..N_FRAMES {
-            let Observation { frame, identities } = agent.observe(sequence);
+            let Observation { frame, identities } = sensor.observe(sequence);
             assert_eq!(frame.validate(), Ok(()));
             assert_eq!((identities.epoch, identities.sequence), (frame.id.epoch, frame.id.sequence));
             assert_eq!(identities.objects.len(), frame.detections.len());
         }
-        assert!(agent.description().validate().is_ok());
+        assert!(sensor.description().validate().is_ok());
     }
 }
 
 #[test]
 fn capture_times_follow_phase_and_rate_and_are_found_again() {
-    let rsu = agent("rsu");
+    let rsu = sensor("rsu");
     assert_eq!(rsu.capture_time(0), START + Span::from_millis(50));
     assert_eq!(rsu.capture_time(3), START + Span::from_millis(350));
     assert_eq!(rsu.sequence_at_or_after(START + Span::from_millis(350)), 3);
@@ -54,8 +58,8 @@ fn capture_times_follow_phase_and_rate_and_are_found_again() {
 
 #[test]
 fn the_share_of_detected_objects_is_the_detection_probability_and_none_is_outside_of_the_view() {
-    let rsu = agent("rsu");
-    let pose = rsu.world().agent_pose(1, Span::ZERO);
+    let rsu = sensor("rsu");
+    let pose = rsu.world().agent_pose(1, Span::ZERO).unwrap();
     let (mut n_visible, mut n_detected) = (0, 0);
     for sequence in 0..N_FRAMES {
         let objects = truth(&rsu, sequence);
@@ -75,16 +79,16 @@ fn the_share_of_detected_objects_is_the_detection_probability_and_none_is_outsid
 #[test]
 fn clutter_has_its_rate_and_lies_in_the_view() {
     for id in ["ego", "rsu"] {
-        let agent = agent(id);
+        let sensor = sensor(id);
         let index = usize::from(id == "rsu");
         let mut n_clutter = 0;
         let mut n_in_inner_half = 0;
         for sequence in 0..4 * N_FRAMES {
-            let observation = agent.observe(sequence);
-            let pose = agent.world().agent_pose(index, agent.capture_time(sequence) - START);
+            let observation = sensor.observe(sequence);
+            let pose = sensor.world().agent_pose(index, sensor.capture_time(sequence) - START).unwrap();
             for (_, phantom) in named(&observation).filter(|(object, _)| object.is_none()) {
                 let range_m = pose.distance_to(phantom.bev.x, phantom.bev.y);
-                assert!((agent.config().field_of_view.range_min_m..=60.0).contains(&range_m), "{range_m}");
+                assert!((sensor.config().field_of_view.range_min_m..=60.0).contains(&range_m), "{range_m}");
                 n_clutter += 1;
                 n_in_inner_half += u32::from(range_m < 60.0 * std::f64::consts::FRAC_1_SQRT_2);
             }
@@ -99,7 +103,7 @@ fn clutter_has_its_rate_and_lies_in_the_view() {
 
 #[test]
 fn detections_err_by_what_they_report() {
-    let rsu = agent("rsu");
+    let rsu = sensor("rsu");
     let (mut n, mut squares) = (0.0, [0.0; 3]);
     for sequence in 0..N_FRAMES {
         let objects = truth(&rsu, sequence);
@@ -122,8 +126,8 @@ fn detections_err_by_what_they_report() {
 }
 
 #[test]
-fn a_vehicle_always_reports_itself_with_the_error_it_declares_and_never_sees_itself() {
-    let ego = agent("ego");
+fn a_vehicle_reports_itself_once_per_frame_with_the_declared_accuracy() {
+    let ego = sensor("ego");
     let own = ego.world().agent_object(0).unwrap();
     let body = ego.description().body.unwrap();
     let (mut position, mut yaw) = (0.0, 0.0);
@@ -150,15 +154,15 @@ fn a_vehicle_always_reports_itself_with_the_error_it_declares_and_never_sees_its
 
 #[test]
 fn the_roadside_unit_sees_the_ego() {
-    let (ego, rsu) = (agent("ego"), agent("rsu"));
+    let (ego, rsu) = (sensor("ego"), sensor("rsu"));
     let own = ego.world().agent_object(0);
     assert!((0..100).any(|sequence| rsu.observe(sequence).identities.objects.contains(&own)));
     assert_eq!(rsu.description().body, None);
 }
 
 #[test]
-fn the_order_of_detections_tells_nothing_of_who_they_are() {
-    let rsu = agent("rsu");
+fn the_order_of_detections_is_independent_of_their_identities() {
+    let rsu = sensor("rsu");
     let (mut n_clutter_last, mut n_with_clutter, mut rank_correlation) = (0, 0.0, 0.0);
     for sequence in 0..N_FRAMES {
         let ids = rsu.observe(sequence).identities.objects;
@@ -182,10 +186,10 @@ fn the_order_of_detections_tells_nothing_of_who_they_are() {
 }
 
 #[test]
-fn the_same_inputs_give_the_same_bits_and_the_epoch_changes_none() {
-    let (first, second) = (agent("ego"), agent_of(CROSSING, "ego", Boot { epoch: 77, ..BOOT }));
-    let later = agent_of(CROSSING, "ego", Boot { start: START + Span::from_millis(9), ..BOOT });
-    let other_seed = agent_of(CROSSING, "ego", Boot { seed: 2, ..BOOT });
+fn the_same_inputs_give_the_same_bits_whatever_the_epoch() {
+    let (first, second) = (sensor("ego"), sensor_of(CROSSING, "ego", Boot { epoch: 77, ..BOOT }));
+    let later = sensor_of(CROSSING, "ego", Boot { start: START + Span::from_millis(9), ..BOOT });
+    let other_seed = sensor_of(CROSSING, "ego", Boot { seed: 2, ..BOOT });
     for sequence in [0, 1, 500, 1_000_000] {
         let expected = first.observe(sequence).frame.detections;
         assert_eq!(expected, second.observe(sequence).frame.detections);
@@ -195,9 +199,9 @@ fn the_same_inputs_give_the_same_bits_and_the_epoch_changes_none() {
 }
 
 #[test]
-fn another_agent_changes_no_detection_of_what_was_there_before() {
+fn one_more_agent_does_not_change_detections_of_other_objects() {
     let car = "[[agents]]\nid = \"x\"\nkind = \"vehicle\"\npose = { x = 12, y = -20 }\n[hub]";
-    let (before, after) = (agent("rsu"), agent_of(&CROSSING.replace("[hub]", car), "rsu", BOOT));
+    let (before, after) = (sensor("rsu"), sensor_of(&CROSSING.replace("[hub]", car), "rsu", BOOT));
     let new = after.world().agent_object(2);
     let sorted = |observation: &Observation| {
         let mut xs: Vec<(Option<ObjectId>, u64)> =
@@ -211,10 +215,10 @@ fn another_agent_changes_no_detection_of_what_was_there_before() {
 }
 
 #[test]
-fn a_sector_sees_only_ahead() {
+fn a_sector_detects_objects_ahead_only() {
     let narrow = CROSSING.replace("{ range_max_m = 60 }", "{ range_max_m = 60, width_deg = 90 }");
-    let rsu = agent_of(&narrow, "rsu", BOOT);
-    let pose = rsu.world().agent_pose(1, Span::ZERO);
+    let rsu = sensor_of(&narrow, "rsu", BOOT);
+    let pose = rsu.world().agent_pose(1, Span::ZERO).unwrap();
     let quarter = rsu.config().field_of_view.area_m2() / (PI * 3600.0);
     assert!((quarter - 0.25).abs() < 1e-12);
     for sequence in 0..200 {
@@ -227,13 +231,13 @@ fn a_sector_sees_only_ahead() {
 }
 
 /// The crossing with these lines in the table of one agent.
-fn agent_with(id: &str, lines: &str) -> SimulatedAgent {
-    agent_of(&CROSSING.replace(&format!("id = \"{id}\""), &format!("id = \"{id}\"\n{lines}")), id, BOOT)
+fn sensor_with(id: &str, lines: &str) -> Sensor {
+    sensor_of(&CROSSING.replace(&format!("id = \"{id}\""), &format!("id = \"{id}\"\n{lines}")), id, BOOT)
 }
 
 #[test]
-fn a_wrong_clock_changes_stamps_and_nothing_else() {
-    let (right, wrong) = (agent("rsu"), agent_with("rsu", "clock = { offset_ms = 50, drift_ppm = 100 }"));
+fn a_clock_error_changes_time_stamps_and_nothing_else() {
+    let (right, wrong) = (sensor("rsu"), sensor_with("rsu", "clock = { offset_ms = 50, drift_ppm = 100 }"));
     for sequence in [0, 1, 600] {
         assert_eq!(right.capture_time(sequence), wrong.capture_time(sequence));
         let (expected, mut found) = (right.observe(sequence), wrong.observe(sequence));
@@ -246,9 +250,9 @@ fn a_wrong_clock_changes_stamps_and_nothing_else() {
 }
 
 #[test]
-fn one_pose_error_moves_everything_that_a_frame_tells_and_nothing_within_it() {
+fn a_pose_error_moves_a_frame_as_a_whole() {
     let line = "pose_error = { position_m = 0.5, yaw_deg = 2, correlation_s = 5, bias_x_m = 1 }";
-    let (right, wrong) = (agent_with("ego", "pose_error = {}"), agent_with("ego", line));
+    let (right, wrong) = (sensor_with("ego", "pose_error = {}"), sensor_with("ego", line));
     let own = right.own_object();
     for sequence in [0, 7, 400] {
         let (right, wrong) = (right.observe(sequence), wrong.observe(sequence));
@@ -277,29 +281,29 @@ fn one_pose_error_moves_everything_that_a_frame_tells_and_nothing_within_it() {
 }
 
 #[test]
-fn without_pose_error_a_surveyed_pose_is_exact_and_with_one_it_is_not() {
-    let pose = agent("rsu").world().agent_pose(1, Span::ZERO);
-    assert_eq!(agent("rsu").observe(5).frame.sensor_pose, Some(pose));
-    let biased = agent_with("rsu", "pose_error = { bias_x_m = 0.25, bias_y_m = -0.5 }");
+fn a_surveyed_pose_is_exact_unless_a_pose_error_is_configured() {
+    let pose = sensor("rsu").world().agent_pose(1, Span::ZERO).unwrap();
+    assert_eq!(sensor("rsu").observe(5).frame.sensor_pose, Some(pose));
+    let biased = sensor_with("rsu", "pose_error = { bias_x_m = 0.25, bias_y_m = -0.5 }");
     let believed = biased.observe(5).frame.sensor_pose.unwrap();
     assert_eq!((believed.x, believed.y), (pose.x + 0.25, pose.y - 0.5));
 }
 
 #[test]
-fn a_random_capture_phase_is_drawn_by_seed_and_lies_within_a_frame() {
+fn a_random_capture_phase_is_determined_by_the_seed_and_lies_within_one_period() {
     let text = CROSSING.replace("phase_ms = 50", "phase_ms = \"random\"");
-    let phase = |seed| agent_of(&text, "rsu", Boot { seed, ..BOOT }).capture_time(0) - START;
+    let phase = |seed| sensor_of(&text, "rsu", Boot { seed, ..BOOT }).capture_time(0) - START;
     assert!((0..50).all(|seed| (Span::ZERO..Span::from_millis(100)).contains(&phase(seed))));
     assert!((0..50).any(|seed| phase(seed) > Span::from_millis(70)));
     assert_eq!(phase(3), phase(3));
-    let rsu = agent_of(&text, "rsu", BOOT);
+    let rsu = sensor_of(&text, "rsu", BOOT);
     assert_eq!(rsu.sequence_at_or_after(rsu.capture_time(4)), 4);
 }
 
 #[test]
-fn the_declared_accuracy_is_told_and_a_roadside_units_is_its_survey() {
-    let accuracy = |agent: &SimulatedAgent| agent.description().accuracy;
-    let (ego, rsu) = (accuracy(&agent("ego")), accuracy(&agent("rsu")));
+fn the_description_contains_the_declared_accuracy() {
+    let accuracy = |agent: &Sensor| agent.description().accuracy;
+    let (ego, rsu) = (accuracy(&sensor("ego")), accuracy(&sensor("rsu")));
     assert_eq!((ego.position_m, ego.clock_s), (0.3, 0.05));
     assert_eq!((rsu.position_m, rsu.clock_s), (0.02, 1e-6));
 }

@@ -10,26 +10,26 @@ pub enum WireFormat {
     /// Compact, the default
     #[default]
     Postcard,
-    /// For reading along
+    /// Readable, for people and other languages
     Json,
 }
 
-/// Be one agent of a scenario: see its world, and publish detections over its link.
+/// Run one agent of a scenario: observe its world, and publish detections over its link.
 ///
-/// Agents started by hand agree on the world's time: it is the Unix time, rounded down to a multiple of
-/// the scenario's loop.
+/// Agents that are started separately use the same world time: the Unix time, rounded down to a multiple of the
+/// scenario's loop.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   v2x agent --scenario crossing.toml --id ego
   v2x agent --scenario crossing.toml --id rsu --connect tcp/192.168.1.10:7447
-  v2x agent --scenario crossing.toml --id ego --format json    to read along with any Zenoh client
-The program agent is the same agent alone.")]
+  v2x agent --scenario crossing.toml --id ego --format json    readable with any Zenoh client
+The program `agent` is the same agent as a program of its own.")]
 pub struct AgentArgs {
     /// The scenario file
     #[arg(long, value_name = "FILE")]
     pub scenario: PathBuf,
-    /// Which agent of the scenario to be
+    /// Which agent of the scenario to run
     #[arg(long)]
     pub id: AgentId,
     /// The network to join
@@ -59,7 +59,7 @@ pub struct AgentArgs {
 }
 
 impl AgentArgs {
-    /// What the command line says of the network.
+    /// The network options.
     pub fn session_options(&self) -> SessionOptions {
         SessionOptions {
             config: self.zenoh_config.clone(),

@@ -1,4 +1,4 @@
-//! The agent as a process: publishes what the simulated sensor sees, when the simulated link delivers it.
+//! The agent as a process: publishes the frames of the simulated sensor when the simulated link delivers them.
 
 mod args;
 mod publisher;

@@ -1,4 +1,4 @@
-//! An agent's declarations on the network.
+//! The Zenoh publishers of an agent.
 
 use super::args::WireFormat;
 use crate::sensor::Observation;
@@ -13,7 +13,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 
-/// What an agent holds of the network.
+/// The publishers and the liveliness token of an agent.
 pub(super) struct AgentPublisher {
     detections: Publisher<'static>,
     sensor: Publisher<'static>,
@@ -47,7 +47,7 @@ impl AgentPublisher {
         let truth = session
             .declare_publisher(keys.truth(agent))
             .encoding(ENCODING_JSON)
-            // Never in the way of live data: a frame whose truth is lost is not scored.
+            // Live data has priority: a frame whose truth is lost is not scored.
             .congestion_control(CongestionControl::Drop);
         Ok(Self {
             detections: detections.await?,
@@ -58,7 +58,7 @@ impl AgentPublisher {
         })
     }
 
-    /// Waits until somebody subscribes to the detections, for a while: what is put before is lost.
+    /// Waits until there is a subscriber of the detections, at most for `patience`: what is published earlier is lost.
     pub(super) async fn wait_for_subscriber(&self, patience: Duration) -> zenoh::Result<bool> {
         let listener = self.detections.matching_listener().await?;
         let matching = async {
@@ -85,7 +85,7 @@ impl AgentPublisher {
         self.sensor.put(payload).await.map_err(|error| anyhow!("{error}"))
     }
 
-    /// Sends the frame, and after it on its own key whose detections they are.
+    /// Publishes the frame, and after it the identities of its detections on their own key.
     pub(super) async fn put_observation(&self, observation: &Observation) -> anyhow::Result<()> {
         let payload = match self.format {
             WireFormat::Postcard => {

@@ -1,12 +1,11 @@
-//! The agent's loop: capture at the sensor's times, send at the link's.
+//! The agent's loop: captures at the sensor's times, publishes at the link's times of arrival.
 
-use super::AgentArgs;
+use super::args::AgentArgs;
 use super::publisher::AgentPublisher;
-use crate::outbox::Outbox;
+use crate::link::Outbox;
 use crate::scenario::Scenario;
 use crate::sending::{Fate, Sender};
-use crate::sensor::{Boot, Observation, SimulatedAgent};
-use crate::world::World;
+use crate::sensor::{Boot, Observation};
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use std::sync::Arc;
@@ -18,18 +17,18 @@ use v2x_common::keys::Keys;
 use v2x_common::net::{events, session};
 use v2x_common::time::{Span, Timestamp};
 
-/// Frames on their way at once: seconds of delay at any sensible rate.
-const OUTBOX: usize = 4096;
+/// Frames in transit at once: seconds of delay at any sensible rate.
+const MAX_IN_TRANSIT: usize = 4096;
 /// How long to wait for the first subscriber before capturing begins.
 const SUBSCRIBER_PATIENCE: Duration = Duration::from_secs(2);
 /// Time between two sensor descriptions.
 const DESCRIPTION_INTERVAL: Duration = Duration::from_secs(1);
 /// How far capturing may fall behind before frames are skipped.
 const MAX_LAG: Span = Span::from_millis(1000);
-/// How long frames on their way are still delivered after the end.
+/// How long frames in transit are still delivered after the end.
 const DRAIN: Span = Span::from_millis(1000);
 
-/// What an agent did.
+/// What an agent has done.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 struct Counts {
     frames_captured: u64,
@@ -43,7 +42,7 @@ struct Counts {
 
 /// Runs an agent until shutdown.
 pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result<()> {
-    let agent = Agent::new(&args)?;
+    let mut agent = Agent::new(&args)?;
     let config = session::client_config(&args.session_options())?;
     let Some(session) = session::open_patiently(config, None, &shutdown).await? else { return Ok(()) };
     let keys = Keys::new(args.network);
@@ -55,7 +54,7 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
     }
     let matched = publisher.wait_for_subscriber(SUBSCRIBER_PATIENCE).await;
     if !matched.map_err(|error| anyhow!("waiting for a subscriber: {error}"))? {
-        tracing::info!(agent = %args.id, "nobody listens yet; sending all the same");
+        tracing::info!(agent = %args.id, "no subscriber yet; sending anyway");
     }
     let counts = agent.serve(&publisher, &shutdown).await;
     tracing::info!(agent = %args.id, sent = counts.frames_sent, lost = counts.frames_lost_on_link, "agent ends");
@@ -67,7 +66,7 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
 }
 
 struct Agent {
-    simulated: SimulatedAgent,
+    sender: Sender,
 }
 
 impl Agent {
@@ -80,22 +79,20 @@ impl Agent {
         };
         let seed = args.seed.unwrap_or(scenario.seed);
         let epoch = u64::try_from(now.as_micros()).unwrap_or(0);
-        let world = Arc::new(World::new(&scenario, seed));
+        let index = scenario.agent_index(&args.id).ok_or_else(|| no_such_agent(&scenario, &args.id))?;
         let boot = Boot { seed, epoch, start };
-        let simulated = SimulatedAgent::new(&scenario, world, &args.id, boot)
-            .ok_or_else(|| no_such_agent(&scenario, &args.id))?;
-        Ok(Self { simulated })
+        let sender = scenario.agents[index].sender(Arc::new(scenario.world(seed)), boot)?;
+        Ok(Self { sender })
     }
 
-    async fn serve(&self, publisher: &AgentPublisher, shutdown: &CancellationToken) -> Counts {
+    async fn serve(&mut self, publisher: &AgentPublisher, shutdown: &CancellationToken) -> Counts {
         let mut counts = Counts::default();
-        let mut sender = Sender::new(&self.simulated);
-        // Both in true time, which is the machine's: the simulated clock only makes the stamps.
-        let mut outbox = Outbox::new(OUTBOX, sender.link().config().reorder);
+        // Both in true time, which is the machine's: the simulated clock affects only the time stamps.
+        let mut outbox = Outbox::new(MAX_IN_TRANSIT, self.sender.link().config().reorder);
         let mut descriptions = tokio::time::interval(DESCRIPTION_INTERVAL);
-        let mut next = self.simulated.sequence_at_or_after(clock::now());
+        let mut next = self.sender.sensor().sequence_at_or_after(clock::now());
         loop {
-            let capture_at = self.simulated.capture_time(next);
+            let capture_at = self.sender.sensor().capture_time(next);
             let wake_at = outbox.next_due().map_or(capture_at, |due| due.min(capture_at));
             tokio::select! {
                 biased;
@@ -105,9 +102,9 @@ impl Agent {
             }
             let now = clock::now();
             next = self.skip_if_behind(next, now, &mut counts);
-            while self.simulated.capture_time(next) <= now {
+            while self.sender.sensor().capture_time(next) <= now {
                 counts.frames_captured += 1;
-                match sender.send(&self.simulated, next) {
+                match self.sender.send(next) {
                     Fate::Withheld => counts.frames_withheld += 1,
                     Fate::Lost => counts.frames_lost_on_link += 1,
                     Fate::Arrives { at, observation } => drop(outbox.push(at, observation)),
@@ -126,18 +123,18 @@ impl Agent {
     }
 
     async fn describe(&self, publisher: &AgentPublisher, counts: &mut Counts) {
-        if let Err(error) = publisher.put_description(&self.simulated.description()).await {
+        if let Err(error) = publisher.put_description(&self.sender.description()).await {
             counts.put_errors += 1;
             tracing::warn!(%error, "sensor description not sent");
         }
     }
 
-    /// A process that was stopped for a while does not catch up: those moments are over.
+    /// A process that was stopped for a while does not catch up: the missed captures are skipped.
     fn skip_if_behind(&self, next: u64, now: Timestamp, counts: &mut Counts) -> u64 {
-        if now - self.simulated.capture_time(next) <= MAX_LAG {
+        if now - self.sender.sensor().capture_time(next) <= MAX_LAG {
             return next;
         }
-        let resumed = self.simulated.sequence_at_or_after(now);
+        let resumed = self.sender.sensor().sequence_at_or_after(now);
         counts.frames_skipped += resumed - next;
         tracing::warn!(skipped = resumed - next, "capturing fell behind");
         resumed
@@ -166,6 +163,6 @@ async fn sleep_until(at: Timestamp) {
 }
 
 fn no_such_agent(scenario: &Scenario, id: &AgentId) -> anyhow::Error {
-    let known: Vec<_> = scenario.agents.iter().map(|agent| agent.id.to_string()).collect();
+    let known: Vec<_> = scenario.agents.iter().map(|agent| agent.id().to_string()).collect();
     anyhow!("scenario {:?} has no agent {id}; it has {}", scenario.name, known.join(", "))
 }

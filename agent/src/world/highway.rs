@@ -8,15 +8,16 @@ use v2x_common::geometry::{Pose, wrap_angle};
 use v2x_common::time::Span;
 
 use super::body::Shape;
+use super::error::InvalidParameter;
 use super::motion::Motion;
 use super::path::Path;
 use super::profile::{Profile, speed_change_distance_m};
 use crate::random::{Purpose, WorldDraw, chance, keyed_rng, uniform, weighted};
 
-/// The knobs.
+/// Population of the motorway.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HighwayConfig {
-    /// Share of the traffic's places that are taken, 0 to 1; all of them are one vehicle every 2.5 s in each lane.
+    /// Share of the traffic's places that are occupied, 0 to 1; there is one every 2.5 s in each lane.
     pub traffic: f64,
     /// Vehicles that stand on the emergency lanes.
     pub parked: u32,
@@ -29,6 +30,17 @@ pub struct HighwayConfig {
 impl Default for HighwayConfig {
     fn default() -> Self {
         Self { traffic: 0.5, parked: 6, works: 12, lanes: 3 }
+    }
+}
+
+impl HighwayConfig {
+    /// Checks every number.
+    pub fn validate(&self) -> Result<(), InvalidParameter> {
+        InvalidParameter::check_share("traffic", self.traffic)?;
+        InvalidParameter::check_count("parked", self.parked, MAX_PARKED)?;
+        InvalidParameter::check_count("works", self.works, MAX_WORKS)?;
+        let lanes = self.lanes;
+        InvalidParameter::check("lanes", lanes, (1..=4).contains(&lanes), "1 to 4 (in each direction)")
     }
 }
 

@@ -1,9 +1,11 @@
-use super::*;
+use super::{CrossingConfig, HighwayConfig, Route, Station, World, WorldConfig, WorldParameters};
+use crate::scenario::Scenario;
 use crate::truth::TrueObject;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 use v2x_common::class::Class;
-use v2x_common::geometry::angle_difference;
+use v2x_common::geometry::{BevBox, Pose, angle_difference};
+use v2x_common::time::Span;
 
 const CROSSING: &str = include_str!("../../../deploy/scenarios/crossing.toml");
 const TEN_AGENTS: &str = include_str!("../../../deploy/scenarios/ten-agents.toml");
@@ -12,7 +14,7 @@ const ALL: [&str; 3] = [CROSSING, TEN_AGENTS, HIGHWAY];
 
 fn world(text: &str, seed: u64) -> (Scenario, World) {
     let scenario = Scenario::from_toml(text).unwrap();
-    let world = World::new(&scenario, seed);
+    let world = scenario.world(seed);
     (scenario, world)
 }
 
@@ -27,6 +29,10 @@ fn times(step_s: f64) -> impl Iterator<Item = Span> {
     (0..)
         .map(move |step| Span::from_secs_f64(f64::from(step) * step_s))
         .take_while(|t| t.as_secs_f64() < 120.0)
+}
+
+fn pose(world: &World, agent: usize, t: Span) -> Pose {
+    world.agent_pose(agent, t).unwrap()
 }
 
 fn is_moving(object: &TrueObject) -> bool {
@@ -49,8 +55,9 @@ fn density(scenario: &Scenario, world: &World, agent: usize) -> Density {
         times(0.5).flat_map(|t| objects_at(world, t)).filter(is_moving).map(|object| object.id).collect();
     let mut boxes = Vec::new();
     for t in times(0.5) {
-        let pose = world.agent_pose(agent, t);
-        let seen = |o: &TrueObject| scenario.agents[agent].field_of_view.contains(&pose, o.bev.x, o.bev.y);
+        let pose = pose(&world, agent, t);
+        let seen =
+            |o: &TrueObject| scenario.agents[agent].sensor.field_of_view.contains(&pose, o.bev.x, o.bev.y);
         boxes.extend(
             objects_at(world, t).into_iter().filter(seen).map(|o| (pose.distance_to(o.bev.x, o.bev.y), o)),
         );
@@ -66,12 +73,12 @@ fn density(scenario: &Scenario, world: &World, agent: usize) -> Density {
 }
 
 #[test]
-fn the_default_crossing_is_as_dense_and_as_lively_as_the_papers_scenes() {
+fn the_default_crossing_has_the_density_and_motion_of_the_papers_scenes() {
     for seed in 1..=3 {
         let (scenario, world) = world(CROSSING, seed);
         for agent in 0..scenario.agents.len() {
             let density = density(&scenario, &world, agent);
-            println!("seed {seed} {}: {density:.3?}", scenario.agents[agent].id);
+            println!("seed {seed} {}: {density:.3?}", scenario.agents[agent].id());
             assert!((20.0..35.0).contains(&density.boxes), "{density:?}");
             assert!((32.0..42.0).contains(&density.range_m), "{density:?}");
             assert!((0.2..0.4).contains(&density.moving), "{density:?}");
@@ -86,7 +93,7 @@ fn ten_agents_have_about_fifty_objects_each_in_view() {
     assert_eq!(scenario.agents.len(), 10);
     for agent in 0..10 {
         let density = density(&scenario, &world, agent);
-        println!("{}: {density:.3?}", scenario.agents[agent].id);
+        println!("{}: {density:.3?}", scenario.agents[agent].id());
         assert!((40.0..75.0).contains(&density.boxes), "{density:?}");
     }
 }
@@ -97,8 +104,8 @@ fn the_agents_of_the_default_crossing_share_objects_at_all_times() {
         let (scenario, world) = world(CROSSING, seed);
         let mut counts = Vec::new();
         for t in times(0.5) {
-            let poses = [world.agent_pose(0, t), world.agent_pose(1, t)];
-            let fov = [scenario.agents[0].field_of_view, scenario.agents[1].field_of_view];
+            let poses = [pose(&world, 0, t), pose(&world, 1, t)];
+            let fov = [scenario.agents[0].sensor.field_of_view, scenario.agents[1].sensor.field_of_view];
             let shared =
                 |o: &&TrueObject| (0..2).all(|agent| fov[agent].contains(&poses[agent], o.bev.x, o.bev.y));
             let n_shared = objects_at(&world, t).iter().filter(shared).count();
@@ -119,12 +126,12 @@ fn the_ego_drives_most_of_the_time_and_stays_near_the_crossing() {
     let n_moving = laps.iter().filter(|o| is_moving(o)).count();
     assert!(n_moving * 2 > laps.len(), "{n_moving} of {}", laps.len());
     assert!(laps.iter().all(|o| o.bev.x.abs() < 60.0 && o.bev.y.abs() < 60.0));
-    assert_eq!(world.agent_pose(0, Span::ZERO), laps[0].bev.pose());
+    assert_eq!(pose(&world, 0, Span::ZERO), laps[0].bev.pose());
     assert_eq!(world.agent_object(1), None);
 }
 
 #[test]
-fn no_motor_vehicle_touches_anything_and_people_only_brush_past_each_other() {
+fn no_motor_vehicle_touches_another_object_and_people_touch_for_a_short_time_only() {
     let set = |text: &str, changes: &[(&str, &str)]| {
         changes.iter().fold(text.to_owned(), |text, (from, to)| {
             assert!(text.contains(from), "{from}");
@@ -212,9 +219,9 @@ fn velocity_is_the_derivative_of_position_and_heading_its_direction() {
     }
 }
 
-/// Nobody speeds up, brakes or is pressed sideways harder than 3 m/s² (a vehicle's turn at 5 m/s takes 2.9).
+/// No acceleration along or across the heading is above 3 m/s² (a vehicle's turn at 5 m/s takes 2.9).
 #[test]
-fn nobody_accelerates_beyond_what_vehicles_do() {
+fn no_vehicle_accelerates_by_more_than_3_5_metres_per_second_squared() {
     let step = Span::from_millis(20);
     for text in ALL {
         let (_, world) = world(text, 1);
@@ -230,7 +237,7 @@ fn nobody_accelerates_beyond_what_vehicles_do() {
 }
 
 #[test]
-fn objects_come_and_go_only_out_of_every_agents_sight() {
+fn objects_appear_and_disappear_out_of_the_view_of_all_agents() {
     let step = Span::from_millis(100);
     for text in ALL {
         let (scenario, world) = world(text, 3);
@@ -244,8 +251,8 @@ fn objects_come_and_go_only_out_of_every_agents_sight() {
                     object.bev.pose().distance_to(o.bev.x, o.bev.y) < 3.6
                 });
                 for agent in (0..scenario.agents.len()).filter(|_| !stays) {
-                    let pose = world.agent_pose(agent, t);
-                    let fov = &scenario.agents[agent].field_of_view;
+                    let pose = pose(&world, agent, t);
+                    let fov = &scenario.agents[agent].sensor.field_of_view;
                     assert!(!fov.contains(&pose, object.bev.x, object.bev.y), "{object:?} at {t}");
                 }
             }
@@ -254,7 +261,7 @@ fn objects_come_and_go_only_out_of_every_agents_sight() {
 }
 
 #[test]
-fn the_world_repeats_itself_to_the_bit_also_before_its_start() {
+fn the_world_repeats_bit_for_bit_also_before_its_start() {
     for text in ALL {
         let (_, world) = world(text, 1);
         for t in times(7.7) {
@@ -267,7 +274,7 @@ fn the_world_repeats_itself_to_the_bit_also_before_its_start() {
 }
 
 #[test]
-fn the_same_seed_makes_the_same_world_and_another_seed_another() {
+fn the_seed_determines_the_world() {
     let t = Span::from_millis(12_345);
     let [first, again, other] = [1, 1, 2].map(|seed| objects_at(&world(CROSSING, seed).1, t));
     assert_eq!(first, again);
@@ -275,7 +282,7 @@ fn the_same_seed_makes_the_same_world_and_another_seed_another() {
 }
 
 #[test]
-fn a_roadside_unit_more_changes_no_object_and_a_car_more_only_its_queue() {
+fn one_more_agent_does_not_change_other_objects() {
     let (_, before) = world(CROSSING, 1);
     let unit = "[[agents]]\nid = \"x\"\nkind = \"roadside-unit\"\npose = { x = 0, y = 0 }\n[hub]";
     let car = "[[agents]]\nid = \"x\"\nkind = \"vehicle\"\npose = { x = 12, y = -20 }\n[hub]";
@@ -291,13 +298,39 @@ fn a_roadside_unit_more_changes_no_object_and_a_car_more_only_its_queue() {
 }
 
 #[test]
-fn loops_of_any_length_make_a_world() {
+fn a_loop_of_any_valid_length_makes_a_world() {
     for loop_s in [100.0, 133.3, 179.9, 180.1, 300.0, 3600.0] {
         for text in ALL {
             let mut scenario = Scenario::from_toml(text).unwrap();
             scenario.loop_length = Span::from_secs_f64(loop_s);
-            let world = World::new(&scenario, 1);
+            let world = scenario.world(1);
             assert!(objects_at(&world, Span::from_millis(50_000)).len() > 20, "{loop_s}");
         }
+    }
+}
+
+#[test]
+fn parameters_of_which_no_world_can_be_made_are_refused_by_name() {
+    type Change = fn(&mut WorldParameters);
+    let cases: [(&str, Change); 7] = [
+        ("loop_length", |world| world.loop_length = Span::ZERO),
+        ("traffic", |world| {
+            world.config =
+                WorldConfig::Crossing(CrossingConfig { traffic: f64::NAN, ..CrossingConfig::default() })
+        }),
+        ("parked", |world| {
+            world.config = WorldConfig::Crossing(CrossingConfig { parked: 121, ..CrossingConfig::default() })
+        }),
+        ("lanes", |world| {
+            world.config = WorldConfig::Highway(HighwayConfig { lanes: 5, ..HighwayConfig::default() })
+        }),
+        ("route", |world| world.config = WorldConfig::Highway(HighwayConfig::default())),
+        ("route", |world| world.agents[0].station = Station::Driving(Route::Block(4))),
+        ("agents", |world| world.agents[1].id = world.agents[0].id),
+    ];
+    for (field, change) in cases {
+        let mut parameters = Scenario::from_toml(CROSSING).unwrap().world_parameters();
+        change(&mut parameters);
+        assert_eq!(World::new(&parameters, 1).unwrap_err().field, field);
     }
 }

@@ -1,7 +1,7 @@
 //! The 4×4 covariance of a fused object's position and velocity on the wire.
 
 use super::{WireError, quantity};
-use crate::detection::AbsurdValue;
+use crate::detection::InvalidValue;
 use crate::fused::{KINEMATIC_DIAGONAL, KINEMATIC_INDEX, KinematicCovariance};
 
 /// Standard deviations, and correlations in the order of [`KINEMATIC_INDEX`].
@@ -57,7 +57,7 @@ pub(super) fn decode((sigma, rho): WireKinematic) -> Result<KinematicCovariance,
     if !is_positive_definite(rho) {
         let (field, expected) = ("pivot of the kinematic covariance", "more than 0: positive definite");
         let value = smallest_pivot(rho);
-        return Err(AbsurdValue { field, index: None, value, expected }.into());
+        return Err(InvalidValue { field, index: None, value, expected }.into());
     }
     let variances = sigma.map(quantity::metric_variance);
     let roots = roots(variances);

@@ -2,7 +2,7 @@
 //!
 //! Version 1 is postcard behind a version byte and a kind byte. Positions are fixed-point (1 mm),
 //! headings 0.1 mrad, standard deviations one byte each on a logarithmic scale that rounds up. What is
-//! decoded has been validated: no non-finite or absurd value passes, and nothing may trail.
+//! decoded has been validated: no non-finite value and no value beyond its limits passes, and nothing may trail.
 //! [`json`] is the twin for people and for other languages.
 
 pub mod detections;
@@ -14,7 +14,7 @@ pub mod sensor;
 mod sigma;
 mod varint;
 
-use crate::detection::AbsurdValue;
+use crate::detection::InvalidValue;
 use crate::id::NameError;
 use crate::sensor::InvalidDescription;
 
@@ -83,7 +83,7 @@ pub enum WireError {
     },
     /// A number that no sensor could have meant.
     #[error(transparent)]
-    Absurd(#[from] AbsurdValue),
+    InvalidValue(#[from] InvalidValue),
     /// A number in a sensor description that cannot be.
     #[error(transparent)]
     Description(#[from] InvalidDescription),
@@ -116,7 +116,7 @@ impl WireError {
             Self::Postcard(_) => "malformed",
             Self::Name(_) => "bad_name",
             Self::TooMany { .. } => "too_many",
-            Self::Absurd(_) => "absurd_value",
+            Self::InvalidValue(_) => "absurd_value",
             Self::Description(_) => "bad_description",
             Self::UnlistedAgent => "unlisted_agent",
             Self::Json(_) => "bad_json",

@@ -22,7 +22,7 @@ pub struct Simulation<'a> {
 impl<'a> Simulation<'a> {
     /// The world of a run.
     pub fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
-        Self { scenario, world: World::new(scenario, seed), start }
+        Self { scenario, world: scenario.world(seed), start }
     }
 
     fn objects_at(&self, at: Timestamp, out: &mut Vec<TrueObject>) {
@@ -30,28 +30,29 @@ impl<'a> Simulation<'a> {
     }
 
     fn agent_pose(&self, agent: &AgentId, at: Timestamp) -> Option<Pose> {
-        Some(self.world.agent_pose(self.scenario.agent_index(agent)?, at - self.start))
+        self.world.agent_pose(self.scenario.agent_index(agent)?, at - self.start)
     }
 
     /// The agents of the scenario, as the score wants them; `frames_sent` is what each says of itself.
     pub fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
         let facts = |(index, agent): (usize, &v2x_agent::scenario::AgentConfig)| AgentFacts {
-            id: agent.id,
+            id: agent.id(),
             itself: self.world.agent_object(index),
-            frames_sent: frames_sent(&agent.id),
+            frames_sent: frames_sent(&agent.id()),
         };
         self.scenario.agents.iter().enumerate().map(facts).collect()
     }
 
     /// Scores a run in this world. How old something is goes by when it was captured in truth, not by its stamp.
     pub fn score(&self, log: &RunLog, facts: &RunFacts) -> Result<ScoredRun, ScoreError> {
-        if self.scenario.agents.iter().all(|agent| agent.clock == ClockError::default()) {
+        if self.scenario.agents.iter().all(|agent| agent.sensor.clock == ClockError::default()) {
             return self.with_truth(|truth| score(log, truth, facts));
         }
         let mut log = log.clone();
         for included in log.fused.iter_mut().flat_map(|received| &mut received.frame.includes) {
-            let agent = self.scenario.agents.iter().find(|agent| agent.id == included.frame.agent);
-            let ahead = agent.map_or(Span::ZERO, |agent| agent.clock.at(included.captured_at - self.start));
+            let agent = self.scenario.agents.iter().find(|agent| agent.id() == included.frame.agent);
+            let ahead =
+                agent.map_or(Span::ZERO, |agent| agent.sensor.clock.at(included.captured_at - self.start));
             included.captured_at = included.captured_at - ahead;
         }
         self.with_truth(|truth| score(&log, truth, facts))

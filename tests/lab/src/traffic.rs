@@ -8,9 +8,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use v2x_agent::scenario::{AgentConfig, Scenario};
 use v2x_agent::sending::{Fate, Sender};
-use v2x_agent::sensor::{Boot, Observation, SimulatedAgent};
+use v2x_agent::sensor::{Boot, Observation};
 use v2x_agent::truth::Identities;
-use v2x_agent::world::World;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::SensorDescription;
@@ -46,8 +45,8 @@ pub struct Way {
 
 impl Way {
     /// Of an agent's frame of this number.
-    pub fn of(agent: &SimulatedAgent, sender: &Sender, sequence: u64) -> Self {
-        Self { captured_at: agent.capture_time(sequence), sent_at: sender.sent_at(agent, sequence) }
+    pub fn of(sender: &Sender, sequence: u64) -> Self {
+        Self { captured_at: sender.sensor().capture_time(sequence), sent_at: sender.sent_at(sequence) }
     }
 }
 
@@ -81,10 +80,10 @@ impl Traffic {
         (start, duration): (Timestamp, Span),
         n_agents: usize,
     ) -> Result<Self, WireError> {
-        let agents: Vec<_> = agents(scenario, seed, start).take(n_agents).collect();
-        let describe = |agent: &SimulatedAgent| (agent.config().id, agent.description());
+        let mut agents: Vec<_> = agents(scenario, seed, start).take(n_agents).collect();
+        let describe = |agent: &Sender| (agent.sensor().config().agent, agent.description());
         let descriptions = agents.iter().map(describe).collect();
-        let due = arrivals(&agents, (start, start + duration));
+        let due = arrivals(&mut agents, (start, start + duration));
         let mut arrivals = Vec::with_capacity(due.len());
         let mut bytes = Vec::new();
         for ((received_at, _), (way, Observation { frame, identities })) in due {
@@ -125,10 +124,10 @@ impl Traffic {
 }
 
 /// The agents of a scenario, in its order.
-pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator<Item = SimulatedAgent> {
-    let world = Arc::new(World::new(scenario, seed));
+pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator<Item = Sender> {
+    let world = Arc::new(scenario.world(seed));
     let boot = Boot { seed, epoch: 1, start };
-    let agent = move |config: &AgentConfig| SimulatedAgent::new(scenario, world.clone(), &config.id, boot);
+    let agent = move |config: &AgentConfig| config.sender(world.clone(), boot).ok();
     scenario.agents.iter().filter_map(agent)
 }
 
@@ -149,23 +148,21 @@ fn publish_until(
 
 /// Every frame that its link delivers, by arrival, in true time: clocks of agents show in their stamps alone.
 fn arrivals(
-    agents: &[SimulatedAgent],
+    agents: &mut [Sender],
     (start, end): (Timestamp, Timestamp),
 ) -> BTreeMap<(Timestamp, FrameId), (Way, Observation)> {
     let mut arrivals = BTreeMap::new();
     for agent in agents {
-        let mut sender = Sender::new(agent);
-        let may_overtake = sender.link().config().reorder;
+        let may_overtake = agent.link().config().reorder;
         let mut newest_due = Timestamp::MIN;
-        for sequence in agent.sequence_at_or_after(start).. {
-            if agent.capture_time(sequence) > end {
+        for sequence in agent.sensor().sequence_at_or_after(start).. {
+            if agent.sensor().capture_time(sequence) > end {
                 break;
             }
-            if let Fate::Arrives { at, observation } = sender.send(agent, sequence) {
+            if let Fate::Arrives { at, observation } = agent.send(sequence) {
                 let due = if may_overtake { at } else { at.max(newest_due) };
                 newest_due = newest_due.max(due);
-                arrivals
-                    .insert((due, observation.frame.id), (Way::of(agent, &sender, sequence), observation));
+                arrivals.insert((due, observation.frame.id), (Way::of(agent, sequence), observation));
             }
         }
     }

@@ -8,7 +8,7 @@ use v2x_common::time::Span;
 use super::super::motion::Motion;
 use super::super::path::Path;
 use super::super::profile::{Profile, speed_change_distance_m};
-use super::{
+use super::layout::{
     BRAKE_MPS2, LANE_M, QUEUE_GAP_M, RIGHT_TURN_RADIUS_M, SIDE_STREET_M, START_HEADWAY_S, START_MPS2,
     STOP_LINE_M, TURN_SPEED_MPS, in_arm,
 };

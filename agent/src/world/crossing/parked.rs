@@ -8,7 +8,7 @@ use v2x_common::geometry::Pose;
 
 use super::super::body::Shape;
 use super::super::motion::Motion;
-use super::{PARKING_M, SIDE_STREET_M, in_arm};
+use super::layout::{PARKING_M, SIDE_STREET_M, in_arm};
 use crate::random::{Purpose, WorldDraw, keyed_rng, uniform, weighted};
 
 /// Parking places along the arms begin and end here, out from the middle of the crossing; not around the side streets.

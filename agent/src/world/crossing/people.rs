@@ -11,7 +11,8 @@ use super::super::body::Shape;
 use super::super::motion::Motion;
 use super::super::path::Path;
 use super::super::profile::{Profile, speed_change_distance_m};
-use super::{ARM_M, CYCLE_PATH_M, Light, SIDE_STREET_M, SIDEWALK_M, STOP_LINE_M, in_arm};
+use super::layout::{ARM_M, CYCLE_PATH_M, SIDE_STREET_M, SIDEWALK_M, STOP_LINE_M, in_arm};
+use super::light::Light;
 use crate::random::{Purpose, WorldDraw, keyed_rng, uniform, unit, weighted};
 
 const WALK_MPS2: f64 = 1.0;

@@ -12,10 +12,11 @@ use super::super::motion::Motion;
 use super::super::path::Path;
 use super::super::profile::{Profile, speed_change_distance_m};
 use super::agents::AGENT_LENGTH_M;
-use super::{
-    ARM_M, BRAKE_MPS2, LANE_M, Light, QUEUE_GAP_M, RIGHT_TURN_RADIUS_M, START_HEADWAY_S, START_MPS2,
-    STOP_LINE_M, TURN_SPEED_MPS, in_arm,
+use super::layout::{
+    ARM_M, BRAKE_MPS2, LANE_M, QUEUE_GAP_M, RIGHT_TURN_RADIUS_M, START_HEADWAY_S, START_MPS2, STOP_LINE_M,
+    TURN_SPEED_MPS, in_arm,
 };
+use super::light::Light;
 use crate::random::{Purpose, WorldDraw, chance, keyed_rng, uniform, weighted};
 
 /// Places in an arm's queue.

@@ -121,7 +121,7 @@ fn read_object(
     let contributors = read_contributors(reader, n_contributors, &frame.agents)?;
     Ok(FusedObject {
         track: TrackId::new(lineage_xor ^ frame.lineage, counter),
-        class: class_probabilities.first().map_or(Class::Unknown, |(class, _)| *class),
+        class: class_probabilities[0].0,
         class_probabilities,
         bev: BevBox {
             x: absolute(x, origin_m.0),
@@ -147,7 +147,11 @@ fn absolute(millimetres: i64, origin_m: i32) -> f64 {
     quantity::millimetres(millimetres.saturating_add(1000 * i64::from(origin_m)))
 }
 
+/// At least one class: a frame without any is of unknown objects.
 fn read_classes(reader: &mut Reader<'_>, count: usize) -> Result<Vec<(Class, f64)>, WireError> {
+    if count == 0 {
+        return Ok(vec![(Class::Unknown, 1.0)]);
+    }
     let mut classes = Vec::with_capacity(count);
     for _ in 0..count {
         let [class, probability] = reader.bytes()?;

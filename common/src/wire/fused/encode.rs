@@ -40,7 +40,7 @@ fn write(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
     }
     for object in &frame.objects {
         // More of either cannot be sent.
-        let n_classes = object.class_probabilities.len().min(Class::ALL.len());
+        let n_classes = object.classes().count().min(Class::ALL.len());
         let n_contributors = object.contributors.len().min(MAX_AGENTS);
         let room = MAX_OBJECT_LEN + CLASS_LEN * n_classes + MAX_CONTRIBUTOR_LEN * n_contributors;
         append(buffer, room, |writer| {
@@ -161,14 +161,14 @@ fn write_object(
     writer.bytes([sw, sd, st, existence]);
     writer.i64(object.age.as_nanos());
     writer.i64((frame.fused_at - object.last_measured_at).as_nanos());
-    writer.u32(wire_count("class probabilities", object.class_probabilities.len(), Class::ALL.len())?);
+    writer.u32(wire_count("class probabilities", object.classes().count(), Class::ALL.len())?);
     writer.u32(wire_count("contributors", object.contributors.len(), MAX_AGENTS)?);
     Ok(())
 }
 
 fn write_classes(object: &FusedObject, writer: &mut Writer<'_>) -> Result<(), WireError> {
-    for (class, probability) in &object.class_probabilities {
-        writer.bytes([class.byte(), quantity::probability_byte("class probability", *probability)?]);
+    for (class, probability) in object.classes() {
+        writer.bytes([class.byte(), quantity::probability_byte("class probability", probability)?]);
     }
     Ok(())
 }

@@ -95,7 +95,7 @@ impl From<&FusedObject> for JsonObject {
         Self {
             track: Id64(object.track.0),
             class: object.class,
-            class_probabilities: object.class_probabilities.clone(),
+            class_probabilities: object.classes().collect(),
             x: object.bev.x,
             y: object.bev.y,
             w: object.bev.w,
@@ -132,7 +132,7 @@ impl From<&FusedObject> for JsonObject {
 
 impl From<JsonObject> for FusedObject {
     fn from(json: JsonObject) -> Self {
-        Self {
+        let mut object = Self {
             track: TrackId(json.track.0),
             class: json.class,
             class_probabilities: json.class_probabilities,
@@ -157,7 +157,9 @@ impl From<JsonObject> for FusedObject {
                     index: measurement.index,
                 })
                 .collect(),
-        }
+        };
+        object.class_probabilities = object.classes().collect();
+        object
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
-use v2x_agent::outbox::Outbox;
+use v2x_agent::link::Outbox;
 use v2x_common::clock;
 use v2x_common::time::Timestamp;
 

@@ -22,7 +22,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
-use v2x_agent::sending::Sender;
 use v2x_common::clock;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::net::logging;
@@ -111,7 +110,7 @@ async fn play(
     let options = AgentOptions { scenario, connect, seed: point.seed, start };
     let mut agents = Vec::new();
     for agent in point.scenario.agents.iter().take(point.n_agents) {
-        agents.push(launcher.agent(&agent.id, &options).await?);
+        agents.push(launcher.agent(&agent.id(), &options).await?);
     }
     let late = clock::now() - start;
     ensure!(late < Span::ZERO, "agents were up {late} late: {TOO_BUSY}");
@@ -192,12 +191,11 @@ fn judge(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec
     let mut all = Vec::new();
     // Nobody but the simulation knows when frames were captured and sent; it tells here as it told the agents.
     let agents = traffic::agents(&point.scenario, point.seed, start);
-    let senders: BTreeMap<AgentId, _> =
-        agents.map(|agent| (agent.config().id, (Sender::new(&agent), agent))).collect();
+    let senders: BTreeMap<AgentId, _> = agents.map(|agent| (agent.sensor().config().agent, agent)).collect();
     let mut buffer = Vec::new();
     for ReceivedDetections { received_at, frame, identities } in &log.detections {
-        let Some((sender, agent)) = senders.get(&frame.id.agent) else { continue };
-        let way = Way::of(agent, sender, frame.id.sequence);
+        let Some(sender) = senders.get(&frame.id.agent) else { continue };
+        let way = Way::of(sender, frame.id.sequence);
         whose.insert(frame.id, way.captured_at, identities.objects.clone());
         buffer.clear();
         wire::detections::encode(frame, &mut buffer)?;

@@ -175,7 +175,7 @@ impl Point {
 
     /// The agent that all others are compared with: the file's first.
     pub fn first_agent(&self) -> AgentId {
-        self.scenario.agents[0].id
+        self.scenario.agents[0].id()
     }
 
     /// The hub's settings under a method.
@@ -217,16 +217,16 @@ mod tests {
     fn a_value_reaches_the_agents_that_are_meant() {
         let points = plan(&["latency=0,100"]).points().unwrap();
         let (now, late) = (&points[0].scenario.agents, &points[2].scenario.agents);
-        assert_eq!(now[0].link, late[0].link);
-        assert_ne!(now[1].link, late[1].link);
+        assert_eq!(now[0].sending.link, late[0].sending.link);
+        assert_ne!(now[1].sending.link, late[1].sending.link);
     }
 
     #[test]
     fn what_an_axis_takes_for_granted_does_not_undo_another_axis() {
         for axes in [["loss=0.1", "burst=2"], ["burst=2", "loss=0.1"]] {
-            assert_eq!(plan(&axes).points().unwrap()[0].scenario.agents[1].link.loss.rate, 0.1);
+            assert_eq!(plan(&axes).points().unwrap()[0].scenario.agents[1].sending.link.loss.rate, 0.1);
         }
-        assert_eq!(plan(&["burst=2"]).points().unwrap()[0].scenario.agents[1].link.loss.rate, 0.3);
+        assert_eq!(plan(&["burst=2"]).points().unwrap()[0].scenario.agents[1].sending.link.loss.rate, 0.3);
     }
 
     #[test]

@@ -26,7 +26,7 @@ const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Observer> {
     let facts = simulation.agent_facts(|_| None);
     let observer = |(config, facts): (&v2x_agent::scenario::AgentConfig, crate::score::AgentFacts)| {
-        Observer { agent: config.id, field_of_view: config.field_of_view, itself: facts.itself }
+        Observer { agent: config.id(), field_of_view: config.sensor.field_of_view, itself: facts.itself }
     };
     point.scenario.agents.iter().zip(facts).take(2).map(observer).collect()
 }

@@ -1,11 +1,11 @@
-//! Frames on their way: a bounded queue ordered by the time at which each is due.
+//! Frames in transit: a bounded queue ordered by the time at which each is due.
 
 use std::collections::BTreeMap;
 
 use v2x_common::time::Timestamp;
 
-/// Holds each item until it is due. When full, the item that was pushed first is dropped and counted:
-/// the newest sensor data wins.
+/// Holds each item until it is due. When full, the item that was pushed first is dropped and counted: newer sensor
+/// data is worth more.
 #[derive(Debug)]
 pub struct Outbox<T> {
     capacity: usize,
@@ -13,7 +13,7 @@ pub struct Outbox<T> {
     latest_due: Timestamp,
     n_pushed: u64,
     n_dropped: u64,
-    /// By due time, then by number of pushing.
+    /// By due time, then by order of pushing.
     items: BTreeMap<(Timestamp, u64), T>,
 }
 
@@ -32,7 +32,7 @@ impl<T> Outbox<T> {
         }
     }
 
-    /// Puts an item in, to come out at `due`. Returns what had to be dropped for it.
+    /// Adds an item that is due at `due`. Returns the item that was dropped for it, if any.
     pub fn push(&mut self, due: Timestamp, item: T) -> Option<T> {
         let due = if self.reorder { due } else { due.max(self.latest_due) };
         let dropped = if self.items.len() == self.capacity { self.drop_oldest() } else { None };
@@ -55,12 +55,12 @@ impl<T> Outbox<T> {
         self.items.first_key_value().map(|((due, _), _)| *due)
     }
 
-    /// How many items wait.
+    /// Number of items.
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// Whether none waits.
+    /// Whether there is no item.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_comes_out_before_it_is_due() {
+    fn items_are_given_when_they_are_due() {
         let mut outbox = Outbox::new(4, true);
         outbox.push(at(20), 1);
         outbox.push(at(10), 2);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn without_reordering_a_fast_frame_waits_for_the_slow_one_before_it() {
+    fn without_reordering_a_frame_is_due_no_earlier_than_those_before_it() {
         let mut outbox = Outbox::new(4, false);
         outbox.push(at(20), 1);
         outbox.push(at(10), 2);
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_outbox_drops_what_was_pushed_first_and_counts_it() {
+    fn a_full_outbox_drops_the_item_that_was_pushed_first_and_counts_it() {
         let mut outbox = Outbox::new(2, true);
         assert_eq!(outbox.push(at(30), 1), None);
         assert_eq!(outbox.push(at(20), 2), None);
@@ -125,7 +125,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn in_order_means_the_order_of_pushing_whatever_the_delays(dues in prop::collection::vec(0..1000i64, 0..30)) {
+        fn without_reordering_items_are_given_in_the_order_of_pushing(dues in prop::collection::vec(0..1000i64, 0..30)) {
             let mut outbox = Outbox::new(30, false);
             for (number, due) in (0..).zip(&dues) {
                 outbox.push(at(*due), number);

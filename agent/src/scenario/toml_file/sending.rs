@@ -1,4 +1,4 @@
-//! What of an agent's sending is typed as a number or a word. Visitors by hand, because an untagged enum's errors name
+//! Settings of sending that are a number or a word. Visitors are written by hand because an untagged enum's errors name
 //! no field.
 
 use std::fmt;
@@ -7,37 +7,37 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
-use super::read_trace;
+use super::trace::read_trace;
 use crate::link::{Delay, profiles};
 
 /// A number of milliseconds, or `"random"`.
 #[derive(Clone, Copy)]
-pub(in crate::scenario) enum TypedPhase {
+pub(in crate::scenario) enum TomlPhase {
     Millis(f64),
     Random,
 }
 
-impl<'de> Deserialize<'de> for TypedPhase {
+impl<'de> Deserialize<'de> for TomlPhase {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct PhaseVisitor;
         impl Visitor<'_> for PhaseVisitor {
-            type Value = TypedPhase;
+            type Value = TomlPhase;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a number of milliseconds or \"random\"")
             }
 
-            fn visit_f64<E: Error>(self, millis: f64) -> Result<TypedPhase, E> {
-                Ok(TypedPhase::Millis(millis))
+            fn visit_f64<E: Error>(self, millis: f64) -> Result<TomlPhase, E> {
+                Ok(TomlPhase::Millis(millis))
             }
 
-            fn visit_i64<E: Error>(self, millis: i64) -> Result<TypedPhase, E> {
-                Ok(TypedPhase::Millis(millis as f64))
+            fn visit_i64<E: Error>(self, millis: i64) -> Result<TomlPhase, E> {
+                Ok(TomlPhase::Millis(millis as f64))
             }
 
-            fn visit_str<E: Error>(self, word: &str) -> Result<TypedPhase, E> {
+            fn visit_str<E: Error>(self, word: &str) -> Result<TomlPhase, E> {
                 if word == "random" {
-                    Ok(TypedPhase::Random)
+                    Ok(TomlPhase::Random)
                 } else {
                     Err(E::invalid_value(Unexpected::Str(word), &self))
                 }
@@ -48,31 +48,31 @@ impl<'de> Deserialize<'de> for TypedPhase {
 }
 
 /// A number of milliseconds, or a delay by a link's name.
-pub(in crate::scenario) enum TypedSensing {
+pub(in crate::scenario) enum TomlSensing {
     Millis(f64),
     Named(Delay),
 }
 
-impl<'de> Deserialize<'de> for TypedSensing {
+impl<'de> Deserialize<'de> for TomlSensing {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct SensingVisitor;
         impl Visitor<'_> for SensingVisitor {
-            type Value = TypedSensing;
+            type Value = TomlSensing;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a number of milliseconds or a delay such as \"custom:delay=60ms,jitter=10ms\"")
             }
 
-            fn visit_f64<E: Error>(self, millis: f64) -> Result<TypedSensing, E> {
-                Ok(TypedSensing::Millis(millis))
+            fn visit_f64<E: Error>(self, millis: f64) -> Result<TomlSensing, E> {
+                Ok(TomlSensing::Millis(millis))
             }
 
-            fn visit_i64<E: Error>(self, millis: i64) -> Result<TypedSensing, E> {
-                Ok(TypedSensing::Millis(millis as f64))
+            fn visit_i64<E: Error>(self, millis: i64) -> Result<TomlSensing, E> {
+                Ok(TomlSensing::Millis(millis as f64))
             }
 
-            fn visit_str<E: Error>(self, name: &str) -> Result<TypedSensing, E> {
-                profiles::parse_delay(name, read_trace).map(TypedSensing::Named).map_err(E::custom)
+            fn visit_str<E: Error>(self, name: &str) -> Result<TomlSensing, E> {
+                profiles::parse_delay(name, read_trace).map(TomlSensing::Named).map_err(E::custom)
             }
         }
         deserializer.deserialize_any(SensingVisitor)
@@ -81,48 +81,48 @@ impl<'de> Deserialize<'de> for TypedSensing {
 
 /// `"immediately"`, or a table.
 #[derive(Clone, Copy)]
-pub(in crate::scenario) enum TypedTransmit {
+pub(in crate::scenario) enum TomlTransmit {
     Immediately,
-    Slotted(TypedSlots),
+    Slotted(TomlSlots),
 }
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(in crate::scenario) struct TypedSlots {
+pub(in crate::scenario) struct TomlSlots {
     pub(in crate::scenario) period_ms: f64,
-    pub(in crate::scenario) phase_ms: Option<TypedPhase>,
+    pub(in crate::scenario) phase_ms: Option<TomlPhase>,
 }
 
-impl<'de> Deserialize<'de> for TypedTransmit {
+impl<'de> Deserialize<'de> for TomlTransmit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct TransmitVisitor;
         impl<'de> Visitor<'de> for TransmitVisitor {
-            type Value = TypedTransmit;
+            type Value = TomlTransmit;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("\"immediately\" or a table { period_ms, phase_ms }")
             }
 
-            fn visit_str<E: Error>(self, word: &str) -> Result<TypedTransmit, E> {
+            fn visit_str<E: Error>(self, word: &str) -> Result<TomlTransmit, E> {
                 if word == "immediately" {
-                    Ok(TypedTransmit::Immediately)
+                    Ok(TomlTransmit::Immediately)
                 } else {
                     Err(E::invalid_value(Unexpected::Str(word), &self))
                 }
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TypedTransmit, A::Error> {
-                TypedSlots::deserialize(MapAccessDeserializer::new(map)).map(TypedTransmit::Slotted)
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TomlTransmit, A::Error> {
+                TomlSlots::deserialize(MapAccessDeserializer::new(map)).map(TomlTransmit::Slotted)
             }
         }
         deserializer.deserialize_any(TransmitVisitor)
     }
 }
 
-/// What is sent.
+/// Which detections are sent.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(in crate::scenario) enum TypedSend {
+pub(in crate::scenario) enum TomlSend {
     Periodic,
     Etsi,
 }

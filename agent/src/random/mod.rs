@@ -1,0 +1,15 @@
+//! Random numbers that depend on their purpose alone.
+//!
+//! Each draw has its own ChaCha8 stream, keyed by (seed, agent, sequence, purpose). So one more agent or object in the
+//! world does not change the draws of the others.
+//!
+//! The built-in distributions are computed with `libm`. Those of `rand_distr` call the platform's `exp` as soon as any
+//! crate of the build enables `num-traits/std`, and then give other bits on other machines.
+
+mod draws;
+mod keyed;
+mod laws;
+
+pub use draws::{chance, poisson, standard_normal, truncated_normal, uniform, unit, weighted};
+pub use keyed::{Purpose, WorldDraw, keyed_rng};
+pub use laws::StandardNormal;
