@@ -12,7 +12,7 @@ use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::time::Timestamp;
 use v2x_common::wire;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus};
-use v2x_lab::consumer::{Consumer, Traffic};
+use v2x_lab::loopback::consumer::{Consumer, Traffic};
 use v2x_lab::loopback::{AgentOptions, Child, HubOptions, Launcher};
 use zenoh::Session;
 use zenoh::pubsub::Publisher;

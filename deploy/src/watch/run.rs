@@ -11,7 +11,7 @@ use v2x_common::clock;
 use v2x_common::net::events;
 use v2x_common::recording::Entry;
 use v2x_common::wire;
-use v2x_lab::consumer::{Consumer, Traffic};
+use v2x_lab::loopback::consumer::{Consumer, Traffic};
 
 /// Samples that may wait: a table wants the newest only, a recording everything.
 const VIEW_CAPACITY: usize = 1;

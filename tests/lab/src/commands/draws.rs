@@ -1,9 +1,9 @@
 //! Which scenes, and which errors fall on them: what tables and exports of them share.
 
-use crate::dataset::Source;
-use crate::dataset::nuscenes::Split;
-use crate::protocol::noise::{NoisePair, Shape};
-use crate::protocol::scene::{Scene, Statistics};
+use crate::data::dataset::nuscenes::Split;
+use crate::data::dataset::source::Source;
+use crate::data::noise::{NoisePair, Shape};
+use crate::data::scene::{Scene, Statistics};
 use anyhow::ensure;
 
 /// What `--quick` takes of the data set, and how often.

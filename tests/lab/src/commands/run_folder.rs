@@ -8,13 +8,16 @@
 //! | `logs/` | each process's log |
 //! | `summary.json`, `report.md`, `bev.svg` | the score |
 
-use crate::percentiles::Percentiles;
-use crate::plot::{bev::bev_svg, scene::typical_moment};
-use crate::recorded::run_log;
-use crate::report::{report_md, summary_table};
-use crate::score::RunFacts;
-use crate::simulation::Simulation;
-use crate::summary::Summary;
+use crate::data::recording::run_log;
+use crate::data::simulation::Simulation;
+use crate::report::markdown::report_md;
+use crate::report::plot::bev::bev_svg;
+use crate::report::plot::scene::typical_moment;
+use crate::report::summary::summary_table;
+use crate::score::percentiles::Percentiles;
+use crate::score::run::scored_run::RunFacts;
+use crate::score::run::simulated::score_in_world;
+use crate::score::run::summary::Summary;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -124,7 +127,7 @@ impl RunFolder {
             latency_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.latency_ms)),
             compute_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.compute_ms)),
         };
-        let mut scored = simulation.score(&log, &facts)?;
+        let mut scored = score_in_world(&simulation, &log, &facts)?;
         record.failures.into_iter().for_each(|failure| scored.summary.verdict.fail(failure));
         if let Some(scene) = simulation.with_truth(|truth| typical_moment(&scored, &log, truth)) {
             self.write("bev.svg", &bev_svg(&scene))?;

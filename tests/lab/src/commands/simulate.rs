@@ -1,9 +1,10 @@
 //! `lab simulate`: a scenario in virtual time, scored.
 
-use crate::run_folder::print_summary;
-use crate::score::RunFacts;
-use crate::simulation::Simulation;
-use crate::virtual_run::VirtualRun;
+use crate::commands::run_folder::print_summary;
+use crate::data::simulation::Simulation;
+use crate::drive::virtual_run::VirtualRun;
+use crate::score::run::scored_run::RunFacts;
+use crate::score::run::simulated::score_in_world;
 use anyhow::Context;
 use std::path::PathBuf;
 use v2x_agent::scenario::Scenario;
@@ -53,5 +54,5 @@ pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
         latency_ms: None,
         compute_ms: None,
     };
-    print_summary(&simulation.score(&log, &facts)?.summary, args.json)
+    print_summary(&score_in_world(&simulation, &log, &facts)?.summary, args.json)
 }

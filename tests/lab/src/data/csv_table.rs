@@ -1,6 +1,6 @@
 //! Tables that people bring, read row by row: what is wrong with one is told with line, column and value.
 
-use crate::seconds;
+use crate::data::seconds;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use v2x_common::class::Class;

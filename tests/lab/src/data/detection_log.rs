@@ -1,6 +1,6 @@
 //! A log of detections, read frame by frame in order of arrival.
 
-use crate::csv_table::{CsvError, CsvTable, Row};
+use crate::data::csv_table::{CsvError, CsvTable, Row};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! The detections of a scene as a table.
 
-use crate::fuse::log::COLUMNS;
-use crate::protocol::observe::{AgentReport, Protocol};
-use crate::protocol::scene::Scene;
-use crate::seconds;
+use crate::data::detection_log::COLUMNS;
+use crate::data::observation::{AgentReport, Protocol};
+use crate::data::scene::Scene;
+use crate::data::seconds;
 use std::fmt::{self, Write};
 use std::str::FromStr;
 use v2x_common::detection::Detection;
@@ -85,10 +85,10 @@ fn write_detection(out: &mut String, detection: &Detection) -> fmt::Result {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::synthetic;
-    use crate::fuse::log::DetectionLog;
-    use crate::protocol::conditions::Conditions;
-    use crate::protocol::noise::{NoisePair, Realisation, Shape};
+    use crate::data::conditions::Conditions;
+    use crate::data::dataset::synthetic;
+    use crate::data::detection_log::DetectionLog;
+    use crate::data::noise::{NoisePair, Realisation, Shape};
     use std::path::Path;
 
     #[test]

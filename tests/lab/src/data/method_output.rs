@@ -1,11 +1,11 @@
 //! What somebody's method says of a scene, and which true object each box is scored against.
 
-use crate::csv_table::{CsvError, CsvTable, Row};
-use crate::export::detections::DetectionId;
-use crate::matching::distance_m;
-use crate::protocol::observe::AgentReport;
-use crate::protocol::prediction::Prediction;
-use crate::protocol::scene::{Keyframe, Scene};
+use crate::data::csv_table::{CsvError, CsvTable, Row};
+use crate::data::exported::DetectionId;
+use crate::data::observation::AgentReport;
+use crate::data::prediction::Prediction;
+use crate::data::scene::{Keyframe, Scene};
+use crate::score::matching::distance_m;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
@@ -179,7 +179,7 @@ fn match_by_position(told: &mut [Prediction], keyframe: &Keyframe, assigner: &mu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::testing::{car, scene_of};
+    use crate::data::test_scenes::{car, scene_of};
     use v2x_common::geometry::Pose;
 
     fn report(objects: &[Option<u32>]) -> AgentReport {

@@ -1,8 +1,8 @@
 //! What the two agents report of a keyframe.
 
-use super::conditions::Conditions;
-use super::noise::{NoisePair, Purpose, Realisation, Shape, perturb, shuffle};
-use super::scene::{Keyframe, Scene, TrueBox};
+use crate::data::conditions::Conditions;
+use crate::data::noise::{NoisePair, Purpose, Realisation, Shape, perturb, shuffle};
+use crate::data::scene::{Keyframe, Scene, TrueBox};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -149,8 +149,8 @@ fn frame_number(frame: usize) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{car, parking, scene_of};
     use super::*;
+    use crate::data::test_scenes::{car, parking, scene_of};
 
     pub(crate) const PROTOCOL: Protocol = Protocol {
         noise: NoisePair::N1N1,

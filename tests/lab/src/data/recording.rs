@@ -1,6 +1,6 @@
 //! From a recording to a [`RunLog`].
 
-use crate::run_log::{ReceivedDetections, ReceivedFused, RunLog};
+use crate::data::run_log::{ReceivedDetections, ReceivedFused, RunLog};
 use std::collections::BTreeMap;
 use v2x_agent::truth::Identities;
 use v2x_common::detection::DetectionFrame;

@@ -122,8 +122,8 @@ impl Statistics {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{car, scene_of};
     use super::*;
+    use crate::data::test_scenes::{car, scene_of};
 
     #[test]
     fn what_leaves_its_first_place_by_more_than_a_metre_moves() {

@@ -1,7 +1,7 @@
 //! Small scenes for the tests of the protocol.
 
-use super::prediction::Prediction;
-use super::scene::{Keyframe, Scene, TrueBox};
+use crate::data::prediction::Prediction;
+use crate::data::scene::{Keyframe, Scene, TrueBox};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};

@@ -1,7 +1,7 @@
 //! What was there, at any time.
 
-use crate::csv_table::{CsvError, CsvTable, Row};
-use crate::seconds;
+use crate::data::csv_table::{CsvError, CsvTable, Row};
+use crate::data::seconds;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;

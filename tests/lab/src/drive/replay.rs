@@ -1,6 +1,6 @@
 //! The log through the engine: frames as they arrived, objects at every tick.
 
-use super::log::{Arrival, DetectionLog};
+use crate::data::detection_log::{Arrival, DetectionLog};
 use std::collections::BTreeMap;
 use std::io::Read;
 use v2x_common::fused::FusedObject;

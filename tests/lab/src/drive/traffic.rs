@@ -3,7 +3,7 @@
 //! The network is a queue ordered by arrival. Frames go through the same wire bytes as live; the same scenario and
 //! seed give the same bits.
 
-use crate::run_log::ReceivedFused;
+use crate::data::run_log::ReceivedFused;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use v2x_agent::scenario::{AgentConfig, Scenario};

@@ -1,8 +1,8 @@
 //! A run in virtual time: the same agents, wire bytes and engine as live, without processes and without
 //! waiting. The network is a queue ordered by arrival; the same scenario and seed give the same bits.
 
-use crate::run_log::{ReceivedDetections, RunLog};
-use crate::traffic::{Arrival, Listening, Traffic};
+use crate::data::run_log::{ReceivedDetections, RunLog};
+use crate::drive::traffic::{Arrival, Listening, Traffic};
 use v2x_agent::scenario::Scenario;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::WireError;
@@ -58,7 +58,7 @@ mod tests {
         run_publishing(seed, ON_UPDATE)
     }
 
-    const CROSSING: &str = include_str!("../../../deploy/scenarios/crossing.toml");
+    const CROSSING: &str = include_str!("../../../../deploy/scenarios/crossing.toml");
 
     fn run_publishing(seed: u64, publish: PublishMode) -> RunLog {
         run_of(CROSSING, (seed, publish), Span::from_millis(2000))

@@ -1,10 +1,11 @@
 //! An agent in this process: a client of the hub whose frames arrive as late as its link has it.
 
-use super::crew::{Member, Recruiter};
-use super::error::KitError;
-use super::mailbox::{self, Mailbox};
-use super::script::Script;
-use super::station::Station;
+use crate::loopback::connection::Station;
+use crate::loopback::delay_queue;
+use crate::loopback::delay_queue::Mailbox;
+use crate::loopback::error::KitError;
+use crate::loopback::script::Script;
+use crate::loopback::task_group::{Member, Recruiter};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -190,7 +191,7 @@ impl Desk {
             return Ok(Sent { frame: frame.id, arrives_at: None });
         };
         if !self.mailbox.push(now + delay, payload) {
-            return Err(KitError::Backlog { agent: self.id, count: mailbox::CAPACITY });
+            return Err(KitError::Backlog { agent: self.id, count: delay_queue::CAPACITY });
         }
         Ok(Sent { frame: frame.id, arrives_at: Some(now + delay) })
     }

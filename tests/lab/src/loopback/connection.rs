@@ -1,7 +1,7 @@
 //! What an agent holds of the network.
 
-use super::agent::Berth;
-use super::error::KitError;
+use crate::loopback::agent::Berth;
+use crate::loopback::error::KitError;
 use anyhow::anyhow;
 use std::time::Duration;
 use v2x_common::id::AgentId;

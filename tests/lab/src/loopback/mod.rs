@@ -43,14 +43,16 @@
 
 mod agent;
 mod child;
-mod crew;
+mod connection;
+pub mod consumer;
+mod delay_queue;
 mod error;
+pub mod hub_status;
 mod launcher;
-mod mailbox;
 mod network;
 mod runtime;
 mod script;
-mod station;
+mod task_group;
 
 pub use agent::{Agent, NewAgent, Sent};
 pub use child::{Child, ChildError};

@@ -1,11 +1,10 @@
 //! A hub in this process, and a consumer that sees what it publishes.
 
-use super::agent::{Berth, NewAgent};
-use super::crew::Crew;
-use super::error::{KitError, Seen};
-use super::runtime;
-use crate::consumer::{Consumer, Traffic};
-use crate::hub_status;
+use crate::loopback::agent::{Berth, NewAgent};
+use crate::loopback::consumer::{Consumer, Traffic};
+use crate::loopback::error::{KitError, Seen};
+use crate::loopback::task_group::Crew;
+use crate::loopback::{hub_status, runtime};
 use anyhow::anyhow;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! The fused objects as a table.
 
-use crate::seconds;
+use crate::data::seconds;
 use anyhow::Context;
 use std::fs::File;
 use std::io::{BufWriter, Write};

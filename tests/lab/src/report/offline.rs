@@ -1,6 +1,6 @@
 //! What `lab fuse` prints.
 
-use super::judge::Verdict;
+use crate::score::offline::Verdict;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -1,6 +1,6 @@
 //! Ratios of means with an interval: a paired bootstrap over parts that were computed on common random numbers.
 
-use crate::protocol::noise::{Purpose, Realisation};
+use crate::data::noise::{Purpose, Realisation};
 use rand::RngExt;
 
 const RESAMPLES: usize = 2000;

@@ -7,7 +7,7 @@
 //! *senses* itself, so agents' own objects are in no field of view and never among the common objects;
 //! there fused positions come from the agent's pose, are good to centimetres, and would flatter fusion.
 
-use crate::truth::{Observer, Truth};
+use crate::data::truth::{Observer, Truth};
 use std::collections::BTreeMap;
 use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::geometry::Pose;
@@ -112,7 +112,7 @@ fn in_view(observers: &[Observer], poses: &[Option<Pose>], objects: &[TrueObject
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{at_ms, observer, parked};
+    use crate::data::fixture::{at_ms, observer, parked};
 
     #[test]
     fn an_object_counts_only_after_a_whole_second_in_view() {

@@ -4,7 +4,7 @@
 //! FUSION 2017, eq. (1) with p = 2 and α = 2: over all assignments, the least
 //! `sqrt(Σ d² + c²/2 · (missed + false))`, where only pairs nearer than the cut-off c are assigned.
 
-use crate::matching::distance_m;
+use crate::score::matching::distance_m;
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::assignment::{Assigner, Candidate};
@@ -60,7 +60,7 @@ pub fn gospa(predictions: &[BevBox], truth: &[BevBox], cutoff_m: f64, assigner: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::predicted;
+    use crate::data::fixture::predicted;
     use proptest::prelude::*;
 
     fn of(predictions: &[f64], truth: &[f64], cutoff_m: f64) -> GospaParts {

@@ -145,9 +145,11 @@ fn with_missed(outcomes: Vec<Outcome>, counts: &[bool]) -> Matching {
 
 #[cfg(test)]
 mod tests {
-    use super::Outcome::{False, Ignored, Matched};
+    use super::Outcome::False;
+    use super::Outcome::Ignored;
+    use super::Outcome::Matched;
     use super::*;
-    use crate::fixture::{parked, predicted};
+    use crate::data::fixture::{parked, predicted};
 
     fn by_distance(predictions: &[f64], truth: &[f64], counts: &[bool]) -> Matching {
         let predictions: Vec<_> = predictions.iter().map(|x| predicted(*x, 0.0)).collect();

@@ -3,8 +3,8 @@
 //! Every figure is computed per frame over the pairs of that frame and then averaged over the frames
 //! that have it: a frame without a pair has no error, a frame without an object no recall.
 
-use crate::gospa::{GospaParts, gospa};
-use crate::matching::{Matching, Outcome, distance_m};
+use crate::score::gospa::{GospaParts, gospa};
+use crate::score::matching::{Matching, Outcome, distance_m};
 use serde::{Deserialize, Serialize};
 use v2x_agent::truth::TrueObject;
 use v2x_common::covariance::Covariance2;

@@ -1,9 +1,9 @@
 //! How good the fused objects are, where the truth is known.
 
-use super::truth::Truth;
-use crate::matching::{Matching, Outcome, distance_m};
-use crate::metrics::{Mean, Metrics, Tally, frame_metrics};
-use crate::score::fused::{TrackKeeping, prediction};
+use crate::data::truth_table::Truth;
+use crate::score::matching::{Matching, Outcome, distance_m};
+use crate::score::metrics::{Mean, Metrics, Tally, frame_metrics};
+use crate::score::run::fused::{TrackKeeping, prediction};
 use serde::Serialize;
 use v2x_agent::truth::TrueObject;
 use v2x_common::fused::FusedObject;
@@ -124,7 +124,7 @@ fn matched(objects: &[FusedObject], truth: &[TrueObject], assigner: &mut Assigne
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{at_ms, predicted};
+    use crate::data::fixture::{at_ms, predicted};
     use std::path::Path;
     use v2x_common::class::Class;
     use v2x_common::geometry::BevBox;

@@ -1,7 +1,7 @@
 //! How fresh the fused list is where it is used: at the consumer.
 
-use crate::percentiles::Percentiles;
-use crate::run_log::ReceivedFused;
+use crate::data::run_log::ReceivedFused;
+use crate::score::percentiles::Percentiles;
 use v2x_common::time::{Span, Timestamp};
 
 /// How often the age of information is looked at.
@@ -52,7 +52,7 @@ fn millis(span: Span) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{at_ms, fused};
+    use crate::data::fixture::{at_ms, fused};
 
     #[test]
     fn end_to_end_runs_from_capture_to_the_consumer_for_every_included_frame() {

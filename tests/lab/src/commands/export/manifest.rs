@@ -1,12 +1,12 @@
 //! What an export is of: enough to make its detections again, and so to know whose they are.
 
-use super::names::file_names;
-use crate::dataset::Source;
-use crate::protocol::conditions::Conditions;
-use crate::protocol::noise::{NoisePair, Realisation, Shape, stable_hash};
-use crate::protocol::observe::Protocol;
-use crate::protocol::scene::Scene;
-use crate::tables::draws::DrawArgs;
+use crate::commands::draws::DrawArgs;
+use crate::commands::export::file_names::file_names;
+use crate::data::conditions::Conditions;
+use crate::data::dataset::source::Source;
+use crate::data::noise::{NoisePair, Realisation, Shape, stable_hash};
+use crate::data::observation::Protocol;
+use crate::data::scene::Scene;
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};

@@ -4,16 +4,16 @@
 //! columns of `lab fuse`, with `det_id` (`agent-1:12:3`: agent, keyframe, place in its report), `sensor_x` and
 //! `sensor_y`. Both times are the keyframe's, since the scene's start. Nothing of the truth is in it.
 
-pub mod detections;
+pub mod file_names;
 pub mod manifest;
-pub mod names;
 
-use crate::protocol::conditions::Conditions;
-use crate::protocol::scene::Scene;
-use crate::tables::draws::DrawArgs;
-use crate::tables::progress::Progress;
+use crate::commands::draws::DrawArgs;
+use crate::commands::export::manifest::{FILE_NAME, Fingerprint, Manifest};
+use crate::data::conditions::Conditions;
+use crate::data::exported;
+use crate::data::scene::Scene;
+use crate::report::progress::Progress;
 use anyhow::{Context, ensure};
-use manifest::{FILE_NAME, Fingerprint, Manifest};
 use std::path::{Path, PathBuf};
 
 /// Write the noisy detections of all scenes and trials, without the truth, for a method of your own in any language
@@ -66,7 +66,7 @@ pub fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
     let n_files = manifest.parts().count();
     for (done, part) in (1..).zip(manifest.parts()) {
         let scene = &scenes[part.scene];
-        let table = detections::table(scene, &detections::reports(&manifest.protocol(part), scene));
+        let table = exported::table(scene, &exported::reports(&manifest.protocol(part), scene));
         fingerprint.add(&table);
         write_file(&args.out.join(manifest.path(part)), &table)?;
         progress.tell(done, n_files);

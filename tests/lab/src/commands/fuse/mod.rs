@@ -1,27 +1,21 @@
 //! `lab fuse`: anybody's log of detections through the engine of the hub.
 
-mod args;
-pub mod judge;
-pub mod log;
-pub mod output;
-pub mod replay;
-pub mod report;
-pub mod truth;
+pub mod args;
 
 pub use args::FuseArgs;
 
-use crate::tables::progress::Progress;
-use crate::throughput::thread_cpu_time;
+use crate::commands::cpu_time::thread_cpu_time;
+use crate::data::detection_log::DetectionLog;
+use crate::data::truth_table::Truth;
+use crate::drive::replay::{Consumer, Counts, Replay, Ticks};
+use crate::report::fused_table::{FusedTable, NewFile};
+use crate::report::offline::Report;
+use crate::report::progress::Progress;
+use crate::score::offline::Judge;
 use anyhow::{Context, ensure};
-use judge::Judge;
-use log::DetectionLog;
-use output::{FusedTable, NewFile};
-use replay::{Consumer, Counts, Replay, Ticks};
-use report::Report;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
-use truth::Truth;
 use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::engine::Engine;

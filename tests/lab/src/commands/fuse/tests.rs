@@ -1,7 +1,7 @@
 //! The command from file to file.
 
-use super::args::{FuseArgs, RuleArgs, SensorArgs};
 use super::*;
+use crate::commands::fuse::args::{FuseArgs, RuleArgs, SensorArgs};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! The command line of `lab score`.
 
-use crate::tables::RowArgs;
+use crate::commands::tables::RowArgs;
 use std::path::PathBuf;
 
 /// Score a recorded run again; or, with --name, what your own method made of exported detections

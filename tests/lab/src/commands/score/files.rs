@@ -1,6 +1,6 @@
 //! Where an export is, and what was made of it.
 
-use crate::export::manifest::{FILE_NAME, Manifest, Part};
+use crate::commands::export::manifest::{FILE_NAME, Manifest, Part};
 use anyhow::{bail, ensure};
 use std::path::{Path, PathBuf};
 

@@ -1,26 +1,26 @@
 //! `lab score`: what somebody's method made of exported detections, as one more row of every table; or a recorded
 //! run once more.
 
-mod args;
+pub mod args;
 pub mod files;
-pub mod fused;
 
 pub use args::ScoreArgs;
 
-use crate::export::detections::{reports, table};
-use crate::export::manifest::{Fingerprint, Manifest};
-use crate::protocol::answers::Answers;
-use crate::protocol::conditions::Conditions;
-use crate::protocol::contender::{Contender, Occasion};
-use crate::protocol::method::Method;
-use crate::protocol::scene::Scene;
-use crate::run_folder::rescore;
-use crate::tables::progress::Progress;
-use crate::tables::rows::Table;
-use crate::tables::{RowArgs, TablesArgs, tables_of};
+use crate::commands::export::manifest::{Fingerprint, Manifest};
+use crate::commands::run_folder::rescore;
+use crate::commands::score::files::{export_folder, fused_files};
+use crate::commands::tables::{RowArgs, TablesArgs, tables_of};
+use crate::data::conditions::Conditions;
+use crate::data::exported::{reports, table};
+use crate::data::method_output::{Exported, Fused};
+use crate::data::scene::Scene;
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::method::Method;
+use crate::drive::keyframes::outputs::Answers;
+use crate::drive::keyframes::setting::Occasion;
+use crate::report::progress::Progress;
+use crate::report::tables::kind::Table;
 use anyhow::{Context, bail, ensure};
-use files::{export_folder, fused_files};
-use fused::{Exported, Fused};
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;

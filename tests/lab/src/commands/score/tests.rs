@@ -1,12 +1,13 @@
 //! From the export over a method of one's own to its row.
 
 use super::*;
-use crate::dataset::synthetic;
-use crate::export::{ExportArgs, write};
-use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::noise::{NoisePair, Shape};
-use crate::protocol::run::{Experiment, Plan, Setting};
-use crate::tables::draws::DrawArgs;
+use crate::commands::draws::DrawArgs;
+use crate::commands::export::{ExportArgs, write};
+use crate::data::dataset::synthetic;
+use crate::data::noise::{NoisePair, Shape};
+use crate::drive::keyframes::setting::Setting;
+use crate::score::keyframes::counting::{Counting, Subset};
+use crate::score::keyframes::experiments::{Experiment, Plan};
 use std::path::Path;
 
 /// A folder of its own that goes with the test.
@@ -32,9 +33,9 @@ fn scenes() -> Vec<Scene> {
 
 fn exported(folder: &Path, conditions: Conditions) -> Manifest {
     let draws = DrawArgs {
-        dataset: crate::dataset::Source::Synthetic,
+        dataset: crate::data::dataset::source::Source::Synthetic,
         version: String::new(),
-        split: crate::dataset::nuscenes::Split::Val,
+        split: crate::data::dataset::nuscenes::Split::Val,
         noise: vec![NoisePair::N1N3, NoisePair::N3N3],
         trials: Some(2),
         quick: false,
@@ -196,7 +197,7 @@ fn answers_are_rows_only_where_they_are_to_the_blocks_own_detections() {
     let fused = folder.0.join("fused");
     fuse_trivially(&folder.0, &manifest, &fused, true);
     let guest = guest("mine", None, (&manifest, &scenes()), &[fused]).unwrap();
-    let study = crate::tables::study::Study {
+    let study = crate::report::tables::study::Study {
         tables: vec![Table::II, Table::Robustness, Table::Nees, Table::Sensors],
         noise: manifest.noise,
         methods: vec![],

@@ -1,8 +1,9 @@
 //! The sweep's command line.
 
-use super::axis::{self, Axis};
-use super::method::SweepMethod;
-use super::plan::{Length, PUBLISH_HZ, Plan};
+use crate::drive::sweep::axis::Axis;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Length, PUBLISH_HZ, Plan};
+use crate::drive::sweep::{axis, scenarios};
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 use v2x_common::time::Span;
@@ -80,8 +81,8 @@ impl SweepArgs {
     pub fn plan(&self) -> anyhow::Result<Plan> {
         let text = match &self.scenario {
             Some(path) => std::fs::read_to_string(path).with_context(|| no_scenario(path))?,
-            None if self.axes.iter().any(Axis::is_number_of_agents) => super::TEN_AGENTS.to_owned(),
-            None => super::DEFAULT_SCENARIO.to_owned(),
+            None if self.axes.iter().any(Axis::is_number_of_agents) => scenarios::TEN_AGENTS.to_owned(),
+            None => scenarios::DEFAULT_SCENARIO.to_owned(),
         };
         let base = text.parse().with_context(|| match &self.scenario {
             Some(path) => format!("in {}", path.display()),

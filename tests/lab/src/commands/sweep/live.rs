@@ -3,20 +3,21 @@
 //! A relay carries the traffic for everybody; the hubs are routers that join it. Scenario time begins when all are up, so
 //! that agents send the very frames that they send in virtual time.
 
-use super::gallery::Gallery;
-use super::judge::{Focus, Judge, Whose};
-use super::method::SweepMethod;
-use super::plan::{Length, Point};
-use super::record::{Books, Record};
-use super::virtual_point::{agents_bodies, heard_by, observers};
-use super::ways::{Arrived, note_ways};
-use crate::consumer::{Consumer, Traffic};
-use crate::coverage::Coverage;
+use crate::commands::sweep::virtual_time::{agents_bodies, heard_by, observers};
+use crate::data::recording::run_log;
+use crate::data::run_log::{ReceivedDetections, RunLog};
+use crate::data::simulation::Simulation;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Length, Point};
+use crate::drive::traffic;
+use crate::drive::traffic::Way;
+use crate::loopback::consumer::{Consumer, Traffic};
 use crate::loopback::{AgentOptions, Child, HubOptions, Launcher};
-use crate::recorded::run_log;
-use crate::run_log::{ReceivedDetections, RunLog};
-use crate::simulation::Simulation;
-use crate::traffic::{self, Way};
+use crate::score::coverage::Coverage;
+use crate::score::sweep::expected::Gallery;
+use crate::score::sweep::record::{Books, Record};
+use crate::score::sweep::scorer::{Focus, Judge, Whose};
+use crate::score::sweep::transit::{Arrived, note_ways};
 use anyhow::{Context, ensure};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

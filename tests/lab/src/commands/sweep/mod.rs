@@ -1,41 +1,25 @@
 //! `lab sweep`: error and timing against any parameter of a scenario, for several ways to deal with delays.
 //!
-//! [`axis`] and [`overrides`] say what is varied, [`method`] what is compared, [`plan`] which runs that makes. A run is
-//! [judged](judge) into a [`record`]; records are kept, so that a sweep that was stopped goes on where it was.
+//! What is varied and compared is in [`crate::drive::sweep`]; a run is scored into a
+//! [`record`](crate::score::sweep::record). Records are kept, so that a sweep that was stopped goes on where it was.
 
-mod args;
-pub mod axis;
-mod figures;
-mod files;
-pub mod gallery;
-pub mod judge;
-pub mod live_point;
-pub mod method;
-pub mod overrides;
-pub mod plan;
-pub mod record;
-pub mod rows;
+pub mod args;
+pub mod live;
 pub mod run;
 pub mod store;
-mod text;
-pub mod virtual_point;
-pub mod ways;
+pub mod virtual_time;
 
 pub use args::SweepArgs;
 
-use plan::Plan;
-use rows::Row;
-use run::{Results, run_live, run_virtual};
+use crate::commands::sweep::run::{run_live, run_virtual};
+use crate::commands::sweep::store::Store;
+use crate::drive::sweep::plan::Plan;
+use crate::report::sweep::results::Results;
+use crate::report::sweep::rows::Row;
+use crate::report::sweep::{files, text};
 use std::io::Write;
 use std::process::ExitCode;
-use store::Store;
 use v2x_common::net::shutdown;
-
-/// A roadside unit in time, and a car whose link is what is varied.
-pub const DEFAULT_SCENARIO: &str = include_str!("../../../../deploy/scenarios/latency.toml");
-
-/// For as many agents as one likes.
-const TEN_AGENTS: &str = include_str!("../../../../deploy/scenarios/ten-agents.toml");
 
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;

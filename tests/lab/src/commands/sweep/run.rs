@@ -1,42 +1,17 @@
 //! Runs what is not known yet, on all cores, and gathers the rows.
 
-use super::method::SweepMethod;
-use super::plan::{Plan, Point};
-use super::record::Record;
-use super::rows::{Group, Row, note_kept, rows};
-use super::store::{Store, key};
-use super::{live_point, virtual_point};
-use crate::protocol::parallel;
-use crate::tables::progress::Progress;
+use crate::commands::sweep::store::{Store, key};
+use crate::commands::sweep::{live, virtual_time};
+use crate::drive::parallel;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Plan, Point};
+use crate::report::progress::Progress;
+use crate::report::sweep::results::Results;
+use crate::score::sweep::record::Record;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::Path;
 use tokio_util::sync::CancellationToken;
-
-/// What one place with one Δmax came to.
-#[derive(Debug)]
-pub struct Place {
-    /// Of the first seed.
-    pub point: Point,
-    /// By method, then by seed.
-    pub records: Vec<(SweepMethod, Vec<Record>)>,
-}
-
-impl Place {
-    /// Borrowed, as rows want it.
-    fn group(&self) -> Group<'_> {
-        self.records.iter().map(|(method, records)| (*method, records.iter().collect())).collect()
-    }
-}
-
-/// A sweep's results.
-#[derive(Debug)]
-pub struct Results {
-    /// What was run.
-    pub plan: Plan,
-    /// By value, then by Δmax.
-    pub places: Vec<Place>,
-}
 
 /// Runs a sweep in virtual time.
 pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result<Results> {
@@ -45,7 +20,7 @@ pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result
     let work = |place: usize| -> anyhow::Result<Vec<Record>> {
         let point = &points[place];
         let unknown = unknown(plan, point, store);
-        let records = virtual_point::run(point, &unknown, plan.length).with_context(|| point.place())?;
+        let records = virtual_time::run(point, &unknown, plan.length).with_context(|| point.place())?;
         for (method, record) in unknown.iter().zip(&records) {
             store.keep(&key(plan, point, *method), record)?;
         }
@@ -72,7 +47,7 @@ pub async fn run_live(
             Vec::new()
         } else {
             let folder = folder.join("live").join(format!("{place:03}"));
-            let run = live_point::run(point, &unknown, (plan.length, &folder), shutdown).await;
+            let run = live::run(point, &unknown, (plan.length, &folder), shutdown).await;
             match run.with_context(|| point.place())? {
                 Some(records) => records,
                 None => return Ok(None),
@@ -108,31 +83,4 @@ fn with_known(
             .with_context(|| format!("{} was not run {}", method.key(), point.place()))
     };
     plan.methods.iter().map(record).collect()
-}
-
-impl Results {
-    /// From the records of every point, in the plan's order.
-    pub fn of(plan: &Plan, points: Vec<Point>, records: Vec<Vec<Record>>) -> Self {
-        let n_seeds = plan.seeds.len().max(1);
-        let mut places: Vec<Place> = Vec::new();
-        for (number, (point, records)) in points.into_iter().zip(records).enumerate() {
-            if number % n_seeds == 0 {
-                let records = plan.methods.iter().map(|method| (*method, Vec::new())).collect();
-                places.push(Place { point, records });
-            }
-            let Some(place) = places.last_mut() else { continue };
-            for ((_, of_seeds), record) in place.records.iter_mut().zip(records) {
-                of_seeds.push(record);
-            }
-        }
-        Self { plan: plan.clone(), places }
-    }
-
-    /// The rows of all places.
-    pub fn rows(&self) -> Vec<Row> {
-        let of_place = |place: &Place| rows(&self.plan, &place.point, &place.group());
-        let mut rows: Vec<Row> = self.places.iter().flat_map(of_place).collect();
-        note_kept(&mut rows);
-        rows
-    }
 }

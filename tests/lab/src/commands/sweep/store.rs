@@ -1,8 +1,8 @@
 //! Finished runs, kept line by line: a sweep that was stopped goes on where it was.
 
-use super::method::SweepMethod;
-use super::plan::{Plan, Point};
-use super::record::Record;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Plan, Point};
+use crate::score::sweep::record::Record;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -109,8 +109,8 @@ fn build() -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::super::record::Errors;
     use super::*;
+    use crate::score::sweep::record::Errors;
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("v2x-sweep-{name}-{}", std::process::id()));

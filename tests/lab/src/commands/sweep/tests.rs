@@ -1,12 +1,13 @@
 //! Sweeps as a whole, in virtual time.
 
-use super::method::SweepMethod;
-use super::plan::{Length, Plan};
-use super::record::Subset;
-use super::rows::Row;
-use super::run::run_virtual;
-use super::store::Store;
-use super::{DEFAULT_SCENARIO, files, text};
+use crate::commands::sweep::run::run_virtual;
+use crate::commands::sweep::store::Store;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Length, Plan};
+use crate::drive::sweep::scenarios::DEFAULT_SCENARIO;
+use crate::report::sweep::rows::Row;
+use crate::report::sweep::{files, text};
+use crate::score::sweep::record::Subset;
 use std::path::PathBuf;
 use v2x_common::time::Span;
 

@@ -1,15 +1,15 @@
 //! One point in virtual time: the frames once, and every method on them.
 
-use super::gallery::Gallery;
-use super::judge::{Focus, Judge, Whose};
-use super::method::SweepMethod;
-use super::plan::{Length, Point};
-use super::record::{Books, Record};
-use super::ways::{Arrived, note_ways};
-use crate::coverage::Coverage;
-use crate::simulation::Simulation;
-use crate::traffic::{Arrival, Listening, Traffic};
-use crate::truth::Observer;
+use crate::data::simulation::Simulation;
+use crate::data::truth::Observer;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Length, Point};
+use crate::drive::traffic::{Arrival, Listening, Traffic};
+use crate::score::coverage::Coverage;
+use crate::score::sweep::expected::Gallery;
+use crate::score::sweep::record::{Books, Record};
+use crate::score::sweep::scorer::{Focus, Judge, Whose};
+use crate::score::sweep::transit::{Arrived, note_ways};
 use anyhow::Context;
 use std::collections::BTreeSet;
 use v2x_agent::truth::ObjectId;
@@ -25,9 +25,10 @@ const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Who looks at what is scored: the first two agents.
 pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Observer> {
     let facts = simulation.agent_facts(|_| None);
-    let observer = |(config, facts): (&v2x_agent::scenario::AgentConfig, crate::score::AgentFacts)| {
-        Observer { agent: config.id, field_of_view: config.field_of_view, itself: facts.itself }
-    };
+    let observer =
+        |(config, facts): (&v2x_agent::scenario::AgentConfig, crate::data::simulation::AgentFacts)| {
+            Observer { agent: config.id, field_of_view: config.field_of_view, itself: facts.itself }
+        };
     point.scenario.agents.iter().zip(facts).take(2).map(observer).collect()
 }
 

@@ -1,11 +1,11 @@
 //! The command line of `lab tables`.
 
-use super::draws::DrawArgs;
-use super::rows::Table;
-use super::study::Study;
-use crate::protocol::contender::Contender;
-use crate::protocol::method::Method;
-use crate::protocol::run::Plan;
+use crate::commands::draws::DrawArgs;
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::method::Method;
+use crate::report::tables::kind::Table;
+use crate::report::tables::study::Study;
+use crate::score::keyframes::experiments::Plan;
 use std::path::{Path, PathBuf};
 
 /// The paper's, and what tells whether they can be trusted.

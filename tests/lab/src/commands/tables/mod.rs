@@ -1,36 +1,14 @@
 //! `lab tables`: the paper's tables and figures, ours beside them.
 
-mod args;
-pub mod draws;
-mod figures;
-mod files;
-mod gain;
-mod html;
-mod latex;
-pub(crate) mod progress;
-pub mod published;
-pub mod rows;
-pub mod study;
-mod text;
+pub mod args;
 
 pub use args::{RowArgs, TablesArgs};
 
-use crate::protocol::contender::Contender;
-use crate::protocol::run::{Plan, RunError, Scores, Setting};
-use crate::protocol::scene::{Scene, Statistics};
-use progress::Progress;
-use rows::{Row, Table, rows};
-use study::{Block, Study};
-
-/// Everything that was computed.
-struct Tables {
-    blocks: Vec<Block>,
-    plan: Plan,
-    statistics: Statistics,
-    dataset: String,
-    rows: Vec<Row>,
-    scores: Scores,
-}
+use crate::data::scene::Scene;
+use crate::drive::keyframes::contender::Contender;
+use crate::report::progress::Progress;
+use crate::report::tables::results::Tables;
+use crate::report::tables::{files, text};
 
 /// Computes and prints.
 pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
@@ -64,68 +42,16 @@ pub fn tables_of(args: &TablesArgs, scenes: &[Scene], guests: Vec<Contender>) ->
     Ok(())
 }
 
-impl Tables {
-    fn of(
-        scenes: &[Scene],
-        (study, plan): (&Study, Plan),
-        dataset: &str,
-        mut progress: impl FnMut(usize, usize),
-    ) -> Result<Self, RunError> {
-        let blocks = study.blocks();
-        // In scenes: a contender that is looked at as a tracker plays all of them once more for each trial.
-        let again = trackers(&blocks).count() * plan.trials as usize * scenes.len();
-        let mut first_part = 0;
-        let scores = plan.run(scenes, |done, of| {
-            first_part = of;
-            progress(done, of + again);
-        })?;
-        let mut rows: Vec<Row> = blocks.iter().flat_map(|block| rows(block, &plan, &scores)).collect();
-        note_trackers(&mut rows, &blocks, (&plan, scenes), |done, _| {
-            progress(first_part + done * scenes.len(), first_part + again);
-        })?;
-        let statistics = Statistics::of(scenes);
-        Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores })
-    }
-
-    /// The rows of a block.
-    fn rows_of<'a>(&'a self, block: &'a Block) -> impl Iterator<Item = &'a Row> {
-        let (noise, shape) = (block.setting.noise, block.setting.shape);
-        self.rows
-            .iter()
-            .filter(move |row| row.table == block.table && row.noise == noise && row.shape == shape)
-    }
-}
-
-/// Who is looked at as a tracker, and where.
-fn trackers(blocks: &[Block]) -> impl Iterator<Item = (Setting, &str)> {
-    let blocks = blocks.iter().filter(|block| block.table == Table::Sensors);
-    blocks.flat_map(|block| block.contenders.iter().map(|one| (block.setting, one.key())))
-}
-
-/// Completes the rows of [`Table::Sensors`] by what `track` tells of contenders as trackers.
-fn note_trackers(
-    rows: &mut [Row],
-    blocks: &[Block],
-    (plan, scenes): (&Plan, &[Scene]),
-    progress: impl FnMut(usize, usize),
-) -> Result<(), RunError> {
-    let cells =
-        trackers(blocks).filter_map(|(setting, key)| Some(((setting.noise, key), plan.cell(setting, key)?)));
-    let (names, cells): (Vec<_>, Vec<_>) = cells.unzip();
-    let scores = plan.track(scenes, &cells, progress)?;
-    for ((noise, key), score) in names.into_iter().zip(scores) {
-        let is_it = |row: &&mut Row| row.table == Table::Sensors && row.noise == noise && row.method == key;
-        rows.iter_mut().filter(is_it).for_each(|row| row.tracker = score);
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::synthetic;
-    use crate::protocol::method::Method;
-    use crate::protocol::noise::{NoisePair, Shape};
+    use crate::data::dataset::synthetic;
+    use crate::data::noise::{NoisePair, Shape};
+    use crate::drive::keyframes::method::Method;
+    use crate::report::tables::kind::Table;
+    use crate::report::tables::study::Study;
+    use crate::report::tables::{figures, html, latex};
+    use crate::score::keyframes::experiments::Plan;
 
     fn small(tables: &[Table], methods: &[Method]) -> Tables {
         let study = Study {

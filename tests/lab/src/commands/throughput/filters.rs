@@ -1,7 +1,7 @@
 //! What one predict and update costs: ours, the textbook's, and a late measurement's replay.
 
-use super::pipeline::thread_cpu_time;
-use super::textbook::{Dense, Structured};
+use crate::commands::cpu_time::thread_cpu_time;
+use crate::commands::throughput::textbook::{Dense, Structured};
 use std::hint::black_box;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};

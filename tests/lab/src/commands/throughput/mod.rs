@@ -3,14 +3,11 @@
 mod filters;
 mod pipeline;
 pub mod textbook;
-pub mod workload;
 
-pub(crate) use pipeline::thread_cpu_time;
-
+use crate::data::workload::Load;
 use serde::Serialize;
 use v2x_fusion_hub::config::MotionModel;
 use v2x_fusion_hub::filter::{ImmState, State};
-use workload::Load;
 
 /// Measure the whole pure pipeline on one thread: bytes of detection frames in, bytes of fused frames out
 ///

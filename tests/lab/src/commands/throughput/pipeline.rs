@@ -1,8 +1,8 @@
 //! The pipeline under load: bytes in, bytes out, nothing else.
 
-use super::workload::{Arrival, Load, Workload};
-use crate::percentiles::Percentiles;
-use rustix::time::{ClockId, clock_gettime};
+use crate::commands::cpu_time::thread_cpu_time;
+use crate::data::workload::{Arrival, Load, Workload};
+use crate::score::percentiles::Percentiles;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::time::{Span, Timestamp};
@@ -15,12 +15,6 @@ use v2x_fusion_hub::refusal::Disposition;
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);
 /// Before buffers have grown and tracks have settled, nothing is measured.
 const WARM_UP_S: i64 = 2;
-
-/// CPU time that this thread has used.
-pub(crate) fn thread_cpu_time() -> Span {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    Span::from_nanos(time.tv_sec * 1_000_000_000 + time.tv_nsec)
-}
 
 /// What was measured.
 #[derive(Clone, Debug)]

@@ -4,9 +4,9 @@
 //! ignored. Metres, radians, seconds since the scene's start, one map frame for each scene. Where the ego's pose is
 //! `nan` throughout a scene, agent 1 stands in the middle of the scene's boxes.
 
-use super::DatasetError;
-use crate::csv_table::{CsvError, CsvTable, Row};
-use crate::protocol::scene::{Keyframe, Scene, TrueBox};
+use crate::data::csv_table::{CsvError, CsvTable, Row};
+use crate::data::dataset::error::DatasetError;
+use crate::data::scene::{Keyframe, Scene, TrueBox};
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;

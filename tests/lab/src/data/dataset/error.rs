@@ -1,7 +1,7 @@
 //! Why a data set cannot be read.
 
-use super::nuscenes::{Split, TableError};
-use crate::csv_table::CsvError;
+use crate::data::csv_table::CsvError;
+use crate::data::dataset::nuscenes::NuscenesError;
 use std::path::PathBuf;
 
 /// Why a data set cannot be read.
@@ -13,17 +13,9 @@ pub enum DatasetError {
     /// A table of boxes.
     #[error(transparent)]
     Csv(#[from] CsvError),
-    /// A table of nuScenes.
+    /// Tables of nuScenes.
     #[error(transparent)]
-    Table(#[from] TableError),
-    /// No scene to evaluate.
-    #[error("no scene of split {split} is in {}", .folder.display())]
-    NoScenes {
-        /// Where the tables are.
-        folder: PathBuf,
-        /// What was asked for.
-        split: Split,
-    },
+    Nuscenes(#[from] NuscenesError),
     /// Nothing to evaluate.
     #[error("{} holds no boxes", .0.display())]
     Empty(PathBuf),

@@ -1,14 +1,9 @@
-//! Where scenes come from.
+//! A data set by its name on the command line.
 
-pub mod csv_file;
-mod error;
-pub mod nuscenes;
-pub mod synthetic;
-
-pub use error::DatasetError;
-
-use crate::protocol::scene::Scene;
-use nuscenes::Split;
+use crate::data::dataset::error::DatasetError;
+use crate::data::dataset::nuscenes::Split;
+use crate::data::dataset::{csv_file, nuscenes, synthetic};
+use crate::data::scene::Scene;
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -16,9 +11,9 @@ use std::str::FromStr;
 /// A data set as it is named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// The made-up scenes of [`synthetic`].
+    /// The made-up scenes of [`crate::data::dataset::synthetic`].
     Synthetic,
-    /// A table in the columns of [`csv_file`].
+    /// A table in the columns of [`crate::data::dataset::csv_file`].
     Csv(PathBuf),
     /// nuScenes' tables below this folder.
     NuScenes(PathBuf),
@@ -45,7 +40,7 @@ impl Source {
         match self {
             Self::Synthetic => Ok(synthetic::scenes()),
             Self::Csv(path) => csv_file::load(path),
-            Self::NuScenes(root) => nuscenes::load(root, version, split),
+            Self::NuScenes(root) => Ok(nuscenes::load(root, version, split)?),
         }
     }
 }

@@ -1,13 +1,12 @@
 //! Who competes: a method of ours, one of yours, or what somebody's method has answered.
 
-use super::answers::Answers;
-use super::conditions::Conditions;
-use super::engine_run::{Answer, EngineRun, Refused, Setup};
-use super::method::{Method, Recipe};
-use super::noise::NoisePair;
-use super::observe::AgentReport;
-use super::prediction::Prediction;
-use super::run::Setting;
+use crate::data::observation::AgentReport;
+use crate::data::prediction::Prediction;
+use crate::drive::keyframes::engine_run::{Answer, EngineRun, Refused};
+use crate::drive::keyframes::method::{Method, Recipe};
+use crate::drive::keyframes::outputs::Answers;
+use crate::drive::keyframes::setting::{Occasion, Setting};
+use crate::drive::keyframes::setup::Setup;
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::sync::Arc;
@@ -52,19 +51,6 @@ impl Serialize for Contender {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.key())
     }
-}
-
-/// Which scene a contender is asked about.
-#[derive(Clone, Copy, Debug)]
-pub struct Occasion<'a> {
-    /// Levels of noise of both agents.
-    pub noise: NoisePair,
-    /// What agents can see.
-    pub conditions: Conditions,
-    /// The number of the trial.
-    pub trial: u32,
-    /// The scene's name.
-    pub scene: &'a str,
 }
 
 impl Contender {

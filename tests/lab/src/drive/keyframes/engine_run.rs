@@ -1,15 +1,16 @@
 //! The engine as one of the compared methods.
 
-use super::conditions::Conditions;
-use super::observe::AgentReport;
-use super::prediction::Prediction;
+use crate::data::conditions::Conditions;
+use crate::data::observation::AgentReport;
+use crate::data::prediction::Prediction;
+use crate::drive::keyframes::setup::Setup;
 use std::collections::VecDeque;
 use v2x_agent::noise::NoiseLevel;
 use v2x_agent::truth::ObjectId;
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
-use v2x_common::id::{AgentId, FrameId, HubId};
+use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
@@ -29,42 +30,6 @@ const LAG_TOLERANCE: Span = Span::from_millis(75);
 const APART_M: f64 = 20_000.0;
 /// With true identities every report fits its own track, far as it may lie from it.
 const OPEN_GATE: f64 = 1e4;
-
-/// What the engine is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setup {
-    /// Its rules.
-    pub config: EngineConfig,
-    /// Whether agents declare by which law their sizes err.
-    pub declares_size_law: bool,
-    /// How many of the two agents report.
-    pub n_agents: usize,
-    /// Whether objects are put far apart, so that association cannot fail.
-    pub has_true_identities: bool,
-    /// Whether it is fed with a list of both agents' instead of one agent's reports.
-    pub reads_fused_list: bool,
-    /// Whether it knows of earlier keyframes.
-    pub remembers: bool,
-    /// For how long later keyframes count: a keyframe's answer is asked for when the last of them has come. Zero: at
-    /// once.
-    pub lag: Span,
-}
-
-impl Setup {
-    /// The hub's own rules, told everything there is to tell.
-    pub fn ours() -> Self {
-        let config = EngineConfig::new(HubId::new("lab").expect("a legal name"), 1);
-        Self {
-            config,
-            declares_size_law: true,
-            n_agents: 2,
-            has_true_identities: false,
-            reads_fused_list: false,
-            remembers: true,
-            lag: Span::ZERO,
-        }
-    }
-}
 
 /// What is told of one keyframe.
 #[derive(Clone, Debug, PartialEq)]
@@ -283,11 +248,11 @@ fn shifted(detection: &Detection, [x_m, y_m]: [f64; 2]) -> Detection {
 
 #[cfg(test)]
 mod tests {
-    use super::super::method::Method;
-    use super::super::noise::{NoisePair, Realisation, Shape};
-    use super::super::observe::Protocol;
-    use super::super::testing::parking;
     use super::*;
+    use crate::data::noise::{NoisePair, Realisation, Shape};
+    use crate::data::observation::Protocol;
+    use crate::data::test_scenes::parking;
+    use crate::drive::keyframes::method::Method;
 
     fn last_frame(setup: Setup, n_frames: usize) -> Vec<Prediction> {
         let scene = parking(n_frames);

@@ -1,7 +1,7 @@
 //! The compared methods, and what each is told.
 
-use super::engine_run::Setup;
-use super::noise::NoisePair;
+use crate::data::noise::NoisePair;
+use crate::drive::keyframes::setup::Setup;
 use serde::Serialize;
 use v2x_common::time::Span;
 use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};

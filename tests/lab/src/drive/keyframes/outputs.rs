@@ -1,10 +1,9 @@
 //! What somebody's method has answered to exported detections, ready to be scored.
 
-use super::conditions::Conditions;
-use super::contender::Occasion;
-use super::noise::Shape;
-use super::prediction::Prediction;
-use super::run::Setting;
+use crate::data::conditions::Conditions;
+use crate::data::noise::Shape;
+use crate::data::prediction::Prediction;
+use crate::drive::keyframes::setting::{Occasion, Setting};
 use std::collections::BTreeMap;
 
 /// A method's answers.

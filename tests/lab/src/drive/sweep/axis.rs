@@ -1,7 +1,7 @@
 //! What is swept: a parameter of the scenario, by its path or by a short name, and its values.
 
-use super::method::RESERVED;
-use super::overrides::{OverrideError, Path};
+use crate::drive::sweep::method::RESERVED;
+use crate::drive::sweep::overrides::{OverrideError, Path};
 use std::str::FromStr;
 
 /// A quantity that a short name stands for.

@@ -1,8 +1,8 @@
 //! Which runs a sweep consists of.
 
-use super::axis::{Axis, AxisValue};
-use super::method::SweepMethod;
-use super::overrides::{OverrideError, Path};
+use crate::drive::sweep::axis::{Axis, AxisValue};
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::overrides::{OverrideError, Path};
 use v2x_agent::scenario::{Scenario, ScenarioError};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
@@ -190,9 +190,9 @@ impl Point {
 mod tests {
     use super::*;
 
-    pub(in crate::sweep) fn plan(axes: &[&str]) -> Plan {
+    fn plan(axes: &[&str]) -> Plan {
         Plan {
-            base: super::super::DEFAULT_SCENARIO.parse().unwrap(),
+            base: crate::drive::sweep::scenarios::DEFAULT_SCENARIO.parse().unwrap(),
             axes: axes.iter().map(|axis| axis.parse().unwrap()).collect(),
             delta_max_ms: vec![None],
             seeds: vec![1, 2],

@@ -2,8 +2,8 @@
 //!
 //! To the left the whole scene, to the right its busiest spot enlarged, and the legend.
 
-use super::scene::{BevScene, SceneAgent};
-use super::svg::{Font, Rect, Style, Svg};
+use crate::report::plot::scene::{BevScene, SceneAgent};
+use crate::report::plot::svg::{Font, Rect, Style, Svg};
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::sensor::SensorKind;
 

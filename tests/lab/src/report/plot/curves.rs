@@ -1,9 +1,9 @@
 //! Curves over a common axis, in panels side by side, with a legend beside them.
 
-use super::dots::{FAINT, INK, MUTED, diamond, disc, text};
-use super::sheet::{Anchor, Colour, Sheet, corners};
-use super::svg::Rect;
-use super::ticks::{Ticks, ticks};
+use crate::report::plot::dots::{FAINT, INK, MUTED, diamond, disc, text};
+use crate::report::plot::sheet::{Anchor, Colour, Sheet, corners};
+use crate::report::plot::svg::Rect;
+use crate::report::plot::ticks::{Ticks, ticks};
 
 const PANEL_WIDTH: f64 = 330.0;
 const PANEL_HEIGHT: f64 = 260.0;

@@ -1,8 +1,8 @@
 //! Dot plots: for each category and series a mean with its spread, in panels side by side.
 
-use super::sheet::{Anchor, Colour, Sheet, Type, corners};
-use super::svg::Rect;
-use super::ticks::ticks;
+use crate::report::plot::sheet::{Anchor, Colour, Sheet, Type, corners};
+use crate::report::plot::svg::Rect;
+use crate::report::plot::ticks::ticks;
 
 /// Colours that people tell apart who see few (Okabe & Ito), black and grey.
 pub const PALETTE: [Colour; 9] =

@@ -1,6 +1,6 @@
 //! Sheets as PDF, with the fonts that every reader has.
 
-use super::sheet::{Anchor, Colour, Shape, Sheet, Type};
+use crate::report::plot::sheet::{Anchor, Colour, Shape, Sheet, Type};
 use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Name, Pdf, Rect, Ref, Str};
 
@@ -20,8 +20,15 @@ const OTHER_WIDTH: u16 = 556;
 /// Bold is wider, about.
 const BOLD_WIDENS: f64 = 1.06;
 
+impl Sheet {
+    /// As a PDF document of one page.
+    pub fn pdf(&self) -> Vec<u8> {
+        document(self)
+    }
+}
+
 /// A document of one page.
-pub(super) fn document(sheet: &Sheet) -> Vec<u8> {
+fn document(sheet: &Sheet) -> Vec<u8> {
     let [catalog, tree, page, contents, regular, bold, states] = [1, 2, 3, 4, 5, 6, 7].map(Ref::new);
     let mut pdf = Pdf::new();
     pdf.catalog(catalog).pages(tree);

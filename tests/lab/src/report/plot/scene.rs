@@ -1,9 +1,9 @@
 //! One moment of a run: truth, every agent's detections and the fused list.
 
-use crate::coverage::Coverage;
-use crate::run_log::{ReceivedDetections, RunLog};
-use crate::score::ScoredRun;
-use crate::truth::Truth;
+use crate::data::run_log::{ReceivedDetections, RunLog};
+use crate::data::truth::Truth;
+use crate::score::coverage::Coverage;
+use crate::score::run::scored_run::ScoredRun;
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
@@ -82,4 +82,27 @@ pub fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Opt
 fn nearest_frame(log: &RunLog, agent: AgentId, at: Timestamp) -> Option<&ReceivedDetections> {
     let frames = log.detections.iter().filter(|received| received.frame.id.agent == agent);
     frames.min_by_key(|received| (received.frame.captured_at - at).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::run::test_run::{pose, run, scored, world};
+
+    #[test]
+    fn the_typical_moment_shows_truth_fused_list_and_each_agents_nearest_frame() {
+        let (mut log, facts) = run();
+        // 23 ms after its neighbours' capture; the agents' frame before it is nearer than the one after.
+        log.fused.iter_mut().for_each(|received| received.frame.fused_at += Span::from_millis(23));
+        let scored = scored(&log, &facts).unwrap();
+        let truth = Truth { objects_at: &world, agent_pose: &pose };
+        let scene = typical_moment(&scored, &log, truth).unwrap();
+        assert_eq!(
+            scene.truth.iter().map(|truth| truth.is_covered).collect::<Vec<_>>(),
+            [true, true, true, false]
+        );
+        assert_eq!(scene.agents.iter().map(|agent| agent.detections.len()).collect::<Vec<_>>(), [4, 2]);
+        assert!(scene.agents.iter().all(|agent| agent.offset == Some(Span::from_millis(-23))));
+        assert!(scene.fused.len() >= 4 && scene.subtitle.contains("0.10 m"), "{}", scene.subtitle);
+    }
 }

@@ -1,8 +1,7 @@
 //! A drawing as a list of shapes, to be written as SVG or PDF. Units are pixels (points in PDF), x to the right and
 //! y down.
 
-use super::pdf;
-use super::svg::{Font, Rect, Style, Svg};
+use crate::report::plot::svg::{Font, Rect, Style, Svg};
 
 /// A colour, `#rrggbb`.
 pub type Colour = &'static str;
@@ -136,11 +135,6 @@ impl Sheet {
             }
         }
         svg.finish()
-    }
-
-    /// As a PDF document of one page.
-    pub fn pdf(&self) -> Vec<u8> {
-        pdf::document(self)
     }
 }
 

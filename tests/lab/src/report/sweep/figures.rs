@@ -1,17 +1,17 @@
 //! The figures of a sweep.
 
-use super::method::SweepMethod;
-use super::record::{PERCENTS, Record, Subset};
-use super::rows::{Row, mean_distribution};
-use super::run::Results;
-use super::text::{Family, families};
-use crate::plot::curves::{CurvePlot, Panel, Point, Style, Top};
-use crate::plot::dots::PALETTE;
+use crate::drive::sweep::method::SweepMethod;
+use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
+use crate::report::plot::dots::PALETTE;
+use crate::report::sweep::results::Results;
+use crate::report::sweep::rows::{Row, mean_distribution};
+use crate::report::sweep::text::{Family, families};
+use crate::score::sweep::record::{PERCENTS, Record, Subset};
 
 /// A figure, and the name of its file.
-pub(super) struct Figure {
-    pub(super) name: &'static str,
-    pub(super) plot: CurvePlot,
+pub(crate) struct Figure {
+    pub(crate) name: &'static str,
+    pub(crate) plot: CurvePlot,
 }
 
 /// Dashes of one family after another: all methods keep their colours.
@@ -29,7 +29,7 @@ const MATE: Quantity =
 const MAOE: Quantity = ("mAOE (°)", |row| bare(row.maoe_deg), Top::Most);
 
 /// All figures of these results; several sets of them (virtual, live) share each.
-pub(super) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
+pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     let families = families(rows);
     let Some(plan) = results.first().map(|results| &results.plan) else { return Vec::new() };
     let axis = &plan.axes[0];

@@ -1,14 +1,15 @@
 //! A sweep's results as files.
 
-use super::figures::{Figure, figures};
-use super::method::SweepMethod;
-use super::plan::PUBLISH_HZ;
-use super::rows::{Row, Stage};
-use super::run::Results;
-use super::text::{self, QUANTITIES, families};
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::PUBLISH_HZ;
 use crate::report::folder;
 use crate::report::page::page;
 use crate::report::rows_csv::rows_csv;
+use crate::report::sweep::figures::{Figure, figures};
+use crate::report::sweep::results::Results;
+use crate::report::sweep::rows::{Row, Stage};
+use crate::report::sweep::text;
+use crate::report::sweep::text::{QUANTITIES, families};
 use crate::report::table::{Table, escaped};
 use clap::ValueEnum;
 use std::path::Path;
@@ -19,7 +20,7 @@ const FIRST_COLUMNS: [&str; 8] = ["method", "axis", "x", "x_text", "axis_2", "y"
 const MARKED: [&str; 2] = ["replay", "ours"];
 
 /// Writes the report, its figures as SVG and PDF, and the rows as CSV, JSON and Markdown.
-pub(super) fn write(rows: &[Row], results: &[Results], command: &str, folder: &Path) -> anyhow::Result<()> {
+pub(crate) fn write(rows: &[Row], results: &[Results], command: &str, folder: &Path) -> anyhow::Result<()> {
     let figures = figures(rows, results);
     let files = vec![
         ("report.html", html(rows, &figures, command)),

@@ -1,9 +1,9 @@
 //! The rows of a sweep: means over seeds, with intervals.
 
-use super::method::SweepMethod;
-use super::plan::{Plan, Point};
-use super::record::{Errors, Fates, Geometric, PERCENTS, Record, Subset};
-use crate::bootstrap::{Pair, bootstrap};
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Plan, Point};
+use crate::score::bootstrap::{Pair, bootstrap};
+use crate::score::sweep::record::{Errors, Fates, Geometric, PERCENTS, Record, Subset};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -1,20 +1,20 @@
 //! A sweep's results for people: matrices of methods against values.
 
-use super::method::SweepMethod;
-use super::record::Subset;
-use super::rows::Row;
+use crate::drive::sweep::method::SweepMethod;
+use crate::report::sweep::rows::Row;
 use crate::report::table::Table;
+use crate::score::sweep::record::Subset;
 
 /// One quantity of a row, as it is printed.
-pub(super) struct Quantity {
-    pub(super) title: &'static str,
-    pub(super) subset: Subset,
+pub(crate) struct Quantity {
+    pub(crate) title: &'static str,
+    pub(crate) subset: Subset,
     value: fn(&Row) -> Option<f64>,
     digits: usize,
 }
 
 /// What is printed. More is in the files.
-pub(super) const QUANTITIES: [Quantity; 12] = [
+pub(crate) const QUANTITIES: [Quantity; 12] = [
     Quantity { title: "mATE, all objects (m)", subset: Subset::All, value: |row| row.mate_m, digits: 3 },
     Quantity {
         title: "mATE, objects faster than 3 m/s (m)",
@@ -60,16 +60,16 @@ pub(super) const QUANTITIES: [Quantity; 12] = [
 ];
 
 /// Rows of one curve family: one second value, one Δmax, live or not.
-pub(super) struct Family<'a> {
-    pub(super) y: Option<f64>,
-    pub(super) delta_max_ms: Option<f64>,
-    pub(super) live: bool,
-    pub(super) rows: Vec<&'a Row>,
+pub(crate) struct Family<'a> {
+    pub(crate) y: Option<f64>,
+    pub(crate) delta_max_ms: Option<f64>,
+    pub(crate) live: bool,
+    pub(crate) rows: Vec<&'a Row>,
 }
 
 impl Family<'_> {
     /// What it is called among others.
-    pub(super) fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let second = self.rows.first().and_then(|row| row.axis_2.as_deref().zip(row.y_text.as_deref()));
         let parts = [
             second.map(|(axis, y)| format!("{axis} {y}")),
@@ -80,18 +80,18 @@ impl Family<'_> {
     }
 
     /// The methods in it, in order.
-    pub(super) fn methods(&self) -> Vec<&'static str> {
+    pub(crate) fn methods(&self) -> Vec<&'static str> {
         let all = SweepMethod::ALL.into_iter().map(SweepMethod::key);
         all.filter(|key| self.rows.iter().any(|row| row.method == *key)).collect()
     }
 
     /// A method's rows of a subset, by value.
-    pub(super) fn of(&self, method: &str, subset: Subset) -> impl Iterator<Item = &Row> {
+    pub(crate) fn of(&self, method: &str, subset: Subset) -> impl Iterator<Item = &Row> {
         self.rows.iter().copied().filter(move |row| row.method == method && row.subset == subset.name())
     }
 
     /// Methods down, values across; the values are named in the header.
-    pub(super) fn table(&self, quantity: &Quantity) -> Table {
+    pub(crate) fn table(&self, quantity: &Quantity) -> Table {
         let methods = self.methods();
         let first = methods.first().copied().unwrap_or_default();
         let values = self.of(first, quantity.subset).map(|row| row.x_text.clone());
@@ -111,7 +111,7 @@ impl Family<'_> {
 }
 
 /// All families, in the order of the rows. Where Δmax is what is varied, it is no family's.
-pub(super) fn families(rows: &[Row]) -> Vec<Family<'_>> {
+pub(crate) fn families(rows: &[Row]) -> Vec<Family<'_>> {
     let mut families: Vec<Family<'_>> = Vec::new();
     for row in rows {
         let is_swept = row.axis == "delta-max" || row.axis == "hub.delta_max_ms";
@@ -128,12 +128,12 @@ pub(super) fn families(rows: &[Row]) -> Vec<Family<'_>> {
 }
 
 /// For a terminal.
-pub(super) fn terminal(rows: &[Row]) -> String {
+pub(crate) fn terminal(rows: &[Row]) -> String {
     told(rows, "", |table| table.text())
 }
 
 /// For a page or a paper.
-pub(super) fn markdown(rows: &[Row]) -> String {
+pub(crate) fn markdown(rows: &[Row]) -> String {
     told(rows, "## ", |table| format!("\n{}", table.markdown()))
 }
 

@@ -1,24 +1,26 @@
 //! The figures of the tables.
 
-use super::Tables;
-use super::rows::{Row, Table};
-use super::study::Block;
-use crate::plot::dots::{Dot, DotPlot, PALETTE, Panel};
-use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::noise::Shape;
+use crate::data::noise::Shape;
+use crate::report::plot::dots::{Dot, DotPlot, PALETTE, Panel};
+use crate::report::tables::kind::Table;
+use crate::report::tables::results::Tables;
+use crate::report::tables::rows::Row;
+use crate::report::tables::study::Block;
+use crate::report::tables::text;
+use crate::score::keyframes::counting::{Counting, Subset};
 
 /// Metrics with the labels of their axes.
 const ERRORS: [(usize, &str); 3] = [(0, "mATE (m)"), (1, "mADE (m)"), (2, "mAOE (°)")];
 
 /// A figure, and the name of its file.
-pub(super) struct Figure {
-    pub(super) table: Table,
-    pub(super) name: String,
-    pub(super) plot: DotPlot,
+pub(crate) struct Figure {
+    pub(crate) table: Table,
+    pub(crate) name: String,
+    pub(crate) plot: DotPlot,
 }
 
 /// All figures, by table.
-pub(super) fn figures(tables: &Tables) -> Vec<Figure> {
+pub(crate) fn figures(tables: &Tables) -> Vec<Figure> {
     let mut figures: Vec<Figure> = Vec::new();
     for table in kinds(tables) {
         let blocks: Vec<&Block> = tables.blocks.iter().filter(|block| block.table == table).collect();
@@ -39,7 +41,7 @@ pub(super) fn figures(tables: &Tables) -> Vec<Figure> {
 }
 
 /// The tables that there are, in order.
-pub(super) fn kinds(tables: &Tables) -> Vec<Table> {
+pub(crate) fn kinds(tables: &Tables) -> Vec<Table> {
     let mut kinds: Vec<Table> = tables.blocks.iter().map(|block| block.table).collect();
     kinds.dedup();
     kinds
@@ -76,7 +78,7 @@ fn by_method(tables: &Tables, block: &Block) -> Figure {
         dots: rows.iter().map(|row| vec![row.and_then(|row| dot(row, metric))]).collect(),
     };
     let plot = DotPlot {
-        title: super::text::heading(block),
+        title: text::heading(block),
         categories: block.contenders.iter().map(|one| one.key().to_owned()).collect(),
         series: vec![(String::new(), PALETTE[0])],
         panels: ERRORS.map(panel).into(),
@@ -134,6 +136,6 @@ fn by_class(tables: &Tables, block: &Block) -> Figure {
         ]
     };
     let categories = classes.iter().map(ToString::to_string).collect();
-    let plot = DotPlot { title: super::text::heading(block), categories, series: coloured(block), panels };
+    let plot = DotPlot { title: text::heading(block), categories, series: coloured(block), panels };
     figure(block, format!("{}-{}", block.table.stem(), block.setting.noise.name()), plot)
 }

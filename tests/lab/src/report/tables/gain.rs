@@ -1,14 +1,15 @@
 //! By how much one method beats another, with an interval.
 
-use super::Tables;
-use crate::bootstrap::{Pair, Ratio, bootstrap};
-use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::moments::Moments;
-use crate::protocol::run::{Cell, Setting};
+use crate::drive::keyframes::setting::Setting;
+use crate::report::tables::results::Tables;
+use crate::score::bootstrap::{Pair, Ratio, bootstrap};
+use crate::score::keyframes::counting::{Counting, Subset};
+use crate::score::keyframes::experiments::Cell;
+use crate::score::moments::Moments;
 
 /// mATE, mADE and mAOE of `worse` over those of `better`, counted as the paper's tables are, with the interval of a
 /// paired bootstrap over scenes on common random numbers; `None` where a method was not computed.
-pub(super) fn gains(
+pub(crate) fn gains(
     tables: &Tables,
     setting: Setting,
     (worse, better): (&str, &str),

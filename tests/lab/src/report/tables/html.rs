@@ -1,18 +1,18 @@
 //! The report: one page that needs nothing else.
 
-use super::Tables;
-use super::figures::{Figure, kinds};
-use super::rows::Table;
-use super::text;
-use crate::protocol::counting::{Counting, Subset};
 use crate::report::page::page;
 use crate::report::table::escaped;
+use crate::report::tables::figures::{Figure, kinds};
+use crate::report::tables::kind::Table;
+use crate::report::tables::results::Tables;
+use crate::report::tables::text;
+use crate::score::keyframes::counting::{Counting, Subset};
 
 /// Rows that stand out.
 const MARKED: [&str; 2] = ["csba-wls", "ours"];
 
 /// The page.
-pub(super) fn html(tables: &Tables, figures: &[Figure]) -> String {
+pub(crate) fn html(tables: &Tables, figures: &[Figure]) -> String {
     let kinds = kinds(tables);
     let links = kinds.iter().map(|kind| format!("<a href=\"#{}\">{}</a>", kind.stem(), short(*kind)));
     let links: String = links.collect();

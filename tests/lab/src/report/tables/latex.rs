@@ -1,12 +1,13 @@
 //! Table II in LaTeX, in the paper's layout (booktabs, multirow).
 
-use super::Tables;
-use super::rows::{Row, Table, Value};
-use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::noise::NoisePair;
+use crate::data::noise::NoisePair;
+use crate::report::tables::kind::Table;
+use crate::report::tables::results::Tables;
+use crate::report::tables::rows::{Row, Value};
+use crate::score::keyframes::counting::{Counting, Subset};
 
 /// The table; best values are bold.
-pub(super) fn latex(tables: &Tables) -> String {
+pub(crate) fn latex(tables: &Tables) -> String {
     let mut text = String::from(
         "% lab tables; needs \\usepackage{booktabs,multirow}\n\
          \\begin{tabular}{lllccccc}\n\\toprule\n\

@@ -2,10 +2,10 @@
 
 #![expect(clippy::approx_constant, reason = "the paper's figures")]
 
-use super::rows::Table;
-use crate::protocol::counting::Counting;
-use crate::protocol::method::Method;
-use crate::protocol::noise::NoisePair;
+use crate::data::noise::NoisePair;
+use crate::drive::keyframes::method::Method;
+use crate::report::tables::kind::Table;
+use crate::score::keyframes::counting::Counting;
 use serde::{Serialize, Serializer};
 
 /// A row of the paper: mATE (m), mADE (m), mAOE (degrees), precision and recall (fractions), where given.

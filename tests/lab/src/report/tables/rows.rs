@@ -1,16 +1,18 @@
 //! Rows of the tables.
 
-use super::published::{Published, published};
-use super::study::Block;
-use crate::protocol::contender::Contender;
-use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::method::Method;
-use crate::protocol::moments::Moments;
-use crate::protocol::noise::{NoisePair, Shape};
-use crate::protocol::run::{Plan, Scores, Setting};
-use crate::protocol::score::{ClassScore, Score};
-use crate::protocol::tracked::TrackerScore;
-use crate::tracking::nees::Consistency;
+use crate::data::noise::{NoisePair, Shape};
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::method::Method;
+use crate::drive::keyframes::setting::Setting;
+use crate::report::tables::kind::Table;
+use crate::report::tables::published::{Published, published};
+use crate::report::tables::study::Block;
+use crate::score::keyframes::counting::{Counting, Subset};
+use crate::score::keyframes::experiments::{Plan, Scores};
+use crate::score::keyframes::method_score::{ClassScore, Score};
+use crate::score::keyframes::trackers::TrackerScore;
+use crate::score::moments::Moments;
+use crate::score::tracking::nees::Consistency;
 use serde::Serialize;
 use v2x_common::class::Class;
 
@@ -25,63 +27,12 @@ pub struct Value {
     pub trial_std: Option<f64>,
 }
 
-/// A table or figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
-pub enum Table {
-    /// The paper's Table II: late fusion methods
-    #[value(name = "II")]
-    II,
-    /// The paper's Table III: one agent against two
-    #[value(name = "III")]
-    III,
-    /// The paper's Table IV: others' metrics against the paper's
-    #[value(name = "IV")]
-    IV,
-    /// The paper's Fig. 3: errors by category
-    #[serde(rename = "fig3")]
-    #[value(name = "fig3")]
-    Fig3,
-    /// The paper's Fig. 4: what association does
-    #[serde(rename = "fig4")]
-    #[value(name = "fig4")]
-    Fig4,
-    /// Errors of other shapes and the same standard deviations
-    #[serde(rename = "robustness")]
-    Robustness,
-    /// Whether claimed accuracies are true, by category
-    #[serde(rename = "nees")]
-    Nees,
-    /// Ours without its parts
-    #[serde(rename = "ablation")]
-    Ablation,
-    /// With misses, clutter and views that overlap partly
-    #[serde(rename = "sensors")]
-    Sensors,
-}
-
 impl Nees {
     fn of(consistency: &Consistency) -> Self {
         Self {
             nees_position: consistency.position.mean(),
             nees_yaw: consistency.yaw.mean(),
             nees_size: consistency.size.mean(),
-        }
-    }
-}
-
-impl Table {
-    /// The beginning of names of files.
-    pub const fn stem(self) -> &'static str {
-        match self {
-            Self::II => "table-2",
-            Self::III => "table-3",
-            Self::IV => "table-4",
-            Self::Fig3 => "fig-3",
-            Self::Fig4 => "fig-4",
-            Self::Robustness => "robustness",
-            Self::Nees => "nees",
-            Self::Ablation => "ablation",
-            Self::Sensors => "sensors",
         }
     }
 }

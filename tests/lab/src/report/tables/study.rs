@@ -1,11 +1,12 @@
 //! Which experiments the tables need.
 
-use super::rows::Table;
-use crate::protocol::conditions::Conditions;
-use crate::protocol::contender::Contender;
-use crate::protocol::method::Method;
-use crate::protocol::noise::{NoisePair, Shape};
-use crate::protocol::run::{Experiment, Setting};
+use crate::data::conditions::Conditions;
+use crate::data::noise::{NoisePair, Shape};
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::method::Method;
+use crate::drive::keyframes::setting::Setting;
+use crate::report::tables::kind::Table;
+use crate::score::keyframes::experiments::Experiment;
 
 /// What is asked for.
 #[derive(Clone, Debug)]

@@ -1,18 +1,19 @@
 //! The tables for people: terminal and Markdown.
 
-use super::Tables;
-use super::gain::gains;
-use super::published::FOOTNOTES;
-use super::rows::{Row, Table as Kind};
-use super::study::Block;
-use crate::bootstrap::Ratio;
-use crate::protocol::counting::{Counting, Subset};
-use crate::protocol::noise::Shape;
-use crate::protocol::run::Setting;
+use crate::data::noise::Shape;
+use crate::drive::keyframes::setting::Setting;
 use crate::report::table::Table;
+use crate::report::tables::gain::gains;
+use crate::report::tables::kind::Table as Kind;
+use crate::report::tables::published::FOOTNOTES;
+use crate::report::tables::results::Tables;
+use crate::report::tables::rows::Row;
+use crate::report::tables::study::Block;
+use crate::score::bootstrap::Ratio;
+use crate::score::keyframes::counting::{Counting, Subset};
 
 /// Metrics and their digits.
-pub(super) const COLUMNS: [(&str, usize); 5] =
+pub(crate) const COLUMNS: [(&str, usize); 5] =
     [("mATE m", 3), ("mADE m", 3), ("mAOE °", 2), ("precision", 4), ("recall", 4)];
 
 impl Kind {
@@ -36,7 +37,7 @@ impl Kind {
 }
 
 /// For a terminal: aligned, the paper's counting, all objects.
-pub(super) fn terminal(tables: &Tables) -> String {
+pub(crate) fn terminal(tables: &Tables) -> String {
     let mut parts = vec![headline(tables)];
     for block in &tables.blocks {
         parts.push(format!(
@@ -51,7 +52,7 @@ pub(super) fn terminal(tables: &Tables) -> String {
 }
 
 /// As Markdown, with the subsets.
-pub(super) fn markdown(tables: &Tables) -> String {
+pub(crate) fn markdown(tables: &Tables) -> String {
     let mut parts = vec!["# Tables".to_owned(), headline(tables)];
     for block in &tables.blocks {
         parts.push(format!("## {}", heading(block)));
@@ -67,7 +68,7 @@ pub(super) fn markdown(tables: &Tables) -> String {
 }
 
 /// What else there is to show of a block, with names.
-pub(super) fn parts_of(block: &Block) -> &'static [((Subset, Counting), &'static str)] {
+pub(crate) fn parts_of(block: &Block) -> &'static [((Subset, Counting), &'static str)] {
     match block.table {
         Kind::II => &[
             ((Subset::Static, Counting::Table), "standing objects"),
@@ -83,13 +84,13 @@ fn joined(mut parts: Vec<String>) -> String {
     parts.iter().map(|part| part.trim_end()).collect::<Vec<_>>().join("\n\n")
 }
 
-pub(super) fn heading(block: &Block) -> String {
+pub(crate) fn heading(block: &Block) -> String {
     let Setting { noise, shape, .. } = block.setting;
     let shape = if shape == Shape::Gaussian { String::new() } else { format!(", {}", shape.name()) };
     format!("{}, {}{shape}", block.table.title(), noise.name())
 }
 
-pub(super) fn headline(tables: &Tables) -> String {
+pub(crate) fn headline(tables: &Tables) -> String {
     let plan = &tables.plan;
     format!(
         "{}: {}\n{} trials, seed {}; errors of all boxes over true positives, mean ± standard deviation over frames; \
@@ -102,7 +103,7 @@ pub(super) fn headline(tables: &Tables) -> String {
     )
 }
 
-pub(super) fn table(tables: &Tables, block: &Block, what: (Subset, Counting)) -> Table {
+pub(crate) fn table(tables: &Tables, block: &Block, what: (Subset, Counting)) -> Table {
     match block.table {
         Kind::Fig3 | Kind::Nees => by_class(tables, block),
         Kind::Sensors => of_trackers(tables, block, what),
@@ -212,7 +213,7 @@ fn by_class(tables: &Tables, block: &Block) -> Table {
 }
 
 /// What ours gains over least squares, alone and filtered, for all objects and for parts of them.
-pub(super) fn gain_lines(tables: &Tables, block: &Block) -> String {
+pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
     if block.table == Kind::Sensors {
         return "Methods without memory name every box anew in every frame: of them HOTA, AssA, IDF1, switches and AMOTA \
                 say only that."
@@ -237,7 +238,7 @@ pub(super) fn gain_lines(tables: &Tables, block: &Block) -> String {
     lines.into_iter().chain([filtered]).flatten().collect::<Vec<_>>().join("\n")
 }
 
-pub(super) fn notes() -> String {
+pub(crate) fn notes() -> String {
     let notes: Vec<String> = FOOTNOTES.iter().map(|note| format!("- {note}")).collect();
     format!("Where the paper cannot be matched:\n\n{}", notes.join("\n"))
 }

@@ -1,8 +1,8 @@
 //! How errors are counted: by identity, false positives included (paper, section II-C; METHODS.md 0).
 
-use super::instant::Instant;
-use super::moments::Moments;
-use super::scene::TrueBox;
+use crate::data::scene::TrueBox;
+use crate::score::keyframes::instant::Instant;
+use crate::score::moments::Moments;
 use serde::Serialize;
 use v2x_common::geometry::{BevBox, angle_difference};
 

@@ -1,25 +1,14 @@
 //! Many scenes, trials and experiments, on several threads.
 
-use super::conditions::Conditions;
-use super::contender::{Contender, Occasion};
-use super::engine_run::{Answer, Refused};
-use super::instant::Instant;
-use super::noise::{NoisePair, Realisation, Shape};
-use super::observe::Protocol;
-use super::parallel;
-use super::scene::Scene;
-use super::score::Score;
-
-/// What detections are like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Setting {
-    /// Levels of noise of both agents.
-    pub noise: NoisePair,
-    /// The shape of the errors.
-    pub shape: Shape,
-    /// What agents can see.
-    pub conditions: Conditions,
-}
+use crate::data::noise::{NoisePair, Realisation};
+use crate::data::observation::Protocol;
+use crate::data::scene::Scene;
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::engine_run::{Answer, Refused};
+use crate::drive::keyframes::setting::{Occasion, Setting};
+use crate::drive::parallel;
+use crate::score::keyframes::instant::Instant;
+use crate::score::keyframes::method_score::Score;
 
 /// A setting, and who competes in it; all see the same errors.
 #[derive(Clone, Debug)]
@@ -175,13 +164,15 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use super::super::counting::{Counting, Subset};
-    use super::super::method::Method;
-    use super::super::moments::Moments;
-    use super::super::scene::Keyframe;
-    use super::super::testing::parking;
     use super::*;
-    use crate::dataset::synthetic;
+    use crate::data::conditions::Conditions;
+    use crate::data::dataset::synthetic;
+    use crate::data::noise::Shape;
+    use crate::data::scene::Keyframe;
+    use crate::data::test_scenes::parking;
+    use crate::drive::keyframes::method::Method;
+    use crate::score::keyframes::counting::{Counting, Subset};
+    use crate::score::moments::Moments;
     use std::f64::consts::PI;
 
     fn experiment(noise: NoisePair, methods: &[Method]) -> Experiment {

@@ -1,7 +1,7 @@
 //! One keyframe as it is scored: what was to be found, and what was told.
 
-use super::prediction::Prediction;
-use super::scene::{Scene, TrueBox};
+use crate::data::prediction::Prediction;
+use crate::data::scene::{Scene, TrueBox};
 use v2x_agent::truth::ObjectId;
 
 /// What was told of an object, and the place of its truth.
@@ -57,8 +57,8 @@ impl<'a> Instant<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{car, scene_of, told};
     use super::*;
+    use crate::data::test_scenes::{car, scene_of, told};
 
     #[test]
     fn what_nobody_had_to_find_counts_neither_way() {

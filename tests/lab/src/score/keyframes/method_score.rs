@@ -1,11 +1,11 @@
 //! How a method did: sums over keyframes that add up.
 
-use super::counting::{Counting, FrameCount, Subset, SubsetScore};
-use super::instant::Instant;
-use super::moments::Moments;
-use super::prediction::Prediction;
-use crate::tracking::nees::{BoxError, Claim, Consistency};
-use crate::tracking::scale::scale_error;
+use crate::data::prediction::Prediction;
+use crate::score::keyframes::counting::{Counting, FrameCount, Subset, SubsetScore};
+use crate::score::keyframes::instant::Instant;
+use crate::score::moments::Moments;
+use crate::score::tracking::nees::{BoxError, Claim, Consistency};
+use crate::score::tracking::scale::scale_error;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 
@@ -118,9 +118,9 @@ fn claim(told: &Prediction) -> Claim {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scene::Scene;
-    use super::super::testing::{car, scene_of, told};
     use super::*;
+    use crate::data::scene::Scene;
+    use crate::data::test_scenes::{car, scene_of, told};
     use v2x_common::geometry::BevBox;
 
     fn add(score: &mut Score, predictions: &[Prediction], scene: &Scene, frame: usize) {

@@ -1,16 +1,18 @@
 //! Contenders as trackers: who is who over time.
 
-use super::instant::Instant;
-use super::moments::Moments;
-use super::parallel;
-use super::run::{Cell, Experiment, Plan, RunError};
-use super::scene::Scene;
-use crate::gospa::gospa;
-use crate::tracking::amota::NuscenesScore;
-use crate::tracking::clear::Clear;
-use crate::tracking::hota::{Hota, ZERO_M};
-use crate::tracking::identity::Identity;
-use crate::tracking::{GATE_M, Instant as Tracked, Sequence, ToldBox};
+use crate::data::scene::Scene;
+use crate::drive::parallel;
+use crate::score::gospa::gospa;
+use crate::score::keyframes::experiments::{Cell, Experiment, Plan, RunError};
+use crate::score::keyframes::instant::Instant;
+use crate::score::moments::Moments;
+use crate::score::tracking::amota::NuscenesScore;
+use crate::score::tracking::clear::Clear;
+use crate::score::tracking::hota::{Hota, ZERO_M};
+use crate::score::tracking::identity::Identity;
+use crate::score::tracking::sequence::GATE_M;
+use crate::score::tracking::sequence::Instant as Tracked;
+use crate::score::tracking::sequence::{Sequence, ToldBox};
 use serde::Serialize;
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::assignment::Assigner;

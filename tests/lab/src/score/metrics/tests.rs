@@ -1,6 +1,6 @@
 use super::*;
-use crate::fixture::{parked, predicted};
-use crate::matching::Outcome::{False, Ignored, Matched};
+use crate::data::fixture::{parked, predicted};
+use crate::score::matching::Outcome::{False, Ignored, Matched};
 use std::f64::consts::PI;
 
 fn prediction(bev: BevBox) -> Prediction {

@@ -2,11 +2,12 @@
 //!
 //! A vehicle's report of itself counts neither way: it comes from its pose, not from its sensor.
 
-use super::{ScoreError, Window};
-use crate::coverage::Coverage;
-use crate::matching::match_by_identity;
-use crate::metrics::{Metrics, Prediction, Tally, frame_metrics};
-use crate::run_log::{ReceivedDetections, RunLog};
+use crate::data::run_log::{ReceivedDetections, RunLog};
+use crate::score::coverage::Coverage;
+use crate::score::matching::match_by_identity;
+use crate::score::metrics::{Metrics, Prediction, Tally, frame_metrics};
+use crate::score::run::error::ScoreError;
+use crate::score::run::window::Window;
 use v2x_agent::truth::TrueObject;
 use v2x_fusion_hub::assignment::Assigner;
 

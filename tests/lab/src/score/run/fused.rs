@@ -1,11 +1,11 @@
 //! The fused list against the truth at `fused_at`.
 
-use super::Window;
-use crate::coverage::Coverage;
-use crate::matching::{Matching, Outcome, match_by_distance};
-use crate::metrics::{Mean, Prediction, Tally, frame_metrics};
-use crate::run_log::ReceivedFused;
-use crate::summary::{FusedSummary, TrackSummary};
+use crate::data::run_log::ReceivedFused;
+use crate::score::coverage::Coverage;
+use crate::score::matching::{Matching, Outcome, match_by_distance};
+use crate::score::metrics::{Mean, Prediction, Tally, frame_metrics};
+use crate::score::run::summary::{FusedSummary, TrackSummary};
+use crate::score::run::window::Window;
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::covariance::Covariance2;

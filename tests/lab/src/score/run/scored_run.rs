@@ -4,19 +4,19 @@
 //! with the last fused frame, at its `fused_at`. The fused list is judged at `fused_at`, in every fused
 //! frame of that time; raw detections at `captured_at`, in every detection frame of that time.
 
-mod agent;
-pub(crate) mod fused;
-
-use crate::coverage::Coverage;
-use crate::percentiles::{Percentiles, nearest_rank};
-use crate::run_log::RunLog;
-use crate::summary::{AgentSummary, Summary, Verdict, ratio_to_best_agent};
-use crate::timing::{age_of_information_ms, end_to_end_ms};
-use crate::truth::{Observer, Truth};
-use v2x_agent::truth::ObjectId;
+use crate::data::run_log::RunLog;
+use crate::data::simulation::AgentFacts;
+use crate::data::truth::{Observer, Truth};
+use crate::score::coverage::Coverage;
+use crate::score::percentiles::{Percentiles, nearest_rank};
+use crate::score::run::error::ScoreError;
+use crate::score::run::summary::{AgentSummary, Summary, Verdict, ratio_to_best_agent};
+use crate::score::run::window::Window;
+use crate::score::run::{agent, fused};
+use crate::score::timing::{age_of_information_ms, end_to_end_ms};
 use v2x_common::fused::AgentHealth;
 use v2x_common::id::AgentId;
-use v2x_common::time::{Span, Timestamp};
+use v2x_common::time::Span;
 
 /// From every agent's first frame to the start of scoring.
 pub const SETTLE: Span = Span::from_millis(2000);
@@ -44,61 +44,6 @@ pub struct RunFacts {
     pub compute_ms: Option<Percentiles>,
 }
 
-/// What the launcher knows of one agent.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AgentFacts {
-    /// Which agent.
-    pub id: AgentId,
-    /// Which object of the world it is, if it is one.
-    pub itself: Option<ObjectId>,
-    /// How many frames it says it sent.
-    pub frames_sent: Option<u64>,
-}
-
-/// Why a run cannot be scored.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ScoreError {
-    /// No agents to compare with.
-    #[error("the scenario has no agents")]
-    NoAgents,
-    /// An agent without a field of view.
-    #[error("no sensor description of agent {0} was received")]
-    NoDescription(AgentId),
-    /// An agent that was never heard.
-    #[error("no detection frame of agent {0} was received")]
-    NoDetections(AgentId),
-    /// Nothing fused after the start of scoring.
-    #[error(
-        "no fused frame was received after scoring began at {start}, 2 s after every agent's first frame"
-    )]
-    NoFusedFrames {
-        /// When scoring began.
-        start: Timestamp,
-    },
-    /// Detections and their side table do not belong together.
-    #[error("frame {sequence} of agent {agent} has {detections} detections and {identities} identities")]
-    Identities {
-        /// Whose.
-        agent: AgentId,
-        /// Which frame.
-        sequence: u64,
-        /// How many detections.
-        detections: usize,
-        /// How many identities.
-        identities: usize,
-    },
-    /// The side table names an object that the world does not have then.
-    #[error("agent {agent} detected object {} at {at}, where the world has none", object.0)]
-    NotInTruth {
-        /// Whose detection.
-        agent: AgentId,
-        /// The object's identity.
-        object: ObjectId,
-        /// When it was captured.
-        at: Timestamp,
-    },
-}
-
 /// A run's summary, and how each scored fused frame did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScoredRun {
@@ -116,19 +61,6 @@ impl ScoredRun {
         let mut by_error = self.frame_errors.clone();
         by_error.sort_by(|(_, a), (_, b)| a.total_cmp(b));
         nearest_rank(&by_error, 50).map(|(place, _)| *place)
-    }
-}
-
-/// The time that is scored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Window {
-    start: Timestamp,
-    end: Timestamp,
-}
-
-impl Window {
-    fn contains(&self, at: Timestamp) -> bool {
-        self.start <= at && at <= self.end
     }
 }
 
@@ -205,6 +137,3 @@ fn match_radius_m(log: &RunLog, observers: &[Observer]) -> f64 {
     let sigmas = ours.flat_map(|frame| &frame.detections).map(|d| d.covariance.position.max_sigma());
     sigmas.fold(MIN_MATCH_RADIUS_M, |radius, sigma| radius.max(MATCH_RADIUS_SIGMAS * sigma))
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,7 +1,7 @@
 //! What a run came to: the contents of `summary.json`.
 
-use crate::metrics::Metrics;
-use crate::percentiles::Percentiles;
+use crate::score::metrics::Metrics;
+use crate::score::percentiles::Percentiles;
 use serde::{Deserialize, Serialize};
 use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
@@ -129,7 +129,7 @@ pub fn ratio_to_best_agent(fused: &FusedSummary, agents: &[AgentSummary]) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::summary;
+    use crate::score::fixture::summary;
 
     fn verdict_of(fused_m: Option<f64>, agents_m: [Option<f64>; 2]) -> Verdict {
         let mut summary = summary();

@@ -1,7 +1,7 @@
 //! What was to be known at each time: shared by all methods of a point, which are asked at the same times.
 
-use super::record::Subset;
-use crate::coverage::Coverage;
+use crate::score::coverage::Coverage;
+use crate::score::sweep::record::Subset;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use v2x_agent::truth::{ObjectId, TrueObject};

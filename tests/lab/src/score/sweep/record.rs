@@ -172,7 +172,7 @@ impl Record {
 pub fn distribution(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
     // To the microsecond: what is kept is read by people, too.
-    let at = |percent: &u32| crate::percentiles::nearest_rank(&values, *percent as usize);
+    let at = |percent: &u32| crate::score::percentiles::nearest_rank(&values, *percent as usize);
     PERCENTS.iter().filter_map(at).map(|value| libm::round(value * 1e3) / 1e3).collect()
 }
 

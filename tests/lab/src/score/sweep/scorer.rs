@@ -1,13 +1,13 @@
 //! Fused frames against the truth: by identity, as the tables count, and by place as a second opinion.
 
-use super::gallery::{Gallery, Moment};
-use super::record::{Errors, Geometric, Record, distribution};
-use crate::gospa::gospa;
-use crate::matching::{Outcome, match_by_distance};
-use crate::metrics::half_nees;
-use crate::protocol::counting::errors;
-use crate::run_log::ReceivedFused;
-use crate::score::fused::prediction;
+use crate::data::run_log::ReceivedFused;
+use crate::score::gospa::gospa;
+use crate::score::keyframes::counting::errors;
+use crate::score::matching::{Outcome, match_by_distance};
+use crate::score::metrics::half_nees;
+use crate::score::run::fused::prediction;
+use crate::score::sweep::expected::{Gallery, Moment};
+use crate::score::sweep::record::{Errors, Geometric, Record, distribution};
 use std::collections::BTreeMap;
 use v2x_agent::truth::ObjectId;
 use v2x_common::fused::FusedObject;
@@ -196,7 +196,7 @@ impl<'a, 'b> Judge<'a, 'b> {
         for (bev, outcome) in boxes.iter().zip(&matching.outcomes) {
             match *outcome {
                 Outcome::Matched(place) => {
-                    let ate_m = crate::matching::distance_m(bev, &objects[place].bev);
+                    let ate_m = crate::score::matching::distance_m(bev, &objects[place].bev);
                     sums.add(&Errors { found: 1, ate_m, ..Errors::default() });
                 }
                 Outcome::False => sums.false_ += 1,

@@ -1,8 +1,8 @@
 //! What befell the frames on their way: the same for every method, whatever it makes of them.
 
-use super::judge::Focus;
-use super::record::{Record, distribution};
-use crate::traffic::Way;
+use crate::drive::traffic::Way;
+use crate::score::sweep::record::{Record, distribution};
+use crate::score::sweep::scorer::Focus;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -51,7 +51,7 @@ pub fn note_ways(record: &mut Record, heard: &[Arrived], (focus, duration): (Foc
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::at_ms;
+    use crate::data::fixture::at_ms;
 
     fn arrived(agent: &str, captured_ms: i64, stamp_ms: i64, arrived_ms: i64) -> Arrived {
         let (captured_at, sent_at) = (at_ms(captured_ms), at_ms(captured_ms + 5));

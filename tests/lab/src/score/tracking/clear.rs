@@ -3,9 +3,7 @@
 //!
 //! Everything is a sum over instants, so scenes combine by adding the sums before any ratio is taken.
 
-use super::correspondence::correspond;
-use super::indexed::Indexed;
-use super::{Sequence, ratio};
+use crate::score::tracking::sequence::ratio;
 
 /// Sums over instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,11 +23,6 @@ pub struct Clear {
 }
 
 impl Clear {
-    /// Of a scene, where pairs nearer than `gate_m` may correspond ([`super::GATE_M`]).
-    pub fn of(sequence: &Sequence, gate_m: f64) -> Self {
-        correspond(&Indexed::of(sequence, gate_m), gate_m, f64::NEG_INFINITY, |_| ())
-    }
-
     /// Adds another scene.
     pub fn merge(&mut self, other: &Self) {
         self.objects += other.objects;
@@ -75,9 +68,9 @@ impl Clear {
 
 #[cfg(test)]
 mod tests {
-    use super::super::GATE_M;
-    use super::super::testing::{Xs, sequence};
     use super::*;
+    use crate::score::tracking::sequence::GATE_M;
+    use crate::score::tracking::testing::{Xs, sequence};
 
     fn of(instants: &[Xs]) -> Clear {
         Clear::of(&sequence(instants), GATE_M)

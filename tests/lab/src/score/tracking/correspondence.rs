@@ -5,8 +5,9 @@
 //! misses; where two objects remember one track, the one that is listed first has it; what is left is assigned
 //! to give the most pairs and, among those, the least total distance.
 
-use super::clear::Clear;
-use super::indexed::{Indexed, IndexedInstant};
+use crate::score::tracking::clear::Clear;
+use crate::score::tracking::indexed::{Indexed, IndexedInstant};
+use crate::score::tracking::sequence::Sequence;
 use v2x_fusion_hub::assignment::{Assigner, Candidate};
 
 /// An object and a track that correspond at an instant.
@@ -64,6 +65,13 @@ pub(super) fn correspond(
         matcher.count(instant, &mut counts, &mut visit);
     }
     counts
+}
+
+impl Clear {
+    /// Of a scene, where pairs nearer than `gate_m` may correspond ([`GATE_M`](super::GATE_M)).
+    pub fn of(sequence: &Sequence, gate_m: f64) -> Self {
+        correspond(&Indexed::of(sequence, gate_m), gate_m, f64::NEG_INFINITY, |_| ())
+    }
 }
 
 impl Matcher {

@@ -6,8 +6,8 @@
 //! that α = 0.5 stands for nuScenes' 2 m. Scenes combine as in TrackEval's `COMBINED`: counts and weighted sums
 //! are added up for each α before any ratio, and the mean over α comes last.
 
-use super::Sequence;
-use super::indexed::{Indexed, IndexedInstant};
+use crate::score::tracking::indexed::{Indexed, IndexedInstant};
+use crate::score::tracking::sequence::Sequence;
 use v2x_fusion_hub::assignment::{Assigner, Candidate};
 
 /// The distance at which two boxes have nothing in common, m: twice [`super::GATE_M`].
@@ -218,8 +218,8 @@ fn similarity(distance_m: f64, zero_m: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{Xs, sequence};
     use super::*;
+    use crate::score::tracking::testing::{Xs, sequence};
 
     fn of(instants: &[Xs]) -> HotaScore {
         Hota::of(&sequence(instants), ZERO_M).score()

@@ -4,8 +4,8 @@
 //! objects and tracks of a scene are assigned to each other once, such that the fewest boxes are wrong; as
 //! py-motmetrics counts it (`id_global_assignment`). Scenes combine by adding the counts.
 
-use super::indexed::Indexed;
-use super::{Sequence, ratio};
+use crate::score::tracking::indexed::Indexed;
+use crate::score::tracking::sequence::{Sequence, ratio};
 use v2x_fusion_hub::assignment::{Assigner, Candidate};
 
 /// Counts of boxes.
@@ -80,9 +80,9 @@ impl Identity {
 
 #[cfg(test)]
 mod tests {
-    use super::super::GATE_M;
-    use super::super::testing::{Xs, sequence};
     use super::*;
+    use crate::score::tracking::sequence::GATE_M;
+    use crate::score::tracking::testing::{Xs, sequence};
 
     #[test]
     fn a_track_that_changes_its_object_is_right_on_the_longer_one_only() {

@@ -1,7 +1,7 @@
 //! A sequence made ready for counting: ids numbered from 0, and only the pairs that are near enough.
 
-use super::{Instant, Sequence, ToldBox};
-use crate::protocol::scene::TrueBox;
+use crate::data::scene::TrueBox;
+use crate::score::tracking::sequence::{Instant, Sequence, ToldBox};
 use std::collections::BTreeMap;
 
 /// A box as far as matching is concerned.

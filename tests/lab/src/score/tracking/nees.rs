@@ -4,8 +4,8 @@
 //! (Bar-Shalom, Li & Kirubarajan 2001, section 5.4.2). Divided by them, 1 is honest, more is overconfident, less
 //! is cautious. Sums add up over scenes, classes and levels of noise.
 
-use super::chi2;
-use crate::protocol::moments::Moments;
+use crate::score::moments::Moments;
+use crate::score::tracking::chi2;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::{BevBox, angle_difference};
 
@@ -140,8 +140,8 @@ impl Consistency {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::at;
     use super::*;
+    use crate::score::tracking::testing::at;
 
     const CLAIM: Claim =
         Claim { position: Covariance2::isotropic(2.0), yaw: 0.04, size: Covariance2::isotropic(0.5) };

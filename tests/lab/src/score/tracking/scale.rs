@@ -3,10 +3,10 @@
 //! nuScenes' scale error (`eval/common/utils.py`, `scale_iou`) with bird's-eye boxes' width and depth instead of
 //! its three sizes: equal heights drop out. A mean over all correspondences; scenes combine by adding moments.
 
-use super::Sequence;
-use super::correspondence::correspond;
-use super::indexed::Indexed;
-use crate::protocol::moments::Moments;
+use crate::score::moments::Moments;
+use crate::score::tracking::correspondence::correspond;
+use crate::score::tracking::indexed::Indexed;
+use crate::score::tracking::sequence::Sequence;
 use v2x_common::geometry::BevBox;
 
 /// 1 − IoU of the boxes with their centres and headings made equal, in [0, 1]; 1 where both have no area.
@@ -28,9 +28,9 @@ pub fn scale_errors(sequence: &Sequence, gate_m: f64) -> Moments {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{at, instant, sequence};
-    use super::super::{GATE_M, Instant};
     use super::*;
+    use crate::score::tracking::sequence::{GATE_M, Instant};
+    use crate::score::tracking::testing::{at, instant, sequence};
 
     #[test]
     fn neither_place_nor_heading_matters() {

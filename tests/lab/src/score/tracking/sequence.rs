@@ -1,27 +1,6 @@
-//! Metrics of tracking and detection: what was there against what was told, instant by instant.
-//!
-//! One data model, [`Sequence`], for all of them: [`clear`] (CLEAR MOT), [`identity`] (IDF1), [`hota`],
-//! [`amota`] (nuScenes' tracking metrics), [`scale`] (nuScenes' ASE); [`nees`] asks whether covariances are
-//! honest. Each gives the figures of the implementation that its field compares with, to 1e-6
-//! (`tests/it/oracles`), and says how scenes combine.
-//!
-//! No metric but [`amota`] looks at classes: a car told as a truck at the right place is a classification
-//! error, not a miss and a false object. Restrict a sequence by [`Sequence::of_classes`] for figures by class.
+//! The data model of all tracking metrics: true and reported boxes, instant by instant.
 
-pub mod amota;
-mod chi2;
-pub mod clear;
-mod correspondence;
-pub mod hota;
-pub mod identity;
-mod indexed;
-pub mod nees;
-pub mod scale;
-
-#[cfg(test)]
-mod testing;
-
-use crate::protocol::scene::TrueBox;
+use crate::data::scene::TrueBox;
 use std::collections::BTreeSet;
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
@@ -133,14 +112,14 @@ fn twice<T: Ord + Copy>(ids: impl Iterator<Item = T>) -> Option<T> {
 
 /// `None` where there is nothing to divide by.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
-fn ratio(part: u64, whole: u64) -> Option<f64> {
+pub(super) fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{at, instant, told, truth};
     use super::*;
+    use crate::score::tracking::testing::{at, instant, told, truth};
 
     #[test]
     fn nothing_is_in_an_instant_twice() {

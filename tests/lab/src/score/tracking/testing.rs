@@ -1,7 +1,7 @@
 //! Small sequences for the tests of the metrics: cars on a line.
 
-use super::{Instant, Sequence, ToldBox};
-use crate::protocol::scene::TrueBox;
+use crate::data::scene::TrueBox;
+use crate::score::tracking::sequence::{Instant, Sequence, ToldBox};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::geometry::BevBox;

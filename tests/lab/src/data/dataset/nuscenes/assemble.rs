@@ -1,8 +1,8 @@
 //! From linked tables to scenes.
 
-use super::split::Split;
-use super::table::{Record, TableError, each};
-use crate::protocol::scene::{Keyframe, Scene, TrueBox};
+use crate::data::dataset::nuscenes::split::Split;
+use crate::data::dataset::nuscenes::table::{Record, TableError, each};
+use crate::data::scene::{Keyframe, Scene, TrueBox};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use v2x_agent::truth::ObjectId;

@@ -4,21 +4,22 @@
 //! and boxes are the recorded ones; a keyframe's ego pose is that of its lidar sweep.
 
 mod assemble;
+mod error;
 mod split;
 mod table;
 #[cfg(test)]
 mod tests;
 
+pub use error::NuscenesError;
 pub use split::Split;
 pub use table::TableError;
 
-use super::DatasetError;
-use crate::protocol::scene::Scene;
+use crate::data::scene::Scene;
 use assemble::Assembly;
 use std::path::Path;
 
 /// Reads the scenes of a split.
-pub fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, DatasetError> {
+pub fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
     let folder = root.join(version);
     let mut assembly = Assembly::default();
     assembly.read_classes(&folder)?;
@@ -28,7 +29,7 @@ pub fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, Dat
     assembly.read_boxes(&folder)?;
     let scenes = assembly.finish()?;
     if scenes.is_empty() {
-        return Err(DatasetError::NoScenes { folder, split: split.clone() });
+        return Err(NuscenesError::NoScenes { folder, split: split.clone() });
     }
     Ok(scenes)
 }

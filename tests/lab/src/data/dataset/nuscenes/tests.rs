@@ -93,7 +93,7 @@ impl Tables {
         self.write(table, &records);
     }
 
-    fn load(&self, split: &Split) -> Result<Vec<Scene>, DatasetError> {
+    fn load(&self, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
         load(&self.0, "v1.0-tiny", split)
     }
 
@@ -129,7 +129,7 @@ fn splits_choose_scenes() {
     let named: Vec<String> = names("scene-0004".parse().unwrap()).unwrap();
     assert_eq!(named, ["scene-0004"]);
     let nothing: Result<Vec<String>, _> = names(Split::Named(vec!["scene-9".to_owned()]));
-    assert!(matches!(nothing, Err(DatasetError::NoScenes { .. })));
+    assert!(matches!(nothing, Err(NuscenesError::NoScenes { .. })));
 }
 
 #[test]

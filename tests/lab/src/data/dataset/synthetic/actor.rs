@@ -1,6 +1,6 @@
 //! One object of a scene, and how it moves.
 
-use super::body::Body;
+use crate::data::dataset::synthetic::body::Body;
 use std::sync::Arc;
 use v2x_agent::world::path::Path;
 use v2x_agent::world::profile::Profile;

@@ -11,8 +11,8 @@ mod roadside;
 mod streets;
 mod traffic;
 
-use crate::protocol::noise::{Purpose, Realisation};
-use crate::protocol::scene::{Keyframe, Scene, TrueBox};
+use crate::data::noise::{Purpose, Realisation};
+use crate::data::scene::{Keyframe, Scene, TrueBox};
 use actor::Actor;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -96,7 +96,7 @@ fn placed(pose: &Pose, map: &Pose) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::scene::Statistics;
+    use crate::data::scene::Statistics;
     use v2x_fusion_hub::overlap::iou;
 
     #[test]

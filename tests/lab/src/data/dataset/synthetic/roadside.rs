@@ -1,8 +1,8 @@
 //! What is beside the lanes: parked vehicles, people, cyclists, works.
 
-use super::actor::{Actor, Motion};
-use super::body::Body;
-use super::streets::{Streets, between, rotated};
+use crate::data::dataset::synthetic::actor::{Actor, Motion};
+use crate::data::dataset::synthetic::body::Body;
+use crate::data::dataset::synthetic::streets::{Streets, between, rotated};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Vehicles in lanes. All vehicles of a lane drive alike, one behind the other, so that none meets another.
 
-use super::actor::{Actor, Motion};
-use super::body::Body;
-use super::streets::{APPROACH_M, Lane, Phase, Streets, Turn, between};
+use crate::data::dataset::synthetic::actor::{Actor, Motion};
+use crate::data::dataset::synthetic::body::Body;
+use crate::data::dataset::synthetic::streets::{APPROACH_M, Lane, Phase, Streets, Turn, between};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 use v2x_agent::random::{chance, standard_normal, weighted};

@@ -1,6 +1,6 @@
 use super::*;
-use crate::fixture::agent;
-use crate::plot::scene::TrueBox;
+use crate::data::fixture::agent;
+use crate::report::plot::scene::TrueBox;
 use v2x_common::time::Span;
 
 /// A crossing with parked and driving cars, made up by a small generator.

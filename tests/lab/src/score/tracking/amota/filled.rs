@@ -1,8 +1,8 @@
 //! Scenes as the devkit loads them: one score for each track, holes filled.
 
-use super::TrackingClass;
-use crate::tracking::indexed::{Indexed, Spot};
-use crate::tracking::{Instant, Sequence};
+use crate::score::tracking::amota::TrackingClass;
+use crate::score::tracking::indexed::{Indexed, Spot};
+use crate::score::tracking::sequence::{Instant, Sequence};
 use std::collections::BTreeMap;
 use v2x_common::class::Class;
 

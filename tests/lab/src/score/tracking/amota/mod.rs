@@ -12,10 +12,10 @@ mod thresholds;
 
 pub use classes::TrackingClass;
 
-use super::clear::Clear;
-use super::correspondence::correspond;
-use super::indexed::Indexed;
-use super::{GATE_M, Sequence};
+use crate::score::tracking::clear::Clear;
+use crate::score::tracking::correspondence::correspond;
+use crate::score::tracking::indexed::Indexed;
+use crate::score::tracking::sequence::{GATE_M, Sequence};
 use filled::Filled;
 use thresholds::{N_RECALLS, score_thresholds};
 

@@ -1,6 +1,6 @@
-use super::super::testing::{Xs, instant, sequence, told, truth};
-use super::super::{Instant, ToldBox};
 use super::*;
+use crate::score::tracking::sequence::{Instant, ToldBox};
+use crate::score::tracking::testing::{Xs, instant, sequence, told, truth};
 use v2x_common::class::Class;
 
 const CAR: TrackingClass = TrackingClass::Car;

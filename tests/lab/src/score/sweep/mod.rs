@@ -1,0 +1,6 @@
+//! How one run of a sweep did, so that it can be kept and averaged.
+
+pub mod expected;
+pub mod record;
+pub mod scorer;
+pub mod transit;
