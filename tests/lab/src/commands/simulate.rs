@@ -38,8 +38,7 @@ pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
     let seed = args.seed.unwrap_or(scenario.seed);
     let duration = Span::from_secs_f64(args.duration_s);
     let run = VirtualRun { scenario: &scenario, seed, start: START, duration, publish: settings.publish };
-    let mut engine = Engine::new(settings.engine);
-    let log = run.run(&mut engine).context("simulating")?;
+    let log = run.run(Engine::new(settings.engine)).context("simulating")?;
     let simulation = Simulation::new(&scenario, seed, START);
     let sent = |agent: &_| {
         let frames = log.detections.iter().filter(|received| received.frame.id.agent == *agent);

@@ -1,28 +1,16 @@
-//! The log through the engine: frames as they arrived, objects at every tick.
+//! A log of detections through an engine: frames as they arrived, objects at every tick.
 
+use crate::data::csv_table::CsvError;
 use crate::data::detection_log::{Arrival, DetectionLog};
+use crate::drive::driver::{Consumer, Driver};
+use crate::drive::publishing::EveryTick;
+use crate::drive::ticks::Ticks;
 use std::collections::BTreeMap;
 use std::io::Read;
-use v2x_common::fused::FusedObject;
 use v2x_common::sensor::SensorDescription;
-use v2x_common::time::{Span, Timestamp};
+use v2x_common::time::Span;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::refusal::Disposition;
-
-/// Time between two ticks; they are at its multiples.
-pub const TICK: Span = Span::from_millis(100);
-
-/// Who is told of the objects.
-pub trait Consumer {
-    /// The objects at a tick, with all that has arrived by then.
-    fn tell(&mut self, at: Timestamp, objects: &[FusedObject]) -> anyhow::Result<()>;
-
-    /// There is nothing at any tick from the first to the last of these.
-    fn tell_nothing(&mut self, ticks: Ticks);
-
-    /// So many bytes of the log have been read.
-    fn tell_progress(&mut self, n_bytes: u64);
-}
 
 /// What went through.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,133 +23,61 @@ pub struct Counts {
     pub ticks: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<&'static str, u64>,
-    /// Time that the engine took.
+    /// Computing time of the engine.
     pub core: Span,
     /// From the first to the last arrival.
     pub duration: Span,
 }
 
-/// Ticks in a row; none where the first is after the last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ticks {
-    next: i64,
-    last: i64,
-}
-
-impl Ticks {
-    /// Those of a stretch of time, its ends among them.
-    pub fn within(begin: Timestamp, end: Timestamp) -> Self {
-        let step = TICK.as_nanos();
-        let (begin, end) = (begin.as_nanos(), end.as_nanos());
-        let is_after_tick = begin.rem_euclid(step) != 0;
-        Self { next: begin.div_euclid(step) + i64::from(is_after_tick), last: end.div_euclid(step) }
-    }
-
-    /// Only those within a stretch of time.
-    #[must_use]
-    pub fn clamped_to(self, begin: Timestamp, end: Timestamp) -> Self {
-        let other = Self::within(begin, end);
-        Self { next: self.next.max(other.next), last: self.last.min(other.last) }
-    }
-
-    /// How many.
-    pub const fn n(self) -> u64 {
-        if self.last < self.next { 0 } else { (self.last - self.next).unsigned_abs() + 1 }
-    }
-}
-
-impl Iterator for Ticks {
-    type Item = Timestamp;
-
-    fn next(&mut self) -> Option<Timestamp> {
-        let place = self.next;
-        (place <= self.last).then(|| {
-            self.next += 1;
-            Timestamp::from_nanos(place * TICK.as_nanos())
-        })
-    }
-}
-
-/// An engine that is fed with a log.
+/// An engine that replays a log.
 #[derive(Debug)]
 pub struct Replay {
-    engine: Engine,
-    description: Option<SensorDescription>,
+    /// It knows nothing yet.
+    pub engine: Engine,
+    /// How every sensor describes itself; `None` where nothing is known.
+    pub description: Option<SensorDescription>,
     /// Tells how much computing time was used so far.
-    stopwatch: fn() -> Span,
-    counts: Counts,
+    pub stopwatch: fn() -> Span,
 }
 
 impl Replay {
-    /// Of an engine that knows nothing yet; every sensor describes itself to it so.
-    pub fn new(engine: Engine, description: Option<SensorDescription>, stopwatch: fn() -> Span) -> Self {
-        Self { engine, description, stopwatch, counts: Counts::default() }
-    }
-
-    /// Feeds it with the whole log.
-    pub fn run<R: Read>(
-        mut self,
+    /// Feeds the engine with the whole log. `progress` gets how many bytes of the log have been read.
+    pub fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
+        self,
         log: &mut DetectionLog<R>,
-        consumer: &mut impl Consumer,
-    ) -> anyhow::Result<Counts> {
-        let Some(mut arrival) = log.next_arrival()? else { return Ok(self.counts) };
+        consumer: &mut C,
+        mut progress: impl FnMut(u64),
+    ) -> Result<Counts, C::Error> {
+        let Self { engine, description, stopwatch } = self;
+        let mut counts = Counts::default();
+        let Some(mut arrival) = log.next_arrival()? else { return Ok(counts) };
         let begin = arrival.received_at;
-        // What arrives at a tick is known at it.
-        let mut told_until = begin;
-        loop {
-            self.take(&mut arrival);
-            consumer.tell_progress(log.n_bytes());
-            let next = log.next_arrival()?;
-            let newest = arrival.received_at;
-            let until = next.as_ref().map_or(newest, |next| next.received_at);
-            if until > newest {
-                self.tell(Ticks::within(told_until, until - Span::from_nanos(1)), consumer)?;
-                told_until = until;
+        let mut driver = Driver::new(engine, EveryTick::from(begin)).timed_by(stopwatch);
+        let end = loop {
+            let Arrival { received_at, mut frame } = arrival;
+            driver.publish_before(received_at, consumer)?;
+            if let Some(description) = description {
+                if frame.id.sequence == 0 {
+                    driver.describe(frame.id.agent, description);
+                }
+                frame.sensor_revision = description.revision;
             }
-            match next {
+            counts.frames += 1;
+            counts.detections += frame.detections.len() as u64;
+            if let Disposition::Refused(refusal) = driver.arrive(&frame, received_at, consumer)? {
+                *counts.refused.entry(refusal.reason()).or_default() += 1;
+            }
+            progress(log.n_bytes());
+            match log.next_arrival()? {
                 Some(next) => arrival = next,
-                None => break,
+                None => break received_at,
             }
-        }
-        let end = arrival.received_at;
-        self.tell(Ticks::within(told_until, end), consumer)?;
-        self.counts.ticks = Ticks::within(begin, end).n();
-        self.counts.duration = end - begin;
-        Ok(self.counts)
-    }
-
-    fn take(&mut self, Arrival { received_at, frame }: &mut Arrival) {
-        if let Some(description) = self.description {
-            if frame.id.sequence == 0 {
-                self.engine.handle_description(frame.id.agent, description);
-            }
-            frame.sensor_revision = description.revision;
-        }
-        self.counts.frames += 1;
-        self.counts.detections += frame.detections.len() as u64;
-        let begun = (self.stopwatch)();
-        let disposition = self.engine.handle_frame(frame, *received_at);
-        self.counts.core = self.counts.core + ((self.stopwatch)() - begun);
-        if let Disposition::Refused(refusal) = disposition {
-            *self.counts.refused.entry(refusal.reason()).or_default() += 1;
-        }
-    }
-
-    fn tell(&mut self, mut ticks: Ticks, consumer: &mut impl Consumer) -> anyhow::Result<()> {
-        while let Some(at) = ticks.next() {
-            let begun = (self.stopwatch)();
-            let fused = self.engine.fused(at);
-            self.counts.core = self.counts.core + ((self.stopwatch)() - begun);
-            let objects = &fused.objects;
-            // With a lag objects hold for an earlier time than that at which they are told.
-            consumer.tell(fused.fused_at, objects)?;
-            // A log may be silent for years.
-            if objects.is_empty() && self.engine.n_tracks() == 0 {
-                consumer.tell_nothing(ticks);
-                return Ok(());
-            }
-        }
-        Ok(())
+        };
+        driver.publish_through(end, consumer)?;
+        counts.ticks = Ticks::within(begin, end).n();
+        counts.duration = end - begin;
+        counts.core = driver.engine_time();
+        Ok(counts)
     }
 }
 
@@ -169,7 +85,9 @@ impl Replay {
 mod tests {
     use super::*;
     use std::path::Path;
+    use v2x_common::fused::FusedFrame;
     use v2x_common::id::HubId;
+    use v2x_common::time::Timestamp;
     use v2x_fusion_hub::config::EngineConfig;
 
     const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n";
@@ -182,17 +100,17 @@ mod tests {
     }
 
     impl Consumer for Notes {
-        fn tell(&mut self, at: Timestamp, objects: &[FusedObject]) -> anyhow::Result<()> {
-            let places = objects.iter().map(|object| object.bev.x).collect();
-            self.told.push((at.as_nanos() / 1_000_000, places));
+        type Error = anyhow::Error;
+
+        fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
+            let places = frame.objects.iter().map(|object| object.bev.x).collect();
+            self.told.push((now.as_nanos() / 1_000_000, places));
             Ok(())
         }
 
-        fn tell_nothing(&mut self, ticks: Ticks) {
+        fn receive_nothing(&mut self, ticks: Ticks) {
             self.silent += ticks.n();
         }
-
-        fn tell_progress(&mut self, _: u64) {}
     }
 
     fn row(t_arr: &str, t: &str, x: f64) -> String {
@@ -204,7 +122,8 @@ mod tests {
         let mut log = DetectionLog::new(text.as_bytes(), Path::new("log.csv")).unwrap();
         let engine = Engine::new(EngineConfig::new(HubId::new("lab").unwrap(), 0));
         let mut notes = Notes::default();
-        let counts = Replay::new(engine, None, || Span::ZERO).run(&mut log, &mut notes).unwrap();
+        let replay = Replay { engine, description: None, stopwatch: || Span::ZERO };
+        let counts = replay.run(&mut log, &mut notes, |_| {}).unwrap();
         (counts, notes)
     }
 
@@ -225,8 +144,6 @@ mod tests {
             let expected = if first.starts_with('-') { [-300, -200, -100] } else { [700, 800, 900] };
             assert_eq!(ms, expected);
         }
-        assert_eq!(Ticks::within(Timestamp::from_nanos(1), Timestamp::from_nanos(2)).n(), 0);
-        assert_eq!(Ticks::within(Timestamp::EPOCH, Timestamp::EPOCH).n(), 1);
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! seed give the same bits.
 
 use crate::data::run_log::ReceivedFused;
+use crate::drive::driver::{Consumer, Driver};
+use crate::drive::publishing::AsHub;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use v2x_agent::scenario::{AgentConfig, Scenario};
@@ -12,13 +14,13 @@ use v2x_agent::sensor::{Boot, Observation, SimulatedAgent};
 use v2x_agent::truth::Identities;
 use v2x_agent::world::World;
 use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
-use v2x_fusion_hub::schedule::{PublishMode, Schedule};
+use v2x_fusion_hub::schedule::PublishMode;
 
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,31 +98,42 @@ impl Traffic {
         Ok(Self { descriptions, arrivals })
     }
 
-    /// Feeds an engine; `on_fused` gets every fused frame as a consumer next to the hub would.
+    /// Feeds an engine, and gives it back; `on_fused` gets every fused frame as a consumer next to the hub would.
     pub fn feed(
         &self,
-        engine: &mut Engine,
+        engine: Engine,
         listening: Listening<impl Fn(&AgentId) -> bool>,
-        mut on_fused: impl FnMut(ReceivedFused),
-    ) -> Result<(), WireError> {
+        on_fused: impl FnMut(ReceivedFused),
+    ) -> Result<Engine, WireError> {
         let Listening { publish, start, until, listens_to } = listening;
+        let mut driver = Driver::new(engine, AsHub::new(publish, start));
+        let mut consumer = OverTheWire(on_fused);
         for (agent, description) in self.descriptions.iter().filter(|(agent, _)| listens_to(agent)) {
-            engine.handle_description(*agent, *description);
+            driver.describe(*agent, *description);
         }
-        let mut schedule = Schedule::new(publish, start);
         for Arrival { received_at, frame, .. } in &self.arrivals {
-            if !listens_to(&frame.id.agent) {
-                continue;
-            }
-            publish_until(engine, &mut schedule, *received_at, &mut on_fused)?;
-            if matches!(engine.handle_frame(frame, *received_at), Disposition::Accepted { .. }) {
-                schedule.note_update();
-            }
-            if schedule.take_due(*received_at) {
-                on_fused(fused(engine, *received_at)?);
+            if listens_to(&frame.id.agent) {
+                driver.arrive(frame, *received_at, &mut consumer)?;
             }
         }
-        until.map_or(Ok(()), |until| publish_until(engine, &mut schedule, until, &mut on_fused))
+        if let Some(until) = until {
+            driver.publish_before(until, &mut consumer)?;
+        }
+        Ok(driver.into_engine())
+    }
+}
+
+/// A consumer next to the hub: fused frames come to it as wire bytes.
+struct OverTheWire<F>(F);
+
+impl<F: FnMut(ReceivedFused)> Consumer for OverTheWire<F> {
+    type Error = WireError;
+
+    fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> Result<(), WireError> {
+        let mut bytes = Vec::new();
+        wire::fused::encode(frame, &mut bytes)?;
+        (self.0)(ReceivedFused { received_at: now, frame: wire::fused::decode(&bytes)? });
+        Ok(())
     }
 }
 
@@ -130,21 +143,6 @@ pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator
     let boot = Boot { seed, epoch: 1, start };
     let agent = move |config: &AgentConfig| SimulatedAgent::new(scenario, world.clone(), &config.id, boot);
     scenario.agents.iter().filter_map(agent)
-}
-
-/// Publishes whatever is due before a time.
-fn publish_until(
-    engine: &mut Engine,
-    schedule: &mut Schedule,
-    until: Timestamp,
-    on_fused: &mut impl FnMut(ReceivedFused),
-) -> Result<(), WireError> {
-    while schedule.next_deadline() < until {
-        let due = schedule.next_deadline();
-        schedule.take_due(due);
-        on_fused(fused(engine, due)?);
-    }
-    Ok(())
 }
 
 /// Every frame that its link delivers, by arrival, in true time: clocks of agents show in their stamps alone.
@@ -170,11 +168,4 @@ fn arrivals(
         }
     }
     arrivals
-}
-
-/// The fused frame as of `now`, as it comes off the wire.
-fn fused(engine: &mut Engine, now: Timestamp) -> Result<ReceivedFused, WireError> {
-    let mut bytes = Vec::new();
-    wire::fused::encode(engine.fused(now), &mut bytes)?;
-    Ok(ReceivedFused { received_at: now, frame: wire::fused::decode(&bytes)? })
 }

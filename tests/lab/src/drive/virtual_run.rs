@@ -26,7 +26,7 @@ pub struct VirtualRun<'a> {
 
 impl VirtualRun<'_> {
     /// Runs the scenario through an engine. What a consumer next to the hub would have received is the log.
-    pub fn run(&self, engine: &mut Engine) -> Result<RunLog, WireError> {
+    pub fn run(&self, engine: Engine) -> Result<RunLog, WireError> {
         let Self { scenario, seed, start, duration, publish } = *self;
         let traffic = Traffic::new(scenario, seed, (start, duration), scenario.agents.len())?;
         let mut log = RunLog { descriptions: traffic.descriptions.clone(), ..RunLog::default() };
@@ -73,9 +73,9 @@ mod tests {
     fn run_of(text: &str, (seed, publish): (u64, PublishMode), duration: Span) -> RunLog {
         let scenario = Scenario::from_toml(text).unwrap();
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
-        let mut engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
+        let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
         let run = VirtualRun { scenario: &scenario, seed, start, duration, publish };
-        run.run(&mut engine).unwrap()
+        run.run(engine).unwrap()
     }
 
     #[test]

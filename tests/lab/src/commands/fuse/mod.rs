@@ -7,7 +7,9 @@ pub use args::FuseArgs;
 use crate::commands::cpu_time::thread_cpu_time;
 use crate::data::detection_log::DetectionLog;
 use crate::data::truth_table::Truth;
-use crate::drive::replay::{Consumer, Counts, Replay, Ticks};
+use crate::drive::driver::Consumer;
+use crate::drive::replay::{Counts, Replay};
+use crate::drive::ticks::Ticks;
 use crate::report::fused_table::{FusedTable, NewFile};
 use crate::report::offline::Report;
 use crate::report::progress::Progress;
@@ -16,7 +18,7 @@ use anyhow::{Context, ensure};
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
-use v2x_common::fused::FusedObject;
+use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::engine::Engine;
 
@@ -36,8 +38,6 @@ pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
 struct Sink<W: Write> {
     table: FusedTable<W>,
     judge: Option<Judge>,
-    progress: Progress,
-    size: u64,
 }
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
@@ -56,9 +56,11 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
         "--out would overwrite the truth"
     );
     let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
-    let mut sink = Sink { table, judge, progress: Progress::begin("KiB"), size };
-    let outcome = Replay::new(Engine::new(config), description, thread_cpu_time).run(&mut log, &mut sink);
-    sink.progress.end();
+    let (mut sink, mut progress) = (Sink { table, judge }, Progress::begin("KiB"));
+    let replay = Replay { engine: Engine::new(config), description, stopwatch: thread_cpu_time };
+    let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
+    let outcome = replay.run(&mut log, &mut sink, |n_bytes| progress.tell(kib(n_bytes), kib(size)));
+    progress.end();
     let counts = outcome?;
     let fused_rows = sink.table.rows();
     sink.table.into_inner().finish()?;
@@ -90,24 +92,22 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>) -> Report {
 }
 
 impl<W: Write> Consumer for Sink<W> {
-    fn tell(&mut self, at: Timestamp, objects: &[FusedObject]) -> anyhow::Result<()> {
-        self.table.write(at, objects).context("writing the fused objects")?;
+    type Error = anyhow::Error;
+
+    fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
+        // With a lag objects hold for an earlier time than that at which they are published.
+        self.table.write(frame.fused_at, &frame.objects).context("writing the fused objects")?;
         if let Some(judge) = &mut self.judge {
-            judge.add(at, objects);
+            judge.add(frame.fused_at, &frame.objects);
         }
         Ok(())
     }
 
-    fn tell_nothing(&mut self, ticks: Ticks) {
+    fn receive_nothing(&mut self, ticks: Ticks) {
         if let Some(judge) = &mut self.judge {
             let (begin, end) = judge.span();
             ticks.clamped_to(begin, end).for_each(|at| judge.add(at, &[]));
         }
-    }
-
-    fn tell_progress(&mut self, n_bytes: u64) {
-        let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
-        self.progress.tell(kib(n_bytes), kib(self.size));
     }
 }
 

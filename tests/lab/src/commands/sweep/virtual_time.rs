@@ -52,7 +52,6 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
         let mut records = Vec::with_capacity(methods.len());
         for method in methods {
             let settings = HubSettings::from_table(point.hub_table(*method)).context(method.key())?;
-            let mut engine = Engine::new(settings.engine);
             let focus = Focus { first: point.first_agent(), is_alone: method.is_alone() };
             let mut judge = Judge::new(&mut gallery, &whose, focus, (START + length.settle, end));
             let listening = Listening {
@@ -61,7 +60,8 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
                 until: Some(end),
                 listens_to: |agent: &AgentId| settings.listens_to(agent),
             };
-            traffic.feed(&mut engine, listening, |received| judge.add(&received))?;
+            let engine =
+                traffic.feed(Engine::new(settings.engine), listening, |received| judge.add(&received))?;
             let mut record = judge.finish();
             note_ways(&mut record, &heard_by(&settings, &all, end), (focus, length.duration));
             note_books(&mut record, engine.inbox(), &point.first_agent());

@@ -3,12 +3,15 @@
 use crate::data::conditions::Conditions;
 use crate::data::observation::AgentReport;
 use crate::data::prediction::Prediction;
+use crate::drive::driver::{Consumer, Driver};
 use crate::drive::keyframes::setup::Setup;
+use crate::drive::publishing::OfKeyframes;
 use std::collections::VecDeque;
+use std::convert::Infallible;
 use v2x_agent::noise::NoiseLevel;
 use v2x_agent::truth::ObjectId;
 use v2x_common::detection::{Detection, DetectionFrame};
-use v2x_common::fused::FusedObject;
+use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
@@ -52,15 +55,28 @@ pub struct Refused {
 /// One engine in one scene; it sees keyframe after keyframe.
 #[derive(Debug)]
 pub struct EngineRun {
-    engine: Engine,
+    driver: Driver<OfKeyframes>,
     setup: Setup,
     agents: Vec<AgentId>,
     descriptions: Vec<SensorDescription>,
     conditions: Conditions,
     /// Whose detections they were, by keyframe and agent.
     identities: Vec<Vec<Vec<Option<ObjectId>>>>,
-    /// Keyframes that are still to be answered, by time.
-    questions: VecDeque<(usize, Timestamp)>,
+    /// Numbers of the keyframes that are not answered yet, by time.
+    pending: VecDeque<usize>,
+}
+
+/// The objects of published keyframes, in the order in which they were asked for.
+#[derive(Default)]
+struct Published(Vec<Vec<FusedObject>>);
+
+impl Consumer for Published {
+    type Error = Infallible;
+
+    fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> Result<(), Infallible> {
+        self.0.push(frame.objects.clone());
+        Ok(())
+    }
 }
 
 impl EngineRun {
@@ -87,13 +103,13 @@ impl EngineRun {
             false => description(conditions, law(level)),
         });
         let mut run = Self {
-            engine,
+            driver: Driver::new(engine, OfKeyframes::new(lag(&setup))),
             setup,
             agents: names[..setup.n_agents].to_vec(),
             descriptions: descriptions.to_vec(),
             conditions,
             identities: Vec::new(),
-            questions: VecDeque::new(),
+            pending: VecDeque::new(),
         };
         run.describe();
         run
@@ -101,7 +117,7 @@ impl EngineRun {
 
     fn describe(&mut self) {
         for (agent, description) in self.agents.iter().zip(&self.descriptions) {
-            self.engine.handle_description(*agent, *description);
+            self.driver.describe(*agent, *description);
         }
     }
 
@@ -110,10 +126,10 @@ impl EngineRun {
     /// keyframes that this one comes too late for.
     pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Answer>, Refused> {
         let now = START + at;
-        let lag = self.setup.lag + LAG_TOLERANCE;
-        let mut answers = self.answers(|asked_for| asked_for + lag < now);
+        let mut published = Published::default();
+        let Ok(()) = self.driver.publish_before(now, &mut published);
         if !self.setup.remembers {
-            self.engine = Engine::new(config(&self.setup));
+            self.driver.restart(Engine::new(config(&self.setup)));
             self.describe();
         }
         let reports = &reports[..self.agents.len()];
@@ -121,34 +137,29 @@ impl EngineRun {
         // method that keeps tracks gets them in this order.
         for (agent, report) in self.agents.iter().zip(reports).rev() {
             let frame = self.frame(*agent, report, now);
-            if let Disposition::Refused(refusal) = self.engine.handle_frame(&frame, now) {
+            let Ok(disposition) = self.driver.arrive(&frame, now, &mut published);
+            if let Disposition::Refused(refusal) = disposition {
                 return Err(Refused { agent: *agent, at: now, refusal });
             }
         }
-        let frame = self.identities.len();
+        self.pending.push_back(self.identities.len());
         self.identities.push(reports.iter().map(|report| report.identities.clone()).collect());
-        if self.setup.lag > Span::ZERO {
-            self.questions.push_back((frame, now));
-        } else {
-            let objects = self.engine.fused(now).objects.clone();
-            answers.push(self.answer(frame, &objects));
-        }
-        Ok(answers)
+        self.driver.publishing_mut().ask(now);
+        let Ok(()) = self.driver.publish_through(now, &mut published);
+        Ok(self.answers(published))
     }
 
     /// What is told, by all that was reported, of the keyframes that are still to be answered.
     pub fn finish(&mut self) -> Vec<Answer> {
-        self.answers(|_| true)
+        let mut published = Published::default();
+        let Ok(()) = self.driver.publish_through(Timestamp::MAX, &mut published);
+        self.answers(published)
     }
 
-    fn answers(&mut self, is_due: impl Fn(Timestamp) -> bool) -> Vec<Answer> {
-        let mut answers = Vec::new();
-        while let Some((frame, at)) = self.questions.pop_front_if(|(_, at)| is_due(*at)) {
-            let fused = self.engine.fused_as_of(at, at).expect("history is as long as the lag");
-            let objects = fused.objects.clone();
-            answers.push(self.answer(frame, &objects));
-        }
-        answers
+    fn answers(&mut self, published: Published) -> Vec<Answer> {
+        let n = published.0.len();
+        let frames: Vec<usize> = self.pending.drain(..n).collect();
+        frames.into_iter().zip(&published.0).map(|(frame, objects)| self.answer(frame, objects)).collect()
     }
 
     fn answer(&self, frame: usize, objects: &[FusedObject]) -> Answer {
@@ -216,9 +227,13 @@ fn description_of_both(conditions: Conditions, size_noise: Option<SizeNoiseLaw>)
     }
 }
 
+/// For how long later keyframes count.
+fn lag(setup: &Setup) -> Span {
+    if setup.lag > Span::ZERO { setup.lag + LAG_TOLERANCE } else { Span::ZERO }
+}
+
 fn config(setup: &Setup) -> EngineConfig {
-    let lag = if setup.lag > Span::ZERO { setup.lag + LAG_TOLERANCE } else { Span::ZERO };
-    let config = EngineConfig { lag, ..setup.config };
+    let config = EngineConfig { lag: lag(setup), ..setup.config };
     if !setup.has_true_identities {
         return config;
     }

@@ -33,7 +33,7 @@ mod tests {
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
         let (duration, publish) = (Span::from_millis(10_000), settings.publish);
         let run = VirtualRun { scenario: &scenario, seed: 1, start, duration, publish };
-        let log = run.run(&mut Engine::new(settings.engine)).unwrap();
+        let log = run.run(Engine::new(settings.engine)).unwrap();
         let simulation = Simulation::new(&scenario, 1, start);
         let agents = simulation.agent_facts(|_| None);
         let scenario = scenario.name.clone();
