@@ -2,10 +2,9 @@
 
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use crate::data::exported::DetectionId;
+use crate::data::fused_box::FusedBox;
 use crate::data::observation::AgentReport;
-use crate::data::prediction::Prediction;
 use crate::data::scene::{Keyframe, Scene};
-use crate::score::matching::distance_m;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
@@ -14,7 +13,6 @@ use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
 
 /// Columns that must be there.
 pub const COLUMNS: [&str; 8] = ["t", "track_id", "class", "x", "y", "w", "d", "yaw"];
@@ -36,7 +34,7 @@ pub struct Exported<'a> {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fused {
     /// By keyframe.
-    pub by_keyframe: Vec<Vec<Prediction>>,
+    pub by_keyframe: Vec<Vec<FusedBox>>,
     /// Rows at a time that is no keyframe's.
     pub ignored_rows: u64,
     /// Rows whose class name is not known.
@@ -87,12 +85,6 @@ impl Fused {
             }
             told.push(prediction);
         }
-        if fused.is_matched_by_position {
-            let mut assigner = Assigner::default();
-            for (told, keyframe) in fused.by_keyframe.iter_mut().zip(keyframes) {
-                match_by_position(told, keyframe, &mut assigner);
-            }
-        }
         Ok(fused)
     }
 
@@ -101,7 +93,7 @@ impl Fused {
         row: &Row<'_>,
         tracks: &mut Tracks,
         (frame, exported): (usize, Exported<'_>),
-    ) -> Result<Prediction, CsvError> {
+    ) -> Result<FusedBox, CsvError> {
         let class = row.class("class")?;
         self.unknown_classes += u64::from(class.is_none());
         let existence = match row.text("existence") {
@@ -110,7 +102,7 @@ impl Fused {
         };
         let covariance = if self.claims_accuracy { covariance(row)? } else { BoxCovariance::default() };
         let object = if self.is_matched_by_position { None } else { by_ids(row, frame, exported.reports)? };
-        Ok(Prediction {
+        Ok(FusedBox {
             bev: row.bev(["w", "d"])?,
             class: class.unwrap_or(Class::Unknown),
             existence,
@@ -155,27 +147,6 @@ fn by_ids(row: &Row<'_>, frame: usize, reports: &[[AgentReport; 2]]) -> Result<O
     Ok(best.and_then(|(_, object)| object))
 }
 
-/// The most pairs of compatible class and, among those, the least total distance, however far.
-fn match_by_position(told: &mut [Prediction], keyframe: &Keyframe, assigner: &mut Assigner) {
-    let mut candidates = Vec::new();
-    for (row, prediction) in (0u32..).zip(told.iter()) {
-        for (col, object) in (0u32..).zip(&keyframe.objects) {
-            if prediction.class.is_compatible_with(object.class) {
-                let cost = distance_m(&prediction.bev, &object.bev);
-                candidates.push(Candidate { row, col, cost });
-            }
-        }
-    }
-    let farthest = candidates.iter().map(|one| one.cost).fold(1.0, f64::max);
-    // One left alone costs more than any detour of the others.
-    #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
-    let unmatched_cost = farthest * (told.len() + 1) as f64;
-    let places = assigner.solve(told.len(), keyframe.objects.len(), &candidates, unmatched_cost);
-    for (prediction, place) in told.iter_mut().zip(places) {
-        prediction.object = place.map(|place| keyframe.objects[place as usize].id);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,7 +170,7 @@ mod tests {
     }
 
     fn objects(fused: &Fused) -> Vec<Vec<Option<u32>>> {
-        let of = |told: &Vec<Prediction>| told.iter().map(|one| one.object.map(|id| id.0)).collect();
+        let of = |told: &Vec<FusedBox>| told.iter().map(|one| one.object.map(|id| id.0)).collect();
         fused.by_keyframe.iter().map(of).collect()
     }
 
@@ -233,18 +204,13 @@ mod tests {
     }
 
     #[test]
-    fn without_ids_boxes_are_matched_by_position_within_a_class_however_far() {
+    fn covariances_and_unknown_classes_are_read() {
         let fused = read(
             "t,track_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n\
-             0.0004,a,car,9,0,2,4,0,1,2,3,4,5\n0,b,car,11,0,2,4,0,1,1,1,1,1\n0,c,car,500,0,2,4,0,1,1,1,1,1\n\
-             0,d,truck,0,0,2,4,0,1,1,1,1,1\n0,e,spaceship,90,0,2,4,0,1,1,1,1,1\n",
+             0.0004,a,car,9,0,2,4,0,1,2,3,4,5\n0,e,spaceship,90,0,2,4,0,1,1,1,1,1\n",
         )
         .unwrap();
         assert!(fused.is_matched_by_position && fused.claims_accuracy);
-        let mut of_cars = objects(&fused)[0].clone();
-        // Three objects for four that may be cars: one is of nothing, which the least total distance decides.
-        assert_eq!(of_cars.remove(3), None, "a truck is no car");
-        assert_eq!(of_cars, [Some(0), Some(1), None, Some(2)]);
         assert_eq!(fused.unknown_classes, 1);
         let BoxCovariance { position, ww, dd, yaw } = fused.by_keyframe[0][0].covariance;
         assert_eq!((position.xx, position.yy, ww, dd, yaw), (1.0, 4.0, 9.0, 16.0, 25.0));

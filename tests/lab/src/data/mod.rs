@@ -7,10 +7,11 @@ pub mod detection_log;
 pub mod exported;
 #[cfg(test)]
 pub(crate) mod fixture;
+pub mod fused_box;
 pub mod method_output;
 pub mod noise;
 pub mod observation;
-pub mod prediction;
+
 pub mod recording;
 pub mod run_log;
 pub mod scene;

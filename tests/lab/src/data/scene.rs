@@ -1,6 +1,6 @@
 //! What was there: scenes of keyframes with true boxes.
 
-use v2x_agent::truth::ObjectId;
+use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::class::Class;
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::time::Span;
@@ -17,6 +17,12 @@ pub struct TrueBox {
     pub class: Class,
     /// Where, how large (m), and which way (rad).
     pub bev: BevBox,
+}
+
+impl From<&TrueObject> for TrueBox {
+    fn from(object: &TrueObject) -> Self {
+        Self { id: object.id, class: object.class, bev: object.bev }
+    }
 }
 
 /// One instant of a scene.

@@ -1,6 +1,6 @@
 //! Small scenes for the tests of the protocol.
 
-use crate::data::prediction::Prediction;
+use crate::data::fused_box::FusedBox;
 use crate::data::scene::{Keyframe, Scene, TrueBox};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
@@ -31,9 +31,9 @@ pub(crate) fn parking(n_frames: usize) -> Scene {
 }
 
 /// A sure prediction of a car of an object.
-pub(crate) fn told(object: u32, x: f64, y: f64) -> Prediction {
+pub(crate) fn fused_car(object: u32, x: f64, y: f64) -> FusedBox {
     let covariance = BoxCovariance { position: Covariance2::isotropic(0.5), ww: 0.1, dd: 0.2, yaw: 0.01 };
-    Prediction {
+    FusedBox {
         bev: car(0, x, y).bev,
         class: Class::Car,
         existence: 1.0,

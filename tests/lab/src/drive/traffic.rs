@@ -27,8 +27,8 @@ use v2x_fusion_hub::schedule::PublishMode;
 pub struct Arrival {
     /// When, by the hub's clock, which is right.
     pub received_at: Timestamp,
-    /// When it was captured and sent.
-    pub way: Way,
+    /// When it was captured and sent, in true time.
+    pub times: SendTimes,
     /// What came off the wire.
     pub frame: DetectionFrame,
     /// Its size on the wire, bytes.
@@ -37,16 +37,16 @@ pub struct Arrival {
     pub identities: Identities,
 }
 
-/// When a frame was what, in true time.
+/// When a frame was captured and sent, in true time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Way {
+pub struct SendTimes {
     /// Captured.
     pub captured_at: Timestamp,
     /// Handed to the link.
     pub sent_at: Timestamp,
 }
 
-impl Way {
+impl SendTimes {
     /// Of an agent's frame of this number.
     pub fn of(agent: &SimulatedAgent, sender: &Sender, sequence: u64) -> Self {
         Self { captured_at: agent.capture_time(sequence), sent_at: sender.sent_at(agent, sequence) }
@@ -89,11 +89,11 @@ impl Traffic {
         let due = arrivals(&agents, (start, start + duration));
         let mut arrivals = Vec::with_capacity(due.len());
         let mut bytes = Vec::new();
-        for ((received_at, _), (way, Observation { frame, identities })) in due {
+        for ((received_at, _), (times, Observation { frame, identities })) in due {
             bytes.clear();
             wire::detections::encode(&frame, &mut bytes)?;
             let frame = wire::detections::decode(&bytes)?;
-            arrivals.push(Arrival { received_at, way, frame, bytes: bytes.len(), identities });
+            arrivals.push(Arrival { received_at, times, frame, bytes: bytes.len(), identities });
         }
         Ok(Self { descriptions, arrivals })
     }
@@ -149,7 +149,7 @@ pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator
 fn arrivals(
     agents: &[SimulatedAgent],
     (start, end): (Timestamp, Timestamp),
-) -> BTreeMap<(Timestamp, FrameId), (Way, Observation)> {
+) -> BTreeMap<(Timestamp, FrameId), (SendTimes, Observation)> {
     let mut arrivals = BTreeMap::new();
     for agent in agents {
         let mut sender = Sender::new(agent);
@@ -162,8 +162,10 @@ fn arrivals(
             if let Fate::Arrives { at, observation } = sender.send(agent, sequence) {
                 let due = if may_overtake { at } else { at.max(newest_due) };
                 newest_due = newest_due.max(due);
-                arrivals
-                    .insert((due, observation.frame.id), (Way::of(agent, &sender, sequence), observation));
+                arrivals.insert(
+                    (due, observation.frame.id),
+                    (SendTimes::of(agent, &sender, sequence), observation),
+                );
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The summary for people: a table in the terminal and a report in Markdown, with the same figures.
 
 use crate::report::table::Table;
-use crate::score::metrics::Metrics;
+use crate::score::frame_metrics::Metrics;
 use crate::score::percentiles::Percentiles;
 use crate::score::run::summary::Summary;
 

@@ -1,10 +1,19 @@
 //! A summary for the tests of scores and reports.
 
-use crate::data::fixture::agent;
-use crate::score::metrics::Metrics;
+use crate::data::fixture::{agent, predicted};
+use crate::score::continuity::TrackSummary;
+use crate::score::estimate::Estimate;
+use crate::score::frame_metrics::Metrics;
 use crate::score::percentiles::Percentiles;
-use crate::score::run::summary::{AgentSummary, FusedSummary, Summary, TrackSummary, Verdict};
+use crate::score::run::summary::{AgentSummary, FusedSummary, Summary, Verdict};
+use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
 use v2x_common::sensor::SensorKind;
+
+/// A car, heading east; the standard deviation of its position is 0.5 m.
+pub(crate) fn estimate(x: f64, y: f64) -> Estimate {
+    Estimate { class: Class::Car, bev: predicted(x, y), position: Covariance2::isotropic(0.5) }
+}
 
 fn metrics(ate_m: f64) -> Metrics {
     Metrics {

@@ -4,7 +4,7 @@
 //! FUSION 2017, eq. (1) with p = 2 and α = 2: over all assignments, the least
 //! `sqrt(Σ d² + c²/2 · (missed + false))`, where only pairs nearer than the cut-off c are assigned.
 
-use crate::score::matching::distance_m;
+use crate::score::errors::distance_m;
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::assignment::{Assigner, Candidate};

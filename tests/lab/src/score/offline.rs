@@ -1,17 +1,20 @@
 //! How good the fused objects are, where the truth is known.
 
+use crate::data::scene::TrueBox;
 use crate::data::truth_table::Truth;
-use crate::score::matching::{Matching, Outcome, distance_m};
-use crate::score::metrics::{Mean, Metrics, Tally, frame_metrics};
-use crate::score::run::fused::{TrackKeeping, prediction};
+use crate::score::continuity::TrackContinuity;
+use crate::score::estimate::Estimate;
+use crate::score::frame_metrics::{Metrics, Tally, frame_metrics};
+use crate::score::matching::{Frame, MatchingRule, Outcome, PositionRule};
+use crate::score::moments::Moments;
 use serde::Serialize;
-use v2x_agent::truth::TrueObject;
 use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
+use v2x_fusion_hub::assignment::Assigner;
 
 /// A fused object is of a true one of a compatible class within this distance, m; also GOSPA's cut-off.
 pub const MATCH_RADIUS_M: f64 = 2.0;
+const RULE: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: true };
 
 /// The verdict: means over ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -36,8 +39,8 @@ pub struct Verdict {
 pub struct Judge {
     truth: Truth,
     tally: Tally,
-    velocity: Mean,
-    keeping: TrackKeeping,
+    velocity: Moments,
+    continuity: TrackContinuity,
     assigner: Assigner,
 }
 
@@ -47,8 +50,8 @@ impl Judge {
         Self {
             truth,
             tally: Tally::default(),
-            velocity: Mean::default(),
-            keeping: TrackKeeping::default(),
+            velocity: Moments::default(),
+            continuity: TrackContinuity::default(),
             assigner: Assigner::default(),
         }
     }
@@ -65,60 +68,33 @@ impl Judge {
             return;
         }
         let there = self.truth.at(at);
-        let matching = matched(objects, &there.objects, &mut self.assigner);
-        let predictions: Vec<_> = objects.iter().map(prediction).collect();
-        let metrics =
-            frame_metrics(&predictions, &there.objects, &matching, MATCH_RADIUS_M, &mut self.assigner);
-        self.tally.add(&metrics);
-        self.keeping.add(objects, &there.objects, &matching);
-        let mut velocity = Mean::default();
+        let estimates: Vec<_> = objects.iter().map(Estimate::from).collect();
+        let truth: Vec<_> = there.objects.iter().map(TrueBox::from).collect();
+        let frame = Frame { estimates: &estimates, truth: &truth, counts: &vec![true; truth.len()] };
+        let matching = frame.matched(MatchingRule::ByPosition(RULE), &mut self.assigner);
+        self.tally.add(&frame_metrics(&frame, &matching, MATCH_RADIUS_M, &mut self.assigner));
+        self.continuity.add(objects, &truth, &matching);
+        let mut velocity = Moments::default();
         for (fused, outcome) in objects.iter().zip(&matching.outcomes) {
             let Outcome::Matched(place) = *outcome else { continue };
             let error = |(x, y)| libm::hypot(fused.velocity.0 - x, fused.velocity.1 - y);
             velocity.add(there.velocities[place].map(error));
         }
-        self.velocity.add(velocity.value());
+        self.velocity.add(velocity.mean());
     }
 
     /// The means so far.
     pub fn verdict(&self) -> Verdict {
-        let tracks = self.keeping.summary();
+        let tracks = self.continuity.summary();
         Verdict {
             metrics: self.tally.metrics(),
-            velocity_error_mps: self.velocity.value(),
+            velocity_error_mps: self.velocity.mean(),
             id_switches: tracks.id_switches,
             ids_per_object: tracks.ids_per_object,
             match_radius_m: MATCH_RADIUS_M,
             unknown_classes: self.truth.unknown_classes(),
         }
     }
-}
-
-/// The most pairs of compatible class within the radius and, among those, the least total distance.
-fn matched(objects: &[FusedObject], truth: &[TrueObject], assigner: &mut Assigner) -> Matching {
-    let mut candidates = Vec::new();
-    for (row, fused) in (0u32..).zip(objects) {
-        for (col, object) in (0u32..).zip(truth) {
-            let cost = distance_m(&fused.bev, &object.bev);
-            if cost <= MATCH_RADIUS_M && fused.class.is_compatible_with(object.class) {
-                candidates.push(Candidate { row, col, cost });
-            }
-        }
-    }
-    // One left alone costs more than any detour of the others.
-    #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
-    let unmatched_cost = MATCH_RADIUS_M * (objects.len() + 1) as f64;
-    let columns = assigner.solve(objects.len(), truth.len(), &candidates, unmatched_cost);
-    let mut is_missed = vec![true; truth.len()];
-    let outcome = |column: &Option<u32>| match *column {
-        Some(place) => {
-            is_missed[place as usize] = false;
-            Outcome::Matched(place as usize)
-        }
-        None => Outcome::False,
-    };
-    let outcomes = columns.iter().map(outcome).collect();
-    Matching { outcomes, missed: (0..truth.len()).filter(|place| is_missed[*place]).collect() }
 }
 
 #[cfg(test)]

@@ -20,10 +20,12 @@ use crate::drive::keyframes::outputs::Answers;
 use crate::drive::keyframes::setting::Occasion;
 use crate::report::progress::Progress;
 use crate::report::tables::kind::Table;
+use crate::score::keyframes::by_position::assign_objects;
 use anyhow::{Context, bail, ensure};
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
+use v2x_fusion_hub::assignment::Assigner;
 
 /// Longest name of a method.
 const MAX_NAME_LEN: usize = 40;
@@ -91,13 +93,18 @@ pub fn guest(
     ensure!(manifest.is_of(scenes), CHANGED);
     let files = fused_files(manifest, paths)?;
     let (mut progress, mut fingerprint) = (Progress::begin("files"), Fingerprint::default());
-    let mut read = Vec::new();
+    let (mut read, mut assigner) = (Vec::new(), Assigner::default());
     for (part, path) in &files {
         let scene = &scenes[part.scene];
         let reports = reports(&manifest.protocol(*part), scene);
         fingerprint.add(&table(scene, &reports));
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        read.push((*part, Fused::read(file, path, Exported { scene, reports: &reports })?));
+        let mut output = Fused::read(file, path, Exported { scene, reports: &reports })?;
+        if output.is_matched_by_position {
+            let keyframes = output.by_keyframe.iter_mut().zip(&scene.keyframes);
+            keyframes.for_each(|(boxes, keyframe)| assign_objects(boxes, keyframe, &mut assigner));
+        }
+        read.push((*part, output));
         progress.tell(read.len(), files.len());
     }
     progress.end();

@@ -10,14 +10,15 @@ use crate::data::simulation::Simulation;
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Length, Point};
 use crate::drive::traffic;
-use crate::drive::traffic::Way;
+use crate::drive::traffic::SendTimes;
 use crate::loopback::consumer::{Consumer, Traffic};
 use crate::loopback::{AgentOptions, Child, HubOptions, Launcher};
 use crate::score::coverage::Coverage;
-use crate::score::sweep::expected::Gallery;
-use crate::score::sweep::record::{Books, Record};
-use crate::score::sweep::scorer::{Focus, Judge, Whose};
-use crate::score::sweep::transit::{Arrived, note_ways};
+use crate::score::sweep::provenance::Provenance;
+use crate::score::sweep::record::{AgentStatistics, Record, Reference};
+use crate::score::sweep::scorer::{Scope, Scorer};
+use crate::score::sweep::snapshots::Snapshots;
+use crate::score::sweep::transit::{ArrivedFrame, add_transit};
 use anyhow::{Context, ensure};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -82,7 +83,7 @@ pub async fn run(
         outcome = play(point, methods, (length, folder), shutdown) => outcome?,
         () = shutdown.cancelled() => return Ok(None),
     };
-    judge(point, &outcome, length).map(Some)
+    score(point, &outcome, length).map(Some)
 }
 
 async fn play(
@@ -186,10 +187,10 @@ async fn receive(consumer: &Consumer, end: Timestamp) -> Vec<Entry> {
     }
 }
 
-fn judge(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec<Record>> {
+fn score(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec<Record>> {
     let Outcome { start, log, hubs } = outcome;
     let (start, end) = (*start, *start + length.duration);
-    let mut whose = Whose::default();
+    let mut provenance = Provenance::default();
     let mut all = Vec::new();
     // Nobody but the simulation knows when frames were captured and sent; it tells here as it told the agents.
     let agents = traffic::agents(&point.scenario, point.seed, start);
@@ -198,38 +199,39 @@ fn judge(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec
     let mut buffer = Vec::new();
     for ReceivedDetections { received_at, frame, identities } in &log.detections {
         let Some((sender, agent)) = senders.get(&frame.id.agent) else { continue };
-        let way = Way::of(agent, sender, frame.id.sequence);
-        whose.insert(frame.id, way.captured_at, identities.objects.clone());
+        let times = SendTimes::of(agent, sender, frame.id.sequence);
+        provenance.insert(frame.id, times.captured_at, identities.objects.clone());
         buffer.clear();
         wire::detections::encode(frame, &mut buffer)?;
         let (stamp, bytes) = (frame.captured_at, buffer.len());
-        all.push(Arrived { agent: frame.id.agent, stamp, way, at: *received_at, bytes });
+        all.push(ArrivedFrame { agent: frame.id.agent, stamp, times, at: *received_at, bytes });
     }
     let simulation = Simulation::new(&point.scenario, point.seed, start);
     let observers = observers(point, &simulation);
     simulation.with_truth(|truth| {
         let coverage = Coverage::new(truth, &observers);
-        let mut gallery = Gallery::new((coverage, agents_bodies(&simulation)), (start, end));
-        let judge_one = |Ended { method, settings, status, cpu_share }: &Ended| {
-            let focus = Focus { first: point.first_agent(), is_alone: method.is_alone() };
-            let mut judge = Judge::new(&mut gallery, &whose, focus, (start + length.settle, end));
+        let mut snapshots = Snapshots::new(coverage, agents_bodies(&simulation), start, end);
+        let score_one = |Ended { method, settings, status, cpu_share }: &Ended| {
+            let reference = Reference { agent: point.first_agent(), is_alone: method.is_alone() };
+            let scope = Scope { reference, start: start + length.settle, end };
+            let mut scorer = Scorer::new(&mut snapshots, &provenance, scope);
             let own = log.fused.iter().filter(|received| received.frame.hub.as_str() == method.key());
-            own.for_each(|received| judge.add(received));
-            let mut record = judge.finish();
+            own.for_each(|received| scorer.add(received));
+            let mut record = scorer.finish();
             ensure!(!record.blocks.is_empty(), "the hub {} published nothing", method.key());
-            note_ways(&mut record, &heard_by(settings, &all, end), (focus, length.duration));
-            note_status(&mut record, status, &focus.first);
+            add_transit(&mut record, &heard_by(settings, &all, end), reference, length.duration);
+            add_status(&mut record, status, &reference.agent);
             record.cpu_share = *cpu_share;
             Ok(record)
         };
-        hubs.iter().map(judge_one).collect()
+        hubs.iter().map(score_one).collect()
     })
 }
 
-fn note_status(record: &mut Record, status: &HubStatus, first: &AgentId) {
+fn add_status(record: &mut Record, status: &HubStatus, first: &AgentId) {
     for agent in &status.agents {
         let refused = agent.refused.iter().filter(|(reason, _)| *reason != "not_listened_to");
-        record.note_books(Books {
+        record.add_statistics(&AgentStatistics {
             is_first: agent.id == *first,
             accepted: agent.accepted,
             out_of_sequence: agent.out_of_sequence,

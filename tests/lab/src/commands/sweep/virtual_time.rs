@@ -6,10 +6,11 @@ use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Length, Point};
 use crate::drive::traffic::{Arrival, Listening, Traffic};
 use crate::score::coverage::Coverage;
-use crate::score::sweep::expected::Gallery;
-use crate::score::sweep::record::{Books, Record};
-use crate::score::sweep::scorer::{Focus, Judge, Whose};
-use crate::score::sweep::transit::{Arrived, note_ways};
+use crate::score::sweep::provenance::Provenance;
+use crate::score::sweep::record::{AgentStatistics, Record, Reference};
+use crate::score::sweep::scorer::{Scope, Scorer};
+use crate::score::sweep::snapshots::Snapshots;
+use crate::score::sweep::transit::{ArrivedFrame, add_transit};
 use anyhow::Context;
 use std::collections::BTreeSet;
 use v2x_agent::truth::ObjectId;
@@ -39,21 +40,22 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
     }
     let end = START + length.duration;
     let traffic = Traffic::new(&point.scenario, point.seed, (START, length.duration), point.n_agents)?;
-    let mut whose = Whose::default();
-    for Arrival { frame, way, identities, .. } in &traffic.arrivals {
-        whose.insert(frame.id, way.captured_at, identities.objects.clone());
+    let mut provenance = Provenance::default();
+    for Arrival { frame, times, identities, .. } in &traffic.arrivals {
+        provenance.insert(frame.id, times.captured_at, identities.objects.clone());
     }
-    let all: Vec<Arrived> = traffic.arrivals.iter().map(arrived).collect();
+    let all: Vec<ArrivedFrame> = traffic.arrivals.iter().map(arrived).collect();
     let simulation = Simulation::new(&point.scenario, point.seed, START);
     let observers = observers(point, &simulation);
     simulation.with_truth(|truth| {
         let coverage = Coverage::new(truth, &observers);
-        let mut gallery = Gallery::new((coverage, agents_bodies(&simulation)), (START, end));
+        let mut snapshots = Snapshots::new(coverage, agents_bodies(&simulation), START, end);
         let mut records = Vec::with_capacity(methods.len());
         for method in methods {
             let settings = HubSettings::from_table(point.hub_table(*method)).context(method.key())?;
-            let focus = Focus { first: point.first_agent(), is_alone: method.is_alone() };
-            let mut judge = Judge::new(&mut gallery, &whose, focus, (START + length.settle, end));
+            let reference = Reference { agent: point.first_agent(), is_alone: method.is_alone() };
+            let scope = Scope { reference, start: START + length.settle, end };
+            let mut scorer = Scorer::new(&mut snapshots, &provenance, scope);
             let listening = Listening {
                 publish: settings.publish,
                 start: START,
@@ -61,22 +63,28 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
                 listens_to: |agent: &AgentId| settings.listens_to(agent),
             };
             let engine =
-                traffic.feed(Engine::new(settings.engine), listening, |received| judge.add(&received))?;
-            let mut record = judge.finish();
-            note_ways(&mut record, &heard_by(&settings, &all, end), (focus, length.duration));
-            note_books(&mut record, engine.inbox(), &point.first_agent());
+                traffic.feed(Engine::new(settings.engine), listening, |received| scorer.add(&received))?;
+            let mut record = scorer.finish();
+            add_transit(&mut record, &heard_by(&settings, &all, end), reference, length.duration);
+            add_statistics(&mut record, engine.inbox(), &point.first_agent());
             records.push(record);
         }
         Ok(records)
     })
 }
 
-fn arrived(Arrival { received_at, way, frame, bytes, .. }: &Arrival) -> Arrived {
-    Arrived { agent: frame.id.agent, stamp: frame.captured_at, way: *way, at: *received_at, bytes: *bytes }
+fn arrived(Arrival { received_at, times, frame, bytes, .. }: &Arrival) -> ArrivedFrame {
+    ArrivedFrame {
+        agent: frame.id.agent,
+        stamp: frame.captured_at,
+        times: *times,
+        at: *received_at,
+        bytes: *bytes,
+    }
 }
 
 /// What a hub heard until the end.
-pub(super) fn heard_by(settings: &HubSettings, all: &[Arrived], end: Timestamp) -> Vec<Arrived> {
+pub(super) fn heard_by(settings: &HubSettings, all: &[ArrivedFrame], end: Timestamp) -> Vec<ArrivedFrame> {
     all.iter().filter(|frame| settings.listens_to(&frame.agent) && frame.at <= end).copied().collect()
 }
 
@@ -85,15 +93,15 @@ pub(super) fn agents_bodies(simulation: &Simulation<'_>) -> BTreeSet<ObjectId> {
     simulation.agent_facts(|_| None).into_iter().filter_map(|facts| facts.itself).collect()
 }
 
-/// What the hub's books say.
-fn note_books(record: &mut Record, inbox: &Inbox, first: &AgentId) {
-    for (agent, books) in inbox.agents() {
-        record.note_books(Books {
+/// The hub's statistics of its agents.
+fn add_statistics(record: &mut Record, inbox: &Inbox, first: &AgentId) {
+    for (agent, statistics) in inbox.agents() {
+        record.add_statistics(&AgentStatistics {
             is_first: agent == first,
-            accepted: books.accepted,
-            out_of_sequence: books.out_of_sequence,
-            refused: books.refused_total(),
-            nis_per_dof: books.nis_per_dof(),
+            accepted: statistics.accepted,
+            out_of_sequence: statistics.out_of_sequence,
+            refused: statistics.refused_total(),
+            nis_per_dof: statistics.nis_per_dof(),
         });
     }
 }

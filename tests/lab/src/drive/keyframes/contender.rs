@@ -1,7 +1,7 @@
 //! Who competes: a method of ours, one of yours, or what somebody's method has answered.
 
+use crate::data::fused_box::FusedBox;
 use crate::data::observation::AgentReport;
-use crate::data::prediction::Prediction;
 use crate::drive::keyframes::engine_run::{Answer, EngineRun, Refused};
 use crate::drive::keyframes::method::{Method, Recipe};
 use crate::drive::keyframes::outputs::Answers;
@@ -134,7 +134,7 @@ pub enum Fuser {
     /// One whose list another one takes for an agent's report.
     Filtered(Box<EngineRun>, Box<EngineRun>),
     /// Answers that are there already, by keyframe.
-    Answers(std::vec::IntoIter<Vec<Prediction>>),
+    Answers(std::vec::IntoIter<Vec<FusedBox>>),
 }
 
 impl Fuser {
@@ -167,10 +167,10 @@ impl Fuser {
 
 /// A fused list as if agent 1 had reported it.
 fn as_report<'a>(
-    fused: impl Iterator<Item = &'a Prediction> + Clone,
+    fused: impl Iterator<Item = &'a FusedBox> + Clone,
     reports: &[AgentReport; 2],
 ) -> AgentReport {
-    let detection = |one: &Prediction| Detection {
+    let detection = |one: &FusedBox| Detection {
         class: one.class,
         score: one.existence,
         bev: one.bev,

@@ -1,8 +1,8 @@
 //! The engine as one of the compared methods.
 
 use crate::data::conditions::Conditions;
+use crate::data::fused_box::FusedBox;
 use crate::data::observation::AgentReport;
-use crate::data::prediction::Prediction;
 use crate::drive::driver::{Consumer, Driver};
 use crate::drive::keyframes::setup::Setup;
 use crate::drive::publishing::OfKeyframes;
@@ -40,7 +40,7 @@ pub struct Answer {
     /// Its number in the scene.
     pub frame: usize,
     /// What is there.
-    pub told: Vec<Prediction>,
+    pub told: Vec<FusedBox>,
 }
 
 /// An engine refused a frame of the protocol.
@@ -184,7 +184,7 @@ impl EngineRun {
 
     /// A fused object as it is scored: by the identity of agent 1's detection of the newest keyframe in it, else
     /// agent 2's.
-    fn prediction(&self, object: &FusedObject) -> Prediction {
+    fn prediction(&self, object: &FusedObject) -> FusedBox {
         let newest = object.contributors.iter().map(|used| keyframe(used.frame)).max();
         let of_newest = |used: &&v2x_common::id::MeasurementId| Some(keyframe(used.frame)) == newest;
         // By agent already.
@@ -192,7 +192,7 @@ impl EngineRun {
             let agent = self.agents.iter().position(|agent| *agent == used.frame.agent)?;
             *self.identities.get(keyframe(used.frame))?.get(agent)?.get(usize::from(used.index))?
         });
-        let mut prediction = Prediction::of(object, identity);
+        let mut prediction = FusedBox::of(object, identity);
         if self.setup.has_true_identities {
             let [x, y] = place_m(identity);
             prediction.bev = BevBox { x: prediction.bev.x - x, y: prediction.bev.y - y, ..prediction.bev };
@@ -269,7 +269,7 @@ mod tests {
     use crate::data::test_scenes::parking;
     use crate::drive::keyframes::method::Method;
 
-    fn last_frame(setup: Setup, n_frames: usize) -> Vec<Prediction> {
+    fn last_frame(setup: Setup, n_frames: usize) -> Vec<FusedBox> {
         let scene = parking(n_frames);
         let (realisation, conditions) = (Realisation { seed: 3, trial: 0 }, Conditions::Paper);
         let protocol = Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, conditions, realisation };

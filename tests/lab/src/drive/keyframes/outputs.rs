@@ -1,8 +1,8 @@
 //! What somebody's method has answered to exported detections, ready to be scored.
 
 use crate::data::conditions::Conditions;
+use crate::data::fused_box::FusedBox;
 use crate::data::noise::Shape;
-use crate::data::prediction::Prediction;
 use crate::drive::keyframes::setting::{Occasion, Setting};
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ pub struct Answers {
     shape: Shape,
     conditions: Conditions,
     claims_accuracy: bool,
-    by_scene: BTreeMap<(&'static str, u32, String), Vec<Vec<Prediction>>>,
+    by_scene: BTreeMap<(&'static str, u32, String), Vec<Vec<FusedBox>>>,
 }
 
 impl Answers {
@@ -57,12 +57,12 @@ impl Answers {
     }
 
     /// Notes what it tells of a scene, keyframe by keyframe.
-    pub fn insert(&mut self, occasion: &Occasion<'_>, by_keyframe: Vec<Vec<Prediction>>) {
+    pub fn insert(&mut self, occasion: &Occasion<'_>, by_keyframe: Vec<Vec<FusedBox>>) {
         self.by_scene.insert(key(occasion), by_keyframe);
     }
 
     /// What it tells of a scene, keyframe by keyframe; nothing where it was not asked.
-    pub fn of(&self, occasion: &Occasion<'_>) -> std::vec::IntoIter<Vec<Prediction>> {
+    pub fn of(&self, occasion: &Occasion<'_>) -> std::vec::IntoIter<Vec<FusedBox>> {
         self.by_scene.get(&key(occasion)).cloned().unwrap_or_default().into_iter()
     }
 }

@@ -3,7 +3,7 @@
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Plan, Point};
 use crate::score::bootstrap::{Pair, bootstrap};
-use crate::score::sweep::record::{Errors, Fates, Geometric, PERCENTS, Record, Subset};
+use crate::score::sweep::record::{ByPosition, Errors, FrameCounts, PERCENTS, Record, Subset};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -159,13 +159,13 @@ fn row(
     subset: Subset,
 ) -> Row {
     let runs: Vec<Errors> = records.iter().map(|record| total(record, subset)).collect();
-    let (mut all, mut place, mut fates) = (Errors::default(), Geometric::default(), Fates::default());
+    let (mut all, mut place, mut frames) = (Errors::default(), ByPosition::default(), FrameCounts::default());
     runs.iter().for_each(|run| all.add(run));
     for record in records {
-        place.errors.add(&record.geometric.errors);
+        place.errors.add(&record.by_position.errors);
         (place.gospa_m, place.frames) =
-            (place.gospa_m + record.geometric.gospa_m, place.frames + record.geometric.frames);
-        fates.add(&record.fates);
+            (place.gospa_m + record.by_position.gospa_m, place.frames + record.by_position.frames);
+        frames.add(&record.frames);
     }
     let is_all = subset == Subset::All;
     let of_all = |value: Option<f64>| value.filter(|_| is_all);
@@ -202,11 +202,11 @@ fn row(
         gospa_m: of_all(ratio(place.gospa_m, place.frames)),
         nees_position: of_all(pooled(|record| record.nees)),
         nis: of_all(pooled(|record| record.nis)),
-        on_time: ratio((fates.arrived - fates.late) as f64, fates.arrived),
-        late: ratio(fates.late as f64, fates.arrived),
-        rolled_back: ratio(fates.rolled_back as f64, fates.handled),
-        refused: ratio(fates.refused as f64, fates.handled),
-        frames_refused_of_first: fates.refused_of_first,
+        on_time: ratio((frames.arrived - frames.late) as f64, frames.arrived),
+        late: ratio(frames.late as f64, frames.arrived),
+        rolled_back: ratio(frames.rolled_back as f64, frames.handled),
+        refused: ratio(frames.refused as f64, frames.handled),
+        frames_refused_of_first: frames.refused_of_first,
         bytes_per_s: mean(records.iter().map(|record| record.bytes_per_s)).unwrap_or(0.0),
         age_ms: stage(|record| &record.age_ms),
         other_age_ms: stage(|record| &record.other_age_ms),

@@ -9,7 +9,7 @@ use crate::report::tables::published::{Published, published};
 use crate::report::tables::study::Block;
 use crate::score::keyframes::counting::{Counting, Subset};
 use crate::score::keyframes::experiments::{Plan, Scores};
-use crate::score::keyframes::method_score::{ClassScore, Score};
+use crate::score::keyframes::method_score::{ClassScore, MethodScore};
 use crate::score::keyframes::trackers::TrackerScore;
 use crate::score::moments::Moments;
 use crate::score::tracking::nees::Consistency;
@@ -116,7 +116,8 @@ pub fn rows(block: &Block, plan: &Plan, scores: &Scores) -> Vec<Row> {
     let mut rows = Vec::new();
     for contender in &block.contenders {
         let Some(cell) = plan.cell(block.setting, contender.key()) else { continue };
-        let trials: Vec<Score> = (0..scores.n_trials()).map(|trial| scores.trial(cell, trial)).collect();
+        let trials: Vec<MethodScore> =
+            (0..scores.n_trials()).map(|trial| scores.trial(cell, trial)).collect();
         let blank = blank(block, contender, plan.trials);
         let errors = |counting| Subset::ALL.map(|subset| with_errors(&blank, &trials, counting, subset));
         match block.table {
@@ -148,7 +149,7 @@ fn blank(block: &Block, contender: &Contender, trials: u32) -> Row {
     }
 }
 
-fn with_errors(blank: &Row, trials: &[Score], counting: Counting, subset: Subset) -> Row {
+fn with_errors(blank: &Row, trials: &[MethodScore], counting: Counting, subset: Subset) -> Row {
     let by_trial: Vec<[Moments; 5]> = trials.iter().map(|score| score.of(subset).metrics(counting)).collect();
     let mut scale = Moments::default();
     trials.iter().for_each(|score| scale.merge(&score.scale()));
@@ -157,12 +158,12 @@ fn with_errors(blank: &Row, trials: &[Score], counting: Counting, subset: Subset
 }
 
 /// A row for each class.
-fn by_class(blank: &Row, trials: &[Score]) -> Vec<Row> {
-    let mut classes: Vec<Class> = trials.iter().flat_map(Score::classes).map(|one| one.class).collect();
+fn by_class(blank: &Row, trials: &[MethodScore]) -> Vec<Row> {
+    let mut classes: Vec<Class> = trials.iter().flat_map(MethodScore::classes).map(|one| one.class).collect();
     classes.sort_unstable();
     classes.dedup();
     let row = |class: Class| {
-        let of_class = |score: &Score| score.classes().iter().find(|one| one.class == class).copied();
+        let of_class = |score: &MethodScore| score.classes().iter().find(|one| one.class == class).copied();
         let found: Vec<ClassScore> = trials.iter().filter_map(of_class).collect();
         let errors: Vec<[Moments; 3]> = found.iter().map(|one| one.errors).collect();
         let [ate, ade, aoe] = values(&errors);

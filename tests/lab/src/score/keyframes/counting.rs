@@ -1,10 +1,8 @@
 //! How errors are counted: by identity, false positives included (paper, section II-C; METHODS.md 0).
 
-use crate::data::scene::TrueBox;
-use crate::score::keyframes::instant::Instant;
+use crate::score::frame_errors::{ErrorSums, mean};
 use crate::score::moments::Moments;
 use serde::Serialize;
-use v2x_common::geometry::{BevBox, angle_difference};
 
 /// What the errors are divided by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -51,73 +49,13 @@ impl Subset {
     pub const ALL: [Self; 3] = [Self::All, Self::Static, Self::Moving];
 }
 
-/// Sums over one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrameCount {
-    /// Sums of the errors of all boxes: translation (m), dimension (m), orientation (degrees).
-    errors: [f64; 3],
-    /// The same of the first box of each object.
-    first_errors: [f64; 3],
-    predictions: u32,
-    true_positives: u32,
-    objects: u32,
-}
-
-impl FrameCount {
-    /// Of a keyframe. Of several boxes of one object one is a true positive, the others are false ones; since the
-    /// errors of both add up, it does not matter here which one is the closest. A box of nothing that is there is a
-    /// false one without an error.
-    pub fn of(instant: &Instant<'_>, counts: impl Fn(Option<&TrueBox>) -> bool) -> Self {
-        let mut frame = Self::default();
-        let mut is_found = vec![false; instant.objects.len()];
-        for told in instant.told.iter().filter(|told| counts(told.place.map(|place| instant.objects[place])))
-        {
-            frame.predictions += 1;
-            let Some(place) = told.place else { continue };
-            let truth = instant.objects[place];
-            let errors = errors(&told.prediction.bev, &truth.bev);
-            add(&mut frame.errors, errors);
-            if !std::mem::replace(&mut is_found[place], true) {
-                frame.true_positives += 1;
-                add(&mut frame.first_errors, errors);
-            }
-        }
-        let n_objects = instant.objects.iter().filter(|object| counts(Some(object))).count();
-        frame.objects = u32::try_from(n_objects).expect("frames have fewer than 2^32 objects");
-        frame
+/// The mean errors of a frame; `None` where nothing was found.
+pub fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
+    match counting {
+        Counting::Table => mean(sums.all, sums.true_positives),
+        Counting::Printed => mean(sums.all, sums.estimates()),
+        Counting::FirstBoxes => sums.mean_of_matched(),
     }
-
-    /// The mean errors; `None` where nothing was found.
-    pub fn mean_errors(&self, counting: Counting) -> Option<[f64; 3]> {
-        let (errors, divisor) = match counting {
-            Counting::Table => (self.errors, self.true_positives),
-            Counting::Printed => (self.errors, self.predictions),
-            Counting::FirstBoxes => (self.first_errors, self.true_positives),
-        };
-        (divisor > 0).then(|| errors.map(|sum| sum / f64::from(divisor)))
-    }
-
-    fn precision(&self) -> Option<f64> {
-        (self.predictions > 0).then(|| f64::from(self.true_positives) / f64::from(self.predictions))
-    }
-
-    fn recall(&self) -> Option<f64> {
-        (self.objects > 0).then(|| f64::from(self.true_positives) / f64::from(self.objects))
-    }
-}
-
-fn add(sums: &mut [f64; 3], errors: [f64; 3]) {
-    sums.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
-}
-
-/// Translation (m), dimension (m), orientation (degrees): eq. (5)-(7) of the paper.
-pub fn errors(told: &BevBox, truth: &BevBox) -> [f64; 3] {
-    let distance = |a: f64, b: f64| libm::sqrt(a * a + b * b);
-    [
-        distance(told.x - truth.x, told.y - truth.y),
-        distance(told.w - truth.w, told.d - truth.d),
-        angle_difference(told.yaw, truth.yaw).abs().to_degrees(),
-    ]
 }
 
 /// Moments over frames of one subset.
@@ -132,9 +70,9 @@ pub struct SubsetScore {
 
 impl SubsetScore {
     /// Adds a frame.
-    pub fn add(&mut self, frame: &FrameCount) {
+    pub fn add(&mut self, frame: &ErrorSums) {
         for (moments, counting) in self.errors.iter_mut().zip(Counting::ALL) {
-            let means = frame.mean_errors(counting);
+            let means = mean_errors(frame, counting);
             for (axis, moments) in moments.iter_mut().enumerate() {
                 moments.add(means.map(|means| means[axis]));
             }

@@ -7,8 +7,8 @@ use crate::drive::keyframes::contender::Contender;
 use crate::drive::keyframes::engine_run::{Answer, Refused};
 use crate::drive::keyframes::setting::{Occasion, Setting};
 use crate::drive::parallel;
-use crate::score::keyframes::instant::Instant;
-use crate::score::keyframes::method_score::Score;
+use crate::score::keyframes::method_score::MethodScore;
+use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 
 /// A setting, and who competes in it; all see the same errors.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ pub struct RunError {
 pub struct Scores {
     n_trials: usize,
     n_scenes: usize,
-    by_task: Vec<Vec<Score>>,
+    by_task: Vec<Vec<MethodScore>>,
 }
 
 /// Which scores: the places of an experiment in the plan, and of a contender in that.
@@ -61,13 +61,13 @@ pub struct Cell {
 
 impl Scores {
     /// Of one scene in one trial.
-    pub fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &Score {
+    pub fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &MethodScore {
         &self.by_task[(cell.experiment * self.n_trials + trial) * self.n_scenes + scene][cell.contender]
     }
 
     /// Of all scenes in one trial.
-    pub fn trial(&self, cell: Cell, trial: usize) -> Score {
-        let mut total = Score::default();
+    pub fn trial(&self, cell: Cell, trial: usize) -> MethodScore {
+        let mut total = MethodScore::default();
         (0..self.n_scenes).for_each(|scene| total.merge(self.scene(cell, trial, scene)));
         total
     }
@@ -116,12 +116,12 @@ impl Plan {
     }
 
     /// All contenders on one scene, each beginning anew.
-    fn scores(&self, scene: &Scene, task: Task) -> Result<Vec<Score>, RunError> {
+    fn scores(&self, scene: &Scene, task: Task) -> Result<Vec<MethodScore>, RunError> {
         let Task { experiment, trial, .. } = task;
         let Experiment { setting, contenders } = &self.experiments[experiment];
         let contenders: Vec<&Contender> = contenders.iter().collect();
-        let mut scores = vec![Score::default(); contenders.len()];
-        self.play(scene, (*setting, trial), &contenders, |place, instant| scores[place].add(instant))?;
+        let mut scores = vec![MethodScore::default(); contenders.len()];
+        self.play(scene, (*setting, trial), &contenders, |place, keyframe| scores[place].add(keyframe))?;
         Ok(scores)
     }
 
@@ -131,7 +131,7 @@ impl Plan {
         scene: &Scene,
         (setting, trial): (Setting, u32),
         contenders: &[&Contender],
-        mut see: impl FnMut(usize, &Instant<'_>),
+        mut see: impl FnMut(usize, &ScoredKeyframe<'_>),
     ) -> Result<(), RunError> {
         let Setting { noise, shape, conditions } = setting;
         let realisation = Realisation { seed: self.seed, trial };
@@ -142,7 +142,7 @@ impl Plan {
             (0..scene.keyframes.len()).map(|frame| protocol.is_in_view(scene, frame)).collect();
         let mut see_all = |place: usize, answers: Vec<Answer>| {
             for Answer { frame, told } in answers {
-                see(place, &Instant::new(scene, frame, &views[frame], &told));
+                see(place, &ScoredKeyframe::new(scene, frame, &views[frame], &told));
             }
         };
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {

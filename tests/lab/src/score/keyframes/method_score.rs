@@ -1,10 +1,13 @@
 //! How a method did: sums over keyframes that add up.
 
-use crate::data::prediction::Prediction;
-use crate::score::keyframes::counting::{Counting, FrameCount, Subset, SubsetScore};
-use crate::score::keyframes::instant::Instant;
+use crate::data::fused_box::FusedBox;
+use crate::data::scene::TrueBox;
+use crate::score::errors::{BoxError, SizeNorm};
+use crate::score::frame_errors::FrameErrors;
+use crate::score::keyframes::counting::{Counting, Subset, SubsetScore, mean_errors};
+use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 use crate::score::moments::Moments;
-use crate::score::tracking::nees::{BoxError, Claim, Consistency};
+use crate::score::tracking::nees::{Claim, Consistency};
 use crate::score::tracking::scale::scale_error;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
@@ -24,41 +27,35 @@ pub struct ClassScore {
 
 /// Sums over keyframes, of one method.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Score {
+pub struct MethodScore {
     subsets: [SubsetScore; 3],
     /// By class.
     classes: Vec<ClassScore>,
 }
 
-impl Score {
+impl MethodScore {
     /// Adds a keyframe.
-    pub fn add(&mut self, instant: &Instant<'_>) {
-        let is_moving = |id| instant.scene.is_moving(id);
-        self.subsets[Subset::All as usize].add(&FrameCount::of(instant, |_| true));
-        let of_kind =
-            |moves: bool| FrameCount::of(instant, |one| one.is_some_and(|one| is_moving(one.id) == moves));
-        self.subsets[Subset::Static as usize].add(&of_kind(false));
-        self.subsets[Subset::Moving as usize].add(&of_kind(true));
-        self.add_classes(instant);
-    }
-
-    fn add_classes(&mut self, instant: &Instant<'_>) {
-        let mut classes: Vec<Class> = instant.objects.iter().map(|one| one.class).collect();
+    pub fn add(&mut self, keyframe: &ScoredKeyframe<'_>) {
+        let errors = FrameErrors::of(&keyframe.frame(), &keyframe.matching, SizeNorm::RootOfSquares);
+        let of_objects = |is_meant: &dyn Fn(&TrueBox) -> bool| {
+            errors.sums(|place| place.is_some_and(|place| is_meant(&keyframe.truth[place])))
+        };
+        let moves = |object: &TrueBox| keyframe.scene.is_moving(object.id);
+        self.subsets[Subset::All as usize].add(&errors.sums(|_| true));
+        self.subsets[Subset::Static as usize].add(&of_objects(&|object| !moves(object)));
+        self.subsets[Subset::Moving as usize].add(&of_objects(&moves));
+        let mut classes: Vec<Class> = keyframe.objects().map(|object| object.class).collect();
         classes.sort_unstable();
         classes.dedup();
         for class in classes {
-            let count = FrameCount::of(instant, |one| one.is_some_and(|one| one.class == class));
-            add_means(&mut self.class_mut(class).errors, count.mean_errors(Counting::Table));
+            let sums = of_objects(&|object| object.class == class);
+            add_means(&mut self.class_mut(class).errors, mean_errors(&sums, Counting::Table));
         }
-        for told in &instant.told {
-            let Some(place) = told.place else { continue };
-            let truth = instant.objects[place];
-            let prediction = told.prediction;
+        for (fused, truth) in keyframe.pairs() {
             let score = self.class_mut(truth.class);
-            score.scale.add(Some(scale_error(&prediction.bev, &truth.bev)));
-            // A method that claims nothing that could be true says nothing of its errors.
-            let _ =
-                score.consistency.add(&BoxError::between(&prediction.bev, &truth.bev), &claim(prediction));
+            score.scale.add(Some(scale_error(&fused.bev, &truth.bev)));
+            // A method that claims no covariance claims nothing of its errors.
+            let _ = score.consistency.add(&BoxError::between(&fused.bev, &truth.bev), &claim(fused));
         }
     }
 
@@ -111,8 +108,8 @@ fn add_means(moments: &mut [Moments; 3], means: Option<[f64; 3]>) {
 }
 
 /// What is claimed of a box's error.
-fn claim(told: &Prediction) -> Claim {
-    let BoxCovariance { position, ww, dd, yaw } = told.covariance;
+fn claim(fused: &FusedBox) -> Claim {
+    let BoxCovariance { position, ww, dd, yaw } = fused.covariance;
     Claim { position, yaw, size: Covariance2 { xx: ww, xy: 0.0, yy: dd } }
 }
 
@@ -120,23 +117,29 @@ fn claim(told: &Prediction) -> Claim {
 mod tests {
     use super::*;
     use crate::data::scene::Scene;
-    use crate::data::test_scenes::{car, scene_of, told};
+    use crate::data::test_scenes::{car, fused_car, scene_of};
     use v2x_common::geometry::BevBox;
 
-    fn add(score: &mut Score, predictions: &[Prediction], scene: &Scene, frame: usize) {
-        score.add(&Instant::complete(scene, frame, predictions));
+    fn add(score: &mut MethodScore, boxes: &[FusedBox], scene: &Scene, frame: usize) {
+        let is_in_view = vec![true; scene.keyframes[frame].objects.len()];
+        score.add(&ScoredKeyframe::new(scene, frame, &is_in_view, boxes));
     }
 
-    fn means(score: &Score, subset: Subset, counting: Counting) -> [Option<f64>; 5] {
+    fn means(score: &MethodScore, subset: Subset, counting: Counting) -> [Option<f64>; 5] {
         score.of(subset).metrics(counting).map(|moments| moments.mean())
     }
 
     #[test]
     fn false_positives_add_their_errors_to_those_of_the_true_ones() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)]]);
-        let mut score = Score::default();
+        let mut score = MethodScore::default();
         // The first object twice, 1 m and 2 m off; the second once, exact.
-        add(&mut score, &[told(0, 1.0, 0.0), told(0, 0.0, 2.0), told(1, 20.0, 0.0)], &scene, 0);
+        add(
+            &mut score,
+            &[fused_car(0, 1.0, 0.0), fused_car(0, 0.0, 2.0), fused_car(1, 20.0, 0.0)],
+            &scene,
+            0,
+        );
         let table = means(&score, Subset::All, Counting::Table);
         assert_eq!((table[0], table[3], table[4]), (Some(1.5), Some(2.0 / 3.0), Some(1.0)));
         assert_eq!(means(&score, Subset::All, Counting::Printed)[0], Some(1.0));
@@ -146,8 +149,8 @@ mod tests {
     fn sizes_and_headings_have_their_own_errors() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let bev = BevBox { w: 5.0, d: 8.0, yaw: -3.0, ..car(0, 0.0, 0.0).bev };
-        let mut score = Score::default();
-        add(&mut score, &[Prediction { bev, ..told(0, 0.0, 0.0) }], &scene, 0);
+        let mut score = MethodScore::default();
+        add(&mut score, &[FusedBox { bev, ..fused_car(0, 0.0, 0.0) }], &scene, 0);
         let [ate, ade, aoe, ..] = means(&score, Subset::All, Counting::Table);
         assert_eq!((ate, ade), (Some(0.0), Some(5.0)));
         assert!((aoe.unwrap() - 3f64.to_degrees()).abs() < 1e-12);
@@ -156,9 +159,9 @@ mod tests {
     #[test]
     fn subsets_hold_their_own_objects_and_frames_without_any_do_not_count() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)], &[car(1, 25.0, 0.0)]]);
-        let mut score = Score::default();
-        add(&mut score, &[told(0, 3.0, 0.0), told(1, 20.0, 0.5)], &scene, 0);
-        add(&mut score, &[told(0, 25.0, 0.5)], &scene, 1);
+        let mut score = MethodScore::default();
+        add(&mut score, &[fused_car(0, 3.0, 0.0), fused_car(1, 20.0, 0.5)], &scene, 0);
+        add(&mut score, &[fused_car(0, 25.0, 0.5)], &scene, 1);
         assert_eq!(means(&score, Subset::Static, Counting::Table)[0], Some(3.0));
         assert_eq!(means(&score, Subset::Moving, Counting::Table)[0], Some(0.5));
         assert_eq!(score.of(Subset::Static).metrics(Counting::Table)[4].n(), 1);
@@ -167,7 +170,7 @@ mod tests {
     #[test]
     fn a_frame_in_which_nothing_was_found_has_recall_0_and_no_errors() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
-        let mut score = Score::default();
+        let mut score = MethodScore::default();
         add(&mut score, &[], &scene, 0);
         assert_eq!(means(&score, Subset::All, Counting::Table), [None, None, None, None, Some(0.0)]);
     }
@@ -175,17 +178,22 @@ mod tests {
     #[test]
     fn elsewhere_only_the_first_box_of_an_object_is_looked_at() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)]]);
-        let mut score = Score::default();
-        add(&mut score, &[told(0, 1.0, 0.0), told(0, 0.0, 2.0), told(1, 20.0, 0.0)], &scene, 0);
+        let mut score = MethodScore::default();
+        add(
+            &mut score,
+            &[fused_car(0, 1.0, 0.0), fused_car(0, 0.0, 2.0), fused_car(1, 20.0, 0.0)],
+            &scene,
+            0,
+        );
         assert_eq!(means(&score, Subset::All, Counting::FirstBoxes)[0], Some(0.5));
     }
 
     #[test]
     fn what_is_of_nothing_costs_precision_only() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
-        let mut score = Score::default();
-        let clutter = Prediction { object: None, ..told(0, 50.0, 0.0) };
-        add(&mut score, &[told(0, 1.0, 0.0), clutter], &scene, 0);
+        let mut score = MethodScore::default();
+        let clutter = FusedBox { object: None, ..fused_car(0, 50.0, 0.0) };
+        add(&mut score, &[fused_car(0, 1.0, 0.0), clutter], &scene, 0);
         let [ate, _, _, precision, recall] = means(&score, Subset::All, Counting::Table);
         assert_eq!((ate, precision, recall), (Some(1.0), Some(0.5), Some(1.0)));
         assert_eq!(score.classes()[0].errors[0].mean(), Some(1.0));
@@ -194,9 +202,9 @@ mod tests {
     #[test]
     fn claims_are_held_against_the_errors_of_their_class() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
-        let mut score = Score::default();
+        let mut score = MethodScore::default();
         // σ 0.5 m: 1 m off along one axis is 4 over 2 degrees of freedom.
-        add(&mut score, &[told(0, 1.0, 0.0)], &scene, 0);
+        add(&mut score, &[fused_car(0, 1.0, 0.0)], &scene, 0);
         let [class] = score.classes() else { panic!("one class") };
         assert!((class.consistency.position.mean().unwrap() - 2.0).abs() < 1e-9);
         assert_eq!((class.consistency.size.mean(), class.scale.mean()), (Some(0.0), Some(0.0)));

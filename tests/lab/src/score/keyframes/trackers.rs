@@ -4,7 +4,7 @@ use crate::data::scene::Scene;
 use crate::drive::parallel;
 use crate::score::gospa::gospa;
 use crate::score::keyframes::experiments::{Cell, Experiment, Plan, RunError};
-use crate::score::keyframes::instant::Instant;
+use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 use crate::score::moments::Moments;
 use crate::score::tracking::amota::NuscenesScore;
 use crate::score::tracking::clear::Clear;
@@ -72,8 +72,8 @@ impl Plan {
         let mut assigner = Assigner::default();
         for scene in scenes {
             let mut instants = Vec::new();
-            self.play(scene, (*setting, trial), &[contender], |_, instant| {
-                let instant = tracked(instant);
+            self.play(scene, (*setting, trial), &[contender], |_, keyframe| {
+                let instant = tracked(keyframe);
                 let boxes: (Vec<BevBox>, Vec<BevBox>) = (
                     instant.told.iter().map(|one| one.bev).collect(),
                     instant.truth.iter().map(|one| one.bev).collect(),
@@ -94,14 +94,14 @@ impl Plan {
     }
 }
 
-fn tracked(instant: &Instant<'_>) -> Tracked {
-    let told = instant.told.iter().map(|told| ToldBox {
-        track: told.prediction.track.0,
-        class: told.prediction.class,
-        score: told.prediction.existence,
-        bev: told.prediction.bev,
+fn tracked(keyframe: &ScoredKeyframe<'_>) -> Tracked {
+    let tracks = keyframe.counted_boxes().map(|one| ToldBox {
+        track: one.track.0,
+        class: one.class,
+        score: one.existence,
+        bev: one.bev,
     });
-    Tracked { truth: instant.objects.iter().copied().copied().collect(), told: told.collect() }
+    Tracked { truth: keyframe.objects().copied().collect(), told: tracks.collect() }
 }
 
 impl TrackerScore {

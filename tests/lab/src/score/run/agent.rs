@@ -3,9 +3,11 @@
 //! A vehicle's report of itself counts neither way: it comes from its pose, not from its sensor.
 
 use crate::data::run_log::{ReceivedDetections, RunLog};
+use crate::data::scene::TrueBox;
 use crate::score::coverage::Coverage;
-use crate::score::matching::match_by_identity;
-use crate::score::metrics::{Metrics, Prediction, Tally, frame_metrics};
+use crate::score::estimate::Estimate;
+use crate::score::frame_metrics::{Metrics, Tally, frame_metrics};
+use crate::score::matching::{Frame, MatchingRule, Repeats};
 use crate::score::run::error::ScoreError;
 use crate::score::run::window::Window;
 use v2x_agent::truth::TrueObject;
@@ -27,19 +29,19 @@ pub(super) fn score(
     for received in ours.filter(|received| window.contains(received.frame.captured_at)) {
         let view = coverage.at(received.frame.captured_at);
         let places = places_in_truth(received, &view.objects)?;
-        let detections = &received.frame.detections;
-        let boxes: Vec<_> = detections.iter().map(|detection| detection.bev).collect();
-        let predictions: Vec<_> =
-            detections.iter().map(|d| Prediction { bev: d.bev, position: d.covariance.position }).collect();
+        let estimates: Vec<_> = received.frame.detections.iter().map(Estimate::from).collect();
+        let truth: Vec<_> = view.objects.iter().map(TrueBox::from).collect();
         let holds = |object: &TrueObject| view.held[place].binary_search(&object.id).is_ok();
         let counts: Vec<_> = view.objects.iter().map(holds).collect();
-        let matching = match_by_identity(&boxes, &places, &view.objects, &counts);
-        tally.add(&frame_metrics(&predictions, &view.objects, &matching, match_radius_m, &mut assigner));
+        let frame = Frame { estimates: &estimates, truth: &truth, counts: &counts };
+        let rule = MatchingRule::ByProvenance { places: &places, repeats: Repeats::ClosestIsMatched };
+        let matching = frame.matched(rule, &mut assigner);
+        tally.add(&frame_metrics(&frame, &matching, match_radius_m, &mut assigner));
         let common = matching.restricted_to(
-            |object| coverage.is_common(&view, view.objects[object].id),
-            |index| coverage.all_see(&view, boxes[index].x, boxes[index].y),
+            |object| coverage.is_common(&view, truth[object].id),
+            |index| coverage.all_see(&view, estimates[index].bev.x, estimates[index].bev.y),
         );
-        common_tally.add(&frame_metrics(&predictions, &view.objects, &common, match_radius_m, &mut assigner));
+        common_tally.add(&frame_metrics(&frame, &common, match_radius_m, &mut assigner));
     }
     Ok((tally.metrics(), common_tally.metrics()))
 }

@@ -1,6 +1,7 @@
 //! What a run came to: the contents of `summary.json`.
 
-use crate::score::metrics::Metrics;
+use crate::score::continuity::TrackSummary;
+use crate::score::frame_metrics::Metrics;
 use crate::score::percentiles::Percentiles;
 use serde::{Deserialize, Serialize};
 use v2x_common::id::AgentId;
@@ -49,17 +50,6 @@ pub struct FusedSummary {
     pub common: Metrics,
     /// How well tracks keep to their objects.
     pub tracks: TrackSummary,
-}
-
-/// How well tracks keep to their objects.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TrackSummary {
-    /// True objects that were matched at least once.
-    pub objects: u64,
-    /// Track ids per matched object; 1 is best.
-    pub ids_per_object: Option<f64>,
-    /// How often an object was matched by another track than the last time.
-    pub id_switches: u64,
 }
 
 /// The score of one agent's raw detections, and how its frames fared at the hub.

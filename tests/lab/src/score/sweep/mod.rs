@@ -1,6 +1,7 @@
 //! How one run of a sweep did, so that it can be kept and averaged.
 
-pub mod expected;
+pub mod provenance;
 pub mod record;
 pub mod scorer;
+pub mod snapshots;
 pub mod transit;

@@ -1,12 +1,18 @@
-//! What one run of one method came to, so that it can be kept and averaged.
+//! The results of one run of one method, so that they can be kept and averaged.
 
+use crate::score::frame_errors::ErrorSums;
 use serde::{Deserialize, Serialize};
+use v2x_common::id::AgentId;
+use v2x_common::time::Span;
+
+/// Errors are kept by stretches of this length: what intervals are made of.
+pub const BLOCK: Span = Span::from_millis(5000);
 
 /// Percentages at which distributions are kept.
 pub const PERCENTS: [u32; 23] =
     [1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 98, 99];
 
-/// Which objects are looked at.
+/// Which objects count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Subset {
@@ -35,14 +41,14 @@ impl Subset {
     }
 }
 
-/// Errors over a stretch of time, by identity.
+/// Errors over a stretch of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Objects found, once for each fused frame.
     pub found: u64,
     /// Objects not found.
     pub missed: u64,
-    /// Objects that are not there, or are there already.
+    /// Estimates that are of no object, or repeat another one.
     pub false_: u64,
     /// Sum of distances, m.
     pub ate_m: f64,
@@ -53,6 +59,18 @@ pub struct Errors {
 }
 
 impl Errors {
+    /// Adds a frame.
+    pub fn add_frame(&mut self, sums: &ErrorSums) {
+        let [ate_m, ade_m, aoe_deg] = sums.all;
+        self.add(&Self { ade_m, aoe_deg, ate_m, ..Self::of_translations(sums) });
+    }
+
+    /// Counts and translation errors of a frame.
+    pub fn of_translations(sums: &ErrorSums) -> Self {
+        let ErrorSums { all: [ate_m, ..], true_positives, false_positives, missed, .. } = *sums;
+        Self { found: true_positives, missed, false_: false_positives, ate_m, ..Self::default() }
+    }
+
     /// Adds another stretch.
     pub fn add(&mut self, other: &Self) {
         self.found += other.found;
@@ -64,9 +82,9 @@ impl Errors {
     }
 }
 
-/// Matched by place instead of by identity, at a part of the frames.
+/// Matched by position instead of provenance, in a part of the frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Geometric {
+pub struct ByPosition {
     /// By distance within the match radius, only sums of `ate_m` and counts.
     pub errors: Errors,
     /// Sum of GOSPA, m.
@@ -77,22 +95,22 @@ pub struct Geometric {
 
 /// Frames of the agents other than the first that arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Fates {
+pub struct FrameCounts {
     /// All.
     pub arrived: u64,
-    /// Of them, stamped earlier than something that had arrived before, of anybody whom the hub listens to.
+    /// Of them, stamped earlier than something that had arrived before, of any agent that the hub listens to.
     pub late: u64,
-    /// Taken in or refused by the hub; live, a few more come after the end.
+    /// Accepted or refused by the hub; live, a few more come after the end.
     pub handled: u64,
-    /// Taken in by the hub at an earlier time than what was in: rolled back for.
+    /// Accepted out of sequence: the hub rolled back for them.
     pub rolled_back: u64,
-    /// Refused by the hub, for whatever reason.
+    /// Refused by the hub, for any reason.
     pub refused: u64,
     /// Of the first agent's frames: refused.
     pub refused_of_first: u64,
 }
 
-impl Fates {
+impl FrameCounts {
     /// Adds another agent's, or another run's.
     pub const fn add(&mut self, other: &Self) {
         self.arrived += other.arrived;
@@ -104,28 +122,47 @@ impl Fates {
     }
 }
 
+/// Whose frames are examined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reference {
+    /// The agent that the others are compared with.
+    pub agent: AgentId,
+    /// Whether the hub hears no other.
+    pub is_alone: bool,
+}
+
+impl Reference {
+    /// Whether this agent's frames are examined: the reference's own only where it is alone.
+    pub fn examines(&self, agent: &AgentId) -> bool {
+        self.is_alone || *agent != self.agent
+    }
+}
+
 /// One run of one method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// By stretch of [`super::judge::BLOCK`] and [`Subset`].
+    /// By stretch of [`BLOCK`] and [`Subset`].
     pub blocks: Vec<[Errors; 4]>,
-    /// By place.
-    pub geometric: Geometric,
+    /// Matched by position.
+    #[serde(rename = "geometric")]
+    pub by_position: ByPosition,
     /// Sum and number of position NEES over its 2 degrees of freedom.
     pub nees: (f64, u64),
     /// Sum and number of normalised innovations squared over their degrees of freedom, all agents.
     pub nis: (f64, u64),
     /// Of the other agents' frames.
-    pub fates: Fates,
-    /// Mean time of the other agents' frames from capture to the hub, as drawn, ms.
+    #[serde(rename = "fates")]
+    pub frames: FrameCounts,
+    /// Mean time of the other agents' frames from capture to the hub, ms.
     pub delay_ms: Option<f64>,
     /// Bytes of detections that arrived, of all agents that the hub listens to, each second.
     pub bytes_per_s: f64,
     /// Age of information of found objects at `fused_at`, ms, at [`PERCENTS`].
     pub age_ms: Vec<f64>,
-    /// Age of the other agents' newest detection in it, ms, where they saw it.
+    /// Age of the other agents' newest detection in them, ms, where they saw them.
     pub other_age_ms: Vec<f64>,
-    /// Of frames of the other agents, or of the first one where it is alone: from capture to the detector's result, which is when a frame can be sent, ms; likewise the others.
+    /// Of frames of the other agents, or of the first one where it is alone: from capture to the detector's result,
+    /// which is when a frame can be sent, ms; likewise the others.
     pub capture_to_send_ms: Vec<f64>,
     /// From there to the hub.
     pub send_to_arrive_ms: Vec<f64>,
@@ -137,14 +174,14 @@ pub struct Record {
     pub cpu_share: Option<f64>,
 }
 
-/// What a hub's books say of one agent.
+/// The hub's statistics of one agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Books {
+pub struct AgentStatistics {
     /// Whether it is the first agent.
     pub is_first: bool,
-    /// Frames taken in.
+    /// Frames accepted.
     pub accepted: u64,
-    /// Of them, older than what was in.
+    /// Of them, out of sequence.
     pub out_of_sequence: u64,
     /// Frames refused.
     pub refused: u64,
@@ -153,17 +190,17 @@ pub struct Books {
 }
 
 impl Record {
-    /// Takes in what the books say of an agent. Innovations weigh by frames.
-    pub fn note_books(&mut self, books: Books) {
-        if let Some(nis) = books.nis_per_dof {
-            self.nis = (self.nis.0 + nis * books.accepted as f64, self.nis.1 + books.accepted);
+    /// Adds the hub's statistics of an agent. Innovations weigh by frames.
+    pub fn add_statistics(&mut self, agent: &AgentStatistics) {
+        if let Some(nis) = agent.nis_per_dof {
+            self.nis = (self.nis.0 + nis * agent.accepted as f64, self.nis.1 + agent.accepted);
         }
-        if books.is_first {
-            self.fates.refused_of_first += books.refused;
+        if agent.is_first {
+            self.frames.refused_of_first += agent.refused;
         } else {
-            self.fates.handled += books.accepted + books.refused;
-            self.fates.rolled_back += books.out_of_sequence;
-            self.fates.refused += books.refused;
+            self.frames.handled += agent.accepted + agent.refused;
+            self.frames.rolled_back += agent.out_of_sequence;
+            self.frames.refused += agent.refused;
         }
     }
 }

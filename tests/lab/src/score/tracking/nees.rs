@@ -4,10 +4,10 @@
 //! (Bar-Shalom, Li & Kirubarajan 2001, section 5.4.2). Divided by them, 1 is honest, more is overconfident, less
 //! is cautious. Sums add up over scenes, classes and levels of noise.
 
+use crate::score::errors::{BoxError, nees};
 use crate::score::moments::Moments;
 use crate::score::tracking::chi2;
 use v2x_common::covariance::Covariance2;
-use v2x_common::geometry::{BevBox, angle_difference};
 
 /// A covariance that is none.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -15,17 +15,6 @@ use v2x_common::geometry::{BevBox, angle_difference};
 pub struct NotACovariance {
     /// Position, yaw or size.
     pub of: &'static str,
-}
-
-/// How far a told box is off.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoxError {
-    /// East and north, m.
-    pub position: [f64; 2],
-    /// The shorter way around, rad.
-    pub yaw: f64,
-    /// Width and depth, m.
-    pub size: [f64; 2],
 }
 
 /// What a box says of its own error.
@@ -37,17 +26,6 @@ pub struct Claim {
     pub yaw: f64,
     /// Of width (x) and depth (y), m².
     pub size: Covariance2,
-}
-
-impl BoxError {
-    /// Told minus true.
-    pub fn between(told: &BevBox, truth: &BevBox) -> Self {
-        Self {
-            position: [told.x - truth.x, told.y - truth.y],
-            yaw: angle_difference(told.yaw, truth.yaw),
-            size: [told.w - truth.w, told.d - truth.d],
-        }
-    }
 }
 
 /// NEES over degrees of freedom of some errors of one kind.
@@ -67,9 +45,8 @@ impl Nees {
     }
 
     /// Two.
-    fn add_vector(&mut self, [x, y]: [f64; 2], s: &Covariance2) {
-        let nees = (s.yy * x * x - 2.0 * s.xy * x * y + s.xx * y * y) / s.determinant();
-        self.moments.add(Some(nees / 2.0));
+    fn add_vector(&mut self, error: [f64; 2], s: &Covariance2) {
+        self.moments.add(Some(nees(error, s) / 2.0));
         self.dof += 2;
     }
 
@@ -142,6 +119,7 @@ impl Consistency {
 mod tests {
     use super::*;
     use crate::score::tracking::testing::at;
+    use v2x_common::geometry::BevBox;
 
     const CLAIM: Claim =
         Claim { position: Covariance2::isotropic(2.0), yaw: 0.04, size: Covariance2::isotropic(0.5) };

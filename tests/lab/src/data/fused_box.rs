@@ -9,7 +9,7 @@ use v2x_common::id::TrackId;
 
 /// An object as it is scored.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
+pub struct FusedBox {
     /// The box.
     pub bev: BevBox,
     /// What it is said to be.
@@ -25,7 +25,7 @@ pub struct Prediction {
     pub object: Option<ObjectId>,
 }
 
-impl Prediction {
+impl FusedBox {
     /// A fused object whose identity is known.
     pub fn of(fused: &FusedObject, object: Option<ObjectId>) -> Self {
         let [xx, xy, _, _, yy, ..] = fused.kinematic_covariance;

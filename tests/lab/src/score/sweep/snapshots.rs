@@ -1,5 +1,6 @@
-//! What was to be known at each time: shared by all methods of a point, which are asked at the same times.
+//! What was to be known at each time: shared by all methods of a point, which publish at the same times.
 
+use crate::data::scene::TrueBox;
 use crate::score::coverage::Coverage;
 use crate::score::sweep::record::Subset;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,14 +13,14 @@ use v2x_common::time::{Span, Timestamp};
 const STATIC_M: f64 = 1.0;
 /// Faster ones are fast, m/s.
 const FAST_MPS: f64 = 3.0;
-/// How often it is looked where objects are, to tell static ones from others.
+/// Step of the search for objects that move.
 const LIFE_STEP: Span = Span::from_millis(500);
 
 /// The world at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moment {
-    /// Everything that is there, by id.
-    pub objects: Vec<TrueObject>,
+pub struct Snapshot {
+    /// All objects, by id.
+    pub objects: Vec<TrueBox>,
     /// Whether each counts: for the last second in view of the first two agents.
     pub counts: Vec<bool>,
     /// Which subsets each is in.
@@ -27,20 +28,22 @@ pub struct Moment {
     poses: Vec<Option<Pose>>,
 }
 
-/// Moments, each looked at once.
+/// Snapshots, each computed once.
 #[derive(Debug)]
-pub struct Gallery<'a> {
+pub struct Snapshots<'a> {
     coverage: Coverage<'a>,
     bodies: BTreeSet<ObjectId>,
     movers: BTreeSet<ObjectId>,
-    moments: BTreeMap<Timestamp, Rc<Moment>>,
+    snapshots: BTreeMap<Timestamp, Rc<Snapshot>>,
 }
 
-impl<'a> Gallery<'a> {
+impl<'a> Snapshots<'a> {
     /// Of a run between two times. Agents' own `bodies` never count.
     pub fn new(
-        (mut coverage, bodies): (Coverage<'a>, BTreeSet<ObjectId>),
-        (start, end): (Timestamp, Timestamp),
+        mut coverage: Coverage<'a>,
+        bodies: BTreeSet<ObjectId>,
+        start: Timestamp,
+        end: Timestamp,
     ) -> Self {
         let mut first: BTreeMap<ObjectId, Pose> = BTreeMap::new();
         let mut movers = BTreeSet::new();
@@ -55,21 +58,22 @@ impl<'a> Gallery<'a> {
             }
             at += LIFE_STEP;
         }
-        Self { coverage, bodies, movers, moments: BTreeMap::new() }
+        Self { coverage, bodies, movers, snapshots: BTreeMap::new() }
     }
 
     /// The world at a time.
-    pub fn at(&mut self, at: Timestamp) -> Rc<Moment> {
-        if let Some(moment) = self.moments.get(&at) {
-            return moment.clone();
+    pub fn at(&mut self, at: Timestamp) -> Rc<Snapshot> {
+        if let Some(snapshot) = self.snapshots.get(&at) {
+            return snapshot.clone();
         }
         let view = self.coverage.at(at);
         let counts = |id| self.coverage.is_common(&view, id) && !self.bodies.contains(&id);
         let counts = view.objects.iter().map(|object| counts(object.id)).collect();
         let subsets = view.objects.iter().map(|object| self.subsets(object)).collect();
-        let moment = Rc::new(Moment { counts, subsets, objects: view.objects, poses: view.poses });
-        self.moments.insert(at, moment.clone());
-        moment
+        let objects = view.objects.iter().map(TrueBox::from).collect();
+        let snapshot = Rc::new(Snapshot { counts, subsets, objects, poses: view.poses });
+        self.snapshots.insert(at, snapshot.clone());
+        snapshot
     }
 
     fn subsets(&self, object: &TrueObject) -> [bool; 4] {
@@ -84,11 +88,11 @@ impl<'a> Gallery<'a> {
     }
 
     /// Whether both agents see the place then, m.
-    pub fn is_in_view(&self, moment: &Moment, x: f64, y: f64) -> bool {
+    pub fn is_in_view(&self, snapshot: &Snapshot, x: f64, y: f64) -> bool {
         self.coverage
             .observers()
             .iter()
-            .zip(&moment.poses)
+            .zip(&snapshot.poses)
             .all(|(observer, pose)| pose.is_some_and(|pose| observer.field_of_view.contains(&pose, x, y)))
     }
 }
