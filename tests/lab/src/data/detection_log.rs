@@ -251,12 +251,12 @@ mod tests {
             "-1.5,-1.6,cam,{CAR}\n-1.5,-1.6,7,{CAR}\n-1.50,-1.6,cam,{CAR}\n-1.5,-1.7,cam,{CAR}\n0,-1.6,cam,{CAR}\n"
         ))
         .unwrap();
-        let told: Vec<_> = arrivals
+        let frames: Vec<_> = arrivals
             .iter()
             .map(|one| (one.frame.id.agent.to_string(), one.frame.id.sequence, one.frame.detections.len()))
             .collect();
         let expected = [("cam", 0, 2), ("7", 0, 1), ("cam", 1, 1), ("cam", 2, 1)];
-        assert_eq!(told, expected.map(|(name, sequence, n)| (name.to_owned(), sequence, n)));
+        assert_eq!(frames, expected.map(|(name, sequence, n)| (name.to_owned(), sequence, n)));
         assert_eq!(arrivals[2].frame.captured_at, Timestamp::from_nanos(-1_700_000_000));
         assert_eq!(arrivals[3].received_at, Timestamp::EPOCH);
         assert!(arrivals.iter().all(|one| one.frame.validate().is_ok()));

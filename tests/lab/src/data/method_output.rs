@@ -23,7 +23,7 @@ const TOLERANCE: Span = Span::from_millis(1);
 
 /// A scene as it was exported.
 #[derive(Clone, Copy, Debug)]
-pub struct Exported<'a> {
+pub struct ExportedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// What the agents reported, by keyframe.
@@ -32,7 +32,7 @@ pub struct Exported<'a> {
 
 /// What the method says of it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Fused {
+pub struct SceneOutput {
     /// By keyframe.
     pub by_keyframe: Vec<Vec<FusedBox>>,
     /// Rows at a time that is no keyframe's.
@@ -61,12 +61,12 @@ impl Tracks {
     }
 }
 
-impl Fused {
+impl SceneOutput {
     /// Reads a table; `path` is for errors.
-    pub fn read(table: impl Read, path: &Path, exported: Exported<'_>) -> Result<Self, CsvError> {
+    pub fn read(table: impl Read, path: &Path, exported: ExportedScene<'_>) -> Result<Self, CsvError> {
         let keyframes = &exported.scene.keyframes;
         let mut table = CsvTable::new(table, path, (&COLUMNS, &FURTHER_COLUMNS))?;
-        let mut fused = Self {
+        let mut output = Self {
             by_keyframe: vec![Vec::new(); keyframes.len()],
             is_matched_by_position: !table.has("det_ids"),
             claims_accuracy: SIGMAS.iter().all(|column| table.has(column)),
@@ -75,24 +75,24 @@ impl Fused {
         let mut tracks = Tracks::default();
         while let Some(row) = table.next_row()? {
             let Some(frame) = keyframe_at(keyframes, row.seconds("t")?) else {
-                fused.ignored_rows += 1;
+                output.ignored_rows += 1;
                 continue;
             };
-            let prediction = fused.prediction(&row, &mut tracks, (frame, exported))?;
-            let told = &mut fused.by_keyframe[frame];
-            if told.iter().any(|other| other.track == prediction.track) {
+            let fused = output.fused_box(&row, &mut tracks, (frame, exported))?;
+            let boxes = &mut output.by_keyframe[frame];
+            if boxes.iter().any(|other| other.track == fused.track) {
                 return Err(row.wrong("track_id", "a track that this keyframe has not yet, or nothing"));
             }
-            told.push(prediction);
+            boxes.push(fused);
         }
-        Ok(fused)
+        Ok(output)
     }
 
-    fn prediction(
+    fn fused_box(
         &mut self,
         row: &Row<'_>,
         tracks: &mut Tracks,
-        (frame, exported): (usize, Exported<'_>),
+        (frame, exported): (usize, ExportedScene<'_>),
     ) -> Result<FusedBox, CsvError> {
         let class = row.class("class")?;
         self.unknown_classes += u64::from(class.is_none());
@@ -159,24 +159,28 @@ mod tests {
     }
 
     /// Two keyframes of three cars.
-    fn read(text: &str) -> Result<Fused, CsvError> {
+    fn read(text: &str) -> Result<SceneOutput, CsvError> {
         let cars = [car(0, 0.0, 0.0), car(1, 10.0, 0.0), car(2, 20.0, 0.0)];
         let scene = scene_of(&[&cars, &cars]);
         let reports = [
             [report(&[Some(2), Some(0)]), report(&[Some(1), None])],
             [report(&[Some(1), Some(0)]), report(&[Some(2)])],
         ];
-        Fused::read(text.as_bytes(), Path::new("f.csv"), Exported { scene: &scene, reports: &reports })
+        SceneOutput::read(
+            text.as_bytes(),
+            Path::new("f.csv"),
+            ExportedScene { scene: &scene, reports: &reports },
+        )
     }
 
-    fn objects(fused: &Fused) -> Vec<Vec<Option<u32>>> {
-        let of = |told: &Vec<FusedBox>| told.iter().map(|one| one.object.map(|id| id.0)).collect();
-        fused.by_keyframe.iter().map(of).collect()
+    fn objects(output: &SceneOutput) -> Vec<Vec<Option<u32>>> {
+        let of = |boxes: &Vec<FusedBox>| boxes.iter().map(|one| one.object.map(|id| id.0)).collect();
+        output.by_keyframe.iter().map(of).collect()
     }
 
     #[test]
     fn identity_is_agent_1s_of_the_keyframe_else_agent_2s_else_the_newest_ones() {
-        let fused = read(
+        let output = read(
             "t,track_id,class,x,y,w,d,yaw,det_ids\n\
              0,a,car,0,0,2,4,0,agent-2:0:0;agent-1:0:1\n\
              0,,car,0,0,2,4,0,agent-2:0:1\n\
@@ -186,33 +190,33 @@ mod tests {
              0.7,b,car,0,0,2,4,0,agent-2:0:0\n",
         )
         .unwrap();
-        assert_eq!(objects(&fused), [vec![Some(0), None, None], vec![Some(2), Some(2)]]);
+        assert_eq!(objects(&output), [vec![Some(0), None, None], vec![Some(2), Some(2)]]);
         assert_eq!(
-            (fused.ignored_rows, fused.is_matched_by_position, fused.claims_accuracy),
+            (output.ignored_rows, output.is_matched_by_position, output.claims_accuracy),
             (1, false, false)
         );
-        let tracks: Vec<_> = fused.by_keyframe.iter().flatten().map(|one| one.track.0).collect();
+        let tracks: Vec<_> = output.by_keyframe.iter().flatten().map(|one| one.track.0).collect();
         assert_eq!((tracks[0], tracks[0] == tracks[1], tracks[1] == tracks[2]), (tracks[3], false, false));
     }
 
     #[test]
     fn a_detection_of_this_keyframe_goes_before_one_of_a_later_one() {
-        let fused = read(
+        let output = read(
             "t,track_id,class,x,y,w,d,yaw,det_ids\n0,a,car,0,0,2,4,0,agent-1:1:0;agent-2:0:0;agent-1:1:1\n",
         );
-        assert_eq!(objects(&fused.unwrap())[0], [Some(1)]);
+        assert_eq!(objects(&output.unwrap())[0], [Some(1)]);
     }
 
     #[test]
     fn covariances_and_unknown_classes_are_read() {
-        let fused = read(
+        let output = read(
             "t,track_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n\
              0.0004,a,car,9,0,2,4,0,1,2,3,4,5\n0,e,spaceship,90,0,2,4,0,1,1,1,1,1\n",
         )
         .unwrap();
-        assert!(fused.is_matched_by_position && fused.claims_accuracy);
-        assert_eq!(fused.unknown_classes, 1);
-        let BoxCovariance { position, ww, dd, yaw } = fused.by_keyframe[0][0].covariance;
+        assert!(output.is_matched_by_position && output.claims_accuracy);
+        assert_eq!(output.unknown_classes, 1);
+        let BoxCovariance { position, ww, dd, yaw } = output.by_keyframe[0][0].covariance;
         assert_eq!((position.xx, position.yy, ww, dd, yaw), (1.0, 4.0, 9.0, 16.0, 25.0));
     }
 

@@ -95,7 +95,7 @@ mod tests {
     /// Ticks with the places and tracks of their objects.
     #[derive(Default)]
     struct Notes {
-        told: Vec<(i64, Vec<f64>)>,
+        published: Vec<(i64, Vec<f64>)>,
         silent: u64,
     }
 
@@ -104,7 +104,7 @@ mod tests {
 
         fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
             let places = frame.objects.iter().map(|object| object.bev.x).collect();
-            self.told.push((now.as_nanos() / 1_000_000, places));
+            self.published.push((now.as_nanos() / 1_000_000, places));
             Ok(())
         }
 
@@ -131,8 +131,8 @@ mod tests {
     fn a_tick_knows_what_arrived_at_it_and_nothing_later() {
         let rows = row("0.05", "0.0", 1.0) + &row("0.2", "0.1", 40.0) + &row("0.3000001", "0.3", 80.0);
         let (counts, notes) = replayed(&rows);
-        let told: Vec<_> = notes.told.iter().map(|(ms, places)| (*ms, places.len())).collect();
-        assert_eq!(told, [(100, 1), (200, 2), (300, 2)]);
+        let published: Vec<_> = notes.published.iter().map(|(ms, places)| (*ms, places.len())).collect();
+        assert_eq!(published, [(100, 1), (200, 2), (300, 2)]);
         assert_eq!((counts.frames, counts.ticks, counts.duration.as_nanos()), (3, 3, 250_000_100));
     }
 
@@ -140,7 +140,7 @@ mod tests {
     fn ticks_are_multiples_of_a_tenth_from_the_first_to_the_last_arrival_in_any_epoch() {
         for (first, second) in [("-0.35", "-0.1"), ("1700000000.65", "1700000000.9")] {
             let (_, notes) = replayed(&(row(first, first, 1.0) + &row(second, second, 1.0)));
-            let ms: Vec<_> = notes.told.iter().map(|(ms, _)| ms % 1000).collect();
+            let ms: Vec<_> = notes.published.iter().map(|(ms, _)| ms % 1000).collect();
             let expected = if first.starts_with('-') { [-300, -200, -100] } else { [700, 800, 900] };
             assert_eq!(ms, expected);
         }
@@ -159,9 +159,9 @@ mod tests {
         let rows = row("0", "0", 1.0) + &row("1700000000", "1700000000", 1.0);
         let (counts, notes) = replayed(&rows);
         assert_eq!(counts.ticks, 17_000_000_001);
-        assert_eq!(notes.told.len() as u64 + notes.silent, counts.ticks);
-        assert!(notes.told.len() < 1000, "{}", notes.told.len());
-        assert_eq!(notes.told.last().unwrap().1.len(), 1);
+        assert_eq!(notes.published.len() as u64 + notes.silent, counts.ticks);
+        assert!(notes.published.len() < 1000, "{}", notes.published.len());
+        assert_eq!(notes.published.last().unwrap().1.len(), 1);
     }
 
     #[test]

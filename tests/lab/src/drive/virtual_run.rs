@@ -9,7 +9,7 @@ use v2x_common::wire::WireError;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::schedule::PublishMode;
 
-/// What a virtual run is told.
+/// What a virtual run is sent.
 #[derive(Clone, Copy, Debug)]
 pub struct VirtualRun<'a> {
     /// The scenario.
@@ -120,17 +120,18 @@ mod tests {
     fn a_hub_keeps_its_objects_where_agents_send_a_fraction_by_etsis_rules() {
         let link = "link = { delay_ms = 80, jitter_ms = 30, loss = 0.01 }\n";
         let by_rule = CROSSING.replace(link, &format!("{link}send = \"etsi\"\n"));
-        let told_and_held = |text| {
+        let sent_and_published = |text| {
             let log = run_of(text, (1, ON_UPDATE), Span::from_millis(10_000));
-            let told: usize = log.detections.iter().map(|received| received.frame.detections.len()).sum();
+            let sent: usize = log.detections.iter().map(|received| received.frame.detections.len()).sum();
             // Mean over the second half, when objects have been found.
             let half = log.fused.len() / 2;
-            let held: usize = log.fused[half..].iter().map(|received| received.frame.objects.len()).sum();
-            (told as f64, held as f64 / (log.fused.len() - half) as f64)
+            let published: usize =
+                log.fused[half..].iter().map(|received| received.frame.objects.len()).sum();
+            (sent as f64, published as f64 / (log.fused.len() - half) as f64)
         };
-        let (all, by_rule) = (told_and_held(CROSSING), told_and_held(&by_rule));
+        let (all, by_rule) = (sent_and_published(CROSSING), sent_and_published(&by_rule));
         assert!(by_rule.0 < 0.3 * all.0, "{} of {} detections", by_rule.0, all.0);
-        // Some thirty objects; a new one is held a little later where its second report takes a second.
+        // Some thirty objects; a new one is published a little later where its second report takes a second.
         assert!((by_rule.1 - all.1).abs() < 3.0, "{} objects instead of {}", by_rule.1, all.1);
     }
 

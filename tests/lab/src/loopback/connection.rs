@@ -1,6 +1,6 @@
 //! What an agent holds of the network.
 
-use crate::loopback::agent::Berth;
+use crate::loopback::access::Access;
 use crate::loopback::error::KitError;
 use anyhow::anyhow;
 use std::time::Duration;
@@ -18,7 +18,7 @@ use zenoh::qos::CongestionControl;
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A client's session with its publishers.
-pub(super) struct Station {
+pub(super) struct Connection {
     session: Session,
     detections: Publisher<'static>,
     sensor: Publisher<'static>,
@@ -27,13 +27,13 @@ pub(super) struct Station {
     alive: LivelinessToken,
 }
 
-impl Station {
+impl Connection {
     /// Time between two sensor descriptions.
     pub(super) const DESCRIPTION_INTERVAL: Duration = Duration::from_secs(1);
 
     /// Connects, waits until the hub listens, and describes the sensor.
     pub(super) async fn open(
-        berth: &Berth,
+        access: &Access,
         agent: AgentId,
         description: Option<SensorDescription>,
     ) -> Result<Self, KitError> {
@@ -43,9 +43,9 @@ impl Station {
             encoded.map(|()| payload).map_err(|source| KitError::Frame { agent, source })
         });
         let description = description.transpose()?;
-        let config = session::client_config(&berth.session).map_err(KitError::Zenoh)?;
+        let config = session::client_config(&access.session).map_err(KitError::Zenoh)?;
         let session = session::open(config).await.map_err(KitError::Zenoh)?;
-        let keys = Keys::new(berth.network);
+        let keys = Keys::new(access.network);
         let declared = async {
             let detections = session.declare_publisher(keys.detections(&agent)).encoding(ENCODING_POSTCARD);
             let detections = detections.congestion_control(CongestionControl::Block).express(true).await?;

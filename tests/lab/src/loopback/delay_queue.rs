@@ -10,12 +10,12 @@ use v2x_common::time::Timestamp;
 pub(super) const CAPACITY: usize = 4096;
 
 /// Holds frames until they are due.
-pub(super) struct Mailbox {
+pub(super) struct DelayQueue {
     outbox: Mutex<Outbox<Vec<u8>>>,
     changed: Notify,
 }
 
-impl Mailbox {
+impl DelayQueue {
     pub(super) fn new(reorder: bool) -> Self {
         Self { outbox: Mutex::new(Outbox::new(CAPACITY, reorder)), changed: Notify::new() }
     }

@@ -41,6 +41,7 @@
 //! Time is real: a delay of 300 ms takes 300 ms. Whatever is random is drawn from the seed of an agent. Zenoh wants a
 //! runtime of several threads: `#[tokio::test(flavor = "multi_thread")]`, or [`block_on`] where there is none.
 
+mod access;
 mod agent;
 mod child;
 mod connection;

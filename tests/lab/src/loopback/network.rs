@@ -1,9 +1,10 @@
 //! A hub in this process, and a consumer that sees what it publishes.
 
-use crate::loopback::agent::{Berth, NewAgent};
+use crate::loopback::access::Access;
+use crate::loopback::agent::NewAgent;
 use crate::loopback::consumer::{Consumer, Traffic};
 use crate::loopback::error::{KitError, Seen};
-use crate::loopback::task_group::Crew;
+use crate::loopback::task_group::TaskGroup;
 use crate::loopback::{hub_status, runtime};
 use anyhow::anyhow;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -37,7 +38,7 @@ pub struct Network {
     hub: JoinHandle<anyhow::Result<HubStatus>>,
     hub_ended: CancellationToken,
     /// Closed when the last task of an agent has ended.
-    crew: Crew,
+    tasks: TaskGroup,
     // Dropping these ends the agents and the hub.
     agents: DropGuard,
     shutdown: DropGuard,
@@ -65,13 +66,13 @@ impl Network {
         // Whatever happens from here on, the hub ends with us.
         let guard = shutdown.clone().drop_guard();
         let hub_ended = CancellationToken::new();
-        let (tell_ready, ready) = oneshot::channel();
-        let hub = tokio::spawn(run_hub(setup, shutdown.clone(), tell_ready, hub_ended.clone()));
+        let (ready_sender, ready) = oneshot::channel();
+        let hub = tokio::spawn(run_hub(setup, shutdown.clone(), ready_sender, hub_ended.clone()));
         let Ok(locator) = ready.await else { return Err(hub_failure(hub).await) };
         let consumer = connect(&locator, id).await?;
         let agents = CancellationToken::new().drop_guard();
-        let (started_at, crew) = (clock::now(), Crew::new());
-        Ok(Self { id, locator, started_at, consumer, hub, hub_ended, crew, agents, shutdown: guard })
+        let (started_at, tasks) = (clock::now(), TaskGroup::new());
+        Ok(Self { id, locator, started_at, consumer, hub, hub_ended, tasks, agents, shutdown: guard })
     }
 
     /// Its name, for keys such as `v2x/{network}/hub/hub/fused`: no two networks of a process have the same.
@@ -93,14 +94,14 @@ impl Network {
     pub fn agent(&self, name: &str) -> NewAgent {
         let connect = vec![self.locator.clone()];
         let session = SessionOptions { connect, ..SessionOptions::default() };
-        let berth = Berth {
+        let access = Access {
             network: self.id,
             session,
             started_at: self.started_at,
             ended: self.agents.token().child_token(),
-            member: self.crew.member(),
+            token: self.tasks.token(),
         };
-        NewAgent::new(name, berth)
+        NewAgent::new(name, access)
     }
 
     /// The first fused frame of which something is so, of those that nobody awaited yet. For one reader: of two that
@@ -154,9 +155,9 @@ impl Network {
 
     /// Ends the agents, the hub and the consumer; gives the hub's last status.
     pub async fn end(self) -> Result<HubStatus, KitError> {
-        let Self { consumer, hub, crew, agents, shutdown, .. } = self;
+        let Self { consumer, hub, tasks, agents, shutdown, .. } = self;
         drop(agents);
-        crew.gone().await;
+        tasks.gone().await;
         drop(shutdown);
         consumer.close().await.map_err(KitError::Zenoh)?;
         match hub.await {
@@ -203,13 +204,13 @@ impl Network {
 async fn run_hub(
     setup: HubSetup,
     shutdown: CancellationToken,
-    tell_ready: oneshot::Sender<String>,
+    ready_sender: oneshot::Sender<String>,
     ended: CancellationToken,
 ) -> anyhow::Result<HubStatus> {
     let _ended = ended.drop_guard();
     let on_ready = |_, locators: &[String]| {
         // Nobody waits any more where the test was given up.
-        let _ = locators.first().map(|locator| tell_ready.send(locator.clone()));
+        let _ = locators.first().map(|locator| ready_sender.send(locator.clone()));
     };
     Box::pin(serve(setup, shutdown, Engine::new, on_ready)).await
 }

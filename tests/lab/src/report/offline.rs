@@ -1,6 +1,6 @@
 //! What `lab fuse` prints.
 
-use crate::score::offline::Verdict;
+use crate::score::offline::TruthScore;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -33,7 +33,7 @@ pub struct Report {
     /// Detections over that.
     pub detections_per_s: Option<f64>,
     /// How good it is, where the truth is known.
-    pub truth: Option<Verdict>,
+    pub truth: Option<TruthScore>,
 }
 
 impl Report {
@@ -61,13 +61,13 @@ impl Report {
             writeln!(out, "  unknown classes     {} detections", self.unknown_classes)?;
         }
         match &self.truth {
-            Some(verdict) => verdict.write(out),
+            Some(score) => score.write(out),
             None => Ok(()),
         }
     }
 }
 
-impl Verdict {
+impl TruthScore {
     fn write(&self, out: &mut String) -> std::fmt::Result {
         let figure = |value: Option<f64>, digits: usize| {
             value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))

@@ -14,26 +14,26 @@ pub(crate) struct Progress {
     /// What parts are called.
     parts: &'static str,
     began_at: Timestamp,
-    told_at: Timestamp,
+    updated_at: Timestamp,
     is_terminal: bool,
 }
 
 impl Progress {
     pub(crate) fn begin(parts: &'static str) -> Self {
         let now = clock::now();
-        Self { parts, began_at: now, told_at: now, is_terminal: std::io::stderr().is_terminal() }
+        Self { parts, began_at: now, updated_at: now, is_terminal: std::io::stderr().is_terminal() }
     }
 
     /// So many of so many parts are done.
     #[expect(clippy::cast_precision_loss, reason = "numbers of parts")]
     #[expect(clippy::print_stderr, reason = "progress is for people")]
-    pub(crate) fn tell(&mut self, done: usize, of: usize) {
+    pub(crate) fn update(&mut self, done: usize, of: usize) {
         let now = clock::now();
         let interval = if self.is_terminal { TERMINAL_INTERVAL } else { LOG_INTERVAL };
-        if now - self.told_at < interval || done == 0 || of == 0 {
+        if now - self.updated_at < interval || done == 0 || of == 0 {
             return;
         }
-        self.told_at = now;
+        self.updated_at = now;
         let share = done as f64 / of as f64;
         let left_s = (now - self.began_at).as_secs_f64() * (1.0 - share) / share;
         let parts = self.parts;

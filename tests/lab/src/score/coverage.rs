@@ -29,7 +29,7 @@ pub struct View {
     pub poses: Vec<Option<Pose>>,
 }
 
-/// Answers what is in view, and remembers the steps that it has looked at.
+/// RecordedOutput what is in view, and remembers the steps that it has looked at.
 #[derive(Debug)]
 pub struct Coverage<'a> {
     truth: Truth<'a>,

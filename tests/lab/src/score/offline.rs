@@ -16,9 +16,9 @@ use v2x_fusion_hub::assignment::Assigner;
 pub const MATCH_RADIUS_M: f64 = 2.0;
 const RULE: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: true };
 
-/// The verdict: means over ticks.
+/// The score: means over ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct TruthScore {
     /// Errors, precision, recall and GOSPA.
     #[serde(flatten)]
     pub metrics: Metrics,
@@ -36,7 +36,7 @@ pub struct Verdict {
 
 /// Compares tick after tick.
 #[derive(Debug)]
-pub struct Judge {
+pub struct TruthScorer {
     truth: Truth,
     tally: Tally,
     velocity: Moments,
@@ -44,7 +44,7 @@ pub struct Judge {
     assigner: Assigner,
 }
 
-impl Judge {
+impl TruthScorer {
     /// By this truth.
     pub fn new(truth: Truth) -> Self {
         Self {
@@ -84,9 +84,9 @@ impl Judge {
     }
 
     /// The means so far.
-    pub fn verdict(&self) -> Verdict {
+    pub fn score(&self) -> TruthScore {
         let tracks = self.continuity.summary();
-        Verdict {
+        TruthScore {
             metrics: self.tally.metrics(),
             velocity_error_mps: self.velocity.mean(),
             id_switches: tracks.id_switches,
@@ -110,8 +110,8 @@ mod tests {
         0,a,car,0,0,3,4,2,4,0\n0,b,pedestrian,20,0,nan,nan,2,4,0\n\
         1,a,car,0,0,3,4,2,4,0\n1,b,pedestrian,20,0,nan,nan,2,4,0\n";
 
-    fn judge() -> Judge {
-        Judge::new(Truth::read(TRUTH.as_bytes(), Path::new("truth.csv")).unwrap())
+    fn scorer() -> TruthScorer {
+        TruthScorer::new(Truth::read(TRUTH.as_bytes(), Path::new("truth.csv")).unwrap())
     }
 
     fn fused(track: u64, class: Class, bev: BevBox) -> FusedObject {
@@ -120,10 +120,10 @@ mod tests {
 
     #[test]
     fn errors_of_matched_objects_are_averaged_and_the_others_counted() {
-        let mut judge = judge();
+        let mut scorer = scorer();
         let turned = BevBox { d: 5.0, yaw: 0.5, ..predicted(1.0, 0.0) };
-        judge.add(at_ms(500), &[fused(1, Class::Car, turned), fused(2, Class::Car, predicted(20.0, 0.0))]);
-        let Verdict { metrics, velocity_error_mps, .. } = judge.verdict();
+        scorer.add(at_ms(500), &[fused(1, Class::Car, turned), fused(2, Class::Car, predicted(20.0, 0.0))]);
+        let TruthScore { metrics, velocity_error_mps, .. } = scorer.score();
         // A car is no pedestrian: a false one and a miss.
         assert_eq!((metrics.true_positives, metrics.false_positives, metrics.false_negatives), (1, 1, 1));
         assert_eq!((metrics.ate_m, metrics.ade_m, metrics.precision), (Some(1.0), Some(1.0), Some(0.5)));
@@ -135,28 +135,28 @@ mod tests {
 
     #[test]
     fn what_is_unknown_may_be_anything_and_beyond_two_metres_it_is_something_else() {
-        let mut judge = judge();
+        let mut scorer = scorer();
         let objects = [(1, 18.1), (2, 2.1)].map(|(id, x)| fused(id, Class::Unknown, predicted(x, 0.0)));
-        judge.add(at_ms(0), &objects);
-        let metrics = judge.verdict().metrics;
+        scorer.add(at_ms(0), &objects);
+        let metrics = scorer.score().metrics;
         assert_eq!((metrics.true_positives, metrics.false_positives, metrics.false_negatives), (1, 1, 1));
     }
 
     #[test]
     fn another_track_of_the_same_object_is_a_switch() {
-        let mut judge = judge();
+        let mut scorer = scorer();
         for (ms, track) in [(0, 7), (100, 7), (200, 8), (300, 7)] {
-            judge.add(at_ms(ms), &[fused(track, Class::Car, predicted(0.0, 0.0))]);
+            scorer.add(at_ms(ms), &[fused(track, Class::Car, predicted(0.0, 0.0))]);
         }
-        assert_eq!((judge.verdict().id_switches, judge.verdict().ids_per_object), (2, Some(2.0)));
+        assert_eq!((scorer.score().id_switches, scorer.score().ids_per_object), (2, Some(2.0)));
     }
 
     #[test]
     fn outside_of_the_truths_span_nothing_is_judged() {
-        let mut judge = judge();
+        let mut scorer = scorer();
         for ms in [-2, 1002] {
-            judge.add(at_ms(ms), &[fused(1, Class::Car, predicted(0.0, 0.0))]);
+            scorer.add(at_ms(ms), &[fused(1, Class::Car, predicted(0.0, 0.0))]);
         }
-        assert_eq!(judge.verdict().metrics.frames, 0);
+        assert_eq!(scorer.score().metrics.frames, 0);
     }
 }

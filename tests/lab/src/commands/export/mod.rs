@@ -69,7 +69,7 @@ pub fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
         let table = exported::table(scene, &exported::reports(&manifest.protocol(part), scene));
         fingerprint.add(&table);
         write_file(&args.out.join(manifest.path(part)), &table)?;
-        progress.tell(done, n_files);
+        progress.update(done, n_files);
     }
     progress.end();
     manifest.fingerprint = fingerprint.text();

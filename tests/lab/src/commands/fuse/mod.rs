@@ -13,7 +13,7 @@ use crate::drive::ticks::Ticks;
 use crate::report::fused_table::{FusedTable, NewFile};
 use crate::report::offline::Report;
 use crate::report::progress::Progress;
-use crate::score::offline::Judge;
+use crate::score::offline::TruthScorer;
 use anyhow::{Context, ensure};
 use std::fs::File;
 use std::io::Write;
@@ -37,13 +37,13 @@ pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
 /// Where the objects go.
 struct Sink<W: Write> {
     table: FusedTable<W>,
-    judge: Option<Judge>,
+    scorer: Option<TruthScorer>,
 }
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let config = args.rules.engine()?;
     let description = args.sensor.description(&config.sensing)?;
-    let judge = args.truth.as_deref().map(read_truth).transpose()?;
+    let scorer = args.truth.as_deref().map(read_truth).transpose()?;
     let file = open(&args.detections)?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
     let mut log = DetectionLog::new(file, &args.detections)?;
@@ -56,16 +56,16 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
         "--out would overwrite the truth"
     );
     let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
-    let (mut sink, mut progress) = (Sink { table, judge }, Progress::begin("KiB"));
+    let (mut sink, mut progress) = (Sink { table, scorer }, Progress::begin("KiB"));
     let replay = Replay { engine: Engine::new(config), description, stopwatch: thread_cpu_time };
     let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
-    let outcome = replay.run(&mut log, &mut sink, |n_bytes| progress.tell(kib(n_bytes), kib(size)));
+    let outcome = replay.run(&mut log, &mut sink, |n_bytes| progress.update(kib(n_bytes), kib(size)));
     progress.end();
     let counts = outcome?;
     let fused_rows = sink.table.rows();
     sink.table.into_inner().finish()?;
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
-    let truth = sink.judge.as_ref().map(Judge::verdict);
+    let truth = sink.scorer.as_ref().map(TruthScorer::score);
     let report = Report { fused_rows, truth, ..report(counts, &log) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }
@@ -97,16 +97,16 @@ impl<W: Write> Consumer for Sink<W> {
     fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
         // With a lag objects hold for an earlier time than that at which they are published.
         self.table.write(frame.fused_at, &frame.objects).context("writing the fused objects")?;
-        if let Some(judge) = &mut self.judge {
-            judge.add(frame.fused_at, &frame.objects);
+        if let Some(scorer) = &mut self.scorer {
+            scorer.add(frame.fused_at, &frame.objects);
         }
         Ok(())
     }
 
     fn receive_nothing(&mut self, ticks: Ticks) {
-        if let Some(judge) = &mut self.judge {
-            let (begin, end) = judge.span();
-            ticks.clamped_to(begin, end).for_each(|at| judge.add(at, &[]));
+        if let Some(scorer) = &mut self.scorer {
+            let (begin, end) = scorer.span();
+            ticks.clamped_to(begin, end).for_each(|at| scorer.add(at, &[]));
         }
     }
 }
@@ -115,8 +115,8 @@ fn open(path: &Path) -> anyhow::Result<File> {
     File::open(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-fn read_truth(path: &Path) -> anyhow::Result<Judge> {
-    Ok(Judge::new(Truth::read(open(path)?, path)?))
+fn read_truth(path: &Path) -> anyhow::Result<TruthScorer> {
+    Ok(TruthScorer::new(Truth::read(open(path)?, path)?))
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {

@@ -66,12 +66,12 @@ fn a_driving_car_is_told_where_it_is_between_the_rows_of_the_truth_too() {
     assert_eq!((report.sensors, report.frames, report.detections), (2, 60, 60));
     assert_eq!((report.ticks, report.fused_rows, report.unknown_classes), (29, 29, 0));
     assert!(report.refused.is_empty() && report.refused_frames == 0);
-    let verdict = report.truth.unwrap();
+    let score = report.truth.unwrap();
     // The truth ends at 2.5 s, the first tick is at 0.1 s.
-    assert_eq!((verdict.metrics.frames, verdict.metrics.true_positives), (25, 25));
-    assert_eq!((verdict.metrics.precision, verdict.metrics.recall), (Some(1.0), Some(1.0)));
-    assert!(verdict.metrics.ate_m.unwrap() < 0.5, "{verdict:?}");
-    assert_eq!(verdict.id_switches, 0);
+    assert_eq!((score.metrics.frames, score.metrics.true_positives), (25, 25));
+    assert_eq!((score.metrics.precision, score.metrics.recall), (Some(1.0), Some(1.0)));
+    assert!(score.metrics.ate_m.unwrap() < 0.5, "{score:?}");
+    assert_eq!(score.id_switches, 0);
     let fused = std::fs::read_to_string(folder.0.join("fused.csv")).unwrap();
     let mut lines = fused.lines();
     assert_eq!(lines.next().unwrap(), "t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st");

@@ -30,8 +30,8 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
     /// What the method makes use of apart from boxes and classes, in words, for example "σ, past frames"
-    #[arg(long, value_name = "TEXT")]
-    pub told: Option<String>,
+    #[arg(long = "told", value_name = "TEXT")]
+    pub inputs: Option<String>,
     /// With --name.
     #[command(flatten)]
     pub rows: RowArgs,

@@ -12,12 +12,12 @@ use crate::commands::score::files::{export_folder, fused_files};
 use crate::commands::tables::{RowArgs, TablesArgs, tables_of};
 use crate::data::conditions::Conditions;
 use crate::data::exported::{reports, table};
-use crate::data::method_output::{Exported, Fused};
+use crate::data::method_output::{ExportedScene, SceneOutput};
 use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
 use crate::drive::keyframes::method::Method;
-use crate::drive::keyframes::outputs::Answers;
-use crate::drive::keyframes::setting::Occasion;
+use crate::drive::keyframes::outputs::RecordedOutput;
+use crate::drive::keyframes::setting::SceneTrial;
 use crate::report::progress::Progress;
 use crate::report::tables::kind::Table;
 use crate::score::keyframes::by_position::assign_objects;
@@ -37,18 +37,18 @@ pub fn score(args: &ScoreArgs) -> anyhow::Result<()> {
     let manifest = Manifest::load(&export_folder(args.export.as_deref(), &args.paths)?)?;
     let draws = manifest.draws()?;
     let scenes = draws.scenes()?;
-    let guest = guest(name, args.told.as_deref(), (&manifest, &scenes), &args.paths)?;
-    tell(name, &guest);
+    let method_output = read_output(name, args.inputs.as_deref(), (&manifest, &scenes), &args.paths)?;
+    print_notes(name, &method_output);
     let mut rows = args.rows.clone();
     if rows.table.is_empty() && manifest.conditions == Conditions::Sensors {
         (rows.table, rows.sensors) = (vec![Table::Sensors], false);
     }
-    let guests = vec![Contender::Answers(Arc::new(guest.answers))];
-    tables_of(&TablesArgs::new(draws, rows, args.json), &scenes, guests)
+    let further = vec![Contender::Recorded(Arc::new(method_output.output))];
+    tables_of(&TablesArgs::new(draws, rows, args.json), &scenes, further)
 }
 
 fn score_run(args: &ScoreArgs) -> anyhow::Result<()> {
-    let is_plain = args.export.is_none() && args.told.is_none() && args.rows == RowArgs::default();
+    let is_plain = args.export.is_none() && args.inputs.is_none() && args.rows == RowArgs::default();
     ensure!(is_plain, "options about tables need --name; without it, a recorded run is scored again");
     match args.paths.as_slice() {
         [folder] => rescore(folder, args.json),
@@ -70,9 +70,9 @@ fn check_name(name: &str) -> anyhow::Result<()> {
 
 /// Somebody's answers, and what was noticed about them.
 #[derive(Clone, Debug)]
-pub struct Guest {
+pub struct MethodOutput {
     /// The answers.
-    pub answers: Answers,
+    pub output: RecordedOutput,
     /// Boxes that are scored.
     pub boxes: u64,
     /// Rows at a time that is no keyframe's.
@@ -82,12 +82,12 @@ pub struct Guest {
 }
 
 /// Reads what a method made of an export; `told` says what it makes use of.
-pub fn guest(
+pub fn read_output(
     name: &str,
-    told: Option<&str>,
+    inputs: Option<&str>,
     (manifest, scenes): (&Manifest, &[Scene]),
     paths: &[PathBuf],
-) -> anyhow::Result<Guest> {
+) -> anyhow::Result<MethodOutput> {
     const CHANGED: &str = "the detections of the export are not those that its export.json leads to: another version \
                            of lab made it, or the data set has changed; export anew";
     ensure!(manifest.is_of(scenes), CHANGED);
@@ -99,13 +99,13 @@ pub fn guest(
         let reports = reports(&manifest.protocol(*part), scene);
         fingerprint.add(&table(scene, &reports));
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let mut output = Fused::read(file, path, Exported { scene, reports: &reports })?;
-        if output.is_matched_by_position {
-            let keyframes = output.by_keyframe.iter_mut().zip(&scene.keyframes);
+        let mut scene_output = SceneOutput::read(file, path, ExportedScene { scene, reports: &reports })?;
+        if scene_output.is_matched_by_position {
+            let keyframes = scene_output.by_keyframe.iter_mut().zip(&scene.keyframes);
             keyframes.for_each(|(boxes, keyframe)| assign_objects(boxes, keyframe, &mut assigner));
         }
-        read.push((*part, output));
-        progress.tell(read.len(), files.len());
+        read.push((*part, scene_output));
+        progress.update(read.len(), files.len());
     }
     progress.end();
     ensure!(fingerprint.text() == manifest.fingerprint, CHANGED);
@@ -115,33 +115,34 @@ pub fn guest(
         "where sensors miss things and report others, boxes are told apart by their column det_ids only: there is none"
     );
     let by_position = any_by_position.then_some("matched by position");
-    let told: Vec<&str> = told.into_iter().chain(by_position).collect();
-    let mut answers = Answers::new(name, told.join(", ")).to(manifest.shape, manifest.conditions);
+    let inputs: Vec<&str> = inputs.into_iter().chain(by_position).collect();
+    let mut output =
+        RecordedOutput::new(name, inputs.join(", ")).for_detections(manifest.shape, manifest.conditions);
     if !read.iter().all(|(_, fused)| fused.claims_accuracy) {
-        answers = answers.without_accuracy();
+        output = output.without_accuracy();
     }
-    let sum = |of: fn(&Fused) -> u64| read.iter().map(|(_, fused)| of(fused)).sum();
-    let boxes = sum(|fused| fused.by_keyframe.iter().map(|told| told.len() as u64).sum());
+    let sum = |of: fn(&SceneOutput) -> u64| read.iter().map(|(_, fused)| of(fused)).sum();
+    let boxes = sum(|fused| fused.by_keyframe.iter().map(|boxes| boxes.len() as u64).sum());
     let (ignored_rows, unknown_classes) =
         (sum(|fused| fused.ignored_rows), sum(|fused| fused.unknown_classes));
     for (part, fused) in read {
         let (noise, conditions, trial) = (part.noise, manifest.conditions, part.trial);
-        let occasion = Occasion { noise, conditions, trial, scene: &scenes[part.scene].name };
-        answers.insert(&occasion, fused.by_keyframe);
+        let trial_of_scene = SceneTrial { noise, conditions, trial, scene: &scenes[part.scene].name };
+        output.insert(&trial_of_scene, fused.by_keyframe);
     }
-    Ok(Guest { answers, boxes, ignored_rows, unknown_classes })
+    Ok(MethodOutput { output, boxes, ignored_rows, unknown_classes })
 }
 
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
-fn tell(name: &str, guest: &Guest) {
-    let Guest { answers, boxes, ignored_rows, unknown_classes } = guest;
+fn print_notes(name: &str, method_output: &MethodOutput) {
+    let MethodOutput { output, boxes, ignored_rows, unknown_classes } = method_output;
     let mut line = format!("{name}: {boxes} boxes at keyframes");
     for (n, what) in [(ignored_rows, "rows at other times ignored"), (unknown_classes, "of unknown class")] {
         if *n > 0 {
             line += &format!(", {n} {what}");
         }
     }
-    if !answers.claims_accuracy() {
+    if !output.claims_accuracy() {
         line += "; without sx,sy,sw,sd,st no row in the table of claimed accuracies (nees)";
     }
     eprintln!("{line}");

@@ -15,7 +15,7 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("lab-guest-{name}-{}", std::process::id()));
+        let path = std::env::temp_dir().join(format!("lab-method_output-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
@@ -70,9 +70,10 @@ fn fuse_trivially(folder: &Path, manifest: &Manifest, to: &Path, has_ids: bool) 
     }
 }
 
-/// Means of all metrics of single-1 and of the guest, in every experiment.
-fn both(manifest: &Manifest, guest: Guest) -> Vec<[[Option<f64>; 5]; 2]> {
-    let contenders = vec![Contender::Method(Method::Single1), Contender::Answers(Arc::new(guest.answers))];
+/// Means of all metrics of single-1 and of the method_output, in every experiment.
+fn both(manifest: &Manifest, method_output: MethodOutput) -> Vec<[[Option<f64>; 5]; 2]> {
+    let contenders =
+        vec![Contender::Method(Method::Single1), Contender::Recorded(Arc::new(method_output.output))];
     let setting =
         |noise: &NoisePair| Setting { noise: *noise, shape: manifest.shape, conditions: manifest.conditions };
     let experiments: Vec<_> = manifest
@@ -80,7 +81,7 @@ fn both(manifest: &Manifest, guest: Guest) -> Vec<[[Option<f64>; 5]; 2]> {
         .iter()
         .map(|noise| Experiment { setting: setting(noise), contenders: contenders.clone() })
         .collect();
-    assert!(experiments.iter().all(|one| one.contenders[1].knows(&one.setting)));
+    assert!(experiments.iter().all(|one| one.contenders[1].has_output_for(&one.setting)));
     let plan = Plan { experiments, trials: manifest.trials, seed: manifest.seed, threads: 2 };
     let scores = plan.run(&scenes(), |_, _| {}).unwrap();
     let mut rows = Vec::new();
@@ -100,11 +101,11 @@ fn both(manifest: &Manifest, guest: Guest) -> Vec<[[Option<f64>; 5]; 2]> {
 }
 
 fn assert_same(rows: &[[[Option<f64>; 5]; 2]]) {
-    for [ours, guest] in rows {
-        for (ours, guest) in ours.iter().zip(guest) {
-            let (ours, guest) = (ours.unwrap(), guest.unwrap());
+    for [ours, method_output] in rows {
+        for (ours, method_output) in ours.iter().zip(method_output) {
+            let (ours, method_output) = (ours.unwrap(), method_output.unwrap());
             // Floats are written with all their digits; only the order of additions may differ.
-            assert!((ours - guest).abs() <= 1e-12 * ours.abs(), "{ours} {guest}");
+            assert!((ours - method_output).abs() <= 1e-12 * ours.abs(), "{ours} {method_output}");
         }
     }
 }
@@ -118,10 +119,10 @@ fn agent_1s_detections_unchanged_are_the_row_of_single_1_under_any_conditions() 
         fuse_trivially(&folder.0, &manifest, &fused, true);
         let paths = [fused];
         assert_eq!(export_folder(None, &paths).unwrap(), std::path::absolute(&folder.0).unwrap());
-        let guest = guest("mine", Some("σ"), (&manifest, &scenes()), &paths).unwrap();
-        assert_eq!((guest.answers.told(), guest.ignored_rows), ("σ", 0));
-        assert!(!guest.answers.claims_accuracy());
-        let rows = both(&manifest, guest);
+        let method_output = read_output("mine", Some("σ"), (&manifest, &scenes()), &paths).unwrap();
+        assert_eq!((method_output.output.inputs(), method_output.ignored_rows), ("σ", 0));
+        assert!(!method_output.output.claims_accuracy());
+        let rows = both(&manifest, method_output);
         assert_same(&rows);
         assert!(rows[0][0] != rows[9][0], "two levels of noise");
     }
@@ -133,14 +134,14 @@ fn without_ids_boxes_are_matched_by_position_and_the_row_says_so() {
     let manifest = exported(&folder.0, Conditions::Paper);
     let fused = folder.0.join("fused");
     fuse_trivially(&folder.0, &manifest, &fused, false);
-    let guest = guest("mine", None, (&manifest, &scenes()), &[fused]).unwrap();
-    assert_eq!(guest.answers.told(), "matched by position");
+    let method_output = read_output("mine", None, (&manifest, &scenes()), &[fused]).unwrap();
+    assert_eq!(method_output.output.inputs(), "matched by position");
     // Of all objects; rows of the standing and of the moving ones are between.
-    for [ours, guest] in both(&manifest, guest).into_iter().step_by(Subset::ALL.len()) {
+    for [ours, method_output] in both(&manifest, method_output).into_iter().step_by(Subset::ALL.len()) {
         // Near objects of one class are taken for each other: never to the method's disadvantage.
-        assert!(guest[0].unwrap() <= ours[0].unwrap() + 1e-9, "{ours:?} {guest:?}");
-        assert!(guest[0].unwrap() > 0.5 * ours[0].unwrap(), "{ours:?} {guest:?}");
-        assert_eq!((guest[3], guest[4]), (Some(1.0), Some(1.0)));
+        assert!(method_output[0].unwrap() <= ours[0].unwrap() + 1e-9, "{ours:?} {method_output:?}");
+        assert!(method_output[0].unwrap() > 0.5 * ours[0].unwrap(), "{ours:?} {method_output:?}");
+        assert_eq!((method_output[3], method_output[4]), (Some(1.0), Some(1.0)));
     }
 }
 
@@ -177,7 +178,7 @@ fn an_export_that_cannot_be_made_again_is_refused() {
     let fused = folder.0.join("fused");
     fuse_trivially(&folder.0, &manifest, &fused, true);
     let refused = |manifest: &Manifest, scenes: &[Scene]| {
-        guest("mine", None, (manifest, scenes), std::slice::from_ref(&fused))
+        read_output("mine", None, (manifest, scenes), std::slice::from_ref(&fused))
             .map(|_| ())
             .unwrap_err()
             .to_string()
@@ -196,13 +197,13 @@ fn answers_are_rows_only_where_they_are_to_the_blocks_own_detections() {
     let manifest = exported(&folder.0, Conditions::Paper);
     let fused = folder.0.join("fused");
     fuse_trivially(&folder.0, &manifest, &fused, true);
-    let guest = guest("mine", None, (&manifest, &scenes()), &[fused]).unwrap();
+    let method_output = read_output("mine", None, (&manifest, &scenes()), &[fused]).unwrap();
     let study = crate::report::tables::study::Study {
         tables: vec![Table::II, Table::Robustness, Table::Nees, Table::Sensors],
         noise: manifest.noise,
         methods: vec![],
         shape: Shape::Gaussian,
-        guests: vec![Contender::Answers(Arc::new(guest.answers))],
+        further: vec![Contender::Recorded(Arc::new(method_output.output))],
         is_brief: false,
     };
     for block in study.blocks() {
@@ -226,7 +227,7 @@ fn names_that_would_be_confused_are_refused_and_a_run_needs_no_options() {
         paths: vec!["a".into(), "b".into()],
         name: None,
         export: None,
-        told: None,
+        inputs: None,
         rows: RowArgs::default(),
         json: false,
     };

@@ -80,13 +80,13 @@ pub async fn run(
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     // Dropping children kills them: whatever ends this early leaves no process behind.
     let outcome = tokio::select! {
-        outcome = play(point, methods, (length, folder), shutdown) => outcome?,
+        outcome = run_network(point, methods, (length, folder), shutdown) => outcome?,
         () = shutdown.cancelled() => return Ok(None),
     };
     score(point, &outcome, length).map(Some)
 }
 
-async fn play(
+async fn run_network(
     point: &Point,
     methods: &[SweepMethod],
     (length, folder): (Length, &Path),

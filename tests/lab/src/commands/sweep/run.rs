@@ -26,7 +26,7 @@ pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result
         }
         with_known(plan, (point, store), (&unknown, records))
     };
-    let done = parallel::map(points.len(), threads, work, |done, of| progress.tell(done, of));
+    let done = parallel::map(points.len(), threads, work, |done, of| progress.update(done, of));
     progress.end();
     Ok(Results::of(plan, points, done?))
 }
@@ -57,7 +57,7 @@ pub async fn run_live(
             store.keep(&key(plan, point, *method), record)?;
         }
         done.push(with_known(plan, (point, store), (&unknown, records))?);
-        progress.tell(place + 1, points.len());
+        progress.update(place + 1, points.len());
     }
     progress.end();
     Ok(Some(Results::of(plan, points, done)))

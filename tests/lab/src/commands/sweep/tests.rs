@@ -96,8 +96,11 @@ fn a_grid_is_told_by_its_second_value_and_written_as_files() {
     // One agent alone does not care how late the other one is.
     let alone: Vec<_> = rows.iter().filter(|row| row.y == Some(1.0)).map(|row| row.mate_m).collect();
     assert_eq!(alone[..4], alone[4..]);
-    let told = text::terminal(&rows);
-    assert!(told.contains("agents 1, Δmax 500 ms") && told.contains("agents 2, Δmax 500 ms"), "{told}");
+    let printed = text::terminal(&rows);
+    assert!(
+        printed.contains("agents 1, Δmax 500 ms") && printed.contains("agents 2, Δmax 500 ms"),
+        "{printed}"
+    );
     files::write(&rows, &[results], "lab sweep", &folder).unwrap();
     let written = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     assert_eq!(written("rows.csv").lines().count(), 1 + rows.len());

@@ -74,14 +74,14 @@ impl TablesArgs {
     }
 
     /// What is asked for.
-    pub(super) fn study(&self, guests: Vec<Contender>) -> Study {
+    pub(super) fn study(&self, further: Vec<Contender>) -> Study {
         let rows = &self.rows;
         let mut tables = if rows.table.is_empty() { DEFAULT_TABLES.to_vec() } else { rows.table.clone() };
         tables.extend(rows.ablation.then_some(Table::Ablation));
         tables.extend(rows.sensors.then_some(Table::Sensors));
         let (noise, methods) = (self.draws.noise.clone(), rows.methods.clone());
         let is_brief = rows.table.is_empty();
-        Study { tables, noise, methods, shape: self.draws.shape, guests, is_brief }
+        Study { tables, noise, methods, shape: self.draws.shape, further, is_brief }
     }
 
     /// What is to be computed for it.

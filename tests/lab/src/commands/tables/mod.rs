@@ -16,18 +16,18 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
 }
 
 /// Computes and prints, with methods of your own as further rows of every table.
-pub fn tables_with(args: &TablesArgs, guests: Vec<Contender>) -> anyhow::Result<()> {
-    tables_of(args, &args.draws().scenes()?, guests)
+pub fn tables_with(args: &TablesArgs, further: Vec<Contender>) -> anyhow::Result<()> {
+    tables_of(args, &args.draws().scenes()?, further)
 }
 
 /// The same of scenes that are read already.
 #[expect(clippy::print_stdout, reason = "the answer of the command")]
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
-pub fn tables_of(args: &TablesArgs, scenes: &[Scene], guests: Vec<Contender>) -> anyhow::Result<()> {
+pub fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
     let mut progress = Progress::begin("scenes × trials × noise");
-    let study = args.study(guests);
+    let study = args.study(further);
     let plan = args.plan(&study);
-    let tables = Tables::of(scenes, (&study, plan), &args.dataset(), |done, of| progress.tell(done, of))?;
+    let tables = Tables::of(scenes, (&study, plan), &args.dataset(), |done, of| progress.update(done, of))?;
     progress.end();
     let text = text::terminal(&tables);
     if let Some(folder) = args.out() {
@@ -59,7 +59,7 @@ mod tests {
             noise: vec![NoisePair::N2N2, NoisePair::N1N3],
             methods: methods.to_vec(),
             shape: Shape::Gaussian,
-            guests: Vec::new(),
+            further: Vec::new(),
             is_brief: false,
         };
         let plan = Plan { experiments: study.experiments(), trials: 2, seed: 5, threads: 2 };

@@ -2,10 +2,10 @@
 
 use crate::data::fused_box::FusedBox;
 use crate::data::observation::AgentReport;
-use crate::drive::keyframes::engine_run::{Answer, EngineRun, Refused};
+use crate::drive::keyframes::engine_run::{EngineRun, KeyframeOutput, Refused};
 use crate::drive::keyframes::method::{Method, Recipe};
-use crate::drive::keyframes::outputs::Answers;
-use crate::drive::keyframes::setting::{Occasion, Setting};
+use crate::drive::keyframes::outputs::RecordedOutput;
+use crate::drive::keyframes::setting::{SceneTrial, Setting};
 use crate::drive::keyframes::setup::Setup;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -26,13 +26,13 @@ pub enum Contender {
     Own {
         /// Its name in tables.
         key: String,
-        /// What it is told apart from boxes and classes, in words.
-        told: String,
+        /// What it is inputs apart from boxes and classes, in words.
+        inputs: String,
         /// Makes it ready for a scene.
         factory: Arc<Factory>,
     },
     /// What somebody's method has answered to exported detections.
-    Answers(Arc<Answers>),
+    Recorded(Arc<RecordedOutput>),
 }
 
 impl fmt::Debug for Contender {
@@ -54,13 +54,13 @@ impl Serialize for Contender {
 }
 
 impl Contender {
-    /// A method of your own; `told` says in words what it is told apart from boxes and classes.
+    /// A method of your own; `inputs` says in words what it is inputs apart from boxes and classes.
     pub fn own(
         key: impl Into<String>,
-        told: impl Into<String>,
+        inputs: impl Into<String>,
         factory: impl Fn() -> Box<dyn FusionMethod> + Send + Sync + 'static,
     ) -> Self {
-        Self::Own { key: key.into(), told: told.into(), factory: Arc::new(factory) }
+        Self::Own { key: key.into(), inputs: inputs.into(), factory: Arc::new(factory) }
     }
 
     /// Its name in tables.
@@ -68,23 +68,23 @@ impl Contender {
         match self {
             Self::Method(method) => method.key(),
             Self::Own { key, .. } => key,
-            Self::Answers(answers) => answers.name(),
+            Self::Recorded(output) => output.name(),
         }
     }
 
-    /// What it is told apart from boxes and classes, in words.
-    pub fn told(&self) -> String {
+    /// What it is inputs apart from boxes and classes, in words.
+    pub fn inputs(&self) -> String {
         match self {
-            Self::Method(method) => method.told(),
-            Self::Own { told, .. } => told.clone(),
-            Self::Answers(answers) => answers.told().to_owned(),
+            Self::Method(method) => method.inputs(),
+            Self::Own { inputs, .. } => inputs.clone(),
+            Self::Recorded(output) => output.inputs().to_owned(),
         }
     }
 
     /// Whether it can be asked under this setting: answers are to the detections of one kind of draws.
-    pub fn knows(&self, setting: &Setting) -> bool {
+    pub fn has_output_for(&self, setting: &Setting) -> bool {
         match self {
-            Self::Answers(answers) => answers.are_to(setting),
+            Self::Recorded(output) => output.is_for(setting),
             _ => true,
         }
     }
@@ -92,7 +92,7 @@ impl Contender {
     /// Whether it says how accurate its boxes are.
     pub fn claims_accuracy(&self) -> bool {
         match self {
-            Self::Answers(answers) => answers.claims_accuracy(),
+            Self::Recorded(output) => output.claims_accuracy(),
             _ => true,
         }
     }
@@ -106,8 +106,8 @@ impl Contender {
     }
 
     /// Made ready for one scene.
-    pub fn begin(&self, occasion: &Occasion<'_>) -> Fuser {
-        let Occasion { noise, conditions, .. } = *occasion;
+    pub fn begin(&self, trial_of_scene: &SceneTrial<'_>) -> Fuser {
+        let SceneTrial { noise, conditions, .. } = *trial_of_scene;
         let run = |setup: Setup| Box::new(EngineRun::new(setup, noise.levels(), conditions));
         match self {
             Self::Method(method) => {
@@ -121,7 +121,7 @@ impl Contender {
                 let run = EngineRun::with_fusion(Setup::ours(), noise.levels(), conditions, factory());
                 Fuser::Engine(Box::new(run))
             }
-            Self::Answers(answers) => Fuser::Answers(answers.of(occasion)),
+            Self::Recorded(output) => Fuser::Recorded(output.of(trial_of_scene)),
         }
     }
 }
@@ -133,8 +133,8 @@ pub enum Fuser {
     Engine(Box<EngineRun>),
     /// One whose list another one takes for an agent's report.
     Filtered(Box<EngineRun>, Box<EngineRun>),
-    /// Answers that are there already, by keyframe.
-    Answers(std::vec::IntoIter<Vec<FusedBox>>),
+    /// RecordedOutput that are there already, by keyframe.
+    Recorded(std::vec::IntoIter<Vec<FusedBox>>),
 }
 
 impl Fuser {
@@ -144,23 +144,25 @@ impl Fuser {
         &mut self,
         reports: &[AgentReport; 2],
         (frame, at): (usize, Span),
-    ) -> Result<Vec<Answer>, Refused> {
+    ) -> Result<Vec<KeyframeOutput>, Refused> {
         match self {
             Self::Engine(run) => run.fuse(reports, at),
             Self::Filtered(first, second) => {
                 let fused = first.fuse(reports, at)?;
-                let told = fused.iter().flat_map(|answer| &answer.told);
-                second.fuse(&[as_report(told, reports)], at)
+                let boxes = fused.iter().flat_map(|output| &output.boxes);
+                second.fuse(&[as_report(boxes, reports)], at)
             }
-            Self::Answers(answers) => Ok(vec![Answer { frame, told: answers.next().unwrap_or_default() }]),
+            Self::Recorded(output) => {
+                Ok(vec![KeyframeOutput { frame, boxes: output.next().unwrap_or_default() }])
+            }
         }
     }
 
     /// At the end of a scene: what was there in the keyframes that are not answered yet.
-    pub fn finish(&mut self) -> Vec<Answer> {
+    pub fn finish(&mut self) -> Vec<KeyframeOutput> {
         match self {
             Self::Engine(run) | Self::Filtered(_, run) => run.finish(),
-            Self::Answers(_) => Vec::new(),
+            Self::Recorded(_) => Vec::new(),
         }
     }
 }

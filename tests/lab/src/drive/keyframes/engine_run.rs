@@ -36,11 +36,11 @@ const OPEN_GATE: f64 = 1e4;
 
 /// What is told of one keyframe.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct KeyframeOutput {
     /// Its number in the scene.
     pub frame: usize,
     /// What is there.
-    pub told: Vec<FusedBox>,
+    pub boxes: Vec<FusedBox>,
 }
 
 /// An engine refused a frame of the protocol.
@@ -124,7 +124,7 @@ impl EngineRun {
     /// Takes in what the agents report of a keyframe; tells the objects of it: in the paper's conditions, where
     /// what was not reported is not there, those that were measured in it, else all. With a lag, those of earlier
     /// keyframes that this one comes too late for.
-    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<Answer>, Refused> {
+    pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<KeyframeOutput>, Refused> {
         let now = START + at;
         let mut published = Published::default();
         let Ok(()) = self.driver.publish_before(now, &mut published);
@@ -146,28 +146,31 @@ impl EngineRun {
         self.identities.push(reports.iter().map(|report| report.identities.clone()).collect());
         self.driver.publishing_mut().ask(now);
         let Ok(()) = self.driver.publish_through(now, &mut published);
-        Ok(self.answers(published))
+        Ok(self.outputs(published))
     }
 
     /// What is told, by all that was reported, of the keyframes that are still to be answered.
-    pub fn finish(&mut self) -> Vec<Answer> {
+    pub fn finish(&mut self) -> Vec<KeyframeOutput> {
         let mut published = Published::default();
         let Ok(()) = self.driver.publish_through(Timestamp::MAX, &mut published);
-        self.answers(published)
+        self.outputs(published)
     }
 
-    fn answers(&mut self, published: Published) -> Vec<Answer> {
+    fn outputs(&mut self, published: Published) -> Vec<KeyframeOutput> {
         let n = published.0.len();
         let frames: Vec<usize> = self.pending.drain(..n).collect();
-        frames.into_iter().zip(&published.0).map(|(frame, objects)| self.answer(frame, objects)).collect()
+        frames.into_iter().zip(&published.0).map(|(frame, objects)| self.output(frame, objects)).collect()
     }
 
-    fn answer(&self, frame: usize, objects: &[FusedObject]) -> Answer {
-        let is_told = |object: &&FusedObject| match self.conditions {
+    fn output(&self, frame: usize, objects: &[FusedObject]) -> KeyframeOutput {
+        let is_published = |object: &&FusedObject| match self.conditions {
             Conditions::Paper => object.contributors.iter().any(|used| keyframe(used.frame) == frame),
             Conditions::Sensors => true,
         };
-        Answer { frame, told: objects.iter().filter(is_told).map(|object| self.prediction(object)).collect() }
+        KeyframeOutput {
+            frame,
+            boxes: objects.iter().filter(is_published).map(|object| self.fused_box(object)).collect(),
+        }
     }
 
     fn frame(&self, agent: AgentId, report: &AgentReport, now: Timestamp) -> DetectionFrame {
@@ -184,7 +187,7 @@ impl EngineRun {
 
     /// A fused object as it is scored: by the identity of agent 1's detection of the newest keyframe in it, else
     /// agent 2's.
-    fn prediction(&self, object: &FusedObject) -> FusedBox {
+    fn fused_box(&self, object: &FusedObject) -> FusedBox {
         let newest = object.contributors.iter().map(|used| keyframe(used.frame)).max();
         let of_newest = |used: &&v2x_common::id::MeasurementId| Some(keyframe(used.frame)) == newest;
         // By agent already.
@@ -192,12 +195,12 @@ impl EngineRun {
             let agent = self.agents.iter().position(|agent| *agent == used.frame.agent)?;
             *self.identities.get(keyframe(used.frame))?.get(agent)?.get(usize::from(used.index))?
         });
-        let mut prediction = FusedBox::of(object, identity);
+        let mut fused = FusedBox::of(object, identity);
         if self.setup.has_true_identities {
             let [x, y] = place_m(identity);
-            prediction.bev = BevBox { x: prediction.bev.x - x, y: prediction.bev.y - y, ..prediction.bev };
+            fused.bev = BevBox { x: fused.bev.x - x, y: fused.bev.y - y, ..fused.bev };
         }
-        prediction
+        fused
     }
 }
 
@@ -274,26 +277,26 @@ mod tests {
         let (realisation, conditions) = (Realisation { seed: 3, trial: 0 }, Conditions::Paper);
         let protocol = Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, conditions, realisation };
         let mut run = EngineRun::new(setup, protocol.noise.levels(), conditions);
-        let mut answers = Vec::new();
+        let mut outputs = Vec::new();
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
-            answers.extend(run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap());
+            outputs.extend(run.fuse(&protocol.observe(&scene, frame), keyframe.at).unwrap());
         }
-        answers.extend(run.finish());
-        assert!(answers.iter().map(|answer| answer.frame).eq(0..n_frames), "{setup:?}");
-        answers.pop().unwrap().told
+        outputs.extend(run.finish());
+        assert!(outputs.iter().map(|output| output.frame).eq(0..n_frames), "{setup:?}");
+        outputs.pop().unwrap().boxes
     }
 
     #[test]
     fn every_object_is_told_once_and_where_it_is() {
         let methods = Method::ALL.iter().filter(|method| !matches!(method, Method::Psa));
         for setup in methods.map(|method| method.recipe(NoisePair::N1N1).setup) {
-            let told = last_frame(setup, 12);
-            let mut objects: Vec<u32> = told.iter().map(|one| one.object.unwrap().0).collect();
+            let boxes = last_frame(setup, 12);
+            let mut objects: Vec<u32> = boxes.iter().map(|one| one.object.unwrap().0).collect();
             objects.sort_unstable();
             // What goes by overlap may tell of an object twice.
             objects.dedup();
             assert_eq!(objects, (0..8).collect::<Vec<_>>(), "{setup:?}");
-            for one in &told {
+            for one in &boxes {
                 let truth = parking(1).keyframes[0].objects[one.object.unwrap().0 as usize].bev;
                 let off_m = truth.pose().distance_to(one.bev.x, one.bev.y);
                 assert!(off_m < 5.0, "{setup:?}: {off_m} m off");
@@ -304,7 +307,7 @@ mod tests {
     #[test]
     fn what_is_not_reported_any_more_is_not_there_in_the_paper_but_may_be_for_sensors() {
         let scene = parking(5);
-        let told = |conditions| {
+        let n_objects = |conditions| {
             let realisation = Realisation { seed: 3, trial: 0 };
             let protocol =
                 Protocol { noise: NoisePair::N1N1, shape: Shape::Gaussian, conditions, realisation };
@@ -319,9 +322,9 @@ mod tests {
                 run.fuse(&reports, scene.keyframes[frame].at).unwrap()
             };
             (0..4).for_each(|frame| drop(fuse(frame, false)));
-            fuse(4, true)[0].told.len()
+            fuse(4, true)[0].boxes.len()
         };
-        assert_eq!(told(Conditions::Paper), 0);
-        assert!(told(Conditions::Sensors) > 0);
+        assert_eq!(n_objects(Conditions::Paper), 0);
+        assert!(n_objects(Conditions::Sensors) > 0);
     }
 }

@@ -1,4 +1,4 @@
-//! The compared methods, and what each is told.
+//! The compared methods, and what each is inputs.
 
 use crate::data::noise::NoisePair;
 use crate::drive::keyframes::setup::Setup;
@@ -52,7 +52,7 @@ methods! {
     DairV2xCode = "dair-v2x-code";
     /// CSBA association, weighted least squares
     CsbaWls = "csba-wls";
-    /// The same, told how sizes err
+    /// The same, inputs how sizes err
     CsbaWlsDebiased = "csba-wls-debiased";
     /// CSBA+WLS in every frame, then a constant-velocity Kalman filter
     CsbaWlsCv = "csba-wls-cv";
@@ -72,9 +72,9 @@ methods! {
     OursParticles = "ours-particles";
     /// Our engine without prior knowledge of classes: sizes by the reports alone, and all move as cars do
     OursNoPrior = "ours-no-prior";
-    /// Our engine, told half a second later: the keyframe after it counts, too
+    /// Our engine, inputs half a second later: the keyframe after it counts, too
     OursLagHalf = "ours-lag-0.5s";
-    /// Our engine, told a second later: the two keyframes after it count, too
+    /// Our engine, inputs a second later: the two keyframes after it count, too
     OursLag1 = "ours-lag-1s";
     /// Our engine, agent 1 alone
     Single1Ours = "single-1-ours";
@@ -84,7 +84,7 @@ methods! {
     OursNoSizePrior = "ours-no-size-prior";
     /// Our engine without the four interacting models: constant velocity
     OursCv = "ours-cv";
-    /// Our engine, not told how sizes err
+    /// Our engine, not inputs how sizes err
     OursBiased = "ours-biased";
     /// Our engine, associating by CSBA's cost
     OursCsba = "ours-csba";
@@ -94,7 +94,7 @@ methods! {
 
 /// What a method is given apart from boxes and classes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Told {
+struct Inputs {
     sigma: bool,
     past: bool,
     later: bool,
@@ -138,9 +138,9 @@ impl Method {
         Self::OursTrueId,
     ];
 
-    /// What it is told apart from boxes and classes, in words.
-    pub fn told(self) -> String {
-        let Told { sigma, past, later, class_prior, size_law, truth } = self.given();
+    /// What it is inputs apart from boxes and classes, in words.
+    pub fn inputs(self) -> String {
+        let Inputs { sigma, past, later, class_prior, size_law, truth } = self.given();
         let parts = [
             (sigma, "σ"),
             (past, "past frames"),
@@ -149,33 +149,34 @@ impl Method {
             (size_law, "size law"),
             (truth, "true identities"),
         ];
-        let parts: Vec<&str> = parts.iter().filter(|(is_told, _)| *is_told).map(|(_, name)| *name).collect();
+        let parts: Vec<&str> =
+            parts.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
         parts.join(", ")
     }
 
-    fn given(self) -> Told {
-        let sigma = Told { sigma: true, ..Told::default() };
+    fn given(self) -> Inputs {
+        let sigma = Inputs { sigma: true, ..Inputs::default() };
         // The constant-velocity filter's process noise is a class's, too.
-        let filtered = Told { past: true, class_prior: true, ..sigma };
-        let ours = Told { size_law: true, ..filtered };
+        let filtered = Inputs { past: true, class_prior: true, ..sigma };
+        let ours = Inputs { size_law: true, ..filtered };
         match self {
             Self::CsbaWls => sigma,
-            Self::CsbaWlsDebiased => Told { size_law: true, ..sigma },
+            Self::CsbaWlsDebiased => Inputs { size_law: true, ..sigma },
             Self::CsbaWlsCv
             | Self::DairV2xCv
             | Self::UnikfPaper
             | Self::UnikfPaperIou
             | Self::UnikfPaperEuclidean => filtered,
-            Self::UnikfPaperTrueId => Told { truth: true, ..filtered },
+            Self::UnikfPaperTrueId => Inputs { truth: true, ..filtered },
             Self::Ours | Self::OursParticles | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
-            Self::OursNoPrior => Told { class_prior: false, ..ours },
+            Self::OursNoPrior => Inputs { class_prior: false, ..ours },
             // Classes still tell how things move.
             Self::OursNoSizePrior => ours,
-            Self::OursBiased => Told { size_law: false, ..ours },
-            Self::OursForgetful => Told { past: false, ..ours },
-            Self::OursLagHalf | Self::OursLag1 => Told { later: true, ..ours },
-            Self::OursTrueId => Told { truth: true, ..ours },
-            _ => Told::default(),
+            Self::OursBiased => Inputs { size_law: false, ..ours },
+            Self::OursForgetful => Inputs { past: false, ..ours },
+            Self::OursLagHalf | Self::OursLag1 => Inputs { later: true, ..ours },
+            Self::OursTrueId => Inputs { truth: true, ..ours },
+            _ => Inputs::default(),
         }
     }
 
@@ -271,7 +272,7 @@ mod tests {
 
     #[test]
     fn single_frame_rules_without_accuracies_are_told_nothing() {
-        assert_eq!(Method::DairV2x.told(), "");
-        assert_eq!(Method::Ours.told(), "σ, past frames, class prior, size law");
+        assert_eq!(Method::DairV2x.inputs(), "");
+        assert_eq!(Method::Ours.inputs(), "σ, past frames, class prior, size law");
     }
 }

@@ -16,7 +16,7 @@ pub struct Setting {
 
 /// Which scene a contender is asked about.
 #[derive(Clone, Copy, Debug)]
-pub struct Occasion<'a> {
+pub struct SceneTrial<'a> {
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// What agents can see.

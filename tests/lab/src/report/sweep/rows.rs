@@ -146,8 +146,8 @@ pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
         let records = &group[method];
         let of = |other: Option<SweepMethod>| other.and_then(|other| group.get(&other)).map(Vec::as_slice);
         let rollback = Some(SweepMethod::RollbackLiteral).filter(|_| *method == SweepMethod::Replay);
-        let rivals = [of(method.alone()), of(rollback)];
-        Subset::ALL.map(|subset| row(plan, (point, *method), (records, rivals), subset))
+        let baselines = [of(method.alone()), of(rollback)];
+        Subset::ALL.map(|subset| row(plan, (point, *method), (records, baselines), subset))
     };
     plan.methods.iter().filter(|method| group.contains_key(method)).flat_map(of_method).collect()
 }
@@ -228,12 +228,12 @@ pub fn total(record: &Record, subset: Subset) -> Errors {
 }
 
 /// The ratio of two methods' errors; `None` where there are too few stretches for an interval.
-fn versus(rival: &[&Record], records: &[&Record], subset: Subset) -> Option<Interval> {
+fn versus(baseline: &[&Record], records: &[&Record], subset: Subset) -> Option<Interval> {
     let sum = |block: &[Errors; 4]| (block[subset as usize].ate_m, block[subset as usize].found as f64);
-    let of_seed = |(rival, record): (&&Record, &&Record)| -> Vec<Pair> {
-        record.blocks.iter().zip(&rival.blocks).map(|(own, rival)| [sum(own), sum(rival)]).collect()
+    let of_seed = |(baseline, record): (&&Record, &&Record)| -> Vec<Pair> {
+        record.blocks.iter().zip(&baseline.blocks).map(|(own, baseline)| [sum(own), sum(baseline)]).collect()
     };
-    let seeds: Vec<Vec<Pair>> = rival.iter().zip(records).map(of_seed).collect();
+    let seeds: Vec<Vec<Pair>> = baseline.iter().zip(records).map(of_seed).collect();
     if seeds.iter().map(Vec::len).sum::<usize>() < FEWEST_STRETCHES {
         return None;
     }

@@ -129,16 +129,16 @@ pub(crate) fn families(rows: &[Row]) -> Vec<Family<'_>> {
 
 /// For a terminal.
 pub(crate) fn terminal(rows: &[Row]) -> String {
-    told(rows, "", |table| table.text())
+    in_families(rows, "", |table| table.text())
 }
 
 /// For a page or a paper.
 pub(crate) fn markdown(rows: &[Row]) -> String {
-    told(rows, "## ", |table| format!("\n{}", table.markdown()))
+    in_families(rows, "## ", |table| format!("\n{}", table.markdown()))
 }
 
 /// Family by family, quantity by quantity.
-fn told(rows: &[Row], heading: &str, table_text: impl Fn(&Table) -> String) -> String {
+fn in_families(rows: &[Row], heading: &str, table_text: impl Fn(&Table) -> String) -> String {
     let mut text = String::new();
     for family in families(rows) {
         text += &format!("{heading}{}\n", family.name());

@@ -60,7 +60,8 @@ pub struct Row {
     /// Number of trials.
     pub trials: u32,
     /// What the method is given apart from boxes and classes.
-    pub told: String,
+    #[serde(rename = "told")]
+    pub inputs: String,
     /// What the paper says.
     #[serde(flatten)]
     pub paper: Published,
@@ -141,7 +142,7 @@ fn blank(block: &Block, contender: &Contender, trials: u32) -> Row {
         class: None,
         metrics: Metrics::default(),
         trials,
-        told: contender.told(),
+        inputs: contender.inputs(),
         paper: Published::default(),
         ase: None,
         nees: Nees::default(),
@@ -222,7 +223,7 @@ mod tests {
             class: None,
             metrics: Metrics([value; 5]),
             trials: 1,
-            told: "σ".to_owned(),
+            inputs: "σ".to_owned(),
             paper: Published::default(),
             ase: None,
             nees: Nees::default(),

@@ -20,7 +20,7 @@ pub struct Study {
     /// The shape of the errors, but for [`Table::Robustness`], which has them all.
     pub shape: Shape,
     /// Further rows of every table.
-    pub guests: Vec<Contender>,
+    pub further: Vec<Contender>,
     /// Whether robustness is shown at the lowest and the highest level only: it takes all shapes.
     pub is_brief: bool,
 }
@@ -64,16 +64,16 @@ impl Study {
         let setting = |noise| shapes.iter().map(move |shape| Setting { noise, shape: *shape, conditions });
         let block = |setting| {
             let mut contenders = contenders.clone();
-            contenders.extend(self.guests_of(table, setting).cloned());
+            contenders.extend(self.further_in(table, setting).cloned());
             Block { table, setting, contenders }
         };
         noise.flat_map(setting).map(block).collect()
     }
 
     /// Those who have anything to say in a block.
-    fn guests_of(&self, table: Table, setting: Setting) -> impl Iterator<Item = &Contender> {
-        let claims = move |guest: &&Contender| table != Table::Nees || guest.claims_accuracy();
-        self.guests.iter().filter(move |guest| guest.knows(&setting)).filter(claims)
+    fn further_in(&self, table: Table, setting: Setting) -> impl Iterator<Item = &Contender> {
+        let claims = move |contender: &&Contender| table != Table::Nees || contender.claims_accuracy();
+        self.further.iter().filter(move |contender| contender.has_output_for(&setting)).filter(claims)
     }
 
     /// Every setting once, with all that compete in it in any table.
@@ -150,7 +150,7 @@ mod tests {
             noise: NoisePair::ALL.to_vec(),
             methods: methods.to_vec(),
             shape: Shape::Gaussian,
-            guests: Vec::new(),
+            further: Vec::new(),
             is_brief: false,
         }
     }
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn nobody_is_told_true_identities_under_sensors() {
-        let truth = |method: &&Method| method.told().contains("identities");
+        let truth = |method: &&Method| method.inputs().contains("identities");
         assert_eq!(Table::Sensors.methods().iter().filter(truth).count(), 0);
         assert_eq!(Table::Sensors.methods().len(), Method::TABLE_II.len() - 1);
     }

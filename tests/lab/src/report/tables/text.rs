@@ -159,7 +159,7 @@ fn cells(row: &Row) -> Vec<String> {
         let difference = difference.map_or("–".to_owned(), |value| format!("{value:+.digits$}"));
         cells.extend([own, figure(paper, digits), difference].into_iter().take(n_columns(place)));
     }
-    cells.push(if row.told.is_empty() { "–".to_owned() } else { row.told.clone() });
+    cells.push(if row.inputs.is_empty() { "–".to_owned() } else { row.inputs.clone() });
     cells
 }
 

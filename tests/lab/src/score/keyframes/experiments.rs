@@ -4,8 +4,8 @@ use crate::data::noise::{NoisePair, Realisation};
 use crate::data::observation::Protocol;
 use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
-use crate::drive::keyframes::engine_run::{Answer, Refused};
-use crate::drive::keyframes::setting::{Occasion, Setting};
+use crate::drive::keyframes::engine_run::{KeyframeOutput, Refused};
+use crate::drive::keyframes::setting::{SceneTrial, Setting};
 use crate::drive::parallel;
 use crate::score::keyframes::method_score::MethodScore;
 use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
@@ -121,42 +121,42 @@ impl Plan {
         let Experiment { setting, contenders } = &self.experiments[experiment];
         let contenders: Vec<&Contender> = contenders.iter().collect();
         let mut scores = vec![MethodScore::default(); contenders.len()];
-        self.play(scene, (*setting, trial), &contenders, |place, keyframe| scores[place].add(keyframe))?;
+        self.run_scene(scene, (*setting, trial), &contenders, |place, keyframe| scores[place].add(keyframe))?;
         Ok(scores)
     }
 
     /// Has contenders tell of a scene; `see` is shown every keyframe of each, with the contender's place.
-    pub(super) fn play(
+    pub(super) fn run_scene(
         &self,
         scene: &Scene,
         (setting, trial): (Setting, u32),
         contenders: &[&Contender],
-        mut see: impl FnMut(usize, &ScoredKeyframe<'_>),
+        mut visit: impl FnMut(usize, &ScoredKeyframe<'_>),
     ) -> Result<(), RunError> {
         let Setting { noise, shape, conditions } = setting;
         let realisation = Realisation { seed: self.seed, trial };
         let protocol = Protocol { noise, shape, conditions, realisation };
-        let occasion = Occasion { noise, conditions, trial, scene: &scene.name };
-        let mut fusers: Vec<_> = contenders.iter().map(|one| one.begin(&occasion)).collect();
+        let trial_of_scene = SceneTrial { noise, conditions, trial, scene: &scene.name };
+        let mut fusers: Vec<_> = contenders.iter().map(|one| one.begin(&trial_of_scene)).collect();
         let views: Vec<Vec<bool>> =
             (0..scene.keyframes.len()).map(|frame| protocol.is_in_view(scene, frame)).collect();
-        let mut see_all = |place: usize, answers: Vec<Answer>| {
-            for Answer { frame, told } in answers {
-                see(place, &ScoredKeyframe::new(scene, frame, &views[frame], &told));
+        let mut visit_all = |place: usize, outputs: Vec<KeyframeOutput>| {
+            for KeyframeOutput { frame, boxes } in outputs {
+                visit(place, &ScoredKeyframe::new(scene, frame, &views[frame], &boxes));
             }
         };
         for (frame, keyframe) in scene.keyframes.iter().enumerate() {
             let reports = protocol.observe(scene, frame);
             for (place, fuser) in fusers.iter_mut().enumerate() {
-                let answers = fuser.fuse(&reports, (frame, keyframe.at)).map_err(|source| {
+                let outputs = fuser.fuse(&reports, (frame, keyframe.at)).map_err(|source| {
                     let (method, scene) = (contenders[place].key().to_owned(), scene.name.clone());
                     RunError { method, scene, noise, source: Box::new(source) }
                 })?;
-                see_all(place, answers);
+                visit_all(place, outputs);
             }
         }
         for (place, fuser) in fusers.iter_mut().enumerate() {
-            see_all(place, fuser.finish());
+            visit_all(place, fuser.finish());
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use crate::score::tracking::hota::{Hota, ZERO_M};
 use crate::score::tracking::identity::Identity;
 use crate::score::tracking::sequence::GATE_M;
 use crate::score::tracking::sequence::Instant as Tracked;
-use crate::score::tracking::sequence::{Sequence, ToldBox};
+use crate::score::tracking::sequence::{ReportedBox, Sequence};
 use serde::Serialize;
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::assignment::Assigner;
@@ -72,10 +72,10 @@ impl Plan {
         let mut assigner = Assigner::default();
         for scene in scenes {
             let mut instants = Vec::new();
-            self.play(scene, (*setting, trial), &[contender], |_, keyframe| {
+            self.run_scene(scene, (*setting, trial), &[contender], |_, keyframe| {
                 let instant = tracked(keyframe);
                 let boxes: (Vec<BevBox>, Vec<BevBox>) = (
-                    instant.told.iter().map(|one| one.bev).collect(),
+                    instant.reported.iter().map(|one| one.bev).collect(),
                     instant.truth.iter().map(|one| one.bev).collect(),
                 );
                 gospa_m.add(Some(gospa(&boxes.0, &boxes.1, GOSPA_CUTOFF_M, &mut assigner).distance_m()));
@@ -95,13 +95,13 @@ impl Plan {
 }
 
 fn tracked(keyframe: &ScoredKeyframe<'_>) -> Tracked {
-    let tracks = keyframe.counted_boxes().map(|one| ToldBox {
+    let tracks = keyframe.counted_boxes().map(|one| ReportedBox {
         track: one.track.0,
         class: one.class,
         score: one.existence,
         bev: one.bev,
     });
-    Tracked { truth: keyframe.objects().copied().collect(), told: tracks.collect() }
+    Tracked { truth: keyframe.objects().copied().collect(), reported: tracks.collect() }
 }
 
 impl TrackerScore {

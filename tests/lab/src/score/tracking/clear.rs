@@ -14,7 +14,7 @@ pub struct Clear {
     pub found: u64,
     /// Those found by another track than the one that found the object before.
     pub switches: u64,
-    /// Told boxes that are of nothing.
+    /// Reported boxes that are of nothing.
     pub false_positives: u64,
     /// How often an object was lost while it was there, and found again.
     pub fragmentations: u64,
@@ -60,7 +60,7 @@ impl Clear {
         ratio(self.found, self.objects)
     }
 
-    /// Share of what was told that is of something; `None` where nothing was told.
+    /// Share of what was reported that is of something; `None` where nothing was reported.
     pub fn precision(&self) -> Option<f64> {
         ratio(self.found, self.found + self.false_positives)
     }

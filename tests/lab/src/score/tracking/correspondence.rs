@@ -17,7 +17,7 @@ pub(super) struct Correspondence {
     pub instant: usize,
     /// Places in the instant's lists.
     pub object: usize,
-    pub told: usize,
+    pub reported: usize,
     /// Whether the object had another track before.
     pub is_switch: bool,
 }
@@ -31,11 +31,11 @@ struct Followed {
 }
 
 struct Matcher {
-    /// Told boxes of a lower score are not there.
+    /// Reported boxes of a lower score are not there.
     min_score: f64,
     gate_m: f64,
     followed: Vec<Followed>,
-    /// By place in the instant: the told box of an object, with the distance; and whether a told box is taken.
+    /// By place in the instant: the reported box of an object, with the distance; and whether a reported box is taken.
     found: Vec<Option<(u32, f64)>>,
     is_taken: Vec<bool>,
     candidates: Vec<Candidate>,
@@ -80,16 +80,16 @@ impl Matcher {
         self.found.clear();
         self.found.resize(instant.objects.len(), None);
         self.is_taken.clear();
-        self.is_taken.resize(instant.told.len(), false);
+        self.is_taken.resize(instant.reported.len(), false);
         for pair in &instant.pairs {
-            let told = &instant.told[pair.told as usize];
+            let reported = &instant.reported[pair.reported as usize];
             let last_track = self.followed[instant.objects[pair.object as usize] as usize].last_track;
-            if last_track == Some(told.track)
-                && told.score >= self.min_score
-                && !self.is_taken[pair.told as usize]
+            if last_track == Some(reported.track)
+                && reported.score >= self.min_score
+                && !self.is_taken[pair.reported as usize]
             {
-                self.is_taken[pair.told as usize] = true;
-                self.found[pair.object as usize] = Some((pair.told, pair.distance_m));
+                self.is_taken[pair.reported as usize] = true;
+                self.found[pair.object as usize] = Some((pair.reported, pair.distance_m));
             }
         }
     }
@@ -98,9 +98,14 @@ impl Matcher {
     fn assign(&mut self, instant: &IndexedInstant) {
         self.candidates.clear();
         for pair in &instant.pairs {
-            let is_open = self.found[pair.object as usize].is_none() && !self.is_taken[pair.told as usize];
-            if is_open && instant.told[pair.told as usize].score >= self.min_score {
-                self.candidates.push(Candidate { row: pair.object, col: pair.told, cost: pair.distance_m });
+            let is_open =
+                self.found[pair.object as usize].is_none() && !self.is_taken[pair.reported as usize];
+            if is_open && instant.reported[pair.reported as usize].score >= self.min_score {
+                self.candidates.push(Candidate {
+                    row: pair.object,
+                    col: pair.reported,
+                    cost: pair.distance_m,
+                });
             }
         }
         if self.candidates.is_empty() {
@@ -109,7 +114,8 @@ impl Matcher {
         // An object left alone costs more than any detour of the others.
         #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
         let alone = self.gate_m * (instant.objects.len() + 1) as f64;
-        let columns = self.assigner.solve(instant.objects.len(), instant.told.len(), &self.candidates, alone);
+        let columns =
+            self.assigner.solve(instant.objects.len(), instant.reported.len(), &self.candidates, alone);
         for candidate in &self.candidates {
             if columns[candidate.row as usize] == Some(candidate.col) {
                 self.found[candidate.row as usize] = Some((candidate.col, candidate.cost));
@@ -126,22 +132,23 @@ impl Matcher {
         let mut n_found = 0;
         for (object, (number, found)) in instant.objects.iter().zip(&self.found).enumerate() {
             let followed = &mut self.followed[*number as usize];
-            let Some((told, distance_m)) = *found else {
+            let Some((reported, distance_m)) = *found else {
                 followed.is_lost = followed.last_track.is_some();
                 continue;
             };
-            let track = instant.told[told as usize].track;
+            let track = instant.reported[reported as usize].track;
             let is_switch = followed.last_track.is_some_and(|last| last != track);
             n_found += 1;
             counts.switches += u64::from(is_switch);
             counts.fragmentations += u64::from(followed.is_lost);
             counts.distance_sum_m += distance_m;
             *followed = Followed { last_track: Some(track), is_lost: false };
-            visit(Correspondence { instant: instant.number, object, told: told as usize, is_switch });
+            visit(Correspondence { instant: instant.number, object, reported: reported as usize, is_switch });
         }
-        let n_told = instant.told.iter().filter(|told| told.score >= self.min_score).count() as u64;
+        let n_reported =
+            instant.reported.iter().filter(|reported| reported.score >= self.min_score).count() as u64;
         counts.objects += instant.objects.len() as u64;
         counts.found += n_found;
-        counts.false_positives += n_told - n_found;
+        counts.false_positives += n_reported - n_found;
     }
 }

@@ -2,7 +2,7 @@
 //! (`metrics/hota.py`) computes it.
 //!
 //! TrackEval has no similarity of rotated boxes; of points it has max(0, 1 − distance / zero distance), with
-//! 2 m for pedestrians (MOT15-3D). Here it is that, of the centres, with [`ZERO_M`] unless told otherwise, so
+//! 2 m for pedestrians (MOT15-3D). Here it is that, of the centres, with [`ZERO_M`] unless reported otherwise, so
 //! that α = 0.5 stands for nuScenes' 2 m. Scenes combine as in TrackEval's `COMBINED`: counts and weighted sums
 //! are added up for each α before any ratio, and the mean over α comes last.
 
@@ -25,7 +25,7 @@ fn alpha(place: usize) -> f64 {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hota {
     objects: u64,
-    told: u64,
+    reported: u64,
     by_alpha: [Sums; N_ALPHAS],
 }
 
@@ -48,7 +48,7 @@ pub struct HotaScore {
     pub det_a: f64,
     /// Share of the true boxes that were found.
     pub det_re: f64,
-    /// Share of the told boxes that are of something.
+    /// Share of the reported boxes that are of something.
     pub det_pr: f64,
     /// Mean over true positives of how much their object and track have in common.
     pub ass_a: f64,
@@ -66,7 +66,7 @@ impl Hota {
         let indexed = Indexed::of(sequence, zero_m);
         let lengths = Lengths::of(&indexed);
         let together = matched(&indexed, &lengths, zero_m);
-        let mut hota = Self { objects: indexed.n_true(), told: indexed.n_told(), ..Self::default() };
+        let mut hota = Self { objects: indexed.n_true(), reported: indexed.n_reported(), ..Self::default() };
         for (place, sums) in hota.by_alpha.iter_mut().enumerate() {
             sums.similarity = together.similarity[place];
             for (&(object, track), together) in indexed.couples.iter().zip(&together.instants) {
@@ -85,7 +85,7 @@ impl Hota {
     /// Adds another scene.
     pub fn merge(&mut self, other: &Self) {
         self.objects += other.objects;
-        self.told += other.told;
+        self.reported += other.reported;
         for (ours, theirs) in self.by_alpha.iter_mut().zip(&other.by_alpha) {
             ours.true_positives += theirs.true_positives;
             ours.similarity += theirs.similarity;
@@ -98,16 +98,16 @@ impl Hota {
     /// The means over all α.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn score(&self) -> HotaScore {
-        let (objects, told) = (self.objects as f64, self.told as f64);
+        let (objects, reported) = (self.objects as f64, self.reported as f64);
         let mut score = HotaScore::default();
         for sums in &self.by_alpha {
             let found = sums.true_positives as f64;
-            let det_a = found / (objects + told - found).max(1.0);
+            let det_a = found / (objects + reported - found).max(1.0);
             let ass_a = sums.association / found.max(1.0);
             score.hota += libm::sqrt(det_a * ass_a);
             score.det_a += det_a;
             score.det_re += found / objects.max(1.0);
-            score.det_pr += found / told.max(1.0);
+            score.det_pr += found / reported.max(1.0);
             score.ass_a += ass_a;
             score.ass_re += sums.association_recall / found.max(1.0);
             score.ass_pr += sums.association_precision / found.max(1.0);
@@ -144,7 +144,7 @@ impl Lengths {
         let mut lengths = Self { objects: vec![0.0; indexed.n_objects], tracks: vec![0.0; indexed.n_tracks] };
         for instant in &indexed.instants {
             instant.objects.iter().for_each(|object| lengths.objects[*object as usize] += 1.0);
-            instant.told.iter().for_each(|told| lengths.tracks[told.track as usize] += 1.0);
+            instant.reported.iter().for_each(|reported| lengths.tracks[reported.track as usize] += 1.0);
         }
         lengths
     }
@@ -168,11 +168,11 @@ fn matched(indexed: &Indexed, lengths: &Lengths, zero_m: f64) -> Together {
         candidates.clear();
         candidates.extend(instant.pairs.iter().map(|pair| Candidate {
             row: pair.object,
-            col: pair.told,
+            col: pair.reported,
             cost: -alignment[pair.couple as usize] * similarity(pair.distance_m, zero_m),
         }));
-        let columns = assigner.solve(instant.objects.len(), instant.told.len(), &candidates, 0.0);
-        for pair in instant.pairs.iter().filter(|pair| columns[pair.object as usize] == Some(pair.told)) {
+        let columns = assigner.solve(instant.objects.len(), instant.reported.len(), &candidates, 0.0);
+        for pair in instant.pairs.iter().filter(|pair| columns[pair.object as usize] == Some(pair.reported)) {
             let similarity = similarity(pair.distance_m, zero_m);
             for place in (0..N_ALPHAS).take_while(|place| similarity >= alpha(*place) - f64::EPSILON) {
                 together.instants[pair.couple as usize][place] += 1;
@@ -187,19 +187,19 @@ fn matched(indexed: &Indexed, lengths: &Lengths, zero_m: f64) -> Together {
 /// instants, each weighed by how similar the two are among all that they are similar to.
 fn alignment(indexed: &Indexed, lengths: &Lengths, zero_m: f64) -> Vec<f64> {
     let mut potential = vec![0.0; indexed.couples.len()];
-    let (mut of_objects, mut of_told) = (vec![], vec![]);
-    for IndexedInstant { objects, told, pairs, .. } in &indexed.instants {
+    let (mut of_objects, mut of_reported) = (vec![], vec![]);
+    for IndexedInstant { objects, reported, pairs, .. } in &indexed.instants {
         of_objects.clear();
         of_objects.resize(objects.len(), 0.0);
-        of_told.clear();
-        of_told.resize(told.len(), 0.0);
+        of_reported.clear();
+        of_reported.resize(reported.len(), 0.0);
         for pair in pairs {
             of_objects[pair.object as usize] += similarity(pair.distance_m, zero_m);
-            of_told[pair.told as usize] += similarity(pair.distance_m, zero_m);
+            of_reported[pair.reported as usize] += similarity(pair.distance_m, zero_m);
         }
         for pair in pairs {
             let shared = similarity(pair.distance_m, zero_m);
-            let all = of_objects[pair.object as usize] + of_told[pair.told as usize] - shared;
+            let all = of_objects[pair.object as usize] + of_reported[pair.reported as usize] - shared;
             if all > f64::EPSILON {
                 potential[pair.couple as usize] += shared / all;
             }

@@ -15,8 +15,8 @@ pub struct Identity {
     pub true_positives: u64,
     /// True boxes.
     pub objects: u64,
-    /// Told boxes.
-    pub told: u64,
+    /// Reported boxes.
+    pub reported: u64,
 }
 
 impl Identity {
@@ -41,7 +41,7 @@ impl Identity {
         Self {
             true_positives: chosen.map(|(_, together)| u64::from(together)).sum(),
             objects: indexed.n_true(),
-            told: indexed.n_told(),
+            reported: indexed.n_reported(),
         }
     }
 
@@ -49,12 +49,12 @@ impl Identity {
     pub const fn merge(&mut self, other: &Self) {
         self.true_positives += other.true_positives;
         self.objects += other.objects;
-        self.told += other.told;
+        self.reported += other.reported;
     }
 
-    /// Told boxes that are not of their track's object.
+    /// Reported boxes that are not of their track's object.
     pub const fn false_positives(&self) -> u64 {
-        self.told - self.true_positives
+        self.reported - self.true_positives
     }
 
     /// True boxes that their object's track does not tell of.
@@ -62,9 +62,9 @@ impl Identity {
         self.objects - self.true_positives
     }
 
-    /// Precision; `None` where nothing was told.
+    /// Precision; `None` where nothing was reported.
     pub fn idp(&self) -> Option<f64> {
-        ratio(self.true_positives, self.told)
+        ratio(self.true_positives, self.reported)
     }
 
     /// Recall; `None` where nothing was there.
@@ -72,9 +72,9 @@ impl Identity {
         ratio(self.true_positives, self.objects)
     }
 
-    /// The harmonic mean of both: 2 IDTP / (objects + told); `None` where there is neither.
+    /// The harmonic mean of both: 2 IDTP / (objects + reported); `None` where there is neither.
     pub fn idf1(&self) -> Option<f64> {
-        ratio(2 * self.true_positives, self.objects + self.told)
+        ratio(2 * self.true_positives, self.objects + self.reported)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A sequence made ready for counting: ids numbered from 0, and only the pairs that are near enough.
 
 use crate::data::scene::TrueBox;
-use crate::score::tracking::sequence::{Instant, Sequence, ToldBox};
+use crate::score::tracking::sequence::{Instant, ReportedBox, Sequence};
 use std::collections::BTreeMap;
 
 /// A box as far as matching is concerned.
@@ -11,7 +11,7 @@ pub(super) struct Spot {
     pub id: u64,
     /// m.
     pub at: [f64; 2],
-    /// Of a told box; a true one has 0.
+    /// Of a reported box; a true one has 0.
     pub score: f64,
 }
 
@@ -20,32 +20,32 @@ impl Spot {
         Self { id: one.id.0.into(), at: [one.bev.x, one.bev.y], score: 0.0 }
     }
 
-    pub(super) const fn of_told(one: &ToldBox) -> Self {
+    pub(super) const fn of_reported(one: &ReportedBox) -> Self {
         Self { id: one.track, at: [one.bev.x, one.bev.y], score: one.score }
     }
 }
 
-/// A told box, by the number of its track.
+/// A reported box, by the number of its track.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Told {
+pub(super) struct Reported {
     pub track: u32,
     pub score: f64,
 }
 
-/// A true and a told box of one instant that are near each other.
+/// A true and a reported box of one instant that are near each other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     /// Places in the instant's lists.
     pub object: u32,
-    pub told: u32,
+    pub reported: u32,
     pub distance_m: f64,
     /// Which object and track: a place in [`Indexed::couples`].
     pub couple: u32,
 }
 
 impl Pair {
-    fn couple_of(&self, objects: &[u32], told: &[Told]) -> (u32, u32) {
-        (objects[self.object as usize], told[self.told as usize].track)
+    fn couple_of(&self, objects: &[u32], reported: &[Reported]) -> (u32, u32) {
+        (objects[self.object as usize], reported[self.reported as usize].track)
     }
 }
 
@@ -56,8 +56,8 @@ pub(super) struct IndexedInstant {
     pub number: usize,
     /// Numbers of the objects.
     pub objects: Vec<u32>,
-    pub told: Vec<Told>,
-    /// By place of the object, then of the told box.
+    pub reported: Vec<Reported>,
+    /// By place of the object, then of the reported box.
     pub pairs: Vec<Pair>,
 }
 
@@ -86,25 +86,28 @@ impl Numbers {
 impl Indexed {
     /// With the pairs nearer than `radius_m`.
     pub(super) fn of(sequence: &Sequence, radius_m: f64) -> Self {
-        let spots = |Instant { truth, told }: &Instant| {
-            (truth.iter().map(Spot::of_true).collect(), told.iter().map(Spot::of_told).collect())
+        let spots = |Instant { truth, reported }: &Instant| {
+            (truth.iter().map(Spot::of_true).collect(), reported.iter().map(Spot::of_reported).collect())
         };
         Self::of_spots(sequence.instants().iter().map(spots), radius_m)
     }
 
-    /// Of true and told boxes, instant by instant.
+    /// Of true and reported boxes, instant by instant.
     pub(super) fn of_spots(instants: impl Iterator<Item = (Vec<Spot>, Vec<Spot>)>, radius_m: f64) -> Self {
         let (mut objects, mut tracks) = (Numbers::default(), Numbers::default());
         let mut indexed = Self::default();
-        for (number, (truth, told)) in instants.enumerate() {
-            if truth.is_empty() && told.is_empty() {
+        for (number, (truth, reported)) in instants.enumerate() {
+            if truth.is_empty() && reported.is_empty() {
                 continue;
             }
             indexed.instants.push(IndexedInstant {
                 number,
-                pairs: pairs_within(&truth, &told, radius_m),
+                pairs: pairs_within(&truth, &reported, radius_m),
                 objects: truth.iter().map(|spot| objects.of(spot.id)).collect(),
-                told: told.iter().map(|spot| Told { track: tracks.of(spot.id), score: spot.score }).collect(),
+                reported: reported
+                    .iter()
+                    .map(|spot| Reported { track: tracks.of(spot.id), score: spot.score })
+                    .collect(),
             });
         }
         indexed.n_objects = objects.0.len();
@@ -115,14 +118,14 @@ impl Indexed {
 
     fn find_couples(&mut self) {
         let Self { instants, couples, .. } = self;
-        for IndexedInstant { objects, told, pairs, .. } in &*instants {
-            couples.extend(pairs.iter().map(|pair| pair.couple_of(objects, told)));
+        for IndexedInstant { objects, reported, pairs, .. } in &*instants {
+            couples.extend(pairs.iter().map(|pair| pair.couple_of(objects, reported)));
         }
         couples.sort_unstable();
         couples.dedup();
-        for IndexedInstant { objects, told, pairs, .. } in instants {
+        for IndexedInstant { objects, reported, pairs, .. } in instants {
             for pair in pairs {
-                let couple = pair.couple_of(objects, told);
+                let couple = pair.couple_of(objects, reported);
                 let place = couples.partition_point(|one| *one < couple);
                 pair.couple = u32::try_from(place).expect("couples are numbered in 32 bits");
             }
@@ -134,23 +137,23 @@ impl Indexed {
         self.instants.iter().map(|instant| instant.objects.len() as u64).sum()
     }
 
-    /// Number of told boxes.
-    pub(super) fn n_told(&self) -> u64 {
-        self.instants.iter().map(|instant| instant.told.len() as u64).sum()
+    /// Number of reported boxes.
+    pub(super) fn n_reported(&self) -> u64 {
+        self.instants.iter().map(|instant| instant.reported.len() as u64).sum()
     }
 }
 
-fn pairs_within(truth: &[Spot], told: &[Spot], radius_m: f64) -> Vec<Pair> {
+fn pairs_within(truth: &[Spot], reported: &[Spot], radius_m: f64) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (object, is) in (0u32..).zip(truth) {
-        for (told, says) in (0u32..).zip(told) {
-            let (dx, dy) = (says.at[0] - is.at[0], says.at[1] - is.at[1]);
+        for (place, spot) in (0u32..).zip(reported) {
+            let (dx, dy) = (spot.at[0] - is.at[0], spot.at[1] - is.at[1]);
             if dx.abs() >= radius_m || dy.abs() >= radius_m {
                 continue;
             }
             let distance_m = libm::sqrt(dx * dx + dy * dy);
             if distance_m < radius_m {
-                pairs.push(Pair { object, told, distance_m, couple: 0 });
+                pairs.push(Pair { object, reported: place, distance_m, couple: 0 });
             }
         }
     }

@@ -126,8 +126,8 @@ mod tests {
 
     #[test]
     fn each_part_is_over_its_own_degrees_of_freedom() {
-        let told = BevBox { x: 2.0, y: 4.0, w: 2.5, d: 4.0, yaw: -3.0 };
-        let error = BoxError::between(&told, &BevBox { yaw: 3.0, ..at(0.0) });
+        let reported = BevBox { x: 2.0, y: 4.0, w: 2.5, d: 4.0, yaw: -3.0 };
+        let error = BoxError::between(&reported, &BevBox { yaw: 3.0, ..at(0.0) });
         let mut consistency = Consistency::default();
         consistency.add(&error, &CLAIM).unwrap();
         let turn = std::f64::consts::TAU - 6.0;

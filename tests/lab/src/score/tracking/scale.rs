@@ -10,9 +10,9 @@ use crate::score::tracking::sequence::Sequence;
 use v2x_common::geometry::BevBox;
 
 /// 1 − IoU of the boxes with their centres and headings made equal, in [0, 1]; 1 where both have no area.
-pub fn scale_error(told: &BevBox, truth: &BevBox) -> f64 {
-    let intersection = told.w.min(truth.w) * told.d.min(truth.d);
-    let union = told.w * told.d + truth.w * truth.d - intersection;
+pub fn scale_error(reported: &BevBox, truth: &BevBox) -> f64 {
+    let intersection = reported.w.min(truth.w) * reported.d.min(truth.d);
+    let union = reported.w * reported.d + truth.w * truth.d - intersection;
     if union > 0.0 { 1.0 - intersection / union } else { 1.0 }
 }
 
@@ -21,7 +21,7 @@ pub fn scale_errors(sequence: &Sequence, gate_m: f64) -> Moments {
     let mut errors = Moments::default();
     correspond(&Indexed::of(sequence, gate_m), gate_m, f64::NEG_INFINITY, |pair| {
         let instant = &sequence.instants()[pair.instant];
-        errors.add(Some(scale_error(&instant.told[pair.told].bev, &instant.truth[pair.object].bev)));
+        errors.add(Some(scale_error(&instant.reported[pair.reported].bev, &instant.truth[pair.object].bev)));
     });
     errors
 }
@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn only_what_corresponds_counts() {
         let mut short = instant(&[(0, 0.0), (1, 9.0)], &[(7, 0.1), (8, 30.0)]);
-        short.told[0].bev.d = 3.0;
+        short.reported[0].bev.d = 3.0;
         let scene = Sequence::new(vec![Instant::default(), short]).unwrap();
         let errors = scale_errors(&scene, GATE_M);
         assert_eq!((errors.n(), errors.mean()), (1, Some(0.25)));

@@ -12,7 +12,7 @@ pub const GATE_M: f64 = 2.0;
 
 /// A box that a method tells of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldBox {
+pub struct ReportedBox {
     /// Whose it is: the same over time as far as the method knows.
     pub track: u64,
     /// What it is said to be.
@@ -23,13 +23,13 @@ pub struct ToldBox {
     pub bev: BevBox,
 }
 
-/// What was there and what was told of one time.
+/// What was there and what was reported of one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instant {
     /// What was there.
     pub truth: Vec<TrueBox>,
-    /// What was told.
-    pub told: Vec<ToldBox>,
+    /// What was reported.
+    pub reported: Vec<ReportedBox>,
 }
 
 /// One scene: equally spaced instants in the order of time. No object and no track is in an instant twice,
@@ -42,15 +42,15 @@ pub struct Sequence(Vec<Instant>);
 pub enum SequenceError {
     /// Two true boxes of one object.
     #[error("instant {instant}: object {} is there twice", object.0)]
-    TwiceThere {
+    ObjectTwice {
         /// Number of the instant, from 0.
         instant: usize,
         /// Which object.
         object: ObjectId,
     },
     /// Two boxes of one track.
-    #[error("instant {instant}: track {track} is told twice")]
-    TwiceTold {
+    #[error("instant {instant}: track {track} is reported twice")]
+    TrackTwice {
         /// Number of the instant, from 0.
         instant: usize,
         /// Which track.
@@ -70,19 +70,19 @@ impl Sequence {
     /// # Errors
     /// Where an object or track is in an instant twice, or a number is none.
     pub fn new(instants: Vec<Instant>) -> Result<Self, SequenceError> {
-        for (instant, Instant { truth, told }) in instants.iter().enumerate() {
+        for (instant, Instant { truth, reported }) in instants.iter().enumerate() {
             let is_finite =
                 |bev: &BevBox| [bev.x, bev.y, bev.w, bev.d, bev.yaw].iter().all(|one| one.is_finite());
             if !truth.iter().all(|one| is_finite(&one.bev))
-                || !told.iter().all(|one| is_finite(&one.bev) && one.score.is_finite())
+                || !reported.iter().all(|one| is_finite(&one.bev) && one.score.is_finite())
             {
                 return Err(SequenceError::NotFinite { instant });
             }
             if let Some(object) = twice(truth.iter().map(|one| one.id)) {
-                return Err(SequenceError::TwiceThere { instant, object });
+                return Err(SequenceError::ObjectTwice { instant, object });
             }
-            if let Some(track) = twice(told.iter().map(|one| one.track)) {
-                return Err(SequenceError::TwiceTold { instant, track });
+            if let Some(track) = twice(reported.iter().map(|one| one.track)) {
+                return Err(SequenceError::TrackTwice { instant, track });
             }
         }
         Ok(Self(instants))
@@ -93,12 +93,12 @@ impl Sequence {
         &self.0
     }
 
-    /// The same instants with only the boxes, true and told, of some classes.
+    /// The same instants with only the boxes, true and reported, of some classes.
     #[must_use]
     pub fn of_classes(&self, keep: impl Fn(Class) -> bool) -> Self {
-        let kept = |Instant { truth, told }: &Instant| Instant {
+        let kept = |Instant { truth, reported }: &Instant| Instant {
             truth: truth.iter().filter(|one| keep(one.class)).copied().collect(),
-            told: told.iter().filter(|one| keep(one.class)).copied().collect(),
+            reported: reported.iter().filter(|one| keep(one.class)).copied().collect(),
         };
         Self(self.0.iter().map(kept).collect())
     }
@@ -119,14 +119,14 @@ pub(super) fn ratio(part: u64, whole: u64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::tracking::testing::{at, instant, told, truth};
+    use crate::score::tracking::testing::{at, instant, reported, truth};
 
     #[test]
     fn nothing_is_in_an_instant_twice() {
-        let twice_there = Sequence::new(vec![Instant::default(), instant(&[(3, 0.0), (3, 9.0)], &[])]);
-        assert_eq!(twice_there, Err(SequenceError::TwiceThere { instant: 1, object: ObjectId(3) }));
-        let twice_told = Sequence::new(vec![instant(&[], &[(5, 0.0), (4, 1.0), (5, 9.0)])]);
-        assert_eq!(twice_told, Err(SequenceError::TwiceTold { instant: 0, track: 5 }));
+        let object_twice = Sequence::new(vec![Instant::default(), instant(&[(3, 0.0), (3, 9.0)], &[])]);
+        assert_eq!(object_twice, Err(SequenceError::ObjectTwice { instant: 1, object: ObjectId(3) }));
+        let track_twice = Sequence::new(vec![instant(&[], &[(5, 0.0), (4, 1.0), (5, 9.0)])]);
+        assert_eq!(track_twice, Err(SequenceError::TrackTwice { instant: 0, track: 5 }));
     }
 
     #[test]
@@ -135,20 +135,20 @@ mod tests {
         assert_eq!(Sequence::new(vec![instant(&[(0, f64::NAN)], &[])]), not_finite);
         assert_eq!(Sequence::new(vec![instant(&[], &[(0, f64::INFINITY)])]), not_finite);
         let endless = TrueBox { bev: BevBox { d: f64::INFINITY, ..at(0.0) }, ..truth(0, 0.0) };
-        assert_eq!(Sequence::new(vec![Instant { truth: vec![endless], told: vec![] }]), not_finite);
-        let unsure = ToldBox { score: f64::NAN, ..told(0, 0.0) };
-        assert_eq!(Sequence::new(vec![Instant { truth: vec![], told: vec![unsure] }]), not_finite);
+        assert_eq!(Sequence::new(vec![Instant { truth: vec![endless], reported: vec![] }]), not_finite);
+        let unsure = ReportedBox { score: f64::NAN, ..reported(0, 0.0) };
+        assert_eq!(Sequence::new(vec![Instant { truth: vec![], reported: vec![unsure] }]), not_finite);
     }
 
     #[test]
     fn a_class_takes_its_boxes_and_leaves_the_instants() {
         let bus = TrueBox { class: Class::RigidBus, bev: at(9.0), ..truth(1, 0.0) };
-        let both = Instant { truth: vec![truth(0, 0.0), bus], told: vec![told(7, 0.1)] };
+        let both = Instant { truth: vec![truth(0, 0.0), bus], reported: vec![reported(7, 0.1)] };
         let sequence = Sequence::new(vec![both, instant(&[(0, 1.0)], &[])]).unwrap();
         let buses = sequence.of_classes(|class| class == Class::RigidBus);
         assert_eq!(
             buses.instants(),
-            [Instant { truth: vec![bus], told: vec![] }, Instant { truth: vec![], told: vec![] }]
+            [Instant { truth: vec![bus], reported: vec![] }, Instant { truth: vec![], reported: vec![] }]
         );
     }
 }

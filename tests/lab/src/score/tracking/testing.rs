@@ -1,7 +1,7 @@
 //! Small sequences for the tests of the metrics: cars on a line.
 
 use crate::data::scene::TrueBox;
-use crate::score::tracking::sequence::{Instant, Sequence, ToldBox};
+use crate::score::tracking::sequence::{Instant, ReportedBox, Sequence};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::geometry::BevBox;
@@ -14,15 +14,15 @@ pub(super) fn truth(id: u32, x: f64) -> TrueBox {
     TrueBox { id: ObjectId(id), class: Class::Car, bev: at(x) }
 }
 
-pub(super) fn told(track: u64, x: f64) -> ToldBox {
-    ToldBox { track, class: Class::Car, score: 1.0, bev: at(x) }
+pub(super) fn reported(track: u64, x: f64) -> ReportedBox {
+    ReportedBox { track, class: Class::Car, score: 1.0, bev: at(x) }
 }
 
 /// Objects and tracks, each with its x, m.
 pub(super) fn instant(objects: &[(u32, f64)], tracks: &[(u64, f64)]) -> Instant {
     Instant {
         truth: objects.iter().map(|&(id, x)| truth(id, x)).collect(),
-        told: tracks.iter().map(|&(track, x)| told(track, x)).collect(),
+        reported: tracks.iter().map(|&(track, x)| reported(track, x)).collect(),
     }
 }
 

@@ -9,7 +9,7 @@ use v2x_common::class::Class;
 /// The boxes of the seven classes, instant by instant.
 pub(super) struct Filled {
     truth: Vec<Vec<Classed>>,
-    told: Vec<Vec<Classed>>,
+    reported: Vec<Vec<Classed>>,
 }
 
 #[derive(Clone, Copy)]
@@ -30,15 +30,15 @@ impl Filled {
         let true_boxes = |instant: &Instant| {
             instant.truth.iter().filter_map(|one| Classed::of(Spot::of_true(one), one.class)).collect()
         };
-        let told_boxes = |instant: &Instant| {
-            instant.told.iter().filter_map(|one| Classed::of(Spot::of_told(one), one.class)).collect()
+        let reported_boxes = |instant: &Instant| {
+            instant.reported.iter().filter_map(|one| Classed::of(Spot::of_reported(one), one.class)).collect()
         };
         let mut truth: Vec<_> = scene.instants().iter().map(true_boxes).collect();
-        let mut told: Vec<_> = scene.instants().iter().map(told_boxes).collect();
-        average_scores(&mut told);
+        let mut reported: Vec<_> = scene.instants().iter().map(reported_boxes).collect();
+        average_scores(&mut reported);
         fill(&mut truth);
-        fill(&mut told);
-        Self { truth, told }
+        fill(&mut reported);
+        Self { truth, reported }
     }
 
     /// One class.
@@ -47,7 +47,7 @@ impl Filled {
             boxes.iter().filter(|one| one.class == class).map(|one| one.spot).collect::<Vec<_>>()
         };
         Indexed::of_spots(
-            self.truth.iter().zip(&self.told).map(|(truth, told)| (spots(truth), spots(told))),
+            self.truth.iter().zip(&self.reported).map(|(truth, reported)| (spots(truth), spots(reported))),
             radius_m,
         )
     }

@@ -141,7 +141,7 @@ fn matched_scores(scenes: &[Indexed]) -> Vec<f64> {
         correspond(scene, GATE_M, f64::NEG_INFINITY, |pair| {
             while instants.next_if(|instant| instant.number < pair.instant).is_some() {}
             if let Some(instant) = instants.peek().filter(|_| !pair.is_switch) {
-                scores.push(instant.told[pair.told].score);
+                scores.push(instant.reported[pair.reported].score);
             }
         });
     }

@@ -1,6 +1,6 @@
 use super::*;
-use crate::score::tracking::sequence::{Instant, ToldBox};
-use crate::score::tracking::testing::{Xs, instant, sequence, told, truth};
+use crate::score::tracking::sequence::{Instant, ReportedBox};
+use crate::score::tracking::testing::{Xs, instant, reported, sequence, truth};
 use v2x_common::class::Class;
 
 const CAR: TrackingClass = TrackingClass::Car;
@@ -28,10 +28,10 @@ fn recalls_that_are_not_achieved_cost_all_of_motar_and_two_metres() {
 
 #[test]
 fn a_false_track_of_low_score_costs_only_the_recalls_that_need_it() {
-    let scored = |track, x, score| ToldBox { score, ..told(track, x) };
+    let scored = |track, x, score| ReportedBox { score, ..reported(track, x) };
     let both = Instant {
         truth: vec![truth(0, 0.0), truth(1, 9.0)],
-        told: vec![scored(7, 0.0, 0.9), scored(8, 9.0, 0.3), scored(9, 30.0, 0.5)],
+        reported: vec![scored(7, 0.0, 0.9), scored(8, 9.0, 0.3), scored(9, 30.0, 0.5)],
     };
     let score = NuscenesScore::of(&[Sequence::new(vec![both; 4]).unwrap()]);
     // Up to recall 0.5 the second object's track is not needed, beyond it the false one costs a half.
@@ -42,11 +42,16 @@ fn a_false_track_of_low_score_costs_only_the_recalls_that_need_it() {
 
 #[test]
 fn the_score_of_a_track_is_the_mean_of_its_boxes() {
-    let scored = |x, score| Instant { truth: vec![truth(0, x)], told: vec![ToldBox { score, ..told(7, x) }] };
+    let scored = |x, score| Instant {
+        truth: vec![truth(0, x)],
+        reported: vec![ReportedBox { score, ..reported(7, x) }],
+    };
     let of = |scores: [f64; 2]| {
         let mut instants: Vec<_> = scores.map(|score| scored(0.0, score)).to_vec();
         // A false track of score 0.5, always.
-        instants.iter_mut().for_each(|one| one.told.push(ToldBox { score: 0.5, ..told(8, 50.0) }));
+        instants
+            .iter_mut()
+            .for_each(|one| one.reported.push(ReportedBox { score: 0.5, ..reported(8, 50.0) }));
         NuscenesScore::of(&[Sequence::new(instants).unwrap()]).amota()
     };
     assert_eq!(of([0.9, 0.3]), of([0.6, 0.6]));
@@ -56,7 +61,7 @@ fn the_score_of_a_track_is_the_mean_of_its_boxes() {
 #[test]
 fn holes_in_tracks_are_filled_whatever_class_they_end_in() {
     let mut bus = instant(&[(0, 0.0)], &[(7, 0.0)]);
-    bus.told[0].class = Class::RigidBus;
+    bus.reported[0].class = Class::RigidBus;
     let car = instant(&[(0, 0.0)], &[(7, 0.0)]);
     let hole = instant(&[(0, 0.0)], &[]);
     let found = |instants: Vec<Instant>| {
