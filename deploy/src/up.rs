@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
-use v2x_lab::commands::run_folder::RunFolder;
+use v2x_lab::commands::RunFolder;
 use v2x_lab::loopback::{ChildError, Launcher};
 
 #[derive(Clone, Debug, clap::Args)]

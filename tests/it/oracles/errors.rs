@@ -3,9 +3,9 @@
 use serde::Deserialize;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::BevBox;
-use v2x_lab::score::errors::BoxError;
-use v2x_lab::score::tracking::nees::{Claim, Consistency, Nees};
-use v2x_lab::score::tracking::scale::scale_error;
+use v2x_lab::BoxError;
+use v2x_lab::tracking::nees::{Claim, Consistency, Nees};
+use v2x_lab::tracking::scale::scale_error;
 
 #[derive(Deserialize)]
 struct Sizes {

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::geometry::BevBox;
-use v2x_lab::data::scene::TrueBox;
-use v2x_lab::score::tracking::{Instant, ReportedBox, Sequence};
+use v2x_lab::TrueBox;
+use v2x_lab::tracking::{Instant, ReportedBox, Sequence};
 
 /// Figures by name; `None` where the oracle has no number.
 type Figures = BTreeMap<String, Option<f64>>;

@@ -1,7 +1,7 @@
 //! nuScenes' tracking metrics against nuscenes-devkit.
 
 use super::{assert_same, count, fixture};
-use v2x_lab::score::tracking::amota::{ClassScore, NuscenesScore, TrackingClass};
+use v2x_lab::tracking::amota::{ClassScore, NuscenesScore, TrackingClass};
 
 /// Where nothing is matched the devkit knows no false positives, switches and fragmentations.
 fn of(score: &ClassScore) -> [(&'static str, Option<f64>); 11] {

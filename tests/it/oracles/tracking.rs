@@ -1,9 +1,9 @@
 //! CLEAR MOT and the identity measures against py-motmetrics, HOTA against TrackEval.
 
 use super::{assert_same, count, fixture};
-use v2x_lab::score::tracking::clear::Clear;
-use v2x_lab::score::tracking::hota::{Hota, HotaScore};
-use v2x_lab::score::tracking::identity::Identity;
+use v2x_lab::tracking::clear::Clear;
+use v2x_lab::tracking::hota::{Hota, HotaScore};
+use v2x_lab::tracking::identity::Identity;
 
 fn of_clear(clear: &Clear) -> [(&'static str, Option<f64>); 8] {
     [

@@ -4,13 +4,13 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use v2x_agent::random::{standard_normal, unit};
-use v2x_lab::data::dataset::synthetic;
-use v2x_lab::data::scene::{Keyframe, Scene, TrueBox};
-use v2x_lab::score::tracking::amota::NuscenesScore;
-use v2x_lab::score::tracking::clear::Clear;
-use v2x_lab::score::tracking::hota::{Hota, ZERO_M};
-use v2x_lab::score::tracking::identity::Identity;
-use v2x_lab::score::tracking::{GATE_M, Instant, ReportedBox, Sequence};
+use v2x_lab::synthetic;
+use v2x_lab::tracking::amota::NuscenesScore;
+use v2x_lab::tracking::clear::Clear;
+use v2x_lab::tracking::hota::{Hota, ZERO_M};
+use v2x_lab::tracking::identity::Identity;
+use v2x_lab::tracking::{GATE_M, Instant, ReportedBox, Sequence};
+use v2x_lab::{Keyframe, Scene, TrueBox};
 
 /// One in ten missed, half a metre off, each its own score, a new track now and then.
 fn reported(scene: &Scene, rng: &mut ChaCha8Rng) -> Sequence {

@@ -11,6 +11,7 @@
 use crate::data::recording::run_log;
 use crate::data::simulation::Simulation;
 use crate::report::markdown::report_md;
+use crate::report::output::print;
 use crate::report::plot::bev::bev_svg;
 use crate::report::plot::scene::typical_moment;
 use crate::report::summary::summary_table;
@@ -22,7 +23,7 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::Scenario;
 use v2x_common::id::AgentId;
@@ -151,6 +152,5 @@ pub fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
 /// Prints a summary on standard output: for people, or as one line of JSON.
 pub fn print_summary(summary: &Summary, json: bool) -> anyhow::Result<()> {
     let text = if json { serde_json::to_string(summary)? + "\n" } else { summary_table(summary) };
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("writing the summary")
+    print(&text).context("writing the summary")
 }

@@ -1,24 +1,24 @@
 //! What the laboratory works on: readers of data sets, tables and recordings, and generators of scenes, noise and detections.
 
-pub mod conditions;
-pub mod csv_table;
-pub mod dataset;
-pub mod detection_log;
-pub mod exported;
+pub(crate) mod conditions;
+pub(crate) mod csv_table;
+pub(crate) mod dataset;
+pub(crate) mod detection_log;
+pub(crate) mod exported;
 #[cfg(test)]
 pub(crate) mod fixture;
-pub mod fused_box;
-pub mod method_output;
-pub mod noise;
-pub mod observation;
+pub(crate) mod fused_box;
+pub(crate) mod method_output;
+pub(crate) mod noise;
+pub(crate) mod observation;
 
-pub mod recording;
-pub mod run_log;
-pub mod scene;
-pub mod seconds;
-pub mod simulation;
+pub(crate) mod recording;
+pub(crate) mod run_log;
+pub(crate) mod scene;
+pub(crate) mod seconds;
+pub(crate) mod simulation;
 #[cfg(test)]
 pub(crate) mod test_scenes;
-pub mod truth;
-pub mod truth_table;
+pub(crate) mod truth;
+pub(crate) mod truth_table;
 pub mod workload;

@@ -1,6 +1,6 @@
 //! A consumer of a network: what it subscribes to, and what it receives, stamped on arrival.
 
-use anyhow::anyhow;
+use crate::loopback::connection_error::ConnectionError;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -23,6 +23,17 @@ pub enum Traffic {
     Everything,
 }
 
+/// What a consumer subscribes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subscription {
+    /// Of which network.
+    pub network: NetworkId,
+    /// Which part of the traffic.
+    pub traffic: Traffic,
+    /// At most so many samples wait to be read. Beyond that the oldest is dropped and counted.
+    pub capacity: usize,
+}
+
 /// A connected consumer.
 pub struct Consumer {
     session: Session,
@@ -33,17 +44,16 @@ pub struct Consumer {
 
 impl Consumer {
     /// Connects and subscribes; waits `patience` for a hub. `None` where shutdown came first.
-    ///
-    /// At most `capacity` samples wait to be read; beyond that the oldest is dropped and counted.
     pub async fn connect(
         options: &SessionOptions,
-        network: NetworkId,
-        (traffic, capacity): (Traffic, usize),
+        subscription: Subscription,
         patience: Duration,
         shutdown: &CancellationToken,
-    ) -> anyhow::Result<Option<Self>> {
-        let config = session::client_config(options)?;
-        let Some(session) = session::open_patiently(config, Some(patience), shutdown).await? else {
+    ) -> Result<Option<Self>, ConnectionError> {
+        let Subscription { network, traffic, capacity } = subscription;
+        let config = session::client_config(options).map_err(ConnectionError::Session)?;
+        let opened = session::open_patiently(config, Some(patience), shutdown).await;
+        let Some(session) = opened.map_err(ConnectionError::Session)? else {
             return Ok(None);
         };
         let keys = Keys::new(network);
@@ -59,7 +69,7 @@ impl Consumer {
                 .declare_subscriber(expression.as_str())
                 .callback(move |sample| queue.push(stamped(&sample)))
                 .await
-                .map_err(|error| anyhow!("subscribing to {expression}: {error}"))?;
+                .map_err(|source| ConnectionError::Subscription { expression: expression.clone(), source })?;
             subscribers.push(subscriber);
         }
         Ok(Some(Self { session, queue, subscribers }))
@@ -91,9 +101,9 @@ impl Consumer {
     }
 
     /// Leaves the network.
-    pub async fn close(self) -> anyhow::Result<()> {
+    pub async fn close(self) -> Result<(), ConnectionError> {
         drop(self.subscribers);
-        session::close(self.session).await
+        session::close(self.session).await.map_err(ConnectionError::Session)
     }
 }
 

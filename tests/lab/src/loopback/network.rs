@@ -2,7 +2,7 @@
 
 use crate::loopback::access::Access;
 use crate::loopback::agent::NewAgent;
-use crate::loopback::consumer::{Consumer, Traffic};
+use crate::loopback::consumer::{Consumer, Subscription, Traffic};
 use crate::loopback::error::{KitError, Seen};
 use crate::loopback::task_group::TaskGroup;
 use crate::loopback::{hub_status, runtime};
@@ -149,7 +149,9 @@ impl Network {
 
     /// How the hub and all agents fare: frames accepted, and refused by reason.
     pub async fn status(&self) -> Result<HubStatus, KitError> {
-        let statuses = hub_status::query(self.consumer.session(), self.id).await.map_err(KitError::Zenoh)?;
+        let statuses = hub_status::query(self.consumer.session(), self.id)
+            .await
+            .map_err(|error| KitError::Zenoh(error.into()))?;
         statuses.into_iter().next().ok_or_else(|| KitError::Zenoh(anyhow!("the hub did not answer")))
     }
 
@@ -159,7 +161,7 @@ impl Network {
         drop(agents);
         tasks.gone().await;
         drop(shutdown);
-        consumer.close().await.map_err(KitError::Zenoh)?;
+        consumer.close().await.map_err(|error| KitError::Zenoh(error.into()))?;
         match hub.await {
             Ok(status) => status.map_err(KitError::Hub),
             Err(panic) => Err(KitError::Hub(panic.into())),
@@ -226,9 +228,12 @@ async fn hub_failure(hub: JoinHandle<anyhow::Result<HubStatus>>) -> KitError {
 
 async fn connect(locator: &str, network: NetworkId) -> Result<Consumer, KitError> {
     let options = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
-    let (wanted, never) = ((Traffic::Fused, CAPACITY), CancellationToken::new());
-    let consumer = Consumer::connect(&options, network, wanted, CONNECT_PATIENCE, &never).await;
-    consumer.map_err(KitError::Zenoh)?.ok_or_else(|| KitError::Zenoh(anyhow!("nobody asked to shut down")))
+    let subscription = Subscription { network, traffic: Traffic::Fused, capacity: CAPACITY };
+    let never = CancellationToken::new();
+    let consumer = Consumer::connect(&options, subscription, CONNECT_PATIENCE, &never).await;
+    consumer
+        .map_err(|error| KitError::Zenoh(error.into()))?
+        .ok_or_else(|| KitError::Zenoh(anyhow!("nobody asked to shut down")))
 }
 
 /// A name that no other network of this machine has.

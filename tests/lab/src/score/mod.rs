@@ -1,21 +1,21 @@
 //! Match → errors → aggregate, and the metrics of the field.
 
-pub mod bootstrap;
-pub mod continuity;
-pub mod coverage;
-pub mod errors;
-pub mod estimate;
+pub(crate) mod bootstrap;
+pub(crate) mod continuity;
+pub(crate) mod coverage;
+pub(crate) mod errors;
+pub(crate) mod estimate;
 #[cfg(test)]
 pub(crate) mod fixture;
-pub mod frame_errors;
-pub mod frame_metrics;
-pub mod gospa;
-pub mod keyframes;
-pub mod matching;
-pub mod moments;
-pub mod offline;
-pub mod percentiles;
-pub mod run;
-pub mod sweep;
-pub mod timing;
+pub(crate) mod frame_errors;
+pub(crate) mod frame_metrics;
+pub(crate) mod gospa;
+pub(crate) mod keyframes;
+pub(crate) mod matching;
+pub(crate) mod moments;
+pub(crate) mod offline;
+pub(crate) mod percentiles;
+pub(crate) mod run;
+pub(crate) mod sweep;
+pub(crate) mod timing;
 pub mod tracking;

@@ -4,14 +4,15 @@
 //! columns of `lab fuse`, with `det_id` (`agent-1:12:3`: agent, keyframe, place in its report), `sensor_x` and
 //! `sensor_y`. Both times are the keyframe's, since the scene's start. Nothing of the truth is in it.
 
-pub mod file_names;
-pub mod manifest;
+pub(crate) mod file_names;
+pub(crate) mod manifest;
 
 use crate::commands::draws::DrawArgs;
 use crate::commands::export::manifest::{FILE_NAME, Fingerprint, Manifest};
 use crate::data::conditions::Conditions;
 use crate::data::exported;
 use crate::data::scene::Scene;
+use crate::report::output::print;
 use crate::report::progress::Progress;
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
@@ -48,12 +49,11 @@ impl ExportArgs {
 }
 
 /// Exports.
-#[expect(clippy::print_stdout, reason = "the answer of the command")]
 pub fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let scenes = args.draws.scenes()?;
     let manifest = write(args, &scenes)?;
     let n_files = manifest.parts().count();
-    println!("{n_files} tables of detections in {}", args.out.display());
+    print(&format!("{n_files} tables of detections in {}\n", args.out.display()))?;
     Ok(())
 }
 

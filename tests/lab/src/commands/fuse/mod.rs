@@ -1,6 +1,6 @@
 //! `lab fuse`: anybody's log of detections through the engine of the hub.
 
-pub mod args;
+pub(crate) mod args;
 
 pub use args::FuseArgs;
 
@@ -12,6 +12,7 @@ use crate::drive::replay::{Counts, Replay};
 use crate::drive::ticks::Ticks;
 use crate::report::fused_table::{FusedTable, NewFile};
 use crate::report::offline::Report;
+use crate::report::output::print;
 use crate::report::progress::Progress;
 use crate::score::offline::TruthScorer;
 use anyhow::{Context, ensure};
@@ -23,14 +24,9 @@ use v2x_common::time::Timestamp;
 use v2x_fusion_hub::engine::Engine;
 
 /// Fuses, writes the objects, and prints how it went.
-#[expect(clippy::print_stdout, reason = "the answer of the command")]
 pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
     let report = run(args)?;
-    if args.json {
-        println!("{}", serde_json::to_string(&report)?);
-    } else {
-        print!("{}", report.text());
-    }
+    print(&if args.json { serde_json::to_string(&report)? + "\n" } else { report.text() })?;
     Ok(())
 }
 

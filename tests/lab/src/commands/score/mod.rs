@@ -1,8 +1,8 @@
 //! `lab score`: what somebody's method made of exported detections, as one more row of every table; or a recorded
 //! run once more.
 
-pub mod args;
-pub mod files;
+pub(crate) mod args;
+pub(crate) mod files;
 
 pub use args::ScoreArgs;
 

@@ -11,7 +11,7 @@ use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Length, Point};
 use crate::drive::traffic;
 use crate::drive::traffic::SendTimes;
-use crate::loopback::consumer::{Consumer, Traffic};
+use crate::loopback::consumer::{Consumer, Subscription, Traffic};
 use crate::loopback::{AgentOptions, Child, HubOptions, Launcher};
 use crate::score::coverage::Coverage;
 use crate::score::sweep::provenance::Provenance;
@@ -105,8 +105,8 @@ async fn run_network(
         hubs.push(start_hub(&launcher, (point, *method), (folder, &connect)).await?);
     }
     let session = SessionOptions { connect: vec![connect.clone()], ..SessionOptions::default() };
-    let consumer =
-        Consumer::connect(&session, network, (Traffic::Everything, QUEUE), HUB_PATIENCE, shutdown).await?;
+    let subscription = Subscription { network, traffic: Traffic::Everything, capacity: QUEUE };
+    let consumer = Consumer::connect(&session, subscription, HUB_PATIENCE, shutdown).await?;
     let consumer = consumer.context("interrupted")?;
     let start =
         clock::now() + HEAD_START + Span::from_millis(HEAD_START_OF_EACH_MS * i64::try_from(point.n_agents)?);

@@ -3,21 +3,21 @@
 //! What is varied and compared is in [`crate::drive::sweep`]; a run is scored into a
 //! [`record`](crate::score::sweep::record). Records are kept, so that a sweep that was stopped goes on where it was.
 
-pub mod args;
-pub mod live;
-pub mod run;
-pub mod store;
-pub mod virtual_time;
+pub(crate) mod args;
+pub(crate) mod live;
+pub(crate) mod run;
+pub(crate) mod store;
+pub(crate) mod virtual_time;
 
 pub use args::SweepArgs;
 
 use crate::commands::sweep::run::{run_live, run_virtual};
 use crate::commands::sweep::store::Store;
 use crate::drive::sweep::plan::Plan;
+use crate::report::output::print;
 use crate::report::sweep::results::Results;
 use crate::report::sweep::rows::Row;
 use crate::report::sweep::{files, text};
-use std::io::Write;
 use std::process::ExitCode;
 use v2x_common::net::shutdown;
 
@@ -55,9 +55,9 @@ pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let (text, report) = (text::terminal(&rows), folder.join("report.html"));
     if args.json {
         eprintln!("{text}report: {}", report.display());
-        writeln!(std::io::stdout(), "{}", serde_json::to_string(&rows)?)?;
+        print(&(serde_json::to_string(&rows)? + "\n"))?;
     } else {
-        writeln!(std::io::stdout(), "{text}report: {}", report.display())?;
+        print(&format!("{text}report: {}\n", report.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,11 +1,12 @@
 //! `lab tables`: the paper's tables and figures, ours beside them.
 
-pub mod args;
+pub(crate) mod args;
 
 pub use args::{RowArgs, TablesArgs};
 
 use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
+use crate::report::output::print;
 use crate::report::progress::Progress;
 use crate::report::tables::results::Tables;
 use crate::report::tables::{files, text};
@@ -21,7 +22,6 @@ pub fn tables_with(args: &TablesArgs, further: Vec<Contender>) -> anyhow::Result
 }
 
 /// The same of scenes that are read already.
-#[expect(clippy::print_stdout, reason = "the answer of the command")]
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
 pub fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
     let mut progress = Progress::begin("scenes × trials × noise");
@@ -35,9 +35,9 @@ pub fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -
     }
     if args.is_json() {
         eprintln!("{text}");
-        println!("{}", serde_json::to_string(&tables.rows)?);
+        print(&(serde_json::to_string(&tables.rows)? + "\n"))?;
     } else {
-        println!("{text}");
+        print(&(text + "\n"))?;
     }
     Ok(())
 }
@@ -47,6 +47,7 @@ mod tests {
     use super::*;
     use crate::data::dataset::synthetic;
     use crate::data::noise::{NoisePair, Shape};
+    use crate::data::test_scenes::parking;
     use crate::drive::keyframes::method::Method;
     use crate::report::tables::kind::Table;
     use crate::report::tables::study::Study;
@@ -54,6 +55,10 @@ mod tests {
     use crate::score::keyframes::experiments::Plan;
 
     fn small(tables: &[Table], methods: &[Method]) -> Tables {
+        of_scenes(tables, methods, &[3, 40].map(synthetic::scene))
+    }
+
+    fn of_scenes(tables: &[Table], methods: &[Method], scenes: &[Scene]) -> Tables {
         let study = Study {
             tables: tables.to_vec(),
             noise: vec![NoisePair::N2N2, NoisePair::N1N3],
@@ -63,8 +68,7 @@ mod tests {
             is_brief: false,
         };
         let plan = Plan { experiments: study.experiments(), trials: 2, seed: 5, threads: 2 };
-        let scenes: Vec<Scene> = [3, 40].into_iter().map(synthetic::scene).collect();
-        Tables::of(&scenes, (&study, plan), "synthetic", |_, _| {}).unwrap()
+        Tables::of(scenes, (&study, plan), "synthetic", |_, _| {}).unwrap()
     }
 
     #[test]
@@ -86,6 +90,25 @@ mod tests {
         }
         assert!(text.contains("ours over csba-wls, all objects: mATE"));
         assert!(latex.contains("\\multirow{4}{*}{Noise 3}"));
+    }
+
+    #[test]
+    fn a_subset_without_objects_has_no_gain_and_no_number_in_any_format() {
+        let methods = [Method::CsbaWls, Method::CsbaWlsCv, Method::Ours];
+        // All cars are parked: nothing moves.
+        let tables = of_scenes(&[Table::II], &methods, &[parking(3), parking(4)]);
+        let terminal = text::terminal(&tables);
+        let report = html::html(&tables, &figures::figures(&tables));
+        let formats = [
+            &terminal,
+            &text::markdown(&tables),
+            &report,
+            &latex::latex(&tables),
+            &files::table_csv(&tables).unwrap(),
+        ];
+        assert!(formats.iter().all(|text| !text.contains("NaN") && !text.contains("inf×")), "{terminal}");
+        assert!(terminal.contains("ours over csba-wls, standing: mATE"));
+        assert!(!terminal.contains("ours over csba-wls, moving"));
     }
 
     #[test]

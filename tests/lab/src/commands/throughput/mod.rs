@@ -2,9 +2,11 @@
 
 mod filters;
 mod pipeline;
-pub mod textbook;
+pub(crate) mod textbook;
 
 use crate::data::workload::Load;
+use crate::report::output::print;
+use anyhow::Context;
 use serde::Serialize;
 use v2x_fusion_hub::config::MotionModel;
 use v2x_fusion_hub::filter::{ImmState, State};
@@ -99,7 +101,8 @@ pub fn throughput(args: &ThroughputArgs, allocations: fn() -> u64) -> anyhow::Re
         Motion::Cv => measure::<State>(load, (args.motion, MotionModel::Cv), seconds, allocations)?,
         Motion::Imm => measure::<ImmState>(load, (args.motion, MotionModel::Imm), seconds, allocations)?,
     };
-    print(&report, args.json)
+    let text = if args.json { serde_json::to_string(&report)? + "\n" } else { text(&report) };
+    print(&text).context("writing the result")
 }
 
 fn measure<F: v2x_fusion_hub::filter::Filter>(
@@ -138,29 +141,26 @@ fn measure<F: v2x_fusion_hub::filter::Filter>(
     })
 }
 
-#[expect(clippy::print_stdout, reason = "the answer of the command")]
-fn print(report: &Report, json: bool) -> anyhow::Result<()> {
-    if json {
-        println!("{}", serde_json::to_string(report)?);
-        return Ok(());
-    }
+fn text(report: &Report) -> String {
     let Report { agents, objects, late_share, seconds, detections, .. } = report;
-    println!(
-        "{agents} agents at 10 Hz, {objects} objects, {late_share} late, {seconds} s: {detections} detections"
-    );
-    println!("  detections/s/core    {:>12.0}", report.detections_per_s_per_core);
-    println!(
-        "  CPU per detection    {:>9.1} ns   allocations {:.6}",
-        report.cpu_ns_per_detection, report.allocations_per_detection
-    );
-    println!("  frame taken in       {:>9.1} µs   p99 {:.1}", report.frame_us_p50, report.frame_us_p99);
-    println!(
-        "  fused frame made     {:>9.1} µs   p99 {:.1}, {:.1} objects, at {} Hz",
-        report.publish_us_p50, report.publish_us_p99, report.objects_published, report.publish_hz
-    );
-    println!("  predict and update   {:>9.1} ns   {}", report.filter_ns, comparison(report));
-    println!("  late, 25 newer       {:>9.1} ns", report.late_replay_ns);
-    Ok(())
+    let lines = [
+        format!(
+            "{agents} agents at 10 Hz, {objects} objects, {late_share} late, {seconds} s: {detections} detections"
+        ),
+        format!("  detections/s/core    {:>12.0}", report.detections_per_s_per_core),
+        format!(
+            "  CPU per detection    {:>9.1} ns   allocations {:.6}",
+            report.cpu_ns_per_detection, report.allocations_per_detection
+        ),
+        format!("  frame taken in       {:>9.1} µs   p99 {:.1}", report.frame_us_p50, report.frame_us_p99),
+        format!(
+            "  fused frame made     {:>9.1} µs   p99 {:.1}, {:.1} objects, at {} Hz",
+            report.publish_us_p50, report.publish_us_p99, report.objects_published, report.publish_hz
+        ),
+        format!("  predict and update   {:>9.1} ns   {}", report.filter_ns, comparison(report)),
+        format!("  late, 25 newer       {:>9.1} ns", report.late_replay_ns),
+    ];
+    lines.map(|line| line + "\n").concat()
 }
 
 /// The textbook filters are constant-velocity ones: four interacting models do more than they.

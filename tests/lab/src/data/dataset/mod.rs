@@ -1,9 +1,9 @@
 //! Where scenes come from.
 
-pub mod csv_file;
-pub mod error;
-pub mod nuscenes;
-pub mod source;
+pub(crate) mod csv_file;
+pub(crate) mod error;
+pub(crate) mod nuscenes;
+pub(crate) mod source;
 pub mod synthetic;
 
 pub use error::DatasetError;

@@ -1,7 +1,7 @@
 //! What a sweep runs: a scenario, the parameters that are varied, and the compared methods.
 
-pub mod axis;
-pub mod method;
-pub mod overrides;
-pub mod plan;
-pub mod scenarios;
+pub(crate) mod axis;
+pub(crate) mod method;
+pub(crate) mod overrides;
+pub(crate) mod plan;
+pub(crate) mod scenarios;

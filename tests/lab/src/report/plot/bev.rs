@@ -125,7 +125,7 @@ fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen) {
     scene.fused.iter().for_each(|bev| bev_box(svg, view, bev, Style::line(FUSED, pen.thick)));
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         if let Some(pose) = agent.pose.filter(|pose| view.shows(pose.x, pose.y, 0.0)) {
-            marker(svg, view.px((pose.x, pose.y)), agent, &pose, colour);
+            marker(svg, view, agent, &pose, colour);
         }
     }
     scale_bar(svg, view);
@@ -140,13 +140,13 @@ fn grid(svg: &mut Svg, view: &Viewport, step_m: f64) {
     let mut offset = first(view.centre.0 - view.half_m);
     while offset <= view.centre.0 + view.half_m {
         let (x, _) = view.px((offset, 0.0));
-        svg.line((x, top), (x, top + h), style);
+        svg.line([(x, top), (x, top + h)], style);
         offset += step_m;
     }
     let mut offset = first(view.centre.1 - view.half_m);
     while offset <= view.centre.1 + view.half_m {
         let (_, y) = view.px((0.0, offset));
-        svg.line((left, y), (left + w, y), style);
+        svg.line([(left, y), (left + w, y)], style);
         offset += step_m;
     }
 }
@@ -162,7 +162,8 @@ fn bev_box(svg: &mut Svg, view: &Viewport, bev: &BevBox, style: Style<'_>) {
 }
 
 /// A vehicle is an arrow head that points where it heads; a roadside unit is a diamond.
-fn marker(svg: &mut Svg, (x, y): (f64, f64), agent: &SceneAgent, pose: &Pose, colour: &str) {
+fn marker(svg: &mut Svg, view: &Viewport, agent: &SceneAgent, pose: &Pose, colour: &str) {
+    let (x, y) = view.px((pose.x, pose.y));
     let (sin, cos) = libm::sincos(pose.yaw);
     let shape: &[(f64, f64)] = match agent.kind {
         SensorKind::Vehicle => &[(16.0, 0.0), (-11.0, 10.0), (-5.0, 0.0), (-11.0, -10.0)],
@@ -181,9 +182,9 @@ fn scale_bar(svg: &mut Svg, view: &Viewport) {
     let (x, y) = (view.panel.x + 18.0, view.panel.y + view.panel.h - 18.0);
     let end = x + length_m * view.px_per_m();
     let style = Style::line("#000000", 3.0);
-    svg.line((x, y), (end, y), style);
-    svg.line((x, y - 6.0), (x, y + 6.0), style);
-    svg.line((end, y - 6.0), (end, y + 6.0), style);
+    svg.line([(x, y), (end, y)], style);
+    svg.line([(x, y - 6.0), (x, y + 6.0)], style);
+    svg.line([(end, y - 6.0), (end, y + 6.0)], style);
     svg.text(
         (f64::midpoint(x, end), y - 11.0),
         &format!("{length_m} m"),

@@ -1,7 +1,7 @@
 //! Curves over a common axis, in panels side by side, with a legend beside them.
 
 use crate::report::plot::dots::{FAINT, INK, MUTED, diamond, disc, text};
-use crate::report::plot::sheet::{Anchor, Colour, Sheet, corners};
+use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, corners};
 use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::{Ticks, ticks};
 
@@ -101,7 +101,7 @@ impl CurvePlot {
             if style.is_dotted {
                 diamond(sheet, (x + 13.0, y), style.colour);
             } else {
-                disc(sheet, (x + 13.0, y), 3.2, (None, Some(style.colour)));
+                disc(sheet, (x + 13.0, y), 3.2, Paint { stroke: None, fill: Some(style.colour) });
             }
             sheet.text((x + 34.0, y + 4.0), &style.name, text(12.0, false, INK, Anchor::Start));
         }
@@ -137,9 +137,9 @@ impl CurvePlot {
             sheet.text(at, &upright.label(*y), text(11.0, false, MUTED, Anchor::End));
         }
         for (curve, style) in panel.curves.iter().zip(&self.styles) {
-            style.draw(sheet, curve, top, (&px, &py));
+            style.draw(sheet, curve, &Scales { x: &px, y: &py, top });
         }
-        sheet.path(&corners(area), true, (Some((MUTED, 1.0)), None));
+        sheet.path(&corners(area), true, Paint::line(MUTED, 1.0));
         let label = text(12.0, true, INK, Anchor::Middle);
         sheet.text((area.x + area.w / 2.0, area.y + area.h + 36.0), &self.x_label, label);
         sheet.text((area.x, area.y - 8.0), &panel.label, text(12.0, true, INK, Anchor::Start));
@@ -163,7 +163,12 @@ impl Panel {
 }
 
 /// From data to the sheet.
-type Scale<'a> = &'a dyn Fn(f64) -> f64;
+struct Scales<'a> {
+    x: &'a dyn Fn(f64) -> f64,
+    y: &'a dyn Fn(f64) -> f64,
+    /// The upper border, in data.
+    top: f64,
+}
 
 impl Style {
     fn line(&self, sheet: &mut Sheet, points: &[(f64, f64)]) {
@@ -177,7 +182,8 @@ impl Style {
         }
     }
 
-    fn draw(&self, sheet: &mut Sheet, curve: &[Point], top: f64, (px, py): (Scale<'_>, Scale<'_>)) {
+    fn draw(&self, sheet: &mut Sheet, curve: &[Point], scales: &Scales<'_>) {
+        let Scales { x: px, y: py, top } = *scales;
         let at = |p: &Point| (px(p.x), py(p.y));
         for pair in curve.windows(2) {
             if let Some((from, to)) = below(pair[0], pair[1], top) {
@@ -193,7 +199,12 @@ impl Style {
             if self.is_dotted {
                 diamond(sheet, at(point), self.colour);
             } else if curve.len() <= 15 {
-                disc(sheet, at(point), 3.2, (Some(("#ffffff", 0.6)), Some(self.colour)));
+                disc(
+                    sheet,
+                    at(point),
+                    3.2,
+                    Paint { stroke: Some(("#ffffff", 0.6)), fill: Some(self.colour) },
+                );
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Dot plots: for each category and series a mean with its spread, in panels side by side.
 
-use crate::report::plot::sheet::{Anchor, Colour, Sheet, Type, corners};
+use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, Type, corners};
 use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::ticks;
 
@@ -75,7 +75,7 @@ impl DotPlot {
         let mut x = 16.0;
         let mut entry = |sheet: &mut Sheet, name: &str, colour: Option<Colour>| {
             match colour {
-                Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, (None, Some(colour))),
+                Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, Paint { stroke: None, fill: Some(colour) }),
                 None => diamond(sheet, (x + 5.0, 46.0), INK),
             }
             sheet.text((x + 14.0, 50.0), name, text(12.0, false, INK, Anchor::Start));
@@ -119,7 +119,7 @@ impl Panel {
                 mark(sheet, dot, (y, &px), colour);
             }
         }
-        sheet.path(&corners(area), true, (Some((MUTED, 1.0)), None));
+        sheet.path(&corners(area), true, Paint::line(MUTED, 1.0));
         let at = (area.x + area.w / 2.0, bottom + 34.0);
         sheet.text(at, &self.label, text(12.0, true, INK, Anchor::Middle));
     }
@@ -134,15 +134,10 @@ fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colou
     if let Some(published) = dot.published {
         diamond(sheet, (px(published), y), INK);
     }
-    disc(sheet, (px(dot.mean), y), 4.5, (Some(("#ffffff", 0.8)), Some(colour)));
+    disc(sheet, (px(dot.mean), y), 4.5, Paint { stroke: Some(("#ffffff", 0.8)), fill: Some(colour) });
 }
 
-pub(super) fn disc(
-    sheet: &mut Sheet,
-    (x, y): (f64, f64),
-    radius: f64,
-    paint: (Option<(Colour, f64)>, Option<Colour>),
-) {
+pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Paint) {
     const CORNERS: u32 = 16;
     let corner = |place: u32| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(place) / f64::from(CORNERS));
@@ -154,7 +149,7 @@ pub(super) fn disc(
 /// The mark of what others have published.
 pub(super) fn diamond(sheet: &mut Sheet, (x, y): (f64, f64), colour: Colour) {
     let r = 5.0;
-    sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, (Some((colour, 1.4)), None));
+    sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, Paint::line(colour, 1.4));
 }
 
 pub(super) const fn text(size: f64, bold: bool, colour: Colour, anchor: Anchor) -> Type {

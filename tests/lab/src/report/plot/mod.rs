@@ -1,10 +1,10 @@
 //! Pictures: of a run from above, and of figures.
 
-pub mod bev;
-pub mod curves;
-pub mod dots;
+pub(crate) mod bev;
+pub(crate) mod curves;
+pub(crate) mod dots;
 mod pdf;
-pub mod scene;
-pub mod sheet;
+pub(crate) mod scene;
+pub(crate) mod sheet;
 mod svg;
 mod ticks;

@@ -1,6 +1,6 @@
 //! Sheets as PDF, with the fonts that every reader has.
 
-use crate::report::plot::sheet::{Anchor, Colour, Shape, Sheet, Type};
+use crate::report::plot::sheet::{Anchor, Colour, Paint, Shape, Sheet, Type};
 use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Name, Pdf, Rect, Ref, Str};
 
@@ -86,7 +86,7 @@ fn content(sheet: &Sheet, opacities: &[f64]) -> Vec<u8> {
                 content.set_parameters(Name(state_name(place).as_bytes()));
                 let dashes = [*dash as f32; 2];
                 content.set_dash_pattern(dashes[..if *dash > 0.0 { 2 } else { 0 }].iter().copied(), 0.0);
-                draw(&mut content, points, *is_closed, (*stroke, *fill));
+                draw(&mut content, points, *is_closed, Paint { stroke: *stroke, fill: *fill });
             }
             Shape::Text { at, text, set } => write(&mut content, *at, text, *set),
         }
@@ -94,12 +94,8 @@ fn content(sheet: &Sheet, opacities: &[f64]) -> Vec<u8> {
     content.finish().to_vec()
 }
 
-fn draw(
-    content: &mut Content,
-    points: &[(f64, f64)],
-    is_closed: bool,
-    (stroke, fill): (Option<(Colour, f64)>, Option<Colour>),
-) {
+fn draw(content: &mut Content, points: &[(f64, f64)], is_closed: bool, paint: Paint) {
+    let Paint { stroke, fill } = paint;
     for (place, (x, y)) in points.iter().enumerate() {
         if place == 0 {
             content.move_to(*x as f32, *y as f32);

@@ -30,6 +30,22 @@ pub struct Type {
     pub anchor: Anchor,
 }
 
+/// How an outline is painted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Paint {
+    /// Colour and width of the line.
+    pub stroke: Option<(Colour, f64)>,
+    /// What is inside.
+    pub fill: Option<Colour>,
+}
+
+impl Paint {
+    /// A line around nothing.
+    pub const fn line(colour: Colour, width: f64) -> Self {
+        Self { stroke: Some((colour, width)), fill: None }
+    }
+}
+
 /// A shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
@@ -78,7 +94,7 @@ impl Sheet {
 
     /// Draws a line from point to point.
     pub fn line(&mut self, points: &[(f64, f64)], stroke: (Colour, f64)) {
-        self.path(points, false, (Some(stroke), None));
+        self.path(points, false, Paint { stroke: Some(stroke), fill: None });
     }
 
     /// Draws a dashed line.
@@ -89,12 +105,8 @@ impl Sheet {
     }
 
     /// Draws an outline, or fills it, or both.
-    pub fn path(
-        &mut self,
-        points: &[(f64, f64)],
-        is_closed: bool,
-        (stroke, fill): (Option<(Colour, f64)>, Option<Colour>),
-    ) {
+    pub fn path(&mut self, points: &[(f64, f64)], is_closed: bool, paint: Paint) {
+        let Paint { stroke, fill } = paint;
         let points = points.to_vec();
         self.shapes.push(Shape::Path { points, is_closed, stroke, fill, dash: 0.0, opacity: 1.0 });
     }

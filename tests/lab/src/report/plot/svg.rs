@@ -115,7 +115,7 @@ impl Svg {
     }
 
     /// A straight line.
-    pub(super) fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64), style: Style<'_>) {
+    pub(super) fn line(&mut self, [(x1, y1), (x2, y2)]: [(f64, f64); 2], style: Style<'_>) {
         self.push(format_args!(r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" {style}/>"#));
     }
 

@@ -1,7 +1,7 @@
 //! Error and timing against a parameter of a scenario.
 
-pub mod figures;
-pub mod files;
-pub mod results;
-pub mod rows;
-pub mod text;
+pub(crate) mod figures;
+pub(crate) mod files;
+pub(crate) mod results;
+pub(crate) mod rows;
+pub(crate) mod text;

@@ -146,18 +146,25 @@ pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
         let records = &group[method];
         let of = |other: Option<SweepMethod>| other.and_then(|other| group.get(&other)).map(Vec::as_slice);
         let rollback = Some(SweepMethod::RollbackLiteral).filter(|_| *method == SweepMethod::Replay);
-        let baselines = [of(method.alone()), of(rollback)];
-        Subset::ALL.map(|subset| row(plan, (point, *method), (records, baselines), subset))
+        let runs = Runs { method: *method, records, alone: of(method.alone()), rollback: of(rollback) };
+        Subset::ALL.map(|subset| row(plan, point, &runs, subset))
     };
     plan.methods.iter().filter(|method| group.contains_key(method)).flat_map(of_method).collect()
 }
 
-fn row(
-    plan: &Plan,
-    (point, method): (&Point, SweepMethod),
-    (records, [alone, rollback]): (&[&Record], [Option<&[&Record]>; 2]),
-    subset: Subset,
-) -> Row {
+/// The runs of a method at a place, by seed, and those that it is compared with.
+#[derive(Clone, Copy, Debug)]
+struct Runs<'a> {
+    method: SweepMethod,
+    records: &'a [&'a Record],
+    /// Of the first agent alone under the same filter.
+    alone: Option<&'a [&'a Record]>,
+    /// Of a rollback that loses newer data.
+    rollback: Option<&'a [&'a Record]>,
+}
+
+fn row(plan: &Plan, point: &Point, runs: &Runs<'_>, subset: Subset) -> Row {
+    let Runs { method, records, alone, rollback } = *runs;
     let runs: Vec<Errors> = records.iter().map(|record| total(record, subset)).collect();
     let (mut all, mut place, mut frames) = (Errors::default(), ByPosition::default(), FrameCounts::default());
     runs.iter().for_each(|run| all.add(run));

@@ -1,13 +1,13 @@
 //! The paper's tables and figures, ours beside them.
 
-pub mod figures;
-pub mod files;
-pub mod gain;
-pub mod html;
-pub mod kind;
-pub mod latex;
-pub mod published;
-pub mod results;
-pub mod rows;
-pub mod study;
-pub mod text;
+pub(crate) mod figures;
+pub(crate) mod files;
+pub(crate) mod gain;
+pub(crate) mod html;
+pub(crate) mod kind;
+pub(crate) mod latex;
+pub(crate) mod published;
+pub(crate) mod results;
+pub(crate) mod rows;
+pub(crate) mod study;
+pub(crate) mod text;

@@ -224,7 +224,13 @@ pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
     }
     let line = |other: &str, (subset, name): (Subset, &str)| {
         let [ate, ade, aoe] = gains(tables, block.setting, (other, "ours"), subset)?;
-        let figure = |Ratio { ratio, low, high }| format!("{ratio:.2}× [{low:.2}, {high:.2}]");
+        if [ate, ade, aoe].iter().all(|gain| !gain.ratio.is_finite()) {
+            // No such objects.
+            return None;
+        }
+        let figure = |Ratio { ratio, low, high }| {
+            if ratio.is_finite() { format!("{ratio:.2}× [{low:.2}, {high:.2}]") } else { "–".to_owned() }
+        };
         Some(format!(
             "ours over {other}, {name}: mATE {}, mADE {}, mAOE {} (95 %, bootstrap over scenes)",
             figure(ate),

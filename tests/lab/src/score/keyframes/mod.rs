@@ -1,8 +1,8 @@
 //! How methods do over keyframes: the paper's errors, and tracking metrics, of many scenes and trials.
 
-pub mod by_position;
-pub mod counting;
-pub mod experiments;
-pub mod method_score;
-pub mod scored_keyframe;
-pub mod trackers;
+pub(crate) mod by_position;
+pub(crate) mod counting;
+pub(crate) mod experiments;
+pub(crate) mod method_score;
+pub(crate) mod scored_keyframe;
+pub(crate) mod trackers;

@@ -1,11 +1,11 @@
 //! How a simulated or recorded run did.
 
 mod agent;
-pub mod error;
-pub mod fused;
-pub mod scored_run;
-pub mod simulated;
-pub mod summary;
+pub(crate) mod error;
+pub(crate) mod fused;
+pub(crate) mod scored_run;
+pub(crate) mod simulated;
+pub(crate) mod summary;
 mod window;
 
 #[cfg(test)]
