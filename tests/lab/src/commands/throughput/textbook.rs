@@ -114,11 +114,6 @@ impl Structured {
         }
     }
 
-    /// Position, m.
-    pub fn position(&self) -> [f64; 2] {
-        [self.x[0], self.x[1]]
-    }
-
     /// x ← F x, P ← F P Fᵀ + Q.
     pub fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
         let mut f = Matrix4::identity();

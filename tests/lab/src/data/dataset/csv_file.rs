@@ -39,11 +39,6 @@ pub fn load(path: &Path) -> Result<Vec<Scene>, DatasetError> {
     scenes_of(CsvTable::open(path, (&COLUMNS, &[]))?, path)
 }
 
-/// Reads a table; `path` is for errors.
-pub fn read(table: impl Read, path: &Path) -> Result<Vec<Scene>, DatasetError> {
-    scenes_of(CsvTable::new(table, path, (&COLUMNS, &[]))?, path)
-}
-
 fn scenes_of(mut table: CsvTable<impl Read>, path: &Path) -> Result<Vec<Scene>, DatasetError> {
     let mut scenes = Scenes::default();
     while let Some(row) = table.next_row()? {
@@ -143,8 +138,13 @@ mod tests {
 
     const HEADER: &str = "scene,frame,t_s,object_id,class,x,y,vx,vy,width,length,yaw,ego_x,ego_y,ego_yaw\n";
 
+    fn read(text: &str) -> Result<Vec<Scene>, DatasetError> {
+        let path = Path::new("boxes.csv");
+        scenes_of(CsvTable::new(text.as_bytes(), path, (&COLUMNS, &[]))?, path)
+    }
+
     fn parse(rows: &str) -> Result<Vec<Scene>, DatasetError> {
-        read(format!("{HEADER}{rows}").as_bytes(), Path::new("boxes.csv"))
+        read(&format!("{HEADER}{rows}"))
     }
 
     fn error(rows: &str) -> String {
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn a_missing_column_and_an_empty_table_are_named() {
         let no_yaw = HEADER.replace(",yaw", ",jaw");
-        let message = read(no_yaw.as_bytes(), Path::new("boxes.csv")).unwrap_err().to_string();
+        let message = read(&no_yaw).unwrap_err().to_string();
         assert!(message.starts_with("boxes.csv has no column yaw; needed are scene,frame"), "{message}");
         assert_eq!(error(""), "boxes.csv holds no boxes");
     }

@@ -12,7 +12,6 @@ mod tests;
 
 pub use error::NuscenesError;
 pub use split::Split;
-pub use table::TableError;
 
 use crate::data::scene::Scene;
 use assemble::Assembly;
