@@ -42,7 +42,7 @@ pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyh
     let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(());
     };
-    let statuses = v2x_lab::hub_status::query(&session, args.network).await;
+    let statuses = v2x_lab::loopback::hub_status::query(&session, args.network).await;
     session::close(session).await?;
     let statuses = statuses?;
     if statuses.is_empty() {

@@ -9,8 +9,8 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
+use v2x_lab::commands::RunFolder;
 use v2x_lab::loopback::{ChildError, Launcher};
-use v2x_lab::run_folder::RunFolder;
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\

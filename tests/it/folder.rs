@@ -20,8 +20,13 @@ impl Folder {
     }
 
     pub(crate) fn lab(&self, arguments: &str) -> Output {
-        let lab = Path::new(env!("CARGO_BIN_EXE_lab"));
-        Command::new(lab).args(arguments.split(' ')).current_dir(&self.0).output().expect("lab runs")
+        self.command(arguments).output().expect("lab runs")
+    }
+
+    pub(crate) fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(Path::new(env!("CARGO_BIN_EXE_lab")));
+        command.args(arguments.split(' ')).current_dir(&self.0);
+        command
     }
 
     /// What it prints, where it succeeds.

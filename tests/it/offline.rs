@@ -74,3 +74,18 @@ fn an_export_becomes_a_row_in_the_tables() {
     assert!((single.0 - mine.0).abs() < 1e-12 && single.0 > 0.0, "{single:?} {mine:?}");
     assert_eq!(mine.1, "nothing");
 }
+
+#[test]
+fn a_reader_that_closes_early_ends_a_command_quietly() {
+    let folder = Folder::new("closed-reader");
+    folder.write("log.csv", LOG);
+    for arguments in
+        ["fuse --detections log.csv --out fused.csv", "fuse --detections log.csv --out fused.csv --json"]
+    {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = folder.command(arguments).stdout(writer).output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && errors.is_empty(), "{arguments}: {errors}");
+    }
+}

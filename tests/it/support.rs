@@ -12,7 +12,7 @@ use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::time::Timestamp;
 use v2x_common::wire;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus};
-use v2x_lab::consumer::{Consumer, Traffic};
+use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 use v2x_lab::loopback::{AgentOptions, Child, HubOptions, Launcher};
 use zenoh::Session;
 use zenoh::pubsub::Publisher;
@@ -112,9 +112,10 @@ impl Lab {
     /// A consumer of this network, at this hub.
     pub(crate) async fn watch(&self, hub: &Hub) -> anyhow::Result<Watch> {
         let options = SessionOptions { connect: vec![hub.locator.clone()], ..Default::default() };
-        let (network, wanted) = (self.launcher.network(), (Traffic::Fused, CAPACITY));
+        let network = self.launcher.network();
+        let subscription = Subscription { network, traffic: Traffic::Fused, capacity: CAPACITY };
         let shutdown = CancellationToken::new();
-        let consumer = Consumer::connect(&options, network, wanted, PATIENCE, &shutdown).await?;
+        let consumer = Consumer::connect(&options, subscription, PATIENCE, &shutdown).await?;
         Ok(Watch { consumer: consumer.context("nobody asked to shut down")?, keys: self.keys() })
     }
 }

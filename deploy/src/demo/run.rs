@@ -13,9 +13,9 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::time::{Span, Timestamp};
+use v2x_lab::Summary;
+use v2x_lab::commands::{RunFolder, RunRecord, print_summary};
 use v2x_lab::loopback::{Child, Launcher};
-use v2x_lab::run_folder::{RunFolder, RunRecord, print_summary};
-use v2x_lab::summary::Summary;
 
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;

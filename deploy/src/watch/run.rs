@@ -12,7 +12,7 @@ use v2x_common::clock;
 use v2x_common::net::events;
 use v2x_common::recording::Entry;
 use v2x_common::wire;
-use v2x_lab::consumer::{Consumer, Traffic};
+use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 
 /// Samples that may wait: a table shows only the newest one, a recording keeps all.
 const VIEW_CAPACITY: usize = 1;
@@ -33,7 +33,8 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     let capacity = if is_table { VIEW_CAPACITY } else { STREAM_CAPACITY };
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
-    let connected = Consumer::connect(&options, args.network, (traffic, capacity), timeout, shutdown);
+    let subscription = Subscription { network: args.network, traffic, capacity };
+    let connected = Consumer::connect(&options, subscription, timeout, shutdown);
     let Some(consumer) = connected.await.context("start a hub with `v2x up crossing`, or give --connect")?
     else {
         return Ok(());

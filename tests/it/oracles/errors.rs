@@ -3,7 +3,8 @@
 use serde::Deserialize;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::BevBox;
-use v2x_lab::tracking::nees::{BoxError, Claim, Consistency, Nees};
+use v2x_lab::BoxError;
+use v2x_lab::tracking::nees::{Claim, Consistency, Nees};
 use v2x_lab::tracking::scale::scale_error;
 
 #[derive(Deserialize)]

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::geometry::BevBox;
-use v2x_lab::protocol::scene::TrueBox;
-use v2x_lab::tracking::{Instant, Sequence, ToldBox};
+use v2x_lab::TrueBox;
+use v2x_lab::tracking::{Instant, ReportedBox, Sequence};
 
 /// Figures by name; `None` where the oracle has no number.
 type Figures = BTreeMap<String, Option<f64>>;
@@ -37,7 +37,8 @@ struct Group {
 #[derive(Deserialize)]
 struct Rows {
     truth: Vec<(u32, usize, f64, f64)>,
-    told: Vec<(u64, usize, f64, f64, f64)>,
+    #[serde(rename = "told")]
+    reported: Vec<(u64, usize, f64, f64, f64)>,
 }
 
 #[derive(Deserialize)]
@@ -73,10 +74,10 @@ impl Fixture {
                     bev: bev(x, y),
                 })
                 .collect(),
-            told: rows
-                .told
+            reported: rows
+                .reported
                 .iter()
-                .map(|&(track, category, score, x, y)| ToldBox {
+                .map(|&(track, category, score, x, y)| ReportedBox {
                     track,
                     class: class(category),
                     score,

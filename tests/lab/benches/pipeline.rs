@@ -6,7 +6,7 @@ use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
 use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::engine::Engine;
-use v2x_lab::throughput::workload::{Arrival, Load, Workload};
+use v2x_lab::workload::{Arrival, Load, Workload};
 
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);
 

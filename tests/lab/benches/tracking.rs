@@ -4,33 +4,36 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use v2x_agent::random::{standard_normal, unit};
-use v2x_lab::dataset::synthetic;
-use v2x_lab::protocol::scene::{Keyframe, Scene, TrueBox};
+use v2x_lab::synthetic;
 use v2x_lab::tracking::amota::NuscenesScore;
 use v2x_lab::tracking::clear::Clear;
 use v2x_lab::tracking::hota::{Hota, ZERO_M};
 use v2x_lab::tracking::identity::Identity;
-use v2x_lab::tracking::{GATE_M, Instant, Sequence, ToldBox};
+use v2x_lab::tracking::{GATE_M, Instant, ReportedBox, Sequence};
+use v2x_lab::{Keyframe, Scene, TrueBox};
 
 /// One in ten missed, half a metre off, each its own score, a new track now and then.
-fn told(scene: &Scene, rng: &mut ChaCha8Rng) -> Sequence {
+fn reported(scene: &Scene, rng: &mut ChaCha8Rng) -> Sequence {
     let instant = |(number, keyframe): (u64, &Keyframe)| {
-        let told = |truth: &TrueBox| {
+        let reported = |truth: &TrueBox| {
             let mut bev = truth.bev;
             bev.x += 0.5 * standard_normal(rng);
             bev.y += 0.5 * standard_normal(rng);
             let generation = (number + u64::from(truth.id.0)) / 15;
             let track = 1000 * generation + u64::from(truth.id.0);
-            (unit(rng) < 0.9).then(|| ToldBox { track, class: truth.class, score: unit(rng), bev })
+            (unit(rng) < 0.9).then(|| ReportedBox { track, class: truth.class, score: unit(rng), bev })
         };
-        Instant { truth: keyframe.objects.clone(), told: keyframe.objects.iter().filter_map(told).collect() }
+        Instant {
+            truth: keyframe.objects.clone(),
+            reported: keyframe.objects.iter().filter_map(reported).collect(),
+        }
     };
     Sequence::new((0..).zip(&scene.keyframes).map(instant).collect()).expect("every object once")
 }
 
 fn tracking(criterion: &mut Criterion) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let scenes: Vec<Sequence> = synthetic::scenes().iter().map(|scene| told(scene, &mut rng)).collect();
+    let scenes: Vec<Sequence> = synthetic::scenes().iter().map(|scene| reported(scene, &mut rng)).collect();
     let mut group = criterion.benchmark_group("tracking metrics, 150 scenes");
     group.sample_size(10);
     group.bench_function("CLEAR MOT", |bencher| {

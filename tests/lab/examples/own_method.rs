@@ -21,8 +21,8 @@ use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::hub::{HubArgs, run_with};
 use v2x_fusion_hub::method::FusionMethod;
 use v2x_fusion_hub::sensing::Sensing;
-use v2x_lab::protocol::contender::Contender;
-use v2x_lab::tables::{TablesArgs, tables_with};
+use v2x_lab::Contender;
+use v2x_lab::commands::{TablesArgs, tables_with};
 
 /// Reports nearer than this are of one object, m.
 const REACH_M: f64 = 2.0;

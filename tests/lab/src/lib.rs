@@ -1,83 +1,66 @@
-//! The laboratory: running ([`loopback`]), recording ([`consumer`], [`recorded`]), scoring and reporting
-//! cooperative-perception networks.
+//! The laboratory of a cooperative-perception network: it runs whole networks in a test, drives the hub's engine in
+//! virtual time, scores it, and reports.
 //!
-//! Scoring reads as a pipeline of pure functions: a run's [`run_log`] and the [`truth`] → what agents
-//! can know ([`coverage`]) → [`matching`] → [`metrics`] → [`summary`] → [`report`] and [`plot`].
+//! For the tests of another project the feature `loopback` is enough (`default-features = false`). A camera that is
+//! 300 ms late, and a test of what consumers get:
 //!
-//! The paper's evaluation is another one: a [`dataset`] → the [`protocol`] → [`tables`]; what others make of its
-//! detections goes out by [`mod@export`] and comes in as a [`guest`]. Their own detections go through
-//! [`fuse`]. Metrics of [`tracking`] take the output of either.
+//! ```
+//! use std::time::Duration;
+//! use v2x_lab::loopback::v2x_common::fused::FusedFrame;
+//! use v2x_lab::loopback::{Actor, KitError, Network, Script, block_on};
 //!
-//! For the tests of another project `default-features = false, features = ["loopback"]` is enough: [`loopback`],
-//! [`consumer`] and [`hub_status`], without what only the laboratory needs (the feature `lab`).
+//! fn main() -> Result<(), KitError> {
+//!     block_on(async {
+//!         let network = Network::start_with("delta_max_ms = 5000").await?;
+//!         let camera = network.agent("camera").late_by(Duration::from_millis(300)).seed(7).join().await?;
+//!         let car = Actor::car(10.0, 5.0).driving(8.0, 0.0);
+//!         camera.play(Script::every(Duration::from_millis(100)).of([car]))?;
+//!
+//!         // The frames are late. The fused object is at the car's present position all the same.
+//!         let start = network.started_at();
+//!         let is_there = |frame: &FusedFrame| {
+//!             let truth = car.bev_at(frame.fused_at - start);
+//!             frame.objects.iter().any(|object| object.bev.pose().distance_to(truth.x, truth.y) < 1.0)
+//!         };
+//!         network.await_fused(is_there, Duration::from_secs(20)).await?;
+//!         network.end().await.map(|_| ())
+//!     })
+//! }
+//! ```
+//!
+//! The feature `lab` adds the laboratory itself, in layers from low to high:
+//!
+//! - `data`: readers of data sets, tables and recordings; generators of scenes and detections.
+//! - `drive`: one [`Driver`] feeds an engine with arrivals and asks it at publishing instants, in virtual time.
+//! - `score`: match → errors → aggregate, and the [`tracking`] metrics of the field.
+//! - `report`: text, Markdown, HTML, LaTeX, CSV and figures.
+//! - [`commands`]: the command lines of `lab`. Each chooses a source, a method, a matching rule and a report.
+//!
+//! A method of one's own joins the tables as a [`Contender`] (`examples/own_method.rs`).
 
 #[cfg(feature = "lab")]
-mod bootstrap;
-#[cfg(feature = "loopback")]
-pub mod consumer;
+pub mod commands;
 #[cfg(feature = "lab")]
-pub mod coverage;
+mod data;
 #[cfg(feature = "lab")]
-pub mod csv_table;
-#[cfg(feature = "lab")]
-pub mod dataset;
-#[cfg(feature = "lab")]
-pub mod export;
-#[cfg(feature = "lab")]
-pub mod fuse;
-#[cfg(feature = "lab")]
-pub mod gospa;
-#[cfg(feature = "lab")]
-pub mod guest;
-#[cfg(feature = "loopback")]
-pub mod hub_status;
+mod drive;
 #[cfg(feature = "loopback")]
 pub mod loopback;
 #[cfg(feature = "lab")]
-pub mod matching;
+mod report;
 #[cfg(feature = "lab")]
-pub mod metrics;
-#[cfg(feature = "lab")]
-pub mod percentiles;
-#[cfg(feature = "lab")]
-pub mod plot;
-#[cfg(feature = "lab")]
-pub mod protocol;
-#[cfg(feature = "lab")]
-pub mod recorded;
-#[cfg(feature = "lab")]
-pub mod report;
-#[cfg(feature = "lab")]
-pub mod run_folder;
-#[cfg(feature = "lab")]
-pub mod run_log;
-#[cfg(feature = "lab")]
-pub mod score;
-#[cfg(feature = "lab")]
-pub mod seconds;
-#[cfg(feature = "lab")]
-pub mod simulate;
-#[cfg(feature = "lab")]
-pub mod simulation;
-#[cfg(feature = "lab")]
-pub mod summary;
-#[cfg(feature = "lab")]
-pub mod sweep;
-#[cfg(feature = "lab")]
-pub mod tables;
-#[cfg(feature = "lab")]
-pub mod throughput;
-#[cfg(feature = "lab")]
-pub mod timing;
-#[cfg(feature = "lab")]
-pub mod tracking;
-#[cfg(feature = "lab")]
-pub mod traffic;
-#[cfg(feature = "lab")]
-pub mod truth;
-#[cfg(feature = "lab")]
-pub mod virtual_run;
+mod score;
 
-#[cfg(test)]
 #[cfg(feature = "lab")]
-mod fixture;
+pub use crate::{
+    data::dataset::{DatasetError, Source, synthetic},
+    data::run_log::RunLog,
+    data::scene::{Keyframe, Scene, TrueBox},
+    data::workload,
+    drive::driver::{Consumer, Driver, Publishing},
+    drive::keyframes::contender::Contender,
+    drive::virtual_run::VirtualRun,
+    score::errors::BoxError,
+    score::run::summary::Summary,
+    score::tracking,
+};

@@ -43,13 +43,13 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Export(v2x_lab::export::ExportArgs),
-    Fuse(v2x_lab::fuse::FuseArgs),
-    Score(v2x_lab::guest::ScoreArgs),
-    Simulate(v2x_lab::simulate::SimulateArgs),
-    Sweep(v2x_lab::sweep::SweepArgs),
-    Tables(v2x_lab::tables::TablesArgs),
-    Throughput(v2x_lab::throughput::ThroughputArgs),
+    Export(v2x_lab::commands::ExportArgs),
+    Fuse(v2x_lab::commands::FuseArgs),
+    Score(v2x_lab::commands::ScoreArgs),
+    Simulate(v2x_lab::commands::SimulateArgs),
+    Sweep(v2x_lab::commands::SweepArgs),
+    Tables(v2x_lab::commands::TablesArgs),
+    Throughput(v2x_lab::commands::ThroughputArgs),
     #[command(hide = true)]
     Hub(HubArgs),
     #[command(hide = true)]
@@ -62,13 +62,13 @@ async fn main() -> ExitCode {
     let outcome = async {
         logging::init(&cli.log)?;
         let done: anyhow::Result<()> = match cli.command {
-            Command::Export(args) => v2x_lab::export::export(&args),
-            Command::Fuse(args) => v2x_lab::fuse::fuse(&args),
-            Command::Score(args) => v2x_lab::guest::score(&args),
-            Command::Simulate(args) => v2x_lab::simulate::simulate(&args),
-            Command::Sweep(args) => return v2x_lab::sweep::sweep(&args).await,
-            Command::Tables(args) => v2x_lab::tables::tables(&args),
-            Command::Throughput(args) => v2x_lab::throughput::throughput(&args, allocations),
+            Command::Export(args) => v2x_lab::commands::export(&args),
+            Command::Fuse(args) => v2x_lab::commands::fuse(&args),
+            Command::Score(args) => v2x_lab::commands::score(&args),
+            Command::Simulate(args) => v2x_lab::commands::simulate(&args),
+            Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,
+            Command::Tables(args) => v2x_lab::commands::tables(&args),
+            Command::Throughput(args) => v2x_lab::commands::throughput(&args, allocations),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 v2x_fusion_hub::hub::run(args, shutdown).await

@@ -1,10 +1,12 @@
 //! An agent in this process: a client of the hub whose frames arrive as late as its link has it.
 
-use super::crew::{Member, Recruiter};
-use super::error::KitError;
-use super::mailbox::{self, Mailbox};
-use super::script::Script;
-use super::station::Station;
+use crate::loopback::access::Access;
+use crate::loopback::connection::Connection;
+use crate::loopback::delay_queue;
+use crate::loopback::delay_queue::DelayQueue;
+use crate::loopback::error::KitError;
+use crate::loopback::script::Script;
+use crate::loopback::task_group::{TaskToken, WeakTaskToken};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,21 +16,10 @@ use v2x_agent::link::profiles::{self, ProfileError};
 use v2x_agent::link::{Delay, Link, LinkConfig, Parcel, Transit};
 use v2x_common::clock;
 use v2x_common::detection::{Detection, DetectionFrame};
-use v2x_common::id::{AgentId, FrameId, NetworkId};
-use v2x_common::net::session::SessionOptions;
+use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
 use v2x_common::wire;
-
-/// What a network gives to each agent.
-#[derive(Clone)]
-pub(super) struct Berth {
-    pub(super) network: NetworkId,
-    pub(super) session: SessionOptions,
-    pub(super) started_at: Timestamp,
-    pub(super) ended: CancellationToken,
-    pub(super) member: Member,
-}
 
 /// An agent that is about to join a network. Mistakes in what it is told are told by [`NewAgent::join`].
 #[must_use = "it is no agent before it joins"]
@@ -37,12 +28,12 @@ pub struct NewAgent {
     link: Result<LinkConfig, ProfileError>,
     seed: u64,
     description: Option<SensorDescription>,
-    berth: Berth,
+    access: Access,
 }
 
 impl NewAgent {
-    pub(super) fn new(name: &str, berth: Berth) -> Self {
-        Self { name: name.to_owned(), link: Ok(LinkConfig::default()), seed: 0, description: None, berth }
+    pub(super) fn new(name: &str, access: Access) -> Self {
+        Self { name: name.to_owned(), link: Ok(LinkConfig::default()), seed: 0, description: None, access }
     }
 
     /// Its frames go over this link: `lte-uu`, `its-g5:loss=0.1,burst=4`, `custom:delay=80ms,jitter=30ms` and all that
@@ -62,7 +53,7 @@ impl NewAgent {
 
     /// It connects here and not at the hub: to a proxy or router that stands between them.
     pub fn through(mut self, endpoint: &str) -> Self {
-        self.berth.session.connect = vec![endpoint.to_owned()];
+        self.access.session.connect = vec![endpoint.to_owned()];
         self
     }
 
@@ -80,32 +71,32 @@ impl NewAgent {
 
     /// Connects, and waits until the hub listens: no frame is lost for being early.
     pub async fn join(self) -> Result<Agent, KitError> {
-        let Self { name, link, seed, description, berth } = self;
+        let Self { name, link, seed, description, access } = self;
         let id = AgentId::new(&name).map_err(|source| KitError::Name { name, source })?;
         let link = link.map_err(|source| KitError::Link { agent: id, source })?;
-        let station = Station::open(&berth, id, description).await?;
-        let mailbox = Mailbox::new(link.reorder);
-        let desk = Arc::new(Desk {
+        let connection = Connection::open(&access, id, description).await?;
+        let queue = DelayQueue::new(link.reorder);
+        let sender = Arc::new(FrameSender {
             id,
             epoch: u64::try_from(clock::now().as_micros()).unwrap_or(0),
             sequence: AtomicU64::new(0),
             link: Link::new(link, seed, id),
-            started_at: berth.started_at,
-            mailbox,
+            started_at: access.started_at,
+            queue,
         });
-        let Berth { ended, member, .. } = berth;
-        let crew = member.downgrade();
-        tokio::spawn(deliver(station, desk.clone(), ended.clone(), member));
-        Ok(Agent { desk, seed, crew, ended: ended.drop_guard() })
+        let Access { ended, token, .. } = access;
+        let tasks = token.downgrade();
+        tokio::spawn(deliver(connection, sender.clone(), ended.clone(), token));
+        Ok(Agent { sender, seed, tasks, ended: ended.drop_guard() })
     }
 }
 
 /// An agent of a network. It leaves when it is dropped, and what is on its way then is lost.
 #[must_use = "it leaves when it is dropped"]
 pub struct Agent {
-    desk: Arc<Desk>,
+    sender: Arc<FrameSender>,
     seed: u64,
-    crew: Recruiter,
+    tasks: WeakTaskToken,
     ended: DropGuard,
 }
 
@@ -121,7 +112,7 @@ pub struct Sent {
 impl Agent {
     /// Its name.
     pub fn id(&self) -> AgentId {
-        self.desk.id
+        self.sender.id
     }
 
     /// Sends what was seen just now.
@@ -131,27 +122,27 @@ impl Agent {
 
     /// Sends a frame of your own making.
     pub fn send_frame(&self, frame: &DetectionFrame) -> Result<Sent, KitError> {
-        if self.ended.token().is_cancelled() { Err(KitError::HubEnded) } else { self.desk.send(frame) }
+        if self.ended.token().is_cancelled() { Err(KitError::HubEnded) } else { self.sender.send(frame) }
     }
 
     /// Its next frame, measured then; to be changed as you like, and sent by [`Agent::send_frame`].
     pub fn frame(&self, captured_at: Timestamp, detections: Vec<Detection>) -> DetectionFrame {
-        self.desk.frame(captured_at, detections)
+        self.sender.frame(captured_at, detections)
     }
 
     /// Sends what the script has it see, from now on until it leaves. The first frame is sent at once; a script of
     /// which that has no form on the wire is refused.
     pub fn play(&self, script: Script) -> Result<(), KitError> {
-        let member = self.crew.upgrade().ok_or(KitError::HubEnded)?;
+        let token = self.tasks.upgrade().ok_or(KitError::HubEnded)?;
         let begun_at = clock::now();
-        self.desk.send_scripted(&script, (self.seed, begun_at), 0)?;
-        let (desk, seed, ended) = (self.desk.clone(), self.seed, self.ended.token().clone());
+        self.sender.send_scripted(&script, (self.seed, begun_at), 0)?;
+        let (sender, seed, ended) = (self.sender.clone(), self.seed, self.ended.token().clone());
         tokio::spawn(async move {
             // Held until the task is over.
-            let _member = member;
+            let _token = token;
             let mut number = 1;
             while sleep_until(script.capture_time(begun_at, number), &ended).await {
-                if let Err(error) = desk.send_scripted(&script, (seed, begun_at), number) {
+                if let Err(error) = sender.send_scripted(&script, (seed, begun_at), number) {
                     tracing::warn!(%error, number, "the script ends");
                     return;
                 }
@@ -163,16 +154,16 @@ impl Agent {
 }
 
 /// Where an agent's frames are numbered and put on their way.
-struct Desk {
+struct FrameSender {
     id: AgentId,
     epoch: u64,
     sequence: AtomicU64,
     link: Link,
     started_at: Timestamp,
-    mailbox: Mailbox,
+    queue: DelayQueue,
 }
 
-impl Desk {
+impl FrameSender {
     fn frame(&self, captured_at: Timestamp, detections: Vec<Detection>) -> DetectionFrame {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed);
         let id = FrameId { agent: self.id, epoch: self.epoch, sequence };
@@ -189,8 +180,8 @@ impl Desk {
         let Transit::Delivered { delay } = self.link.transit(parcel) else {
             return Ok(Sent { frame: frame.id, arrives_at: None });
         };
-        if !self.mailbox.push(now + delay, payload) {
-            return Err(KitError::Backlog { agent: self.id, count: mailbox::CAPACITY });
+        if !self.queue.push(now + delay, payload) {
+            return Err(KitError::Backlog { agent: self.id, count: delay_queue::CAPACITY });
         }
         Ok(Sent { frame: frame.id, arrives_at: Some(now + delay) })
     }
@@ -208,20 +199,25 @@ impl Desk {
 }
 
 /// Hands frames over when they are due, until the agent leaves.
-async fn deliver(station: Station, desk: Arc<Desk>, ended: CancellationToken, _member: Member) {
-    let mut descriptions = tokio::time::interval(Station::DESCRIPTION_INTERVAL);
+async fn deliver(
+    connection: Connection,
+    sender: Arc<FrameSender>,
+    ended: CancellationToken,
+    _token: TaskToken,
+) {
+    let mut descriptions = tokio::time::interval(Connection::DESCRIPTION_INTERVAL);
     loop {
         let put = tokio::select! {
             biased;
             () = ended.cancelled() => break,
-            payload = desk.mailbox.next() => station.put(payload).await,
-            _ = descriptions.tick() => station.describe().await,
+            payload = sender.queue.next() => connection.put(payload).await,
+            _ = descriptions.tick() => connection.describe().await,
         };
         if let Err(error) = put {
-            tracing::warn!(agent = %desk.id, %error, "not sent");
+            tracing::warn!(agent = %sender.id, %error, "not sent");
         }
     }
-    station.close().await;
+    connection.close().await;
 }
 
 /// Waits until then; `false` where the end comes first.

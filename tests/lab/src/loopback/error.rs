@@ -10,7 +10,7 @@ use v2x_fusion_hub::hub::{AgentStatus, HubStatus};
 use v2x_fusion_hub::settings::SettingsError;
 
 /// Objects that an error message tells of.
-const TOLD: usize = 8;
+const MAX_OBJECTS: usize = 8;
 
 /// Why a test network does not do what was asked of it. `Debug` is the message too: tests print that.
 #[derive(thiserror::Error)]
@@ -132,12 +132,16 @@ fn write_frame(f: &mut fmt::Formatter<'_>, frames: u64, last: &FusedFrame) -> fm
         "{frames} fused frames were seen, the last (number {sequence}) with {} objects",
         objects.len()
     )?;
-    for object in objects.iter().take(TOLD) {
+    for object in objects.iter().take(MAX_OBJECTS) {
         let (bev, (vx, vy)) = (&object.bev, object.velocity);
         write!(f, "\n  {} at ({:.2}, {:.2}) m", object.class, bev.x, bev.y)?;
         write!(f, ", ({vx:.2}, {vy:.2}) m/s, existence {:.3}", object.existence)?;
     }
-    if objects.len() > TOLD { write!(f, "\n  and {} more", objects.len() - TOLD) } else { Ok(()) }
+    if objects.len() > MAX_OBJECTS {
+        write!(f, "\n  and {} more", objects.len() - MAX_OBJECTS)
+    } else {
+        Ok(())
+    }
 }
 
 fn write_agent(f: &mut fmt::Formatter<'_>, agent: &AgentStatus) -> fmt::Result {

@@ -1,6 +1,6 @@
 //! Starting hubs and agents as children of this process.
 
-use super::{Child, ChildError};
+use crate::loopback::{Child, ChildError};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use v2x_common::id::{AgentId, NetworkId};

@@ -12,48 +12,29 @@
 //! v2x-lab = { git = "…", default-features = false, features = ["loopback"] }
 //! ```
 //!
-//! A camera that is 300 ms late, and a test of what consumers get:
-//!
-//! ```
-//! use std::time::Duration;
-//! use v2x_lab::loopback::v2x_common::fused::FusedFrame;
-//! use v2x_lab::loopback::{Actor, KitError, Network, Script, block_on};
-//!
-//! fn main() -> Result<(), KitError> {
-//!     block_on(async {
-//!         let network = Network::start_with("delta_max_ms = 5000").await?;
-//!         let camera = network.agent("camera").late_by(Duration::from_millis(300)).seed(7).join().await?;
-//!         let car = Actor::car(10.0, 5.0).driving(8.0, 0.0);
-//!         camera.play(Script::every(Duration::from_millis(100)).of([car]))?;
-//!
-//!         // The hub hears of it late, and tells where it is: not where it was.
-//!         let start = network.started_at();
-//!         let is_there = |frame: &FusedFrame| {
-//!             let truth = car.bev_at(frame.fused_at - start);
-//!             frame.objects.iter().any(|object| object.bev.pose().distance_to(truth.x, truth.y) < 1.0)
-//!         };
-//!         network.await_fused(is_there, Duration::from_secs(20)).await?;
-//!         network.end().await.map(|_| ())
-//!     })
-//! }
-//! ```
+//! The first page of this crate has an example.
 //!
 //! Time is real: a delay of 300 ms takes 300 ms. Whatever is random is drawn from the seed of an agent. Zenoh wants a
 //! runtime of several threads: `#[tokio::test(flavor = "multi_thread")]`, or [`block_on`] where there is none.
 
+mod access;
 mod agent;
 mod child;
-mod crew;
+mod connection;
+mod connection_error;
+pub mod consumer;
+mod delay_queue;
 mod error;
+pub mod hub_status;
 mod launcher;
-mod mailbox;
 mod network;
 mod runtime;
 mod script;
-mod station;
+mod task_group;
 
 pub use agent::{Agent, NewAgent, Sent};
 pub use child::{Child, ChildError};
+pub use connection_error::ConnectionError;
 pub use error::{KitError, Seen};
 pub use launcher::{AgentOptions, HubOptions, Launcher};
 pub use network::Network;

@@ -1,11 +1,11 @@
 //! A hub in this process, and a consumer that sees what it publishes.
 
-use super::agent::{Berth, NewAgent};
-use super::crew::Crew;
-use super::error::{KitError, Seen};
-use super::runtime;
-use crate::consumer::{Consumer, Traffic};
-use crate::hub_status;
+use crate::loopback::access::Access;
+use crate::loopback::agent::NewAgent;
+use crate::loopback::consumer::{Consumer, Subscription, Traffic};
+use crate::loopback::error::{KitError, Seen};
+use crate::loopback::task_group::TaskGroup;
+use crate::loopback::{hub_status, runtime};
 use anyhow::anyhow;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
@@ -38,7 +38,7 @@ pub struct Network {
     hub: JoinHandle<anyhow::Result<HubStatus>>,
     hub_ended: CancellationToken,
     /// Closed when the last task of an agent has ended.
-    crew: Crew,
+    tasks: TaskGroup,
     // Dropping these ends the agents and the hub.
     agents: DropGuard,
     shutdown: DropGuard,
@@ -66,13 +66,13 @@ impl Network {
         // Whatever happens from here on, the hub ends with us.
         let guard = shutdown.clone().drop_guard();
         let hub_ended = CancellationToken::new();
-        let (tell_ready, ready) = oneshot::channel();
-        let hub = tokio::spawn(run_hub(setup, shutdown.clone(), tell_ready, hub_ended.clone()));
+        let (ready_sender, ready) = oneshot::channel();
+        let hub = tokio::spawn(run_hub(setup, shutdown.clone(), ready_sender, hub_ended.clone()));
         let Ok(locator) = ready.await else { return Err(hub_failure(hub).await) };
         let consumer = connect(&locator, id).await?;
         let agents = CancellationToken::new().drop_guard();
-        let (started_at, crew) = (clock::now(), Crew::new());
-        Ok(Self { id, locator, started_at, consumer, hub, hub_ended, crew, agents, shutdown: guard })
+        let (started_at, tasks) = (clock::now(), TaskGroup::new());
+        Ok(Self { id, locator, started_at, consumer, hub, hub_ended, tasks, agents, shutdown: guard })
     }
 
     /// Its name, for keys such as `v2x/{network}/hub/hub/fused`: no two networks of a process have the same.
@@ -94,14 +94,14 @@ impl Network {
     pub fn agent(&self, name: &str) -> NewAgent {
         let connect = vec![self.locator.clone()];
         let session = SessionOptions { connect, ..SessionOptions::default() };
-        let berth = Berth {
+        let access = Access {
             network: self.id,
             session,
             started_at: self.started_at,
             ended: self.agents.token().child_token(),
-            member: self.crew.member(),
+            token: self.tasks.token(),
         };
-        NewAgent::new(name, berth)
+        NewAgent::new(name, access)
     }
 
     /// The first fused frame of which something is so, of those that nobody awaited yet. For one reader: of two that
@@ -149,17 +149,19 @@ impl Network {
 
     /// How the hub and all agents fare: frames accepted, and refused by reason.
     pub async fn status(&self) -> Result<HubStatus, KitError> {
-        let statuses = hub_status::query(self.consumer.session(), self.id).await.map_err(KitError::Zenoh)?;
+        let statuses = hub_status::query(self.consumer.session(), self.id)
+            .await
+            .map_err(|error| KitError::Zenoh(error.into()))?;
         statuses.into_iter().next().ok_or_else(|| KitError::Zenoh(anyhow!("the hub did not answer")))
     }
 
     /// Ends the agents, the hub and the consumer; gives the hub's last status.
     pub async fn end(self) -> Result<HubStatus, KitError> {
-        let Self { consumer, hub, crew, agents, shutdown, .. } = self;
+        let Self { consumer, hub, tasks, agents, shutdown, .. } = self;
         drop(agents);
-        crew.gone().await;
+        tasks.gone().await;
         drop(shutdown);
-        consumer.close().await.map_err(KitError::Zenoh)?;
+        consumer.close().await.map_err(|error| KitError::Zenoh(error.into()))?;
         match hub.await {
             Ok(status) => status.map_err(KitError::Hub),
             Err(panic) => Err(KitError::Hub(panic.into())),
@@ -204,13 +206,13 @@ impl Network {
 async fn run_hub(
     setup: HubSetup,
     shutdown: CancellationToken,
-    tell_ready: oneshot::Sender<String>,
+    ready_sender: oneshot::Sender<String>,
     ended: CancellationToken,
 ) -> anyhow::Result<HubStatus> {
     let _ended = ended.drop_guard();
     let on_ready = |_, locators: &[String]| {
         // Nobody waits any more where the test was given up.
-        let _ = locators.first().map(|locator| tell_ready.send(locator.clone()));
+        let _ = locators.first().map(|locator| ready_sender.send(locator.clone()));
     };
     Box::pin(serve(setup, shutdown, Engine::new, on_ready)).await
 }
@@ -226,9 +228,12 @@ async fn hub_failure(hub: JoinHandle<anyhow::Result<HubStatus>>) -> KitError {
 
 async fn connect(locator: &str, network: NetworkId) -> Result<Consumer, KitError> {
     let options = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
-    let (wanted, never) = ((Traffic::Fused, CAPACITY), CancellationToken::new());
-    let consumer = Consumer::connect(&options, network, wanted, CONNECT_PATIENCE, &never).await;
-    consumer.map_err(KitError::Zenoh)?.ok_or_else(|| KitError::Zenoh(anyhow!("nobody asked to shut down")))
+    let subscription = Subscription { network, traffic: Traffic::Fused, capacity: CAPACITY };
+    let never = CancellationToken::new();
+    let consumer = Consumer::connect(&options, subscription, CONNECT_PATIENCE, &never).await;
+    consumer
+        .map_err(|error| KitError::Zenoh(error.into()))?
+        .ok_or_else(|| KitError::Zenoh(anyhow!("nobody asked to shut down")))
 }
 
 /// A name that no other network of this machine has.

@@ -1,6 +1,6 @@
 //! The runtime that Zenoh needs.
 
-use super::KitError;
+use crate::loopback::KitError;
 use tokio::runtime::{Handle, RuntimeFlavor};
 
 /// Whether this is a runtime in which Zenoh works: on one thread its callbacks and our tasks wait for each other.

@@ -1,6 +1,6 @@
 //! A report as a folder: its page, its rows, and every figure as SVG and PDF.
 
-use crate::plot::sheet::Sheet;
+use crate::report::plot::sheet::Sheet;
 use anyhow::Context;
 use std::path::Path;
 

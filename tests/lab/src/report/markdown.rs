@@ -1,7 +1,7 @@
 //! The report of a run in Markdown.
 
-use super::{Of, accuracy, comparison, frames, headline, reasons, spans, tracks, verdict};
-use crate::summary::Summary;
+use crate::report::summary::{Of, accuracy, comparison, frames, headline, reasons, spans, tracks, verdict};
+use crate::score::run::summary::Summary;
 
 const EXPLANATIONS: &str = "\
 - **ATE**: distance of a matched box's centre from the true one, m; per frame the mean over its pairs, then the mean over frames (as every figure here).
@@ -43,4 +43,23 @@ pub fn report_md(summary: &Summary) -> String {
     ];
     let blocks = blocks.iter().filter(|block| !block.is_empty());
     blocks.map(|block| block.trim_end()).collect::<Vec<_>>().join("\n\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::fixture::summary;
+
+    #[test]
+    fn the_report_has_every_figure_of_the_table_and_the_picture() {
+        let summary = summary();
+        let report = report_md(&summary);
+        for table in [accuracy(&summary, Of::Common), frames(&summary), spans(&summary)] {
+            for cell in table.rows.iter().flatten() {
+                assert!(report.contains(cell.as_str()), "{cell} is missing in\n{report}");
+            }
+        }
+        assert!(report.contains("](bev.svg)"));
+        assert!(report.contains("**PASSED**"));
+    }
 }

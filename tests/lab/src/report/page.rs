@@ -1,6 +1,6 @@
 //! A page that needs nothing else: no script, no style sheet, no picture from elsewhere.
 
-use super::table::escaped;
+use crate::report::table::escaped;
 
 const STYLE: &str = "\
 :root { color-scheme: light; }

@@ -1,0 +1,123 @@
+//! `lab fuse`: anybody's log of detections through the engine of the hub.
+
+pub(crate) mod args;
+
+pub use args::FuseArgs;
+
+use crate::commands::cpu_time::thread_cpu_time;
+use crate::data::detection_log::DetectionLog;
+use crate::data::truth_table::Truth;
+use crate::drive::driver::Consumer;
+use crate::drive::replay::{Counts, Replay};
+use crate::drive::ticks::Ticks;
+use crate::report::fused_table::{FusedTable, NewFile};
+use crate::report::offline::Report;
+use crate::report::output::print;
+use crate::report::progress::Progress;
+use crate::score::offline::TruthScorer;
+use anyhow::{Context, ensure};
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use v2x_common::fused::FusedFrame;
+use v2x_common::time::Timestamp;
+use v2x_fusion_hub::engine::Engine;
+
+/// Fuses, writes the objects, and prints how it went.
+pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
+    let report = run(args)?;
+    print(&if args.json { serde_json::to_string(&report)? + "\n" } else { report.text() })?;
+    Ok(())
+}
+
+/// Where the objects go.
+struct Sink<W: Write> {
+    table: FusedTable<W>,
+    scorer: Option<TruthScorer>,
+}
+
+fn run(args: &FuseArgs) -> anyhow::Result<Report> {
+    let config = args.rules.engine()?;
+    let description = args.sensor.description(&config.sensing)?;
+    let scorer = args.truth.as_deref().map(read_truth).transpose()?;
+    let file = open(&args.detections)?;
+    let size = file.metadata().map_or(0, |metadata| metadata.len());
+    let mut log = DetectionLog::new(file, &args.detections)?;
+    if args.sensor.range.is_some() && !log.has_poses() {
+        tracing::warn!("without the columns sensor_x and sensor_y nobody knows what is in a sensor's range");
+    }
+    ensure!(!is_same(&args.detections, &args.out), "--out would overwrite the detections");
+    ensure!(
+        !args.truth.as_ref().is_some_and(|truth| is_same(truth, &args.out)),
+        "--out would overwrite the truth"
+    );
+    let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
+    let (mut sink, mut progress) = (Sink { table, scorer }, Progress::begin("KiB"));
+    let replay = Replay { engine: Engine::new(config), description, stopwatch: thread_cpu_time };
+    let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
+    let outcome = replay.run(&mut log, &mut sink, |n_bytes| progress.update(kib(n_bytes), kib(size)));
+    progress.end();
+    let counts = outcome?;
+    let fused_rows = sink.table.rows();
+    sink.table.into_inner().finish()?;
+    ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
+    let truth = sink.scorer.as_ref().map(TruthScorer::score);
+    let report = Report { fused_rows, truth, ..report(counts, &log) };
+    Ok(Report { method: args.rules.method_key()?, ..report })
+}
+
+fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>) -> Report {
+    let core_s = counts.core.as_secs_f64();
+    #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
+    let detections_per_s = (core_s > 0.0).then(|| counts.detections as f64 / core_s);
+    Report {
+        method: String::new(),
+        sensors: log.n_sensors(),
+        frames: counts.frames,
+        detections: counts.detections,
+        duration_s: counts.duration.as_secs_f64(),
+        ticks: counts.ticks,
+        fused_rows: 0,
+        refused_frames: counts.refused.values().sum(),
+        refused: counts.refused,
+        unknown_classes: log.unknown_classes(),
+        core_s,
+        detections_per_s,
+        truth: None,
+    }
+}
+
+impl<W: Write> Consumer for Sink<W> {
+    type Error = anyhow::Error;
+
+    fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
+        // With a lag objects hold for an earlier time than that at which they are published.
+        self.table.write(frame.fused_at, &frame.objects).context("writing the fused objects")?;
+        if let Some(scorer) = &mut self.scorer {
+            scorer.add(frame.fused_at, &frame.objects);
+        }
+        Ok(())
+    }
+
+    fn receive_nothing(&mut self, ticks: Ticks) {
+        if let Some(scorer) = &mut self.scorer {
+            let (begin, end) = scorer.span();
+            ticks.clamped_to(begin, end).for_each(|at| scorer.add(at, &[]));
+        }
+    }
+}
+
+fn open(path: &Path) -> anyhow::Result<File> {
+    File::open(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn read_truth(path: &Path) -> anyhow::Result<TruthScorer> {
+    Ok(TruthScorer::new(Truth::read(open(path)?, path)?))
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,150 @@
+//! The command from file to file.
+
+use super::*;
+use crate::commands::fuse::args::{FuseArgs, RuleArgs, SensorArgs};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// A folder of its own that goes with the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("lab-fuse-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn args(&self, log: &str, truth: Option<&str>) -> FuseArgs {
+        let path = |name: &str| self.0.join(name);
+        std::fs::write(path("log.csv"), log).unwrap();
+        let truth = truth.map(|text| {
+            std::fs::write(path("truth.csv"), text).unwrap();
+            path("truth.csv")
+        });
+        FuseArgs {
+            detections: path("log.csv"),
+            out: path("fused.csv"),
+            truth,
+            rules: RuleArgs::default(),
+            sensor: SensorArgs::default(),
+            json: false,
+        }
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).unwrap();
+    }
+}
+
+/// A car that drives east at 10 m/s, reported exactly by two cameras at 10 Hz, 30 ms late, and the truth of it at
+/// 2 Hz; from a Unix time on.
+fn drive() -> (String, String) {
+    let mut log = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,note\n".to_owned();
+    let mut truth = "t,object_id,class,x,y,vx,vy,w,d,yaw\n".to_owned();
+    for tenth in 0..30 {
+        let x = f64::from(tenth);
+        let second = 1_700_000_000 + tenth / 10;
+        for camera in ["left", "right"] {
+            let t = format!("{second}.{}", tenth % 10);
+            writeln!(log, "{t}3,{t},{camera},car,{x},5,1.8,4.5,0,0.3,0.3,0.1,0.1,0.05,nothing").unwrap();
+        }
+        if tenth % 5 == 0 {
+            writeln!(truth, "{second}.{},7,vehicle.car,{x},5,10,0,1.8,4.5,0", tenth % 10).unwrap();
+        }
+    }
+    (log, truth)
+}
+
+#[test]
+fn a_driving_car_is_told_where_it_is_between_the_rows_of_the_truth_too() {
+    let folder = Folder::new("drive");
+    let (log, truth) = drive();
+    let report = run(&folder.args(&log, Some(&truth))).unwrap();
+    assert_eq!((report.sensors, report.frames, report.detections), (2, 60, 60));
+    assert_eq!((report.ticks, report.fused_rows, report.unknown_classes), (29, 29, 0));
+    assert!(report.refused.is_empty() && report.refused_frames == 0);
+    let score = report.truth.unwrap();
+    // The truth ends at 2.5 s, the first tick is at 0.1 s.
+    assert_eq!((score.metrics.frames, score.metrics.true_positives), (25, 25));
+    assert_eq!((score.metrics.precision, score.metrics.recall), (Some(1.0), Some(1.0)));
+    assert!(score.metrics.ate_m.unwrap() < 0.5, "{score:?}");
+    assert_eq!(score.id_switches, 0);
+    let fused = std::fs::read_to_string(folder.0.join("fused.csv")).unwrap();
+    let mut lines = fused.lines();
+    assert_eq!(lines.next().unwrap(), "t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st");
+    assert!(lines.next().unwrap().starts_with("1700000000.1,0,vehicle.car,"), "{fused}");
+    assert!(report.text().contains("60 detections in 60 frames of 2 sensors"));
+}
+
+#[test]
+fn every_method_of_the_hub_fuses_a_log() {
+    let folder = Folder::new("methods");
+    let (log, _) = drive();
+    for method in ["ours", "unikf-paper", "unikf-literal", "single-1", "csba-wls", "wbf"] {
+        let rules = RuleArgs { method: Some(method.to_owned()), ..RuleArgs::default() };
+        let report = run(&FuseArgs { rules, ..folder.args(&log, None) }).unwrap();
+        assert_eq!((report.method.as_str(), report.fused_rows), (method, 29));
+        assert!(report.truth.is_none());
+    }
+}
+
+#[test]
+fn what_a_described_sensor_does_not_see_is_soon_gone() {
+    let folder = Folder::new("view");
+    let header = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,sensor_x,sensor_y\n";
+    let mut log = header.to_owned();
+    for tenth in 0..10 {
+        let t = format!("0.{tenth}");
+        writeln!(log, "{t},{t},a,car,20,0,2,4,0,0.3,0.3,0.1,0.1,0.1,0,0").unwrap();
+        if tenth < 2 {
+            writeln!(log, "{t},{t},a,car,-20,0,2,4,0,0.3,0.3,0.1,0.1,0.1,0,0").unwrap();
+        }
+    }
+    let rows = |sensor| run(&FuseArgs { sensor, ..folder.args(&log, None) }).unwrap().fused_rows;
+    let described =
+        SensorArgs { range: Some(50.0), detection_probability: Some(0.99), ..SensorArgs::default() };
+    // Undescribed, the second car is told of until it was not measured for 1.5 s.
+    assert_eq!(rows(SensorArgs::default()), 20);
+    assert!(rows(described) < 16, "{}", rows(described));
+}
+
+#[test]
+fn of_a_broken_log_no_table_is_left() {
+    let folder = Folder::new("broken");
+    let (log, _) = drive();
+    let args = folder.args(&(log + "1700000009,1700000009,left,car,x,5,1.8,4.5,0,1,1,1,1,1,\n"), None);
+    let message = format!("{:#}", run(&args).unwrap_err());
+    assert!(message.contains("log.csv, line 62, column x: \"x\", expected a coordinate in m"), "{message}");
+    let mut left: Vec<_> =
+        std::fs::read_dir(&folder.0).unwrap().map(|one| one.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["log.csv"]);
+}
+
+#[test]
+fn inputs_are_not_overwritten_and_an_empty_log_is_told() {
+    let folder = Folder::new("same");
+    let (log, truth) = drive();
+    let args = folder.args(&log, Some(&truth));
+    for out in [args.detections.clone(), args.truth.clone().unwrap()] {
+        let message = run(&FuseArgs { out, ..args.clone() }).unwrap_err().to_string();
+        assert!(message.starts_with("--out would overwrite"), "{message}");
+    }
+    assert_eq!(std::fs::read_to_string(&args.detections).unwrap(), log);
+    let header = log.lines().next().unwrap();
+    let message = run(&folder.args(header, None)).unwrap_err().to_string();
+    assert!(message.ends_with("log.csv holds no detections"), "{message}");
+}
+
+#[test]
+fn the_report_in_json_is_one_object_with_flat_figures() {
+    let folder = Folder::new("json");
+    let (log, truth) = drive();
+    let json = serde_json::to_value(run(&folder.args(&log, Some(&truth))).unwrap()).unwrap();
+    for pointer in ["/detections_per_s", "/refused", "/truth/ate_m", "/truth/gospa_m", "/truth/id_switches"] {
+        assert!(json.pointer(pointer).is_some(), "{pointer} in {json:#}");
+    }
+}

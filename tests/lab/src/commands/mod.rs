@@ -1,0 +1,21 @@
+//! The command lines: each chooses a source, a method, a matching rule and a report.
+
+mod cpu_time;
+mod draws;
+mod export;
+mod fuse;
+mod run_folder;
+mod score;
+mod simulate;
+mod sweep;
+mod tables;
+mod throughput;
+
+pub use export::{ExportArgs, export};
+pub use fuse::{FuseArgs, fuse};
+pub use run_folder::{RunFolder, RunRecord, print_summary};
+pub use score::{ScoreArgs, score};
+pub use simulate::{SimulateArgs, simulate};
+pub use sweep::{SweepArgs, sweep};
+pub use tables::{TablesArgs, tables, tables_with};
+pub use throughput::{ThroughputArgs, throughput};

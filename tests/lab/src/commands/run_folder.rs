@@ -1,0 +1,156 @@
+//! A run's folder: what went in, what was recorded, and what came out.
+//!
+//! | file | what |
+//! |---|---|
+//! | `scenario.toml` | the scenario as it was run |
+//! | `run.json` | seed, start, duration, what each process said at its end |
+//! | `consumer.v2xrec` | everything that the consumer received |
+//! | `logs/` | each process's log |
+//! | `summary.json`, `report.md`, `bev.svg` | the score |
+
+use crate::data::recording::run_log;
+use crate::data::simulation::Simulation;
+use crate::report::markdown::report_md;
+use crate::report::output::print;
+use crate::report::plot::bev::bev_svg;
+use crate::report::plot::scene::typical_moment;
+use crate::report::summary::summary_table;
+use crate::score::percentiles::Percentiles;
+use crate::score::run::scored_run::RunFacts;
+use crate::score::run::simulated::score_in_world;
+use crate::score::run::summary::Summary;
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use v2x_agent::scenario::Scenario;
+use v2x_common::id::AgentId;
+use v2x_common::recording::Recording;
+use v2x_common::time::Timestamp;
+use v2x_fusion_hub::hub::{HubStatus, Quantiles};
+
+/// What is known of a run beside its recording: the contents of `run.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Seed of the world and of all noise.
+    pub seed: u64,
+    /// Unix time in µs at which scenario time was 0.
+    pub start_us: i64,
+    /// How long the network ran, s.
+    pub duration_s: f64,
+    /// How many operating-system processes it was.
+    pub processes: usize,
+    /// Frames that each agent says it sent.
+    pub frames_sent: BTreeMap<AgentId, u64>,
+    /// The hub's status at its end.
+    pub hub: Option<HubStatus>,
+    /// What went wrong, in words.
+    pub failures: Vec<String>,
+}
+
+/// The folder of one run.
+#[derive(Clone, Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// Makes the folder, with its folder of logs.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let folder = Self { path: path.to_owned() };
+        std::fs::create_dir_all(folder.logs()).with_context(|| format!("making {}", path.display()))?;
+        // Of an earlier run into the same folder nothing may pass for this one's result.
+        for stale in ["run.json", "summary.json", "report.md", "bev.svg"] {
+            match std::fs::remove_file(path.join(stale)) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(error).with_context(|| format!("removing {stale} from {}", path.display()));
+                }
+                _ => {}
+            }
+        }
+        Ok(folder)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the processes log.
+    pub fn logs(&self) -> PathBuf {
+        self.path.join("logs")
+    }
+
+    /// The scenario as it is run.
+    pub fn scenario(&self) -> PathBuf {
+        self.path.join("scenario.toml")
+    }
+
+    /// What the consumer received.
+    pub fn recording(&self) -> PathBuf {
+        self.path.join("consumer.v2xrec")
+    }
+
+    /// Writes one of its files.
+    pub fn write(&self, name: &str, contents: &str) -> anyhow::Result<()> {
+        let path = self.path.join(name);
+        std::fs::write(&path, contents).with_context(|| format!("writing {}", path.display()))
+    }
+
+    /// Writes down what is known of the run.
+    pub fn write_record(&self, record: &RunRecord) -> anyhow::Result<()> {
+        self.write("run.json", &serde_json::to_string_pretty(record)?)
+    }
+
+    fn read_record(&self) -> anyhow::Result<RunRecord> {
+        let path = self.path.join("run.json");
+        let text = std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+        serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))
+    }
+
+    /// Scores the recorded run, and writes summary, report and picture.
+    pub fn score(&self) -> anyhow::Result<Summary> {
+        let record = self.read_record()?;
+        let scenario = Scenario::load(self.scenario())?;
+        let path = self.recording();
+        let file = File::open(&path).with_context(|| format!("opening {}", path.display()))?;
+        let log = run_log(Recording::new(BufReader::new(file))?)?;
+        let start = Timestamp::from_micros(record.start_us).context("run.json: start_us is out of range")?;
+        let simulation = Simulation::new(&scenario, record.seed, start);
+        let facts = RunFacts {
+            scenario: scenario.name.clone(),
+            seed: record.seed,
+            duration_s: record.duration_s,
+            processes: record.processes,
+            agents: simulation.agent_facts(|agent| record.frames_sent.get(agent).copied()),
+            latency_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.latency_ms)),
+            compute_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.compute_ms)),
+        };
+        let mut scored = score_in_world(&simulation, &log, &facts)?;
+        record.failures.into_iter().for_each(|failure| scored.summary.verdict.fail(failure));
+        if let Some(scene) = simulation.with_truth(|truth| typical_moment(&scored, &log, truth)) {
+            self.write("bev.svg", &bev_svg(&scene))?;
+        }
+        self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
+        self.write("report.md", &report_md(&scored.summary))?;
+        Ok(scored.summary)
+    }
+}
+
+fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
+    Some(Percentiles { p50: quantiles.p50?, p95: quantiles.p95?, p99: quantiles.p99? })
+}
+
+/// Scores a recorded run again, and prints it.
+pub fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
+    let summary = RunFolder { path: folder.to_owned() }.score()?;
+    print_summary(&summary, json)
+}
+
+/// Prints a summary on standard output: for people, or as one line of JSON.
+pub fn print_summary(summary: &Summary, json: bool) -> anyhow::Result<()> {
+    let text = if json { serde_json::to_string(summary)? + "\n" } else { summary_table(summary) };
+    print(&text).context("writing the summary")
+}

@@ -1,0 +1,152 @@
+//! `lab score`: what somebody's method made of exported detections, as one more row of every table; or a recorded
+//! run once more.
+
+pub(crate) mod args;
+pub(crate) mod files;
+
+pub use args::ScoreArgs;
+
+use crate::commands::export::manifest::{Fingerprint, Manifest};
+use crate::commands::run_folder::rescore;
+use crate::commands::score::files::{export_folder, fused_files};
+use crate::commands::tables::{RowArgs, TablesArgs, tables_of};
+use crate::data::conditions::Conditions;
+use crate::data::exported::{reports, table};
+use crate::data::method_output::{ExportedScene, SceneOutput};
+use crate::data::scene::Scene;
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::method::Method;
+use crate::drive::keyframes::outputs::RecordedOutput;
+use crate::drive::keyframes::setting::SceneTrial;
+use crate::report::progress::Progress;
+use crate::report::tables::kind::Table;
+use crate::score::keyframes::by_position::assign_objects;
+use anyhow::{Context, bail, ensure};
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+use v2x_fusion_hub::assignment::Assigner;
+
+/// Longest name of a method.
+const MAX_NAME_LEN: usize = 40;
+
+/// Scores and prints.
+pub fn score(args: &ScoreArgs) -> anyhow::Result<()> {
+    let Some(name) = &args.name else { return score_run(args) };
+    check_name(name)?;
+    let manifest = Manifest::load(&export_folder(args.export.as_deref(), &args.paths)?)?;
+    let draws = manifest.draws()?;
+    let scenes = draws.scenes()?;
+    let method_output = read_output(name, args.inputs.as_deref(), (&manifest, &scenes), &args.paths)?;
+    print_notes(name, &method_output);
+    let mut rows = args.rows.clone();
+    if rows.table.is_empty() && manifest.conditions == Conditions::Sensors {
+        (rows.table, rows.sensors) = (vec![Table::Sensors], false);
+    }
+    let further = vec![Contender::Recorded(Arc::new(method_output.output))];
+    tables_of(&TablesArgs::new(draws, rows, args.json), &scenes, further)
+}
+
+fn score_run(args: &ScoreArgs) -> anyhow::Result<()> {
+    let is_plain = args.export.is_none() && args.inputs.is_none() && args.rows == RowArgs::default();
+    ensure!(is_plain, "options about tables need --name; without it, a recorded run is scored again");
+    match args.paths.as_slice() {
+        [folder] => rescore(folder, args.json),
+        paths => bail!("{} paths; without --name, one folder of a recorded run is scored", paths.len()),
+    }
+}
+
+fn check_name(name: &str) -> anyhow::Result<()> {
+    let is_legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '+');
+    let is_short = (1..=MAX_NAME_LEN).contains(&name.len());
+    ensure!(
+        is_short && name.chars().all(is_legal),
+        "--name {name:?}: expected up to 40 letters, digits, - . +"
+    );
+    let is_taken = Method::ALL.iter().any(|method| method.key() == name);
+    ensure!(!is_taken, "--name {name}: the tables have a row of this name");
+    Ok(())
+}
+
+/// Somebody's answers, and what was noticed about them.
+#[derive(Clone, Debug)]
+pub struct MethodOutput {
+    /// The answers.
+    pub output: RecordedOutput,
+    /// Boxes that are scored.
+    pub boxes: u64,
+    /// Rows at a time that is no keyframe's.
+    pub ignored_rows: u64,
+    /// Rows whose class name is not known.
+    pub unknown_classes: u64,
+}
+
+/// Reads what a method made of an export; `told` says what it makes use of.
+pub fn read_output(
+    name: &str,
+    inputs: Option<&str>,
+    (manifest, scenes): (&Manifest, &[Scene]),
+    paths: &[PathBuf],
+) -> anyhow::Result<MethodOutput> {
+    const CHANGED: &str = "the detections of the export are not those that its export.json leads to: another version \
+                           of lab made it, or the data set has changed; export anew";
+    ensure!(manifest.is_of(scenes), CHANGED);
+    let files = fused_files(manifest, paths)?;
+    let (mut progress, mut fingerprint) = (Progress::begin("files"), Fingerprint::default());
+    let (mut read, mut assigner) = (Vec::new(), Assigner::default());
+    for (part, path) in &files {
+        let scene = &scenes[part.scene];
+        let reports = reports(&manifest.protocol(*part), scene);
+        fingerprint.add(&table(scene, &reports));
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let mut scene_output = SceneOutput::read(file, path, ExportedScene { scene, reports: &reports })?;
+        if scene_output.is_matched_by_position {
+            let keyframes = scene_output.by_keyframe.iter_mut().zip(&scene.keyframes);
+            keyframes.for_each(|(boxes, keyframe)| assign_objects(boxes, keyframe, &mut assigner));
+        }
+        read.push((*part, scene_output));
+        progress.update(read.len(), files.len());
+    }
+    progress.end();
+    ensure!(fingerprint.text() == manifest.fingerprint, CHANGED);
+    let any_by_position = read.iter().any(|(_, fused)| fused.is_matched_by_position);
+    ensure!(
+        !any_by_position || manifest.conditions == Conditions::Paper,
+        "where sensors miss things and report others, boxes are told apart by their column det_ids only: there is none"
+    );
+    let by_position = any_by_position.then_some("matched by position");
+    let inputs: Vec<&str> = inputs.into_iter().chain(by_position).collect();
+    let mut output =
+        RecordedOutput::new(name, inputs.join(", ")).for_detections(manifest.shape, manifest.conditions);
+    if !read.iter().all(|(_, fused)| fused.claims_accuracy) {
+        output = output.without_accuracy();
+    }
+    let sum = |of: fn(&SceneOutput) -> u64| read.iter().map(|(_, fused)| of(fused)).sum();
+    let boxes = sum(|fused| fused.by_keyframe.iter().map(|boxes| boxes.len() as u64).sum());
+    let (ignored_rows, unknown_classes) =
+        (sum(|fused| fused.ignored_rows), sum(|fused| fused.unknown_classes));
+    for (part, fused) in read {
+        let (noise, conditions, trial) = (part.noise, manifest.conditions, part.trial);
+        let trial_of_scene = SceneTrial { noise, conditions, trial, scene: &scenes[part.scene].name };
+        output.insert(&trial_of_scene, fused.by_keyframe);
+    }
+    Ok(MethodOutput { output, boxes, ignored_rows, unknown_classes })
+}
+
+#[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
+fn print_notes(name: &str, method_output: &MethodOutput) {
+    let MethodOutput { output, boxes, ignored_rows, unknown_classes } = method_output;
+    let mut line = format!("{name}: {boxes} boxes at keyframes");
+    for (n, what) in [(ignored_rows, "rows at other times ignored"), (unknown_classes, "of unknown class")] {
+        if *n > 0 {
+            line += &format!(", {n} {what}");
+        }
+    }
+    if !output.claims_accuracy() {
+        line += "; without sx,sy,sw,sd,st no row in the table of claimed accuracies (nees)";
+    }
+    eprintln!("{line}");
+}
+
+#[cfg(test)]
+mod tests;

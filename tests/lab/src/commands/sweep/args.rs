@@ -1,0 +1,156 @@
+//! The sweep's command line.
+
+use crate::drive::sweep::axis::Axis;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Length, PUBLISH_HZ, Plan};
+use crate::drive::sweep::{axis, scenarios};
+use anyhow::{Context, ensure};
+use std::path::{Path, PathBuf};
+use v2x_common::time::Span;
+
+/// How long must be scored at least, s.
+const SHORTEST_S: f64 = 2.0;
+/// Of an axis' own values so many are run over the network, which takes as long as it takes.
+const LIVE_VALUES: usize = 5;
+
+/// Error and timing against latency, loss, clock offset, … any parameter of a scenario
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = after_help())]
+pub struct SweepArgs {
+    /// What to vary: a name below or a parameter's path, with values of your own: latency=0,100,300,
+    /// world.traffic=0.2:0.8:0.2, agents.car.link=ideal,lte-uu. Two make a grid
+    #[arg(required = true, num_args = 1..=2, value_name = "AXIS[=VALUES]")]
+    axes: Vec<Axis>,
+    /// The scenario file [default: a roadside unit and a car at a crossing, the car late; for agents: ten of them]
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// What to compare [default: all; ours-uncorrected only where clocks or poses err]
+    #[arg(long, value_delimiter = ',', value_name = "METHOD")]
+    methods: Vec<SweepMethod>,
+    /// Δmax of each curve, ms: several are several curves [default: the scenario's]
+    #[arg(long, value_delimiter = ',', value_name = "MS")]
+    delta_max: Vec<f64>,
+    /// How many seeds [default: 5; live 2]
+    #[arg(long)]
+    seeds: Option<u64>,
+    /// How long agents capture, s [default: 60; live 15]
+    #[arg(long, value_name = "S")]
+    duration_s: Option<f64>,
+    /// When scoring begins, s
+    #[arg(long, default_value_t = 2.0, value_name = "S")]
+    settle_s: f64,
+    /// Run every point as processes over Zenoh, each method a hub of its own, on the same frames
+    #[arg(long)]
+    pub live: bool,
+    /// Where results are kept: a sweep that was stopped goes on there [default: v2x-sweeps/AXIS]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Threads [default: as many as there are cores]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Print the rows as one line of JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn after_help() -> String {
+    format!(
+        "Axes (\"other\" agents are all but the scenario's first), with their default values:\n{}\n\
+         Examples:\n  \
+         lab sweep latency                              error against delay, every method, five seeds\n  \
+         lab sweep latency --delta-max 300,500,1000     a curve for each Δmax\n  \
+         lab sweep latency=0,200,400 loss=0,0.2,0.5     a grid\n  \
+         lab sweep agents.car.link=ideal,pc5,lte-uu    links by name (v2x links lists them)\n  \
+         lab sweep clock --scenario my.toml             your own scenario\n  \
+         lab sweep latency --live                       the same as processes over Zenoh, beside the virtual curves\n  \
+         lab sweep latency --json > rows.json\n\n\
+         Hubs publish at {PUBLISH_HZ} Hz, at every phase between two captures, and wait for that: it is in\n\
+         arrive → fused. What methods differ in (motion, late_data, registration, …) is not taken from the scenario.\n\
+         Objects count that both of the first two agents have in view. Errors are matched by identity, at any\n\
+         distance; columns by_place match within 4 m.",
+        axis::descriptions()
+    )
+}
+
+fn no_scenario(path: &Path) -> String {
+    format!("reading the scenario {} (a file, such as deploy/scenarios/highway.toml)", path.display())
+}
+
+impl SweepArgs {
+    /// What to run.
+    pub fn plan(&self) -> anyhow::Result<Plan> {
+        let text = match &self.scenario {
+            Some(path) => std::fs::read_to_string(path).with_context(|| no_scenario(path))?,
+            None if self.axes.iter().any(Axis::is_number_of_agents) => scenarios::TEN_AGENTS.to_owned(),
+            None => scenarios::DEFAULT_SCENARIO.to_owned(),
+        };
+        let base = text.parse().with_context(|| match &self.scenario {
+            Some(path) => format!("in {}", path.display()),
+            None => "in the default scenario".to_owned(),
+        })?;
+        let duration_s = self.duration_s.unwrap_or(if self.live { 15.0 } else { 60.0 });
+        ensure!(
+            (0.0..=86_400.0).contains(&self.settle_s),
+            "--settle-s is {}, expected 0 to 86400",
+            self.settle_s
+        );
+        let shortest_s = self.settle_s + SHORTEST_S;
+        ensure!(
+            (shortest_s..=86_400.0).contains(&duration_s),
+            "--duration-s is {duration_s}: with --settle-s {} it must be {shortest_s} to 86400",
+            self.settle_s
+        );
+        let n_seeds = self.seeds.unwrap_or(if self.live { 2 } else { 5 });
+        ensure!((1..=10_000).contains(&n_seeds), "--seeds is {n_seeds}, expected 1 to 10000");
+        if let [one, other] = &self.axes[..] {
+            ensure!(!one.overlaps(other), "{} and {} vary the same parameter", one.name, other.name);
+        }
+        let sweeps_delta_max = self.axes.iter().any(Axis::is_delta_max);
+        ensure!(
+            !sweeps_delta_max || self.delta_max.is_empty(),
+            "--delta-max is what the axis varies already: leave it out"
+        );
+        let mut delta_max_ms: Vec<Option<f64>> = self.delta_max.iter().copied().map(Some).collect();
+        if delta_max_ms.is_empty() {
+            delta_max_ms.push(None);
+        }
+        let mut axes = self.axes.clone();
+        if self.live {
+            axes.iter_mut().for_each(|axis| axis.thin_out(LIVE_VALUES));
+        }
+        let mut methods: Vec<SweepMethod> = Vec::new();
+        for method in &self.methods {
+            if !methods.contains(method) {
+                methods.push(*method);
+            }
+        }
+        if methods.is_empty() {
+            methods = SweepMethod::ALL.to_vec();
+            // Where nothing is to be corrected it is ours once more.
+            if !axes.iter().any(Axis::is_registration_error) {
+                methods.retain(|method| *method != SweepMethod::OursUncorrected);
+            }
+        }
+        Ok(Plan {
+            base,
+            axes,
+            delta_max_ms,
+            seeds: (1..=n_seeds).collect(),
+            methods,
+            length: Length {
+                duration: Span::from_secs_f64(duration_s),
+                settle: Span::from_secs_f64(self.settle_s),
+            },
+            live: self.live,
+        })
+    }
+
+    /// Where results are kept.
+    pub fn folder(&self) -> PathBuf {
+        let name = || {
+            let names: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();
+            PathBuf::from("v2x-sweeps").join(names.join("-by-").replace(['*', '/'], "all"))
+        };
+        self.out.clone().unwrap_or_else(name)
+    }
+}

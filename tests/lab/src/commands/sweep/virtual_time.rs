@@ -1,0 +1,107 @@
+//! One point in virtual time: the frames once, and every method on them.
+
+use crate::data::simulation::Simulation;
+use crate::data::truth::Observer;
+use crate::drive::sweep::method::SweepMethod;
+use crate::drive::sweep::plan::{Length, Point};
+use crate::drive::traffic::{Arrival, Listening, Traffic};
+use crate::score::coverage::Coverage;
+use crate::score::sweep::provenance::Provenance;
+use crate::score::sweep::record::{AgentStatistics, Record, Reference};
+use crate::score::sweep::scorer::{Scope, Scorer};
+use crate::score::sweep::snapshots::Snapshots;
+use crate::score::sweep::transit::{ArrivedFrame, add_transit};
+use anyhow::Context;
+use std::collections::BTreeSet;
+use v2x_agent::truth::ObjectId;
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::inbox::Inbox;
+use v2x_fusion_hub::settings::HubSettings;
+
+/// Any start does: the world is a function of scenario time.
+const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
+
+/// Who looks at what is scored: the first two agents.
+pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Observer> {
+    let facts = simulation.agent_facts(|_| None);
+    let observer =
+        |(config, facts): (&v2x_agent::scenario::AgentConfig, crate::data::simulation::AgentFacts)| {
+            Observer { agent: config.id, field_of_view: config.field_of_view, itself: facts.itself }
+        };
+    point.scenario.agents.iter().zip(facts).take(2).map(observer).collect()
+}
+
+/// Runs the methods; one record each.
+pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
+    if methods.is_empty() {
+        return Ok(Vec::new());
+    }
+    let end = START + length.duration;
+    let traffic = Traffic::new(&point.scenario, point.seed, (START, length.duration), point.n_agents)?;
+    let mut provenance = Provenance::default();
+    for Arrival { frame, times, identities, .. } in &traffic.arrivals {
+        provenance.insert(frame.id, times.captured_at, identities.objects.clone());
+    }
+    let all: Vec<ArrivedFrame> = traffic.arrivals.iter().map(arrived).collect();
+    let simulation = Simulation::new(&point.scenario, point.seed, START);
+    let observers = observers(point, &simulation);
+    simulation.with_truth(|truth| {
+        let coverage = Coverage::new(truth, &observers);
+        let mut snapshots = Snapshots::new(coverage, agents_bodies(&simulation), START, end);
+        let mut records = Vec::with_capacity(methods.len());
+        for method in methods {
+            let settings = HubSettings::from_table(point.hub_table(*method)).context(method.key())?;
+            let reference = Reference { agent: point.first_agent(), is_alone: method.is_alone() };
+            let scope = Scope { reference, start: START + length.settle, end };
+            let mut scorer = Scorer::new(&mut snapshots, &provenance, scope);
+            let listening = Listening {
+                publish: settings.publish,
+                start: START,
+                until: Some(end),
+                listens_to: |agent: &AgentId| settings.listens_to(agent),
+            };
+            let engine =
+                traffic.feed(Engine::new(settings.engine), listening, |received| scorer.add(&received))?;
+            let mut record = scorer.finish();
+            add_transit(&mut record, &heard_by(&settings, &all, end), reference, length.duration);
+            add_statistics(&mut record, engine.inbox(), &point.first_agent());
+            records.push(record);
+        }
+        Ok(records)
+    })
+}
+
+fn arrived(Arrival { received_at, times, frame, bytes, .. }: &Arrival) -> ArrivedFrame {
+    ArrivedFrame {
+        agent: frame.id.agent,
+        stamp: frame.captured_at,
+        times: *times,
+        at: *received_at,
+        bytes: *bytes,
+    }
+}
+
+/// What a hub heard until the end.
+pub(super) fn heard_by(settings: &HubSettings, all: &[ArrivedFrame], end: Timestamp) -> Vec<ArrivedFrame> {
+    all.iter().filter(|frame| settings.listens_to(&frame.agent) && frame.at <= end).copied().collect()
+}
+
+/// The objects that agents are: they report themselves, better than anybody sees them.
+pub(super) fn agents_bodies(simulation: &Simulation<'_>) -> BTreeSet<ObjectId> {
+    simulation.agent_facts(|_| None).into_iter().filter_map(|facts| facts.itself).collect()
+}
+
+/// The hub's statistics of its agents.
+fn add_statistics(record: &mut Record, inbox: &Inbox, first: &AgentId) {
+    for (agent, statistics) in inbox.agents() {
+        record.add_statistics(&AgentStatistics {
+            is_first: agent == first,
+            accepted: statistics.accepted,
+            out_of_sequence: statistics.out_of_sequence,
+            refused: statistics.refused_total(),
+            nis_per_dof: statistics.nis_per_dof(),
+        });
+    }
+}

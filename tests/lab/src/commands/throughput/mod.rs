@@ -1,0 +1,179 @@
+//! `lab throughput`: how many detections one core takes in, associates, fuses and tells of.
+
+mod filters;
+mod pipeline;
+pub(crate) mod textbook;
+
+use crate::data::workload::Load;
+use crate::report::output::print;
+use anyhow::Context;
+use serde::Serialize;
+use v2x_fusion_hub::config::MotionModel;
+use v2x_fusion_hub::filter::{ImmState, State};
+
+/// Measure the whole pure pipeline on one thread: bytes of detection frames in, bytes of fused frames out
+///
+/// Agents send at 10 Hz with their phases spread, the hub publishes at 20 Hz of simulated time, every object
+/// has 100 m² to itself and every agent sees all of them (0.95 of the time). CPU time of the thread is counted;
+/// making the frames is not.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lab throughput                                       10 agents, 100 objects, none late
+  lab throughput --agents 200 --late 0.2               a fifth of the frames 60 to 250 ms late
+  lab throughput --objects 2000 --seconds 5 --json")]
+pub struct ThroughputArgs {
+    /// Agents
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    agents: u32,
+    /// Objects
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=4000))]
+    objects: u32,
+    /// Share of frames that come 60 to 250 ms late, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", value_parser = share)]
+    late: f64,
+    /// How objects are taken to move
+    #[arg(long, value_enum, default_value_t = Motion::Cv)]
+    motion: Motion,
+    /// Seconds of simulated time [default: so many that about two million detections are measured]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    seconds: Option<u32>,
+    /// Seed of the objects and of their reports
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Print the result as one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+enum Motion {
+    /// Constant velocity: the paper's UniKF
+    Cv,
+    /// Four interacting models: parked, stopped, smooth, manoeuvring
+    Imm,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("expected 0 to 1".to_owned()) }
+}
+
+/// What `--json` prints. Times are of the CPU, per detection or per call.
+#[derive(Clone, Debug, Serialize)]
+struct Report {
+    agents: u32,
+    objects: u32,
+    late_share: f64,
+    motion: Motion,
+    seconds: i64,
+    seed: u64,
+    detections: u64,
+    cpu_ns_per_detection: f64,
+    detections_per_s_per_core: f64,
+    allocations_per_detection: f64,
+    /// Mean number of objects in a fused frame: nothing is left out for speed.
+    objects_published: f64,
+    /// One predict and update of the dense 7-state filter in Joseph form.
+    textbook_filter_ns: f64,
+    /// The same, by blocks, with nalgebra.
+    structured_filter_ns: f64,
+    /// The same, ours.
+    filter_ns: f64,
+    /// A late report before 25 newer ones of its track, which are applied again.
+    late_replay_ns: f64,
+    publish_hz: f64,
+    /// A detection frame decoded and taken in, µs.
+    frame_us_p50: f64,
+    frame_us_p99: f64,
+    /// A fused frame made and encoded, late data replayed, µs.
+    publish_us_p50: f64,
+    publish_us_p99: f64,
+}
+
+/// Measures and prints. `allocations` tells how many heap allocations there have been.
+pub fn throughput(args: &ThroughputArgs, allocations: fn() -> u64) -> anyhow::Result<()> {
+    let load = Load { agents: args.agents, objects: args.objects, late_share: args.late, seed: args.seed };
+    let per_second = i64::from(args.agents) * i64::from(args.objects) * 10;
+    let seconds = args.seconds.map_or((2_000_000 / per_second).clamp(2, 1000), i64::from);
+    let report = match args.motion {
+        Motion::Cv => measure::<State>(load, (args.motion, MotionModel::Cv), seconds, allocations)?,
+        Motion::Imm => measure::<ImmState>(load, (args.motion, MotionModel::Imm), seconds, allocations)?,
+    };
+    let text = if args.json { serde_json::to_string(&report)? + "\n" } else { text(&report) };
+    print(&text).context("writing the result")
+}
+
+fn measure<F: v2x_fusion_hub::filter::Filter>(
+    load: Load,
+    (motion, model): (Motion, MotionModel),
+    seconds: i64,
+    allocations: fn() -> u64,
+) -> anyhow::Result<Report> {
+    let costs = filters::filter_costs::<F>();
+    let late_replay_ns = filters::late_replay_ns::<F>()?;
+    let measured = pipeline::run(load, model, seconds, allocations)?;
+    #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
+    let (detections, allocations) = (measured.detections as f64, measured.allocations as f64);
+    let cpu_ns_per_detection = measured.cpu.as_secs_f64() * 1e9 / detections;
+    Ok(Report {
+        agents: load.agents,
+        objects: load.objects,
+        late_share: load.late_share,
+        motion,
+        seconds,
+        seed: load.seed,
+        detections: measured.detections,
+        cpu_ns_per_detection,
+        detections_per_s_per_core: 1e9 / cpu_ns_per_detection,
+        allocations_per_detection: allocations / detections,
+        objects_published: measured.objects_published,
+        textbook_filter_ns: costs.textbook_ns,
+        structured_filter_ns: costs.structured_ns,
+        filter_ns: costs.ours_ns,
+        late_replay_ns,
+        publish_hz: 20.0,
+        frame_us_p50: measured.frame_us.p50,
+        frame_us_p99: measured.frame_us.p99,
+        publish_us_p50: measured.publish_us.p50,
+        publish_us_p99: measured.publish_us.p99,
+    })
+}
+
+fn text(report: &Report) -> String {
+    let Report { agents, objects, late_share, seconds, detections, .. } = report;
+    let lines = [
+        format!(
+            "{agents} agents at 10 Hz, {objects} objects, {late_share} late, {seconds} s: {detections} detections"
+        ),
+        format!("  detections/s/core    {:>12.0}", report.detections_per_s_per_core),
+        format!(
+            "  CPU per detection    {:>9.1} ns   allocations {:.6}",
+            report.cpu_ns_per_detection, report.allocations_per_detection
+        ),
+        format!("  frame taken in       {:>9.1} µs   p99 {:.1}", report.frame_us_p50, report.frame_us_p99),
+        format!(
+            "  fused frame made     {:>9.1} µs   p99 {:.1}, {:.1} objects, at {} Hz",
+            report.publish_us_p50, report.publish_us_p99, report.objects_published, report.publish_hz
+        ),
+        format!("  predict and update   {:>9.1} ns   {}", report.filter_ns, comparison(report)),
+        format!("  late, 25 newer       {:>9.1} ns", report.late_replay_ns),
+    ];
+    lines.map(|line| line + "\n").concat()
+}
+
+/// The textbook filters are constant-velocity ones: four interacting models do more than they.
+fn comparison(report: &Report) -> String {
+    let (dense, blocks, ours) = (report.textbook_filter_ns, report.structured_filter_ns, report.filter_ns);
+    match report.motion {
+        Motion::Cv => format!(
+            "dense textbook {dense:.1} ({:.0}×), nalgebra by blocks {blocks:.1} ({:.1}×)",
+            dense / ours,
+            blocks / ours
+        ),
+        Motion::Imm => {
+            format!("one constant-velocity filter: dense textbook {dense:.1}, nalgebra by blocks {blocks:.1}")
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The pipeline under load: bytes in, bytes out, nothing else.
+
+use crate::commands::cpu_time::thread_cpu_time;
+use crate::data::workload::{Arrival, Load, Workload};
+use crate::score::percentiles::Percentiles;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::id::{AgentId, FrameId, HubId};
+use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire;
+use v2x_fusion_hub::config::{EngineConfig, MotionModel};
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::Disposition;
+
+/// Time between two fused frames.
+const PUBLISH_INTERVAL: Span = Span::from_millis(50);
+/// Before buffers have grown and tracks have settled, nothing is measured.
+const WARM_UP_S: i64 = 2;
+
+/// What was measured.
+#[derive(Clone, Debug)]
+pub(super) struct Measured {
+    pub(super) detections: u64,
+    pub(super) cpu: Span,
+    pub(super) allocations: u64,
+    /// One detection frame, decoded and taken in, µs.
+    pub(super) frame_us: Percentiles,
+    /// One fused frame, made and encoded, µs.
+    pub(super) publish_us: Percentiles,
+    /// Mean number of objects in a fused frame.
+    pub(super) objects_published: f64,
+}
+
+/// The hub's pure half with its buffers.
+struct Pipeline {
+    engine: Engine,
+    frame: DetectionFrame,
+    encoded: Vec<u8>,
+}
+
+impl Pipeline {
+    fn take(&mut self, arrival: &Arrival) -> anyhow::Result<()> {
+        wire::detections::decode_into(&arrival.bytes, &mut self.frame)?;
+        let disposition = self.engine.handle_frame(&self.frame, arrival.received_at);
+        anyhow::ensure!(matches!(disposition, Disposition::Accepted { .. }), "refused: {disposition:?}");
+        Ok(())
+    }
+
+    fn publish(&mut self, now: Timestamp) -> anyhow::Result<usize> {
+        let fused = self.engine.fused(now);
+        self.encoded.clear();
+        wire::fused::encode(fused, &mut self.encoded)?;
+        Ok(fused.objects.len())
+    }
+}
+
+/// Runs the load for so many seconds of its own time. `allocations` tells how many there have been.
+pub(super) fn run(
+    load: Load,
+    motion: MotionModel,
+    seconds: i64,
+    allocations: fn() -> u64,
+) -> anyhow::Result<Measured> {
+    let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
+    let mut workload = Workload::new(load, start);
+    let config = EngineConfig { motion, ..EngineConfig::new(HubId::new("hub")?, 1) };
+    let mut engine = Engine::new(config);
+    for agent in workload.agents() {
+        engine.handle_description(agent, workload.description());
+    }
+    let nobody = FrameId { agent: AgentId::new("nobody")?, epoch: 0, sequence: 0 };
+    let frame = DetectionFrame::empty(nobody, start);
+    let mut pipeline = Pipeline { engine, frame, encoded: Vec::new() };
+    let mut tally = Tally::default();
+    let mut due = start + PUBLISH_INTERVAL;
+    for second in 1..=WARM_UP_S + seconds {
+        // Made beforehand: what agents and links cost is not the hub's.
+        let arrivals = workload.arrivals_before(start + Span::from_millis(1000 * second))?;
+        if second == WARM_UP_S + 1 {
+            tally = Tally::default();
+        }
+        tally.frame_us.reserve(arrivals.len());
+        tally.publish_us.reserve(64);
+        let (cpu, counted) = (thread_cpu_time(), allocations());
+        for arrival in &arrivals {
+            while due <= arrival.received_at {
+                let begun = v2x_common::clock::now();
+                tally.objects += pipeline.publish(due)?;
+                tally.publish_us.push(elapsed_us(begun));
+                due += PUBLISH_INTERVAL;
+            }
+            let begun = v2x_common::clock::now();
+            pipeline.take(arrival)?;
+            tally.frame_us.push(elapsed_us(begun));
+            tally.detections += arrival.n_detections;
+        }
+        tally.cpu = tally.cpu + (thread_cpu_time() - cpu);
+        tally.allocations += allocations() - counted;
+    }
+    tally.measured()
+}
+
+fn elapsed_us(begun: Timestamp) -> f64 {
+    (v2x_common::clock::now() - begun).as_secs_f64() * 1e6
+}
+
+#[derive(Default)]
+struct Tally {
+    detections: u64,
+    objects: usize,
+    cpu: Span,
+    allocations: u64,
+    frame_us: Vec<f64>,
+    publish_us: Vec<f64>,
+}
+
+impl Tally {
+    #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
+    fn measured(self) -> anyhow::Result<Measured> {
+        let objects_published = self.objects as f64 / self.publish_us.len().max(1) as f64;
+        let nothing = || anyhow::anyhow!("nothing was measured: no detections, or less than a second");
+        Ok(Measured {
+            detections: self.detections,
+            cpu: self.cpu,
+            allocations: self.allocations,
+            frame_us: Percentiles::of(self.frame_us).ok_or_else(nothing)?,
+            publish_us: Percentiles::of(self.publish_us).ok_or_else(nothing)?,
+            objects_published,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_frame_is_taken_in_late_or_not_and_every_object_published() {
+        for motion in [MotionModel::Cv, MotionModel::Imm] {
+            let load = Load { agents: 4, objects: 12, late_share: 0.2, seed: 3 };
+            let measured = run(load, motion, 1, || 0).unwrap();
+            // 4 agents × 10 frames × 12 objects × 0.95, one standard deviation is 5.
+            assert!((430..=480).contains(&measured.detections), "{}", measured.detections);
+            assert!((measured.objects_published - 12.0).abs() < 0.5, "{}", measured.objects_published);
+            assert!(measured.cpu > Span::ZERO && measured.frame_us.p50 > 0.0);
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Tables that people bring, read row by row: what is wrong with one is told with line, column and value.
+
+use crate::data::seconds;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use v2x_common::class::Class;
+use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
+use v2x_common::geometry::{BevBox, wrap_angle};
+use v2x_common::time::Timestamp;
+
+/// Why a table cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum CsvError {
+    /// A file that cannot be opened.
+    #[error("cannot read {}", .path.display())]
+    Open {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not a table at all.
+    #[error("{} is no table", .path.display())]
+    NoTable {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: csv::Error,
+    },
+    /// Columns that are needed are not there.
+    #[error("{} has no column {missing}; needed are {needed}", .path.display())]
+    MissingColumns {
+        /// Which file.
+        path: PathBuf,
+        /// All that are missing.
+        missing: String,
+        /// All that are needed.
+        needed: String,
+    },
+    /// A row with more cells than there are columns: often a comma for a decimal point.
+    #[error("{}, line {line}: {cells} cells under {columns} columns", .path.display())]
+    TooManyCells {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1, the header included.
+        line: u64,
+        /// Cells of the row.
+        cells: usize,
+        /// Cells of the header.
+        columns: usize,
+    },
+    /// A value that cannot be.
+    #[error("{}, line {line}, column {column}: {value:?}, expected {expected}", .path.display())]
+    Field {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1, the header included.
+        line: u64,
+        /// The column's name.
+        column: &'static str,
+        /// What stands there.
+        value: String,
+        /// What may stand there.
+        expected: String,
+    },
+}
+
+/// A table of which one row is held at a time.
+#[derive(Debug)]
+pub struct CsvTable<R> {
+    path: PathBuf,
+    reader: csv::Reader<R>,
+    n_columns: usize,
+    places: Vec<(&'static str, usize)>,
+    record: csv::StringRecord,
+}
+
+impl CsvTable<std::fs::File> {
+    /// Opens a file; see [`CsvTable::new`].
+    pub fn open(path: &Path, columns: (&[&'static str], &[&'static str])) -> Result<Self, CsvError> {
+        let file =
+            std::fs::File::open(path).map_err(|source| CsvError::Open { path: path.to_owned(), source })?;
+        Self::new(file, path, columns)
+    }
+}
+
+impl<R: Read> CsvTable<R> {
+    /// Reads the header, which must hold the first columns and may hold the second; all others are ignored.
+    /// `path` is for errors.
+    pub fn new(
+        table: R,
+        path: &Path,
+        (needed, optional): (&[&'static str], &[&'static str]),
+    ) -> Result<Self, CsvError> {
+        let path = path.to_owned();
+        // A short row is told of by the first column that it lacks.
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(table);
+        let header = match reader.headers() {
+            Ok(header) => header.clone(),
+            Err(source) => return Err(CsvError::NoTable { path, source }),
+        };
+        let place = |column: &&'static str| Some((*column, header.iter().position(|name| name == *column)?));
+        let missing: Vec<&str> = needed.iter().filter(|one| place(one).is_none()).copied().collect();
+        if !missing.is_empty() {
+            return Err(CsvError::MissingColumns {
+                path,
+                missing: missing.join(", "),
+                needed: needed.join(","),
+            });
+        }
+        let places = needed.iter().chain(optional).filter_map(place).collect();
+        Ok(Self { path, reader, n_columns: header.len(), places, record: csv::StringRecord::new() })
+    }
+
+    /// Whether there is a column of this name, of those asked for.
+    pub fn has(&self, column: &str) -> bool {
+        self.places.iter().any(|(name, _)| *name == column)
+    }
+
+    /// How many bytes have been read.
+    pub fn n_bytes(&self) -> u64 {
+        self.reader.position().byte()
+    }
+
+    /// The next row; `None` at the end.
+    pub fn next_row(&mut self) -> Result<Option<Row<'_>>, CsvError> {
+        let path = &self.path;
+        match self.reader.read_record(&mut self.record) {
+            Ok(true) => {}
+            Ok(false) => return Ok(None),
+            Err(source) => return Err(CsvError::NoTable { path: path.clone(), source }),
+        }
+        let line = self.record.position().map_or(0, csv::Position::line);
+        let (cells, columns) = (self.record.len(), self.n_columns);
+        if cells > columns {
+            return Err(CsvError::TooManyCells { path: path.clone(), line, cells, columns });
+        }
+        Ok(Some(Row { record: &self.record, places: &self.places, line, path }))
+    }
+}
+
+/// One row.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    record: &'a csv::StringRecord,
+    places: &'a [(&'static str, usize)],
+    line: u64,
+    path: &'a Path,
+}
+
+impl<'a> Row<'a> {
+    /// Where it stands, counted from 1, the header included.
+    pub const fn line(&self) -> u64 {
+        self.line
+    }
+
+    /// What stands in a column; nothing where there is none.
+    pub fn text(&self, column: &str) -> &'a str {
+        let place = self.places.iter().find(|(name, _)| *name == column).map(|(_, place)| *place);
+        place.and_then(|place| self.record.get(place)).unwrap_or_default()
+    }
+
+    /// The error that a column does not hold what it must.
+    pub fn wrong(&self, column: &'static str, expected: impl Into<String>) -> CsvError {
+        let (path, value) = (self.path.to_owned(), self.text(column).to_owned());
+        CsvError::Field { path, line: self.line, column, value, expected: expected.into() }
+    }
+
+    /// A number for which `ok` holds.
+    pub fn number(
+        &self,
+        column: &'static str,
+        ok: impl Fn(f64) -> bool,
+        expected: &str,
+    ) -> Result<f64, CsvError> {
+        let number = self.text(column).parse().ok().filter(|value| ok(*value));
+        number.ok_or_else(|| self.wrong(column, expected))
+    }
+
+    /// A number, or `None` for an empty cell or `nan`.
+    pub fn number_if_any(&self, column: &'static str, expected: &str) -> Result<Option<f64>, CsvError> {
+        let text = self.text(column);
+        if text.is_empty() || text.eq_ignore_ascii_case("nan") {
+            return Ok(None);
+        }
+        self.number(column, f64::is_finite, expected).map(Some)
+    }
+
+    /// A time in seconds.
+    pub fn seconds(&self, column: &'static str) -> Result<Timestamp, CsvError> {
+        seconds::parse(self.text(column)).ok_or_else(|| self.wrong(column, "a time in s"))
+    }
+
+    /// A class by its name in any of the known vocabularies; `None` for another name.
+    pub fn class(&self, column: &'static str) -> Result<Option<Class>, CsvError> {
+        match self.text(column) {
+            "" => Err(self.wrong(column, "a class such as car or vehicle.car")),
+            name => Ok(Class::from_name(name)),
+        }
+    }
+
+    /// The box in the columns x, y, those of its size (all in m) and yaw (rad), which may hold any number of turns.
+    pub fn bev(&self, [w, d]: [&'static str; 2]) -> Result<BevBox, CsvError> {
+        let coordinate =
+            |column| self.number(column, |x| x.abs() <= MAX_COORDINATE_M, "a coordinate in m, at most 1e8");
+        let size =
+            |column| self.number(column, |size| (MIN_SIZE_M..=MAX_SIZE_M).contains(&size), "0.001 to 65 m");
+        Ok(BevBox {
+            x: coordinate("x")?,
+            y: coordinate("y")?,
+            w: size(w)?,
+            d: size(d)?,
+            yaw: wrap_angle(self.number("yaw", f64::is_finite, "an angle in rad")?),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Result<CsvTable<&[u8]>, CsvError> {
+        CsvTable::new(text.as_bytes(), Path::new("a.csv"), (&["x", "y"], &["z"]))
+    }
+
+    #[test]
+    fn all_missing_columns_are_named_at_once() {
+        let message = table("z,w\n").unwrap_err().to_string();
+        assert_eq!(message, "a.csv has no column x, y; needed are x,y");
+    }
+
+    #[test]
+    fn columns_stand_in_any_order_and_others_are_ignored() {
+        let mut table = table("\u{feff}w,y, x\n1,2,3\n").unwrap();
+        assert!(table.has("x") && !table.has("z") && !table.has("w"));
+        let row = table.next_row().unwrap().unwrap();
+        assert_eq!((row.text("x"), row.text("y"), row.text("w"), row.line()), ("3", "2", "", 2));
+        assert!(table.next_row().unwrap().is_none());
+    }
+
+    #[test]
+    fn rows_that_are_too_short_or_too_long_are_told_by_line() {
+        let mut short = table("x,y\n1,2\n3\n").unwrap();
+        short.next_row().unwrap();
+        let row = short.next_row().unwrap().unwrap();
+        let message = row.number("y", f64::is_finite, "a number").unwrap_err().to_string();
+        assert_eq!(message, "a.csv, line 3, column y: \"\", expected a number");
+        let message = table("x,y\n1,2,5\n").unwrap().next_row().unwrap_err().to_string();
+        assert_eq!(message, "a.csv, line 2: 3 cells under 2 columns");
+    }
+}

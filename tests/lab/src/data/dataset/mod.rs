@@ -1,0 +1,10 @@
+//! Where scenes come from.
+
+pub(crate) mod csv_file;
+pub(crate) mod error;
+pub(crate) mod nuscenes;
+pub(crate) mod source;
+pub mod synthetic;
+
+pub use error::DatasetError;
+pub use source::Source;

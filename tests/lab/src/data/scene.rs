@@ -1,0 +1,142 @@
+//! What was there: scenes of keyframes with true boxes.
+
+use v2x_agent::truth::{ObjectId, TrueObject};
+use v2x_common::class::Class;
+use v2x_common::geometry::{BevBox, Pose};
+use v2x_common::time::Span;
+
+/// An object counts as moving if it gets further than this from where it was first seen, m (METHODS.md 13).
+const MOVED_M: f64 = 1.0;
+
+/// One true object at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueBox {
+    /// Which one; below [`Scene::n_objects`].
+    pub id: ObjectId,
+    /// What it is.
+    pub class: Class,
+    /// Where, how large (m), and which way (rad).
+    pub bev: BevBox,
+}
+
+impl From<&TrueObject> for TrueBox {
+    fn from(object: &TrueObject) -> Self {
+        Self { id: object.id, class: object.class, bev: object.bev }
+    }
+}
+
+/// One instant of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Keyframe {
+    /// Since the scene's start.
+    pub at: Span,
+    /// Where agent 1 is.
+    pub ego: Pose,
+    /// What is there.
+    pub objects: Vec<TrueBox>,
+}
+
+/// A recorded or made-up scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Its name in its data set; the noise is keyed by it.
+    pub name: String,
+    /// In order of time.
+    pub keyframes: Vec<Keyframe>,
+    is_moving: Vec<bool>,
+}
+
+/// What a scene consists of, in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Scenes.
+    pub scenes: u64,
+    /// Keyframes.
+    pub keyframes: u64,
+    /// Objects.
+    pub objects: u64,
+    /// Boxes: objects, counted in every keyframe.
+    pub boxes: u64,
+    /// Those of objects that move.
+    pub moving_boxes: u64,
+    /// Sum of the boxes' distances from agent 1, m.
+    pub range_sum_m: f64,
+}
+
+impl Scene {
+    /// A scene of these keyframes, whose objects are numbered from 0.
+    pub fn new(name: String, keyframes: Vec<Keyframe>) -> Self {
+        let boxes = || keyframes.iter().flat_map(|keyframe| &keyframe.objects);
+        let n_objects = boxes().map(|one| one.id.0 as usize + 1).max().unwrap_or(0);
+        let mut first: Vec<Option<BevBox>> = vec![None; n_objects];
+        let mut is_moving = vec![false; n_objects];
+        for TrueBox { id, bev, .. } in boxes() {
+            let id = id.0 as usize;
+            let first = first[id].get_or_insert(*bev);
+            is_moving[id] |= first.pose().distance_to(bev.x, bev.y) > MOVED_M;
+        }
+        Self { name, keyframes, is_moving }
+    }
+
+    /// Number of objects.
+    pub fn n_objects(&self) -> usize {
+        self.is_moving.len()
+    }
+
+    /// Whether an object moves more than 1 m in its life.
+    pub fn is_moving(&self, id: ObjectId) -> bool {
+        self.is_moving[id.0 as usize]
+    }
+
+    /// Adds the scene to the numbers.
+    pub fn add_to(&self, statistics: &mut Statistics) {
+        statistics.scenes += 1;
+        statistics.keyframes += self.keyframes.len() as u64;
+        statistics.objects += self.n_objects() as u64;
+        for keyframe in &self.keyframes {
+            for TrueBox { id, bev, .. } in &keyframe.objects {
+                statistics.boxes += 1;
+                statistics.moving_boxes += u64::from(self.is_moving(*id));
+                statistics.range_sum_m += keyframe.ego.distance_to(bev.x, bev.y);
+            }
+        }
+    }
+}
+
+impl Statistics {
+    /// Of these scenes.
+    pub fn of(scenes: &[Scene]) -> Self {
+        let mut statistics = Self::default();
+        scenes.iter().for_each(|scene| scene.add_to(&mut statistics));
+        statistics
+    }
+
+    /// One line of text.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub fn text(&self) -> String {
+        let Self { scenes, keyframes, objects, boxes, moving_boxes, range_sum_m } = self;
+        let per = |value: f64, of: u64| if of == 0 { 0.0 } else { value / of as f64 };
+        format!(
+            "{scenes} scenes, {keyframes} keyframes, {objects} objects, {boxes} boxes ({:.1} a frame); {:.1} % of \
+             boxes are of objects that move more than 1 m; mean range {:.1} m",
+            per(*boxes as f64, *keyframes),
+            100.0 * per(*moving_boxes as f64, *boxes),
+            per(*range_sum_m, *boxes),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::test_scenes::{car, scene_of};
+
+    #[test]
+    fn what_leaves_its_first_place_by_more_than_a_metre_moves() {
+        let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 9.0, 0.0)], &[car(0, 0.9, 0.0), car(1, 9.0, 1.1)]]);
+        assert!(!scene.is_moving(ObjectId(0)));
+        assert!(scene.is_moving(ObjectId(1)));
+        let statistics = Statistics::of(&[scene]);
+        assert_eq!((statistics.boxes, statistics.moving_boxes, statistics.objects), (4, 2, 2));
+    }
+}

@@ -1,0 +1,78 @@
+//! The truth of a simulated run: the scenario's world, asked by Unix time.
+
+use crate::data::run_log::RunLog;
+use crate::data::truth::Truth;
+use v2x_agent::clock::ClockError;
+use v2x_agent::scenario::Scenario;
+use v2x_agent::truth::{ObjectId, TrueObject};
+use v2x_agent::world::World;
+use v2x_common::geometry::Pose;
+use v2x_common::id::AgentId;
+use v2x_common::time::{Span, Timestamp};
+
+/// What the launcher knows of one agent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AgentFacts {
+    /// Which agent.
+    pub id: AgentId,
+    /// Which object of the world it is, if it is one.
+    pub itself: Option<ObjectId>,
+    /// How many frames it says it sent.
+    pub frames_sent: Option<u64>,
+}
+
+/// A scenario's world with its start in Unix time.
+#[derive(Debug)]
+pub struct Simulation<'a> {
+    scenario: &'a Scenario,
+    world: World,
+    start: Timestamp,
+}
+
+impl<'a> Simulation<'a> {
+    /// The world of a run.
+    pub fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
+        Self { scenario, world: scenario.world(seed), start }
+    }
+
+    fn objects_at(&self, at: Timestamp, out: &mut Vec<TrueObject>) {
+        self.world.objects_at(at - self.start, out);
+    }
+
+    fn agent_pose(&self, agent: &AgentId, at: Timestamp) -> Option<Pose> {
+        self.world.agent_pose(self.scenario.agent_index(agent)?, at - self.start)
+    }
+
+    /// The agents of the scenario, as the score wants them; `frames_sent` is what each says of itself.
+    pub fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
+        let facts = |(index, agent): (usize, &v2x_agent::scenario::AgentConfig)| AgentFacts {
+            id: agent.id(),
+            itself: self.world.agent_object(index),
+            frames_sent: frames_sent(&agent.id()),
+        };
+        self.scenario.agents.iter().enumerate().map(facts).collect()
+    }
+
+    /// The same log with the true capture times in what fused frames include, where any agent's clock is wrong: how old
+    /// something is goes by when it was captured in truth, not by its stamp.
+    pub fn with_true_capture_times(&self, log: &RunLog) -> Option<RunLog> {
+        if self.scenario.agents.iter().all(|agent| agent.sensor.clock == ClockError::default()) {
+            return None;
+        }
+        let mut log = log.clone();
+        for included in log.fused.iter_mut().flat_map(|received| &mut received.frame.includes) {
+            let agent = self.scenario.agents.iter().find(|agent| agent.id() == included.frame.agent);
+            let ahead =
+                agent.map_or(Span::ZERO, |agent| agent.sensor.clock.at(included.captured_at - self.start));
+            included.captured_at = included.captured_at - ahead;
+        }
+        Some(log)
+    }
+
+    /// Lends the truth.
+    pub fn with_truth<R>(&self, use_it: impl FnOnce(Truth<'_>) -> R) -> R {
+        let objects_at = |at, out: &mut Vec<TrueObject>| self.objects_at(at, out);
+        let agent_pose = |agent: &AgentId, at| self.agent_pose(agent, at);
+        use_it(Truth { objects_at: &objects_at, agent_pose: &agent_pose })
+    }
+}

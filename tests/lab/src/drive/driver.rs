@@ -1,0 +1,167 @@
+//! The one driver of engines: arrivals and publishing instants, in the order of time.
+//!
+//! Frames are taken in at their time of arrival. Between two arrivals the [`Publishing`] says when the engine is asked
+//! for its objects. Whatever is due before an arrival does not contain it.
+
+use crate::drive::ticks::Ticks;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedFrame;
+use v2x_common::id::AgentId;
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::{Span, Timestamp};
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::Disposition;
+
+/// For which time an engine is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// For the instant at which it is asked.
+    Now,
+    /// For an earlier one, by everything known since.
+    AsOf(Timestamp),
+}
+
+/// When an engine is asked for its objects.
+pub trait Publishing {
+    /// The next instant at which a fused frame is due, whatever arrives; `None` where none is planned.
+    fn next_due(&self) -> Option<Timestamp>;
+
+    /// Takes the fused frame that is due at this instant.
+    fn take(&mut self, due: Timestamp) -> Asked;
+
+    /// A frame has arrived now. Whether a fused frame is published at once.
+    fn on_arrival(&mut self, now: Timestamp, disposition: &Disposition) -> bool {
+        let _ = (now, disposition);
+        false
+    }
+
+    /// Leaves out everything that is due until `last`, since the engine has no tracks; the instants that were left out.
+    fn leave_out(&mut self, last: Timestamp) -> Option<Ticks> {
+        let _ = last;
+        None
+    }
+}
+
+/// What receives the fused frames.
+pub trait Consumer {
+    /// Why it cannot take one.
+    type Error;
+
+    /// A fused frame that was published at `now`.
+    fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> Result<(), Self::Error>;
+
+    /// At these instants there are no objects.
+    fn receive_nothing(&mut self, ticks: Ticks) {
+        let _ = ticks;
+    }
+}
+
+/// An engine with its publishing instants.
+#[derive(Debug)]
+pub struct Driver<P> {
+    engine: Engine,
+    publishing: P,
+    stopwatch: fn() -> Span,
+    engine_time: Span,
+}
+
+impl<P: Publishing> Driver<P> {
+    /// A driver of this engine.
+    pub const fn new(engine: Engine, publishing: P) -> Self {
+        Self { engine, publishing, stopwatch: || Span::ZERO, engine_time: Span::ZERO }
+    }
+
+    /// Measures the computing time of the engine by this stopwatch, which tells the computing time used so far.
+    #[must_use]
+    pub fn timed_by(self, stopwatch: fn() -> Span) -> Self {
+        Self { stopwatch, ..self }
+    }
+
+    /// The computing time that the engine has taken.
+    pub const fn engine_time(&self) -> Span {
+        self.engine_time
+    }
+
+    /// When the engine is asked.
+    pub const fn publishing_mut(&mut self) -> &mut P {
+        &mut self.publishing
+    }
+
+    /// The engine after everything.
+    pub fn into_engine(self) -> Engine {
+        self.engine
+    }
+
+    /// Goes on with another engine, which knows nothing yet.
+    pub fn restart(&mut self, engine: Engine) {
+        self.engine = engine;
+    }
+
+    /// An agent describes its sensor.
+    pub fn describe(&mut self, agent: AgentId, description: SensorDescription) {
+        self.engine.handle_description(agent, description);
+    }
+
+    /// A frame arrives. What is due before is published first.
+    pub fn arrive<C: Consumer>(
+        &mut self,
+        frame: &DetectionFrame,
+        received_at: Timestamp,
+        consumer: &mut C,
+    ) -> Result<Disposition, C::Error> {
+        self.publish_before(received_at, consumer)?;
+        let begun = (self.stopwatch)();
+        let disposition = self.engine.handle_frame(frame, received_at);
+        self.engine_time = self.engine_time + ((self.stopwatch)() - begun);
+        if self.publishing.on_arrival(received_at, &disposition) {
+            self.publish(received_at, Asked::Now, consumer)?;
+        }
+        Ok(disposition)
+    }
+
+    /// Publishes everything that is due before a time.
+    pub fn publish_before<C: Consumer>(
+        &mut self,
+        until: Timestamp,
+        consumer: &mut C,
+    ) -> Result<(), C::Error> {
+        self.publish_through(until - Span::from_nanos(1), consumer)
+    }
+
+    /// Publishes everything that is due up to a time, and at it.
+    pub fn publish_through<C: Consumer>(
+        &mut self,
+        last: Timestamp,
+        consumer: &mut C,
+    ) -> Result<(), C::Error> {
+        while let Some(due) = self.publishing.next_due().filter(|due| *due <= last) {
+            let asked = self.publishing.take(due);
+            let is_empty = self.publish(due, asked, consumer)?;
+            // A source may be silent for years.
+            if is_empty
+                && self.engine.n_tracks() == 0
+                && let Some(ticks) = self.publishing.leave_out(last)
+            {
+                consumer.receive_nothing(ticks);
+            }
+        }
+        Ok(())
+    }
+
+    /// Publishes one frame; whether it has no objects.
+    fn publish<C: Consumer>(
+        &mut self,
+        now: Timestamp,
+        asked: Asked,
+        consumer: &mut C,
+    ) -> Result<bool, C::Error> {
+        let begun = (self.stopwatch)();
+        let fused = match asked {
+            Asked::Now => self.engine.fused(now),
+            Asked::AsOf(at) => self.engine.fused_as_of(at, at).expect("history is as long as the lag"),
+        };
+        self.engine_time = self.engine_time + ((self.stopwatch)() - begun);
+        consumer.receive(now, fused)?;
+        Ok(fused.objects.is_empty())
+    }
+}

@@ -1,0 +1,278 @@
+//! The compared methods, and what each is inputs.
+
+use crate::data::noise::NoisePair;
+use crate::drive::keyframes::setup::Setup;
+use serde::Serialize;
+use v2x_common::time::Span;
+use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
+use v2x_fusion_hub::config::{EngineConfig, MotionModel};
+use v2x_fusion_hub::method::{Method as HubMethod, WindowConfig};
+
+/// Hypotheses of [`Method::OursParticles`].
+const PARTICLES: u32 = 8;
+
+macro_rules! methods {
+    ($($(#[doc = $doc:literal])* $variant:ident = $key:literal;)*) => {
+        /// A row of the tables.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+        pub enum Method {
+            $($(#[doc = $doc])* #[serde(rename = $key)] #[value(name = $key)] $variant,)*
+        }
+
+        impl Method {
+            /// Every method.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Its name in tables, on the command line and in JSON.
+            pub const fn key(self) -> &'static str {
+                match self { $(Self::$variant => $key,)* }
+            }
+        }
+    };
+}
+
+methods! {
+    /// Agent 1 alone
+    Single1 = "single-1";
+    /// Non-maximum suppression by IoU
+    Nms = "nms";
+    /// Non-maximum suppression by GIoU
+    NmsGiou = "nms-giou";
+    /// Promotion-suppression aggregation, ties kept
+    Psa = "psa";
+    /// Weighted box fusion
+    Wbf = "wbf";
+    /// InfraDet3D-Late as the paper's rows have it
+    InfraDet3d = "infradet3d";
+    /// InfraDet3D-Late as its authors' code has it
+    InfraDet3dCode = "infradet3d-code";
+    /// DAIR-V2X-Late as the paper's rows have it
+    DairV2x = "dair-v2x";
+    /// DAIR-V2X-Late as its authors' code has it
+    DairV2xCode = "dair-v2x-code";
+    /// CSBA association, weighted least squares
+    CsbaWls = "csba-wls";
+    /// The same, inputs how sizes err
+    CsbaWlsDebiased = "csba-wls-debiased";
+    /// CSBA+WLS in every frame, then a constant-velocity Kalman filter
+    CsbaWlsCv = "csba-wls-cv";
+    /// DAIR-V2X-Late in every frame, then a constant-velocity Kalman filter
+    DairV2xCv = "dair-v2x-cv";
+    /// UniKF as in the paper, with late data replayed
+    UnikfPaper = "unikf-paper";
+    /// The same, every association true
+    UnikfPaperTrueId = "unikf-paper-true-id";
+    /// The same, associated by overlap (IoU)
+    UnikfPaperIou = "unikf-paper-iou";
+    /// The same, associated by distance
+    UnikfPaperEuclidean = "unikf-paper-euclidean";
+    /// Our engine
+    Ours = "ours";
+    /// Our engine with 8 hypotheses of which report is of which object
+    OursParticles = "ours-particles";
+    /// Our engine without prior knowledge of classes: sizes by the reports alone, and all move as cars do
+    OursNoPrior = "ours-no-prior";
+    /// Our engine, inputs half a second later: the keyframe after it counts, too
+    OursLagHalf = "ours-lag-0.5s";
+    /// Our engine, inputs a second later: the two keyframes after it count, too
+    OursLag1 = "ours-lag-1s";
+    /// Our engine, agent 1 alone
+    Single1Ours = "single-1-ours";
+    /// Our engine with every association true: a ceiling
+    OursTrueId = "ours-true-id";
+    /// Our engine without what classes tell of sizes
+    OursNoSizePrior = "ours-no-size-prior";
+    /// Our engine without the four interacting models: constant velocity
+    OursCv = "ours-cv";
+    /// Our engine, not inputs how sizes err
+    OursBiased = "ours-biased";
+    /// Our engine, associating by CSBA's cost
+    OursCsba = "ours-csba";
+    /// Our engine, every keyframe the first
+    OursForgetful = "ours-forgetful";
+}
+
+/// What a method is given apart from boxes and classes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Inputs {
+    sigma: bool,
+    past: bool,
+    later: bool,
+    class_prior: bool,
+    size_law: bool,
+    truth: bool,
+}
+
+/// How a method is put together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recipe {
+    /// The engine.
+    pub setup: Setup,
+    /// Where it is fed with another one's list instead of the agents' reports: that one.
+    pub before: Option<Setup>,
+}
+
+impl Method {
+    /// The rows of Table II, in its order.
+    pub const TABLE_II: [Self; 21] = [
+        Self::Single1,
+        Self::Nms,
+        Self::NmsGiou,
+        Self::Psa,
+        Self::Wbf,
+        Self::InfraDet3d,
+        Self::InfraDet3dCode,
+        Self::DairV2x,
+        Self::DairV2xCode,
+        Self::CsbaWls,
+        Self::CsbaWlsDebiased,
+        Self::CsbaWlsCv,
+        Self::DairV2xCv,
+        Self::UnikfPaper,
+        Self::Ours,
+        Self::OursParticles,
+        Self::OursNoPrior,
+        Self::OursLagHalf,
+        Self::OursLag1,
+        Self::Single1Ours,
+        Self::OursTrueId,
+    ];
+
+    /// What it is inputs apart from boxes and classes, in words.
+    pub fn inputs(self) -> String {
+        let Inputs { sigma, past, later, class_prior, size_law, truth } = self.given();
+        let parts = [
+            (sigma, "σ"),
+            (past, "past frames"),
+            (later, "later frames"),
+            (class_prior, "class prior"),
+            (size_law, "size law"),
+            (truth, "true identities"),
+        ];
+        let parts: Vec<&str> =
+            parts.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
+        parts.join(", ")
+    }
+
+    fn given(self) -> Inputs {
+        let sigma = Inputs { sigma: true, ..Inputs::default() };
+        // The constant-velocity filter's process noise is a class's, too.
+        let filtered = Inputs { past: true, class_prior: true, ..sigma };
+        let ours = Inputs { size_law: true, ..filtered };
+        match self {
+            Self::CsbaWls => sigma,
+            Self::CsbaWlsDebiased => Inputs { size_law: true, ..sigma },
+            Self::CsbaWlsCv
+            | Self::DairV2xCv
+            | Self::UnikfPaper
+            | Self::UnikfPaperIou
+            | Self::UnikfPaperEuclidean => filtered,
+            Self::UnikfPaperTrueId => Inputs { truth: true, ..filtered },
+            Self::Ours | Self::OursParticles | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
+            Self::OursNoPrior => Inputs { class_prior: false, ..ours },
+            // Classes still tell how things move.
+            Self::OursNoSizePrior => ours,
+            Self::OursBiased => Inputs { size_law: false, ..ours },
+            Self::OursForgetful => Inputs { past: false, ..ours },
+            Self::OursLagHalf | Self::OursLag1 => Inputs { later: true, ..ours },
+            Self::OursTrueId => Inputs { truth: true, ..ours },
+            _ => Inputs::default(),
+        }
+    }
+
+    /// How it is put together, for this level of noise.
+    pub fn recipe(self, noise: NoisePair) -> Recipe {
+        let ours = Setup::ours();
+        let hub = |method: HubMethod| {
+            let window = method.rule(noise.overlap_threshold()).map(WindowConfig::new);
+            let config = EngineConfig { window, ..ours.config.with_method(method) };
+            Setup { config, declares_size_law: false, ..ours }
+        };
+        let paper = hub(HubMethod::UnikfPaper);
+        let filtered = |method| {
+            let setup = Setup { n_agents: 1, reads_fused_list: true, ..paper };
+            Recipe { setup, before: Some(hub(method)) }
+        };
+        let setup = match self {
+            Self::Single1 => hub(HubMethod::Single1),
+            Self::Nms => hub(HubMethod::Nms),
+            Self::NmsGiou => hub(HubMethod::NmsGiou),
+            Self::Psa => hub(HubMethod::Psa),
+            Self::Wbf => hub(HubMethod::Wbf),
+            Self::InfraDet3d => hub(HubMethod::InfraDet3d),
+            Self::InfraDet3dCode => hub(HubMethod::InfraDet3dCode),
+            Self::DairV2x => hub(HubMethod::DairV2x),
+            Self::DairV2xCode => hub(HubMethod::DairV2xCode),
+            Self::CsbaWls => hub(HubMethod::CsbaWls),
+            Self::CsbaWlsDebiased => Setup { declares_size_law: true, ..hub(HubMethod::CsbaWls) },
+            Self::CsbaWlsCv => return filtered(HubMethod::CsbaWls),
+            Self::DairV2xCv => return filtered(HubMethod::DairV2x),
+            Self::UnikfPaper => paper,
+            Self::UnikfPaperTrueId => Setup { has_true_identities: true, ..paper },
+            Self::UnikfPaperIou => paper.associated_by(AssociationCost::Iou),
+            Self::UnikfPaperEuclidean => paper.associated_by(AssociationCost::Euclidean),
+            Self::Ours => ours,
+            Self::OursParticles => {
+                ours.with(EngineConfig { association_particles: PARTICLES, ..ours.config })
+            }
+            Self::OursNoPrior => ours.with(EngineConfig { class_priors: false, ..ours.config }),
+            Self::OursNoSizePrior => ours.with(EngineConfig { class_size_priors: false, ..ours.config }),
+            Self::OursLagHalf => Setup { lag: Span::from_millis(500), ..ours },
+            Self::OursLag1 => Setup { lag: Span::from_millis(1000), ..ours },
+            Self::Single1Ours => Setup { n_agents: 1, ..ours },
+            Self::OursTrueId => Setup { has_true_identities: true, ..ours },
+            Self::OursCv => ours.with(EngineConfig { motion: MotionModel::Cv, ..ours.config }),
+            Self::OursBiased => ours.with(EngineConfig { debias_sizes: false, ..ours.config }),
+            Self::OursCsba => ours.associated_by(AssociationCost::Csba),
+            Self::OursForgetful => Setup { remembers: false, ..ours },
+        };
+        Recipe { setup, before: None }
+    }
+}
+
+impl Setup {
+    const fn with(self, config: EngineConfig) -> Self {
+        Self { config, ..self }
+    }
+
+    const fn associated_by(self, cost: AssociationCost) -> Self {
+        let association = AssociationConfig { cost, ..self.config.association };
+        self.with(EngineConfig { association, ..self.config })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_the_names_on_the_command_line_and_in_json() {
+        use clap::ValueEnum;
+        for method in Method::ALL {
+            assert_eq!(method.to_possible_value().unwrap().get_name(), method.key());
+            assert_eq!(serde_json::to_string(&method).unwrap(), format!("{:?}", method.key()));
+        }
+    }
+
+    #[test]
+    fn a_row_with_the_key_of_a_method_of_the_hub_is_that_method() {
+        let noise = NoisePair::N1N1;
+        let mut n_shared = 0;
+        for hub_method in HubMethod::ALL {
+            let key = serde_json::to_value(hub_method).unwrap();
+            let Some(row) = Method::ALL.iter().find(|method| method.key() == key) else { continue };
+            n_shared += 1;
+            let mut config = Setup::ours().config.with_method(hub_method);
+            config.window = hub_method.rule(noise.overlap_threshold()).map(WindowConfig::new);
+            assert_eq!(row.recipe(noise).setup.config, config, "{key}");
+        }
+        // All but unikf-literal.
+        assert_eq!(n_shared, HubMethod::ALL.len() - 1);
+    }
+
+    #[test]
+    fn single_frame_rules_without_accuracies_are_told_nothing() {
+        assert_eq!(Method::DairV2x.inputs(), "");
+        assert_eq!(Method::Ours.inputs(), "σ, past frames, class prior, size law");
+    }
+}

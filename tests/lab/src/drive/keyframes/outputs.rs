@@ -1,0 +1,72 @@
+//! What somebody's method has answered to exported detections, ready to be scored.
+
+use crate::data::conditions::Conditions;
+use crate::data::fused_box::FusedBox;
+use crate::data::noise::Shape;
+use crate::drive::keyframes::setting::{SceneTrial, Setting};
+use std::collections::BTreeMap;
+
+/// A method's answers.
+#[derive(Clone, Debug, Default)]
+pub struct RecordedOutput {
+    name: String,
+    inputs: String,
+    shape: Shape,
+    conditions: Conditions,
+    claims_accuracy: bool,
+    by_scene: BTreeMap<(&'static str, u32, String), Vec<Vec<FusedBox>>>,
+}
+
+impl RecordedOutput {
+    /// No answers yet, of a method of this name; `inputs` says in words what it is inputs apart from boxes and classes.
+    pub fn new(name: impl Into<String>, inputs: impl Into<String>) -> Self {
+        Self { name: name.into(), inputs: inputs.into(), claims_accuracy: true, ..Self::default() }
+    }
+
+    /// To detections whose errors are of another shape, or made under other conditions, than the paper's.
+    #[must_use]
+    pub fn for_detections(self, shape: Shape, conditions: Conditions) -> Self {
+        Self { shape, conditions, ..self }
+    }
+
+    /// Of a method that does not say how accurate its boxes are.
+    #[must_use]
+    pub fn without_accuracy(self) -> Self {
+        Self { claims_accuracy: false, ..self }
+    }
+
+    /// Whether it says how accurate its boxes are.
+    pub const fn claims_accuracy(&self) -> bool {
+        self.claims_accuracy
+    }
+
+    /// Whether they are to detections of this kind.
+    pub fn is_for(&self, setting: &Setting) -> bool {
+        let has_noise = || self.by_scene.keys().any(|(noise, ..)| *noise == setting.noise.name());
+        self.shape == setting.shape && self.conditions == setting.conditions && has_noise()
+    }
+
+    /// Its name in tables.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it is inputs apart from boxes and classes, in words.
+    pub fn inputs(&self) -> &str {
+        &self.inputs
+    }
+
+    /// Notes what it tells of a scene, keyframe by keyframe.
+    pub fn insert(&mut self, trial_of_scene: &SceneTrial<'_>, by_keyframe: Vec<Vec<FusedBox>>) {
+        self.by_scene.insert(key(trial_of_scene), by_keyframe);
+    }
+
+    /// What it tells of a scene, keyframe by keyframe; nothing where it was not asked.
+    pub fn of(&self, trial_of_scene: &SceneTrial<'_>) -> std::vec::IntoIter<Vec<FusedBox>> {
+        self.by_scene.get(&key(trial_of_scene)).cloned().unwrap_or_default().into_iter()
+    }
+}
+
+fn key(trial_of_scene: &SceneTrial<'_>) -> (&'static str, u32, String) {
+    (trial_of_scene.noise.name(), trial_of_scene.trial, trial_of_scene.scene.to_owned())
+}

@@ -1,0 +1,11 @@
+//! Feeding an engine in virtual time: what arrives when, and when it is asked.
+
+pub(crate) mod driver;
+pub(crate) mod keyframes;
+pub(crate) mod parallel;
+pub(crate) mod publishing;
+pub(crate) mod replay;
+pub(crate) mod sweep;
+pub(crate) mod ticks;
+pub(crate) mod traffic;
+pub(crate) mod virtual_run;

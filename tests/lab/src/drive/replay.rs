@@ -1,0 +1,171 @@
+//! A log of detections through an engine: frames as they arrived, objects at every tick.
+
+use crate::data::csv_table::CsvError;
+use crate::data::detection_log::{Arrival, DetectionLog};
+use crate::drive::driver::{Consumer, Driver};
+use crate::drive::publishing::EveryTick;
+use crate::drive::ticks::Ticks;
+use std::collections::BTreeMap;
+use std::io::Read;
+use v2x_common::sensor::SensorDescription;
+use v2x_common::time::Span;
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::refusal::Disposition;
+
+/// What went through.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Frames, refused ones among them.
+    pub frames: u64,
+    /// Detections, those of refused frames among them.
+    pub detections: u64,
+    /// Ticks.
+    pub ticks: u64,
+    /// Frames refused, by reason.
+    pub refused: BTreeMap<&'static str, u64>,
+    /// Computing time of the engine.
+    pub core: Span,
+    /// From the first to the last arrival.
+    pub duration: Span,
+}
+
+/// An engine that replays a log.
+#[derive(Debug)]
+pub struct Replay {
+    /// It knows nothing yet.
+    pub engine: Engine,
+    /// How every sensor describes itself; `None` where nothing is known.
+    pub description: Option<SensorDescription>,
+    /// Tells how much computing time was used so far.
+    pub stopwatch: fn() -> Span,
+}
+
+impl Replay {
+    /// Feeds the engine with the whole log. `progress` gets how many bytes of the log have been read.
+    pub fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
+        self,
+        log: &mut DetectionLog<R>,
+        consumer: &mut C,
+        mut progress: impl FnMut(u64),
+    ) -> Result<Counts, C::Error> {
+        let Self { engine, description, stopwatch } = self;
+        let mut counts = Counts::default();
+        let Some(mut arrival) = log.next_arrival()? else { return Ok(counts) };
+        let begin = arrival.received_at;
+        let mut driver = Driver::new(engine, EveryTick::from(begin)).timed_by(stopwatch);
+        let end = loop {
+            let Arrival { received_at, mut frame } = arrival;
+            driver.publish_before(received_at, consumer)?;
+            if let Some(description) = description {
+                if frame.id.sequence == 0 {
+                    driver.describe(frame.id.agent, description);
+                }
+                frame.sensor_revision = description.revision;
+            }
+            counts.frames += 1;
+            counts.detections += frame.detections.len() as u64;
+            if let Disposition::Refused(refusal) = driver.arrive(&frame, received_at, consumer)? {
+                *counts.refused.entry(refusal.reason()).or_default() += 1;
+            }
+            progress(log.n_bytes());
+            match log.next_arrival()? {
+                Some(next) => arrival = next,
+                None => break received_at,
+            }
+        };
+        driver.publish_through(end, consumer)?;
+        counts.ticks = Ticks::within(begin, end).n();
+        counts.duration = end - begin;
+        counts.core = driver.engine_time();
+        Ok(counts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+    use v2x_common::fused::FusedFrame;
+    use v2x_common::id::HubId;
+    use v2x_common::time::Timestamp;
+    use v2x_fusion_hub::config::EngineConfig;
+
+    const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n";
+
+    /// Ticks with the places and tracks of their objects.
+    #[derive(Default)]
+    struct Notes {
+        published: Vec<(i64, Vec<f64>)>,
+        silent: u64,
+    }
+
+    impl Consumer for Notes {
+        type Error = anyhow::Error;
+
+        fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
+            let places = frame.objects.iter().map(|object| object.bev.x).collect();
+            self.published.push((now.as_nanos() / 1_000_000, places));
+            Ok(())
+        }
+
+        fn receive_nothing(&mut self, ticks: Ticks) {
+            self.silent += ticks.n();
+        }
+    }
+
+    fn row(t_arr: &str, t: &str, x: f64) -> String {
+        format!("{t_arr},{t},a,car,{x},0,2,4,0,0.5,0.5,0.2,0.4,0.1\n")
+    }
+
+    fn replayed(rows: &str) -> (Counts, Notes) {
+        let text = format!("{HEADER}{rows}");
+        let mut log = DetectionLog::new(text.as_bytes(), Path::new("log.csv")).unwrap();
+        let engine = Engine::new(EngineConfig::new(HubId::new("lab").unwrap(), 0));
+        let mut notes = Notes::default();
+        let replay = Replay { engine, description: None, stopwatch: || Span::ZERO };
+        let counts = replay.run(&mut log, &mut notes, |_| {}).unwrap();
+        (counts, notes)
+    }
+
+    #[test]
+    fn a_tick_knows_what_arrived_at_it_and_nothing_later() {
+        let rows = row("0.05", "0.0", 1.0) + &row("0.2", "0.1", 40.0) + &row("0.3000001", "0.3", 80.0);
+        let (counts, notes) = replayed(&rows);
+        let published: Vec<_> = notes.published.iter().map(|(ms, places)| (*ms, places.len())).collect();
+        assert_eq!(published, [(100, 1), (200, 2), (300, 2)]);
+        assert_eq!((counts.frames, counts.ticks, counts.duration.as_nanos()), (3, 3, 250_000_100));
+    }
+
+    #[test]
+    fn ticks_are_multiples_of_a_tenth_from_the_first_to_the_last_arrival_in_any_epoch() {
+        for (first, second) in [("-0.35", "-0.1"), ("1700000000.65", "1700000000.9")] {
+            let (_, notes) = replayed(&(row(first, first, 1.0) + &row(second, second, 1.0)));
+            let ms: Vec<_> = notes.published.iter().map(|(ms, _)| ms % 1000).collect();
+            let expected = if first.starts_with('-') { [-300, -200, -100] } else { [700, 800, 900] };
+            assert_eq!(ms, expected);
+        }
+    }
+
+    #[test]
+    fn refusals_are_counted_by_reason() {
+        let rows = row("1", "1", 1.0) + &row("1.1", "0.5", 1.0) + &row("1.2", "1.9", 1.0);
+        let (counts, _) = replayed(&rows);
+        assert_eq!(counts.refused, BTreeMap::from([("too_early", 1), ("too_late", 1)]));
+        assert_eq!((counts.frames, counts.detections), (3, 3));
+    }
+
+    #[test]
+    fn years_of_silence_take_no_time() {
+        let rows = row("0", "0", 1.0) + &row("1700000000", "1700000000", 1.0);
+        let (counts, notes) = replayed(&rows);
+        assert_eq!(counts.ticks, 17_000_000_001);
+        assert_eq!(notes.published.len() as u64 + notes.silent, counts.ticks);
+        assert!(notes.published.len() < 1000, "{}", notes.published.len());
+        assert_eq!(notes.published.last().unwrap().1.len(), 1);
+    }
+
+    #[test]
+    fn an_empty_log_has_no_ticks() {
+        assert_eq!(replayed("").0, Counts::default());
+    }
+}

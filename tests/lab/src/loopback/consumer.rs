@@ -1,0 +1,117 @@
+//! A consumer of a network: what it subscribes to, and what it receives, stamped on arrival.
+
+use crate::loopback::connection_error::ConnectionError;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::id::NetworkId;
+use v2x_common::keys::Keys;
+use v2x_common::net::queue::DropOldestQueue;
+use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::recording::Entry;
+use zenoh::Session;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
+
+/// Which part of the traffic a consumer wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traffic {
+    /// What consumers use: fused frames.
+    Fused,
+    /// What a run is scored from: detections, sensor descriptions and simulation truth too.
+    Everything,
+}
+
+/// What a consumer subscribes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subscription {
+    /// Of which network.
+    pub network: NetworkId,
+    /// Which part of the traffic.
+    pub traffic: Traffic,
+    /// At most so many samples wait to be read. Beyond that the oldest is dropped and counted.
+    pub capacity: usize,
+}
+
+/// A connected consumer.
+pub struct Consumer {
+    session: Session,
+    queue: Arc<DropOldestQueue<Entry>>,
+    // Dropping these undeclares them.
+    subscribers: Vec<Subscriber<()>>,
+}
+
+impl Consumer {
+    /// Connects and subscribes; waits `patience` for a hub. `None` where shutdown came first.
+    pub async fn connect(
+        options: &SessionOptions,
+        subscription: Subscription,
+        patience: Duration,
+        shutdown: &CancellationToken,
+    ) -> Result<Option<Self>, ConnectionError> {
+        let Subscription { network, traffic, capacity } = subscription;
+        let config = session::client_config(options).map_err(ConnectionError::Session)?;
+        let opened = session::open_patiently(config, Some(patience), shutdown).await;
+        let Some(session) = opened.map_err(ConnectionError::Session)? else {
+            return Ok(None);
+        };
+        let keys = Keys::new(network);
+        let queue = Arc::new(DropOldestQueue::new(capacity));
+        let mut expressions = vec![keys.all_fused()];
+        if traffic == Traffic::Everything {
+            expressions.extend([keys.all_detections(), keys.all_sensors(), keys.all_truth()]);
+        }
+        let mut subscribers = Vec::new();
+        for expression in expressions {
+            let queue = queue.clone();
+            let subscriber = session
+                .declare_subscriber(expression.as_str())
+                .callback(move |sample| queue.push(stamped(&sample)))
+                .await
+                .map_err(|source| ConnectionError::Subscription { expression: expression.clone(), source })?;
+            subscribers.push(subscriber);
+        }
+        Ok(Some(Self { session, queue, subscribers }))
+    }
+
+    /// The next sample. Cancelling loses nothing.
+    pub async fn next(&self) -> Entry {
+        self.queue.pop().await
+    }
+
+    /// Waits until there is a sample, and leaves it.
+    pub async fn wait(&self) {
+        self.queue.wait().await;
+    }
+
+    /// The next sample, if one waits.
+    pub fn try_next(&self) -> Option<Entry> {
+        self.queue.try_pop()
+    }
+
+    /// Samples that were dropped because nobody read them in time.
+    pub fn dropped(&self) -> u64 {
+        self.queue.dropped()
+    }
+
+    /// The session, for queries.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Leaves the network.
+    pub async fn close(self) -> Result<(), ConnectionError> {
+        drop(self.subscribers);
+        session::close(self.session).await.map_err(ConnectionError::Session)
+    }
+}
+
+fn stamped(sample: &Sample) -> Entry {
+    Entry {
+        received_at: clock::now(),
+        key: sample.key_expr().to_string(),
+        encoding: sample.encoding().to_string(),
+        payload: sample.payload().to_bytes().into_owned(),
+    }
+}

@@ -1,0 +1,19 @@
+//! Asking hubs how they fare.
+
+use crate::loopback::connection_error::ConnectionError;
+use v2x_common::id::NetworkId;
+use v2x_common::keys::Keys;
+use v2x_fusion_hub::hub::HubStatus;
+use zenoh::Session;
+
+/// The status of every hub of a network that answers.
+pub async fn query(session: &Session, network: NetworkId) -> Result<Vec<HubStatus>, ConnectionError> {
+    let keys = Keys::new(network);
+    let replies = session.get(keys.all_status()).await.map_err(ConnectionError::Query)?;
+    let mut statuses = Vec::new();
+    while let Ok(reply) = replies.recv_async().await {
+        let sample = reply.into_result().map_err(|error| ConnectionError::Reply(error.to_string().into()))?;
+        statuses.push(serde_json::from_slice(&sample.payload().to_bytes())?);
+    }
+    Ok(statuses)
+}

@@ -1,0 +1,181 @@
+//! Dot plots: for each category and series a mean with its spread, in panels side by side.
+
+use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, Type, corners};
+use crate::report::plot::svg::Rect;
+use crate::report::plot::ticks::ticks;
+
+/// Colours that people tell apart who see few (Okabe & Ito), black and grey.
+pub const PALETTE: [Colour; 9] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000", "#999999"];
+pub(super) const INK: Colour = "#222222";
+pub(super) const FAINT: Colour = "#dddddd";
+pub(super) const MUTED: Colour = "#666666";
+
+/// What is marked at a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dot {
+    /// The mean.
+    pub mean: f64,
+    /// As far to either side.
+    pub spread: f64,
+    /// What others have published, for comparison.
+    pub published: Option<f64>,
+}
+
+/// One metric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// What is on its axis.
+    pub label: String,
+    /// By category and series.
+    pub dots: Vec<Vec<Option<Dot>>>,
+}
+
+/// A plot of several metrics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DotPlot {
+    /// Its heading.
+    pub title: String,
+    /// Names of the rows.
+    pub categories: Vec<String>,
+    /// Names and colours of what stands in each row.
+    pub series: Vec<(String, Colour)>,
+    /// The metrics.
+    pub panels: Vec<Panel>,
+}
+
+const PANEL_WIDTH: f64 = 250.0;
+const GAP: f64 = 26.0;
+const TOP: f64 = 66.0;
+const CHARACTER: f64 = 6.6;
+
+impl DotPlot {
+    /// The finished drawing.
+    pub fn sheet(&self) -> Sheet {
+        let row_height = (13.0 * self.series.len() as f64).max(20.0) + 4.0;
+        let longest = self.categories.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+        let left = 24.0 + CHARACTER * longest as f64;
+        let height = row_height * self.categories.len() as f64;
+        let width = left + (PANEL_WIDTH + GAP) * self.panels.len() as f64;
+        let mut sheet = Sheet::new(width.ceil() as u32, (TOP + height + 46.0).ceil() as u32);
+        sheet.text((16.0, 26.0), &self.title, text(16.0, true, INK, Anchor::Start));
+        self.legend(&mut sheet);
+        for (row, category) in self.categories.iter().enumerate() {
+            let y = TOP + row_height * (row as f64 + 0.5) + 4.0;
+            sheet.text((left - 10.0, y), category, text(12.0, false, INK, Anchor::End));
+        }
+        for (place, panel) in self.panels.iter().enumerate() {
+            let x = left + (PANEL_WIDTH + GAP) * place as f64;
+            panel.draw(&mut sheet, Rect { x, y: TOP, w: PANEL_WIDTH, h: height }, &self.series);
+        }
+        sheet
+    }
+
+    fn legend(&self, sheet: &mut Sheet) {
+        let mut x = 16.0;
+        let mut entry = |sheet: &mut Sheet, name: &str, colour: Option<Colour>| {
+            match colour {
+                Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, Paint { stroke: None, fill: Some(colour) }),
+                None => diamond(sheet, (x + 5.0, 46.0), INK),
+            }
+            sheet.text((x + 14.0, 50.0), name, text(12.0, false, INK, Anchor::Start));
+            x += 30.0 + CHARACTER * name.chars().count() as f64;
+        };
+        if self.series.len() > 1 {
+            self.series.iter().for_each(|(name, colour)| entry(sheet, name, Some(*colour)));
+        }
+        let is_published = |dot: &Option<Dot>| dot.is_some_and(|dot| dot.published.is_some());
+        if self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(is_published) {
+            entry(sheet, "the paper's", None);
+        }
+    }
+}
+
+impl Panel {
+    fn draw(&self, sheet: &mut Sheet, area: Rect, series: &[(String, Colour)]) {
+        let dots = || self.dots.iter().flatten().flatten();
+        let reach = |dot: &Dot| (dot.mean + dot.spread).max(dot.published.unwrap_or(0.0));
+        let high = dots().map(reach).filter(|value| value.is_finite()).fold(0.0, f64::max);
+        let ticks = ticks(0.0, if high > 0.0 { high } else { 1.0 }, 5);
+        let end = ticks.values.last().copied().unwrap_or(1.0).max(high);
+        let px = |value: f64| area.x + area.w * (value / end).clamp(0.0, 1.0);
+        let (top, bottom) = (area.y, area.y + area.h);
+        for value in &ticks.values {
+            sheet.line(&[(px(*value), top), (px(*value), bottom)], (FAINT, 1.0));
+            let label = ticks.label(*value);
+            sheet.text((px(*value), bottom + 15.0), &label, text(11.0, false, MUTED, Anchor::Middle));
+        }
+        let row_height = area.h / self.dots.len().max(1) as f64;
+        for (row, of_row) in self.dots.iter().enumerate() {
+            if row % 2 == 1 {
+                let band = Rect { y: top + row_height * row as f64, h: row_height, ..area };
+                sheet.shade(&corners(band), "#f2f4f7", 0.6);
+            }
+            let step = (row_height - 6.0) / of_row.len().max(1) as f64;
+            for (place, dot) in of_row.iter().enumerate() {
+                let Some(dot) = dot else { continue };
+                let colour = series.get(place).map_or(INK, |(_, colour)| colour);
+                let y = top + row_height * row as f64 + 3.0 + step * (place as f64 + 0.5);
+                mark(sheet, dot, (y, &px), colour);
+            }
+        }
+        sheet.path(&corners(area), true, Paint::line(MUTED, 1.0));
+        let at = (area.x + area.w / 2.0, bottom + 34.0);
+        sheet.text(at, &self.label, text(12.0, true, INK, Anchor::Middle));
+    }
+}
+
+fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colour: Colour) {
+    let (low, high) = (px(dot.mean - dot.spread), px(dot.mean + dot.spread));
+    sheet.line(&[(low, y), (high, y)], (colour, 1.6));
+    for end in [low, high] {
+        sheet.line(&[(end, y - 3.0), (end, y + 3.0)], (colour, 1.2));
+    }
+    if let Some(published) = dot.published {
+        diamond(sheet, (px(published), y), INK);
+    }
+    disc(sheet, (px(dot.mean), y), 4.5, Paint { stroke: Some(("#ffffff", 0.8)), fill: Some(colour) });
+}
+
+pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Paint) {
+    const CORNERS: u32 = 16;
+    let corner = |place: u32| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(place) / f64::from(CORNERS));
+        (x + radius * cos, y + radius * sin)
+    };
+    sheet.path(&(0..CORNERS).map(corner).collect::<Vec<_>>(), true, paint);
+}
+
+/// The mark of what others have published.
+pub(super) fn diamond(sheet: &mut Sheet, (x, y): (f64, f64), colour: Colour) {
+    let r = 5.0;
+    sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, Paint::line(colour, 1.4));
+}
+
+pub(super) const fn text(size: f64, bold: bool, colour: Colour, anchor: Anchor) -> Type {
+    Type { size, bold, colour, anchor }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_category_series_and_panel_is_named() {
+        let dot = Some(Dot { mean: 0.5, spread: 0.1, published: Some(0.6) });
+        let plot = DotPlot {
+            title: "Fig. <4>".to_owned(),
+            categories: vec!["N1".to_owned(), "N3".to_owned()],
+            series: vec![("ours".to_owned(), PALETTE[0]), ("theirs".to_owned(), PALETTE[1])],
+            panels: vec![Panel { label: "mATE (m)".to_owned(), dots: vec![vec![dot, None], vec![dot, dot]] }],
+        };
+        let svg = plot.sheet().svg();
+        for text in
+            ["Fig. &lt;4&gt;", ">N1<", ">N3<", ">ours<", ">theirs<", ">mATE (m)<", ">the paper's<", ">0.6<"]
+        {
+            assert!(svg.contains(text), "{text}");
+        }
+        // Three dots and two in the legend; three diamonds and one in the legend.
+        assert_eq!(svg.matches("Z\" stroke=\"#222222\"").count(), 4);
+    }
+}

@@ -1,0 +1,108 @@
+//! One moment of a run: truth, every agent's detections and the fused list.
+
+use crate::data::run_log::{ReceivedDetections, RunLog};
+use crate::data::truth::Truth;
+use crate::score::coverage::Coverage;
+use crate::score::run::scored_run::ScoredRun;
+use v2x_common::geometry::{BevBox, Pose};
+use v2x_common::id::AgentId;
+use v2x_common::sensor::SensorKind;
+use v2x_common::time::{Span, Timestamp};
+
+/// What a picture shows, all in the map frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BevScene {
+    /// What it is a picture of.
+    pub title: String,
+    /// What else is to be known of it.
+    pub subtitle: String,
+    /// True objects.
+    pub truth: Vec<TrueBox>,
+    /// Agents with what they saw.
+    pub agents: Vec<SceneAgent>,
+    /// Fused objects.
+    pub fused: Vec<BevBox>,
+}
+
+/// A true object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueBox {
+    /// Where it is.
+    pub bev: BevBox,
+    /// Whether the fused list is expected to hold it.
+    pub is_covered: bool,
+}
+
+/// An agent with what it saw.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneAgent {
+    /// Which agent.
+    pub id: AgentId,
+    /// What carries its sensor.
+    pub kind: SensorKind,
+    /// Where its sensor is.
+    pub pose: Option<Pose>,
+    /// Its detections in the frame that was captured nearest to the moment.
+    pub detections: Vec<BevBox>,
+    /// From the moment to that frame's capture; negative where it was earlier.
+    pub offset: Option<Span>,
+}
+
+/// The scored moment whose fused error is the median; `None` where no fused frame has an error.
+pub fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
+    let place = scored.median_frame()?;
+    let frame = &log.fused.get(place)?.frame;
+    let error_m = scored.frame_errors.iter().find(|(of, _)| *of == place).map(|(_, ate_m)| *ate_m)?;
+    let summary = &scored.summary;
+    let mut coverage = Coverage::new(truth, &scored.observers);
+    let view = coverage.at(frame.fused_at);
+    let true_box = |object: &v2x_agent::truth::TrueObject| TrueBox {
+        bev: object.bev,
+        is_covered: coverage.is_covered(&view, object.id),
+    };
+    let agents = summary.agents.iter().zip(&view.poses).map(|(agent, pose)| {
+        let nearest = nearest_frame(log, agent.id, frame.fused_at);
+        SceneAgent {
+            id: agent.id,
+            kind: agent.kind,
+            pose: *pose,
+            detections: nearest.map_or_else(Vec::new, |r| r.frame.detections.iter().map(|d| d.bev).collect()),
+            offset: nearest.map(|received| received.frame.captured_at - frame.fused_at),
+        }
+    });
+    Some(BevScene {
+        title: format!("{}, seed {}: a typical moment", summary.scenario, summary.seed),
+        subtitle: format!("mean fused position error {error_m:.2} m, the median of all scored fused frames"),
+        truth: view.objects.iter().map(true_box).collect(),
+        agents: agents.collect(),
+        fused: frame.objects.iter().map(|object| object.bev).collect(),
+    })
+}
+
+fn nearest_frame(log: &RunLog, agent: AgentId, at: Timestamp) -> Option<&ReceivedDetections> {
+    let frames = log.detections.iter().filter(|received| received.frame.id.agent == agent);
+    frames.min_by_key(|received| (received.frame.captured_at - at).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::run::test_run::{pose, run, scored, world};
+
+    #[test]
+    fn the_typical_moment_shows_truth_fused_list_and_each_agents_nearest_frame() {
+        let (mut log, facts) = run();
+        // 23 ms after its neighbours' capture; the agents' frame before it is nearer than the one after.
+        log.fused.iter_mut().for_each(|received| received.frame.fused_at += Span::from_millis(23));
+        let scored = scored(&log, &facts).unwrap();
+        let truth = Truth { objects_at: &world, agent_pose: &pose };
+        let scene = typical_moment(&scored, &log, truth).unwrap();
+        assert_eq!(
+            scene.truth.iter().map(|truth| truth.is_covered).collect::<Vec<_>>(),
+            [true, true, true, false]
+        );
+        assert_eq!(scene.agents.iter().map(|agent| agent.detections.len()).collect::<Vec<_>>(), [4, 2]);
+        assert!(scene.agents.iter().all(|agent| agent.offset == Some(Span::from_millis(-23))));
+        assert!(scene.fused.len() >= 4 && scene.subtitle.contains("0.10 m"), "{}", scene.subtitle);
+    }
+}

@@ -1,0 +1,207 @@
+//! The figures of a sweep.
+
+use crate::drive::sweep::method::SweepMethod;
+use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
+use crate::report::plot::dots::PALETTE;
+use crate::report::sweep::results::Results;
+use crate::report::sweep::rows::{Row, mean_distribution};
+use crate::report::sweep::text::{Family, families};
+use crate::score::sweep::record::{PERCENTS, Record, Subset};
+
+/// A figure, and the name of its file.
+pub(crate) struct Figure {
+    pub(crate) name: &'static str,
+    pub(crate) plot: CurvePlot,
+}
+
+/// Dashes of one family after another: all methods keep their colours.
+const DASHES: [f64; 4] = [0.0, 7.0, 4.0, 2.0];
+
+/// A quantity and its label.
+type Quantity = (&'static str, fn(&Row) -> Option<(f64, f64)>, Top);
+
+fn bare(value: Option<f64>) -> Option<(f64, f64)> {
+    value.map(|value| (value, 0.0))
+}
+
+const MATE: Quantity =
+    ("mATE (m)", |row| row.mate_m.map(|m| (m, row.mate_trial_std.unwrap_or(0.0))), Top::Most);
+const MAOE: Quantity = ("mAOE (°)", |row| bare(row.maoe_deg), Top::Most);
+
+/// All figures of these results; several sets of them (virtual, live) share each.
+pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
+    let families = families(rows);
+    let Some(plan) = results.first().map(|results| &results.plan) else { return Vec::new() };
+    let axis = &plan.axes[0];
+    let is_numeric = axis.values.iter().all(|value| value.text.parse::<f64>().is_ok());
+    let x_names = (!is_numeric).then(|| axis.values.iter().map(|value| value.text.clone()).collect());
+    let plot = |title: &str, subset: Subset, quantities: &[Quantity]| CurvePlot {
+        title: title.to_owned(),
+        x_label: axis.label.clone(),
+        x_names: x_names.clone(),
+        styles: styles(&families),
+        panels: quantities.iter().map(|quantity| panel(&families, subset, *quantity)).collect(),
+    };
+    let errors = |subset, title: &str| plot(title, subset, &[MATE, MAOE]);
+    let mut figures = vec![
+        Figure { name: "error", plot: errors(Subset::All, "Error, all objects") },
+        Figure { name: "error-moving", plot: errors(Subset::Moving, "Error, objects that move") },
+        Figure { name: "error-fast", plot: errors(Subset::Fast, "Error, objects faster than 3 m/s") },
+    ];
+    let found: [Quantity; 3] = [
+        ("precision", |row| bare(row.precision), Top::At(1.0)),
+        ("recall", |row| bare(row.recall), Top::At(1.0)),
+        ("GOSPA (m)", |row| bare(row.gospa_m), Top::Whole),
+    ];
+    figures.push(Figure { name: "found", plot: plot("What is found", Subset::All, &found) });
+    let fates: [Quantity; 3] = [
+        ("late, share", |row| bare(row.late), Top::At(1.0)),
+        ("rolled back for, share", |row| bare(row.rolled_back), Top::At(1.0)),
+        ("refused, share", |row| bare(row.refused), Top::At(1.0)),
+    ];
+    figures.push(Figure {
+        name: "frames",
+        plot: plot("What becomes of the other agents' frames", Subset::All, &fates),
+    });
+    let consistency: [Quantity; 2] = [
+        ("position NEES / 2 (1 is consistent)", |row| bare(row.nees_position), Top::Most),
+        ("NIS / 2 of what was associated", |row| bare(row.nis), Top::Whole),
+    ];
+    figures.push(Figure { name: "consistency", plot: plot("Consistency", Subset::All, &consistency) });
+    let stages: [Quantity; 4] = [
+        (
+            "capture → send, median (ms)",
+            |row| bare(row.capture_to_send_ms.map(|stage| stage.p50)),
+            Top::Whole,
+        ),
+        ("send → arrive, median (ms)", |row| bare(row.send_to_arrive_ms.map(|stage| stage.p50)), Top::Whole),
+        (
+            "arrive → fused, median (ms)",
+            |row| bare(row.arrive_to_fused_ms.map(|stage| stage.p50)),
+            Top::Whole,
+        ),
+        (
+            "fused → consumed, median (ms)",
+            |row| bare(row.fused_to_consumed_ms.map(|stage| stage.p50)),
+            Top::Whole,
+        ),
+    ];
+    figures.push(Figure { name: "stages", plot: plot("Stage by stage", Subset::All, &stages) });
+    if rows.iter().any(|row| row.cpu_share.is_some()) {
+        let load: [Quantity; 1] = [("share of a core", |row| bare(row.cpu_share), Top::Whole)];
+        figures
+            .push(Figure { name: "processor", plot: plot("The hub's processor time", Subset::All, &load) });
+    }
+    figures.push(Figure { name: "age", plot: ages(results) });
+    if bytes_differ(rows) {
+        figures.push(Figure { name: "bytes", plot: bytes(&families) });
+    }
+    figures
+}
+
+/// A colour for each method; a kind of line for each family, where there are several.
+fn styles(families: &[Family<'_>]) -> Vec<Style> {
+    let style = |(place, family): (usize, &Family<'_>)| {
+        let several = families.len() > 1;
+        let name = move |method: &str| {
+            if several { format!("{method} ({})", family.name()) } else { method.to_owned() }
+        };
+        let styles = family.methods().into_iter().map(|method| Style {
+            name: name(method),
+            colour: colour(method),
+            dash: DASHES[place % DASHES.len()],
+            is_dotted: family.live,
+        });
+        styles.collect::<Vec<_>>()
+    };
+    families.iter().enumerate().flat_map(style).collect()
+}
+
+fn colour(method: &str) -> &'static str {
+    let place = SweepMethod::ALL.into_iter().position(|known| known.key() == method).unwrap_or(0);
+    PALETTE[COLOURS[place]]
+}
+
+/// By method: the baselines grey-brown and muted, what matters in the strongest colours.
+const COLOURS: [usize; 9] = [7, 5, 3, 6, 4, 2, 1, 8, 0];
+
+fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
+    let curve = |family: &Family<'_>, method: &str| {
+        let point = |row: &Row| value(row).map(|(y, spread)| Point { x: row.x, y, spread });
+        family.of(method, subset).filter_map(point).collect::<Vec<_>>()
+    };
+    let curves =
+        |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
+    Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top }
+}
+
+/// How old what is told is: distributions at each value, of one method.
+fn ages(results: &[Results]) -> CurvePlot {
+    let mut styles = Vec::new();
+    let mut panels = [Vec::new(), Vec::new()];
+    for results in results {
+        let method = results.plan.methods.iter().copied().find(|method| *method == SweepMethod::Ours);
+        let Some(method) = method.or_else(|| results.plan.methods.last().copied()) else { continue };
+        let live = if results.plan.live { ", live" } else { "" };
+        for (number, place) in results.places.iter().enumerate() {
+            let of_method = place.records.iter().find(|(known, _)| *known == method);
+            let records: Vec<_> = of_method.iter().flat_map(|(_, records)| records).collect();
+            let distributions: [fn(&Record) -> &Vec<f64>; 2] =
+                [|record| &record.age_ms, |record| &record.other_age_ms];
+            for (curves, of) in panels.iter_mut().zip(distributions) {
+                let ages_ms = mean_distribution(&records, of).unwrap_or_default();
+                let at =
+                    |(percent, x): (&u32, &f64)| Point { x: *x, y: f64::from(*percent) / 100.0, spread: 0.0 };
+                curves.push(PERCENTS.iter().zip(&ages_ms).map(at).collect());
+            }
+            let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
+            let delta_max_ms = place.point.delta_max_ms;
+            let name = format!("{}, Δmax {delta_max_ms} ms{live}", values.join(", "));
+            let dash = if results.plan.live { 3.0 } else { DASHES[(number / PALETTE.len()) % DASHES.len()] };
+            let colour = PALETTE[number % PALETTE.len()];
+            styles.push(Style { name, colour, dash, is_dotted: false });
+        }
+    }
+    let labels = ["share of objects at most so old", "the other agents' newest detection in them"];
+    let panels = labels.into_iter().zip(panels);
+    let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Top::At(1.0) });
+    CurvePlot {
+        title: "Age of information in an object when it is told".to_owned(),
+        x_label: "age, ms".to_owned(),
+        x_names: None,
+        styles,
+        panels: panels.collect(),
+    }
+}
+
+/// Whether any method gets more at one value than at another, by a twentieth.
+fn bytes_differ(rows: &[Row]) -> bool {
+    SweepMethod::ALL.iter().any(|method| {
+        let of_method = rows.iter().filter(|row| row.method == method.key()).map(|row| row.bytes_per_s);
+        let (low, high) = of_method.fold((f64::MAX, 0.0_f64), |(low, high), b| (low.min(b), high.max(b)));
+        high > 1.05 * low
+    })
+}
+
+/// What the bytes buy.
+fn bytes(families: &[Family<'_>]) -> CurvePlot {
+    let curve = |family: &Family<'_>, method: &str| {
+        let point = |row: &Row| row.mate_m.map(|y| Point { x: row.bytes_per_s / 1e3, y, spread: 0.0 });
+        let mut points: Vec<Point> = family.of(method, Subset::All).filter_map(point).collect();
+        points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
+        points
+    };
+    let curves =
+        |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
+    CurvePlot {
+        title: "What the bytes buy".to_owned(),
+        x_label: "detections that arrive, kB/s".to_owned(),
+        x_names: None,
+        styles: styles(families),
+        panels: vec![Panel {
+            label: "mATE (m)".to_owned(),
+            curves: families.iter().flat_map(curves).collect(),
+            top: Top::Most,
+        }],
+    }
+}

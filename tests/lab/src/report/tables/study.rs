@@ -1,0 +1,181 @@
+//! Which experiments the tables need.
+
+use crate::data::conditions::Conditions;
+use crate::data::noise::{NoisePair, Shape};
+use crate::drive::keyframes::contender::Contender;
+use crate::drive::keyframes::method::Method;
+use crate::drive::keyframes::setting::Setting;
+use crate::report::tables::kind::Table;
+use crate::score::keyframes::experiments::Experiment;
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// These tables.
+    pub tables: Vec<Table>,
+    /// At these levels of noise, as far as a table has them.
+    pub noise: Vec<NoisePair>,
+    /// Only these methods; all of a table's where there are none.
+    pub methods: Vec<Method>,
+    /// The shape of the errors, but for [`Table::Robustness`], which has them all.
+    pub shape: Shape,
+    /// Further rows of every table.
+    pub further: Vec<Contender>,
+    /// Whether robustness is shown at the lowest and the highest level only: it takes all shapes.
+    pub is_brief: bool,
+}
+
+/// One block of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Of which table.
+    pub table: Table,
+    /// What detections are like.
+    pub setting: Setting,
+    /// Its rows.
+    pub contenders: Vec<Contender>,
+}
+
+impl Study {
+    /// The blocks of all tables, in order.
+    pub fn blocks(&self) -> Vec<Block> {
+        self.tables.iter().flat_map(|table| self.blocks_of(*table)).collect()
+    }
+
+    fn blocks_of(&self, table: Table) -> Vec<Block> {
+        let is_wanted = |method: &Method| self.methods.is_empty() || self.methods.contains(method);
+        let contenders: Vec<Contender> = table
+            .methods()
+            .iter()
+            .filter(|method| is_wanted(method))
+            .copied()
+            .map(Contender::Method)
+            .collect();
+        if contenders.is_empty() {
+            return Vec::new();
+        }
+        let shapes = if table == Table::Robustness { Shape::ALL.to_vec() } else { vec![self.shape] };
+        let conditions = if table == Table::Sensors { Conditions::Sensors } else { Conditions::Paper };
+        let is_left_out = |noise: &NoisePair| {
+            self.is_brief && table == Table::Robustness && !matches!(noise, NoisePair::N1N1 | NoisePair::N3N3)
+        };
+        let noise = table.noise().iter().copied();
+        let noise = noise.filter(|noise| self.noise.contains(noise) && !is_left_out(noise));
+        let setting = |noise| shapes.iter().map(move |shape| Setting { noise, shape: *shape, conditions });
+        let block = |setting| {
+            let mut contenders = contenders.clone();
+            contenders.extend(self.further_in(table, setting).cloned());
+            Block { table, setting, contenders }
+        };
+        noise.flat_map(setting).map(block).collect()
+    }
+
+    /// Those who have anything to say in a block.
+    fn further_in(&self, table: Table, setting: Setting) -> impl Iterator<Item = &Contender> {
+        let claims = move |contender: &&Contender| table != Table::Nees || contender.claims_accuracy();
+        self.further.iter().filter(move |contender| contender.has_output_for(&setting)).filter(claims)
+    }
+
+    /// Every setting once, with all that compete in it in any table.
+    pub fn experiments(&self) -> Vec<Experiment> {
+        let mut experiments: Vec<Experiment> = Vec::new();
+        for Block { setting, contenders, .. } in self.blocks() {
+            let place = experiments.iter().position(|one| one.setting == setting).unwrap_or_else(|| {
+                experiments.push(Experiment { setting, contenders: Vec::new() });
+                experiments.len() - 1
+            });
+            let known = &mut experiments[place].contenders;
+            for contender in contenders {
+                if !known.contains(&contender) {
+                    known.push(contender);
+                }
+            }
+        }
+        experiments
+    }
+}
+
+impl Table {
+    /// Its rows.
+    pub const fn methods(self) -> &'static [Method] {
+        match self {
+            Self::II => &Method::TABLE_II,
+            Self::III => &[Method::Single1, Method::UnikfPaper, Method::Ours, Method::Single1Ours],
+            Self::IV => &[Method::Nms, Method::DairV2x, Method::UnikfPaper, Method::Ours],
+            Self::Fig3 => &[Method::Nms, Method::DairV2x, Method::UnikfPaper, Method::Ours],
+            Self::Fig4 => &[
+                Method::UnikfPaper,
+                Method::UnikfPaperTrueId,
+                Method::UnikfPaperIou,
+                Method::UnikfPaperEuclidean,
+                Method::Ours,
+                Method::OursTrueId,
+            ],
+            Self::Robustness => {
+                &[Method::Single1, Method::CsbaWls, Method::CsbaWlsCv, Method::UnikfPaper, Method::Ours]
+            }
+            Self::Nees => &[Method::UnikfPaper, Method::Ours, Method::OursTrueId],
+            Self::Ablation => &[
+                Method::CsbaWls,
+                Method::Ours,
+                Method::OursCv,
+                Method::OursNoPrior,
+                Method::OursNoSizePrior,
+                Method::OursBiased,
+                Method::OursCsba,
+                Method::OursForgetful,
+            ],
+            // With clutter there are no true identities to be told.
+            Self::Sensors => Method::TABLE_II.split_at(20).0,
+        }
+    }
+
+    /// Its levels of noise.
+    pub const fn noise(self) -> &'static [NoisePair] {
+        match self {
+            Self::IV | Self::Fig3 => &[NoisePair::N1N3],
+            Self::Fig4 => &[NoisePair::N1N1, NoisePair::N3N3],
+            _ => &NoisePair::ALL,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn study(tables: &[Table], methods: &[Method]) -> Study {
+        Study {
+            tables: tables.to_vec(),
+            noise: NoisePair::ALL.to_vec(),
+            methods: methods.to_vec(),
+            shape: Shape::Gaussian,
+            further: Vec::new(),
+            is_brief: false,
+        }
+    }
+
+    #[test]
+    fn what_several_tables_need_is_computed_once() {
+        let experiments = study(&[Table::II, Table::III, Table::IV, Table::Fig3], &[]).experiments();
+        assert_eq!(experiments.len(), 4);
+        assert!(experiments.iter().all(|one| one.contenders.len() == Method::TABLE_II.len()));
+        // Three further shapes at four levels.
+        let robust = study(&[Table::II, Table::Robustness], &[]);
+        assert_eq!(robust.experiments().len(), 4 + 12);
+        assert_eq!(Study { is_brief: true, ..robust }.experiments().len(), 4 + 6);
+    }
+
+    #[test]
+    fn a_table_without_any_of_the_wanted_methods_is_left_out() {
+        let study = study(&[Table::II, Table::Fig4], &[Method::CsbaWls]);
+        assert!(study.blocks().iter().all(|block| block.table == Table::II));
+    }
+
+    #[test]
+    fn nobody_is_told_true_identities_under_sensors() {
+        let truth = |method: &&Method| method.inputs().contains("identities");
+        assert_eq!(Table::Sensors.methods().iter().filter(truth).count(), 0);
+        assert_eq!(Table::Sensors.methods().len(), Method::TABLE_II.len() - 1);
+    }
+}

@@ -1,0 +1,150 @@
+//! Contenders as trackers: who is who over time.
+
+use crate::data::scene::Scene;
+use crate::drive::parallel;
+use crate::score::gospa::gospa;
+use crate::score::keyframes::experiments::{Cell, Experiment, Plan, RunError};
+use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
+use crate::score::moments::Moments;
+use crate::score::tracking::amota::NuscenesScore;
+use crate::score::tracking::clear::Clear;
+use crate::score::tracking::hota::{Hota, ZERO_M};
+use crate::score::tracking::identity::Identity;
+use crate::score::tracking::sequence::GATE_M;
+use crate::score::tracking::sequence::Instant as Tracked;
+use crate::score::tracking::sequence::{ReportedBox, Sequence};
+use serde::Serialize;
+use v2x_common::geometry::BevBox;
+use v2x_fusion_hub::assignment::Assigner;
+
+/// GOSPA's cut-off: a miss and a false object cost as much as a pair this far apart, m.
+const GOSPA_CUTOFF_M: f64 = 5.0;
+
+/// A contender's figures as a tracker, over all scenes of a trial, then averaged over trials. Boxes are matched by
+/// place, not by identity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TrackerScore {
+    /// GOSPA (p 2, α 2, cut-off 5 m), mean over frames, m.
+    pub gospa_m: Option<f64>,
+    /// HOTA over positions (similarity 1 − distance / 4 m).
+    pub hota: Option<f64>,
+    /// Its part by detection.
+    pub deta: Option<f64>,
+    /// Its part by association.
+    pub assa: Option<f64>,
+    /// CLEAR MOT's accuracy, pairs within 2 m.
+    pub mota: Option<f64>,
+    /// CLEAR MOT's precision, the mean distance of pairs, m.
+    pub motp_m: Option<f64>,
+    /// Share of boxes with the right identity.
+    pub idf1: Option<f64>,
+    /// Changes of identity.
+    pub id_switches: Option<f64>,
+    /// Interruptions.
+    pub fragmentations: Option<f64>,
+    /// nuScenes' AMOTA, mean over its classes.
+    pub amota: Option<f64>,
+    /// nuScenes' AMOTP, m.
+    pub amotp_m: Option<f64>,
+}
+
+impl Plan {
+    /// The figures of these cells as trackers, in this order.
+    pub fn track(
+        &self,
+        scenes: &[Scene],
+        cells: &[Cell],
+        progress: impl FnMut(usize, usize),
+    ) -> Result<Vec<TrackerScore>, RunError> {
+        let trials = self.trials as usize;
+        let work = |place: usize| {
+            let trial = u32::try_from(place % trials).unwrap_or(0);
+            self.tracker_score(scenes, cells[place / trials], trial)
+        };
+        let by_trial = parallel::map(cells.len() * trials, self.threads, work, progress)?;
+        Ok(by_trial.chunks(trials).map(TrackerScore::mean).collect())
+    }
+
+    fn tracker_score(&self, scenes: &[Scene], cell: Cell, trial: u32) -> Result<TrackerScore, RunError> {
+        let Experiment { setting, contenders } = &self.experiments[cell.experiment];
+        let contender = &contenders[cell.contender];
+        let (mut sequences, mut gospa_m) = (Vec::new(), Moments::default());
+        let mut assigner = Assigner::default();
+        for scene in scenes {
+            let mut instants = Vec::new();
+            self.run_scene(scene, (*setting, trial), &[contender], |_, keyframe| {
+                let instant = tracked(keyframe);
+                let boxes: (Vec<BevBox>, Vec<BevBox>) = (
+                    instant.reported.iter().map(|one| one.bev).collect(),
+                    instant.truth.iter().map(|one| one.bev).collect(),
+                );
+                gospa_m.add(Some(gospa(&boxes.0, &boxes.1, GOSPA_CUTOFF_M, &mut assigner).distance_m()));
+                instants.push(instant);
+            })?;
+            match Sequence::new(instants) {
+                Ok(sequence) => sequences.push(sequence),
+                // Somebody's method that tells a track twice is no tracker.
+                Err(error) => {
+                    tracing::warn!(method = contender.key(), scene = scene.name, %error, "no tracker's figures");
+                    return Ok(TrackerScore { gospa_m: gospa_m.mean(), ..TrackerScore::default() });
+                }
+            }
+        }
+        Ok(TrackerScore { gospa_m: gospa_m.mean(), ..TrackerScore::of(&sequences) })
+    }
+}
+
+fn tracked(keyframe: &ScoredKeyframe<'_>) -> Tracked {
+    let tracks = keyframe.counted_boxes().map(|one| ReportedBox {
+        track: one.track.0,
+        class: one.class,
+        score: one.existence,
+        bev: one.bev,
+    });
+    Tracked { truth: keyframe.objects().copied().collect(), reported: tracks.collect() }
+}
+
+impl TrackerScore {
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    fn of(sequences: &[Sequence]) -> Self {
+        let (mut clear, mut identity, mut hota) = (Clear::default(), Identity::default(), Hota::default());
+        for sequence in sequences {
+            clear.merge(&Clear::of(sequence, GATE_M));
+            identity.merge(&Identity::of(sequence, GATE_M));
+            hota.merge(&Hota::of(sequence, ZERO_M));
+        }
+        let (nuscenes, hota) = (NuscenesScore::of(sequences), hota.score());
+        Self {
+            gospa_m: None,
+            hota: Some(hota.hota),
+            deta: Some(hota.det_a),
+            assa: Some(hota.ass_a),
+            mota: clear.mota(),
+            motp_m: clear.motp_m(),
+            idf1: identity.idf1(),
+            id_switches: Some(clear.switches as f64),
+            fragmentations: Some(clear.fragmentations as f64),
+            amota: nuscenes.amota(),
+            amotp_m: nuscenes.amotp_m(),
+        }
+    }
+
+    /// Over trials.
+    fn mean(trials: &[Self]) -> Self {
+        let of =
+            |figure: fn(&Self) -> Option<f64>| trials.iter().filter_map(figure).collect::<Moments>().mean();
+        Self {
+            gospa_m: of(|one| one.gospa_m),
+            hota: of(|one| one.hota),
+            deta: of(|one| one.deta),
+            assa: of(|one| one.assa),
+            mota: of(|one| one.mota),
+            motp_m: of(|one| one.motp_m),
+            idf1: of(|one| one.idf1),
+            id_switches: of(|one| one.id_switches),
+            fragmentations: of(|one| one.fragmentations),
+            amota: of(|one| one.amota),
+            amotp_m: of(|one| one.amotp_m),
+        }
+    }
+}

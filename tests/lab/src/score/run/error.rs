@@ -1,0 +1,49 @@
+//! Why a run cannot be scored.
+
+use v2x_agent::truth::ObjectId;
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+
+/// Why a run cannot be scored.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ScoreError {
+    /// No agents to compare with.
+    #[error("the scenario has no agents")]
+    NoAgents,
+    /// An agent without a field of view.
+    #[error("no sensor description of agent {0} was received")]
+    NoDescription(AgentId),
+    /// An agent that was never heard.
+    #[error("no detection frame of agent {0} was received")]
+    NoDetections(AgentId),
+    /// Nothing fused after the start of scoring.
+    #[error(
+        "no fused frame was received after scoring began at {start}, 2 s after every agent's first frame"
+    )]
+    NoFusedFrames {
+        /// When scoring began.
+        start: Timestamp,
+    },
+    /// Detections and their side table do not belong together.
+    #[error("frame {sequence} of agent {agent} has {detections} detections and {identities} identities")]
+    Identities {
+        /// Whose.
+        agent: AgentId,
+        /// Which frame.
+        sequence: u64,
+        /// How many detections.
+        detections: usize,
+        /// How many identities.
+        identities: usize,
+    },
+    /// The side table names an object that the world does not have then.
+    #[error("agent {agent} detected object {} at {at}, where the world has none", object.0)]
+    NotInTruth {
+        /// Whose detection.
+        agent: AgentId,
+        /// The object's identity.
+        object: ObjectId,
+        /// When it was captured.
+        at: Timestamp,
+    },
+}

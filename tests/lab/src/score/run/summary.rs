@@ -1,0 +1,191 @@
+//! What a run came to: the contents of `summary.json`.
+
+use crate::score::continuity::TrackSummary;
+use crate::score::frame_metrics::Metrics;
+use crate::score::percentiles::Percentiles;
+use serde::{Deserialize, Serialize};
+use v2x_common::id::AgentId;
+use v2x_common::sensor::SensorKind;
+
+/// The score of a run. A figure without data is null, never 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Whether fusion paid, and if not, why.
+    pub verdict: Verdict,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the world and of every agent's noise.
+    pub seed: u64,
+    /// How many operating-system processes ran.
+    pub processes: usize,
+    /// How long the run was, s.
+    pub duration_s: f64,
+    /// How much of it was scored, s: from 2 s after every agent's first frame to the last fused frame.
+    pub scored_s: f64,
+    /// Within which distance a fused object is matched to a true one, m.
+    pub match_radius_m: f64,
+    /// The fused list.
+    pub fused: FusedSummary,
+    /// Every agent's raw detections, in the order of the scenario.
+    pub agents: Vec<AgentSummary>,
+    /// Fused `ate_m` on common objects over the best agent's.
+    pub ate_ratio_to_best_agent: Option<f64>,
+    /// Detection frame received by the hub → first fused frame put that contains it, ms.
+    pub latency_ms: Option<Percentiles>,
+    /// The part of it in which the hub worked, ms.
+    pub compute_ms: Option<Percentiles>,
+    /// Captured by the agent → the consumer has the first fused frame that contains it, ms.
+    pub end_to_end_ms: Option<Percentiles>,
+    /// At the consumer, every 10 ms: now less the newest contained `captured_at`, ms.
+    pub age_of_information_ms: Option<Percentiles>,
+}
+
+/// The score of the fused list.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FusedSummary {
+    /// Over the objects that any agent covers, agents among them.
+    #[serde(flatten)]
+    pub metrics: Metrics,
+    /// Over the objects that all agents cover at that moment.
+    pub common: Metrics,
+    /// How well tracks keep to their objects.
+    pub tracks: TrackSummary,
+}
+
+/// The score of one agent's raw detections, and how its frames fared at the hub.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AgentSummary {
+    /// Which agent.
+    pub id: AgentId,
+    /// What carries its sensor.
+    pub kind: SensorKind,
+    /// Over the objects that this agent covers, itself not among them.
+    #[serde(flatten)]
+    pub metrics: Metrics,
+    /// Over the objects that all agents cover at that moment.
+    pub common: Metrics,
+    /// Frames that the agent says it sent.
+    pub frames_sent: Option<u64>,
+    /// Frames that reached the hub, accepted or refused.
+    pub frames_received: Option<u64>,
+    /// Frames that the hub refused, for any reason.
+    pub frames_refused: Option<u64>,
+    /// Frames that the hub accepted although something newer was already fused.
+    pub frames_late: Option<u64>,
+}
+
+/// Whether the run shows what it is to show.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// No reason speaks against it.
+    pub passed: bool,
+    /// Everything that speaks against it.
+    pub reasons: Vec<String>,
+}
+
+impl Verdict {
+    /// Fused error on common objects below every agent's: `None` on either side is a reason too.
+    pub fn of(fused: &FusedSummary, agents: &[AgentSummary]) -> Self {
+        let mut verdict = Self { passed: true, reasons: Vec::new() };
+        let Some(fused_m) = fused.common.ate_m else {
+            verdict.fail("no fused object was matched to an object that all agents cover".to_owned());
+            return verdict;
+        };
+        for AgentSummary { id, common, .. } in agents {
+            match common.ate_m {
+                None => verdict.fail(format!("{id} detected no object that all agents cover")),
+                Some(agent_m) if fused_m < agent_m => {}
+                Some(agent_m) => verdict.fail(format!(
+                    "the fused error on common objects, {fused_m:.3} m, is not below that of {id}, {agent_m:.3} m"
+                )),
+            }
+        }
+        verdict
+    }
+
+    /// Adds a reason against.
+    pub fn fail(&mut self, reason: String) {
+        self.passed = false;
+        self.reasons.push(reason);
+    }
+}
+
+/// The fused common error over the best agent's; `None` where either is missing.
+pub fn ratio_to_best_agent(fused: &FusedSummary, agents: &[AgentSummary]) -> Option<f64> {
+    let best = agents.iter().filter_map(|agent| agent.common.ate_m).min_by(f64::total_cmp)?;
+    (best > 0.0).then_some(fused.common.ate_m? / best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::fixture::summary;
+
+    fn verdict_of(fused_m: Option<f64>, agents_m: [Option<f64>; 2]) -> Verdict {
+        let mut summary = summary();
+        summary.fused.common.ate_m = fused_m;
+        for (agent, ate_m) in summary.agents.iter_mut().zip(agents_m) {
+            agent.common.ate_m = ate_m;
+        }
+        Verdict::of(&summary.fused, &summary.agents)
+    }
+
+    #[test]
+    fn fusion_must_beat_every_agent_and_says_which_it_does_not() {
+        assert!(verdict_of(Some(0.3), [Some(0.5), Some(0.4)]).passed);
+        let lost = verdict_of(Some(0.4), [Some(0.5), Some(0.4)]);
+        assert!(!lost.passed);
+        assert_eq!(lost.reasons.len(), 1);
+        assert!(lost.reasons[0].contains("rsu, 0.400 m"), "{:?}", lost.reasons);
+    }
+
+    #[test]
+    fn nothing_to_compare_is_no_success() {
+        assert!(!verdict_of(None, [Some(0.5), Some(0.4)]).passed);
+        assert!(!verdict_of(Some(0.1), [None, Some(0.4)]).passed);
+    }
+
+    #[test]
+    fn the_ratio_is_to_the_best_agent_and_missing_without_data() {
+        let mut summary = summary();
+        summary.fused.common.ate_m = Some(0.2);
+        assert_eq!(ratio_to_best_agent(&summary.fused, &summary.agents), Some(0.5));
+        summary.fused.common.ate_m = None;
+        assert_eq!(ratio_to_best_agent(&summary.fused, &summary.agents), None);
+    }
+
+    #[test]
+    fn json_has_the_field_names_that_users_read() {
+        let json = serde_json::to_value(summary()).unwrap();
+        for pointer in [
+            "/fused/ate_m",
+            "/fused/ade_m",
+            "/fused/aoe_deg",
+            "/fused/precision",
+            "/fused/recall",
+            "/fused/gospa_m",
+            "/fused/common/ate_m",
+            "/agents/0/id",
+            "/agents/0/kind",
+            "/agents/0/ate_m",
+            "/agents/0/common/aoe_deg",
+            "/agents/0/frames_sent",
+            "/agents/0/frames_received",
+            "/agents/0/frames_refused",
+            "/latency_ms/p50",
+            "/end_to_end_ms/p95",
+            "/age_of_information_ms/p99",
+            "/compute_ms",
+            "/processes",
+            "/seed",
+            "/duration_s",
+            "/match_radius_m",
+        ] {
+            assert!(json.pointer(pointer).is_some(), "{pointer} is missing in {json:#}");
+        }
+        assert_eq!(json["agents"][0]["kind"], "vehicle");
+        assert!(json["compute_ms"].is_null());
+        let back: Summary = serde_json::from_value(json).unwrap();
+        assert_eq!(back, summary());
+    }
+}
