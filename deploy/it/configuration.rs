@@ -8,7 +8,7 @@ use anyhow::{Context, ensure};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 use v2x_agent::scenario::Scenario;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::hub::HubSettings;
 
 const PAGE: &str = include_str!("../docs/configuration.md");
 /// A key that no table has.

@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use std::path::Path;
 use v2x_agent::scenario::Scenario;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// Name and text of each shipped scenario.
 pub(crate) const SHIPPED: [(&str, &str); 4] = [

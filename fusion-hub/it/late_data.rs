@@ -4,8 +4,8 @@ use crate::world::{agent, at, config, detection, frame};
 use v2x_common::detection::Detection;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::engine::EngineConfig;
-use v2x_fusion_hub::engine::LateFrames;
 use v2x_fusion_hub::engine::{Disposition, Refusal};
+use v2x_fusion_hub::fusion::LateFrames;
 
 fn engine(late_frames: LateFrames) -> Engine {
     Engine::new(EngineConfig { late_frames, ..config() })

@@ -26,7 +26,7 @@ pub enum Purpose {
     /// Error of an agent's pose; the sequence is a frame number.
     PoseError,
     /// Time that a frame takes from capture until it is ready to be sent.
-    Sensing,
+    SensorModel,
     /// Capture time of an agent's first frame, where it is random.
     CapturePhase,
     /// Times of its opportunities to send, where they are random.
@@ -64,7 +64,7 @@ impl Purpose {
             Self::Link => (6, 0),
             Self::LossBurst => (7, 0),
             Self::PoseError => (8, 0),
-            Self::Sensing => (9, 0),
+            Self::SensorModel => (9, 0),
             Self::CapturePhase => (10, 0),
             Self::TransmitPhase => (11, 0),
         };

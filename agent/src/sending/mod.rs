@@ -114,7 +114,7 @@ impl Sender {
     pub fn sent_at(&self, sequence: u64) -> Timestamp {
         let Boot { seed, start, .. } = self.sensor.boot();
         let captured = self.sensor.capture_time(sequence) - start;
-        let mut rng = keyed_rng(seed, Some(&self.sensor.config().agent), sequence, Purpose::Sensing);
+        let mut rng = keyed_rng(seed, Some(&self.sensor.config().agent), sequence, Purpose::SensorModel);
         let ready = captured + Span::from_secs_f64(self.config.sensing.draw(&mut rng, captured));
         start + self.slots.map_or(ready, |slots| slots.at_or_after(ready))
     }

@@ -3,8 +3,8 @@
 use super::agents::{AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA_MAX};
 use super::config::EngineConfig;
 use super::history::History;
-use super::late::LateFrames;
 use super::refusal::Refusal;
+use crate::fusion::LateFrames;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::MapFrame;
 use v2x_common::time::{Span, Timestamp};

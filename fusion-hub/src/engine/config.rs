@@ -1,7 +1,6 @@
 //! The engine's settings.
 
-use super::late::LateFrames;
-use crate::fusion::{EPSILON_S, Fusion, Lifetimes, Preset, TrackingConfig};
+use crate::fusion::{EPSILON_S, Fusion, LateFrames, Lifetimes, Preset, TrackingConfig};
 use crate::values::SensingDefaults;
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
@@ -59,10 +58,11 @@ impl EngineConfig {
         self
     }
 
-    /// With the fusion of a preset.
+    /// With a preset: how it fuses, what becomes of late frames, and whether sizes are debiased.
     #[must_use]
     pub fn with_preset(self, preset: &Preset) -> Self {
-        Self { fusion: preset.fusion(), ..self }
+        let Preset { late_frames, debias_sizes, .. } = *preset;
+        Self { fusion: preset.fusion(), late_frames, debias_sizes, ..self }
     }
 
     /// How long history is held: late data may arrive within Δmax, and what is published may be a lag old.

@@ -7,7 +7,6 @@ mod config;
 #[expect(clippy::module_inception, reason = "the engine of the layer of the engine")]
 mod engine;
 mod history;
-mod late;
 mod refusal;
 mod schedule;
 mod statistics;
@@ -18,7 +17,6 @@ pub use agents::{AgentRecord, AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA
 pub use config::EngineConfig;
 pub use engine::{Engine, HistoryError};
 pub use history::{MAX_FRAMES, MAX_MEASUREMENTS, MAX_MEASUREMENTS_OF_AGENT};
-pub use late::LateFrames;
 pub use refusal::{Disposition, Refusal};
 pub use schedule::{PublishMode, Schedule};
 pub use statistics::AgentStatistics;

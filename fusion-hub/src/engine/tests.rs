@@ -1,6 +1,7 @@
 //! What the engine admits, refuses and counts.
 
 use super::*;
+use crate::fusion::LateFrames;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, FrameId, HubId, MapFrame};
 use v2x_common::time::{Span, Timestamp};

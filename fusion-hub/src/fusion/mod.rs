@@ -4,6 +4,7 @@
 //! of the agents, and publishes. So every method runs in the live hub and in the laboratory.
 
 mod config;
+mod late;
 mod method;
 mod presets;
 pub(crate) mod table;
@@ -13,6 +14,7 @@ mod window;
 pub use crate::publish::ObjectList;
 pub use crate::tracker::{Hypotheses, Innovations, Lifetimes, ParticleCount, TrackerConfig};
 pub use config::{Fusion, MotionModel, TrackingConfig};
+pub use late::LateFrames;
 pub use method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
 pub use presets::{DEFAULT_OVERLAP, EPSILON_S, PRESETS, Preset, PresetKey, preset};
 pub use table::SettingsError;

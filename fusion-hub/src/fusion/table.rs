@@ -60,10 +60,10 @@ pub(crate) fn within(
 }
 
 /// Settings of tracking. What is `None` is as the method has it.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct TrackingTable {
-    lag_ms: f64,
+    lag_ms: Option<f64>,
     motion: Option<MotionModel>,
     association: Option<AssociationCost>,
     association_particles: Option<u32>,
@@ -71,30 +71,10 @@ pub(crate) struct TrackingTable {
     reconsider: Option<bool>,
     gate: Option<f64>,
     class_aware: Option<bool>,
-    class_priors: bool,
-    class_size_priors: bool,
+    class_priors: Option<bool>,
+    class_size_priors: Option<bool>,
     registration: Option<Registration>,
-    publish_existence: f64,
-}
-
-impl Default for TrackingTable {
-    fn default() -> Self {
-        let tracking = TrackingConfig::default();
-        Self {
-            lag_ms: tracking.tracker.hypotheses.lag().as_millis_f64(),
-            motion: None,
-            association: None,
-            association_particles: None,
-            resolve_duplicates: None,
-            reconsider: None,
-            gate: None,
-            class_aware: None,
-            class_priors: tracking.tracker.class_motion,
-            class_size_priors: tracking.class_size_priors,
-            registration: None,
-            publish_existence: tracking.publish_existence,
-        }
-    }
+    publish_existence: Option<f64>,
 }
 
 impl TrackingTable {
@@ -116,14 +96,17 @@ impl TrackingTable {
 
     /// Whether a lag is asked for.
     pub(crate) fn has_lag(&self) -> bool {
-        self.lag_ms > 0.0
+        self.lag_ms.is_some_and(|lag_ms| lag_ms > 0.0)
     }
 
     /// These settings over those of a method.
     pub(crate) fn over(&self, method: TrackingConfig) -> Result<TrackingConfig, SettingsError> {
-        within("lag_ms", self.lag_ms, 0.0..=10_000.0, "0 to 10000")?;
-        within("publish_existence", self.publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let tracker = method.tracker;
+        within("lag_ms", self.lag_ms.unwrap_or(0.0), 0.0..=10_000.0, "0 to 10000")?;
+        let publish_existence = self.publish_existence.unwrap_or(method.publish_existence);
+        within("publish_existence", publish_existence, 0.0..=0.999, "0 to 0.999")?;
+        let class_motion = self.class_priors.unwrap_or(tracker.class_motion);
+        let class_sizes = self.class_size_priors.unwrap_or(method.class_size_priors);
         let AssociationConfig { cost, gate, class_aware } = tracker.association;
         let association = AssociationConfig {
             cost: self.association.unwrap_or(cost),
@@ -135,22 +118,23 @@ impl TrackingTable {
             motion: self.motion.unwrap_or(method.motion),
             tracker: TrackerConfig {
                 association,
-                hypotheses: self.hypotheses()?,
+                hypotheses: self.hypotheses(tracker.hypotheses)?,
                 reassociate: self.reconsider.unwrap_or(tracker.reassociate),
-                class_motion: self.class_priors,
+                class_motion,
                 ..tracker
             },
             resolve_duplicates: self.resolve_duplicates.unwrap_or(method.resolve_duplicates),
-            class_size_priors: self.class_priors && self.class_size_priors,
+            class_size_priors: class_motion && class_sizes,
             registration: self.registration.unwrap_or(method.registration),
-            publish_existence: self.publish_existence,
+            publish_existence,
         })
     }
 
-    fn hypotheses(&self) -> Result<Hypotheses, SettingsError> {
-        let n = self.association_particles.unwrap_or(0);
+    fn hypotheses(&self, method: Hypotheses) -> Result<Hypotheses, SettingsError> {
+        let lag = self.lag_ms.map_or(method.lag(), |lag_ms| Span::from_secs_f64(lag_ms * 1e-3));
+        let n = self.association_particles.unwrap_or(if method.count() > 1 { method.count() } else { 0 });
         if n == 0 {
-            return Ok(Hypotheses::Single { lag: Span::from_secs_f64(self.lag_ms * 1e-3) });
+            return Ok(Hypotheses::Single { lag });
         }
         let out_of_range = || SettingsError::OutOfRange {
             field: "association_particles",
@@ -158,7 +142,7 @@ impl TrackingTable {
             expected: "0, or 2 to 64",
         };
         let count = ParticleCount::new(n).ok_or_else(out_of_range)?;
-        if self.has_lag() {
+        if lag > Span::ZERO {
             return Err(SettingsError::LagOfParticles { particles: n });
         }
         Ok(Hypotheses::Particles(count))

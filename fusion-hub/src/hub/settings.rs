@@ -1,8 +1,8 @@
 //! What is written in the `[hub]` table of a scenario or settings file, and what it means.
 
-use crate::engine::{EngineConfig, LateFrames, PublishMode};
+use crate::engine::{EngineConfig, PublishMode};
 use crate::fusion::table::{TrackingTable, WindowTable, within};
-use crate::fusion::{Fusion, PresetKey, SettingsError};
+use crate::fusion::{Fusion, LateFrames, PresetKey, SettingsError};
 use crate::track::Rollback;
 use crate::values::SensingDefaults;
 use serde::Deserialize;
@@ -23,7 +23,7 @@ struct HubTable {
     late_data: Option<LateData>,
     only_agents: Vec<AgentId>,
     synchronous_ms: Option<f64>,
-    debias_sizes: bool,
+    debias_sizes: Option<bool>,
     publish: PublishTable,
     sensing: SensingDefaults,
     report_defaults: ReportDefaults,
@@ -104,7 +104,7 @@ impl Default for HubTable {
             late_data: None,
             only_agents: Vec::new(),
             synchronous_ms: None,
-            debias_sizes: engine.debias_sizes,
+            debias_sizes: None,
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
             sensing: engine.sensing,
             report_defaults: ReportDefaults::default(),
@@ -185,13 +185,13 @@ impl HubTable {
         within("sensing.births_per_m2_s", sensing.births_per_m2_s, 1e-12..=10.0, "1e-12 to 10")?;
         check_report_defaults(&self.report_defaults)?;
         self.agents.values().try_for_each(check_report_defaults)?;
-        let defaults = EngineConfig::new(self.id, 0);
+        let defaults = EngineConfig::new(self.id, 0).with_preset(self.method.preset());
         let mut engine = EngineConfig {
             map_frame: self.map_frame,
             delta_max: Span::from_secs_f64(self.delta_max_ms * 1e-3),
             coast: Span::from_secs_f64(self.coast_ms * 1e-3),
             sensing: self.sensing,
-            debias_sizes: self.debias_sizes,
+            debias_sizes: self.debias_sizes.unwrap_or(defaults.debias_sizes),
             fusion: self.fusion(tracking, window)?,
             ..defaults
         };

@@ -4,8 +4,9 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use v2x_common::id::HubId;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
-use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::MotionModel;
 use v2x_lab::workload::{Arrival, Load, Workload};
 
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);

@@ -18,9 +18,9 @@ use v2x_common::id::{AgentId, MeasurementId, TrackId};
 use v2x_common::net::{logging, shutdown};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::fusion::{AdmittedFrame, FrameOutcome, FusionMethod, ObjectList, TrackCounts};
 use v2x_fusion_hub::hub::{HubArgs, run_with};
-use v2x_fusion_hub::method::FusionMethod;
-use v2x_fusion_hub::sensing::Sensing;
+use v2x_fusion_hub::values::AgentNames;
 use v2x_lab::Contender;
 use v2x_lab::commands::{TablesArgs, tables_with};
 
@@ -37,16 +37,19 @@ struct NearestMean {
 }
 
 impl FusionMethod for NearestMean {
-    fn handle_frame(&mut self, frame: &DetectionFrame, _: &Sensing) {
+    fn handle_frame(&mut self, admitted: &AdmittedFrame<'_>) -> FrameOutcome<'_> {
+        let frame = admitted.frame;
         let is_newer = |known: &DetectionFrame| known.captured_at < frame.captured_at;
         if self.newest.get(&frame.id.agent).is_none_or(is_newer) {
             self.newest.insert(frame.id.agent, frame.clone());
         }
+        FrameOutcome::default()
     }
 
-    fn tell(&mut self, now: Timestamp, objects: &mut Vec<FusedObject>) {
+    fn write_objects(&mut self, now: Timestamp, _: &AgentNames, objects: &mut ObjectList<'_>) {
         self.newest.retain(|_, frame| now - frame.captured_at <= MEMORY);
         let mut named = Vec::new();
+        let mut list = Vec::new();
         for group in groups(self.newest.values()) {
             let bev = mean(&group);
             let track = self.name(&bev);
@@ -54,10 +57,15 @@ impl FusionMethod for NearestMean {
             let mut object = FusedObject::from_box(track, group[0].1.class, bev);
             object.contributors = group.iter().map(|(id, _)| *id).collect();
             object.last_measured_at = now;
-            objects.push(object);
+            list.push(object);
         }
-        objects.sort_by_key(|object| object.track);
+        list.sort_by_key(|object| object.track);
+        list.into_iter().for_each(|object| objects.push(object));
         self.named = named;
+    }
+
+    fn counts(&self) -> TrackCounts {
+        TrackCounts { tracks: self.named.len(), ..TrackCounts::default() }
     }
 }
 

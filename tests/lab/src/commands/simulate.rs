@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use v2x_agent::scenario::Scenario;
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// Run a scenario in virtual time (no network, no waiting, bit-reproducible), and score it
 #[derive(Clone, Debug, clap::Args)]

@@ -9,8 +9,8 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
 
 /// For which time an engine is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,7 +139,7 @@ impl<P: Publishing> Driver<P> {
             let is_empty = self.publish(due, asked, consumer)?;
             // A source may be silent for years.
             if is_empty
-                && self.engine.n_tracks() == 0
+                && self.engine.counts().tracks == 0
                 && let Some(ticks) = self.publishing.leave_out(last)
             {
                 consumer.receive_nothing(ticks);

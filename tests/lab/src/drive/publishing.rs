@@ -4,8 +4,8 @@ use crate::drive::driver::{Asked, Publishing};
 use crate::drive::ticks::Ticks;
 use std::collections::VecDeque;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::refusal::Disposition;
-use v2x_fusion_hub::schedule::{PublishMode, Schedule};
+use v2x_fusion_hub::engine::Disposition;
+use v2x_fusion_hub::engine::{PublishMode, Schedule};
 
 /// Publishes as a live hub does.
 #[derive(Clone, Copy, Debug)]

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Span;
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
 
 /// What went through.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -88,7 +88,7 @@ mod tests {
     use v2x_common::fused::FusedFrame;
     use v2x_common::id::HubId;
     use v2x_common::time::Timestamp;
-    use v2x_fusion_hub::config::EngineConfig;
+    use v2x_fusion_hub::engine::EngineConfig;
 
     const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n";
 

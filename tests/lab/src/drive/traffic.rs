@@ -19,7 +19,7 @@ use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::schedule::PublishMode;
+use v2x_fusion_hub::engine::PublishMode;
 
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]

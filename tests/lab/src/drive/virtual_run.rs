@@ -7,7 +7,7 @@ use v2x_agent::scenario::Scenario;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::WireError;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::schedule::PublishMode;
+use v2x_fusion_hub::engine::PublishMode;
 
 /// What a virtual run is sent.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
     use v2x_common::id::HubId;
     use v2x_common::wire;
-    use v2x_fusion_hub::config::EngineConfig;
+    use v2x_fusion_hub::engine::EngineConfig;
 
     const GOLDEN_FINGERPRINT: u64 = 12_563_783_394_357_586_774;
 

@@ -6,8 +6,8 @@ use v2x_agent::link::profiles::ProfileError;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, NameError};
 use v2x_common::wire::WireError;
+use v2x_fusion_hub::hub::SettingsError;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus};
-use v2x_fusion_hub::settings::SettingsError;
 
 /// Objects that an error message tells of.
 const MAX_OBJECTS: usize = 8;

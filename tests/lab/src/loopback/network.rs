@@ -19,8 +19,8 @@ use v2x_common::net::session::SessionOptions;
 use v2x_common::time::Timestamp;
 use v2x_common::wire;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::hub::{HubSetup, HubStatus, serve};
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::hub::HubSettings;
+use v2x_fusion_hub::hub::{HubError, HubSetup, HubStatus, serve};
 
 /// Fused frames that wait to be looked at: half a minute at the most that a hub publishes.
 const CAPACITY: usize = 1 << 14;
@@ -35,7 +35,7 @@ pub struct Network {
     locator: String,
     started_at: Timestamp,
     consumer: Consumer,
-    hub: JoinHandle<anyhow::Result<HubStatus>>,
+    hub: JoinHandle<Result<HubStatus, HubError>>,
     hub_ended: CancellationToken,
     /// Closed when the last task of an agent has ended.
     tasks: TaskGroup,
@@ -163,7 +163,7 @@ impl Network {
         drop(shutdown);
         consumer.close().await.map_err(|error| KitError::Zenoh(error.into()))?;
         match hub.await {
-            Ok(status) => status.map_err(KitError::Hub),
+            Ok(status) => status.map_err(|error| KitError::Hub(error.into())),
             Err(panic) => Err(KitError::Hub(panic.into())),
         }
     }
@@ -208,7 +208,7 @@ async fn run_hub(
     shutdown: CancellationToken,
     ready_sender: oneshot::Sender<String>,
     ended: CancellationToken,
-) -> anyhow::Result<HubStatus> {
+) -> Result<HubStatus, HubError> {
     let _ended = ended.drop_guard();
     let on_ready = |_, locators: &[String]| {
         // Nobody waits any more where the test was given up.
@@ -218,10 +218,10 @@ async fn run_hub(
 }
 
 /// Why a hub is not ready, and will not be.
-async fn hub_failure(hub: JoinHandle<anyhow::Result<HubStatus>>) -> KitError {
+async fn hub_failure(hub: JoinHandle<Result<HubStatus, HubError>>) -> KitError {
     match hub.await {
         Ok(Ok(_)) => KitError::Hub(anyhow!("it listens nowhere")),
-        Ok(Err(error)) => KitError::Hub(error),
+        Ok(Err(error)) => KitError::Hub(error.into()),
         Err(panic) => KitError::Hub(panic.into()),
     }
 }

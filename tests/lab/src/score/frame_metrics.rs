@@ -9,7 +9,7 @@ use crate::score::gospa::{GospaParts, gospa};
 use crate::score::matching::{Frame, Matching, Outcome};
 use crate::score::moments::Moments;
 use serde::{Deserialize, Serialize};
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// The figures of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 use crate::score::errors::distance_m;
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::BevBox;
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
+use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
 /// Squared GOSPA of one frame by what caused it, m²; the parts add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

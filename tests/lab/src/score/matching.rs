@@ -13,7 +13,7 @@ use crate::data::scene::TrueBox;
 use crate::score::errors::distance_m;
 use crate::score::estimate::Estimate;
 use v2x_common::geometry::BevBox;
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
+use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
 /// What became of one estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

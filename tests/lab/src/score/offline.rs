@@ -10,7 +10,7 @@ use crate::score::moments::Moments;
 use serde::Serialize;
 use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// A fused object is of a true one of a compatible class within this distance, m; also GOSPA's cut-off.
 pub const MATCH_RADIUS_M: f64 = 2.0;

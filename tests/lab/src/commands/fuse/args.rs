@@ -4,11 +4,11 @@ use anyhow::{Context, ensure};
 use std::path::PathBuf;
 use v2x_agent::noise::DEFAULT_SIZE_LOWER;
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
-use v2x_fusion_hub::config::EngineConfig;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::PRESETS;
+use v2x_fusion_hub::hub::HubSettings;
 use v2x_fusion_hub::hub::hub_table;
-use v2x_fusion_hub::method::Method;
-use v2x_fusion_hub::sensing::SensingDefaults;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::values::SensingDefaults;
 
 /// Fuse a log of detections by the very engine of the hub, offline; where the truth is known, judge it
 ///
@@ -90,8 +90,7 @@ pub struct SensorArgs {
 }
 
 fn method_keys() -> Vec<String> {
-    let key = |method: &Method| toml::Value::try_from(method).ok()?.as_str().map(str::to_owned);
-    Method::ALL.iter().filter_map(key).collect()
+    PRESETS.iter().map(|preset| preset.key.to_owned()).collect()
 }
 
 fn method(text: &str) -> Result<String, String> {
@@ -176,16 +175,21 @@ impl SensorArgs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use v2x_fusion_hub::config::MotionModel;
+    use v2x_fusion_hub::fusion::{Fusion, MotionModel};
+
+    fn motion(engine: &EngineConfig) -> Option<MotionModel> {
+        match engine.fusion {
+            Fusion::Tracking(tracking) => Some(tracking.motion),
+            Fusion::Window(_) => None,
+        }
+    }
 
     #[test]
     fn every_method_of_the_hub_has_its_key() {
-        let keys = method_keys();
-        assert_eq!(keys.len(), Method::ALL.len());
-        for (key, method) in keys.into_iter().zip(Method::ALL) {
-            let rules = RuleArgs { method: Some(key.clone()), ..RuleArgs::default() };
-            let expected = EngineConfig { hub: rules.engine().unwrap().hub, ..rules.engine().unwrap() };
-            assert_eq!(expected.with_method(method), rules.engine().unwrap(), "{key}");
+        for preset in PRESETS {
+            let rules = RuleArgs { method: Some(preset.key.to_owned()), ..RuleArgs::default() };
+            let expected = RuleArgs::default().engine().unwrap().with_preset(preset);
+            assert_eq!(rules.engine().unwrap(), expected, "{}", preset.key);
         }
     }
 
@@ -197,11 +201,11 @@ mod tests {
         std::fs::write(&path, "[hub]\nmethod = \"unikf-paper\"\ncoast_ms = 700\n").unwrap();
         let of_file = RuleArgs { hub_config: Some(path), ..RuleArgs::default() };
         let engine = of_file.engine().unwrap();
-        assert_eq!((engine.motion, engine.coast.as_millis_f64()), (MotionModel::Cv, 700.0));
+        assert_eq!((motion(&engine), engine.coast.as_millis_f64()), (Some(MotionModel::Cv), 700.0));
         assert_eq!(of_file.method_key().unwrap(), "unikf-paper");
         let both = RuleArgs { method: Some("ours".to_owned()), ..of_file };
         let engine = both.engine().unwrap();
-        assert_eq!((engine.motion, engine.coast.as_millis_f64()), (MotionModel::Imm, 700.0));
+        assert_eq!((motion(&engine), engine.coast.as_millis_f64()), (Some(MotionModel::Imm), 700.0));
         std::fs::remove_dir_all(folder).unwrap();
     }
 

@@ -25,7 +25,7 @@ use anyhow::{Context, bail, ensure};
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// Longest name of a method.
 const MAX_NAME_LEN: usize = 40;

@@ -31,8 +31,8 @@ use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::Entry;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
+use v2x_fusion_hub::hub::HubSettings;
 use v2x_fusion_hub::hub::HubStatus;
-use v2x_fusion_hub::settings::HubSettings;
 
 /// Agents take at most so long to be up, and each so much more; scenario time begins then.
 const HEAD_START: Span = Span::from_millis(700);

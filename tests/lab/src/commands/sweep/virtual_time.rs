@@ -16,9 +16,9 @@ use std::collections::BTreeSet;
 use v2x_agent::truth::ObjectId;
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
+use v2x_fusion_hub::engine::AgentRegistry;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::inbox::Inbox;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// Any start does: the world is a function of scenario time.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
@@ -28,7 +28,7 @@ pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Obser
     let facts = simulation.agent_facts(|_| None);
     let observer =
         |(config, facts): (&v2x_agent::scenario::AgentConfig, crate::data::simulation::AgentFacts)| {
-            Observer { agent: config.id, field_of_view: config.field_of_view, itself: facts.itself }
+            Observer { agent: config.id(), field_of_view: config.sensor.field_of_view, itself: facts.itself }
         };
     point.scenario.agents.iter().zip(facts).take(2).map(observer).collect()
 }
@@ -66,7 +66,7 @@ pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Re
                 traffic.feed(Engine::new(settings.engine), listening, |received| scorer.add(&received))?;
             let mut record = scorer.finish();
             add_transit(&mut record, &heard_by(&settings, &all, end), reference, length.duration);
-            add_statistics(&mut record, engine.inbox(), &point.first_agent());
+            add_statistics(&mut record, engine.agents(), &point.first_agent());
             records.push(record);
         }
         Ok(records)
@@ -94,8 +94,9 @@ pub(super) fn agents_bodies(simulation: &Simulation<'_>) -> BTreeSet<ObjectId> {
 }
 
 /// The hub's statistics of its agents.
-fn add_statistics(record: &mut Record, inbox: &Inbox, first: &AgentId) {
-    for (agent, statistics) in inbox.agents() {
+fn add_statistics(record: &mut Record, agents: &AgentRegistry, first: &AgentId) {
+    for (agent, known) in agents.iter() {
+        let statistics = &known.statistics;
         record.add_statistics(&AgentStatistics {
             is_first: agent == first,
             accepted: statistics.accepted,

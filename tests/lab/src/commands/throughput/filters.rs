@@ -9,12 +9,10 @@ use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, TrackId};
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::agents::Agents;
 use v2x_fusion_hub::filter::size_priors::SizePriors;
-use v2x_fusion_hub::filter::{Filter, Measurement, MotionParams};
-use v2x_fusion_hub::frames::{FrameStore, Piece};
-use v2x_fusion_hub::sensing::{Sensing, SensingDefaults};
-use v2x_fusion_hub::track::{LateData, Records, Track};
+use v2x_fusion_hub::filter::{Filter, MotionParams};
+use v2x_fusion_hub::track::{Evidence, FrameStore, Rollback, SensedFrame, Track, TrackContext};
+use v2x_fusion_hub::values::{AgentNames, Measurement, SensingDefaults, SensorModel};
 
 /// Time between two reports, as ten agents at 10 Hz give them.
 const STEP: Span = Span::from_millis(10);
@@ -76,18 +74,18 @@ fn detection(step: u32) -> Detection {
 }
 
 fn measurement(step: u32) -> Measurement {
-    Sensing::undescribed(&SensingDefaults::default()).measurement(&detection(step))
+    SensorModel::undescribed(&SensingDefaults::default()).measurement(&detection(step))
 }
 
 /// Measures all three filters on the same reports.
 pub(super) fn filter_costs<F: Filter>() -> FilterCosts {
     let reports: Vec<_> = (0..1000).map(measurement).collect();
     let motion = MotionParams::of(Class::Car);
-    let born = F::born(Timestamp::EPOCH, &reports[0]);
-    let belief = Dense::of(&born.estimate(Class::Car, &SizePriors::default()));
+    let initial = F::initial(Timestamp::EPOCH, &reports[0]);
+    let belief = Dense::of(&initial.estimate(Class::Car, &SizePriors::default()));
     let of_step = |step: u32| black_box(&reports[step as usize % reports.len()]);
     let dt_s = STEP.as_secs_f64();
-    let ours_ns = least_ns_per_step(&born, |state, step| {
+    let ours_ns = least_ns_per_step(&initial, |state, step| {
         state.predict(state.at() + STEP, Class::Car);
         state.update(of_step(step));
     });
@@ -104,12 +102,12 @@ pub(super) fn filter_costs<F: Filter>() -> FilterCosts {
 
 /// Nanoseconds of CPU to put a late report before 25 newer ones of its track and to apply these again.
 pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
-    let mut agents = Agents::default();
+    let mut agents = AgentNames::default();
     let name = AgentId::new("agent")?;
     let slot = agents.slot_for(name);
-    let sensing = Sensing::undescribed(&SensingDefaults::default());
+    let sensing = SensorModel::undescribed(&SensingDefaults::default());
     let mut frames = FrameStore::default();
-    let mut piece = |step: u32, sequence: u64| {
+    let mut detection_of = |step: u32, sequence: u64| {
         let captured_at = Timestamp::EPOCH + Span::from_nanos(i64::from(step) * STEP.as_nanos());
         let frame = DetectionFrame {
             id: FrameId { agent: name, epoch: 1, sequence },
@@ -119,22 +117,23 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
             map_frame: None,
             detections: vec![detection(step)],
         };
-        Piece { captured_at, frame: frames.insert(&frame, slot, &sensing, None), index: 0 }
+        let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, coverage: None };
+        Evidence::detection(captured_at, frames.insert(&sensed), 0)
     };
     let n_in_time = u32::try_from(2 * NEWER)?;
-    let in_time: Vec<_> = (0..n_in_time).map(|step| piece(step, u64::from(step))).collect();
+    let in_time: Vec<_> = (0..n_in_time).map(|step| detection_of(step, u64::from(step))).collect();
     // At the very time of the one before it, but later in order: exactly so many are newer.
-    let late = piece(n_in_time - u32::try_from(NEWER)? - 1, 1 << 40);
-    let records = Records {
+    let late = detection_of(n_in_time - u32::try_from(NEWER)? - 1, 1 << 40);
+    let context = TrackContext {
         frames: &frames,
         agents: &agents,
         synchronous: Span::ZERO,
-        late_data: LateData::Replay,
-        remembers_folded: false,
-        class_moves: true,
+        rollback: Rollback::Replay,
+        keeps_folded: false,
+        class_motion: true,
     };
-    let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
-    in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));
+    let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &context);
+    in_time[1..].iter().for_each(|item| track.insert(*item, None, &context));
     // As many as stay in the caches, where a hub's tracks are.
     let n_copies = 64;
     let mut least_ns = f64::INFINITY;
@@ -142,8 +141,8 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
         let mut tracks = vec![track.clone(); n_copies as usize];
         let begun = thread_cpu_time();
         for track in &mut tracks {
-            track.insert(late, None, &records);
-            track.replay(&records);
+            track.insert(late, None, &context);
+            track.replay(&context);
         }
         let spent = (thread_cpu_time() - begun).as_secs_f64() * 1e9 / f64::from(n_copies);
         black_box(&tracks);

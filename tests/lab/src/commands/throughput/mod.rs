@@ -8,8 +8,8 @@ use crate::data::workload::Load;
 use crate::report::output::print;
 use anyhow::Context;
 use serde::Serialize;
-use v2x_fusion_hub::config::MotionModel;
 use v2x_fusion_hub::filter::{ImmState, State};
+use v2x_fusion_hub::fusion::MotionModel;
 
 /// Measure the whole pure pipeline on one thread: bytes of detection frames in, bytes of fused frames out
 ///

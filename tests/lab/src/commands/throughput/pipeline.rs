@@ -7,9 +7,10 @@ use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
-use v2x_fusion_hub::config::{EngineConfig, MotionModel};
+use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::refusal::Disposition;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::MotionModel;
 
 /// Time between two fused frames.
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);
@@ -62,7 +63,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Measured> {
     let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
     let mut workload = Workload::new(load, start);
-    let config = EngineConfig { motion, ..EngineConfig::new(HubId::new("hub")?, 1) };
+    let config = EngineConfig::new(HubId::new("hub")?, 1).with_tracking(|tracking| tracking.motion = motion);
     let mut engine = Engine::new(config);
     for agent in workload.agents() {
         engine.handle_description(agent, workload.description());

@@ -5,7 +5,8 @@
 
 use nalgebra::{Matrix2, Matrix4, Matrix4x2, SMatrix, SVector, Vector2, Vector4};
 use v2x_common::geometry::angle_difference;
-use v2x_fusion_hub::filter::{Estimate, Measurement, MotionParams};
+use v2x_fusion_hub::filter::{Estimate, MotionParams};
+use v2x_fusion_hub::values::Measurement;
 
 type Matrix7 = SMatrix<f64, 7, 7>;
 type Matrix5 = SMatrix<f64, 5, 5>;
@@ -189,7 +190,7 @@ mod tests {
             steps in prop::collection::vec((1i64..900, measurement()), 1..20),
         ) {
             let motion = MotionParams::of(Class::Car);
-            let mut state = State::born(Timestamp::EPOCH, &first);
+            let mut state = State::initial(Timestamp::EPOCH, &first);
             let mut dense = Dense::of(&state.estimate(Class::Car, &SizePriors::default()));
             let mut structured = Structured::of(&dense);
             for (ms, z) in steps {

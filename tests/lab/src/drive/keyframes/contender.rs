@@ -12,7 +12,7 @@ use std::fmt;
 use std::sync::Arc;
 use v2x_common::detection::Detection;
 use v2x_common::time::Span;
-use v2x_fusion_hub::method::FusionMethod;
+use v2x_fusion_hub::fusion::FusionMethod;
 
 /// Makes a method of one's own ready for a scene.
 pub type Factory = dyn Fn() -> Box<dyn FusionMethod> + Send + Sync;

@@ -17,10 +17,10 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
-use v2x_fusion_hub::config::EngineConfig;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::method::FusionMethod;
-use v2x_fusion_hub::refusal::{Disposition, Refusal};
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::engine::{Disposition, Refusal};
+use v2x_fusion_hub::fusion::{FusionMethod, Hypotheses};
 
 /// Any start does.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
@@ -236,13 +236,21 @@ fn lag(setup: &Setup) -> Span {
 }
 
 fn config(setup: &Setup) -> EngineConfig {
-    let config = EngineConfig { lag: lag(setup), ..setup.config };
+    let lag = lag(setup);
+    let config = setup.config.with_tracking(|tracking| {
+        if lag > Span::ZERO {
+            tracking.tracker.hypotheses = Hypotheses::Single { lag };
+        }
+    });
     if !setup.has_true_identities {
         return config;
     }
     // A bounded cost: a report that fits no other track is never left alone.
     let association = AssociationConfig { cost: AssociationCost::Csba, gate: OPEN_GATE, class_aware: true };
-    EngineConfig { association, association_particles: 0, ..config }
+    config.with_tracking(|tracking| {
+        tracking.tracker.association = association;
+        tracking.tracker.hypotheses = Hypotheses::Single { lag };
+    })
 }
 
 /// Frames are numbered as keyframes are.

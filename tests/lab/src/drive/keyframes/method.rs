@@ -3,13 +3,6 @@
 use crate::data::noise::NoisePair;
 use crate::drive::keyframes::setup::Setup;
 use serde::Serialize;
-use v2x_common::time::Span;
-use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
-use v2x_fusion_hub::config::{EngineConfig, MotionModel};
-use v2x_fusion_hub::method::{Method as HubMethod, WindowConfig};
-
-/// Hypotheses of [`Method::OursParticles`].
-const PARTICLES: u32 = 8;
 
 macro_rules! methods {
     ($($(#[doc = $doc:literal])* $variant:ident = $key:literal;)*) => {
@@ -180,70 +173,45 @@ impl Method {
         }
     }
 
-    /// How it is put together, for this level of noise.
+    /// How it is put together, for this level of noise: a preset of the hub, and what the laboratory changes around it.
     pub fn recipe(self, noise: NoisePair) -> Recipe {
-        let ours = Setup::ours();
-        let hub = |method: HubMethod| {
-            let window = method.rule(noise.overlap_threshold()).map(WindowConfig::new);
-            let config = EngineConfig { window, ..ours.config.with_method(method) };
-            Setup { config, declares_size_law: false, ..ours }
-        };
-        let paper = hub(HubMethod::UnikfPaper);
-        let filtered = |method| {
-            let setup = Setup { n_agents: 1, reads_fused_list: true, ..paper };
-            Recipe { setup, before: Some(hub(method)) }
+        let of = |key: &str| Setup::of_preset(key, noise.overlap_threshold());
+        // Only ours takes out the declared laws of size errors.
+        let undeclared = |key: &str| Setup { declares_size_law: false, ..of(key) };
+        let filtered = |rule: &str| {
+            let setup = Setup { n_agents: 1, reads_fused_list: true, ..undeclared("unikf-paper") };
+            Recipe { setup, before: Some(undeclared(rule)) }
         };
         let setup = match self {
-            Self::Single1 => hub(HubMethod::Single1),
-            Self::Nms => hub(HubMethod::Nms),
-            Self::NmsGiou => hub(HubMethod::NmsGiou),
-            Self::Psa => hub(HubMethod::Psa),
-            Self::Wbf => hub(HubMethod::Wbf),
-            Self::InfraDet3d => hub(HubMethod::InfraDet3d),
-            Self::InfraDet3dCode => hub(HubMethod::InfraDet3dCode),
-            Self::DairV2x => hub(HubMethod::DairV2x),
-            Self::DairV2xCode => hub(HubMethod::DairV2xCode),
-            Self::CsbaWls => hub(HubMethod::CsbaWls),
-            Self::CsbaWlsDebiased => Setup { declares_size_law: true, ..hub(HubMethod::CsbaWls) },
-            Self::CsbaWlsCv => return filtered(HubMethod::CsbaWls),
-            Self::DairV2xCv => return filtered(HubMethod::DairV2x),
-            Self::UnikfPaper => paper,
-            Self::UnikfPaperTrueId => Setup { has_true_identities: true, ..paper },
-            Self::UnikfPaperIou => paper.associated_by(AssociationCost::Iou),
-            Self::UnikfPaperEuclidean => paper.associated_by(AssociationCost::Euclidean),
-            Self::Ours => ours,
-            Self::OursParticles => {
-                ours.with(EngineConfig { association_particles: PARTICLES, ..ours.config })
+            Self::CsbaWlsDebiased => of("csba-wls"),
+            Self::CsbaWlsCv => return filtered("csba-wls"),
+            Self::DairV2xCv => return filtered("dair-v2x"),
+            Self::UnikfPaperTrueId => Setup { has_true_identities: true, ..undeclared("unikf-paper") },
+            Self::Single1Ours => Setup { n_agents: 1, ..of("ours") },
+            Self::OursTrueId => Setup { has_true_identities: true, ..of("ours") },
+            Self::OursForgetful => Setup { remembers: false, ..of("ours") },
+            Self::OursLagHalf | Self::OursLag1 => {
+                let setup = of(self.key());
+                Setup { lag: setup.config.fusion.lag(), ..setup }
             }
-            Self::OursNoPrior => ours.with(EngineConfig { class_priors: false, ..ours.config }),
-            Self::OursNoSizePrior => ours.with(EngineConfig { class_size_priors: false, ..ours.config }),
-            Self::OursLagHalf => Setup { lag: Span::from_millis(500), ..ours },
-            Self::OursLag1 => Setup { lag: Span::from_millis(1000), ..ours },
-            Self::Single1Ours => Setup { n_agents: 1, ..ours },
-            Self::OursTrueId => Setup { has_true_identities: true, ..ours },
-            Self::OursCv => ours.with(EngineConfig { motion: MotionModel::Cv, ..ours.config }),
-            Self::OursBiased => ours.with(EngineConfig { debias_sizes: false, ..ours.config }),
-            Self::OursCsba => ours.associated_by(AssociationCost::Csba),
-            Self::OursForgetful => Setup { remembers: false, ..ours },
+            Self::Ours
+            | Self::OursParticles
+            | Self::OursNoPrior
+            | Self::OursNoSizePrior
+            | Self::OursCv
+            | Self::OursBiased
+            | Self::OursCsba => of(self.key()),
+            other => undeclared(other.key()),
         };
         Recipe { setup, before: None }
-    }
-}
-
-impl Setup {
-    const fn with(self, config: EngineConfig) -> Self {
-        Self { config, ..self }
-    }
-
-    const fn associated_by(self, cost: AssociationCost) -> Self {
-        let association = AssociationConfig { cost, ..self.config.association };
-        self.with(EngineConfig { association, ..self.config })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use v2x_fusion_hub::engine::EngineConfig;
+    use v2x_fusion_hub::fusion::PRESETS;
 
     #[test]
     fn keys_are_the_names_on_the_command_line_and_in_json() {
@@ -255,19 +223,24 @@ mod tests {
     }
 
     #[test]
-    fn a_row_with_the_key_of_a_method_of_the_hub_is_that_method() {
+    fn a_row_with_the_key_of_a_preset_of_the_hub_is_that_preset() {
         let noise = NoisePair::N1N1;
         let mut n_shared = 0;
-        for hub_method in HubMethod::ALL {
-            let key = serde_json::to_value(hub_method).unwrap();
-            let Some(row) = Method::ALL.iter().find(|method| method.key() == key) else { continue };
+        for preset in PRESETS {
+            let Some(row) = Method::ALL.iter().find(|method| method.key() == preset.key) else { continue };
             n_shared += 1;
-            let mut config = Setup::ours().config.with_method(hub_method);
-            config.window = hub_method.rule(noise.overlap_threshold()).map(WindowConfig::new);
-            assert_eq!(row.recipe(noise).setup.config, config, "{key}");
+            let fusion = preset.fusion_at(noise.overlap_threshold());
+            let expected = EngineConfig { fusion, ..Setup::ours().config.with_preset(preset) };
+            assert_eq!(row.recipe(noise).setup.config, expected, "{}", preset.key);
         }
-        // All but unikf-literal.
-        assert_eq!(n_shared, HubMethod::ALL.len() - 1);
+        assert_eq!(n_shared, 22, "every row that the laboratory adds nothing to");
+    }
+
+    #[test]
+    fn every_row_can_be_put_together() {
+        for method in Method::ALL {
+            method.recipe(NoisePair::N1N1);
+        }
     }
 
     #[test]

@@ -2,7 +2,8 @@
 
 use v2x_common::id::HubId;
 use v2x_common::time::Span;
-use v2x_fusion_hub::config::EngineConfig;
+use v2x_fusion_hub::engine::EngineConfig;
+use v2x_fusion_hub::fusion::preset;
 
 /// What the engine is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +26,15 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// The hub's own rules, told everything there is to tell.
+    /// A preset of the hub; rules that go by overlap use this threshold.
+    pub fn of_preset(key: &str, overlap: f64) -> Self {
+        let preset = preset(key).expect("rows name presets of the hub");
+        let ours = Self::ours();
+        let config = EngineConfig { fusion: preset.fusion_at(overlap), ..ours.config.with_preset(preset) };
+        Self { config, ..ours }
+    }
+
+    /// The hub's defaults; agents declare everything that there is to declare.
     pub fn ours() -> Self {
         let config = EngineConfig::new(HubId::new("lab").expect("a legal name"), 1);
         Self {

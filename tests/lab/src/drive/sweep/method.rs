@@ -70,26 +70,23 @@ impl SweepMethod {
         matches!(self, Self::Single | Self::SingleOurs)
     }
 
+    /// The preset of its hub.
+    const fn preset_key(self) -> &'static str {
+        match self {
+            Self::Single => "replay",
+            Self::SingleOurs => "ours",
+            other => other.key(),
+        }
+    }
+
     /// Puts its settings over a `[hub]` table; `first` is the agent that is not late. What makes one method differ
     /// from another is set in all of them, whatever the table says.
     pub fn configure(self, hub: &mut toml::Table, first: &AgentId) {
         RESERVED.iter().for_each(|name| drop(hub.remove(*name)));
         let mut set = |name: &str, value: toml::Value| drop(hub.insert(name.to_owned(), value));
         set("id", self.key().into());
-        set("method", if self == Self::CsbaWls { "csba-wls" } else { "ours" }.into());
+        set("method", self.preset_key().into());
         set("main_agent", first.as_str().into());
-        let is_ours = matches!(self, Self::Ours | Self::OursUncorrected | Self::SingleOurs);
-        set("motion", if is_ours { "imm" } else { "cv" }.into());
-        let late_data = match self {
-            Self::DropLate => "drop",
-            Self::IgnoreDelay => "ignore-delay",
-            Self::RollbackLiteral => "rollback-only",
-            _ => "replay",
-        };
-        set("late_data", late_data.into());
-        // Ours alone; the others are to differ in their treatment of late data.
-        let corrects = matches!(self, Self::Ours | Self::SingleOurs);
-        set("registration", if corrects { "correct" } else { "off" }.into());
         if self.is_alone() {
             set("only_agents", vec![first.as_str()].into());
         }
@@ -104,9 +101,9 @@ pub const RESERVED: [&str; 7] =
 mod tests {
     use super::*;
     use clap::ValueEnum;
-    use v2x_fusion_hub::config::MotionModel;
-    use v2x_fusion_hub::settings::HubSettings;
-    use v2x_fusion_hub::track::LateData;
+    use v2x_fusion_hub::fusion::{Fusion, LateFrames, MotionModel};
+    use v2x_fusion_hub::hub::HubSettings;
+    use v2x_fusion_hub::track::Rollback;
 
     fn settings(method: SweepMethod) -> HubSettings {
         let mut hub = toml::Table::new();
@@ -127,11 +124,13 @@ mod tests {
     fn ways_to_treat_late_data_differ_in_nothing_else() {
         use SweepMethod::{DropLate, IgnoreDelay, Replay, RollbackLiteral, Single};
         let replay = settings(Replay).engine;
-        assert_eq!((replay.late_data, replay.motion), (LateData::Replay, MotionModel::Cv));
+        assert!(matches!(replay.fusion, Fusion::Tracking(tracking) if tracking.motion == MotionModel::Cv));
         for method in [Single, DropLate, IgnoreDelay, RollbackLiteral] {
             let mut engine = settings(method).engine;
-            assert!(method == Single || engine.late_data != LateData::Replay);
-            (engine.late_data, engine.hub) = (LateData::Replay, replay.hub);
+            engine.hub = replay.hub;
+            assert_eq!(engine == replay, method == Single);
+            engine.late_frames = LateFrames::Fuse;
+            engine = engine.with_tracking(|tracking| tracking.tracker.rollback = Rollback::Replay);
             assert_eq!(engine, replay);
         }
     }

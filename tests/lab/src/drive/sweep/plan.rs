@@ -6,7 +6,7 @@ use crate::drive::sweep::overrides::{OverrideError, Path};
 use v2x_agent::scenario::{Scenario, ScenarioError};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
-use v2x_fusion_hub::settings::{HubSettings, SettingsError};
+use v2x_fusion_hub::hub::{HubSettings, SettingsError};
 
 /// Fused frames a second. No multiple of any usual rate of agents: ticks fall at every phase between two captures,
 /// and no method is asked just after its data came.

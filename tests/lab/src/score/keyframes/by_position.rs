@@ -4,7 +4,7 @@ use crate::data::fused_box::FusedBox;
 use crate::data::scene::Keyframe;
 use crate::score::estimate::Estimate;
 use crate::score::matching::{Frame, MatchingRule, PositionRule};
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// The most pairs of compatible class and, among those, the least total distance, at any distance.
 const RULE: PositionRule = PositionRule { radius_m: None, is_class_aware: true };

@@ -5,7 +5,7 @@ use crate::data::scene::{Scene, TrueBox};
 use crate::score::estimate::Estimate;
 use crate::score::matching::{Frame, Matching, MatchingRule, Outcome, Repeats};
 use v2x_agent::truth::ObjectId;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// One keyframe.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ use crate::score::tracking::sequence::Instant as Tracked;
 use crate::score::tracking::sequence::{ReportedBox, Sequence};
 use serde::Serialize;
 use v2x_common::geometry::BevBox;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// GOSPA's cut-off: a miss and a false object cost as much as a pair this far apart, m.
 const GOSPA_CUTOFF_M: f64 = 5.0;

@@ -11,7 +11,7 @@ use crate::score::matching::{Frame, MatchingRule, Repeats};
 use crate::score::run::error::ScoreError;
 use crate::score::run::window::Window;
 use v2x_agent::truth::TrueObject;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// Judges every detection frame of the window that the observer at `place` sent: over all objects that
 /// it covers, and over those that all agents cover.

@@ -9,7 +9,7 @@ use crate::score::frame_metrics::{Tally, frame_metrics};
 use crate::score::matching::{Frame, MatchingRule, PositionRule};
 use crate::score::run::summary::FusedSummary;
 use crate::score::run::window::Window;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// What came of the fused frames.
 pub(super) struct FusedScore {

@@ -22,7 +22,7 @@ mod tests {
     use v2x_agent::scenario::Scenario;
     use v2x_common::time::{Span, Timestamp};
     use v2x_fusion_hub::engine::Engine;
-    use v2x_fusion_hub::settings::HubSettings;
+    use v2x_fusion_hub::hub::HubSettings;
 
     /// Median end-to-end latency and age of information of ten seconds, ms.
     fn ages_ms(car: &str) -> (f64, f64) {

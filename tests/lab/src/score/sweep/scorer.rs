@@ -11,7 +11,7 @@ use crate::score::sweep::record::{BLOCK, Errors, Record, Reference, Subset, dist
 use crate::score::sweep::snapshots::{Snapshot, Snapshots};
 use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
-use v2x_fusion_hub::assignment::Assigner;
+use v2x_fusion_hub::association::assignment::Assigner;
 
 /// Of how many fused frames one is matched by position, too.
 const BY_POSITION_EVERY: usize = 5;

@@ -8,7 +8,7 @@
 use crate::score::tracking::clear::Clear;
 use crate::score::tracking::indexed::{Indexed, IndexedInstant};
 use crate::score::tracking::sequence::Sequence;
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
+use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
 /// An object and a track that correspond at an instant.
 #[derive(Clone, Copy, Debug)]

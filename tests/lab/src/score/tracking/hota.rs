@@ -8,7 +8,7 @@
 
 use crate::score::tracking::indexed::{Indexed, IndexedInstant};
 use crate::score::tracking::sequence::Sequence;
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
+use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
 /// The distance at which two boxes have nothing in common, m: twice [`super::GATE_M`].
 pub const ZERO_M: f64 = 4.0;

@@ -6,7 +6,7 @@
 
 use crate::score::tracking::indexed::Indexed;
 use crate::score::tracking::sequence::{Sequence, ratio};
-use v2x_fusion_hub::assignment::{Assigner, Candidate};
+use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
 /// Counts of boxes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -97,7 +97,7 @@ fn placed(pose: &Pose, map: &Pose) -> Pose {
 mod tests {
     use super::*;
     use crate::data::scene::Statistics;
-    use v2x_fusion_hub::overlap::iou;
+    use v2x_fusion_hub::values::overlap::iou;
 
     #[test]
     fn the_world_is_as_nuscenes_in_numbers_and_never_changes() {
