@@ -201,16 +201,8 @@ fn impossible_values_are_named_by_field_and_value() {
         (id_b, "id = \"b\"\nlink = { loss = 2 }", "agents[1].link.loss is 2"),
         (id_b, "id = \"b\"\nlink = { loss = 0.9, burst = 3 }", "agents[1].link.burst is 3"),
         (id_b, "id = \"b\"\nlink = { jitter_ms = -2 }", "agents[1].link.jitter_ms is -2"),
-        (
-            id_b,
-            "id = \"b\"\nfield_of_view = { range_max_m = 0 }",
-            "agents[1].field_of_view.range_max_m is 0",
-        ),
-        (
-            id_b,
-            "id = \"b\"\nfield_of_view = { width_deg = 400 }",
-            "agents[1].field_of_view.width_deg is 400",
-        ),
+        (id_b, "id = \"b\"\nfield_of_view = { range_max_m = 0 }", "agents[1].field_of_view.range_max_m is 0"),
+        (id_b, "id = \"b\"\nfield_of_view = { width_deg = 400 }", "agents[1].field_of_view.width_deg is 400"),
         (
             id_b,
             "id = \"b\"\naccuracy = { position_m = 0 }",
