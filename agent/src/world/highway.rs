@@ -45,9 +45,9 @@ impl HighwayConfig {
 }
 
 /// Most vehicles on the emergency lanes.
-pub const MAX_PARKED: u32 = 40;
+const MAX_PARKED: u32 = 40;
 /// Most cones and barriers.
-pub const MAX_WORKS: u32 = 200;
+const MAX_WORKS: u32 = 200;
 
 /// Where traffic enters and leaves, from the middle.
 const ROAD_M: f64 = 450.0;

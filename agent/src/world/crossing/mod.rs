@@ -45,13 +45,13 @@ impl Default for CrossingConfig {
 }
 
 /// Most vehicles that find a parking place.
-pub const MAX_PARKED: u32 = 120;
+const MAX_PARKED: u32 = 120;
 /// Most cones and barriers for which there is room.
-pub const MAX_WORKS: u32 = 28;
+const MAX_WORKS: u32 = 28;
 /// Most people on foot: with more of them, two would share a line across a street.
-pub const MAX_PEDESTRIANS: u32 = 48;
+const MAX_PEDESTRIANS: u32 = 48;
 /// Most bicycles in a cycle: two behind each other in each arm (a third would meet agents at the side streets).
-pub const MAX_BICYCLES: u32 = 8;
+const MAX_BICYCLES: u32 = 8;
 
 impl CrossingConfig {
     /// Checks every number.
