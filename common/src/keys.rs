@@ -6,7 +6,7 @@
 //! | `v2x/{network}/agent/{agent}/sensor` | the sensor description, at start and every second |
 //! | `v2x/{network}/agent/{agent}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/fused` | fused frames, postcard |
-//! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, made only while somebody subscribes |
+//! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, only while there is a subscriber |
 //! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
 //! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
