@@ -24,7 +24,7 @@ use crate::world::World;
 
 pub use config::{Boot, SensorConfig, SensorError};
 
-/// Simulated detectors give every detection this score, true or false: a score must not tell them apart.
+/// Simulated detectors give every detection this score, true or false: a score must not distinguish them.
 const SCORE: f64 = 1.0;
 /// Accuracy of a vehicle's own width and depth (1 σ), m.
 const BODY_SIGMA_M: f64 = 0.01;

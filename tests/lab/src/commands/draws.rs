@@ -35,7 +35,7 @@ pub struct DrawArgs {
     #[arg(long)]
     pub quick: bool,
     /// Seed of all noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     pub seed: u64,
     /// The shape of all errors; the same standard deviations
     #[arg(long, value_enum, default_value_t = Shape::Gaussian)]

@@ -21,7 +21,7 @@ pub struct SimulateArgs {
     #[arg(long, default_value_t = 60.0)]
     duration_s: f64,
     /// Seed of the world and of all noise [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     seed: Option<u64>,
     /// Print the summary as one line of JSON
     #[arg(long)]

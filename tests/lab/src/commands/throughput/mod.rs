@@ -39,7 +39,7 @@ pub struct ThroughputArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seconds: Option<u32>,
     /// Seed of the objects and of their reports
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     seed: u64,
     /// Print the result as one line of JSON
     #[arg(long)]
