@@ -83,7 +83,7 @@ fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: &str) -> V
     frames.sort_by_key(|(arrival, frame)| (*arrival, frame.captured_at, frame.id));
     let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
     for name in AGENTS {
-        engine.handle_description(agent(name), description(1e-5));
+        engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
     }
     let mut due = 0;
     for (received_ms, frame) in &frames {
@@ -151,7 +151,7 @@ fn a_look_that_turns_out_to_cover_nothing_leaves_no_trace() {
         ];
         let run = |order: [usize; 3]| {
             let mut engine = engine();
-            engine.handle_description(agent("rsu"), description(1e-5));
+            engine.handle_description(agent("rsu"), description(1e-5)).expect("a valid description");
             for place in order {
                 engine.handle_frame(&frames[place], at(200));
             }
@@ -166,7 +166,7 @@ fn two_objects_that_are_always_reported_together_stay_two_whatever_the_sensor_cl
     let mut engine = engine();
     let mut modest = description(1e-6);
     modest.detection_probability = 0.01;
-    engine.handle_description(agent("cam"), modest);
+    engine.handle_description(agent("cam"), modest).expect("a valid description");
     for (sequence, ms) in (0..).zip((0..5000).step_by(100)) {
         let two = vec![parked(0, (0.0, 0.0)), parked(0, (0.0, 1.2))];
         engine.handle_frame(&frame(agent("cam"), sequence, ms, two), at(ms));
@@ -217,7 +217,7 @@ fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up(
 fn sizes_are_learnt_from_objects_and_not_from_clutter() {
     let size_of_a_car = |after_clutter: bool| {
         let mut engine = engine();
-        engine.handle_description(agent("bad"), description(1.0));
+        engine.handle_description(agent("bad"), description(1.0)).expect("a valid description");
         let lorry = |x, y| {
             let mut lorry = parked(0, (x, y));
             (lorry.bev.w, lorry.bev.d) = (4.0, 12.0);
@@ -259,7 +259,7 @@ fn one_agent_with_its_clock_ahead_and_huge_frames_silences_nobody() {
 #[test]
 fn a_pile_of_reports_in_one_place_is_taken_in() {
     let mut engine = engine();
-    engine.handle_description(agent("bad"), description(1e-5));
+    engine.handle_description(agent("bad"), description(1e-5)).expect("a valid description");
     let mut vague = parked(0, (0.0, 0.0));
     vague.covariance.position = Covariance2::isotropic(200.0 * SIGMA_M);
     let pile: Vec<_> = (0..600)
@@ -290,8 +290,8 @@ fn a_blurred_frame_does_not_confuse_what_a_sharp_one_of_the_same_instant_tells_a
     let blurred = frame(agent("blurred"), 0, 500, row(&[-2.0, 0.5, 4.5], 1.5));
     for order in [[&sharp, &blurred], [&blurred, &sharp]] {
         let mut engine = engine();
-        engine.handle_description(agent("sharp"), description(0.0));
-        engine.handle_description(agent("blurred"), description(0.0));
+        engine.handle_description(agent("sharp"), description(0.0)).expect("a valid description");
+        engine.handle_description(agent("blurred"), description(0.0)).expect("a valid description");
         for (sequence, ms) in (0..).zip((0..500).step_by(100)) {
             engine.handle_frame(&frame(agent("sharp"), sequence, ms, row(&[0.0, 2.5], 0.1)), at(ms));
         }

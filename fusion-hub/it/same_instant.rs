@@ -115,7 +115,7 @@ fn frames_of_one_instant_late_in_any_order_and_folded_meanwhile_lose_no_object()
             .collect();
         arrivals.sort_by_key(|(arrival, frame)| (*arrival, frame.id));
         let mut engine = engine(8);
-        engine.handle_description(agent("van"), description(1e-6));
+        engine.handle_description(agent("van"), description(1e-6)).expect("a valid description");
         for (arrival, frame) in &arrivals {
             engine.handle_frame(frame, *arrival);
             if random.next_u32() % 3 == 0 {

@@ -97,9 +97,10 @@ impl<P: Publishing> Driver<P> {
         self.engine = engine;
     }
 
-    /// An agent describes its sensor.
+    /// An agent describes its sensor. An invalid description counts as refused.
     pub fn describe(&mut self, agent: AgentId, description: SensorDescription) {
-        self.engine.handle_description(agent, description);
+        let accepted = self.engine.handle_description(agent, description);
+        debug_assert!(accepted.is_ok(), "{accepted:?}");
     }
 
     /// A frame arrives. What is due before is published first.

@@ -66,7 +66,7 @@ pub(super) fn run(
     let config = EngineConfig::new(HubId::new("hub")?, 1).with_tracking(|tracking| tracking.motion = motion);
     let mut engine = Engine::new(config);
     for agent in workload.agents() {
-        engine.handle_description(agent, workload.description());
+        engine.handle_description(agent, workload.description())?;
     }
     let nobody = FrameId { agent: AgentId::new("nobody")?, epoch: 0, sequence: 0 };
     let frame = DetectionFrame::empty(nobody, start);
