@@ -49,6 +49,8 @@ class Checker:
 
     def __init__(self, binaries, folder):
         self.binaries, self.folder = binaries.resolve(), folder
+        # Commands run in a folder of their own, and find the repository's files as in its root.
+        (folder / "deploy").symlink_to(ROOT / "deploy")
         self.packages = packages()
         self.outputs = {}
         self.network = None

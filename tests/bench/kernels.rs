@@ -113,7 +113,7 @@ fn engine(settings: &str) {
         .flat_map(|round| (0..N_AGENTS).map(move |agent| (agent, frame(agent, round))))
         .map(|(agent, frame)| (frame.captured_at + if agent == 3 { LATE } else { Span::ZERO }, frame))
         .collect();
-    arrivals.sort_by(|(a, _), (b, _)| a.cmp(b));
+    arrivals.sort_by_key(|(received_at, _)| *received_at);
     for (idx, (received_at, frame)) in arrivals.iter().enumerate() {
         engine.handle_frame(frame, *received_at);
         if idx % 4 == 3 {
