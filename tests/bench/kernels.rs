@@ -48,7 +48,7 @@ fn main() -> ExitCode {
     if n_chosen > 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// A number from -1 to 1 that looks random: a hash of its arguments.
+/// A pseudo-random number from -1 to 1: a hash of its arguments.
 fn noise(object: u32, round: u32, axis: u32) -> f64 {
     let mut hash = object.wrapping_mul(0x9e37_79b9) ^ round.wrapping_mul(0x85eb_ca6b) ^ axis.wrapping_mul(0xc2b2_ae35);
     hash = (hash ^ (hash >> 16)).wrapping_mul(0x7feb_352d);

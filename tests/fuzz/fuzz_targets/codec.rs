@@ -1,4 +1,4 @@
-//! Whatever bytes come: what is decoded is valid, and encoding it keeps its meaning.
+//! Any bytes: what is decoded is valid, and encoding it keeps its meaning.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
