@@ -144,7 +144,7 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
 }
 
 /// Scores a recorded run again, and prints it.
-pub fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
+pub(crate) fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
     let summary = RunFolder { path: folder.to_owned() }.score()?;
     print_summary(&summary, json)
 }

@@ -13,10 +13,10 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Timestamp;
 
 /// Columns that must be there.
-pub const COLUMNS: [&str; 14] =
+pub(crate) const COLUMNS: [&str; 14] =
     ["t_arr", "t", "sensor_id", "class", "x", "y", "w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
 /// Where the sensor is.
-pub const SENSOR_COLUMNS: [&str; 2] = ["sensor_x", "sensor_y"];
+pub(crate) const SENSOR_COLUMNS: [&str; 2] = ["sensor_x", "sensor_y"];
 
 /// A log says nothing of reboots.
 const EPOCH: u64 = 1;
@@ -25,7 +25,7 @@ const SCORE: f64 = 1.0;
 
 /// A frame, and when it arrived.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arrival {
+pub(crate) struct Arrival {
     /// By the clock of the log.
     pub received_at: Timestamp,
     /// What arrived.
@@ -34,7 +34,7 @@ pub struct Arrival {
 
 /// A log that is being read; no more of it is held than what arrived at one time.
 #[derive(Debug)]
-pub struct DetectionLog<R> {
+pub(crate) struct DetectionLog<R> {
     table: CsvTable<R>,
     has_poses: bool,
     /// What arrived at one time, in order.
@@ -58,7 +58,7 @@ struct Report {
 
 impl<R: Read> DetectionLog<R> {
     /// A log in this table; `path` is for errors.
-    pub fn new(table: R, path: &Path) -> Result<Self, CsvError> {
+    pub(crate) fn new(table: R, path: &Path) -> Result<Self, CsvError> {
         let mut needed = COLUMNS.to_vec();
         let table = CsvTable::new(table, path, (&COLUMNS, &SENSOR_COLUMNS))?;
         let has_poses = SENSOR_COLUMNS.iter().any(|column| table.has(column));
@@ -79,27 +79,27 @@ impl<R: Read> DetectionLog<R> {
     }
 
     /// Whether it says where sensors are.
-    pub const fn has_poses(&self) -> bool {
+    pub(crate) const fn has_poses(&self) -> bool {
         self.has_poses
     }
 
     /// How many bytes of it have been read.
-    pub fn n_bytes(&self) -> u64 {
+    pub(crate) fn n_bytes(&self) -> u64 {
         self.table.n_bytes()
     }
 
     /// Detections so far whose class name is of no known vocabulary.
-    pub const fn unknown_classes(&self) -> u64 {
+    pub(crate) const fn unknown_classes(&self) -> u64 {
         self.unknown_classes
     }
 
     /// Sensors so far.
-    pub fn n_sensors(&self) -> usize {
+    pub(crate) fn n_sensors(&self) -> usize {
         self.sequences.len()
     }
 
     /// The next frame; `None` at the end.
-    pub fn next_arrival(&mut self) -> Result<Option<Arrival>, CsvError> {
+    pub(crate) fn next_arrival(&mut self) -> Result<Option<Arrival>, CsvError> {
         if self.ready.is_empty() {
             self.read_one_time()?;
         }

@@ -10,13 +10,13 @@ use v2x_common::detection::Detection;
 use v2x_common::time::Timestamp;
 
 /// Names of the agents.
-pub const AGENTS: [&str; 2] = ["agent-1", "agent-2"];
+pub(crate) const AGENTS: [&str; 2] = ["agent-1", "agent-2"];
 /// Columns that follow those of `lab fuse`.
-pub const FURTHER_COLUMNS: [&str; 3] = ["det_id", "sensor_x", "sensor_y"];
+pub(crate) const FURTHER_COLUMNS: [&str; 3] = ["det_id", "sensor_x", "sensor_y"];
 
 /// Which detection of a scene: `agent-1:12:3` is the fourth one of the first agent in the thirteenth keyframe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct DetectionId {
+pub(crate) struct DetectionId {
     /// Place of the agent.
     pub agent: usize,
     /// Place of the keyframe.
@@ -34,7 +34,7 @@ impl fmt::Display for DetectionId {
 /// Not what a [`DetectionId`] is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a det_id such as agent-1:12:3")]
-pub struct NoDetectionId;
+pub(crate) struct NoDetectionId;
 
 impl FromStr for DetectionId {
     type Err = NoDetectionId;
@@ -51,12 +51,12 @@ impl FromStr for DetectionId {
 }
 
 /// What the agents report of each keyframe of a scene.
-pub fn reports(protocol: &Protocol, scene: &Scene) -> Vec<[AgentReport; 2]> {
+pub(crate) fn reports(protocol: &Protocol, scene: &Scene) -> Vec<[AgentReport; 2]> {
     (0..scene.keyframes.len()).map(|frame| protocol.observe(scene, frame)).collect()
 }
 
 /// All of it as CSV, but not what it is of.
-pub fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
+pub(crate) fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
     let mut text = format!("{},{}\n", COLUMNS.join(","), FURTHER_COLUMNS.join(","));
     for (frame, (keyframe, reports)) in scene.keyframes.iter().zip(reports).enumerate() {
         let t = seconds::text(Timestamp::EPOCH + keyframe.at);

@@ -15,7 +15,7 @@ use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Columns that must be there.
-pub const COLUMNS: [&str; 8] = ["t", "track_id", "class", "x", "y", "w", "d", "yaw"];
+pub(crate) const COLUMNS: [&str; 8] = ["t", "track_id", "class", "x", "y", "w", "d", "yaw"];
 const FURTHER_COLUMNS: [&str; 7] = ["det_ids", "existence", "sx", "sy", "sw", "sd", "st"];
 const SIGMAS: [&str; 5] = ["sx", "sy", "sw", "sd", "st"];
 /// A row this near to a keyframe is of it.
@@ -23,7 +23,7 @@ const TOLERANCE: Span = Span::from_millis(1);
 
 /// A scene as it was exported.
 #[derive(Clone, Copy, Debug)]
-pub struct ExportedScene<'a> {
+pub(crate) struct ExportedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// What the agents reported, by keyframe.
@@ -32,7 +32,7 @@ pub struct ExportedScene<'a> {
 
 /// What the method says of it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneOutput {
+pub(crate) struct SceneOutput {
     /// By keyframe.
     pub by_keyframe: Vec<Vec<FusedBox>>,
     /// Rows at a time that is no keyframe's.
@@ -63,7 +63,7 @@ impl Tracks {
 
 impl SceneOutput {
     /// Reads a table; `path` is for errors.
-    pub fn read(table: impl Read, path: &Path, exported: ExportedScene<'_>) -> Result<Self, CsvError> {
+    pub(crate) fn read(table: impl Read, path: &Path, exported: ExportedScene<'_>) -> Result<Self, CsvError> {
         let keyframes = &exported.scene.keyframes;
         let mut table = CsvTable::new(table, path, (&COLUMNS, &FURTHER_COLUMNS))?;
         let mut output = Self {

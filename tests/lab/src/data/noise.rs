@@ -119,7 +119,7 @@ impl NoisePair {
 
 /// What a stream of random numbers is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
+pub(crate) enum Purpose {
     /// How this agent measures an object.
     Measurement {
         /// Place of the agent.
@@ -151,7 +151,7 @@ pub enum Purpose {
 /// One realisation of the noise. Nothing else decides a draw: not the methods, not the level of noise, not which
 /// other scenes there are; all methods see the same errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Realisation {
+pub(crate) struct Realisation {
     /// The table's seed.
     pub seed: u64,
     /// The number of the trial.
@@ -160,7 +160,7 @@ pub struct Realisation {
 
 impl Realisation {
     /// The stream of random numbers for one purpose in one frame.
-    pub fn rng(&self, scene: &str, frame: u32, purpose: Purpose) -> ChaCha8Rng {
+    pub(crate) fn rng(&self, scene: &str, frame: u32, purpose: Purpose) -> ChaCha8Rng {
         let (kind, object) = match purpose {
             Purpose::Measurement { agent, object } => (agent, object),
             Purpose::Place => (1 << 16, 0),
@@ -196,7 +196,7 @@ pub(super) fn shuffle<T>(items: &mut [T], rng: &mut ChaCha8Rng) {
 }
 
 /// Measures a true box from where the sensor is.
-pub fn perturb(
+pub(crate) fn perturb(
     truth: &BevBox,
     sensor: &Pose,
     (model, shape): (&NoiseModel, Shape),

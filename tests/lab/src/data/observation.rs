@@ -22,7 +22,7 @@ const CLUTTER_CLASSES: [Class; 4] = [Class::Car, Class::Adult, Class::Bicycle, C
 
 /// How scenes become detections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Protocol {
+pub(crate) struct Protocol {
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// The shape of the errors.
@@ -57,7 +57,7 @@ struct Observer<'a> {
 impl Protocol {
     /// What agents 1 and 2 report of a keyframe. The σ that they report follow from the measured range and the
     /// measured size, not from the true ones.
-    pub fn observe(&self, scene: &Scene, frame: usize) -> [AgentReport; 2] {
+    pub(crate) fn observe(&self, scene: &Scene, frame: usize) -> [AgentReport; 2] {
         let keyframe = &scene.keyframes[frame];
         let (scene, frame) = (scene.name.as_str(), frame_number(frame));
         let poses = self.poses(scene, keyframe, frame);
@@ -68,7 +68,7 @@ impl Protocol {
     }
 
     /// For each object of a keyframe whether it is to be found: whether it is in any agent's view.
-    pub fn is_in_view(&self, scene: &Scene, frame: usize) -> Vec<bool> {
+    pub(crate) fn is_in_view(&self, scene: &Scene, frame: usize) -> Vec<bool> {
         let keyframe = &scene.keyframes[frame];
         let poses = self.poses(&scene.name, keyframe, frame_number(frame));
         let seen = |one: &TrueBox| poses.iter().any(|pose| self.sees(pose, &one.bev));

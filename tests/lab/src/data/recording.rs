@@ -13,7 +13,7 @@ use v2x_common::wire::{self, WireError};
 
 /// Why a recording is no run.
 #[derive(Debug, thiserror::Error)]
-pub enum RunLogError {
+pub(crate) enum RunLogError {
     /// The recording itself is broken.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -37,7 +37,7 @@ pub enum RunLogError {
 
 /// The run of a recording. Detection frames that are unreadable or without simulation truth (of foreign
 /// agents) are left out: they cannot be scored.
-pub fn run_log(
+pub(crate) fn run_log(
     entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
 ) -> Result<RunLog, RunLogError> {
     let mut log = RunLog::default();

@@ -8,7 +8,7 @@ const MAX_FRACTION: usize = 20;
 
 /// A decimal number of seconds, rounded to the nearest nanosecond; never by way of a float, which would not even
 /// hold the microseconds of a Unix time well. `None` for what is no number, or 292 years or more.
-pub fn parse(text: &str) -> Option<Timestamp> {
+pub(crate) fn parse(text: &str) -> Option<Timestamp> {
     let (mantissa, exponent) = match text.split_once(['e', 'E']) {
         Some((mantissa, exponent)) => (mantissa, exponent.parse::<i16>().ok()?),
         None => (text, 0),
@@ -47,7 +47,7 @@ fn scaled(magnitude: i128, shift: i64) -> Option<i128> {
 }
 
 /// A time in seconds, with as many digits as it has.
-pub fn text(at: Timestamp) -> String {
+pub(crate) fn text(at: Timestamp) -> String {
     let nanos = at.as_nanos();
     let sign = if nanos < 0 { "-" } else { "" };
     let (whole, rest) = (

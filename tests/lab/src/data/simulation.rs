@@ -12,7 +12,7 @@ use v2x_common::time::{Span, Timestamp};
 
 /// What the launcher knows of one agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AgentFacts {
+pub(crate) struct AgentFacts {
     /// Which agent.
     pub id: AgentId,
     /// Which object of the world it is, if it is one.
@@ -23,7 +23,7 @@ pub struct AgentFacts {
 
 /// A scenario's world with its start in Unix time.
 #[derive(Debug)]
-pub struct Simulation<'a> {
+pub(crate) struct Simulation<'a> {
     scenario: &'a Scenario,
     world: World,
     start: Timestamp,
@@ -31,7 +31,7 @@ pub struct Simulation<'a> {
 
 impl<'a> Simulation<'a> {
     /// The world of a run.
-    pub fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
+    pub(crate) fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
         Self { scenario, world: World::new(scenario, seed), start }
     }
 
@@ -44,7 +44,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// The agents of the scenario, as the score wants them; `frames_sent` is what each says of itself.
-    pub fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
+    pub(crate) fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
         let facts = |(index, agent): (usize, &v2x_agent::scenario::AgentConfig)| AgentFacts {
             id: agent.id,
             itself: self.world.agent_object(index),
@@ -55,7 +55,7 @@ impl<'a> Simulation<'a> {
 
     /// The same log with the true capture times in what fused frames include, where any agent's clock is wrong: how old
     /// something is goes by when it was captured in truth, not by its stamp.
-    pub fn with_true_capture_times(&self, log: &RunLog) -> Option<RunLog> {
+    pub(crate) fn with_true_capture_times(&self, log: &RunLog) -> Option<RunLog> {
         if self.scenario.agents.iter().all(|agent| agent.clock == ClockError::default()) {
             return None;
         }
@@ -69,7 +69,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Lends the truth.
-    pub fn with_truth<R>(&self, use_it: impl FnOnce(Truth<'_>) -> R) -> R {
+    pub(crate) fn with_truth<R>(&self, use_it: impl FnOnce(Truth<'_>) -> R) -> R {
         let objects_at = |at, out: &mut Vec<TrueObject>| self.objects_at(at, out);
         let agent_pose = |agent: &AgentId, at| self.agent_pose(agent, at);
         use_it(Truth { objects_at: &objects_at, agent_pose: &agent_pose })

@@ -9,7 +9,7 @@ use v2x_common::time::Timestamp;
 
 /// The world, asked by time: a pure function, so that asking twice gives the same answer.
 #[derive(Clone, Copy)]
-pub struct Truth<'a> {
+pub(crate) struct Truth<'a> {
     /// Fills an empty list with all objects of the world at a time, in the map frame.
     pub objects_at: &'a dyn Fn(Timestamp, &mut Vec<TrueObject>),
     /// Where an agent's sensor truly is at a time; `None` where there is no such agent.
@@ -18,7 +18,7 @@ pub struct Truth<'a> {
 
 impl Truth<'_> {
     /// All objects at a time, by id.
-    pub fn objects(&self, at: Timestamp) -> Vec<TrueObject> {
+    pub(crate) fn objects(&self, at: Timestamp) -> Vec<TrueObject> {
         let mut objects = Vec::new();
         (self.objects_at)(at, &mut objects);
         objects.sort_unstable_by_key(|object| object.id);
@@ -34,7 +34,7 @@ impl fmt::Debug for Truth<'_> {
 
 /// Who looks at the world, and where it sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Observer {
+pub(crate) struct Observer {
     /// Which agent.
     pub agent: AgentId,
     /// Where it sees, relative to its pose.

@@ -11,9 +11,9 @@ use v2x_common::geometry::{BevBox, angle_difference, wrap_angle};
 use v2x_common::time::{Span, Timestamp};
 
 /// Columns that must be there.
-pub const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
+pub(crate) const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
 /// A row this near in time is taken as it is.
-pub const TOLERANCE: Span = Span::from_millis(1);
+pub(crate) const TOLERANCE: Span = Span::from_millis(1);
 
 /// One row of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ struct Life {
 
 /// The truth; it is asked for times that grow.
 #[derive(Clone, Debug)]
-pub struct Truth {
+pub(crate) struct Truth {
     /// By their beginnings.
     to_come: std::vec::IntoIter<Life>,
     there: Vec<Life>,
@@ -48,7 +48,7 @@ pub struct Truth {
 
 /// What is there at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Moment {
+pub(crate) struct Moment {
     /// The objects; a velocity that is not known is zero.
     pub objects: Vec<TrueObject>,
     /// By object, where it is known, m/s.
@@ -57,7 +57,7 @@ pub struct Moment {
 
 impl Truth {
     /// Reads a table; `path` is for errors.
-    pub fn read(table: impl Read, path: &Path) -> Result<Self, CsvError> {
+    pub(crate) fn read(table: impl Read, path: &Path) -> Result<Self, CsvError> {
         let mut table = CsvTable::new(table, path, (&COLUMNS, &[]))?;
         let mut lives: BTreeMap<String, Life> = BTreeMap::new();
         let mut unknown_classes = 0;
@@ -98,18 +98,18 @@ impl Truth {
 
     /// When the first and the last row are; before and after it is not known what was there. Without any row it ends
     /// before it begins.
-    pub fn span(&self) -> (Timestamp, Timestamp) {
+    pub(crate) fn span(&self) -> (Timestamp, Timestamp) {
         (self.begin - TOLERANCE, self.end + TOLERANCE)
     }
 
     /// Rows of objects whose class name is of no known vocabulary.
-    pub const fn unknown_classes(&self) -> u64 {
+    pub(crate) const fn unknown_classes(&self) -> u64 {
         self.unknown_classes
     }
 
     /// What is there at a time no earlier than the last one asked for. An object is there between its first and its
     /// last row.
-    pub fn at(&mut self, now: Timestamp) -> Moment {
+    pub(crate) fn at(&mut self, now: Timestamp) -> Moment {
         while self.to_come.as_slice().first().is_some_and(|life| life.samples[0].at <= now + TOLERANCE) {
             self.there.extend(self.to_come.next());
         }

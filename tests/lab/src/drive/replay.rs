@@ -14,7 +14,7 @@ use v2x_fusion_hub::refusal::Disposition;
 
 /// What went through.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Counts {
+pub(crate) struct Counts {
     /// Frames, refused ones among them.
     pub frames: u64,
     /// Detections, those of refused frames among them.
@@ -31,7 +31,7 @@ pub struct Counts {
 
 /// An engine that replays a log.
 #[derive(Debug)]
-pub struct Replay {
+pub(crate) struct Replay {
     /// It knows nothing yet.
     pub engine: Engine,
     /// How every sensor describes itself; `None` where nothing is known.
@@ -42,7 +42,7 @@ pub struct Replay {
 
 impl Replay {
     /// Feeds the engine with the whole log. `progress` gets how many bytes of the log have been read.
-    pub fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
+    pub(crate) fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
         self,
         log: &mut DetectionLog<R>,
         consumer: &mut C,

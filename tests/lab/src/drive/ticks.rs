@@ -3,7 +3,7 @@
 use v2x_common::time::{Span, Timestamp};
 
 /// Time between two ticks; they are at its multiples.
-pub const TICK: Span = Span::from_millis(100);
+pub(crate) const TICK: Span = Span::from_millis(100);
 
 /// Ticks in a row; none where the first is after the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

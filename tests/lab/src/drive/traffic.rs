@@ -24,7 +24,7 @@ use v2x_fusion_hub::schedule::PublishMode;
 
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arrival {
+pub(crate) struct Arrival {
     /// When, by the hub's clock, which is right.
     pub received_at: Timestamp,
     /// When it was captured and sent, in true time.
@@ -39,7 +39,7 @@ pub struct Arrival {
 
 /// When a frame was captured and sent, in true time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SendTimes {
+pub(crate) struct SendTimes {
     /// Captured.
     pub captured_at: Timestamp,
     /// Handed to the link.
@@ -48,14 +48,14 @@ pub struct SendTimes {
 
 impl SendTimes {
     /// Of an agent's frame of this number.
-    pub fn of(agent: &SimulatedAgent, sender: &Sender, sequence: u64) -> Self {
+    pub(crate) fn of(agent: &SimulatedAgent, sender: &Sender, sequence: u64) -> Self {
         Self { captured_at: agent.capture_time(sequence), sent_at: sender.sent_at(agent, sequence) }
     }
 }
 
 /// All that arrives in one run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Traffic {
+pub(crate) struct Traffic {
     /// What the agents say of their sensors.
     pub descriptions: BTreeMap<AgentId, SensorDescription>,
     /// Frames by arrival.
@@ -64,7 +64,7 @@ pub struct Traffic {
 
 /// Whom an engine hears, and when it is asked.
 #[derive(Clone, Copy, Debug)]
-pub struct Listening<F> {
+pub(crate) struct Listening<F> {
     /// When the hub publishes.
     pub publish: PublishMode,
     /// When it starts.
@@ -77,7 +77,7 @@ pub struct Listening<F> {
 
 impl Traffic {
     /// Of the first `n_agents` of a scenario, which capture from `start` for `duration`.
-    pub fn new(
+    pub(crate) fn new(
         scenario: &Scenario,
         seed: u64,
         (start, duration): (Timestamp, Span),
@@ -99,7 +99,7 @@ impl Traffic {
     }
 
     /// Feeds an engine, and gives it back; `on_fused` gets every fused frame as a consumer next to the hub would.
-    pub fn feed(
+    pub(crate) fn feed(
         &self,
         engine: Engine,
         listening: Listening<impl Fn(&AgentId) -> bool>,
@@ -138,7 +138,11 @@ impl<F: FnMut(ReceivedFused)> Consumer for OverTheWire<F> {
 }
 
 /// The agents of a scenario, in its order.
-pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator<Item = SimulatedAgent> {
+pub(crate) fn agents(
+    scenario: &Scenario,
+    seed: u64,
+    start: Timestamp,
+) -> impl Iterator<Item = SimulatedAgent> {
     let world = Arc::new(World::new(scenario, seed));
     let boot = Boot { seed, epoch: 1, start };
     let agent = move |config: &AgentConfig| SimulatedAgent::new(scenario, world.clone(), &config.id, boot);

@@ -9,7 +9,7 @@ use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::time::Timestamp;
 
 /// Its columns: seconds, metres, m/s and radians; sx to st are standard deviations.
-pub const COLUMNS: [&str; 18] = [
+pub(crate) const COLUMNS: [&str; 18] = [
     "t",
     "track_id",
     "class",
@@ -32,20 +32,20 @@ pub const COLUMNS: [&str; 18] = [
 
 /// A table of fused objects that is being written.
 #[derive(Debug)]
-pub struct FusedTable<W: Write> {
+pub(crate) struct FusedTable<W: Write> {
     writer: W,
     rows: u64,
 }
 
 impl<W: Write> FusedTable<W> {
     /// Begins with the names of the columns.
-    pub fn new(mut writer: W) -> std::io::Result<Self> {
+    pub(crate) fn new(mut writer: W) -> std::io::Result<Self> {
         writeln!(writer, "{}", COLUMNS.join(","))?;
         Ok(Self { writer, rows: 0 })
     }
 
     /// Adds the objects of one time.
-    pub fn write(&mut self, at: Timestamp, objects: &[FusedObject]) -> std::io::Result<()> {
+    pub(crate) fn write(&mut self, at: Timestamp, objects: &[FusedObject]) -> std::io::Result<()> {
         if objects.is_empty() {
             return Ok(());
         }
@@ -64,19 +64,19 @@ impl<W: Write> FusedTable<W> {
     }
 
     /// Rows so far.
-    pub const fn rows(&self) -> u64 {
+    pub(crate) const fn rows(&self) -> u64 {
         self.rows
     }
 
     /// What was written to.
-    pub fn into_inner(self) -> W {
+    pub(crate) fn into_inner(self) -> W {
         self.writer
     }
 }
 
 /// A file that has its name only once it is complete: half a table must not pass for a whole one.
 #[derive(Debug)]
-pub struct NewFile {
+pub(crate) struct NewFile {
     writer: BufWriter<File>,
     /// Where it is written, and where it goes; `None` for what is no regular file.
     moves: Option<(PathBuf, PathBuf)>,
@@ -84,7 +84,7 @@ pub struct NewFile {
 
 impl NewFile {
     /// Begins a file that will be at `path`.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn create(path: &Path) -> anyhow::Result<Self> {
         let is_device = path.metadata().is_ok_and(|metadata| !metadata.is_file());
         let mut part = path.as_os_str().to_owned();
         part.push(".part");
@@ -95,7 +95,7 @@ impl NewFile {
     }
 
     /// Ends it.
-    pub fn finish(mut self) -> anyhow::Result<()> {
+    pub(crate) fn finish(mut self) -> anyhow::Result<()> {
         self.writer.flush().context("writing the fused objects")?;
         if let Some((part, path)) = self.moves.take() {
             std::fs::rename(&part, &path).with_context(|| format!("writing {}", path.display()))?;

@@ -21,7 +21,7 @@ const EXPLANATIONS: &str = "\
 ";
 
 /// The report of a run: all figures, the picture `bev.svg` beside it, and what each figure means.
-pub fn report_md(summary: &Summary) -> String {
+pub(crate) fn report_md(summary: &Summary) -> String {
     let blocks = [
         format!("# Run of `{}`", summary.scenario),
         format!("**{}**", verdict(summary)),

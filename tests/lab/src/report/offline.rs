@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 /// All figures; what there is no data for is null, never 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub(crate) struct Report {
     /// The method.
     pub method: String,
     /// Sensors in the log.
@@ -38,7 +38,7 @@ pub struct Report {
 
 impl Report {
     /// For people.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a text cannot fail.
         let _ = self.write(&mut text);

@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Result, Write};
 
 /// Prints the answer of a command. A reader that has closed its end (`lab … | head`) has read enough: that is no error.
-pub fn print(text: &str) -> Result<()> {
+pub(crate) fn print(text: &str) -> Result<()> {
     write_all(&mut std::io::stdout().lock(), text)
 }
 

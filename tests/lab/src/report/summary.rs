@@ -6,7 +6,7 @@ use crate::score::percentiles::Percentiles;
 use crate::score::run::summary::Summary;
 
 /// A summary that a person understands, for a terminal at least 80 columns wide.
-pub fn summary_table(summary: &Summary) -> String {
+pub(crate) fn summary_table(summary: &Summary) -> String {
     let blocks = [
         headline(summary),
         format!("Objects that all agents cover:\n{}", accuracy(summary, Of::Common).text()),

@@ -22,7 +22,7 @@ pub struct TrackSummary {
 
 /// Which tracks matched each true object.
 #[derive(Debug, Default)]
-pub struct TrackContinuity {
+pub(crate) struct TrackContinuity {
     latest: BTreeMap<ObjectId, TrackId>,
     tracks: BTreeMap<ObjectId, BTreeSet<TrackId>>,
     switches: u64,
@@ -30,7 +30,7 @@ pub struct TrackContinuity {
 
 impl TrackContinuity {
     /// Takes in a frame's objects and their matches.
-    pub fn add(&mut self, objects: &[FusedObject], truth: &[TrueBox], matching: &Matching) {
+    pub(crate) fn add(&mut self, objects: &[FusedObject], truth: &[TrueBox], matching: &Matching) {
         for (fused, outcome) in objects.iter().zip(&matching.outcomes) {
             let Outcome::Matched(place) = *outcome else { continue };
             let id = truth[place].id;
@@ -41,7 +41,7 @@ impl TrackContinuity {
     }
 
     /// What they come to.
-    pub fn summary(&self) -> TrackSummary {
+    pub(crate) fn summary(&self) -> TrackSummary {
         let mut ids = Moments::default();
         for tracks in self.tracks.values() {
             #[expect(clippy::cast_precision_loss, reason = "a count of tracks")]

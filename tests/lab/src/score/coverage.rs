@@ -14,13 +14,13 @@ use v2x_common::geometry::Pose;
 use v2x_common::time::{Span, Timestamp};
 
 /// For how long an object must have been in view until it counts.
-pub const HOLD: Span = Span::from_millis(1000);
+pub(crate) const HOLD: Span = Span::from_millis(1000);
 /// Step of the checks within that time.
-pub const STEP: Span = Span::from_millis(100);
+pub(crate) const STEP: Span = Span::from_millis(100);
 
 /// The world at one time with what each agent holds in view.
 #[derive(Clone, Debug, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// Every object of the world, by id.
     pub objects: Vec<TrueObject>,
     /// Per observer, the objects that it held for the last second, by id.
@@ -31,7 +31,7 @@ pub struct View {
 
 /// RecordedOutput what is in view, and remembers the steps that it has looked at.
 #[derive(Debug)]
-pub struct Coverage<'a> {
+pub(crate) struct Coverage<'a> {
     truth: Truth<'a>,
     observers: &'a [Observer],
     steps: BTreeMap<Timestamp, Vec<Vec<ObjectId>>>,
@@ -39,17 +39,17 @@ pub struct Coverage<'a> {
 
 impl<'a> Coverage<'a> {
     /// With nothing looked at yet.
-    pub const fn new(truth: Truth<'a>, observers: &'a [Observer]) -> Self {
+    pub(crate) const fn new(truth: Truth<'a>, observers: &'a [Observer]) -> Self {
         Self { truth, observers, steps: BTreeMap::new() }
     }
 
     /// Who looks.
-    pub const fn observers(&self) -> &'a [Observer] {
+    pub(crate) const fn observers(&self) -> &'a [Observer] {
         self.observers
     }
 
     /// The world and the agents' views of it at a time.
-    pub fn at(&mut self, at: Timestamp) -> View {
+    pub(crate) fn at(&mut self, at: Timestamp) -> View {
         let objects = self.truth.objects(at);
         let poses: Vec<_> = self.observers.iter().map(|o| (self.truth.agent_pose)(&o.agent, at)).collect();
         let mut held = in_view(self.observers, &poses, &objects);
@@ -69,17 +69,17 @@ impl<'a> Coverage<'a> {
     }
 
     /// Whether the fused list is expected to hold the object: some agent held it in view, or is it.
-    pub fn is_covered(&self, view: &View, id: ObjectId) -> bool {
+    pub(crate) fn is_covered(&self, view: &View, id: ObjectId) -> bool {
         self.is_observer(id) || view.held.iter().any(|held| held.binary_search(&id).is_ok())
     }
 
     /// Whether every agent held the object in view.
-    pub fn is_common(&self, view: &View, id: ObjectId) -> bool {
+    pub(crate) fn is_common(&self, view: &View, id: ObjectId) -> bool {
         !self.is_observer(id) && view.held.iter().all(|held| held.binary_search(&id).is_ok())
     }
 
     /// Whether every agent sees the point (m) at the view's time.
-    pub fn all_see(&self, view: &View, x: f64, y: f64) -> bool {
+    pub(crate) fn all_see(&self, view: &View, x: f64, y: f64) -> bool {
         self.observers
             .iter()
             .zip(&view.poses)
@@ -87,7 +87,7 @@ impl<'a> Coverage<'a> {
     }
 
     /// Whether the object is an agent.
-    pub fn is_observer(&self, id: ObjectId) -> bool {
+    pub(crate) fn is_observer(&self, id: ObjectId) -> bool {
         self.observers.iter().any(|observer| observer.itself == Some(id))
     }
 }

@@ -47,17 +47,17 @@ impl BoxError {
 }
 
 /// Distance between the centres of two boxes, m.
-pub fn distance_m(a: &BevBox, b: &BevBox) -> f64 {
+pub(crate) fn distance_m(a: &BevBox, b: &BevBox) -> f64 {
     a.pose().distance_to(b.x, b.y)
 }
 
 /// `eᵀ S⁻¹ e / 2` of the position; `None` where S is no covariance.
-pub fn half_nees(estimate: &Estimate, truth: &BevBox) -> Option<f64> {
+pub(crate) fn half_nees(estimate: &Estimate, truth: &BevBox) -> Option<f64> {
     let s = &estimate.position;
     s.is_valid().then(|| nees(BoxError::between(&estimate.bev, truth).position, s) / 2.0)
 }
 
 /// `eᵀ S⁻¹ e` of two coordinates.
-pub fn nees([x, y]: [f64; 2], s: &Covariance2) -> f64 {
+pub(crate) fn nees([x, y]: [f64; 2], s: &Covariance2) -> f64 {
     (s.yy * x * x - 2.0 * s.xy * x * y + s.xx * y * y) / s.determinant()
 }

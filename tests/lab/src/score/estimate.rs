@@ -9,7 +9,7 @@ use v2x_common::geometry::BevBox;
 
 /// What a detector or a method says of one object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The reported class.
     pub class: Class,
     /// Position, size and heading.

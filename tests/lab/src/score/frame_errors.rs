@@ -5,7 +5,7 @@ use crate::score::matching::{Frame, Matching, Outcome};
 
 /// The errors of one frame: translation (m), dimension (m), orientation (degrees).
 #[derive(Clone, Debug)]
-pub struct FrameErrors<'a> {
+pub(crate) struct FrameErrors<'a> {
     matching: &'a Matching,
     /// By estimate; `None` where it is of no object that counts.
     errors: Vec<Option<[f64; 3]>>,
@@ -13,7 +13,7 @@ pub struct FrameErrors<'a> {
 
 /// Sums over one frame, or over a part of its objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ErrorSums {
+pub(crate) struct ErrorSums {
     /// Of all estimates that are of an object: those that repeat another one among them.
     pub all: [f64; 3],
     /// Of the matched ones only.
@@ -28,7 +28,7 @@ pub struct ErrorSums {
 
 impl<'a> FrameErrors<'a> {
     /// The errors of a frame that is matched.
-    pub fn of(frame: &Frame<'_>, matching: &'a Matching, size_norm: SizeNorm) -> Self {
+    pub(crate) fn of(frame: &Frame<'_>, matching: &'a Matching, size_norm: SizeNorm) -> Self {
         let pairs = frame.estimates.iter().zip(&matching.outcomes);
         let errors = pairs.map(|(estimate, outcome)| {
             let truth = &frame.truth[outcome.place()?];
@@ -39,7 +39,7 @@ impl<'a> FrameErrors<'a> {
 
     /// Sums over the objects that count. `counts` gets an object's place in the truth; `None` stands for what is of no
     /// object.
-    pub fn sums(&self, counts: impl Fn(Option<usize>) -> bool) -> ErrorSums {
+    pub(crate) fn sums(&self, counts: impl Fn(Option<usize>) -> bool) -> ErrorSums {
         let mut sums = ErrorSums::default();
         for (outcome, errors) in self.matching.outcomes.iter().zip(&self.errors) {
             if *outcome == Outcome::Ignored || !counts(outcome.place()) {
@@ -65,34 +65,34 @@ fn add(sums: &mut [f64; 3], errors: [f64; 3]) {
 
 impl ErrorSums {
     /// Estimates that count.
-    pub const fn estimates(&self) -> u64 {
+    pub(crate) const fn estimates(&self) -> u64 {
         self.true_positives + self.false_positives
     }
 
     /// Objects that count.
-    pub const fn objects(&self) -> u64 {
+    pub(crate) const fn objects(&self) -> u64 {
         self.true_positives + self.missed
     }
 
     /// Mean errors of the matched estimates; `None` without any.
-    pub fn mean_of_matched(&self) -> Option<[f64; 3]> {
+    pub(crate) fn mean_of_matched(&self) -> Option<[f64; 3]> {
         mean(self.matched, self.true_positives)
     }
 
     /// Share of the estimates that are right; `None` without estimates.
-    pub fn precision(&self) -> Option<f64> {
+    pub(crate) fn precision(&self) -> Option<f64> {
         share(self.true_positives, self.estimates())
     }
 
     /// Share of the objects that are found; `None` without objects.
-    pub fn recall(&self) -> Option<f64> {
+    pub(crate) fn recall(&self) -> Option<f64> {
         share(self.true_positives, self.objects())
     }
 }
 
 /// Sums over their number; `None` of nothing.
 #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
-pub fn mean(sums: [f64; 3], n: u64) -> Option<[f64; 3]> {
+pub(crate) fn mean(sums: [f64; 3], n: u64) -> Option<[f64; 3]> {
     (n > 0).then(|| sums.map(|sum| sum / n as f64))
 }
 

@@ -13,7 +13,7 @@ use v2x_fusion_hub::assignment::Assigner;
 
 /// The figures of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameMetrics {
+pub(crate) struct FrameMetrics {
     /// Errors and counts.
     pub sums: ErrorSums,
     /// Mean of `eᵀ S⁻¹ e / 2` over the matched boxes' positions; 1 where the reported S is right.
@@ -24,13 +24,13 @@ pub struct FrameMetrics {
 
 impl FrameMetrics {
     /// Mean distance of the matched boxes' centres from the truth, m.
-    pub fn ate_m(&self) -> Option<f64> {
+    pub(crate) fn ate_m(&self) -> Option<f64> {
         self.sums.mean_of_matched().map(|[ate_m, ..]| ate_m)
     }
 }
 
 /// The figures of one matched frame; GOSPA is cut off at `cutoff_m`.
-pub fn frame_metrics(
+pub(crate) fn frame_metrics(
     frame: &Frame<'_>,
     matching: &Matching,
     cutoff_m: f64,
@@ -82,7 +82,7 @@ pub struct Metrics {
 
 /// Gathers frames into [`Metrics`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tally {
+pub(crate) struct Tally {
     /// Translation (m), dimension (m), orientation (degrees).
     errors: [Moments; 3],
     precision: Moments,
@@ -96,7 +96,7 @@ pub struct Tally {
 
 impl Tally {
     /// Takes in one frame.
-    pub fn add(&mut self, frame: &FrameMetrics) {
+    pub(crate) fn add(&mut self, frame: &FrameMetrics) {
         let FrameMetrics { sums, nees_position, gospa } = frame;
         let means = sums.mean_of_matched();
         for (axis, moments) in self.errors.iter_mut().enumerate() {
@@ -121,7 +121,7 @@ impl Tally {
     }
 
     /// The means so far.
-    pub fn metrics(&self) -> Metrics {
+    pub(crate) fn metrics(&self) -> Metrics {
         let [localisation, missed, false_] = self.gospa_parts.map(|part| part.mean());
         let [ate_m, ade_m, aoe_deg] = self.errors.map(|error| error.mean());
         let parts = localisation.zip(missed).zip(false_);

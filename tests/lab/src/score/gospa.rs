@@ -29,7 +29,12 @@ impl GospaParts {
 
 /// GOSPA of two sets of positions with cut-off `cutoff_m`.
 #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
-pub fn gospa(predictions: &[BevBox], truth: &[BevBox], cutoff_m: f64, assigner: &mut Assigner) -> GospaParts {
+pub(crate) fn gospa(
+    predictions: &[BevBox],
+    truth: &[BevBox],
+    cutoff_m: f64,
+    assigner: &mut Assigner,
+) -> GospaParts {
     let cutoff_m2 = cutoff_m * cutoff_m;
     let mut candidates = Vec::new();
     for (row, prediction) in (0u32..).zip(predictions) {

@@ -17,7 +17,7 @@ use v2x_fusion_hub::assignment::{Assigner, Candidate};
 
 /// What became of one estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// It is of the object at this place of the truth.
     Matched(usize),
     /// It is of the object at this place, which another estimate is matched to: a false positive whose error counts.
@@ -30,7 +30,7 @@ pub enum Outcome {
 
 /// The pairs of one frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Matching {
+pub(crate) struct Matching {
     /// By estimate.
     pub outcomes: Vec<Outcome>,
     /// Places in the truth of the objects that count and that have no estimate.
@@ -39,7 +39,7 @@ pub struct Matching {
 
 /// One frame that is to be scored.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame<'a> {
+pub(crate) struct Frame<'a> {
     /// What was reported.
     pub estimates: &'a [Estimate],
     /// What was there.
@@ -50,7 +50,7 @@ pub struct Frame<'a> {
 
 /// How estimates and true objects find each other.
 #[derive(Clone, Copy, Debug)]
-pub enum MatchingRule<'a> {
+pub(crate) enum MatchingRule<'a> {
     /// By position: the most pairs and, among those, the least total distance.
     ByPosition(PositionRule),
     /// By the provenance of the measurements in an estimate.
@@ -64,7 +64,7 @@ pub enum MatchingRule<'a> {
 
 /// Which pairs are possible where positions decide.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PositionRule {
+pub(crate) struct PositionRule {
     /// How far apart a pair may be, m; `None` where any distance is possible.
     pub radius_m: Option<f64>,
     /// Whether classes must be compatible.
@@ -73,7 +73,7 @@ pub struct PositionRule {
 
 /// What several estimates of one object are, where provenance decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Repeats {
+pub(crate) enum Repeats {
     /// The closest is matched, the others are false: how raw detections of a run are scored.
     ClosestIsMatched,
     /// The first is matched, the errors of the others add up: how the paper's tables and sweeps count.
@@ -82,7 +82,7 @@ pub enum Repeats {
 
 impl Frame<'_> {
     /// Matches by a rule.
-    pub fn matched(&self, rule: MatchingRule<'_>, assigner: &mut Assigner) -> Matching {
+    pub(crate) fn matched(&self, rule: MatchingRule<'_>, assigner: &mut Assigner) -> Matching {
         let outcomes = match rule {
             MatchingRule::ByPosition(rule) => self.by_position(rule, assigner),
             MatchingRule::ByProvenance { places, repeats } => self.by_provenance(places, repeats),
@@ -180,7 +180,7 @@ impl Frame<'_> {
 
 impl Outcome {
     /// The place in the truth of the object that it is of.
-    pub const fn place(self) -> Option<usize> {
+    pub(crate) const fn place(self) -> Option<usize> {
         match self {
             Self::Matched(place) | Self::Repeated(place) => Some(place),
             Self::False | Self::Ignored => None,
@@ -192,7 +192,7 @@ impl Matching {
     /// The same pairs seen on fewer objects: those for which `keep_object` holds, and the false estimates for which
     /// `keep_false` holds. Everything else counts neither way.
     #[must_use]
-    pub fn restricted_to(
+    pub(crate) fn restricted_to(
         &self,
         keep_object: impl Fn(usize) -> bool,
         keep_false: impl Fn(usize) -> bool,

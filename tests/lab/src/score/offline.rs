@@ -13,12 +13,12 @@ use v2x_common::time::Timestamp;
 use v2x_fusion_hub::assignment::Assigner;
 
 /// A fused object is of a true one of a compatible class within this distance, m; also GOSPA's cut-off.
-pub const MATCH_RADIUS_M: f64 = 2.0;
+pub(crate) const MATCH_RADIUS_M: f64 = 2.0;
 const RULE: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: true };
 
 /// The score: means over ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct TruthScore {
+pub(crate) struct TruthScore {
     /// Errors, precision, recall and GOSPA.
     #[serde(flatten)]
     pub metrics: Metrics,
@@ -36,7 +36,7 @@ pub struct TruthScore {
 
 /// Compares tick after tick.
 #[derive(Debug)]
-pub struct TruthScorer {
+pub(crate) struct TruthScorer {
     truth: Truth,
     tally: Tally,
     velocity: Moments,
@@ -46,7 +46,7 @@ pub struct TruthScorer {
 
 impl TruthScorer {
     /// By this truth.
-    pub fn new(truth: Truth) -> Self {
+    pub(crate) fn new(truth: Truth) -> Self {
         Self {
             truth,
             tally: Tally::default(),
@@ -57,12 +57,12 @@ impl TruthScorer {
     }
 
     /// When it is known what was there.
-    pub fn span(&self) -> (Timestamp, Timestamp) {
+    pub(crate) fn span(&self) -> (Timestamp, Timestamp) {
         self.truth.span()
     }
 
     /// Takes in what was told of one time; times grow. Beyond the truth's own span nothing is right or wrong.
-    pub fn add(&mut self, at: Timestamp, objects: &[FusedObject]) {
+    pub(crate) fn add(&mut self, at: Timestamp, objects: &[FusedObject]) {
         let (begin, end) = self.span();
         if at < begin || at > end {
             return;
@@ -84,7 +84,7 @@ impl TruthScorer {
     }
 
     /// The means so far.
-    pub fn score(&self) -> TruthScore {
+    pub(crate) fn score(&self) -> TruthScore {
         let tracks = self.continuity.summary();
         TruthScore {
             metrics: self.tally.metrics(),

@@ -24,7 +24,7 @@ impl Percentiles {
 
 /// The smallest of the sorted values that at least `percent` % of them do not exceed; `None` where
 /// there are none. `percent` is 1 to 100.
-pub fn nearest_rank<T>(sorted: &[T], percent: usize) -> Option<&T> {
+pub(crate) fn nearest_rank<T>(sorted: &[T], percent: usize) -> Option<&T> {
     let rank = (sorted.len() * percent).div_ceil(100);
     sorted.get(rank.saturating_sub(1))
 }

@@ -5,11 +5,11 @@ use crate::score::percentiles::Percentiles;
 use v2x_common::time::{Span, Timestamp};
 
 /// How often the age of information is looked at.
-pub const AGE_STEP: Span = Span::from_millis(10);
+pub(crate) const AGE_STEP: Span = Span::from_millis(10);
 
 /// From a measurement's capture to the consumer having the first fused frame that contains it, ms, over
 /// every detection frame that the given fused frames contain first.
-pub fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Option<Percentiles> {
+pub(crate) fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Option<Percentiles> {
     let spans = fused
         .into_iter()
         .flat_map(|received| {
@@ -22,7 +22,7 @@ pub fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> 
 /// How old the newest measurement known to the consumer is, ms: at every 10 ms from `start` to `end`
 /// the time less the newest `captured_at`, of any agent, contained in any fused frame received so far.
 /// Times before the first such measurement are left out.
-pub fn age_of_information_ms(
+pub(crate) fn age_of_information_ms(
     fused: &[ReceivedFused],
     start: Timestamp,
     end: Timestamp,

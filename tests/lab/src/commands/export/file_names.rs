@@ -7,7 +7,7 @@ const MAX_LEN: usize = 100;
 
 /// A file name for every scene, all different also where upper and lower case are one: letters, digits, `-`, `_` and
 /// `.` stay, all else becomes `_`.
-pub fn file_names<'a>(scenes: impl Iterator<Item = &'a str>) -> Vec<String> {
+pub(crate) fn file_names<'a>(scenes: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let unique = |name: &'a str| {
         let stem = safe(name);

@@ -12,14 +12,14 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Its file.
-pub const FILE_NAME: &str = "export.json";
+pub(crate) const FILE_NAME: &str = "export.json";
 /// Of the file and of the tables beside it.
 const FORMAT: u32 = 1;
 
 /// The contents of `export.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Manifest {
+pub(crate) struct Manifest {
     /// Version of this format.
     pub format: u32,
     /// Version of the laboratory that wrote it.
@@ -51,7 +51,7 @@ pub struct Manifest {
 /// A scene, and where its detections are.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SceneFile {
+pub(crate) struct SceneFile {
     /// Its name in its data set.
     pub name: String,
     /// Its file below `NOISE/trial-NUMBER`.
@@ -62,7 +62,7 @@ pub struct SceneFile {
 
 /// One table of an export.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
+pub(crate) struct Part {
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// The number of the trial.
@@ -73,7 +73,7 @@ pub struct Part {
 
 impl Manifest {
     /// Of an export of these scenes; its fingerprint is yet to come.
-    pub fn new(draws: &DrawArgs, conditions: Conditions, scenes: &[Scene]) -> anyhow::Result<Self> {
+    pub(crate) fn new(draws: &DrawArgs, conditions: Conditions, scenes: &[Scene]) -> anyhow::Result<Self> {
         let files = file_names(scenes.iter().map(|scene| scene.name.as_str()));
         let scene_file = |(scene, file): (&Scene, String)| SceneFile {
             name: scene.name.clone(),
@@ -104,7 +104,7 @@ impl Manifest {
     }
 
     /// Reads the one in a folder.
-    pub fn load(folder: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn load(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(FILE_NAME);
         let text =
             std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -116,7 +116,7 @@ impl Manifest {
     }
 
     /// The scenes, and the errors that fall on them, as `lab tables` would be asked for them.
-    pub fn draws(&self) -> anyhow::Result<DrawArgs> {
+    pub(crate) fn draws(&self) -> anyhow::Result<DrawArgs> {
         Ok(DrawArgs {
             dataset: self.dataset.parse()?,
             version: self.version.clone(),
@@ -133,7 +133,7 @@ impl Manifest {
     }
 
     /// Its tables, in order.
-    pub fn parts(&self) -> impl Iterator<Item = Part> {
+    pub(crate) fn parts(&self) -> impl Iterator<Item = Part> {
         let trials = |noise: &NoisePair| {
             (0..self.trials).map({
                 let noise = *noise;
@@ -145,20 +145,20 @@ impl Manifest {
     }
 
     /// Where a table is below the export's folder.
-    pub fn path(&self, part: Part) -> PathBuf {
+    pub(crate) fn path(&self, part: Part) -> PathBuf {
         let Part { noise, trial, scene } = part;
         [noise.name(), &format!("trial-{trial}"), &self.scenes[scene].file].iter().collect()
     }
 
     /// How the detections of a table were made.
-    pub const fn protocol(&self, part: Part) -> Protocol {
+    pub(crate) const fn protocol(&self, part: Part) -> Protocol {
         let Part { noise, trial, .. } = part;
         let Self { shape, conditions, seed, .. } = *self;
         Protocol { noise, shape, conditions, realisation: Realisation { seed, trial } }
     }
 
     /// Whether these are its scenes, as far as names and lengths go.
-    pub fn is_of(&self, scenes: &[Scene]) -> bool {
+    pub(crate) fn is_of(&self, scenes: &[Scene]) -> bool {
         let is_same = |(file, scene): (&SceneFile, &Scene)| {
             file.name == scene.name && file.keyframes == scene.keyframes.len()
         };
@@ -178,7 +178,7 @@ fn absolute(dataset: &Source) -> anyhow::Result<Source> {
 
 /// Of tables, in order.
 #[derive(Clone, Copy, Debug)]
-pub struct Fingerprint(u64);
+pub(crate) struct Fingerprint(u64);
 
 impl Default for Fingerprint {
     fn default() -> Self {
@@ -188,12 +188,12 @@ impl Default for Fingerprint {
 
 impl Fingerprint {
     /// Takes in a table.
-    pub fn add(&mut self, table: &str) {
+    pub(crate) fn add(&mut self, table: &str) {
         self.0 = (self.0 ^ stable_hash(table)).wrapping_mul(0x0100_0000_01b3);
     }
 
     /// As it is written.
-    pub fn text(self) -> String {
+    pub(crate) fn text(self) -> String {
         format!("{:016x}", self.0)
     }
 }

@@ -58,7 +58,7 @@ pub fn export(args: &ExportArgs) -> anyhow::Result<()> {
 }
 
 /// Exports these scenes.
-pub fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
+pub(crate) fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
     let mut manifest = Manifest::new(&args.draws, args.conditions, scenes)?;
     let path = args.out.join(FILE_NAME);
     ensure!(!path.exists(), "{} is there already: export into a new folder", path.display());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// The folder of the export: the one that is named, else the nearest that holds `export.json`, in one of the paths or
 /// above it.
-pub fn export_folder(named: Option<&Path>, paths: &[PathBuf]) -> anyhow::Result<PathBuf> {
+pub(crate) fn export_folder(named: Option<&Path>, paths: &[PathBuf]) -> anyhow::Result<PathBuf> {
     if let Some(named) = named {
         return Ok(named.to_owned());
     }
@@ -23,7 +23,7 @@ pub fn export_folder(named: Option<&Path>, paths: &[PathBuf]) -> anyhow::Result<
 }
 
 /// The file for every part of the export; an error where one is missing.
-pub fn fused_files(manifest: &Manifest, paths: &[PathBuf]) -> anyhow::Result<Vec<(Part, PathBuf)>> {
+pub(crate) fn fused_files(manifest: &Manifest, paths: &[PathBuf]) -> anyhow::Result<Vec<(Part, PathBuf)>> {
     for path in paths {
         ensure!(path.exists(), "{} is not there", path.display());
     }

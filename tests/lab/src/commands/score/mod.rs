@@ -70,7 +70,7 @@ fn check_name(name: &str) -> anyhow::Result<()> {
 
 /// Somebody's answers, and what was noticed about them.
 #[derive(Clone, Debug)]
-pub struct MethodOutput {
+pub(crate) struct MethodOutput {
     /// The answers.
     pub output: RecordedOutput,
     /// Boxes that are scored.
@@ -82,7 +82,7 @@ pub struct MethodOutput {
 }
 
 /// Reads what a method made of an export; `told` says what it makes use of.
-pub fn read_output(
+pub(crate) fn read_output(
     name: &str,
     inputs: Option<&str>,
     (manifest, scenes): (&Manifest, &[Scene]),

@@ -71,7 +71,7 @@ struct Outcome {
 }
 
 /// Runs the methods; one record each. `None` where shutdown came first: all processes have ended then.
-pub async fn run(
+pub(crate) async fn run(
     point: &Point,
     methods: &[SweepMethod],
     (length, folder): (Length, &Path),

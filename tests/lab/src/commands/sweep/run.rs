@@ -1,7 +1,8 @@
 //! Runs what is not known yet, on all cores, and gathers the rows.
 
+use crate::commands::sweep::live;
 use crate::commands::sweep::store::{Store, key};
-use crate::commands::sweep::{live, virtual_time};
+use crate::commands::sweep::virtual_time;
 use crate::drive::parallel;
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Plan, Point};
@@ -14,7 +15,7 @@ use std::path::Path;
 use tokio_util::sync::CancellationToken;
 
 /// Runs a sweep in virtual time.
-pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result<Results> {
+pub(crate) fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result<Results> {
     let points = plan.points()?;
     let mut progress = Progress::begin("runs");
     let work = |place: usize| -> anyhow::Result<Vec<Record>> {
@@ -33,7 +34,7 @@ pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result
 
 /// Runs a sweep over the network, point after point: two at a time would disturb each other. `None` where shutdown
 /// came first; what was finished is kept.
-pub async fn run_live(
+pub(crate) async fn run_live(
     plan: &Plan,
     (store, folder): (&Store, &Path),
     shutdown: &CancellationToken,

@@ -23,7 +23,7 @@ struct Line {
 
 /// What was computed before, and a place for what is computed now.
 #[derive(Debug)]
-pub struct Store {
+pub(crate) struct Store {
     path: PathBuf,
     known: BTreeMap<String, Record>,
     file: Mutex<File>,
@@ -31,7 +31,7 @@ pub struct Store {
 
 impl Store {
     /// Of a folder, which is made where there is none. A last line that was cut off by the stop is passed over.
-    pub fn open(folder: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn open(folder: &Path) -> anyhow::Result<Self> {
         std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let path = folder.join(FILE);
         let text = match std::fs::read_to_string(&path) {
@@ -50,22 +50,22 @@ impl Store {
     }
 
     /// How many runs are known.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.known.len()
     }
 
     /// Whether none are.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
 
     /// The record of a run, where it was computed before.
-    pub fn get(&self, key: &str) -> Option<&Record> {
+    pub(crate) fn get(&self, key: &str) -> Option<&Record> {
         self.known.get(key)
     }
 
     /// Keeps a record.
-    pub fn keep(&self, key: &str, record: &Record) -> anyhow::Result<()> {
+    pub(crate) fn keep(&self, key: &str, record: &Record) -> anyhow::Result<()> {
         let line = serde_json::to_string(&Line { key: key.to_owned(), record: record.clone() })? + "\n";
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         file.write_all(line.as_bytes()).with_context(|| format!("writing {}", self.path.display()))
@@ -74,7 +74,7 @@ impl Store {
 
 /// What a run depends on: one that differs in anything else gives the same bits. The scenario with all that it
 /// refers to (recorded links), and this very build.
-pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
+pub(crate) fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
     let parts = [
         build(),
         &format!("{:?}", point.scenario),

@@ -34,7 +34,7 @@ pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Obser
 }
 
 /// Runs the methods; one record each.
-pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
+pub(crate) fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
     if methods.is_empty() {
         return Ok(Vec::new());
     }

@@ -2,7 +2,8 @@
 
 pub(crate) mod args;
 
-pub use args::{RowArgs, TablesArgs};
+pub(crate) use args::RowArgs;
+pub use args::TablesArgs;
 
 use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
@@ -23,7 +24,7 @@ pub fn tables_with(args: &TablesArgs, further: Vec<Contender>) -> anyhow::Result
 
 /// The same of scenes that are read already.
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
-pub fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
+pub(crate) fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
     let mut progress = Progress::begin("scenes × trials × noise");
     let study = args.study(further);
     let plan = args.plan(&study);

@@ -13,7 +13,7 @@ type Matrix5x7 = SMatrix<f64, 5, 7>;
 
 /// [x y vx vy w d θ] and its 7×7 covariance.
 #[derive(Clone, Debug)]
-pub struct Dense {
+pub(crate) struct Dense {
     /// Mean.
     pub x: SVector<f64, 7>,
     /// Covariance.
@@ -32,7 +32,7 @@ fn relative(z: &Measurement, size: f64, dimension: usize) -> f64 {
 
 impl Dense {
     /// The same belief as an estimate of ours.
-    pub fn of(estimate: &Estimate) -> Self {
+    pub(crate) fn of(estimate: &Estimate) -> Self {
         let [x, y] = estimate.position;
         let [vx, vy] = estimate.velocity;
         let mut p = Matrix7::zeros();
@@ -49,7 +49,7 @@ impl Dense {
     }
 
     /// x ← F x, P ← F P Fᵀ + Q.
-    pub fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
+    pub(crate) fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
         let mut f = Matrix7::identity();
         f[(0, 2)] = dt_s;
         f[(1, 3)] = dt_s;
@@ -69,7 +69,7 @@ impl Dense {
     }
 
     /// The Kalman update with z = [x y w d θ], Joseph form; `None` where the innovation has no inverse.
-    pub fn update(&mut self, z: &Measurement) -> Option<()> {
+    pub(crate) fn update(&mut self, z: &Measurement) -> Option<()> {
         let mut h = Matrix5x7::zeros();
         for (row, column) in [0, 1, 4, 5, 6].into_iter().enumerate() {
             h[(row, column)] = 1.0;
@@ -96,7 +96,7 @@ impl Dense {
 
 /// A 4-state filter and three scalar ones.
 #[derive(Clone, Debug)]
-pub struct Structured {
+pub(crate) struct Structured {
     x: Vector4<f64>,
     p: Matrix4<f64>,
     /// Mean and variance of width, depth and heading.
@@ -105,7 +105,7 @@ pub struct Structured {
 
 impl Structured {
     /// The same belief as the dense one.
-    pub fn of(dense: &Dense) -> Self {
+    pub(crate) fn of(dense: &Dense) -> Self {
         let scalar = |place: usize| (dense.x[place], dense.p[(place, place)]);
         Self {
             x: dense.x.fixed_rows::<4>(0).into_owned(),
@@ -115,7 +115,7 @@ impl Structured {
     }
 
     /// x ← F x, P ← F P Fᵀ + Q.
-    pub fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
+    pub(crate) fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
         let mut f = Matrix4::identity();
         f[(0, 2)] = dt_s;
         f[(1, 3)] = dt_s;
@@ -135,7 +135,7 @@ impl Structured {
     }
 
     /// The Kalman update; `None` where the innovation has no inverse.
-    pub fn update(&mut self, z: &Measurement) -> Option<()> {
+    pub(crate) fn update(&mut self, z: &Measurement) -> Option<()> {
         let r = Matrix2::new(z.r.xx, z.r.xy, z.r.xy, z.r.yy);
         let inverse = (self.p.fixed_view::<2, 2>(0, 0) + r).try_inverse()?;
         let k: Matrix4x2<f64> = self.p.fixed_view::<4, 2>(0, 0) * inverse;

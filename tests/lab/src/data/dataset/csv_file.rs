@@ -35,7 +35,7 @@ const COLUMNS: [&str; 13] = [
 const MAX_TIME_S: f64 = 1e6;
 
 /// Reads a file.
-pub fn load(path: &Path) -> Result<Vec<Scene>, DatasetError> {
+pub(crate) fn load(path: &Path) -> Result<Vec<Scene>, DatasetError> {
     scenes_of(CsvTable::open(path, (&COLUMNS, &[]))?, path)
 }
 

@@ -15,7 +15,7 @@ use v2x_common::time::Span;
 use v2x_fusion_hub::method::FusionMethod;
 
 /// Makes a method of one's own ready for a scene.
-pub type Factory = dyn Fn() -> Box<dyn FusionMethod> + Send + Sync;
+pub(crate) type Factory = dyn Fn() -> Box<dyn FusionMethod> + Send + Sync;
 
 /// A row of the tables.
 #[derive(Clone)]

@@ -135,12 +135,12 @@ pub enum AxisError {
 }
 
 /// The short names.
-pub fn names() -> Vec<&'static str> {
+pub(crate) fn names() -> Vec<&'static str> {
     NAMED.iter().map(|named| named.name).collect()
 }
 
 /// The short names with what they mean, for people.
-pub fn descriptions() -> String {
+pub(crate) fn descriptions() -> String {
     let line = |named: &Named| {
         let values: Vec<String> = named.values.iter().map(ToString::to_string).collect();
         format!("  {:<10} {} [{}]\n", named.name, named.label, values.join(","))

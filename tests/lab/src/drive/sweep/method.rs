@@ -97,7 +97,7 @@ impl SweepMethod {
 }
 
 /// Settings that make one method differ from another: no scenario's, and no axis.
-pub const RESERVED: [&str; 7] =
+pub(crate) const RESERVED: [&str; 7] =
     ["id", "method", "main_agent", "motion", "late_data", "registration", "only_agents"];
 
 #[cfg(test)]

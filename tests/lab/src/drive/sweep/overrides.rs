@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// The names along the way to a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Path(Vec<String>);
+pub(crate) struct Path(Vec<String>);
 
 /// Why a parameter cannot be set.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -62,7 +62,7 @@ impl fmt::Display for Path {
 impl Path {
     /// Sets the parameter; tables that are missing on the way are made. Whether it means anything is found when the
     /// scenario is read.
-    pub fn set(&self, scenario: &mut toml::Table, value: &toml::Value) -> Result<(), OverrideError> {
+    pub(crate) fn set(&self, scenario: &mut toml::Table, value: &toml::Value) -> Result<(), OverrideError> {
         let Some((first, rest)) = self.0.split_first() else { return Ok(()) };
         if first != "agents" || rest.len() < 2 {
             return self.set_in(scenario, &self.0, value);

@@ -10,7 +10,7 @@ use v2x_fusion_hub::settings::{HubSettings, SettingsError};
 
 /// Fused frames a second. No multiple of any usual rate of agents: ticks fall at every phase between two captures,
 /// and no method is asked just after its data came.
-pub const PUBLISH_HZ: f64 = 10.75;
+pub(crate) const PUBLISH_HZ: f64 = 10.75;
 
 /// How long a run is, and what of it is scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

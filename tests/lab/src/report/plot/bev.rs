@@ -23,7 +23,7 @@ const INK: &str = "#202020";
 const DETAIL_HALF_M: f64 = 12.0;
 
 /// The picture as a self-contained SVG document.
-pub fn bev_svg(scene: &BevScene) -> String {
+pub(crate) fn bev_svg(scene: &BevScene) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT);
     svg.text((WHOLE.x, 42.0), &scene.title, font(30.0, true));
     svg.text((WHOLE.x, 73.0), &scene.subtitle, font(20.0, false));

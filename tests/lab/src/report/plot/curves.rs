@@ -18,7 +18,7 @@ const CUT_AT_MEDIANS: f64 = 4.0;
 
 /// How a curve is drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Style {
+pub(crate) struct Style {
     /// In the legend.
     pub name: String,
     /// Its colour.
@@ -31,7 +31,7 @@ pub struct Style {
 
 /// A point with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(crate) struct Point {
     /// Where.
     pub x: f64,
     /// How much.
@@ -42,7 +42,7 @@ pub struct Point {
 
 /// How far an upright axis reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Top {
+pub(crate) enum Top {
     /// So far.
     At(f64),
     /// As far as the curves do.
@@ -53,7 +53,7 @@ pub enum Top {
 
 /// One quantity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// What is on its upright axis.
     pub label: String,
     /// By style.
@@ -64,7 +64,7 @@ pub struct Panel {
 
 /// Curves of several quantities.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CurvePlot {
+pub(crate) struct CurvePlot {
     /// Its heading.
     pub title: String,
     /// What is on the level axis.
@@ -79,7 +79,7 @@ pub struct CurvePlot {
 
 impl CurvePlot {
     /// The finished drawing.
-    pub fn sheet(&self) -> Sheet {
+    pub(crate) fn sheet(&self) -> Sheet {
         let longest = self.styles.iter().map(|style| style.name.chars().count()).max().unwrap_or(0);
         let legend = 60.0 + CHARACTER * longest as f64;
         let width = LEFT + (PANEL_WIDTH + GAP) * self.panels.len() as f64 + legend;

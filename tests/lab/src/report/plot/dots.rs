@@ -5,7 +5,7 @@ use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::ticks;
 
 /// Colours that people tell apart who see few (Okabe & Ito), black and grey.
-pub const PALETTE: [Colour; 9] =
+pub(crate) const PALETTE: [Colour; 9] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000", "#999999"];
 pub(super) const INK: Colour = "#222222";
 pub(super) const FAINT: Colour = "#dddddd";
@@ -13,7 +13,7 @@ pub(super) const MUTED: Colour = "#666666";
 
 /// What is marked at a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dot {
+pub(crate) struct Dot {
     /// The mean.
     pub mean: f64,
     /// As far to either side.
@@ -24,7 +24,7 @@ pub struct Dot {
 
 /// One metric.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// What is on its axis.
     pub label: String,
     /// By category and series.
@@ -33,7 +33,7 @@ pub struct Panel {
 
 /// A plot of several metrics.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DotPlot {
+pub(crate) struct DotPlot {
     /// Its heading.
     pub title: String,
     /// Names of the rows.
@@ -51,7 +51,7 @@ const CHARACTER: f64 = 6.6;
 
 impl DotPlot {
     /// The finished drawing.
-    pub fn sheet(&self) -> Sheet {
+    pub(crate) fn sheet(&self) -> Sheet {
         let row_height = (13.0 * self.series.len() as f64).max(20.0) + 4.0;
         let longest = self.categories.iter().map(|name| name.chars().count()).max().unwrap_or(0);
         let left = 24.0 + CHARACTER * longest as f64;

@@ -22,7 +22,7 @@ const BOLD_WIDENS: f64 = 1.06;
 
 impl Sheet {
     /// As a PDF document of one page.
-    pub fn pdf(&self) -> Vec<u8> {
+    pub(crate) fn pdf(&self) -> Vec<u8> {
         document(self)
     }
 }

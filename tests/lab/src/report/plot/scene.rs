@@ -11,7 +11,7 @@ use v2x_common::time::{Span, Timestamp};
 
 /// What a picture shows, all in the map frame.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct BevScene {
+pub(crate) struct BevScene {
     /// What it is a picture of.
     pub title: String,
     /// What else is to be known of it.
@@ -26,7 +26,7 @@ pub struct BevScene {
 
 /// A true object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrueBox {
+pub(crate) struct TrueBox {
     /// Where it is.
     pub bev: BevBox,
     /// Whether the fused list is expected to hold it.
@@ -35,7 +35,7 @@ pub struct TrueBox {
 
 /// An agent with what it saw.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SceneAgent {
+pub(crate) struct SceneAgent {
     /// Which agent.
     pub id: AgentId,
     /// What carries its sensor.
@@ -49,7 +49,7 @@ pub struct SceneAgent {
 }
 
 /// The scored moment whose fused error is the median; `None` where no fused frame has an error.
-pub fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
+pub(crate) fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
     let place = scored.median_frame()?;
     let frame = &log.fused.get(place)?.frame;
     let error_m = scored.frame_errors.iter().find(|(of, _)| *of == place).map(|(_, ate_m)| *ate_m)?;

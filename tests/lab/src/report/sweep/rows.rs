@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// A ratio of errors with its 95 % interval (paired bootstrap over seeds, and stretches of 5 s of each, on common
 /// random numbers).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Interval {
+pub(crate) struct Interval {
     /// The ratio.
     pub ratio: f64,
     /// Lower end.
@@ -21,7 +21,7 @@ pub struct Interval {
 
 /// Three percentiles, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// The median.
     pub p50: f64,
     /// 95 %.
@@ -32,7 +32,7 @@ pub struct Stage {
 
 /// One method at one place, for one subset of objects. Means are over seeds; what has no data is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// What is compared.
     pub method: &'static str,
     /// What is varied.
@@ -121,7 +121,7 @@ const FEWEST_STRETCHES: usize = 8;
 
 impl Row {
     /// One that has every part: it tells which columns there are.
-    pub fn full() -> Self {
+    pub(crate) fn full() -> Self {
         let (interval, stage) = (Some(Interval::default()), Some(Stage::default()));
         Self {
             versus_alone: interval,
@@ -138,10 +138,10 @@ impl Row {
 }
 
 /// The records of a place and Δmax: by method, then by seed.
-pub type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;
+pub(crate) type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;
 
 /// All rows of a place.
-pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
+pub(crate) fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
     let of_method = |method: &SweepMethod| {
         let records = &group[method];
         let of = |other: Option<SweepMethod>| other.and_then(|other| group.get(&other)).map(Vec::as_slice);
@@ -228,7 +228,7 @@ fn row(plan: &Plan, point: &Point, runs: &Runs<'_>, subset: Subset) -> Row {
 }
 
 /// All stretches of a run together.
-pub fn total(record: &Record, subset: Subset) -> Errors {
+pub(crate) fn total(record: &Record, subset: Subset) -> Errors {
     let mut total = Errors::default();
     record.blocks.iter().for_each(|block| total.add(&block[subset as usize]));
     total
@@ -249,7 +249,7 @@ fn versus(baseline: &[&Record], records: &[&Record], subset: Subset) -> Option<I
 }
 
 /// Fills in what is kept of a partner's gain along the axis: its first value is the reference.
-pub fn note_kept(rows: &mut [Row]) {
+pub(crate) fn note_kept(rows: &mut [Row]) {
     let gain = |row: &Row| Some(row.mate_m? / row.versus_alone?.ratio - row.mate_m?);
     let is_family = |a: &Row, b: &Row| {
         (a.method, a.subset, a.live) == (b.method, b.subset, b.live)
@@ -269,7 +269,7 @@ pub fn note_kept(rows: &mut [Row]) {
 }
 
 /// A distribution's percentiles, averaged over runs.
-pub fn mean_distribution(records: &[&Record], of: impl Fn(&Record) -> &Vec<f64>) -> Option<Vec<f64>> {
+pub(crate) fn mean_distribution(records: &[&Record], of: impl Fn(&Record) -> &Vec<f64>) -> Option<Vec<f64>> {
     let full: Vec<&Vec<f64>> =
         records.iter().map(|record| of(record)).filter(|values| !values.is_empty()).collect();
     if full.is_empty() {

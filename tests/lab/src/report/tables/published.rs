@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 /// A row of the paper: mATE (m), mADE (m), mAOE (degrees), precision and recall (fractions), where given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Published(pub [Option<f64>; 5]);
+pub(crate) struct Published(pub [Option<f64>; 5]);
 
 impl Serialize for Published {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -33,7 +33,12 @@ const fn errors([ate, ade, aoe]: [Option<f64>; 3]) -> Published {
 
 /// What the paper says in one of its tables or figures of a method, and beside ours what it says of CSBA+UniKF, which
 /// ours goes beyond.
-pub fn published(table: Table, noise: NoisePair, method: Method, counting: Counting) -> Option<Published> {
+pub(crate) fn published(
+    table: Table,
+    noise: NoisePair,
+    method: Method,
+    counting: Counting,
+) -> Option<Published> {
     match (table, counting) {
         (Table::II | Table::III, Counting::Table) => table_2(noise, method),
         (Table::IV, Counting::FirstBoxes) => table_4_sota(noise, method),
@@ -112,7 +117,7 @@ fn table_2(noise: NoisePair, method: Method) -> Option<Published> {
 }
 
 /// Where the paper cannot be matched by any reading of its rules, and why (METHODS.md 12b and 13.2).
-pub const FOOTNOTES: [&str; 4] = [
+pub(crate) const FOOTNOTES: [&str; 4] = [
     "nms at N1-N1: the paper's 100 % precision cannot come from an overlap threshold of 0.5; its values there are \
      those of a single detector.",
     "N1-N3, mADE: the paper's rows were made with both agents' size noise at 0.2; here agent 2 has 1.0, as Noise 3 \

@@ -7,7 +7,7 @@ use crate::report::tables::rows::{Row, rows};
 use crate::report::tables::study::{Block, Study};
 use crate::score::keyframes::experiments::{Plan, RunError, Scores};
 /// Everything that was computed.
-pub struct Tables {
+pub(crate) struct Tables {
     pub(crate) blocks: Vec<Block>,
     pub(crate) plan: Plan,
     pub(crate) statistics: Statistics,

@@ -18,7 +18,7 @@ use v2x_common::class::Class;
 
 /// The mean of a metric, and how it varies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Value {
+pub(crate) struct Value {
     /// Over frames; `None` where there was nothing to measure.
     pub mean: Option<f64>,
     /// Standard deviation over frames: the paper's ±.
@@ -39,7 +39,7 @@ impl Nees {
 
 /// One row of `--json`. Precision and recall are fractions; `_std` is over frames, `_trial_std` over trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// Of which table.
     pub table: Table,
     /// Levels of noise of both agents.
@@ -77,7 +77,7 @@ pub struct Row {
 
 /// Squared errors over claimed variances, per degree of freedom; 1 where claims are true on average.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Nees {
+pub(crate) struct Nees {
     /// Of the position.
     pub nees_position: Option<f64>,
     /// Of the heading.
@@ -88,7 +88,7 @@ pub struct Nees {
 
 /// mATE (m), mADE (m), mAOE (degrees), precision and recall (fractions).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Metrics(pub [Value; 5]);
+pub(crate) struct Metrics(pub [Value; 5]);
 
 const NAMES: [[&str; 3]; 5] = [
     ["mate_m", "mate_m_std", "mate_m_trial_std"],
@@ -100,7 +100,7 @@ const NAMES: [[&str; 3]; 5] = [
 
 impl Metrics {
     /// Every number with its name.
-    pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+    pub(crate) fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
         let values = self.0.map(|value| [value.mean, value.std, value.trial_std]);
         NAMES.into_iter().flatten().zip(values.into_iter().flatten())
     }
@@ -113,7 +113,7 @@ impl Serialize for Metrics {
 }
 
 /// All rows of a block.
-pub fn rows(block: &Block, plan: &Plan, scores: &Scores) -> Vec<Row> {
+pub(crate) fn rows(block: &Block, plan: &Plan, scores: &Scores) -> Vec<Row> {
     let mut rows = Vec::new();
     for contender in &block.contenders {
         let Some(cell) = plan.cell(block.setting, contender.key()) else { continue };

@@ -10,7 +10,7 @@ use crate::score::keyframes::experiments::Experiment;
 
 /// What is asked for.
 #[derive(Clone, Debug)]
-pub struct Study {
+pub(crate) struct Study {
     /// These tables.
     pub tables: Vec<Table>,
     /// At these levels of noise, as far as a table has them.
@@ -27,7 +27,7 @@ pub struct Study {
 
 /// One block of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub(crate) struct Block {
     /// Of which table.
     pub table: Table,
     /// What detections are like.
@@ -38,7 +38,7 @@ pub struct Block {
 
 impl Study {
     /// The blocks of all tables, in order.
-    pub fn blocks(&self) -> Vec<Block> {
+    pub(crate) fn blocks(&self) -> Vec<Block> {
         self.tables.iter().flat_map(|table| self.blocks_of(*table)).collect()
     }
 
@@ -77,7 +77,7 @@ impl Study {
     }
 
     /// Every setting once, with all that compete in it in any table.
-    pub fn experiments(&self) -> Vec<Experiment> {
+    pub(crate) fn experiments(&self) -> Vec<Experiment> {
         let mut experiments: Vec<Experiment> = Vec::new();
         for Block { setting, contenders, .. } in self.blocks() {
             let place = experiments.iter().position(|one| one.setting == setting).unwrap_or_else(|| {

@@ -10,7 +10,7 @@ use v2x_fusion_hub::assignment::Assigner;
 const RULE: PositionRule = PositionRule { radius_m: None, is_class_aware: true };
 
 /// Sets the object of each box of a keyframe by its position.
-pub fn assign_objects(boxes: &mut [FusedBox], keyframe: &Keyframe, assigner: &mut Assigner) {
+pub(crate) fn assign_objects(boxes: &mut [FusedBox], keyframe: &Keyframe, assigner: &mut Assigner) {
     let estimates: Vec<_> = boxes.iter().map(Estimate::from).collect();
     let counts = vec![true; keyframe.objects.len()];
     let frame = Frame { estimates: &estimates, truth: &keyframe.objects, counts: &counts };

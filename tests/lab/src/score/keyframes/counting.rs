@@ -7,7 +7,7 @@ use serde::Serialize;
 /// What the errors are divided by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Counting {
+pub(crate) enum Counting {
     /// The errors of all boxes over the number of true positives: what the paper's tables hold.
     Table,
     /// Over the number of all boxes: the formula as the paper prints it (eq. 5-7).
@@ -18,9 +18,9 @@ pub enum Counting {
 
 impl Counting {
     /// All three.
-    pub const ALL: [Self; 3] = [Self::Table, Self::Printed, Self::FirstBoxes];
+    pub(crate) const ALL: [Self; 3] = [Self::Table, Self::Printed, Self::FirstBoxes];
     /// The name in tables.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Table => "table",
             Self::Printed => "printed",
@@ -29,13 +29,13 @@ impl Counting {
     }
 
     /// The two readings of the paper's own metrics.
-    pub const OF_THE_PAPER: [Self; 2] = [Self::Table, Self::Printed];
+    pub(crate) const OF_THE_PAPER: [Self; 2] = [Self::Table, Self::Printed];
 }
 
 /// Which objects are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Subset {
+pub(crate) enum Subset {
     /// All.
     All,
     /// Those that stay within 1 m of where they were first.
@@ -46,11 +46,11 @@ pub enum Subset {
 
 impl Subset {
     /// All three.
-    pub const ALL: [Self; 3] = [Self::All, Self::Static, Self::Moving];
+    pub(crate) const ALL: [Self; 3] = [Self::All, Self::Static, Self::Moving];
 }
 
 /// The mean errors of a frame; `None` where nothing was found.
-pub fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
+pub(crate) fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
     match counting {
         Counting::Table => mean(sums.all, sums.true_positives),
         Counting::Printed => mean(sums.all, sums.estimates()),
@@ -60,7 +60,7 @@ pub fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
 
 /// Moments over frames of one subset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SubsetScore {
+pub(crate) struct SubsetScore {
     /// By [`Counting`]: translation (m), dimension (m), orientation (degrees).
     errors: [[Moments; 3]; 3],
     /// Fractions.
@@ -70,7 +70,7 @@ pub struct SubsetScore {
 
 impl SubsetScore {
     /// Adds a frame.
-    pub fn add(&mut self, frame: &ErrorSums) {
+    pub(crate) fn add(&mut self, frame: &ErrorSums) {
         for (moments, counting) in self.errors.iter_mut().zip(Counting::ALL) {
             let means = mean_errors(frame, counting);
             for (axis, moments) in moments.iter_mut().enumerate() {
@@ -82,7 +82,7 @@ impl SubsetScore {
     }
 
     /// Adds another one's frames.
-    pub fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self) {
         let (ours, theirs) = (self.errors.as_flattened_mut(), other.errors.as_flattened());
         ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| ours.merge(theirs));
         self.precision.merge(&other.precision);
@@ -90,7 +90,7 @@ impl SubsetScore {
     }
 
     /// mATE (m), mADE (m), mAOE (degrees), precision, recall.
-    pub fn metrics(&self, counting: Counting) -> [Moments; 5] {
+    pub(crate) fn metrics(&self, counting: Counting) -> [Moments; 5] {
         let [ate, ade, aoe] = self.errors[counting as usize];
         [ate, ade, aoe, self.precision, self.recall]
     }

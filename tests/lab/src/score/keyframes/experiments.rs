@@ -12,7 +12,7 @@ use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 
 /// A setting, and who competes in it; all see the same errors.
 #[derive(Clone, Debug)]
-pub struct Experiment {
+pub(crate) struct Experiment {
     /// What detections are like.
     pub setting: Setting,
     /// Who competes.
@@ -21,7 +21,7 @@ pub struct Experiment {
 
 /// What is to be computed.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// What detections are like, and who competes.
     pub experiments: Vec<Experiment>,
     /// Number of realisations of the noise.
@@ -35,7 +35,7 @@ pub struct Plan {
 /// A method failed on a scene.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{method} on {scene}, {}", .noise.name())]
-pub struct RunError {
+pub(crate) struct RunError {
     method: String,
     scene: String,
     noise: NoisePair,
@@ -44,7 +44,7 @@ pub struct RunError {
 
 /// Scores by experiment, trial, scene, contender.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scores {
+pub(crate) struct Scores {
     n_trials: usize,
     n_scenes: usize,
     by_task: Vec<Vec<MethodScore>>,
@@ -52,7 +52,7 @@ pub struct Scores {
 
 /// Which scores: the places of an experiment in the plan, and of a contender in that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cell {
+pub(crate) struct Cell {
     /// Of the experiment.
     pub experiment: usize,
     /// Of the contender.
@@ -61,24 +61,24 @@ pub struct Cell {
 
 impl Scores {
     /// Of one scene in one trial.
-    pub fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &MethodScore {
+    pub(crate) fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &MethodScore {
         &self.by_task[(cell.experiment * self.n_trials + trial) * self.n_scenes + scene][cell.contender]
     }
 
     /// Of all scenes in one trial.
-    pub fn trial(&self, cell: Cell, trial: usize) -> MethodScore {
+    pub(crate) fn trial(&self, cell: Cell, trial: usize) -> MethodScore {
         let mut total = MethodScore::default();
         (0..self.n_scenes).for_each(|scene| total.merge(self.scene(cell, trial, scene)));
         total
     }
 
     /// Number of trials.
-    pub const fn n_trials(&self) -> usize {
+    pub(crate) const fn n_trials(&self) -> usize {
         self.n_trials
     }
 
     /// Number of scenes.
-    pub const fn n_scenes(&self) -> usize {
+    pub(crate) const fn n_scenes(&self) -> usize {
         self.n_scenes
     }
 }
@@ -93,7 +93,7 @@ struct Task {
 
 impl Plan {
     /// The places of a setting and of a contender in it.
-    pub fn cell(&self, setting: Setting, key: &str) -> Option<Cell> {
+    pub(crate) fn cell(&self, setting: Setting, key: &str) -> Option<Cell> {
         let experiment = self.experiments.iter().position(|one| one.setting == setting)?;
         let contenders = &self.experiments[experiment].contenders;
         let contender = contenders.iter().position(|one| one.key() == key)?;
@@ -101,7 +101,11 @@ impl Plan {
     }
 
     /// Computes all; `progress` is told of every finished part how many of how many are done.
-    pub fn run(&self, scenes: &[Scene], progress: impl FnMut(usize, usize)) -> Result<Scores, RunError> {
+    pub(crate) fn run(
+        &self,
+        scenes: &[Scene],
+        progress: impl FnMut(usize, usize),
+    ) -> Result<Scores, RunError> {
         let tasks = self.tasks(scenes.len());
         let scores = |place: usize| self.scores(&scenes[tasks[place].scene], tasks[place]);
         let by_task = parallel::map(tasks.len(), self.threads, scores, progress)?;

@@ -14,7 +14,7 @@ use v2x_common::covariance::{BoxCovariance, Covariance2};
 
 /// How a method did on one class.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClassScore {
+pub(crate) struct ClassScore {
     /// Which class.
     pub class: Class,
     /// Translation (m), dimension (m), orientation (degrees), per frame, counted as the paper's tables are.
@@ -27,7 +27,7 @@ pub struct ClassScore {
 
 /// Sums over keyframes, of one method.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MethodScore {
+pub(crate) struct MethodScore {
     subsets: [SubsetScore; 3],
     /// By class.
     classes: Vec<ClassScore>,
@@ -35,7 +35,7 @@ pub struct MethodScore {
 
 impl MethodScore {
     /// Adds a keyframe.
-    pub fn add(&mut self, keyframe: &ScoredKeyframe<'_>) {
+    pub(crate) fn add(&mut self, keyframe: &ScoredKeyframe<'_>) {
         let errors = FrameErrors::of(&keyframe.frame(), &keyframe.matching, SizeNorm::RootOfSquares);
         let of_objects = |is_meant: &dyn Fn(&TrueBox) -> bool| {
             errors.sums(|place| place.is_some_and(|place| is_meant(&keyframe.truth[place])))
@@ -73,7 +73,7 @@ impl MethodScore {
     }
 
     /// Adds another one's frames.
-    pub fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self) {
         self.subsets.iter_mut().zip(&other.subsets).for_each(|(ours, theirs)| ours.merge(theirs));
         for theirs in &other.classes {
             let ours = self.class_mut(theirs.class);
@@ -84,19 +84,19 @@ impl MethodScore {
     }
 
     /// Of one subset.
-    pub const fn of(&self, subset: Subset) -> &SubsetScore {
+    pub(crate) const fn of(&self, subset: Subset) -> &SubsetScore {
         &self.subsets[subset as usize]
     }
 
     /// 1 − IoU of all boxes with those of their objects, laid over each other (nuScenes' ASE).
-    pub fn scale(&self) -> Moments {
+    pub(crate) fn scale(&self) -> Moments {
         let mut scale = Moments::default();
         self.classes.iter().for_each(|class| scale.merge(&class.scale));
         scale
     }
 
     /// By class.
-    pub fn classes(&self) -> &[ClassScore] {
+    pub(crate) fn classes(&self) -> &[ClassScore] {
         &self.classes
     }
 }

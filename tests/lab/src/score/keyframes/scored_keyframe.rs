@@ -9,7 +9,7 @@ use v2x_fusion_hub::assignment::Assigner;
 
 /// One keyframe.
 #[derive(Clone, Debug)]
-pub struct ScoredKeyframe<'a> {
+pub(crate) struct ScoredKeyframe<'a> {
     /// The scene that it is of.
     pub scene: &'a Scene,
     /// All objects of the keyframe.
@@ -25,7 +25,7 @@ pub struct ScoredKeyframe<'a> {
 impl<'a> ScoredKeyframe<'a> {
     /// A keyframe of a scene; `is_in_view` says of each of its objects whether it was to be found. What is of another
     /// object counts neither way.
-    pub fn new(scene: &'a Scene, frame: usize, is_in_view: &'a [bool], boxes: &'a [FusedBox]) -> Self {
+    pub(crate) fn new(scene: &'a Scene, frame: usize, is_in_view: &'a [bool], boxes: &'a [FusedBox]) -> Self {
         let truth = &scene.keyframes[frame].objects;
         let mut place_of = vec![None; scene.n_objects()];
         for (place, object) in truth.iter().enumerate() {
@@ -41,12 +41,12 @@ impl<'a> ScoredKeyframe<'a> {
     }
 
     /// As it is matched.
-    pub fn frame(&self) -> Frame<'_> {
+    pub(crate) fn frame(&self) -> Frame<'_> {
         Frame { estimates: &self.estimates, truth: self.truth, counts: self.is_in_view }
     }
 
     /// The objects that were to be found.
-    pub fn objects(&self) -> impl Iterator<Item = &'a TrueBox> + use<'a> {
+    pub(crate) fn objects(&self) -> impl Iterator<Item = &'a TrueBox> + use<'a> {
         self.truth
             .iter()
             .zip(self.is_in_view)
@@ -55,13 +55,13 @@ impl<'a> ScoredKeyframe<'a> {
     }
 
     /// The boxes that count.
-    pub fn counted_boxes(&self) -> impl Iterator<Item = &'a FusedBox> {
+    pub(crate) fn counted_boxes(&self) -> impl Iterator<Item = &'a FusedBox> {
         let counted = self.boxes.iter().zip(&self.matching.outcomes);
         counted.filter(|(_, outcome)| **outcome != Outcome::Ignored).map(|(one, _)| one)
     }
 
     /// The boxes that are of an object that counts, with that object.
-    pub fn pairs(&self) -> impl Iterator<Item = (&'a FusedBox, &'a TrueBox)> {
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (&'a FusedBox, &'a TrueBox)> {
         let pairs = self.boxes.iter().zip(&self.matching.outcomes);
         pairs.filter_map(|(one, outcome)| Some((one, &self.truth[outcome.place()?])))
     }

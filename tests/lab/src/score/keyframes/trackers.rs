@@ -23,7 +23,7 @@ const GOSPA_CUTOFF_M: f64 = 5.0;
 /// A contender's figures as a tracker, over all scenes of a trial, then averaged over trials. Boxes are matched by
 /// place, not by identity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct TrackerScore {
+pub(crate) struct TrackerScore {
     /// GOSPA (p 2, α 2, cut-off 5 m), mean over frames, m.
     pub gospa_m: Option<f64>,
     /// HOTA over positions (similarity 1 − distance / 4 m).
@@ -50,7 +50,7 @@ pub struct TrackerScore {
 
 impl Plan {
     /// The figures of these cells as trackers, in this order.
-    pub fn track(
+    pub(crate) fn track(
         &self,
         scenes: &[Scene],
         cells: &[Cell],

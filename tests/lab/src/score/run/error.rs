@@ -6,7 +6,7 @@ use v2x_common::time::Timestamp;
 
 /// Why a run cannot be scored.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ScoreError {
+pub(crate) enum ScoreError {
     /// No agents to compare with.
     #[error("the scenario has no agents")]
     NoAgents,

@@ -19,15 +19,15 @@ use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
 /// From every agent's first frame to the start of scoring.
-pub const SETTLE: Span = Span::from_millis(2000);
+pub(crate) const SETTLE: Span = Span::from_millis(2000);
 /// The match radius is never smaller, m.
-pub const MIN_MATCH_RADIUS_M: f64 = 2.0;
+pub(crate) const MIN_MATCH_RADIUS_M: f64 = 2.0;
 /// The match radius over the largest reported standard deviation.
-pub const MATCH_RADIUS_SIGMAS: f64 = 4.0;
+pub(crate) const MATCH_RADIUS_SIGMAS: f64 = 4.0;
 
 /// What the launcher knows of a run beside its recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RunFacts {
+pub(crate) struct RunFacts {
     /// Name of the scenario.
     pub scenario: String,
     /// Seed of the run.
@@ -46,7 +46,7 @@ pub struct RunFacts {
 
 /// A run's summary, and how each scored fused frame did.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ScoredRun {
+pub(crate) struct ScoredRun {
     /// The summary.
     pub summary: Summary,
     /// Fused frames that have an error: place in the log and ATE (m), in order of arrival.
@@ -57,7 +57,7 @@ pub struct ScoredRun {
 
 impl ScoredRun {
     /// Place in the log of the fused frame with the median error; `None` where no frame has one.
-    pub fn median_frame(&self) -> Option<usize> {
+    pub(crate) fn median_frame(&self) -> Option<usize> {
         let mut by_error = self.frame_errors.clone();
         by_error.sort_by(|(_, a), (_, b)| a.total_cmp(b));
         nearest_rank(&by_error, 50).map(|(place, _)| *place)
@@ -65,7 +65,7 @@ impl ScoredRun {
 }
 
 /// Scores a run.
-pub fn score(log: &RunLog, truth: Truth<'_>, facts: &RunFacts) -> Result<ScoredRun, ScoreError> {
+pub(crate) fn score(log: &RunLog, truth: Truth<'_>, facts: &RunFacts) -> Result<ScoredRun, ScoreError> {
     let observers = observers(log, &facts.agents)?;
     let window = window(log, &observers)?;
     let match_radius_m = match_radius_m(log, &observers);

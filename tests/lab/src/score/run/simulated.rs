@@ -6,7 +6,7 @@ use crate::score::run::error::ScoreError;
 use crate::score::run::scored_run::{RunFacts, ScoredRun, score};
 
 /// Scores a run in its world.
-pub fn score_in_world(
+pub(crate) fn score_in_world(
     simulation: &Simulation<'_>,
     log: &RunLog,
     facts: &RunFacts,

@@ -111,7 +111,7 @@ impl Verdict {
 }
 
 /// The fused common error over the best agent's; `None` where either is missing.
-pub fn ratio_to_best_agent(fused: &FusedSummary, agents: &[AgentSummary]) -> Option<f64> {
+pub(crate) fn ratio_to_best_agent(fused: &FusedSummary, agents: &[AgentSummary]) -> Option<f64> {
     let best = agents.iter().filter_map(|agent| agent.common.ate_m).min_by(f64::total_cmp)?;
     (best > 0.0).then_some(fused.common.ate_m? / best)
 }

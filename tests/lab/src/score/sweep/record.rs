@@ -6,16 +6,16 @@ use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
 /// Errors are kept by stretches of this length: what intervals are made of.
-pub const BLOCK: Span = Span::from_millis(5000);
+pub(crate) const BLOCK: Span = Span::from_millis(5000);
 
 /// Percentages at which distributions are kept.
-pub const PERCENTS: [u32; 23] =
+pub(crate) const PERCENTS: [u32; 23] =
     [1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 98, 99];
 
 /// Which objects count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Subset {
+pub(crate) enum Subset {
     /// All that count.
     All,
     /// Those that stay within 1 m of where they were first.
@@ -28,10 +28,10 @@ pub enum Subset {
 
 impl Subset {
     /// All four.
-    pub const ALL: [Self; 4] = [Self::All, Self::Static, Self::Moving, Self::Fast];
+    pub(crate) const ALL: [Self; 4] = [Self::All, Self::Static, Self::Moving, Self::Fast];
 
     /// The name in rows.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::All => "all",
             Self::Static => "static",
@@ -43,7 +43,7 @@ impl Subset {
 
 /// Errors over a stretch of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// Objects found, once for each fused frame.
     pub found: u64,
     /// Objects not found.
@@ -60,19 +60,19 @@ pub struct Errors {
 
 impl Errors {
     /// Adds a frame.
-    pub fn add_frame(&mut self, sums: &ErrorSums) {
+    pub(crate) fn add_frame(&mut self, sums: &ErrorSums) {
         let [ate_m, ade_m, aoe_deg] = sums.all;
         self.add(&Self { ade_m, aoe_deg, ate_m, ..Self::of_translations(sums) });
     }
 
     /// Counts and translation errors of a frame.
-    pub fn of_translations(sums: &ErrorSums) -> Self {
+    pub(crate) fn of_translations(sums: &ErrorSums) -> Self {
         let ErrorSums { all: [ate_m, ..], true_positives, false_positives, missed, .. } = *sums;
         Self { found: true_positives, missed, false_: false_positives, ate_m, ..Self::default() }
     }
 
     /// Adds another stretch.
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.found += other.found;
         self.missed += other.missed;
         self.false_ += other.false_;
@@ -84,7 +84,7 @@ impl Errors {
 
 /// Matched by position instead of provenance, in a part of the frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ByPosition {
+pub(crate) struct ByPosition {
     /// By distance within the match radius, only sums of `ate_m` and counts.
     pub errors: Errors,
     /// Sum of GOSPA, m.
@@ -95,7 +95,7 @@ pub struct ByPosition {
 
 /// Frames of the agents other than the first that arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FrameCounts {
+pub(crate) struct FrameCounts {
     /// All.
     pub arrived: u64,
     /// Of them, stamped earlier than something that had arrived before, of any agent that the hub listens to.
@@ -112,7 +112,7 @@ pub struct FrameCounts {
 
 impl FrameCounts {
     /// Adds another agent's, or another run's.
-    pub const fn add(&mut self, other: &Self) {
+    pub(crate) const fn add(&mut self, other: &Self) {
         self.arrived += other.arrived;
         self.late += other.late;
         self.handled += other.handled;
@@ -124,7 +124,7 @@ impl FrameCounts {
 
 /// Whose frames are examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reference {
+pub(crate) struct Reference {
     /// The agent that the others are compared with.
     pub agent: AgentId,
     /// Whether the hub hears no other.
@@ -133,14 +133,14 @@ pub struct Reference {
 
 impl Reference {
     /// Whether this agent's frames are examined: the reference's own only where it is alone.
-    pub fn examines(&self, agent: &AgentId) -> bool {
+    pub(crate) fn examines(&self, agent: &AgentId) -> bool {
         self.is_alone || *agent != self.agent
     }
 }
 
 /// One run of one method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub(crate) struct Record {
     /// By stretch of [`BLOCK`] and [`Subset`].
     pub blocks: Vec<[Errors; 4]>,
     /// Matched by position.
@@ -176,7 +176,7 @@ pub struct Record {
 
 /// The hub's statistics of one agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AgentStatistics {
+pub(crate) struct AgentStatistics {
     /// Whether it is the first agent.
     pub is_first: bool,
     /// Frames accepted.
@@ -191,7 +191,7 @@ pub struct AgentStatistics {
 
 impl Record {
     /// Adds the hub's statistics of an agent. Innovations weigh by frames.
-    pub fn add_statistics(&mut self, agent: &AgentStatistics) {
+    pub(crate) fn add_statistics(&mut self, agent: &AgentStatistics) {
         if let Some(nis) = agent.nis_per_dof {
             self.nis = (self.nis.0 + nis * agent.accepted as f64, self.nis.1 + agent.accepted);
         }
@@ -206,7 +206,7 @@ impl Record {
 }
 
 /// Values at [`PERCENTS`], by nearest rank; empty where there are none.
-pub fn distribution(mut values: Vec<f64>) -> Vec<f64> {
+pub(crate) fn distribution(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
     // To the microsecond: what is kept is read by people, too.
     let at = |percent: &u32| crate::score::percentiles::nearest_rank(&values, *percent as usize);

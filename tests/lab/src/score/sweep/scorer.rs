@@ -21,7 +21,7 @@ const BY_POSITION: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M),
 
 /// What is scored of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct Scope {
+pub(crate) struct Scope {
     /// The agent that the others are compared with.
     pub reference: Reference,
     /// Fused frames count from this time on.
@@ -32,7 +32,7 @@ pub struct Scope {
 
 /// Scores the fused frames of one method.
 #[derive(Debug)]
-pub struct Scorer<'a, 'b> {
+pub(crate) struct Scorer<'a, 'b> {
     snapshots: &'a mut Snapshots<'b>,
     provenance: &'a Provenance,
     scope: Scope,
@@ -47,7 +47,7 @@ pub struct Scorer<'a, 'b> {
 
 impl<'a, 'b> Scorer<'a, 'b> {
     /// A scorer that has no frames yet.
-    pub fn new(snapshots: &'a mut Snapshots<'b>, provenance: &'a Provenance, scope: Scope) -> Self {
+    pub(crate) fn new(snapshots: &'a mut Snapshots<'b>, provenance: &'a Provenance, scope: Scope) -> Self {
         Self {
             snapshots,
             provenance,
@@ -63,7 +63,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
     }
 
     /// Adds a fused frame.
-    pub fn add(&mut self, received: &ReceivedFused) {
+    pub(crate) fn add(&mut self, received: &ReceivedFused) {
         let frame = &received.frame;
         if frame.fused_at < self.scope.start || frame.fused_at > self.scope.end {
             return;
@@ -161,7 +161,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
     }
 
     /// The record; what is known of frames in transit is still to be filled in.
-    pub fn finish(self) -> Record {
+    pub(crate) fn finish(self) -> Record {
         let Self { mut record, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, .. } = self;
         record.age_ms = distribution(ages_ms);
         record.other_age_ms = distribution(other_ages_ms);

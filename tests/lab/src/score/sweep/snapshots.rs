@@ -18,7 +18,7 @@ const LIFE_STEP: Span = Span::from_millis(500);
 
 /// The world at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
+pub(crate) struct Snapshot {
     /// All objects, by id.
     pub objects: Vec<TrueBox>,
     /// Whether each counts: for the last second in view of the first two agents.
@@ -30,7 +30,7 @@ pub struct Snapshot {
 
 /// Snapshots, each computed once.
 #[derive(Debug)]
-pub struct Snapshots<'a> {
+pub(crate) struct Snapshots<'a> {
     coverage: Coverage<'a>,
     bodies: BTreeSet<ObjectId>,
     movers: BTreeSet<ObjectId>,
@@ -39,7 +39,7 @@ pub struct Snapshots<'a> {
 
 impl<'a> Snapshots<'a> {
     /// Of a run between two times. Agents' own `bodies` never count.
-    pub fn new(
+    pub(crate) fn new(
         mut coverage: Coverage<'a>,
         bodies: BTreeSet<ObjectId>,
         start: Timestamp,
@@ -62,7 +62,7 @@ impl<'a> Snapshots<'a> {
     }
 
     /// The world at a time.
-    pub fn at(&mut self, at: Timestamp) -> Rc<Snapshot> {
+    pub(crate) fn at(&mut self, at: Timestamp) -> Rc<Snapshot> {
         if let Some(snapshot) = self.snapshots.get(&at) {
             return snapshot.clone();
         }
@@ -88,7 +88,7 @@ impl<'a> Snapshots<'a> {
     }
 
     /// Whether both agents see the place then, m.
-    pub fn is_in_view(&self, snapshot: &Snapshot, x: f64, y: f64) -> bool {
+    pub(crate) fn is_in_view(&self, snapshot: &Snapshot, x: f64, y: f64) -> bool {
         self.coverage
             .observers()
             .iter()

@@ -10,7 +10,7 @@ const SYNCHRONOUS: Span = Span::from_millis(10);
 
 /// One frame that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArrivedFrame {
+pub(crate) struct ArrivedFrame {
     /// Whose.
     pub agent: AgentId,
     /// By its sender's clock.
@@ -24,7 +24,7 @@ pub struct ArrivedFrame {
 }
 
 /// Notes the frames of a run of this duration that a hub heard, in the order in which they arrived.
-pub fn add_transit(record: &mut Record, heard: &[ArrivedFrame], reference: Reference, duration: Span) {
+pub(crate) fn add_transit(record: &mut Record, heard: &[ArrivedFrame], reference: Reference, duration: Span) {
     let mut newest_stamp = None;
     for frame in heard {
         if frame.agent != reference.agent {

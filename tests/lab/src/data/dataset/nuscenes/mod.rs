@@ -10,15 +10,15 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use error::NuscenesError;
-pub use split::Split;
+pub(crate) use error::NuscenesError;
+pub(crate) use split::Split;
 
 use crate::data::scene::Scene;
 use assemble::Assembly;
 use std::path::Path;
 
 /// Reads the scenes of a split.
-pub fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
+pub(crate) fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
     let folder = root.join(version);
     let mut assembly = Assembly::default();
     assembly.read_classes(&folder)?;
