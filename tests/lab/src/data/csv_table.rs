@@ -1,4 +1,4 @@
-//! Tables that people bring, read row by row: what is wrong with one is told with line, column and value.
+//! CSV tables of users, read row by row. Errors name line, column and value.
 
 use crate::data::seconds;
 use std::io::Read;
@@ -19,7 +19,7 @@ pub enum CsvError {
         /// Why.
         source: std::io::Error,
     },
-    /// Not a table at all.
+    /// It cannot be parsed as CSV.
     #[error("{} is no table", .path.display())]
     NoTable {
         /// Which file.
@@ -27,17 +27,17 @@ pub enum CsvError {
         /// Why.
         source: csv::Error,
     },
-    /// Columns that are needed are not there.
+    /// Required columns are missing.
     #[error("{} has no column {missing}; needed are {needed}", .path.display())]
     MissingColumns {
         /// Which file.
         path: PathBuf,
-        /// All that are missing.
+        /// All missing columns.
         missing: String,
-        /// All that are needed.
+        /// All required columns.
         needed: String,
     },
-    /// A row with more cells than there are columns: often a comma for a decimal point.
+    /// A row has more cells than the header: often a comma was used as decimal point.
     #[error("{}, line {line}: {cells} cells under {columns} columns", .path.display())]
     TooManyCells {
         /// Which file.
@@ -49,7 +49,7 @@ pub enum CsvError {
         /// Cells of the header.
         columns: usize,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{}, line {line}, column {column}: {value:?}, expected {expected}", .path.display())]
     Field {
         /// Which file.
@@ -58,14 +58,14 @@ pub enum CsvError {
         line: u64,
         /// The column's name.
         column: &'static str,
-        /// What stands there.
+        /// The value.
         value: String,
-        /// What may stand there.
+        /// What is valid.
         expected: String,
     },
 }
 
-/// A table of which one row is held at a time.
+/// A table. It holds one row at a time.
 #[derive(Debug)]
 pub(crate) struct CsvTable<R> {
     path: PathBuf,
@@ -85,15 +85,15 @@ impl CsvTable<std::fs::File> {
 }
 
 impl<R: Read> CsvTable<R> {
-    /// Reads the header, which must hold the first columns and may hold the second; all others are ignored.
-    /// `path` is for errors.
+    /// Reads the header. It must contain the first columns and may contain the second; all others are ignored. `path` is
+    /// for errors.
     pub(crate) fn new(
         table: R,
         path: &Path,
         (needed, optional): (&[&'static str], &[&'static str]),
     ) -> Result<Self, CsvError> {
         let path = path.to_owned();
-        // A short row is told of by the first column that it lacks.
+        // The error of a short row names the first missing column.
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(table);
         let header = match reader.headers() {
             Ok(header) => header.clone(),
@@ -112,12 +112,12 @@ impl<R: Read> CsvTable<R> {
         Ok(Self { path, reader, n_columns: header.len(), places, record: csv::StringRecord::new() })
     }
 
-    /// Whether there is a column of this name, of those asked for.
+    /// Whether the table has this column, of those that were requested.
     pub(crate) fn has(&self, column: &str) -> bool {
         self.places.iter().any(|(name, _)| *name == column)
     }
 
-    /// How many bytes have been read.
+    /// Number of bytes read.
     pub(crate) fn n_bytes(&self) -> u64 {
         self.reader.position().byte()
     }
@@ -149,18 +149,18 @@ pub(crate) struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// Where it stands, counted from 1, the header included.
+    /// Line number, counted from 1, the header included.
     pub(crate) const fn line(&self) -> u64 {
         self.line
     }
 
-    /// What stands in a column; nothing where there is none.
+    /// The text in a column; empty where the column is missing.
     pub(crate) fn text(&self, column: &str) -> &'a str {
         let place = self.places.iter().find(|(name, _)| *name == column).map(|(_, place)| *place);
         place.and_then(|place| self.record.get(place)).unwrap_or_default()
     }
 
-    /// The error that a column does not hold what it must.
+    /// The error of an invalid value in a column.
     pub(crate) fn wrong(&self, column: &'static str, expected: impl Into<String>) -> CsvError {
         let (path, value) = (self.path.to_owned(), self.text(column).to_owned());
         CsvError::Field { path, line: self.line, column, value, expected: expected.into() }

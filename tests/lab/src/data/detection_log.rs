@@ -12,34 +12,34 @@ use v2x_common::geometry::Pose;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Timestamp;
 
-/// Columns that must be there.
+/// Required columns.
 pub(crate) const COLUMNS: [&str; 14] =
     ["t_arr", "t", "sensor_id", "class", "x", "y", "w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
-/// Where the sensor is.
+/// Position of the sensor.
 pub(crate) const SENSOR_COLUMNS: [&str; 2] = ["sensor_x", "sensor_y"];
 
-/// A log says nothing of reboots.
+/// A log has no boot epochs.
 const EPOCH: u64 = 1;
-/// A log says nothing of confidence.
+/// A log has no confidence scores.
 const SCORE: f64 = 1.0;
 
-/// A frame, and when it arrived.
+/// A frame with its time of arrival.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Arrival {
     /// By the clock of the log.
     pub received_at: Timestamp,
-    /// What arrived.
+    /// The frame.
     pub frame: DetectionFrame,
 }
 
-/// A log that is being read; no more of it is held than what arrived at one time.
+/// A log that is read frame by frame. It holds the frames of one time of arrival.
 #[derive(Debug)]
 pub(crate) struct DetectionLog<R> {
     table: CsvTable<R>,
     has_poses: bool,
-    /// What arrived at one time, in order.
+    /// The frames of one time of arrival, in order.
     ready: VecDeque<Arrival>,
-    /// The first row of what arrived next.
+    /// The first row of the next time of arrival.
     ahead: Option<Report>,
     /// Number of each sensor's next frame.
     sequences: BTreeMap<AgentId, u64>,
@@ -78,22 +78,22 @@ impl<R: Read> DetectionLog<R> {
         })
     }
 
-    /// Whether it says where sensors are.
+    /// Whether it has the positions of sensors.
     pub(crate) const fn has_poses(&self) -> bool {
         self.has_poses
     }
 
-    /// How many bytes of it have been read.
+    /// Number of bytes read.
     pub(crate) fn n_bytes(&self) -> u64 {
         self.table.n_bytes()
     }
 
-    /// Detections so far whose class name is of no known vocabulary.
+    /// Detections so far with an unknown class name.
     pub(crate) const fn unknown_classes(&self) -> u64 {
         self.unknown_classes
     }
 
-    /// Sensors so far.
+    /// Number of sensors so far.
     pub(crate) fn n_sensors(&self) -> usize {
         self.sequences.len()
     }
@@ -106,7 +106,7 @@ impl<R: Read> DetectionLog<R> {
         Ok(self.ready.pop_front())
     }
 
-    /// Reads what arrived at the next time.
+    /// Reads the frames of the next time of arrival.
     fn read_one_time(&mut self) -> Result<(), CsvError> {
         let first = match self.ahead.take() {
             Some(first) => first,
@@ -144,7 +144,7 @@ impl<R: Read> DetectionLog<R> {
         self.ready.push_back(Arrival { received_at, frame });
     }
 
-    /// The next row, which must not have arrived before the others.
+    /// The next row. It is an error if it arrived before the previous one.
     fn read(&mut self, not_before: Timestamp) -> Result<Option<Report>, CsvError> {
         let Some(row) = self.table.next_row()? else { return Ok(None) };
         let received_at = row.seconds("t_arr")?;
@@ -195,7 +195,7 @@ fn pose(row: &Row<'_>) -> Result<Option<Pose>, CsvError> {
     }
 }
 
-/// The detection, and whether its class is of a known vocabulary.
+/// The detection, and whether its class name is known.
 fn detection(row: &Row<'_>, origin: Option<&Pose>) -> Result<(Detection, bool), CsvError> {
     let bev = row.bev(["w", "d"])?;
     if let Some(origin) = origin {

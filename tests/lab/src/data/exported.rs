@@ -11,7 +11,7 @@ use v2x_common::time::Timestamp;
 
 /// Names of the agents.
 pub(crate) const AGENTS: [&str; 2] = ["agent-1", "agent-2"];
-/// Columns that follow those of `lab fuse`.
+/// Further columns, after those of `lab fuse`.
 pub(crate) const FURTHER_COLUMNS: [&str; 3] = ["det_id", "sensor_x", "sensor_y"];
 
 /// Which detection of a scene: `agent-1:12:3` is the fourth one of the first agent in the thirteenth keyframe.
@@ -31,7 +31,7 @@ impl fmt::Display for DetectionId {
     }
 }
 
-/// Not what a [`DetectionId`] is written as.
+/// The text is no [`DetectionId`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a det_id such as agent-1:12:3")]
 pub(crate) struct NoDetectionId;
@@ -55,7 +55,7 @@ pub(crate) fn reports(protocol: &Protocol, scene: &Scene) -> Vec<[AgentReport; 2
     (0..scene.keyframes.len()).map(|frame| protocol.observe(scene, frame)).collect()
 }
 
-/// All of it as CSV, but not what it is of.
+/// All detections as CSV, without the truth.
 pub(crate) fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
     let mut text = format!("{},{}\n", COLUMNS.join(","), FURTHER_COLUMNS.join(","));
     for (frame, (keyframe, reports)) in scene.keyframes.iter().zip(reports).enumerate() {
@@ -73,7 +73,7 @@ pub(crate) fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
     text
 }
 
-/// With the fewest digits that are read as the same number.
+/// Writes the fewest digits that are read as the same number.
 fn write_detection(out: &mut String, detection: &Detection) -> fmt::Result {
     let Detection { class, bev, covariance, .. } = detection;
     write!(out, "{class},{},{},{},{},{},", bev.x, bev.y, bev.w, bev.d, bev.yaw)?;

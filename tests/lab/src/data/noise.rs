@@ -1,4 +1,4 @@
-//! The paper's noise (METHODS.md 0), in several shapes, keyed by what it falls on.
+//! The paper's noise (METHODS.md 0), in several shapes, keyed by scene, frame, agent and object.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -23,12 +23,12 @@ pub enum Shape {
     Uniform,
     /// Heavier tails
     Laplace,
-    /// Student's t with 5 degrees of freedom: still heavier
+    /// Student's t with 5 degrees of freedom: the heaviest tails
     StudentT,
 }
 
 impl Shape {
-    /// All four.
+    /// All shapes.
     pub const ALL: [Self; 4] = [Self::Gaussian, Self::Uniform, Self::Laplace, Self::StudentT];
 
     /// The name in tables.
@@ -107,8 +107,8 @@ impl NoisePair {
         }
     }
 
-    /// Overlap (IoU or GIoU) above which boxes are of one object (paper, Table I). The paper does not say which
-    /// level's holds for N1-N3; of the worse one, since a threshold is there for the noise.
+    /// Overlap (IoU or GIoU) above which boxes are of one object (paper, Table I). The paper gives no value for N1-N3; the
+    /// value of the higher noise is used.
     pub const fn overlap_threshold(self) -> f64 {
         match self {
             Self::N1N1 | Self::N2N2 => 0.5,
@@ -117,39 +117,39 @@ impl NoisePair {
     }
 }
 
-/// What a stream of random numbers is for.
+/// Purpose of a stream of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// How this agent measures an object.
+    /// An agent's measurement of an object.
     Measurement {
         /// Place of the agent.
         agent: u32,
         /// Number of the object.
         object: u32,
     },
-    /// Where an agent is.
+    /// The place of an agent.
     Place,
-    /// The order in which an agent reports.
+    /// The order of an agent's detections.
     Order {
         /// Place of the agent.
         agent: u32,
     },
-    /// Whether this agent sees an object at all.
+    /// Whether an agent detects an object.
     Detection {
         /// Place of the agent.
         agent: u32,
         /// Number of the object.
         object: u32,
     },
-    /// What this agent reports that is not there.
+    /// An agent's clutter.
     Clutter {
         /// Place of the agent.
         agent: u32,
     },
 }
 
-/// One realisation of the noise. Nothing else decides a draw: not the methods, not the level of noise, not which
-/// other scenes there are; all methods see the same errors.
+/// One realisation of the noise. Draws do not depend on methods, on levels of noise, or on other scenes: all methods get
+/// the same errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Realisation {
     /// The table's seed.
@@ -188,14 +188,14 @@ pub(crate) fn stable_hash(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, step)
 }
 
-/// Shuffles as Fisher and Yates.
+/// Fisher-Yates shuffle.
 pub(super) fn shuffle<T>(items: &mut [T], rng: &mut ChaCha8Rng) {
     for last in (1..items.len()).rev() {
         items.swap(last, rng.random_range(0..=last));
     }
 }
 
-/// Measures a true box from where the sensor is.
+/// Measures a true box with a sensor at this pose.
 pub(crate) fn perturb(
     truth: &BevBox,
     sensor: &Pose,
@@ -214,8 +214,8 @@ pub(crate) fn perturb(
     }
 }
 
-/// A factor for a true width or depth (m): eq. (5)-(6), truncated below (METHODS.md 13.1), and above where the wire
-/// ends; by drawing again.
+/// A factor for a true width or depth (m): eq. (5)-(6), truncated below (METHODS.md 13.1), and above at the limit of the
+/// wire format. Values outside are drawn again.
 fn size_factor(size_m: f64, (model, shape): (&NoiseModel, Shape), rng: &mut ChaCha8Rng) -> f64 {
     let bounds = model.size.lower.max(MIN_SIZE_M / size_m)..=MAX_SIZE_M / size_m;
     loop {

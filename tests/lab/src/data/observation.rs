@@ -1,4 +1,4 @@
-//! What the two agents report of a keyframe.
+//! The detections that the two agents report of a keyframe.
 
 use crate::data::conditions::Conditions;
 use crate::data::noise::{NoisePair, Purpose, Realisation, Shape, perturb, shuffle};
@@ -12,15 +12,15 @@ use v2x_common::class::Class;
 use v2x_common::detection::Detection;
 use v2x_common::geometry::{BevBox, Pose};
 
-/// Agent 2 is drawn from a disc of this radius around agent 1, for every frame anew, m: its mean range in the
+/// The place of agent 2 is drawn for every frame from a disc of this radius around agent 1, m: its mean range in the
 /// paper equals agent 1's (METHODS.md 0).
 const DISC_RADIUS_M: f64 = 15.0;
-/// The paper's detectors are always sure.
+/// The paper's detectors have no confidence scores.
 const SCORE: f64 = 1.0;
-/// What false reports are taken for.
+/// Classes of clutter.
 const CLUTTER_CLASSES: [Class; 4] = [Class::Car, Class::Adult, Class::Bicycle, Class::TrafficCone];
 
-/// How scenes become detections.
+/// The rules by which scenes become detections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Protocol {
     /// Levels of noise of both agents.
@@ -29,18 +29,18 @@ pub(crate) struct Protocol {
     pub shape: Shape,
     /// What agents can see.
     pub conditions: Conditions,
-    /// Which errors.
+    /// Seed and trial of the errors.
     pub realisation: Realisation,
 }
 
-/// What one agent reports of a keyframe.
+/// The report of one agent of a keyframe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgentReport {
-    /// Where it is.
+    /// Pose of the agent.
     pub pose: Pose,
-    /// What it sees, in no meaningful order.
+    /// Its detections, in no meaningful order.
     pub detections: Vec<Detection>,
-    /// For each detection the number of its object, for scoring only; `None` for what is not there.
+    /// The true object of each detection, for scoring only; `None` for clutter.
     pub identities: Vec<Option<ObjectId>>,
 }
 
@@ -55,8 +55,8 @@ struct Observer<'a> {
 }
 
 impl Protocol {
-    /// What agents 1 and 2 report of a keyframe. The σ that they report follow from the measured range and the
-    /// measured size, not from the true ones.
+    /// The reports of agents 1 and 2. The reported σ follow from the measured range and the measured size, not from the
+    /// true ones.
     pub(crate) fn observe(&self, scene: &Scene, frame: usize) -> [AgentReport; 2] {
         let keyframe = &scene.keyframes[frame];
         let (scene, frame) = (scene.name.as_str(), frame_number(frame));
@@ -67,7 +67,7 @@ impl Protocol {
         })
     }
 
-    /// For each object of a keyframe whether it is to be found: whether it is in any agent's view.
+    /// For each object of a keyframe whether any agent covers it. Only covered objects count.
     pub(crate) fn is_in_view(&self, scene: &Scene, frame: usize) -> Vec<bool> {
         let keyframe = &scene.keyframes[frame];
         let poses = self.poses(&scene.name, keyframe, frame_number(frame));
@@ -125,7 +125,7 @@ impl Protocol {
         Detection { class, score: SCORE, bev, covariance, velocity: None, source_track: None }
     }
 
-    /// Things that are not there, uniform in the agent's view, anywhere in its report.
+    /// Adds clutter, uniform in the agent's field of view, at random places of the report.
     fn add_clutter(&self, report: &mut AgentReport, agent: u32, rng: &mut ChaCha8Rng) {
         for _ in 0..poisson(rng, self.conditions.clutter_per_frame()) {
             let radius_m = self.conditions.range_m() * libm::sqrt(unit(rng));

@@ -11,7 +11,7 @@ use v2x_common::time::Timestamp;
 use v2x_common::wire::json::ReportDefaults;
 use v2x_common::wire::{self, WireError};
 
-/// Why a recording is no run.
+/// Why a recording cannot be read as a run.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum RunLogError {
     /// The recording itself is broken.
@@ -20,9 +20,9 @@ pub(crate) enum RunLogError {
     /// A payload cannot be read.
     #[error("payload of {key}: {source}")]
     Payload {
-        /// Under which key.
+        /// The key.
         key: String,
-        /// What is wrong with it.
+        /// The cause.
         source: WireError,
     },
     /// A side table of simulation truth cannot be read.
@@ -35,8 +35,8 @@ pub(crate) enum RunLogError {
     },
 }
 
-/// The run of a recording. Detection frames that are unreadable or without simulation truth (of foreign
-/// agents) are left out: they cannot be scored.
+/// The run of a recording. Detection frames that are unreadable, or have no simulation truth (of foreign agents), are
+/// left out: they cannot be scored.
 pub(crate) fn run_log(
     entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
 ) -> Result<RunLog, RunLogError> {

@@ -3,11 +3,11 @@
 use v2x_common::time::Timestamp;
 
 const NANOS_PER_S: i64 = 1_000_000_000;
-/// Digits behind the point that are looked at: far below a nanosecond.
+/// Digits behind the point that are read: far below a nanosecond.
 const MAX_FRACTION: usize = 20;
 
-/// A decimal number of seconds, rounded to the nearest nanosecond; never by way of a float, which would not even
-/// hold the microseconds of a Unix time well. `None` for what is no number, or 292 years or more.
+/// A decimal number of seconds, rounded to the nearest nanosecond. It is not read as a float, which cannot represent the
+/// microseconds of a Unix time well. `None` if it is no number, or 292 years or more.
 pub(crate) fn parse(text: &str) -> Option<Timestamp> {
     let (mantissa, exponent) = match text.split_once(['e', 'E']) {
         Some((mantissa, exponent)) => (mantissa, exponent.parse::<i16>().ok()?),
@@ -40,13 +40,13 @@ fn scaled(magnitude: i128, shift: i64) -> Option<i128> {
     match power {
         Some(power) if shift >= 0 => magnitude.checked_mul(power),
         Some(power) => Some((magnitude + power / 2) / power),
-        // Divided by more than any number of 128 bits.
+        // The divisor is larger than any number of 128 bits.
         None if shift < 0 => Some(0),
         None => None,
     }
 }
 
-/// A time in seconds, with as many digits as it has.
+/// A time in seconds, with all its digits.
 pub(crate) fn text(at: Timestamp) -> String {
     let nanos = at.as_nanos();
     let sign = if nanos < 0 { "-" } else { "" };

@@ -1,4 +1,4 @@
-//! What was there, at any time.
+//! The ground truth of a log: a table, interpolated to any time.
 
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use crate::data::seconds;
@@ -10,9 +10,9 @@ use v2x_common::class::Class;
 use v2x_common::geometry::{BevBox, angle_difference, wrap_angle};
 use v2x_common::time::{Span, Timestamp};
 
-/// Columns that must be there.
+/// Required columns.
 pub(crate) const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
-/// A row this near in time is taken as it is.
+/// A row within this time is used without interpolation.
 pub(crate) const TOLERANCE: Span = Span::from_millis(1);
 
 /// One row of an object.
@@ -24,21 +24,21 @@ struct Sample {
     line: u64,
 }
 
-/// An object's whole life.
+/// All rows of an object.
 #[derive(Clone, Debug, PartialEq)]
 struct Life {
     id: ObjectId,
     class: Class,
     /// In order of time; at least one.
     samples: Vec<Sample>,
-    /// The first sample that is not over.
+    /// The first sample that is not in the past.
     place: usize,
 }
 
-/// The truth; it is asked for times that grow.
+/// The truth by time. Requested times must not decrease.
 #[derive(Clone, Debug)]
 pub(crate) struct Truth {
-    /// By their beginnings.
+    /// Objects that are not there yet, by first row.
     to_come: std::vec::IntoIter<Life>,
     there: Vec<Life>,
     begin: Timestamp,
@@ -46,12 +46,12 @@ pub(crate) struct Truth {
     unknown_classes: u64,
 }
 
-/// What is there at one time.
+/// The true objects at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
-    /// The objects; a velocity that is not known is zero.
+    /// The objects; an unknown velocity is zero.
     pub objects: Vec<TrueObject>,
-    /// By object, where it is known, m/s.
+    /// Velocity of each object where it is known, m/s.
     pub velocities: Vec<Option<(f64, f64)>>,
 }
 
@@ -96,19 +96,18 @@ impl Truth {
         }
     }
 
-    /// When the first and the last row are; before and after it is not known what was there. Without any row it ends
-    /// before it begins.
+    /// The time from the first to the last row. Outside of it the truth is unknown. Without any row it ends before it begins.
     pub(crate) fn span(&self) -> (Timestamp, Timestamp) {
         (self.begin - TOLERANCE, self.end + TOLERANCE)
     }
 
-    /// Rows of objects whose class name is of no known vocabulary.
+    /// Rows with an unknown class name.
     pub(crate) const fn unknown_classes(&self) -> u64 {
         self.unknown_classes
     }
 
-    /// What is there at a time no earlier than the last one asked for. An object is there between its first and its
-    /// last row.
+    /// The objects at a time, which must not be earlier than the last requested time. An object exists between its first and
+    /// its last row.
     pub(crate) fn at(&mut self, now: Timestamp) -> Moment {
         while self.to_come.as_slice().first().is_some_and(|life| life.samples[0].at <= now + TOLERANCE) {
             self.there.extend(self.to_come.next());
@@ -126,7 +125,7 @@ impl Truth {
 }
 
 impl Life {
-    /// Puts its rows in order of time, of which there is one for each.
+    /// Sorts the rows by time. Two rows of one time are an error.
     fn sort(&mut self, path: &Path) -> Result<(), CsvError> {
         self.samples.sort_by_key(|sample| sample.at);
         match self.samples.windows(2).find(|pair| pair[0].at == pair[1].at) {
@@ -141,7 +140,7 @@ impl Life {
         }
     }
 
-    /// Moves on; whether it is still there.
+    /// Advances to a time; whether the object still exists.
     fn advance(&mut self, now: Timestamp) -> bool {
         while self.samples.get(self.place).is_some_and(|sample| sample.at + TOLERANCE < now) {
             self.place += 1;
@@ -149,7 +148,7 @@ impl Life {
         self.place < self.samples.len()
     }
 
-    /// The nearest row within the tolerance, else between the rows before and after.
+    /// The nearest row within the tolerance, else interpolated between the rows before and after.
     fn at(&self, now: Timestamp) -> Sample {
         let after = self.samples[self.place];
         let next =
@@ -162,7 +161,7 @@ impl Life {
     }
 }
 
-/// Linear; the heading along the short way.
+/// Linear interpolation; the heading turns the shorter way.
 fn between(before: &Sample, after: &Sample, now: Timestamp) -> Sample {
     let share = (now - before.at).as_secs_f64() / (after.at - before.at).as_secs_f64();
     let mix = |a: f64, b: f64| a + share * (b - a);

@@ -36,12 +36,12 @@ impl Publishing for AsHub {
     }
 }
 
-/// Publishes at every tick from a time on. What arrives at a tick is contained in what is published at it.
+/// Publishes at every tick from a time on. What arrives at a tick is contained in the frame of this tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EveryTick(Ticks);
 
 impl EveryTick {
-    /// From this time on.
+    /// Ticks from this time on.
     pub(crate) fn from(begin: Timestamp) -> Self {
         Self(Ticks::within(begin, Timestamp::MAX))
     }
@@ -62,7 +62,7 @@ impl Publishing for EveryTick {
     }
 }
 
-/// Publishes the objects of every keyframe that was asked for: at once, or when the lag is over.
+/// Publishes the objects of every requested keyframe: at once, or after a lag.
 #[derive(Clone, Debug)]
 pub(crate) struct OfKeyframes {
     /// Zero: at once.
@@ -71,12 +71,12 @@ pub(crate) struct OfKeyframes {
 }
 
 impl OfKeyframes {
-    /// A keyframe is published so long after its own time.
+    /// A keyframe is published this long after its own time.
     pub(crate) const fn new(lag: Span) -> Self {
         Self { lag, asked: VecDeque::new() }
     }
 
-    /// Asks for a keyframe; times grow.
+    /// Requests a keyframe. Times must not decrease.
     pub(crate) fn ask(&mut self, at: Timestamp) {
         self.asked.push_back(at);
     }

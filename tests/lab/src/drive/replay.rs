@@ -12,12 +12,12 @@ use v2x_common::time::Span;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::refusal::Disposition;
 
-/// What went through.
+/// Counts of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Counts {
-    /// Frames, refused ones among them.
+    /// Frames, refused ones included.
     pub frames: u64,
-    /// Detections, those of refused frames among them.
+    /// Detections, those of refused frames included.
     pub detections: u64,
     /// Ticks.
     pub ticks: u64,
@@ -32,16 +32,16 @@ pub(crate) struct Counts {
 /// An engine that replays a log.
 #[derive(Debug)]
 pub(crate) struct Replay {
-    /// It knows nothing yet.
+    /// A new engine.
     pub engine: Engine,
-    /// How every sensor describes itself; `None` where nothing is known.
+    /// The description of every sensor; `None` where nothing is known.
     pub description: Option<SensorDescription>,
-    /// Tells how much computing time was used so far.
+    /// Returns the computing time used so far.
     pub stopwatch: fn() -> Span,
 }
 
 impl Replay {
-    /// Feeds the engine with the whole log. `progress` gets how many bytes of the log have been read.
+    /// Feeds the engine with the whole log. `progress` gets the number of bytes read.
     pub(crate) fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
         self,
         log: &mut DetectionLog<R>,
@@ -92,7 +92,7 @@ mod tests {
 
     const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n";
 
-    /// Ticks with the places and tracks of their objects.
+    /// Ticks in ms with the positions of their objects.
     #[derive(Default)]
     struct Notes {
         published: Vec<(i64, Vec<f64>)>,

@@ -1,4 +1,4 @@
-//! What a scenario's agents send, in the order in which it arrives, and an engine fed with it in virtual time.
+//! The frames of a scenario's agents in order of arrival, and an engine that is fed with them in virtual time.
 //!
 //! The network is a queue ordered by arrival. Frames go through the same wire bytes as live; the same scenario and
 //! seed give the same bits.
@@ -25,58 +25,58 @@ use v2x_fusion_hub::schedule::PublishMode;
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Arrival {
-    /// When, by the hub's clock, which is right.
+    /// Time of arrival by the hub's clock, which is right.
     pub received_at: Timestamp,
     /// When it was captured and sent, in true time.
     pub times: SendTimes,
-    /// What came off the wire.
+    /// The frame, decoded from its wire bytes.
     pub frame: DetectionFrame,
     /// Its size on the wire, bytes.
     pub bytes: usize,
-    /// Which true object stands behind each detection.
+    /// The true object of each detection.
     pub identities: Identities,
 }
 
 /// When a frame was captured and sent, in true time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SendTimes {
-    /// Captured.
+    /// Time of capture.
     pub captured_at: Timestamp,
-    /// Handed to the link.
+    /// When the agent handed it to the link.
     pub sent_at: Timestamp,
 }
 
 impl SendTimes {
-    /// Of an agent's frame of this number.
+    /// The times of an agent's frame of this sequence number.
     pub(crate) fn of(agent: &SimulatedAgent, sender: &Sender, sequence: u64) -> Self {
         Self { captured_at: agent.capture_time(sequence), sent_at: sender.sent_at(agent, sequence) }
     }
 }
 
-/// All that arrives in one run.
+/// Everything that arrives in one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Traffic {
-    /// What the agents say of their sensors.
+    /// The agents' sensor descriptions.
     pub descriptions: BTreeMap<AgentId, SensorDescription>,
-    /// Frames by arrival.
+    /// Frames in order of arrival.
     pub arrivals: Vec<Arrival>,
 }
 
-/// Whom an engine hears, and when it is asked.
+/// Which agents an engine listens to, and when it publishes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Listening<F> {
     /// When the hub publishes.
     pub publish: PublishMode,
     /// When it starts.
     pub start: Timestamp,
-    /// Until when it publishes at least; frames that arrive later are taken in all the same.
+    /// It publishes at least until this time. Frames that arrive later are accepted too.
     pub until: Option<Timestamp>,
-    /// Whom it listens to.
+    /// Which agents it listens to.
     pub listens_to: F,
 }
 
 impl Traffic {
-    /// Of the first `n_agents` of a scenario, which capture from `start` for `duration`.
+    /// The traffic of the first agents of a scenario.
     pub(crate) fn new(
         scenario: &Scenario,
         seed: u64,
@@ -98,7 +98,7 @@ impl Traffic {
         Ok(Self { descriptions, arrivals })
     }
 
-    /// Feeds an engine, and gives it back; `on_fused` gets every fused frame as a consumer next to the hub would.
+    /// Feeds an engine, and returns it. `on_fused` gets every fused frame as a consumer next to the hub would.
     pub(crate) fn feed(
         &self,
         engine: Engine,
@@ -123,7 +123,7 @@ impl Traffic {
     }
 }
 
-/// A consumer next to the hub: fused frames come to it as wire bytes.
+/// A consumer next to the hub: it receives fused frames as wire bytes.
 struct OverTheWire<F>(F);
 
 impl<F: FnMut(ReceivedFused)> Consumer for OverTheWire<F> {
@@ -137,7 +137,7 @@ impl<F: FnMut(ReceivedFused)> Consumer for OverTheWire<F> {
     }
 }
 
-/// The agents of a scenario, in its order.
+/// The agents of a scenario, in order.
 pub(crate) fn agents(
     scenario: &Scenario,
     seed: u64,
@@ -149,7 +149,7 @@ pub(crate) fn agents(
     scenario.agents.iter().filter_map(agent)
 }
 
-/// Every frame that its link delivers, by arrival, in true time: clocks of agents show in their stamps alone.
+/// Every frame that its link delivers, by arrival, in true time. The agents' clocks affect only their time stamps.
 fn arrivals(
     agents: &[SimulatedAgent],
     (start, end): (Timestamp, Timestamp),

@@ -20,7 +20,7 @@ const EXPLANATIONS: &str = "\
 - **id switches**: how often a true object was matched by another track than the last time.
 ";
 
-/// The report of a run: all figures, the picture `bev.svg` beside it, and what each figure means.
+/// The report of a run: all figures, the picture `bev.svg`, and the definition of each figure.
 pub(crate) fn report_md(summary: &Summary) -> String {
     let blocks = [
         format!("# Run of `{}`", summary.scenario),

@@ -1,11 +1,11 @@
-//! The summary for people: a table in the terminal and a report in Markdown, with the same figures.
+//! The summary of a run as tables for the terminal. The Markdown report has the same tables.
 
 use crate::report::table::Table;
 use crate::score::frame_metrics::Metrics;
 use crate::score::percentiles::Percentiles;
 use crate::score::run::summary::Summary;
 
-/// A summary that a person understands, for a terminal at least 80 columns wide.
+/// The summary as text, for a terminal at least 80 columns wide.
 pub(crate) fn summary_table(summary: &Summary) -> String {
     let blocks = [
         headline(summary),
@@ -19,7 +19,7 @@ pub(crate) fn summary_table(summary: &Summary) -> String {
     blocks.map(|block| block.trim_end().to_owned() + "\n").join("\n")
 }
 
-/// Over which objects.
+/// Which objects count.
 #[derive(Clone, Copy)]
 pub(super) enum Of {
     Common,
@@ -100,7 +100,7 @@ pub(super) fn tracks(summary: &Summary) -> String {
     )
 }
 
-/// How the fused error compares; `None` without one to compare.
+/// The fused error compared with the best agent's; `None` where either is missing.
 pub(super) fn comparison(summary: &Summary) -> Option<String> {
     let word = if summary.agents.len() == 2 { "better" } else { "best" };
     let ratio = summary.ate_ratio_to_best_agent?;

@@ -1,4 +1,4 @@
-//! How far an estimate is off.
+//! The error of one estimate.
 
 use crate::score::estimate::Estimate;
 use v2x_common::covariance::Covariance2;
@@ -15,8 +15,8 @@ pub struct BoxError {
     pub size: [f64; 2],
 }
 
-/// How the length of the size error is computed. Both are right to the last digit but one: results that are published
-/// with either keep their digits.
+/// How the length of the size error is rounded. Both are right to the last digit but one. Published results keep their
+/// digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SizeNorm {
     /// The root of the sum of squares: the paper's tables, and sweeps.

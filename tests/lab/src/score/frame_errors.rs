@@ -14,20 +14,20 @@ pub(crate) struct FrameErrors<'a> {
 /// Sums over one frame, or over a part of its objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ErrorSums {
-    /// Of all estimates that are of an object: those that repeat another one among them.
+    /// Of all estimates of an object, repeated ones included.
     pub all: [f64; 3],
     /// Of the matched ones only.
     pub matched: [f64; 3],
     /// Matched estimates.
     pub true_positives: u64,
-    /// Estimates that are of nothing, or repeat another one.
+    /// Estimates of no object, and repeated ones.
     pub false_positives: u64,
     /// Objects without an estimate.
     pub missed: u64,
 }
 
 impl<'a> FrameErrors<'a> {
-    /// The errors of a frame that is matched.
+    /// The errors of a matched frame.
     pub(crate) fn of(frame: &Frame<'_>, matching: &'a Matching, size_norm: SizeNorm) -> Self {
         let pairs = frame.estimates.iter().zip(&matching.outcomes);
         let errors = pairs.map(|(estimate, outcome)| {
@@ -37,7 +37,7 @@ impl<'a> FrameErrors<'a> {
         Self { matching, errors: errors.collect() }
     }
 
-    /// Sums over the objects that count. `counts` gets an object's place in the truth; `None` stands for what is of no
+    /// Sums over the objects that count. `counts` gets an object's place in the truth, or `None` for an estimate of no
     /// object.
     pub(crate) fn sums(&self, counts: impl Fn(Option<usize>) -> bool) -> ErrorSums {
         let mut sums = ErrorSums::default();
@@ -64,12 +64,12 @@ fn add(sums: &mut [f64; 3], errors: [f64; 3]) {
 }
 
 impl ErrorSums {
-    /// Estimates that count.
+    /// Number of estimates that count.
     pub(crate) const fn estimates(&self) -> u64 {
         self.true_positives + self.false_positives
     }
 
-    /// Objects that count.
+    /// Number of objects that count.
     pub(crate) const fn objects(&self) -> u64 {
         self.true_positives + self.missed
     }
@@ -90,7 +90,7 @@ impl ErrorSums {
     }
 }
 
-/// Sums over their number; `None` of nothing.
+/// Sums divided by their number; `None` for 0.
 #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
 pub(crate) fn mean(sums: [f64; 3], n: u64) -> Option<[f64; 3]> {
     (n > 0).then(|| sums.map(|sum| sum / n as f64))

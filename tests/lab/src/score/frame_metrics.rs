@@ -1,7 +1,7 @@
-//! How good the predictions of one frame are, and the means over frames.
+//! The last step for runs and logs: the figures of one frame, and their means over frames.
 //!
-//! Every figure is computed per frame over the pairs of that frame and then averaged over the frames
-//! that have it: a frame without a pair has no error, a frame without an object no recall.
+//! Every figure is computed per frame over the pairs of that frame, and then averaged over the frames that have it. A
+//! frame without a pair has no error, a frame without an object has no recall.
 
 use crate::score::errors::{SizeNorm, half_nees};
 use crate::score::frame_errors::{ErrorSums, FrameErrors};
@@ -60,7 +60,7 @@ pub struct Metrics {
     pub ade_m: Option<f64>,
     /// Average orientation error, degrees.
     pub aoe_deg: Option<f64>,
-    /// True positives among the predictions that count, 0 to 1.
+    /// True positives among the estimates that count, 0 to 1.
     pub precision: Option<f64>,
     /// True positives among the objects that count, 0 to 1.
     pub recall: Option<f64>,
@@ -76,7 +76,7 @@ pub struct Metrics {
     pub false_positives: u64,
     /// Pooled over all frames.
     pub false_negatives: u64,
-    /// Frames judged.
+    /// Scored frames.
     pub frames: u64,
 }
 
@@ -95,7 +95,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Takes in one frame.
+    /// Adds a frame.
     pub(crate) fn add(&mut self, frame: &FrameMetrics) {
         let FrameMetrics { sums, nees_position, gospa } = frame;
         let means = sums.mean_of_matched();
@@ -110,7 +110,7 @@ impl Tally {
         self.counts.false_positives += sums.false_positives;
         self.counts.missed += sums.missed;
         self.frames += 1;
-        // A frame with neither objects nor estimates says nothing, not that all is perfect.
+        // A frame with neither objects nor estimates has no GOSPA, not a perfect one.
         if precision.is_some() || recall.is_some() {
             let GospaParts { localisation_m2, missed_m2, false_m2 } = *gospa;
             self.gospa.add(Some(gospa.distance_m()));

@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::assignment::{Assigner, Candidate};
 
-/// Squared GOSPA of one frame by what caused it, m²; the parts add up.
+/// Squared GOSPA of one frame by cause, m². The parts add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GospaParts {
     /// Σ d² over the assigned pairs.
     pub localisation_m2: f64,
     /// c²/2 for every true object without a pair.
     pub missed_m2: f64,
-    /// c²/2 for every prediction without a pair.
+    /// c²/2 for every estimate without a pair.
     pub false_m2: f64,
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn gospa(
             }
         }
     }
-    // A prediction left alone also leaves an object alone that it could have had: c²/2 each.
+    // An estimate without a pair leaves an object without a pair, too: c²/2 each.
     let columns = assigner.solve(predictions.len(), truth.len(), &candidates, cutoff_m2);
     let (mut localisation_m2, mut pairs) = (0.0, 0);
     for (prediction, column) in predictions.iter().zip(columns) {
@@ -114,7 +114,7 @@ mod tests {
         assert!((parts.localisation_m2 - 3.142_809_474_082_757).abs() < 1e-12, "{parts:?}");
     }
 
-    /// By the definition: every way of giving each prediction an object of its own or none.
+    /// By the definition: the least over all assignments.
     fn least_by_enumeration(predictions: &[f64], truth: &mut Vec<Option<f64>>, cutoff_m: f64) -> f64 {
         let penalty = cutoff_m * cutoff_m / 2.0;
         let Some((first, rest)) = predictions.split_first() else {

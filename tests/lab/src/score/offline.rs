@@ -1,4 +1,4 @@
-//! How good the fused objects are, where the truth is known.
+//! The score of fused objects against a table of true objects.
 
 use crate::data::scene::TrueBox;
 use crate::data::truth_table::Truth;
@@ -12,7 +12,7 @@ use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::assignment::Assigner;
 
-/// A fused object is of a true one of a compatible class within this distance, m; also GOSPA's cut-off.
+/// Match radius between objects of compatible classes, m. Also the cut-off of GOSPA.
 pub(crate) const MATCH_RADIUS_M: f64 = 2.0;
 const RULE: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: true };
 
@@ -24,17 +24,17 @@ pub(crate) struct TruthScore {
     pub metrics: Metrics,
     /// Mean length of the error of the matched objects' velocities, m/s.
     pub velocity_error_mps: Option<f64>,
-    /// How often a true object's track became another one.
+    /// How often the track of a true object changed.
     pub id_switches: u64,
     /// Track ids for each matched object.
     pub ids_per_object: Option<f64>,
-    /// Within which distance objects are matched, m.
+    /// The match radius, m.
     pub match_radius_m: f64,
-    /// Rows of the truth whose class name is not known.
+    /// Rows of the truth with an unknown class name.
     pub unknown_classes: u64,
 }
 
-/// Compares tick after tick.
+/// Scores tick after tick.
 #[derive(Debug)]
 pub(crate) struct TruthScorer {
     truth: Truth,
@@ -45,7 +45,7 @@ pub(crate) struct TruthScorer {
 }
 
 impl TruthScorer {
-    /// By this truth.
+    /// Scores against this truth.
     pub(crate) fn new(truth: Truth) -> Self {
         Self {
             truth,
@@ -56,12 +56,12 @@ impl TruthScorer {
         }
     }
 
-    /// When it is known what was there.
+    /// The time for which the truth is known.
     pub(crate) fn span(&self) -> (Timestamp, Timestamp) {
         self.truth.span()
     }
 
-    /// Takes in what was told of one time; times grow. Beyond the truth's own span nothing is right or wrong.
+    /// Adds the objects of one time. Times must not decrease. Outside of the truth's own span nothing is scored.
     pub(crate) fn add(&mut self, at: Timestamp, objects: &[FusedObject]) {
         let (begin, end) = self.span();
         if at < begin || at > end {
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!((metrics.ate_m, metrics.ade_m, metrics.precision), (Some(1.0), Some(1.0), Some(0.5)));
         assert!((metrics.aoe_deg.unwrap() - 0.5_f64.to_degrees()).abs() < 1e-12);
         assert_eq!(velocity_error_mps, Some(5.0));
-        // GOSPA goes by position alone.
+        // GOSPA ignores the class.
         assert_eq!(metrics.gospa_m, Some(1.0));
     }
 

@@ -1,9 +1,9 @@
-//! A scenario's parameter by its path, as it stands in the file: `world.traffic`, `agents.rsu.link.delay_ms`.
+//! A scenario's parameter by its path in the file: `world.traffic`, `agents.rsu.link.delay_ms`.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The names along the way to a parameter.
+/// The names on the path to a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Path(Vec<String>);
 
@@ -18,25 +18,25 @@ pub enum OverrideError {
         "{path}: the scenario has no agent {agent:?}; it has {known}, and `*` is all of them, `others` all but the first"
     )]
     NoAgent {
-        /// What was to be set.
+        /// The path.
         path: String,
-        /// Whose.
+        /// The unknown agent.
         agent: String,
-        /// The agents that there are.
+        /// The known agents.
         known: String,
     },
-    /// Something on the way has no parts.
+    /// A value on the path is no table.
     #[error(
         "{path}: {part} is {value} in the scenario, which has no parts; write it as a table there, or vary it whole: {path_of_part}=NAME;NAME:loss=0.1"
     )]
     NoTable {
-        /// What was to be set.
+        /// The path.
         path: String,
-        /// Where the way ends.
+        /// The name of the value.
         part: String,
-        /// What is there.
+        /// The value.
         value: String,
-        /// The path that leads there.
+        /// The path to it.
         path_of_part: String,
     },
 }
@@ -60,8 +60,7 @@ impl fmt::Display for Path {
 }
 
 impl Path {
-    /// Sets the parameter; tables that are missing on the way are made. Whether it means anything is found when the
-    /// scenario is read.
+    /// Sets the parameter. Missing tables on the path are made. An unknown parameter is an error when the scenario is read.
     pub(crate) fn set(&self, scenario: &mut toml::Table, value: &toml::Value) -> Result<(), OverrideError> {
         let Some((first, rest)) = self.0.split_first() else { return Ok(()) };
         if first != "agents" || rest.len() < 2 {
@@ -83,7 +82,7 @@ impl Path {
                 is_set = true;
             }
         }
-        // An only agent has no others: there is nothing to be set, and nothing wrong.
+        // A single agent has no others: nothing is set, and this is no error.
         if is_set || (whose == "others" && known.len() == 1) {
             return Ok(());
         }

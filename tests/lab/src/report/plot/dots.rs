@@ -4,28 +4,28 @@ use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, Type, corners};
 use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::ticks;
 
-/// Colours that people tell apart who see few (Okabe & Ito), black and grey.
+/// Colours that colour-blind readers can distinguish (Okabe & Ito), black and grey.
 pub(crate) const PALETTE: [Colour; 9] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000", "#999999"];
 pub(super) const INK: Colour = "#222222";
 pub(super) const FAINT: Colour = "#dddddd";
 pub(super) const MUTED: Colour = "#666666";
 
-/// What is marked at a place.
+/// A mean with its spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Dot {
     /// The mean.
     pub mean: f64,
-    /// As far to either side.
+    /// Half of the length of its bar.
     pub spread: f64,
-    /// What others have published, for comparison.
+    /// The published value, for comparison.
     pub published: Option<f64>,
 }
 
 /// One metric.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Panel {
-    /// What is on its axis.
+    /// Label of its axis.
     pub label: String,
     /// By category and series.
     pub dots: Vec<Vec<Option<Dot>>>,
@@ -38,7 +38,7 @@ pub(crate) struct DotPlot {
     pub title: String,
     /// Names of the rows.
     pub categories: Vec<String>,
-    /// Names and colours of what stands in each row.
+    /// Names and colours of the series.
     pub series: Vec<(String, Colour)>,
     /// The metrics.
     pub panels: Vec<Panel>,
@@ -146,7 +146,7 @@ pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Pa
     sheet.path(&(0..CORNERS).map(corner).collect::<Vec<_>>(), true, paint);
 }
 
-/// The mark of what others have published.
+/// The mark of a published value.
 pub(super) fn diamond(sheet: &mut Sheet, (x, y): (f64, f64), colour: Colour) {
     let r = 5.0;
     sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, Paint::line(colour, 1.4));

@@ -1,4 +1,4 @@
-//! One moment of a run: truth, every agent's detections and the fused list.
+//! One time of a run: true objects, every agent's detections and the fused objects.
 
 use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::data::truth::Truth;
@@ -9,16 +9,16 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
 use v2x_common::time::{Span, Timestamp};
 
-/// What a picture shows, all in the map frame.
+/// The contents of a bird's-eye view, in the map frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BevScene {
-    /// What it is a picture of.
+    /// Title.
     pub title: String,
-    /// What else is to be known of it.
+    /// Subtitle.
     pub subtitle: String,
     /// True objects.
     pub truth: Vec<TrueBox>,
-    /// Agents with what they saw.
+    /// Agents with their detections.
     pub agents: Vec<SceneAgent>,
     /// Fused objects.
     pub fused: Vec<BevBox>,
@@ -27,28 +27,28 @@ pub(crate) struct BevScene {
 /// A true object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TrueBox {
-    /// Where it is.
+    /// Its box.
     pub bev: BevBox,
-    /// Whether the fused list is expected to hold it.
+    /// Whether any agent covers it.
     pub is_covered: bool,
 }
 
-/// An agent with what it saw.
+/// An agent with its detections.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SceneAgent {
     /// Which agent.
     pub id: AgentId,
-    /// What carries its sensor.
+    /// The kind of its sensor.
     pub kind: SensorKind,
-    /// Where its sensor is.
+    /// Pose of its sensor.
     pub pose: Option<Pose>,
-    /// Its detections in the frame that was captured nearest to the moment.
+    /// Its detections in the frame that was captured nearest to the time.
     pub detections: Vec<BevBox>,
-    /// From the moment to that frame's capture; negative where it was earlier.
+    /// From the time to that frame's capture; negative where it was earlier.
     pub offset: Option<Span>,
 }
 
-/// The scored moment whose fused error is the median; `None` where no fused frame has an error.
+/// The scored fused frame with the median error; `None` where no fused frame has an error.
 pub(crate) fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
     let place = scored.median_frame()?;
     let frame = &log.fused.get(place)?.frame;

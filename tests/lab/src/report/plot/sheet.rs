@@ -35,12 +35,12 @@ pub(crate) struct Type {
 pub(crate) struct Paint {
     /// Colour and width of the line.
     pub stroke: Option<(Colour, f64)>,
-    /// What is inside.
+    /// Colour of the inside.
     pub fill: Option<Colour>,
 }
 
 impl Paint {
-    /// A line around nothing.
+    /// A line without a fill.
     pub(crate) const fn line(colour: Colour, width: f64) -> Self {
         Self { stroke: Some((colour, width)), fill: None }
     }
@@ -53,24 +53,24 @@ pub(crate) enum Shape {
     Path {
         /// The points.
         points: Vec<(f64, f64)>,
-        /// Whether the last is joined with the first.
+        /// Whether the last point is joined with the first.
         is_closed: bool,
         /// Colour and width of the line.
         stroke: Option<(Colour, f64)>,
-        /// What is inside.
+        /// Colour of the inside.
         fill: Option<Colour>,
         /// Lengths of dash and gap; 0 for a solid line.
         dash: f64,
-        /// 1 for opaque.
+        /// Opacity; 1 is opaque.
         opacity: f64,
     },
     /// A text on one line.
     Text {
         /// The anchor, on the base line.
         at: (f64, f64),
-        /// What it says.
+        /// The text.
         text: String,
-        /// How it is set.
+        /// Its style.
         set: Type,
     },
 }
@@ -82,7 +82,7 @@ pub(crate) struct Sheet {
     pub width: u32,
     /// Height.
     pub height: u32,
-    /// What is on it, the later ones over the earlier ones.
+    /// Its shapes, later ones over earlier ones.
     pub shapes: Vec<Shape>,
 }
 
@@ -111,7 +111,7 @@ impl Sheet {
         self.shapes.push(Shape::Path { points, is_closed, stroke, fill, dash: 0.0, opacity: 1.0 });
     }
 
-    /// Fills an outline so that what is below shines through.
+    /// Fills an outline with a transparent colour.
     pub(crate) fn shade(&mut self, points: &[(f64, f64)], fill: Colour, opacity: f64) {
         let points = points.to_vec();
         let fill = Some(fill);

@@ -1,20 +1,20 @@
-//! What a sweep came to.
+//! The results of a sweep.
 
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Plan, Point};
 use crate::report::sweep::rows::{Group, Row, note_kept, rows};
 use crate::score::sweep::record::Record;
-/// What one place with one Δmax came to.
+/// The results at one point of the grid and one Δmax.
 #[derive(Debug)]
 pub(crate) struct Place {
-    /// Of the first seed.
+    /// The point with the first seed.
     pub point: Point,
     /// By method, then by seed.
     pub records: Vec<(SweepMethod, Vec<Record>)>,
 }
 
 impl Place {
-    /// Borrowed, as rows want it.
+    /// The records by method, borrowed.
     fn group(&self) -> Group<'_> {
         self.records.iter().map(|(method, records)| (*method, records.iter().collect())).collect()
     }
@@ -23,7 +23,7 @@ impl Place {
 /// A sweep's results.
 #[derive(Debug)]
 pub(crate) struct Results {
-    /// What was run.
+    /// The plan.
     pub plan: Plan,
     /// By value, then by Δmax.
     pub places: Vec<Place>,

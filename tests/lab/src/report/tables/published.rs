@@ -1,4 +1,4 @@
-//! What the paper's tables say. For comparison only: nothing is checked against it.
+//! The values of the paper's tables. For comparison only: nothing is checked against them.
 
 #![expect(clippy::approx_constant, reason = "the paper's figures")]
 
@@ -31,8 +31,7 @@ const fn errors([ate, ade, aoe]: [Option<f64>; 3]) -> Published {
     Published([ate, ade, aoe, None, None])
 }
 
-/// What the paper says in one of its tables or figures of a method, and beside ours what it says of CSBA+UniKF, which
-/// ours goes beyond.
+/// The paper's value of a method in one of its tables or figures. Beside ours it is that of CSBA+UniKF.
 pub(crate) fn published(
     table: Table,
     noise: NoisePair,
@@ -61,7 +60,7 @@ fn table_4_sota(noise: NoisePair, method: Method) -> Option<Published> {
     })
 }
 
-/// Of Fig. 4 what the text names.
+/// The values of Fig. 4 that the text names.
 fn fig_4(noise: NoisePair, method: Method) -> Option<Published> {
     Some(match (method, noise) {
         (Method::UnikfPaper | Method::Ours, NoisePair::N1N1) => errors([Some(0.51), Some(0.56), None]),
@@ -75,7 +74,7 @@ fn fig_4(noise: NoisePair, method: Method) -> Option<Published> {
 fn table_2(noise: NoisePair, method: Method) -> Option<Published> {
     use NoisePair as N;
     Some(match (method, noise) {
-        // Table III. Alone, the first agent of N1-N3 is a detector of Noise 1.
+        // Table III. The first agent of N1-N3 is a detector of Noise 1.
         (Method::Single1, N::N1N1 | N::N1N3) => single([0.72, 0.79, 3.14]),
         (Method::Single1, N::N2N2) => single([1.10, 1.85, 6.95]),
         (Method::Single1, N::N3N3) => single([1.73, 3.28, 11.08]),
@@ -116,7 +115,7 @@ fn table_2(noise: NoisePair, method: Method) -> Option<Published> {
     })
 }
 
-/// Where the paper cannot be matched by any reading of its rules, and why (METHODS.md 12b and 13.2).
+/// Where no reading of the paper's rules gives its values, and why (METHODS.md 12b and 13.2).
 pub(crate) const FOOTNOTES: [&str; 4] = [
     "nms at N1-N1: the paper's 100 % precision cannot come from an overlap threshold of 0.5; its values there are \
      those of a single detector.",

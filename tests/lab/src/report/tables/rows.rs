@@ -16,10 +16,10 @@ use crate::score::tracking::nees::Consistency;
 use serde::Serialize;
 use v2x_common::class::Class;
 
-/// The mean of a metric, and how it varies.
+/// The mean of a metric, with standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Value {
-    /// Over frames; `None` where there was nothing to measure.
+    /// Mean over frames; `None` without data.
     pub mean: Option<f64>,
     /// Standard deviation over frames: the paper's ±.
     pub std: Option<f64>,
@@ -40,42 +40,42 @@ impl Nees {
 /// One row of `--json`. Precision and recall are fractions; `_std` is over frames, `_trial_std` over trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Row {
-    /// Of which table.
+    /// The table.
     pub table: Table,
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// The shape of the errors.
     pub shape: Shape,
-    /// Which method.
+    /// The method.
     pub method: String,
-    /// What the errors are divided by.
+    /// The divisor of the errors.
     pub counting: Counting,
-    /// Which objects.
+    /// The subset of objects.
     pub subset: Subset,
-    /// Only those of this class.
+    /// Only objects of this class.
     pub class: Option<Class>,
     /// The metrics.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// Number of trials.
     pub trials: u32,
-    /// What the method is given apart from boxes and classes.
+    /// The method's inputs apart from boxes and classes.
     #[serde(rename = "told")]
     pub inputs: String,
-    /// What the paper says.
+    /// The paper's values.
     #[serde(flatten)]
     pub paper: Published,
-    /// 1 − IoU of boxes with those of their objects, laid over each other (nuScenes' ASE).
+    /// 1 − IoU of aligned boxes with those of their objects (nuScenes' ASE).
     pub ase: Option<f64>,
-    /// Squared errors over claimed variances, per degree of freedom.
+    /// NEES per degree of freedom.
     #[serde(flatten)]
     pub nees: Nees,
-    /// As a tracker; of [`Table::Sensors`] only.
+    /// Tracking metrics; of [`Table::Sensors`] only.
     #[serde(flatten)]
     pub tracker: TrackerScore,
 }
 
-/// Squared errors over claimed variances, per degree of freedom; 1 where claims are true on average.
+/// NEES per degree of freedom; 1 is consistent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Nees {
     /// Of the position.
@@ -195,7 +195,7 @@ fn values<const N: usize>(by_trial: &[[Moments; N]]) -> [Value; N] {
 }
 
 impl Row {
-    /// With the paper's values.
+    /// Adds the paper's values.
     fn beside_the_paper(self) -> Self {
         // The paper has no subsets.
         let is_comparable = self.subset == Subset::All && self.shape == Shape::Gaussian;

@@ -1,23 +1,23 @@
-//! How errors are counted: by identity, false positives included (paper, section II-C; METHODS.md 0).
+//! How the tables count errors: by provenance, false positives included (paper, section II-C; METHODS.md 0).
 
 use crate::score::frame_errors::{ErrorSums, mean};
 use crate::score::moments::Moments;
 use serde::Serialize;
 
-/// What the errors are divided by.
+/// The divisor of the errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Counting {
-    /// The errors of all boxes over the number of true positives: what the paper's tables hold.
+    /// Errors of all boxes over the number of true positives: the values of the paper's tables.
     Table,
-    /// Over the number of all boxes: the formula as the paper prints it (eq. 5-7).
+    /// Errors of all boxes over the number of all boxes: the formula as printed in the paper (eq. 5-7).
     Printed,
-    /// Of the first box of each object only: what the paper's Table IV calls SOTA.
+    /// Errors of the first box of each object only: "SOTA" in the paper's Table IV.
     FirstBoxes,
 }
 
 impl Counting {
-    /// All three.
+    /// All countings.
     pub(crate) const ALL: [Self; 3] = [Self::Table, Self::Printed, Self::FirstBoxes];
     /// The name in tables.
     pub(crate) const fn name(self) -> &'static str {
@@ -28,24 +28,24 @@ impl Counting {
         }
     }
 
-    /// The two readings of the paper's own metrics.
+    /// The two countings of the paper's own metrics.
     pub(crate) const OF_THE_PAPER: [Self; 2] = [Self::Table, Self::Printed];
 }
 
-/// Which objects are looked at.
+/// Which objects count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Subset {
-    /// All.
+    /// All objects.
     All,
-    /// Those that stay within 1 m of where they were first.
+    /// Objects that stay within 1 m of their first position.
     Static,
-    /// The others.
+    /// All other objects.
     Moving,
 }
 
 impl Subset {
-    /// All three.
+    /// All subsets.
     pub(crate) const ALL: [Self; 3] = [Self::All, Self::Static, Self::Moving];
 }
 
@@ -81,7 +81,7 @@ impl SubsetScore {
         self.recall.add(frame.recall());
     }
 
-    /// Adds another one's frames.
+    /// Adds the frames of another score.
     pub(crate) fn merge(&mut self, other: &Self) {
         let (ours, theirs) = (self.errors.as_flattened_mut(), other.errors.as_flattened());
         ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| ours.merge(theirs));

@@ -1,4 +1,4 @@
-//! Many scenes, trials and experiments, on several threads.
+//! Experiments: methods over many scenes and trials, on several threads.
 
 use crate::data::noise::{NoisePair, Realisation};
 use crate::data::observation::Protocol;
@@ -10,25 +10,25 @@ use crate::drive::parallel;
 use crate::score::keyframes::method_score::MethodScore;
 use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 
-/// A setting, and who competes in it; all see the same errors.
+/// A setting, and the methods that are compared in it. All get the same errors.
 #[derive(Clone, Debug)]
 pub(crate) struct Experiment {
-    /// What detections are like.
+    /// Noise and conditions of detections.
     pub setting: Setting,
-    /// Who competes.
+    /// The compared methods.
     pub contenders: Vec<Contender>,
 }
 
-/// What is to be computed.
+/// A set of experiments.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
-    /// What detections are like, and who competes.
+    /// The experiments.
     pub experiments: Vec<Experiment>,
     /// Number of realisations of the noise.
     pub trials: u32,
-    /// The seed of them all.
+    /// The seed of all trials.
     pub seed: u64,
-    /// Number of threads; of no influence on the results.
+    /// Number of threads. It does not change the results.
     pub threads: usize,
 }
 
@@ -53,19 +53,19 @@ pub(crate) struct Scores {
 /// Which scores: the places of an experiment in the plan, and of a contender in that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cell {
-    /// Of the experiment.
+    /// Place of the experiment.
     pub experiment: usize,
-    /// Of the contender.
+    /// Place of the contender.
     pub contender: usize,
 }
 
 impl Scores {
-    /// Of one scene in one trial.
+    /// The score of one scene in one trial.
     pub(crate) fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &MethodScore {
         &self.by_task[(cell.experiment * self.n_trials + trial) * self.n_scenes + scene][cell.contender]
     }
 
-    /// Of all scenes in one trial.
+    /// The score of all scenes in one trial.
     pub(crate) fn trial(&self, cell: Cell, trial: usize) -> MethodScore {
         let mut total = MethodScore::default();
         (0..self.n_scenes).for_each(|scene| total.merge(self.scene(cell, trial, scene)));
@@ -83,7 +83,7 @@ impl Scores {
     }
 }
 
-/// One scene, once.
+/// One trial of one scene.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     experiment: usize,
@@ -92,7 +92,7 @@ struct Task {
 }
 
 impl Plan {
-    /// The places of a setting and of a contender in it.
+    /// The places of a setting, and of a contender in it.
     pub(crate) fn cell(&self, setting: Setting, key: &str) -> Option<Cell> {
         let experiment = self.experiments.iter().position(|one| one.setting == setting)?;
         let contenders = &self.experiments[experiment].contenders;
@@ -100,7 +100,7 @@ impl Plan {
         Some(Cell { experiment, contender })
     }
 
-    /// Computes all; `progress` is told of every finished part how many of how many are done.
+    /// Computes all scores. After every finished part `progress` gets the number of finished parts and of all parts.
     pub(crate) fn run(
         &self,
         scenes: &[Scene],
@@ -112,14 +112,14 @@ impl Plan {
         Ok(Scores { n_trials: self.trials as usize, n_scenes: scenes.len(), by_task })
     }
 
-    /// By experiment, trial and scene.
+    /// All tasks by experiment, trial and scene.
     fn tasks(&self, n_scenes: usize) -> Vec<Task> {
         let trials = |experiment| (0..self.trials).map(move |trial| (experiment, trial));
         let scenes = |(experiment, trial)| (0..n_scenes).map(move |scene| Task { experiment, trial, scene });
         (0..self.experiments.len()).flat_map(trials).flat_map(scenes).collect()
     }
 
-    /// All contenders on one scene, each beginning anew.
+    /// The scores of all contenders on one scene.
     fn scores(&self, scene: &Scene, task: Task) -> Result<Vec<MethodScore>, RunError> {
         let Task { experiment, trial, .. } = task;
         let Experiment { setting, contenders } = &self.experiments[experiment];
@@ -129,7 +129,7 @@ impl Plan {
         Ok(scores)
     }
 
-    /// Has contenders tell of a scene; `see` is shown every keyframe of each, with the contender's place.
+    /// Runs contenders on a scene. `visit` gets every keyframe of each, with the contender's place.
     pub(super) fn run_scene(
         &self,
         scene: &Scene,
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_single_detector_errs_as_the_closed_forms_say() {
-        // Of a normal in the plane the mean length is √(π/2) σ, on a line √(2/π) σ; σ at the true range.
+        // The mean length of a normal in the plane is √(π/2) σ, on a line √(2/π) σ; σ at the true range.
         let scenes: Vec<Scene> = (0..150).step_by(6).map(synthetic::scene).collect();
         for noise in NoisePair::ALL {
             let model = noise.levels()[0].model();

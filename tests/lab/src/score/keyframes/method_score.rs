@@ -1,4 +1,4 @@
-//! How a method did: sums over keyframes that add up.
+//! The score of a method over keyframes. Scores are merged by adding.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::scene::TrueBox;
@@ -12,24 +12,24 @@ use crate::score::tracking::scale::scale_error;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 
-/// How a method did on one class.
+/// The score of a method on one class.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ClassScore {
-    /// Which class.
+    /// The class.
     pub class: Class,
-    /// Translation (m), dimension (m), orientation (degrees), per frame, counted as the paper's tables are.
+    /// Translation (m), dimension (m), orientation (degrees), per frame, counted as in the paper's tables.
     pub errors: [Moments; 3],
-    /// 1 − IoU of the boxes, laid over each other (nuScenes' ASE).
+    /// 1 − IoU of the aligned boxes (nuScenes' ASE).
     pub scale: Moments,
-    /// Whether claimed variances are those of the errors.
+    /// Consistency of the published covariances with the errors.
     pub consistency: Consistency,
 }
 
-/// Sums over keyframes, of one method.
+/// The score of a method.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MethodScore {
     subsets: [SubsetScore; 3],
-    /// By class.
+    /// The scores by class.
     classes: Vec<ClassScore>,
 }
 
@@ -54,7 +54,7 @@ impl MethodScore {
         for (fused, truth) in keyframe.pairs() {
             let score = self.class_mut(truth.class);
             score.scale.add(Some(scale_error(&fused.bev, &truth.bev)));
-            // A method that claims no covariance claims nothing of its errors.
+            // A method without valid covariances has no NEES.
             let _ = score.consistency.add(&BoxError::between(&fused.bev, &truth.bev), &claim(fused));
         }
     }
@@ -72,7 +72,7 @@ impl MethodScore {
         &mut self.classes[place]
     }
 
-    /// Adds another one's frames.
+    /// Adds the frames of another score.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.subsets.iter_mut().zip(&other.subsets).for_each(|(ours, theirs)| ours.merge(theirs));
         for theirs in &other.classes {
@@ -83,12 +83,12 @@ impl MethodScore {
         }
     }
 
-    /// Of one subset.
+    /// The score of one subset.
     pub(crate) const fn of(&self, subset: Subset) -> &SubsetScore {
         &self.subsets[subset as usize]
     }
 
-    /// 1 − IoU of all boxes with those of their objects, laid over each other (nuScenes' ASE).
+    /// 1 − IoU of all boxes with those of their objects, aligned (nuScenes' ASE).
     pub(crate) fn scale(&self) -> Moments {
         let mut scale = Moments::default();
         self.classes.iter().for_each(|class| scale.merge(&class.scale));
@@ -107,7 +107,7 @@ fn add_means(moments: &mut [Moments; 3], means: Option<[f64; 3]>) {
     }
 }
 
-/// What is claimed of a box's error.
+/// The published covariance of a box.
 fn claim(fused: &FusedBox) -> Claim {
     let BoxCovariance { position, ww, dd, yaw } = fused.covariance;
     Claim { position, yaw, size: Covariance2 { xx: ww, xy: 0.0, yy: dd } }

@@ -1,4 +1,4 @@
-//! One keyframe, matched: what was to be found, and what a method published.
+//! One keyframe: true objects and published boxes, matched.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::scene::{Scene, TrueBox};
@@ -10,21 +10,21 @@ use v2x_fusion_hub::assignment::Assigner;
 /// One keyframe.
 #[derive(Clone, Debug)]
 pub(crate) struct ScoredKeyframe<'a> {
-    /// The scene that it is of.
+    /// Its scene.
     pub scene: &'a Scene,
     /// All objects of the keyframe.
     pub truth: &'a [TrueBox],
-    /// What the method published.
+    /// The published boxes.
     pub boxes: &'a [FusedBox],
-    /// Which box is of which object, by the provenance of its measurements.
+    /// The pairs, by the provenance of measurements.
     pub matching: Matching,
     estimates: Vec<Estimate>,
     is_in_view: &'a [bool],
 }
 
 impl<'a> ScoredKeyframe<'a> {
-    /// A keyframe of a scene; `is_in_view` says of each of its objects whether it was to be found. What is of another
-    /// object counts neither way.
+    /// A keyframe of a scene; `is_in_view` says of each object whether any agent covers it. Boxes of other objects are
+    /// ignored.
     pub(crate) fn new(scene: &'a Scene, frame: usize, is_in_view: &'a [bool], boxes: &'a [FusedBox]) -> Self {
         let truth = &scene.keyframes[frame].objects;
         let mut place_of = vec![None; scene.n_objects()];
@@ -40,12 +40,12 @@ impl<'a> ScoredKeyframe<'a> {
         Self { matching, ..unmatched }
     }
 
-    /// As it is matched.
+    /// The frame that is matched.
     pub(crate) fn frame(&self) -> Frame<'_> {
         Frame { estimates: &self.estimates, truth: self.truth, counts: self.is_in_view }
     }
 
-    /// The objects that were to be found.
+    /// The objects that count.
     pub(crate) fn objects(&self) -> impl Iterator<Item = &'a TrueBox> + use<'a> {
         self.truth
             .iter()
@@ -60,7 +60,7 @@ impl<'a> ScoredKeyframe<'a> {
         counted.filter(|(_, outcome)| **outcome != Outcome::Ignored).map(|(one, _)| one)
     }
 
-    /// The boxes that are of an object that counts, with that object.
+    /// The boxes of objects that count, with the objects.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = (&'a FusedBox, &'a TrueBox)> {
         let pairs = self.boxes.iter().zip(&self.matching.outcomes);
         pairs.filter_map(|(one, outcome)| Some((one, &self.truth[outcome.place()?])))

@@ -1,8 +1,8 @@
-//! From a recorded run and the truth to its summary.
+//! From a run and the truth to its summary.
 //!
-//! Scoring starts 2 s after the consumer had a first frame of every agent (of the scenario) and ends
-//! with the last fused frame, at its `fused_at`. The fused list is judged at `fused_at`, in every fused
-//! frame of that time; raw detections at `captured_at`, in every detection frame of that time.
+//! Scoring starts 2 s after the consumer received a first frame of every agent (of the scenario), and ends with the last
+//! fused frame, at its `fused_at`. Fused objects are scored at `fused_at`, in every fused frame of that time; raw
+//! detections at `captured_at`, in every detection frame of that time.
 
 use crate::data::run_log::RunLog;
 use crate::data::simulation::AgentFacts;
@@ -20,31 +20,31 @@ use v2x_common::time::Span;
 
 /// From every agent's first frame to the start of scoring.
 pub(crate) const SETTLE: Span = Span::from_millis(2000);
-/// The match radius is never smaller, m.
+/// Least match radius, m.
 pub(crate) const MIN_MATCH_RADIUS_M: f64 = 2.0;
 /// The match radius over the largest reported standard deviation.
 pub(crate) const MATCH_RADIUS_SIGMAS: f64 = 4.0;
 
-/// What the launcher knows of a run beside its recording.
+/// The facts of a run that are not in its recording.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RunFacts {
     /// Name of the scenario.
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// How long it ran, s.
+    /// Its duration, s.
     pub duration_s: f64,
-    /// How many operating-system processes ran.
+    /// Number of operating-system processes.
     pub processes: usize,
     /// The agents of the scenario.
     pub agents: Vec<AgentFacts>,
     /// From the hub's status: frame received → first fused frame put that contains it, ms.
     pub latency_ms: Option<Percentiles>,
-    /// From the hub's status: the part in which it worked, ms.
+    /// From the hub's status: the computing time in it, ms.
     pub compute_ms: Option<Percentiles>,
 }
 
-/// A run's summary, and how each scored fused frame did.
+/// A run's summary, and the error of each scored fused frame.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ScoredRun {
     /// The summary.

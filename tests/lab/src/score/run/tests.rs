@@ -1,4 +1,4 @@
-//! Scoring that run.
+//! Scores of the test run.
 
 use crate::data::fixture::{agent, at_ms};
 use crate::score::run::error::ScoreError;
@@ -19,7 +19,7 @@ fn scores_all_covered_objects_and_the_common_ones_apart() {
     let Summary { fused, agents, match_radius_m, scored_s, .. } = scored(&log, &facts).unwrap().summary;
     assert_close(Some(match_radius_m), 2.4);
     assert_close(Some(scored_s), 4.9 - 2.22);
-    // 27 frames from 2.3 s to 4.9 s, the last 10 with a ghost.
+    // 27 frames from 2.3 s to 4.9 s, the last 10 with a false object.
     assert_eq!(fused.metrics.frames, 27);
     assert_close(fused.metrics.ate_m, 0.1);
     assert_close(fused.metrics.aoe_deg, 0.1f64.to_degrees());

@@ -1,4 +1,4 @@
-//! Of which true object each detection is, and who reported it.
+//! The provenance of detections: agent, time of capture and true object.
 
 use std::collections::BTreeMap;
 use v2x_agent::truth::ObjectId;
@@ -6,13 +6,13 @@ use v2x_common::fused::FusedObject;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Timestamp;
 
-/// The true objects behind all detections of a run.
+/// The provenance of all detections of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Provenance {
     agents: BTreeMap<AgentId, BTreeMap<(u64, u64), SideTable>>,
 }
 
-/// What the simulation knows of one frame.
+/// The simulation truth of one frame.
 #[derive(Clone, Debug)]
 struct SideTable {
     captured_at: Timestamp,
@@ -22,7 +22,7 @@ struct SideTable {
 /// A detection in a fused object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Contribution {
-    /// Who reported it.
+    /// Its agent.
     pub agent: AgentId,
     /// When it was captured, in true time.
     pub captured_at: Timestamp,

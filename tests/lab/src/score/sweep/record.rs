@@ -1,14 +1,14 @@
-//! The results of one run of one method, so that they can be kept and averaged.
+//! The results of one run of one method.
 
 use crate::score::frame_errors::ErrorSums;
 use serde::{Deserialize, Serialize};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
-/// Errors are kept by stretches of this length: what intervals are made of.
+/// Errors are stored by stretches of this length. Confidence intervals are made of them.
 pub(crate) const BLOCK: Span = Span::from_millis(5000);
 
-/// Percentages at which distributions are kept.
+/// Percentages at which distributions are stored.
 pub(crate) const PERCENTS: [u32; 23] =
     [1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 98, 99];
 
@@ -16,18 +16,18 @@ pub(crate) const PERCENTS: [u32; 23] =
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Subset {
-    /// All that count.
+    /// All objects that count.
     All,
-    /// Those that stay within 1 m of where they were first.
+    /// Objects that stay within 1 m of their first position.
     Static,
-    /// The others.
+    /// All other objects.
     Moving,
-    /// Those that go faster than 3 m/s at the time.
+    /// Objects faster than 3 m/s at the time.
     Fast,
 }
 
 impl Subset {
-    /// All four.
+    /// All subsets.
     pub(crate) const ALL: [Self; 4] = [Self::All, Self::Static, Self::Moving, Self::Fast];
 
     /// The name in rows.
@@ -48,7 +48,7 @@ pub(crate) struct Errors {
     pub found: u64,
     /// Objects not found.
     pub missed: u64,
-    /// Estimates that are of no object, or repeat another one.
+    /// Estimates of no object, and repeated ones.
     pub false_: u64,
     /// Sum of distances, m.
     pub ate_m: f64,
@@ -96,11 +96,11 @@ pub(crate) struct ByPosition {
 /// Frames of the agents other than the first that arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FrameCounts {
-    /// All.
+    /// All arrived frames.
     pub arrived: u64,
-    /// Of them, stamped earlier than something that had arrived before, of any agent that the hub listens to.
+    /// Of them, with a stamp earlier than that of a frame that arrived before, of any agent that the hub listens to.
     pub late: u64,
-    /// Accepted or refused by the hub; live, a few more come after the end.
+    /// Accepted or refused by the hub. Live, a few more arrive after the end.
     pub handled: u64,
     /// Accepted out of sequence: the hub rolled back for them.
     pub rolled_back: u64,
@@ -127,12 +127,12 @@ impl FrameCounts {
 pub(crate) struct Reference {
     /// The agent that the others are compared with.
     pub agent: AgentId,
-    /// Whether the hub hears no other.
+    /// Whether the hub listens to no other agent.
     pub is_alone: bool,
 }
 
 impl Reference {
-    /// Whether this agent's frames are examined: the reference's own only where it is alone.
+    /// Whether this agent's frames are examined. The reference's own are examined only where it is alone.
     pub(crate) fn examines(&self, agent: &AgentId) -> bool {
         self.is_alone || *agent != self.agent
     }
@@ -159,10 +159,10 @@ pub(crate) struct Record {
     pub bytes_per_s: f64,
     /// Age of information of found objects at `fused_at`, ms, at [`PERCENTS`].
     pub age_ms: Vec<f64>,
-    /// Age of the other agents' newest detection in them, ms, where they saw them.
+    /// Age of the other agents' newest detection in them, ms, where there is one.
     pub other_age_ms: Vec<f64>,
-    /// Of frames of the other agents, or of the first one where it is alone: from capture to the detector's result,
-    /// which is when a frame can be sent, ms; likewise the others.
+    /// From capture to the detector's result, which is when a frame can be sent, ms. Of the other agents' frames, or of the
+    /// first agent's where it is alone, as the following.
     pub capture_to_send_ms: Vec<f64>,
     /// From there to the hub.
     pub send_to_arrive_ms: Vec<f64>,
@@ -208,7 +208,7 @@ impl Record {
 /// Values at [`PERCENTS`], by nearest rank; empty where there are none.
 pub(crate) fn distribution(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
-    // To the microsecond: what is kept is read by people, too.
+    // Rounded to the microsecond.
     let at = |percent: &u32| crate::score::percentiles::nearest_rank(&values, *percent as usize);
     PERCENTS.iter().filter_map(at).map(|value| libm::round(value * 1e3) / 1e3).collect()
 }

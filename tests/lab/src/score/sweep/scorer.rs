@@ -1,4 +1,4 @@
-//! Fused frames against the truth: by provenance, as the tables count, and by position as a second opinion.
+//! Fused frames against the truth: matched by provenance, as in the tables, and in a part of the frames by position.
 
 use crate::data::run_log::ReceivedFused;
 use crate::score::errors::{SizeNorm, half_nees};
@@ -13,20 +13,20 @@ use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::assignment::Assigner;
 
-/// Of how many fused frames one is matched by position, too.
+/// One of this many fused frames is matched by position, too.
 const BY_POSITION_EVERY: usize = 5;
-/// Pairs that are further apart are of different objects, by position, m. Also where GOSPA is cut off.
+/// Match radius by position, m. Also the cut-off of GOSPA.
 const MATCH_RADIUS_M: f64 = 4.0;
 const BY_POSITION: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: false };
 
-/// What is scored of a run.
+/// The scored part of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope {
     /// The agent that the others are compared with.
     pub reference: Reference,
     /// Fused frames count from this time on.
     pub start: Timestamp,
-    /// And up to this one.
+    /// Fused frames count up to this time.
     pub end: Timestamp,
 }
 
@@ -83,7 +83,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
         self.to_consumed_ms.push((received.received_at - frame.fused_at).as_millis_f64());
     }
 
-    /// As the paper's tables count: of several boxes of one object all errors add up, and all but one are false.
+    /// Counts as the paper's tables do: of several boxes of one object all errors add up, and all but one are false.
     fn by_provenance(
         &mut self,
         objects: &[FusedObject],
@@ -98,13 +98,13 @@ impl<'a, 'b> Scorer<'a, 'b> {
         };
         let places: Vec<_> = objects.iter().map(place).collect();
         let rule = MatchingRule::ByProvenance { places: &places, repeats: Repeats::ErrorsAddUp };
-        // What is of no object counts only where both agents see.
+        // An estimate of no object counts only where both agents cover.
         let matching = frame
             .matched(rule, &mut self.assigner)
             .restricted_to(|_| true, |index| self.is_in_view(frame, snapshot, index));
         let errors = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares);
         let sums = Subset::ALL.map(|subset| {
-            // What is of no object is of no subset.
+            // An estimate of no object is in no other subset.
             errors.sums(|place| {
                 place.map_or(subset == Subset::All, |place| snapshot.subsets[place][subset as usize])
             })
@@ -160,7 +160,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
         by_position.frames += 1;
     }
 
-    /// The record; what is known of frames in transit is still to be filled in.
+    /// The record, without the figures of frames in transit.
     pub(crate) fn finish(self) -> Record {
         let Self { mut record, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, .. } = self;
         record.age_ms = distribution(ages_ms);

@@ -1,19 +1,19 @@
-//! What befell the frames on their times: the same for every method, whatever it makes of them.
+//! Frames in transit: delay, order and size. They are the same for every method.
 
 use crate::drive::traffic::SendTimes;
 use crate::score::sweep::record::{Record, Reference, distribution};
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Nearer to the newest stamp a frame is not late (ε_s of the paper).
+/// A frame within this time of the newest stamp is not late (ε_s of the paper).
 const SYNCHRONOUS: Span = Span::from_millis(10);
 
 /// One frame that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ArrivedFrame {
-    /// Whose.
+    /// Its agent.
     pub agent: AgentId,
-    /// By its sender's clock.
+    /// Time stamp by the agent's clock.
     pub stamp: Timestamp,
     /// When it was captured and sent.
     pub times: SendTimes,
@@ -23,7 +23,7 @@ pub(crate) struct ArrivedFrame {
     pub bytes: usize,
 }
 
-/// Notes the frames of a run of this duration that a hub heard, in the order in which they arrived.
+/// Adds the frames that a hub received in a run of this duration, in order of arrival.
 pub(crate) fn add_transit(record: &mut Record, heard: &[ArrivedFrame], reference: Reference, duration: Span) {
     let mut newest_stamp = None;
     for frame in heard {

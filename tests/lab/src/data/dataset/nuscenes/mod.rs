@@ -1,7 +1,7 @@
 //! Scenes from nuScenes' own tables: `ROOT/VERSION/scene.json` and so on, as its devkit reads them.
 //!
-//! The big tables are read record by record, and only what belongs to the chosen scenes is kept. Times, ego poses
-//! and boxes are the recorded ones; a keyframe's ego pose is that of its lidar sweep.
+//! The large tables are read record by record. Only the records of the chosen scenes stay in memory. Times, ego poses and
+//! boxes are the recorded ones; a keyframe's ego pose is that of its lidar sweep.
 
 mod assemble;
 mod error;

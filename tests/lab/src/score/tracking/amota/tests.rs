@@ -34,7 +34,7 @@ fn a_false_track_of_low_score_costs_only_the_recalls_that_need_it() {
         reported: vec![scored(7, 0.0, 0.9), scored(8, 9.0, 0.3), scored(9, 30.0, 0.5)],
     };
     let score = NuscenesScore::of(&[Sequence::new(vec![both; 4]).unwrap()]);
-    // Up to recall 0.5 the second object's track is not needed, beyond it the false one costs a half.
+    // Up to recall 0.5 the second object's track is not needed. Beyond it the false track costs a half.
     let amota = score.amota().unwrap();
     assert!((0.5 * 22.0 / 40.0 + 18.0 / 40.0 - amota).abs() < 0.05, "{amota}");
     assert!(amota < 1.0 && amota > 0.5);
@@ -48,7 +48,7 @@ fn the_score_of_a_track_is_the_mean_of_its_boxes() {
     };
     let of = |scores: [f64; 2]| {
         let mut instants: Vec<_> = scores.map(|score| scored(0.0, score)).to_vec();
-        // A false track of score 0.5, always.
+        // A false track with a score of 0.5 at both instants.
         instants
             .iter_mut()
             .for_each(|one| one.reported.push(ReportedBox { score: 0.5, ..reported(8, 50.0) }));
