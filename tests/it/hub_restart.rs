@@ -6,7 +6,7 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::id::TrackId;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn after_a_restart_of_the_hub_everybody_reconnects_and_no_track_id_comes_back() -> anyhow::Result<()> {
+async fn after_a_restart_of_the_hub_all_clients_reconnect_and_no_track_id_is_reused() -> anyhow::Result<()> {
     let lab = Lab::new("hub-restart")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;

@@ -49,7 +49,7 @@ async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fuse
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_log_says_once_why_an_agent_is_never_heard() -> anyhow::Result<()> {
+async fn the_log_reports_the_reason_of_refusals_once_for_each_agent() -> anyhow::Result<()> {
     let lab = Lab::new("hopeless")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;
@@ -73,7 +73,7 @@ async fn the_log_says_once_why_an_agent_is_never_heard() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn frames_of_agents_without_a_legal_name_are_counted_too() -> anyhow::Result<()> {
+async fn frames_of_agents_with_an_invalid_name_are_counted_too() -> anyhow::Result<()> {
     let lab = Lab::new("unnamed")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;

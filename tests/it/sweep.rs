@@ -13,7 +13,7 @@ fn mate_m(rows: &Value, method: &str, live: bool) -> f64 {
 }
 
 #[test]
-fn hubs_over_the_network_come_to_what_virtual_time_says() {
+fn hubs_over_the_network_give_the_results_of_virtual_time() {
     let folder = Folder::new("sweep-live");
     let command =
         "sweep latency=150 --methods single,replay --live --seeds 1 --duration-s 6 --out out --json";
@@ -85,7 +85,7 @@ fn is_running(id: u32) -> bool {
 }
 
 #[test]
-fn a_sweep_that_cannot_be_says_why_before_it_runs_anything() {
+fn an_invalid_sweep_is_an_error_before_any_run() {
     let folder = Folder::new("sweep-wrong");
     let cases = [
         ("sweep latencies", "latency"),

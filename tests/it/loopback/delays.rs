@@ -12,7 +12,7 @@ use v2x_lab::loopback::{Actor, Agent, KitError, Network, Noise, Script, Sent};
 const DELAY: Duration = Duration::from_millis(700);
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_frame_is_fused_no_earlier_than_its_link_has_it_and_a_prompt_one_overtakes_it()
+async fn a_frame_is_fused_after_the_delay_of_its_link_and_a_later_frame_can_overtake_it()
 -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let late = network.agent("late").late_by(DELAY).join().await?;
@@ -37,7 +37,7 @@ async fn a_frame_is_fused_no_earlier_than_its_link_has_it_and_a_prompt_one_overt
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn late_reports_put_a_moving_object_where_it_is_and_not_where_it_was() -> Result<(), KitError> {
+async fn late_detections_of_a_moving_object_give_its_present_position() -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let camera = network.agent("camera").late_by(DELAY).seed(3).join().await?;
     let car = Actor::car(0.0, 5.0).driving(20.0, 0.0);
@@ -63,7 +63,7 @@ async fn late_reports_put_a_moving_object_where_it_is_and_not_where_it_was() -> 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_late_sharp_frame_moves_what_a_blurred_prompt_one_had_put_elsewhere() -> Result<(), KitError> {
+async fn a_late_accurate_frame_corrects_an_earlier_less_accurate_one() -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let (sharp, blurred) = (
         network.agent("sharp").late_by(DELAY).join().await?,
@@ -90,7 +90,7 @@ async fn a_late_sharp_frame_moves_what_a_blurred_prompt_one_had_put_elsewhere() 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_link_by_name_loses_what_it_says_and_the_same_again_with_the_same_seed() -> Result<(), KitError> {
+async fn a_named_link_loses_its_fraction_and_the_same_frames_with_the_same_seed() -> Result<(), KitError> {
     let mut fates = Vec::new();
     for seed in [5, 5, 6] {
         let network = Network::start_with(PATIENT_HUB).await?;

@@ -10,7 +10,7 @@ fn address(network: &Network) -> String {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn after_the_end_the_port_is_free_and_the_hub_has_told_its_last_status() -> Result<(), KitError> {
+async fn after_the_end_the_port_is_free_and_the_last_status_is_returned() -> Result<(), KitError> {
     let network = Network::start().await?;
     let address = address(&network);
     let camera = network.agent("camera").join().await?;
@@ -23,7 +23,7 @@ async fn after_the_end_the_port_is_free_and_the_hub_has_told_its_last_status() -
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_network_that_is_dropped_ends_although_a_script_still_plays() -> Result<(), KitError> {
+async fn a_dropped_network_ends_during_a_script() -> Result<(), KitError> {
     let network = Network::start().await?;
     let address = address(&network);
     let camera = network.agent("camera").join().await?;
@@ -60,7 +60,7 @@ async fn an_agent_that_is_dropped_leaves_and_the_hub_notices() -> Result<(), Kit
 }
 
 #[test]
-fn two_networks_of_one_test_without_a_runtime_of_its_own_are_apart() -> Result<(), KitError> {
+fn two_networks_in_one_test_without_a_runtime_are_separate() -> Result<(), KitError> {
     block_on(async {
         let (ours, theirs) = (Network::start().await?, Network::start().await?);
         assert_ne!((ours.id(), ours.locator()), (theirs.id(), theirs.locator()));

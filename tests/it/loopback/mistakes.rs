@@ -12,7 +12,7 @@ use v2x_lab::loopback::{Actor, Agent, KitError, Network, Script, block_on};
 const SHORT: Duration = Duration::from_millis(500);
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_timeout_tells_what_was_seen_last_and_whom_the_hub_refused_and_why() -> Result<(), KitError> {
+async fn a_timeout_reports_the_last_frame_and_refusals_by_agent_and_reason() -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let (good, stale) = (network.agent("good").join().await?, network.agent("stale").join().await?);
     let script = Script::every(Duration::from_millis(20)).of([Actor::car(12.0, 34.0)]);
@@ -37,16 +37,16 @@ async fn a_timeout_tells_what_was_seen_last_and_whom_the_hub_refused_and_why() -
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_timeout_of_a_network_without_agents_says_that_there_are_none() -> Result<(), KitError> {
+async fn a_timeout_of_a_network_without_agents_reports_that() -> Result<(), KitError> {
     let network = Network::start().await?;
     let error =
         network.await_fused(|fused| !fused.objects.is_empty(), SHORT).await.expect_err("nobody is there");
-    assert!(error.to_string().contains("heard of no agent"), "{error}");
+    assert!(error.to_string().contains("received no frame of any agent"), "{error}");
     network.end().await.map(|_| ())
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn names_links_settings_and_frames_that_cannot_be_are_refused_by_name() -> Result<(), KitError> {
+async fn invalid_names_links_settings_and_frames_are_errors_with_their_name() -> Result<(), KitError> {
     let network = Network::start().await?;
     let told =
         |outcome: Result<Agent, KitError>| outcome.map(|agent| agent.id()).expect_err("refused").to_string();
@@ -71,7 +71,7 @@ async fn names_links_settings_and_frames_that_cannot_be_are_refused_by_name() ->
 }
 
 #[tokio::test]
-async fn a_runtime_of_one_thread_is_refused_with_what_to_write_instead() {
+async fn a_runtime_of_one_thread_is_an_error_with_the_fix() {
     let error = Network::start().await.map(|network| network.id()).expect_err("one thread is not enough");
     assert!(matches!(error, KitError::OneThread), "{error}");
     assert!(error.to_string().contains("flavor = \"multi_thread\""), "{error}");
@@ -80,7 +80,7 @@ async fn a_runtime_of_one_thread_is_refused_with_what_to_write_instead() {
 }
 
 #[test]
-fn no_runtime_at_all_is_refused_too() {
+fn a_missing_runtime_is_an_error() {
     let polled = pin!(Network::start()).poll(&mut Context::from_waker(Waker::noop()));
     let Poll::Ready(Err(error)) = polled else { panic!("there is no runtime to wait in") };
     assert!(matches!(error, KitError::NoRuntime) && error.to_string().contains("block_on"), "{error}");

@@ -27,7 +27,7 @@ Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
   lab throughput --agents 200 --late 0.2              how many detections one core fuses
   lab tables --quick                                  the paper's tables
-  lab sweep latency                                   error against delay, for every way to deal with it
+  lab sweep latency                                   error against delay, for every method of handling it
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables

@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_both_see_is_counted_once() {
+    fn objects_in_view_of_both_agents_are_counted_once() {
         let one = |conditions: Conditions| PI * conditions.range_m() * conditions.range_m();
         assert!((Conditions::Paper.area_of_both_m2() / one(Conditions::Paper) - 1.0).abs() < 1e-12);
         // Count the points of a grid of 0.1 m.

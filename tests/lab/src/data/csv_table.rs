@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_are_too_short_or_too_long_are_told_by_line() {
+    fn rows_that_are_too_short_or_too_long_are_errors_with_their_line() {
         let mut short = table("x,y\n1,2\n3\n").unwrap();
         short.next_row().unwrap();
         let row = short.next_row().unwrap().unwrap();

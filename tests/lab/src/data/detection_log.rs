@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_of_other_vocabularies_are_known_and_others_are_counted() {
+    fn class_names_of_other_data_sets_are_mapped_and_unknown_ones_are_counted() {
         let (arrivals, unknown) =
             frames(&format!("0,0,a,{CAR}\n0,0,a,{}\n", CAR.replace("car", "spaceship"))).unwrap();
         let classes: Vec<_> = arrivals[0].frame.detections.iter().map(|one| one.class).collect();
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_line_column_and_value() {
+    fn errors_name_line_column_and_value() {
         let cases = [
             (
                 "0,soon,a,car,10,2,1.8,4.5,0.3,0.5,0.4,0.2,0.3,0.1,0,0,7",
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn all_missing_columns_are_named_and_a_sensors_place_has_two_coordinates() {
+    fn all_missing_columns_are_named_and_sensor_positions_have_two_coordinates() {
         let error = |header: &str| {
             DetectionLog::new(header.as_bytes(), Path::new("log.csv")).map(|_| ()).unwrap_err().to_string()
         };

@@ -92,7 +92,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn an_id_is_read_as_it_was_written() {
+    fn ids_are_read_as_written() {
         let id = DetectionId { agent: 1, frame: 12, index: 3 };
         assert_eq!((id.to_string().as_str(), id.to_string().parse()), ("agent-2:12:3", Ok(id)));
         for wrong in ["", "agent-3:1:2", "agent-1:1", "agent-1:1:2:3", "agent-1:-1:2", "1:2:3"] {
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_exported_is_read_back_bit_for_bit_and_tells_no_truth() {
+    fn exported_detections_are_read_back_bit_for_bit_and_hold_no_truth() {
         let scene = synthetic::scene(7);
         for conditions in [Conditions::Paper, Conditions::Sensors] {
             let realisation = Realisation { seed: 5, trial: 1 };

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn identity_is_agent_1s_of_the_keyframe_else_agent_2s_else_the_newest_ones() {
+    fn identity_is_that_of_agent_1_then_of_agent_2_then_of_the_newest_detection() {
         let output = read(
             "t,track_id,class,x,y,w,d,yaw,det_ids\n\
              0,a,car,0,0,2,4,0,agent-2:0:0;agent-1:0:1\n\
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_detection_of_this_keyframe_goes_before_one_of_a_later_one() {
+    fn a_detection_of_this_keyframe_has_priority_over_one_of_another_keyframe() {
         let output = read(
             "t,track_id,class,x,y,w,d,yaw,det_ids\n0,a,car,0,0,2,4,0,agent-1:1:0;agent-2:0:0;agent-1:1:1\n",
         );
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_line_and_column() {
+    fn errors_name_line_and_column() {
         let header = "t,track_id,class,x,y,w,d,yaw,det_ids,existence,sx,sy,sw,sd,st\n";
         let good = "0,a,car,0,0,2,4,0,agent-1:0:0,,1,1,1,1,1";
         for (row, place) in [

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn every_part_of_the_key_matters() {
+    fn the_noise_depends_on_every_part_of_the_key() {
         let measurement = |agent, object| Purpose::Measurement { agent, object };
         let mut firsts: Vec<u64> = [
             ONE.rng("a", 0, measurement(0, 0)),
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_and_headings_err_by_the_same_draws_at_every_level() {
+    fn position_and_heading_errors_use_the_same_draws_at_every_level() {
         let (truth, sensor) = (BevBox { x: 30.0, y: 40.0, w: 2.0, d: 4.0, yaw: 0.0 }, Pose::default());
         let [low, high] = [NoiseLevel::N1, NoiseLevel::N3].map(|level| {
             let mut rng = ONE.rng("a", 0, Purpose::Place);

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reported_accuracy_follows_from_what_was_measured() {
+    fn the_reported_accuracy_depends_on_the_measured_size() {
         let [report, _] = PROTOCOL.observe(&parking(1), 0);
         for detection in &report.detections {
             let range_m = report.pose.distance_to(detection.bev.x, detection.bev.y);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_miss_one_in_ten_of_what_is_in_view_and_report_half_a_thing_that_is_not_there() {
+    fn sensors_miss_one_in_ten_objects_in_view_and_report_half_a_false_detection_per_frame() {
         let scene = parking(2000);
         let protocol = Protocol { conditions: Conditions::Sensors, ..PROTOCOL };
         let (mut seen, mut reported, mut clutter) = (0, 0, 0);
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_any_agent_sees_is_to_be_found() {
+    fn objects_in_view_of_any_agent_are_in_the_ground_truth() {
         let scene =
             scene_of(&[&[car(0, 0.0, 49.0), car(1, 0.0, 91.0), car(2, 0.0, -70.0), car(3, 70.0, 0.0)]]);
         let protocol = Protocol { conditions: Conditions::Sensors, ..PROTOCOL };

@@ -132,7 +132,7 @@ mod tests {
     use crate::data::test_scenes::{car, scene_of};
 
     #[test]
-    fn what_leaves_its_first_place_by_more_than_a_metre_moves() {
+    fn objects_that_move_by_more_than_a_metre_are_moving() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 9.0, 0.0)], &[car(0, 0.9, 0.0), car(1, 9.0, 1.1)]]);
         assert!(!scene.is_moving(ObjectId(0)));
         assert!(scene.is_moving(ObjectId(1)));

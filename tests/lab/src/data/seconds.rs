@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_floats_print_is_read() {
+    fn printed_floats_are_parsed() {
         assert_eq!(nanos("1e-05"), Some(10_000));
         assert_eq!(nanos("1.7E9"), Some(1_700_000_000_000_000_000));
         assert_eq!(nanos("0.30000000000000004"), Some(300_000_000));
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_not_guessed() {
+    fn invalid_times_are_errors() {
         for text in
             ["", ".", "-", "nan", "inf", "1,5", "1.5s", "0x10", "1e", "1e9.5", "--1", "1e12", "1e30000"]
         {
@@ -100,7 +100,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_written_time_is_read_as_it_was(nanos in (i64::MIN + 1)..i64::MAX) {
+        fn times_are_read_as_written(nanos in (i64::MIN + 1)..i64::MAX) {
             let at = Timestamp::from_nanos(nanos);
             prop_assert_eq!(parse(&text(at)), Some(at));
         }

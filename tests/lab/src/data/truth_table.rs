@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn between_two_rows_an_object_is_on_the_way_and_turns_along_the_short_one() {
+    fn between_two_rows_position_and_heading_are_interpolated_along_the_shorter_arc() {
         // Out of order; from 3.1 rad on to -3.1 rad, past half a turn.
         let mut truth = truth("1,a,car,10,4,8,0,2,4,-3.1\n0,a,car,0,0,10,nan,2,5,3.1\n").unwrap();
         let moment = truth.at(at_ms(250));
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_there_before_its_first_and_after_its_last_row() {
+    fn objects_are_absent_before_their_first_and_after_their_last_row() {
         let rows = "0.1,a,car,1,0,0,0,2,4,0\n0.3,a,car,1,0,0,0,2,4,0\n0.2,b,truck,9,0,0,0,2,4,0\n";
         let mut truth = truth(rows).unwrap();
         let n = [0, 100, 200, 300, 302].map(|ms| truth.at(at_ms(ms)).objects.len());
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_is_at_one_place_at_a_time() {
+    fn two_rows_of_one_object_at_one_time_are_an_error() {
         let rows = "0.1,a,car,1,0,0,0,2,4,0\n0.2,a,car,1,0,0,0,2,4,0\n0.10,a,car,2,0,0,0,2,4,0\n";
         let message = truth(rows).unwrap_err().to_string();
         assert_eq!(

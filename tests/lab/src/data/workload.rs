@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_frame_comes_once_and_the_wanted_share_is_late() {
+    fn every_frame_arrives_once_and_the_given_fraction_is_late() {
         let load = Load { agents: 5, objects: 3, late_share: 0.2, seed: 1 };
         let start = Timestamp::EPOCH;
         let mut workload = Workload::new(load, start);

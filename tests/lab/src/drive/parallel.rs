@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_ends_the_rest() {
+    fn an_error_cancels_the_remaining_work() {
         let outcome = map(1000, 2, |place| if place == 3 { Err(place) } else { Ok(()) }, |_, _| {});
         assert_eq!(outcome, Err(3));
     }

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_knows_what_arrived_at_it_and_nothing_later() {
+    fn a_tick_uses_arrivals_up_to_its_time_and_no_later_ones() {
         let rows = row("0.05", "0.0", 1.0) + &row("0.2", "0.1", 40.0) + &row("0.3000001", "0.3", 80.0);
         let (counts, notes) = replayed(&rows);
         let published: Vec<_> = notes.published.iter().map(|(ms, places)| (*ms, places.len())).collect();
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn years_of_silence_take_no_time() {
+    fn years_without_arrivals_cost_no_computing_time() {
         let rows = row("0", "0", 1.0) + &row("1700000000", "1700000000", 1.0);
         let (counts, notes) = replayed(&rows);
         assert_eq!(counts.ticks, 17_000_000_001);

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_of_a_stretch_hold_its_ends() {
+    fn ticks_of_an_interval_include_its_ends() {
         assert_eq!(Ticks::within(Timestamp::from_nanos(1), Timestamp::from_nanos(2)).n(), 0);
         assert_eq!(Ticks::within(Timestamp::EPOCH, Timestamp::EPOCH).n(), 1);
     }

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fixed_rate_is_kept_whatever_arrives() {
+    fn a_fixed_publishing_rate_does_not_depend_on_arrivals() {
         let interval = Span::from_millis(50);
         let log = run_publishing(1, PublishMode::Fixed { interval });
         let stamps: Vec<_> = log.fused.iter().map(|received| received.frame.fused_at).collect();

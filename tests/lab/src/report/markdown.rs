@@ -7,7 +7,7 @@ const EXPLANATIONS: &str = "\
 - **ATE**: distance of a matched box's centre from the true one, m; per frame the mean over its pairs, then the mean over frames (as every figure here).
 - **ADE**: error of a matched box's dimensions, sqrt(Δw² + Δd²), m.
 - **AOE**: error of a matched box's heading, degrees, 0 to 180.
-- **precision**: share of boxes that are of a real object; boxes on a real object that nobody needs to know count neither way.
+- **precision**: share of boxes that are of a real object; boxes on a real object that need not be reported are ignored.
 - **recall**: share of the objects that are reported, among those that the field of view held for the last second; for the fused list any agent's, and vehicle agents themselves.
 - **GOSPA**: localisation error, missed and false objects in one figure (p = 2, α = 2, cut-off = match radius), m.
 - **NEES/2**: squared position error over what the reported covariance promises; 1 is consistent, more is overconfident.

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_with_the_comparison_and_the_verdict() {
+    fn the_summary_ends_with_the_comparison_and_the_verdict() {
         let mut summary = summary();
         let text = summary_table(&summary);
         assert!(text.ends_with("is 0.44 × the better agent's.\n\nPASSED\n"), "{text}");

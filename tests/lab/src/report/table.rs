@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_cannot_break_the_page() {
+    fn names_are_escaped_in_every_format() {
         let table = Table { header: vec!["a<b".to_owned()], rows: vec![vec!["\"x\" & y".to_owned()]] };
         let html = table.html(&[]);
         assert!(html.contains("<th>a&lt;b</th>") && html.contains("<td>&quot;x&quot; &amp; y</td>"));

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_parts_leave_no_doubt_and_different_ones_do() {
+    fn equal_parts_have_an_interval_of_width_zero_and_different_ones_do_not() {
         let sure = bootstrap(&vec![vec![[(4.0, 2.0), (1.0, 1.0)]]; 5], 1);
         assert_eq!(sure, Ratio { ratio: 2.0, low: 2.0, high: 2.0 });
         let unsure = bootstrap(&[vec![[(2.0, 1.0), (1.0, 1.0)]], vec![[(3.0, 1.0), (1.0, 1.0)]]], 1);

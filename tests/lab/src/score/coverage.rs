@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_without_a_pose_holds_nothing() {
+    fn an_agent_without_a_pose_covers_no_object() {
         let objects_at = |_: Timestamp, out: &mut Vec<TrueObject>| out.push(parked(1, 0.0, 0.0));
         let truth = Truth { objects_at: &objects_at, agent_pose: &|_, _| None };
         let observers = [observer("rsu", 50.0, None)];

@@ -11,7 +11,7 @@ pub(crate) struct FrameErrors<'a> {
     errors: Vec<Option<[f64; 3]>>,
 }
 
-/// Sums over one frame, or over a part of its objects.
+/// Sums over one or more frames, or over a part of their objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ErrorSums {
     /// Of all estimates of an object, repeated ones included.
@@ -41,6 +41,12 @@ impl<'a> FrameErrors<'a> {
     /// object.
     pub(crate) fn sums(&self, counts: impl Fn(Option<usize>) -> bool) -> ErrorSums {
         let mut sums = ErrorSums::default();
+        self.add_to(&mut sums, counts);
+        sums
+    }
+
+    /// Adds to sums over several frames, error by error: sums of sums can differ in their last digits.
+    pub(crate) fn add_to(&self, sums: &mut ErrorSums, counts: impl Fn(Option<usize>) -> bool) {
         for (outcome, errors) in self.matching.outcomes.iter().zip(&self.errors) {
             if *outcome == Outcome::Ignored || !counts(outcome.place()) {
                 continue;
@@ -54,8 +60,7 @@ impl<'a> FrameErrors<'a> {
                 sums.false_positives += 1;
             }
         }
-        sums.missed = self.matching.missed.iter().filter(|place| counts(Some(**place))).count() as u64;
-        sums
+        sums.missed += self.matching.missed.iter().filter(|place| counts(Some(**place))).count() as u64;
     }
 }
 

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn one_good_pair_is_worth_more_than_two_that_barely_reach() {
+    fn one_accurate_pair_costs_less_than_two_pairs_near_the_cutoff() {
         // Two pairs of 1.9 m: 7.22. One pair of 0.1 m, a miss and a false one: 0.01 + 4 = 4.01.
         let parts = of(&[0.1, -1.9], &[0.0, 2.0], 2.0);
         assert!((parts.localisation_m2 - 0.01).abs() < 1e-12);
@@ -90,14 +90,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_against_nothing_is_zero_and_against_something_is_all_missed() {
+    fn without_estimates_the_distance_is_that_of_all_misses() {
         assert_eq!(of(&[], &[], 2.0).distance_m(), 0.0);
         assert_eq!(of(&[], &[1.0, 2.0], 2.0).distance_m(), 2.0);
         assert_eq!(of(&[1.0, 9.0], &[], 2.0).distance_m(), 2.0);
     }
 
     #[test]
-    fn is_symmetric_up_to_the_names_of_the_errors() {
+    fn gospa_is_symmetric_if_misses_and_false_objects_are_exchanged() {
         let (a, b) = ([0.0, 1.3, 7.0, 7.9], [0.4, 2.0, 8.0]);
         let (there, back) = (of(&a, &b, 2.0), of(&b, &a, 2.0));
         assert!((there.distance_m() - back.distance_m()).abs() < 1e-12);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn of_three_predictions_for_two_objects_the_two_nearest_get_them() {
+    fn of_three_estimates_of_two_objects_the_two_nearest_are_matched() {
         let parts = of(
             &[6.608904066688976, 3.992363730804965, 6.185228584444234],
             &[4.483020948735263, 3.497087404884948],
@@ -132,7 +132,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn is_the_least_over_all_assignments(
+        fn gospa_is_the_minimum_over_all_assignments(
             predictions in prop::collection::vec(0.0..8.0f64, 0..5),
             truth in prop::collection::vec(0.0..8.0f64, 0..5),
             cutoff_m in 0.5..4.0f64,

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prediction_of_an_uncounted_object_counts_neither_way() {
+    fn an_estimate_of_an_uncounted_object_is_ignored() {
         let matching = by_distance(&[0.1, 0.3, 9.0], &[0.0], &[false]);
         assert_eq!(matching, Matching { outcomes: vec![Ignored, Ignored, False], missed: vec![] });
     }
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restriction_turns_everything_else_into_neither() {
+    fn estimates_outside_a_restriction_are_ignored() {
         let matching = by_distance(&[0.0, 5.0, 20.0, 40.0], &[0.0, 5.0, 9.0, 12.0], &[true; 4]);
         let common = matching.restricted_to(|place| place % 2 == 1, |index| index == 3);
         assert_eq!(common, Matching { outcomes: vec![Ignored, Matched(1), Ignored, False], missed: vec![3] });

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unknown_may_be_anything_and_beyond_two_metres_it_is_something_else() {
+    fn an_unknown_class_matches_any_class_within_two_metres() {
         let mut scorer = scorer();
         let objects = [(1, 18.1), (2, 2.1)].map(|(id, x)| fused(id, Class::Unknown, predicted(x, 0.0)));
         scorer.add(at_ms(0), &objects);
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_of_the_truths_span_nothing_is_judged() {
+    fn outside_the_time_span_of_the_truth_no_estimate_is_scored() {
         let mut scorer = scorer();
         for ms in [-2, 1002] {
             scorer.add(at_ms(ms), &[fused(1, Class::Car, predicted(0.0, 0.0))]);

@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn age_grows_until_something_newer_arrives() {
+    fn age_grows_until_a_newer_frame_arrives() {
         // Ages: at 100: 30; 110: 40; 120: 50 becomes 15 on arrival; 130: 25; an older one changes nothing.
         let log = [fused(80, 75, &[70]), fused(120, 118, &[105]), fused(125, 124, &[60])];
         let ages = age_of_information_ms(&log, at_ms(100), at_ms(130)).unwrap();

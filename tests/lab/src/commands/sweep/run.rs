@@ -1,4 +1,4 @@
-//! Runs what is not known yet, on all cores, and gathers the rows.
+//! Runs all points without a stored record, on all cores, and collects the rows.
 
 use crate::commands::sweep::live;
 use crate::commands::sweep::store::{Store, key};
@@ -32,8 +32,8 @@ pub(crate) fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow:
     Ok(Results::of(plan, points, done?))
 }
 
-/// Runs a sweep over the network, point after point: two at a time would disturb each other. `None` where shutdown
-/// came first; what was finished is kept.
+/// Runs a sweep over the network, one point at a time, since parallel runs would disturb each other. `None` after a
+/// shutdown; records of finished runs are stored.
 pub(crate) async fn run_live(
     plan: &Plan,
     (store, folder): (&Store, &Path),
@@ -64,12 +64,12 @@ pub(crate) async fn run_live(
     Ok(Some(Results::of(plan, points, done)))
 }
 
-/// The methods whose run at a point is not known yet.
+/// The methods without a stored record at a point.
 fn unknown(plan: &Plan, point: &Point, store: &Store) -> Vec<SweepMethod> {
     plan.methods.iter().copied().filter(|method| store.get(&key(plan, point, *method)).is_none()).collect()
 }
 
-/// All methods' records at a point, in the plan's order: what was known, and what has just been run.
+/// The records of all methods at a point, in the order of the plan: stored ones and new ones.
 fn with_known(
     plan: &Plan,
     (point, store): (&Point, &Store),

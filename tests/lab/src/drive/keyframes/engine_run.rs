@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn every_object_is_told_once_and_where_it_is() {
+    fn every_object_is_published_once_at_its_position() {
         let methods = Method::ALL.iter().filter(|method| !matches!(method, Method::Psa));
         for setup in methods.map(|method| method.recipe(NoisePair::N1N1).setup) {
             let boxes = last_frame(setup, 12);
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_reported_any_more_is_not_there_in_the_paper_but_may_be_for_sensors() {
+    fn an_object_without_a_report_is_absent_in_the_papers_setting_and_can_coast_with_sensors() {
         let scene = parking(5);
         let n_objects = |conditions| {
             let realisation = Realisation { seed: 3, trial: 0 };

@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn single_frame_rules_without_accuracies_are_told_nothing() {
+    fn single_frame_methods_without_accuracies_receive_no_covariances() {
         assert_eq!(Method::DairV2x.inputs(), "");
         assert_eq!(Method::Ours.inputs(), "σ, past frames, class prior, size law");
     }

@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_what_was_typed_and_what_could_be() {
+    fn errors_name_the_input_and_the_valid_choices() {
         let message = |text: &str| text.parse::<Axis>().unwrap_err().to_string();
         assert!(message("latencies").contains("latency, jitter"), "{}", message("latencies"));
         assert!(message("world.traffic").contains("needs values"));

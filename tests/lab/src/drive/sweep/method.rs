@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn every_method_is_a_legal_hub_of_its_own_name() {
+    fn every_method_has_valid_hub_settings_and_its_own_name() {
         for method in SweepMethod::ALL {
             assert_eq!(settings(method).engine.hub.as_str(), method.key());
             assert_eq!(method.to_possible_value().unwrap().get_name(), method.key());
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_to_treat_late_data_differ_in_nothing_else() {
+    fn methods_of_handling_late_data_differ_in_nothing_else() {
         use SweepMethod::{DropLate, IgnoreDelay, Replay, RollbackLiteral, Single};
         let replay = settings(Replay).engine;
         assert_eq!((replay.late_data, replay.motion), (LateData::Replay, MotionModel::Cv));

@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_what_is_there_instead() {
+    fn errors_list_the_available_parameters() {
         let message = |path: &str| set(path, 1).unwrap_err().to_string();
         assert!(message("agents.c.rate_hz").contains("it has a, b"));
         assert!(message("agents.a.link.delay_ms").contains("\"pc5\""));

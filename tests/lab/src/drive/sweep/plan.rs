@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_reaches_the_agents_that_are_meant() {
+    fn a_value_is_set_for_the_selected_agents_only() {
         let points = plan(&["latency=0,100"]).points().unwrap();
         let (now, late) = (&points[0].scenario.agents, &points[2].scenario.agents);
         assert_eq!(now[0].link, late[0].link);
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_axis_takes_for_granted_does_not_undo_another_axis() {
+    fn a_default_of_one_axis_does_not_override_another_axis() {
         for axes in [["loss=0.1", "burst=2"], ["burst=2", "loss=0.1"]] {
             assert_eq!(plan(&axes).points().unwrap()[0].scenario.agents[1].link.loss.rate, 0.1);
         }
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_run_is_said_with_its_place_before_anything_runs() {
+    fn invalid_values_are_errors_with_their_position_before_any_run() {
         let message = |axis: &str| plan(&[axis]).points().unwrap_err().to_string();
         assert!(message("world.trafic=1").contains("trafic"), "{}", message("world.trafic=1"));
         assert!(message("loss=0,3").starts_with("loss=3: "), "{}", message("loss=0,3"));

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_names_and_every_piece_are_on_the_sheet() {
+    fn labels_names_and_every_curve_are_in_the_figure() {
         let svg = plot(&[0.1, 0.2, 0.3]).sheet().svg();
         for text in ["Error", "delay, ms", "mATE (m)", "ours"] {
             assert!(svg.contains(text), "{text}");
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_that_explodes_is_cut_off_at_the_border() {
+    fn a_curve_beyond_the_range_is_clipped_at_the_border() {
         let top = 4.0;
         let point = |x: f64, y: f64| Point { x, y, spread: 0.0 };
         let (from, to) = below(point(0.0, 2.0), point(1.0, 10.0), top).unwrap();
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_without_points_is_drawn_all_the_same() {
+    fn a_plot_without_points_is_valid() {
         assert!(plot(&[]).sheet().svg().contains("mATE"));
         assert!(plot(&[f64::NAN]).sheet().svg().contains("mATE"));
     }

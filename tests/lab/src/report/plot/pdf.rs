@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_are_read_by_their_parts() {
+    fn colours_are_parsed_by_component() {
         assert_eq!(rgb("#ff0080"), [1.0, 0.0, 128.0 / 255.0]);
     }
 
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_document_has_one_page_with_everything_on_it() {
+    fn a_document_has_one_page_with_all_elements() {
         let mut sheet = Sheet::new(200, 100);
         sheet.line(&[(0.0, 0.0), (200.0, 100.0)], ("#ff0000", 2.0));
         sheet.shade(&[(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)], "#00ff00", 0.25);

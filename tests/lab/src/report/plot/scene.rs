@@ -90,7 +90,7 @@ mod tests {
     use crate::score::run::test_run::{pose, run, scored, world};
 
     #[test]
-    fn the_typical_moment_shows_truth_fused_list_and_each_agents_nearest_frame() {
+    fn the_median_frame_shows_truth_fused_objects_and_the_nearest_frame_of_each_agent() {
         let (mut log, facts) = run();
         // 23 ms after its neighbours' capture; the agents' frame before it is nearer than the one after.
         log.fused.iter_mut().for_each(|received| received.frame.fused_at += Span::from_millis(23));

@@ -61,7 +61,7 @@ pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     ];
     figures.push(Figure {
         name: "frames",
-        plot: plot("What becomes of the other agents' frames", Subset::All, &fates),
+        plot: plot("Outcome of the other agents' frames", Subset::All, &fates),
     });
     let consistency: [Quantity; 2] = [
         ("position NEES / 2 (1 is consistent)", |row| bare(row.nees_position), Top::Most),
@@ -166,7 +166,7 @@ fn ages(results: &[Results]) -> CurvePlot {
     let panels = labels.into_iter().zip(panels);
     let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Top::At(1.0) });
     CurvePlot {
-        title: "Age of information in an object when it is told".to_owned(),
+        title: "Age of information of a fused object when it is published".to_owned(),
         x_label: "age, ms".to_owned(),
         x_names: None,
         styles,
@@ -194,7 +194,7 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
     let curves =
         |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
     CurvePlot {
-        title: "What the bytes buy".to_owned(),
+        title: "Error against bytes".to_owned(),
         x_label: "detections that arrive, kB/s".to_owned(),
         x_names: None,
         styles: styles(families),

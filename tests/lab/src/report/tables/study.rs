@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_several_tables_need_is_computed_once() {
+    fn experiments_shared_by_several_tables_run_once() {
         let experiments = study(&[Table::II, Table::III, Table::IV, Table::Fig3], &[]).experiments();
         assert_eq!(experiments.len(), 4);
         assert!(experiments.iter().all(|one| one.contenders.len() == Method::TABLE_II.len()));
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_told_true_identities_under_sensors() {
+    fn no_method_receives_true_identities_under_sensors() {
         let truth = |method: &&Method| method.inputs().contains("identities");
         assert_eq!(Table::Sensors.methods().iter().filter(truth).count(), 0);
         assert_eq!(Table::Sensors.methods().len(), Method::TABLE_II.len() - 1);

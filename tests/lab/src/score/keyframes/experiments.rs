@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_detector_errs_as_the_closed_forms_say() {
+    fn the_errors_of_a_single_detector_equal_the_closed_forms() {
         // The mean length of a normal in the plane is √(π/2) σ, on a line √(2/π) σ; σ at the true range.
         let scenes: Vec<Scene> = (0..150).step_by(6).map(synthetic::scene).collect();
         for noise in NoisePair::ALL {
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_both_agents_know_is_better_than_what_one_knows() {
+    fn fusing_two_agents_is_more_accurate_than_one_agent() {
         let scores = plan(2).run(&[parking(30)], |_, _| {}).unwrap();
         let ate = |method| {
             scores.trial(Cell { contender: method, ..FIRST }, 0).of(Subset::All).metrics(Counting::Table)[0]

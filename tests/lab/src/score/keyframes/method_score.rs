@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_in_which_nothing_was_found_has_recall_0_and_no_errors() {
+    fn a_frame_without_matches_has_recall_zero_and_no_errors() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let mut score = MethodScore::default();
         add(&mut score, &[], &scene, 0);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn elsewhere_only_the_first_box_of_an_object_is_looked_at() {
+    fn with_the_first_rule_only_the_first_box_of_an_object_is_scored() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)]]);
         let mut score = MethodScore::default();
         add(
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_of_nothing_costs_precision_only() {
+    fn a_false_object_lowers_precision_only() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let mut score = MethodScore::default();
         let clutter = FusedBox { object: None, ..fused_car(0, 50.0, 0.0) };
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn claims_are_held_against_the_errors_of_their_class() {
+    fn reported_accuracies_are_compared_with_the_errors_of_their_class() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let mut score = MethodScore::default();
         // σ 0.5 m: 1 m off along one axis is 4 over 2 degrees of freedom.

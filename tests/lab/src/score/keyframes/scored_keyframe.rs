@@ -73,7 +73,7 @@ mod tests {
     use crate::data::test_scenes::{car, fused_car, scene_of};
 
     #[test]
-    fn what_was_not_to_be_found_counts_neither_way() {
+    fn estimates_of_uncounted_objects_are_ignored() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0), car(2, 40.0, 0.0)]]);
         let gone = FusedBox { object: Some(ObjectId(9)), ..fused_car(0, 0.0, 0.0) };
         let clutter = FusedBox { object: None, ..fused_car(0, 0.0, 0.0) };

@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn fusion_must_beat_every_agent_and_says_which_it_does_not() {
+    fn fusion_must_be_better_than_every_agent_and_the_summary_names_exceptions() {
         assert!(verdict_of(Some(0.3), [Some(0.5), Some(0.4)]).passed);
         let lost = verdict_of(Some(0.4), [Some(0.5), Some(0.4)]);
         assert!(!lost.passed);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_compare_is_no_success() {
+    fn a_run_without_data_to_compare_does_not_pass() {
         assert!(!verdict_of(None, [Some(0.5), Some(0.4)]).passed);
         assert!(!verdict_of(Some(0.1), [None, Some(0.4)]).passed);
     }
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn json_has_the_field_names_that_users_read() {
+    fn json_has_the_documented_field_names() {
         let json = serde_json::to_value(summary()).unwrap();
         for pointer in [
             "/fused/ate_m",

@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_survives_being_kept() {
+    fn a_record_is_read_as_stored() {
         let errors = Errors { found: 3, ate_m: 0.1 + 0.2, ..Errors::default() };
         let record = Record { blocks: vec![[errors; 4]], cpu_share: Some(0.25), ..Record::default() };
         let text = serde_json::to_string(&record).unwrap();

@@ -38,6 +38,8 @@ pub(crate) struct Scorer<'a, 'b> {
     scope: Scope,
     assigner: Assigner,
     record: Record,
+    /// Of the frames that are matched by position.
+    sums_by_position: ErrorSums,
     ages_ms: Vec<f64>,
     other_ages_ms: Vec<f64>,
     to_fused_ms: Vec<f64>,
@@ -54,6 +56,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
             scope,
             assigner: Assigner::default(),
             record: Record::default(),
+            sums_by_position: ErrorSums::default(),
             ages_ms: Vec::new(),
             other_ages_ms: Vec::new(),
             to_fused_ms: Vec::new(),
@@ -148,21 +151,24 @@ impl<'a, 'b> Scorer<'a, 'b> {
     fn by_position(&mut self, frame: &Frame<'_>, snapshot: &Snapshot) {
         let matching = frame.matched(MatchingRule::ByPosition(BY_POSITION), &mut self.assigner);
         let matching = matching.restricted_to(|_| true, |index| self.is_in_view(frame, snapshot, index));
-        let sums = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares).sums(|_| true);
+        let errors = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares);
+        errors.add_to(&mut self.sums_by_position, |_| true);
         let outcomes = frame.estimates.iter().zip(&matching.outcomes);
         let counted = outcomes.filter(|(_, outcome)| **outcome != Outcome::Ignored);
         let estimates: Vec<_> = counted.map(|(estimate, _)| estimate.bev).collect();
         let truth = frame.truth.iter().zip(frame.counts).filter(|(_, counts)| **counts);
         let truth: Vec<_> = truth.map(|(object, _)| object.bev).collect();
         let by_position = &mut self.record.by_position;
-        by_position.errors.add(&Errors::of_translations(&sums));
         by_position.gospa_m += gospa(&estimates, &truth, MATCH_RADIUS_M, &mut self.assigner).distance_m();
         by_position.frames += 1;
     }
 
     /// The record, without the figures of frames in transit.
     pub(crate) fn finish(self) -> Record {
-        let Self { mut record, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, .. } = self;
+        let Self {
+            mut record, sums_by_position, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, ..
+        } = self;
+        record.by_position.errors = Errors::of_translations(&sums_by_position);
         record.age_ms = distribution(ages_ms);
         record.other_age_ms = distribution(other_ages_ms);
         record.arrive_to_fused_ms = distribution(to_fused_ms);

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn late_is_what_is_stamped_before_something_that_came_before() {
+    fn a_frame_is_late_if_its_stamp_is_before_that_of_an_earlier_arrival() {
         let heard = [
             arrived("rsu", 0, 0, 0),
             arrived("car", 0, 0, 50),

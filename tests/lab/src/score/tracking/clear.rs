@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_stays_with_its_track_though_another_one_comes_nearer() {
+    fn an_object_keeps_its_track_although_another_one_is_nearer() {
         let clear = of(&[(&[(0, 0.0)], &[(7, 1.0)]), (&[(0, 0.0)], &[(8, 0.1), (7, 1.5)])]);
         assert_eq!((clear.matches(), clear.switches, clear.false_positives), (2, 0, 1));
         assert_eq!(clear.motp_m(), Some(1.25));
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_objects_that_remember_one_track_the_first_listed_has_it() {
+    fn of_two_objects_with_the_same_last_track_the_first_one_keeps_it() {
         let before: [Xs; 2] = [(&[(0, 0.0)], &[(7, 0.0)]), (&[(1, 0.5)], &[(7, 0.5)])];
         for (objects, motp_m) in [([(0, 0.0), (1, 0.5)], 0.2), ([(1, 0.5), (0, 0.0)], 0.3)] {
             let clear = of(&[before[0], before[1], (&objects, &[(7, 0.2)])]);

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_exactly_scores_1_in_all() {
+    fn estimates_equal_to_the_truth_score_1_in_every_part() {
         let score = of(&[(&[(0, 0.0), (1, 9.0)], &[(7, 9.0), (8, 0.0)]), (&[(0, 1.0)], &[(8, 1.0)])]);
         let HotaScore { hota, det_a, ass_a, loc_a, .. } = score;
         for figure in [hota, det_a, ass_a, loc_a] {
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn two_halves_of_a_track_are_found_but_half_associated() {
+    fn a_track_in_two_halves_is_detected_but_half_associated() {
         let score = of(&[(&[(0, 0.0)], &[(7, 0.0)]), (&[(0, 0.0)], &[(8, 0.0)])]);
         assert_eq!((score.det_a, score.ass_a), (1.0, 0.5));
         assert!((score.hota - libm::sqrt(0.5)).abs() < 1e-12);
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_tracks_decide_where_an_instant_alone_would_not() {
+    fn whole_tracks_decide_an_ambiguous_instant() {
         // Track 7 follows object 0; once, track 8 of object 1 is nearer to object 0 than track 7 is.
         let apart: Xs = (&[(0, 0.0), (1, 3.0)], &[(7, 0.0), (8, 3.0)]);
         let close: Xs = (&[(0, 0.0)], &[(7, 0.15), (8, 0.1)]);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_against_nothing_is_located_perfectly_and_0_otherwise() {
+    fn without_objects_and_estimates_localisation_is_1_and_all_else_is_0() {
         for score in [of(&[]), of(&[(&[(0, 0.0)], &[])]), of(&[(&[], &[(7, 0.0)])])] {
             assert_eq!(score, HotaScore { loc_a: 1.0, ..HotaScore::default() });
         }

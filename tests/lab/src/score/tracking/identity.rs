@@ -85,7 +85,7 @@ mod tests {
     use crate::score::tracking::testing::{Xs, sequence};
 
     #[test]
-    fn a_track_that_changes_its_object_is_right_on_the_longer_one_only() {
+    fn a_track_that_changes_its_object_counts_for_the_longer_part_only() {
         let on: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 0.0)]);
         let off: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 9.0)]);
         let identity = Identity::of(&sequence(&[on, off, off]), GATE_M);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_assignment_is_the_best_of_all_not_the_longest_first() {
+    fn the_assignment_is_the_global_optimum() {
         // Track 7 is on object 0 three times and on object 1 twice; track 8 is on object 0 twice.
         let both: Xs = (&[(0, 0.0), (1, 1.0)], &[(7, 0.5)]);
         let swapped: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 0.0), (8, 0.5)]);

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_covariance_is_refused_whole() {
+    fn an_invalid_covariance_has_no_nees() {
         let mut consistency = Consistency::default();
         let error = BoxError::between(&at(1.0), &at(0.0));
         for (claim, of) in [

@@ -33,7 +33,7 @@ mod tests {
     use crate::score::tracking::testing::{at, instant, sequence};
 
     #[test]
-    fn neither_place_nor_heading_matters() {
+    fn the_scale_error_ignores_position_and_heading() {
         let turned = BevBox { x: 9.0, yaw: 2.0, ..at(0.0) };
         assert_eq!(scale_error(&turned, &at(0.0)), 0.0);
         assert_eq!(scale_error(&BevBox { d: 3.0, ..at(0.0) }, &at(0.0)), 0.25);
@@ -41,13 +41,13 @@ mod tests {
     }
 
     #[test]
-    fn boxes_without_area_have_nothing_in_common() {
+    fn boxes_without_area_have_no_overlap() {
         let line = BevBox { w: 0.0, ..at(0.0) };
         assert_eq!((scale_error(&line, &line), scale_error(&line, &at(0.0))), (1.0, 1.0));
     }
 
     #[test]
-    fn only_what_corresponds_counts() {
+    fn only_matched_boxes_count() {
         let mut short = instant(&[(0, 0.0), (1, 9.0)], &[(7, 0.1), (8, 30.0)]);
         short.reported[0].bev.d = 3.0;
         let scene = Sequence::new(vec![Instant::default(), short]).unwrap();

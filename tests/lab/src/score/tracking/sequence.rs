@@ -121,7 +121,7 @@ mod tests {
     use crate::score::tracking::testing::{at, instant, reported, truth};
 
     #[test]
-    fn nothing_is_in_an_instant_twice() {
+    fn ids_are_unique_in_each_instant() {
         let object_twice = Sequence::new(vec![Instant::default(), instant(&[(3, 0.0), (3, 9.0)], &[])]);
         assert_eq!(object_twice, Err(SequenceError::ObjectTwice { instant: 1, object: ObjectId(3) }));
         let track_twice = Sequence::new(vec![instant(&[], &[(5, 0.0), (4, 1.0), (5, 9.0)])]);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_class_takes_its_boxes_and_leaves_the_instants() {
+    fn selecting_a_class_keeps_its_boxes_and_all_instants() {
         let bus = TrueBox { class: Class::RigidBus, bev: at(9.0), ..truth(1, 0.0) };
         let both = Instant { truth: vec![truth(0, 0.0), bus], reported: vec![reported(7, 0.1)] };
         let sequence = Sequence::new(vec![both, instant(&[(0, 1.0)], &[])]).unwrap();

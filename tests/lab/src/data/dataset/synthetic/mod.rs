@@ -99,7 +99,7 @@ mod tests {
     use v2x_fusion_hub::overlap::iou;
 
     #[test]
-    fn the_world_is_as_nuscenes_in_numbers_and_never_changes() {
+    fn the_world_has_the_statistics_of_nuscenes_and_never_changes() {
         let scenes = scenes();
         let statistics = Statistics::of(&scenes);
         assert_eq!((statistics.scenes, statistics.keyframes), (150, 6000));
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_jumps_and_everything_heads_where_it_goes() {
+    fn objects_move_continuously_and_head_along_their_velocity() {
         for number in (0..N_SCENES).step_by(25) {
             let scene = scene(number);
             for frames in scene.keyframes.windows(2) {

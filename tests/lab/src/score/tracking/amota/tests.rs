@@ -6,7 +6,7 @@ use v2x_common::class::Class;
 const CAR: TrackingClass = TrackingClass::Car;
 
 #[test]
-fn what_is_told_exactly_scores_1() {
+fn estimates_equal_to_the_truth_score_1() {
     let exact: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 0.0), (8, 9.0)]);
     let scene = sequence(&[exact; 10]);
     let score = NuscenesScore::of(&[scene.clone(), scene]);
@@ -16,7 +16,7 @@ fn what_is_told_exactly_scores_1() {
 }
 
 #[test]
-fn recalls_that_are_not_achieved_cost_all_of_motar_and_two_metres() {
+fn recalls_that_are_not_reached_count_with_motar_zero_and_two_metres() {
     let missed: Xs = (&[(0, 0.0)], &[]);
     let found: Xs = (&[(0, 0.0)], &[(7, 1.0)]);
     // Recall 0.5: of the 40 recalls from 0.1 by 0.9 / 39 the first 18.
@@ -59,7 +59,7 @@ fn the_score_of_a_track_is_the_mean_of_its_boxes() {
 }
 
 #[test]
-fn holes_in_tracks_are_filled_whatever_class_they_end_in() {
+fn gaps_in_tracks_are_filled_whatever_the_class_after_them() {
     let mut bus = instant(&[(0, 0.0)], &[(7, 0.0)]);
     bus.reported[0].class = Class::RigidBus;
     let car = instant(&[(0, 0.0)], &[(7, 0.0)]);

@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recall_is_given_by_the_score_of_the_box_that_reaches_it() {
+    fn the_threshold_of_a_recall_is_the_score_of_the_box_that_reaches_it() {
         // Ten objects, all matched, with scores 1, 0.9, … 0.1.
         let scores = (1..=10).map(|k| f64::from(k) / 10.0).collect();
         let thresholds = score_thresholds(scores, 10);
