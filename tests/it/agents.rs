@@ -1,4 +1,4 @@
-//! Agents come, go and come back.
+//! Agents that join, leave and return.
 
 use crate::support::{Lab, health, rests_on, standing};
 

@@ -1,4 +1,4 @@
-//! A hub dies and is started again.
+//! A hub is killed and started again.
 
 use crate::support::{Lab, rests_on, standing};
 use std::collections::BTreeSet;
@@ -23,7 +23,7 @@ async fn after_a_restart_of_the_hub_all_clients_reconnect_and_no_track_id_is_reu
     hub.child.kill().await?;
     let hub = lab.hub_at(&locator).await?;
     assert_eq!(hub.locator, locator);
-    // The same consumer, which nobody told of the restart.
+    // The same consumer; it gets no notice of the restart.
     let after = watch.until("both agents are fused by the second hub", |frame| {
         if frame.lineage == before.lineage {
             first_tracks.extend(tracks(frame));

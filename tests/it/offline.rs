@@ -1,4 +1,4 @@
-//! The laboratory's commands that work on files: their exit codes, and what they say on which stream.
+//! Commands of `lab` that work on files: exit codes, standard output and standard error.
 
 use crate::folder::Folder;
 

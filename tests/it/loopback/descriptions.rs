@@ -1,4 +1,4 @@
-//! What an agent tells of its sensor.
+//! Sensor descriptions of agents.
 
 use crate::{PATIENCE, PATIENT_HUB};
 use v2x_lab::loopback::v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};

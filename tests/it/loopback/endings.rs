@@ -1,8 +1,9 @@
-//! Nothing outlives a network, and networks do not see each other.
+//! The end of a network ends all its tasks, and networks are isolated from each other.
 
 use crate::{PATIENCE, PATIENT_HUB};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
+use v2x_fusion_hub::hub::HubStatus;
 use v2x_lab::loopback::{Actor, KitError, Network, Script, block_on};
 
 fn address(network: &Network) -> String {
@@ -18,7 +19,7 @@ async fn after_the_end_the_port_is_free_and_the_last_status_is_returned() -> Res
     network.await_fused(|fused| crate::inclusion(fused, sent.frame).is_some(), PATIENCE).await?;
     let status = network.end().await?;
     assert_eq!(status.agents.iter().map(|agent| agent.accepted).sum::<u64>(), 1, "{status:?}");
-    TcpListener::bind(address).expect("nobody listens there any more");
+    TcpListener::bind(address).expect("the port is free");
     Ok(())
 }
 
@@ -45,17 +46,17 @@ async fn an_agent_that_is_dropped_leaves_and_the_hub_notices() -> Result<(), Kit
     for agent in [&stays, &goes] {
         agent.play(Script::every(Duration::from_millis(20)).of([Actor::pedestrian(1.0, 1.0)]))?;
     }
-    let fare = |status: &v2x_fusion_hub::hub::HubStatus, name: &str| {
+    let statistics = |status: &HubStatus, name: &str| {
         let agent = status.agents.iter().find(|agent| agent.id.as_str() == name);
         agent.map(|agent| (agent.alive, agent.accepted)).unwrap_or_default()
     };
-    let both = |status: &_| fare(status, "stays").1 > 3 && fare(status, "goes").1 > 3;
+    let both = |status: &_| statistics(status, "stays").1 > 3 && statistics(status, "goes").1 > 3;
     network.await_status(both, PATIENCE).await?;
     drop(goes);
-    let left = network.await_status(|status| !fare(status, "goes").0, PATIENCE).await?;
-    let goes_on = |status: &_| fare(status, "stays").1 > fare(&left, "stays").1 + 3;
+    let left = network.await_status(|status| !statistics(status, "goes").0, PATIENCE).await?;
+    let goes_on = |status: &_| statistics(status, "stays").1 > statistics(&left, "stays").1 + 3;
     let last = network.await_status(goes_on, PATIENCE).await?;
-    assert!(fare(&last, "stays").0, "{last:?}");
+    assert!(statistics(&last, "stays").0, "{last:?}");
     network.end().await.map(|_| ())
 }
 

@@ -6,7 +6,7 @@ use std::alloc::System;
 use std::process::ExitCode;
 use v2x_agent::shell::AgentArgs;
 use v2x_common::net::{logging, shutdown};
-use v2x_fusion_hub::hub::HubArgs;
+use v2x_fusion_hub::hub::{self, HubArgs};
 
 /// Counts allocations, for `lab throughput`.
 #[global_allocator]
@@ -71,7 +71,7 @@ async fn main() -> ExitCode {
             Command::Throughput(args) => v2x_lab::commands::throughput(&args, allocations),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
-                v2x_fusion_hub::hub::run(args, shutdown).await
+                hub::run(args, shutdown).await
             }
             Command::Agent(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;

@@ -9,7 +9,7 @@ use crate::report::output::print;
 use anyhow::Context;
 use serde::Serialize;
 use v2x_fusion_hub::config::MotionModel;
-use v2x_fusion_hub::filter::{ImmState, State};
+use v2x_fusion_hub::filter::{Filter, ImmState, State};
 
 /// Measure the whole pipeline without I/O on one thread: bytes of detection frames in, bytes of fused frames out
 ///
@@ -105,7 +105,7 @@ pub fn throughput(args: &ThroughputArgs, allocations: fn() -> u64) -> anyhow::Re
     print(&text).context("writing the result")
 }
 
-fn measure<F: v2x_fusion_hub::filter::Filter>(
+fn measure<F: Filter>(
     load: Load,
     (motion, model): (Motion, MotionModel),
     seconds: i64,

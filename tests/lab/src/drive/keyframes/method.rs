@@ -108,7 +108,7 @@ struct Inputs {
 pub struct Recipe {
     /// The engine.
     pub setup: Setup,
-    /// An engine before it, whose fused objects it takes instead of the agents' reports.
+    /// An engine before it. Its fused objects replace the detections of the agents.
     pub before: Option<Setup>,
 }
 

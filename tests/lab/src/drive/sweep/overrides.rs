@@ -66,16 +66,16 @@ impl Path {
         if first != "agents" || rest.len() < 2 {
             return self.set_in(scenario, &self.0, value);
         }
-        let (whose, rest) = (&rest[0], &rest[1..]);
+        let (selector, rest) = (&rest[0], &rest[1..]);
         let agents = scenario.get_mut("agents").and_then(toml::Value::as_array_mut);
         let agents = agents.map(Vec::as_mut_slice).unwrap_or_default();
         let known: Vec<String> = agents.iter().map(|agent| id(agent).to_owned()).collect();
         let mut is_set = false;
         for (place, agent) in agents.iter_mut().enumerate() {
-            let is_meant = match whose.as_str() {
+            let is_meant = match selector.as_str() {
                 "*" => true,
                 "others" => place > 0,
-                whose => id(agent) == whose,
+                selector => id(agent) == selector,
             };
             if let (true, toml::Value::Table(agent)) = (is_meant, agent) {
                 self.set_in(agent, rest, value)?;
@@ -83,11 +83,11 @@ impl Path {
             }
         }
         // A single agent has no others: nothing is set, and this is no error.
-        if is_set || (whose == "others" && known.len() == 1) {
+        if is_set || (selector == "others" && known.len() == 1) {
             return Ok(());
         }
         let known = known.join(", ");
-        Err(OverrideError::NoAgent { path: self.to_string(), agent: whose.clone(), known })
+        Err(OverrideError::NoAgent { path: self.to_string(), agent: selector.clone(), known })
     }
 
     fn set_in(

@@ -11,6 +11,7 @@ use crate::report::tables::rows::Row;
 use crate::report::tables::study::Block;
 use crate::score::bootstrap::Ratio;
 use crate::score::keyframes::counting::{Counting, Subset};
+use v2x_fusion_hub::parameters;
 
 /// Metrics and their digits.
 pub(crate) const COLUMNS: [(&str, usize); 5] =
@@ -99,7 +100,7 @@ pub(crate) fn headline(tables: &Tables) -> String {
         tables.statistics.text(),
         plan.trials,
         plan.seed,
-        v2x_fusion_hub::parameters::DATE,
+        parameters::DATE,
     )
 }
 

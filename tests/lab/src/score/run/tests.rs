@@ -115,6 +115,6 @@ fn runs_that_cannot_be_scored_are_errors_with_a_reason() {
     let mut shorter = log;
     shorter.detections.iter_mut().for_each(|received| received.identities.objects.truncate(1));
     assert!(matches!(scored(&shorter, &facts), Err(ScoreError::Identities { identities: 1, .. })));
-    let nobody = RunFacts { agents: vec![], ..facts };
-    assert_eq!(scored(&shorter, &nobody), Err(ScoreError::NoAgents));
+    let no_agents = RunFacts { agents: vec![], ..facts };
+    assert_eq!(scored(&shorter, &no_agents), Err(ScoreError::NoAgents));
 }

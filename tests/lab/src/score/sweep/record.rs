@@ -122,17 +122,17 @@ impl FrameCounts {
     }
 }
 
-/// Whose frames are examined.
+/// The agent whose frames are examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reference {
     /// The agent that the others are compared with.
     pub agent: AgentId,
-    /// Whether the hub listens to no other agent.
+    /// Whether the hub accepts no other agent.
     pub is_alone: bool,
 }
 
 impl Reference {
-    /// Whether this agent's frames are examined. The reference's own are examined only where it is alone.
+    /// Whether the frames of this agent are examined. Those of the reference are examined only if it is alone.
     pub(crate) fn examines(&self, agent: &AgentId) -> bool {
         self.is_alone || *agent != self.agent
     }
