@@ -12,7 +12,7 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// A kernel: what is done once in each repetition.
 type Kernel = fn();
@@ -50,7 +50,8 @@ fn main() -> ExitCode {
 
 /// A pseudo-random number from -1 to 1: a hash of its arguments.
 fn noise(object: u32, round: u32, axis: u32) -> f64 {
-    let mut hash = object.wrapping_mul(0x9e37_79b9) ^ round.wrapping_mul(0x85eb_ca6b) ^ axis.wrapping_mul(0xc2b2_ae35);
+    let mut hash =
+        object.wrapping_mul(0x9e37_79b9) ^ round.wrapping_mul(0x85eb_ca6b) ^ axis.wrapping_mul(0xc2b2_ae35);
     hash = (hash ^ (hash >> 16)).wrapping_mul(0x7feb_352d);
     hash = (hash ^ (hash >> 15)).wrapping_mul(0x846c_a68b);
     f64::from(hash >> 8) / f64::from(1_u32 << 23) - 1.0

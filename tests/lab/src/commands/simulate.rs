@@ -1,4 +1,4 @@
-//! `lab simulate`: a scenario in virtual time, scored.
+//! `lab simulate`: runs a scenario in virtual time and scores it.
 
 use crate::commands::run_folder::print_summary;
 use crate::data::simulation::Simulation;
@@ -28,7 +28,7 @@ pub struct SimulateArgs {
     json: bool,
 }
 
-/// Any start does: the world is a function of scenario time.
+/// An arbitrary start: the world depends on scenario time only.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 
 /// Runs and scores.
