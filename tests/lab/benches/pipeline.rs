@@ -44,7 +44,7 @@ fn pipeline(criterion: &mut Criterion) {
         let (first, measured) = (arrivals_before(warm), arrivals_before(warm + Span::from_millis(1000)));
         let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);
         let warm_engine = || {
-            let mut engine = Engine::new(EngineConfig { motion, ..config });
+            let mut engine = Engine::new(config.with_tracking(|tracking| tracking.motion = motion));
             run(&mut engine, &first, start);
             engine
         };
