@@ -72,6 +72,23 @@ impl FusedObject {
         }
     }
 
+    /// The state (x, y, vx, vy) in the map frame, m and m/s.
+    #[cfg(feature = "nalgebra")]
+    pub const fn kinematic_state(&self) -> nalgebra::Vector4<f64> {
+        nalgebra::Vector4::new(self.bev.x, self.bev.y, self.velocity.0, self.velocity.1)
+    }
+
+    /// The covariance of [`Self::kinematic_state`], m², m²/s and m²/s².
+    #[cfg(feature = "nalgebra")]
+    pub fn kinematic_covariance_matrix(&self) -> nalgebra::Matrix4<f64> {
+        let mut matrix = nalgebra::Matrix4::zeros();
+        for (value, (row, column)) in self.kinematic_covariance.into_iter().zip(KINEMATIC_INDEX) {
+            matrix[(row, column)] = value;
+            matrix[(column, row)] = value;
+        }
+        matrix
+    }
+
     /// The classes as both codecs write them: [`Self::class`] first, then the others as they are listed.
     ///
     /// A class that the list lacks has the probability 1 where the list is empty, 0 elsewhere.
@@ -133,4 +150,20 @@ pub struct FusedFrame {
     pub agents: Vec<AgentHealth>,
     /// The detection frames that are new in this frame, by arrival; with a lag their capture time may be after `fused_at`.
     pub includes: Vec<Inclusion>,
+}
+
+#[cfg(all(test, feature = "nalgebra"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_matrix_is_symmetric_with_the_elements_of_the_upper_triangle() {
+        let mut object = FusedObject::from_box(TrackId::default(), Class::Car, BevBox::default());
+        object.kinematic_covariance = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
+        let matrix = object.kinematic_covariance_matrix();
+        assert_eq!(matrix, matrix.transpose());
+        assert_eq!((matrix[(0, 3)], matrix[(3, 0)], matrix[(2, 2)], matrix[(3, 2)]), (4.0, 4.0, 8.0, 9.0));
+        object.velocity = (3.0, -1.0);
+        assert_eq!(object.kinematic_state().as_slice(), [0.0, 0.0, 3.0, -1.0]);
+    }
 }

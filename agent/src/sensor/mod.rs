@@ -92,7 +92,7 @@ impl Sensor {
     /// # let world = Arc::new(scenario.world(1));
     /// # let boot = Boot { seed: 1, epoch: 1, start: Timestamp::EPOCH };
     /// let sensor = scenario.agents[0].sensor(world, boot)?;
-    /// let heavy_tailed = sensor.with_position_noise(StudentT::new(3.0)?);
+    /// let heavy_tailed = sensor.with_position_noise(StudentT::new(3.0).expect("3 is positive"));
     /// assert_eq!(heavy_tailed.observe(0).frame.validate(), Ok(()));
     /// # Ok(())
     /// # }

@@ -42,11 +42,11 @@ pub fn init(filter: &str) -> Result<(), InvalidFilter> {
 fn parse(filter: &str) -> Result<EnvFilter, InvalidFilter> {
     let invalid = |reason: String| InvalidFilter { filter: filter.to_owned(), reason };
     let is_level = |text: &str| LEVELS.iter().any(|level| level.eq_ignore_ascii_case(text));
-    let mut directives = filter.split(',').map(str::trim);
-    if let Some(unknown) = directives.find(|text| !is_level(text) && !text.contains(['=', '['])) {
+    let directives: Vec<_> = filter.split(',').map(str::trim).collect();
+    if let Some(unknown) = directives.iter().find(|text| !is_level(text) && !text.contains(['=', '['])) {
         return Err(invalid(format!("{unknown:?} is not a level")));
     }
-    EnvFilter::try_new(filter).map_err(|error| invalid(error.to_string()))
+    EnvFilter::try_new(directives.join(",")).map_err(|error| invalid(error.to_string()))
 }
 
 fn is_in_colour(is_terminal: bool, no_color: Option<&OsStr>) -> bool {
