@@ -8,21 +8,22 @@ use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::geometry::{BevBox, Pose};
-use v2x_common::id::{AgentId, FrameId};
+use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
+use v2x_fusion_hub::config::{EngineConfig, MotionModel};
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::settings::HubSettings;
+use v2x_fusion_hub::method::Method;
 
 /// A kernel: what is done once in each repetition.
 type Kernel = fn();
 
 const KERNELS: [(&str, Kernel); 5] = [
     ("codec", codec),
-    ("engine-imm", || engine("")),
-    ("engine-cv", || engine("motion = \"cv\"")),
-    ("engine-csba-wls", || engine("method = \"csba-wls\"")),
-    ("engine-lag", || engine("lag_ms = 500")),
+    ("engine-imm", || engine(config())),
+    ("engine-cv", || engine(EngineConfig { motion: MotionModel::Cv, ..config() })),
+    ("engine-csba-wls", || engine(config().with_method(Method::CsbaWls))),
+    ("engine-lag", || engine(EngineConfig { lag: Span::from_millis(500), ..config() })),
 ];
 
 const N_AGENTS: u32 = 4;
@@ -50,7 +51,8 @@ fn main() -> ExitCode {
 
 /// A pseudo-random number from -1 to 1: a hash of its arguments.
 fn noise(object: u32, round: u32, axis: u32) -> f64 {
-    let mut hash = object.wrapping_mul(0x9e37_79b9) ^ round.wrapping_mul(0x85eb_ca6b) ^ axis.wrapping_mul(0xc2b2_ae35);
+    let mut hash =
+        object.wrapping_mul(0x9e37_79b9) ^ round.wrapping_mul(0x85eb_ca6b) ^ axis.wrapping_mul(0xc2b2_ae35);
     hash = (hash ^ (hash >> 16)).wrapping_mul(0x7feb_352d);
     hash = (hash ^ (hash >> 15)).wrapping_mul(0x846c_a68b);
     f64::from(hash >> 8) / f64::from(1_u32 << 23) - 1.0
@@ -97,6 +99,7 @@ fn codec() {
     for round in 0..N_ROUNDS {
         let frame = frame(0, round);
         for _ in 0..N_AGENTS {
+            bytes.clear();
             wire::detections::encode(&frame, &mut bytes).expect("a valid frame");
             let decoded = wire::detections::decode(&bytes).expect("what was encoded");
             assert_eq!(decoded.detections.len(), frame.detections.len());
@@ -104,11 +107,13 @@ fn codec() {
     }
 }
 
-/// Two seconds of a hub with these settings: every fourth frame is late, and each round is published.
-fn engine(settings: &str) {
-    let table = settings.parse().expect("TOML");
-    let settings = HubSettings::from_table(table).expect("legal settings");
-    let mut engine = Engine::new(settings.engine);
+fn config() -> EngineConfig {
+    EngineConfig::new(HubId::new("hub").expect("a legal name"), 1)
+}
+
+/// Two seconds of a hub of this configuration: every fourth frame is late, and each round is published.
+fn engine(config: EngineConfig) {
+    let mut engine = Engine::new(config);
     let mut arrivals: Vec<_> = (0..N_ROUNDS)
         .flat_map(|round| (0..N_AGENTS).map(move |agent| (agent, frame(agent, round))))
         .map(|(agent, frame)| (frame.captured_at + if agent == 3 { LATE } else { Span::ZERO }, frame))
