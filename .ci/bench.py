@@ -1,6 +1,6 @@
 """Compares the instructions of a few kernels with the committed baseline.
 
-Usage: bench.py [--write]. Needs valgrind; builds tests/bench/kernels.rs with `cargo bench --no-run`.
+Usage: bench.py [--write]. Needs valgrind; builds fusion-hub/benches/kernels.rs, without the network.
 
 Each kernel runs under callgrind with one and with three repetitions: half of the difference is what one repetition takes,
 without the start of the program. A count does not depend on how busy the machine is; it does depend on the compiler
@@ -24,7 +24,7 @@ TOLERANCE = 0.03
 
 def built():
     """Builds the kernels, and gives the program."""
-    command = ["cargo", "bench", "--locked", "-p", "v2x-lab", "--bench", "kernels", "--no-run", "--message-format", "json"]
+    command = ["cargo", "bench", "--locked", "-p", "v2x-fusion-hub", "--no-default-features", "--bench", "kernels", "--no-run", "--message-format", "json"]
     lines = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
     artifacts = (json.loads(line) for line in lines)
     return next(a["executable"] for a in artifacts if a.get("executable") and a["target"]["name"] == "kernels")
