@@ -1,6 +1,6 @@
 //! Association of one frame with as many tracks as it has detections, at 100 m² an object.
 //!
-//! The frames change from call to call: a processor learns the branches of one small frame by heart.
+//! The frames change from call to call: a processor's branch prediction would adapt to one small frame.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rand_chacha::ChaCha8Rng;

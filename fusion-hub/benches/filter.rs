@@ -86,7 +86,7 @@ fn imm(criterion: &mut Criterion) {
     sizes(criterion);
 }
 
-/// Twenty reports of a car's width, and what is to be made of them.
+/// Twenty reports of a car's width: adding them, and the estimate.
 fn sizes(criterion: &mut Criterion) {
     let mut evidence = SizeEvidence::initial(1.9, 0.5, 0.1);
     (1..20).for_each(|step| evidence.update(1.2 + 0.1 * f64::from(step), 0.5, 0.1));

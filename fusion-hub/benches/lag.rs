@@ -1,4 +1,4 @@
-//! What it costs to tell 100 objects that three agents report at 10 Hz: as they stand, and as they stood.
+//! The cost of publishing 100 objects that three agents report at 10 Hz, without and with a lag.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -37,7 +37,7 @@ fn frame(step: u32, captured_at: Timestamp) -> DetectionFrame {
     }
 }
 
-fn tell(criterion: &mut Criterion, name: &str, motion: MotionModel, lag: Span) {
+fn publish(criterion: &mut Criterion, name: &str, motion: MotionModel, lag: Span) {
     let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);
     let mut engine = Engine::new(config.with_tracking(|tracking| {
         tracking.motion = motion;
@@ -50,14 +50,14 @@ fn tell(criterion: &mut Criterion, name: &str, motion: MotionModel, lag: Span) {
         now += STEP;
     }
     assert_eq!(engine.fused(now).objects.len(), N_OBJECTS as usize);
-    let name = format!("tell/{name}, {N_OBJECTS} objects, lag {} ms", lag.as_millis_f64());
+    let name = format!("publish/{name}, {N_OBJECTS} objects, lag {} ms", lag.as_millis_f64());
     criterion.bench_function(&name, |bencher| bencher.iter(|| black_box(engine.fused(now).objects.len())));
 }
 
 fn lag(criterion: &mut Criterion) {
     for lag_ms in [0, 500, 1000] {
-        tell(criterion, "cv", MotionModel::Cv, Span::from_millis(lag_ms));
-        tell(criterion, "imm", MotionModel::Imm, Span::from_millis(lag_ms));
+        publish(criterion, "cv", MotionModel::Cv, Span::from_millis(lag_ms));
+        publish(criterion, "imm", MotionModel::Imm, Span::from_millis(lag_ms));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Overlap of two boxes: apart by their circles, apart by an axis, crossing, and one within the other.
+//! Overlap of two boxes: separated by their circles, separated by an axis, crossing, and one within the other.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

@@ -1,4 +1,4 @@
-//! A frame into the engine, with and without association particles: 50 walkers, 100 m² each, seen by ten agents
+//! A frame into the engine, with and without association particles: 50 walkers, 100 m² each, detected by ten agents
 //! at 10 Hz with errors of 0.3 m and of 1 m. The last number of a name is how many particles there are.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -45,16 +45,16 @@ fn frames(sigma_m: f64) -> Vec<DetectionFrame> {
         .map(|_| [SIDE_M * chance.uniform(), SIDE_M * chance.uniform(), 2.0 * PI * (chance.uniform() - 0.5)])
         .collect();
     let agents = agents();
-    let seen = |step: u32| {
+    let frame_at = |step: u32| {
         let walked = 1.4e-3 * f64::from(INTERVAL_MS * step);
         let detections = walkers.iter().map(|[x, y, yaw]| {
-            let yaw_seen = v2x_common::geometry::wrap_angle(yaw + SIGMA_YAW_RAD * chance.normal());
+            let measured_yaw = v2x_common::geometry::wrap_angle(yaw + SIGMA_YAW_RAD * chance.normal());
             let [x, y] = [x + walked * libm::cos(*yaw), y + walked * libm::sin(*yaw)]
                 .map(|at| at + sigma_m * chance.normal());
             Detection {
                 class: Class::Adult,
                 score: 1.0,
-                bev: BevBox { x, y, w: 0.7, d: 0.7, yaw: yaw_seen },
+                bev: BevBox { x, y, w: 0.7, d: 0.7, yaw: measured_yaw },
                 covariance: BoxCovariance {
                     position: Covariance2::isotropic(sigma_m),
                     ww: 0.05,
@@ -74,7 +74,7 @@ fn frames(sigma_m: f64) -> Vec<DetectionFrame> {
             detections: detections.collect(),
         }
     };
-    (0..N_FRAMES).map(seen).collect()
+    (0..N_FRAMES).map(frame_at).collect()
 }
 
 fn engine(n_particles: u32) -> Engine {

@@ -1,4 +1,4 @@
-//! A late report before 25 newer ones of its track: put in its place, and everything after it applied again.
+//! A late report before 25 newer ones of its track: inserted in its place, with a replay of all later ones.
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use v2x_common::class::Class;
@@ -44,14 +44,14 @@ fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
     let slot = agents.slot_for(name);
     let sensing = SensorModel::undescribed(&SensingDefaults::default());
     let mut frames = FrameStore::default();
-    let mut piece = |step: u32, sequence: u64| {
+    let mut evidence = |step: u32, sequence: u64| {
         let frame = frame(name, step, sequence);
         let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, coverage: None };
         Evidence::detection(frame.captured_at, frames.insert(&sensed), 0)
     };
-    let in_time: Vec<_> = (0..IN_TIME).map(|step| piece(step, u64::from(step))).collect();
+    let in_time: Vec<_> = (0..IN_TIME).map(|step| evidence(step, u64::from(step))).collect();
     // At the very time of the one before it, but later in order: exactly so many are newer.
-    let late = piece(IN_TIME - NEWER - 1, 1 << 40);
+    let late = evidence(IN_TIME - NEWER - 1, 1 << 40);
     let records = TrackContext {
         frames: &frames,
         agents: &agents,
@@ -61,7 +61,7 @@ fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
         class_motion: true,
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
-    in_time[1..].iter().for_each(|piece| track.insert(*piece, None, &records));
+    in_time[1..].iter().for_each(|evidence| track.insert(*evidence, None, &records));
     criterion.bench_function(&format!("replay/{filter}, 25 newer"), |bencher| {
         bencher.iter_batched_ref(
             || track.clone(),

@@ -1,5 +1,5 @@
-//! Any sequence of frames, descriptions and times, made from bytes: what the fuzzer feeds the engine
-//! (`tests/fuzz`), and here what random bytes do.
+//! Any sequence of frames, descriptions and times, made from bytes: the fuzzer's input of the engine
+//! (`tests/fuzz`), here from random bytes.
 
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
@@ -34,7 +34,7 @@ impl Source<'_> {
         f64::from(self.word().cast_signed())
     }
 
-    /// Mostly an ordinary length, sometimes any number at all.
+    /// Mostly an ordinary length, sometimes an arbitrary number.
     fn number(&mut self) -> f64 {
         if self.byte() > 250 {
             let bits = [self.byte(), self.byte(), self.byte(), self.byte()];
@@ -43,7 +43,7 @@ impl Source<'_> {
         self.signed() / 256.0
     }
 
-    /// A width or depth: mostly one that can be.
+    /// A width or depth: mostly a valid one.
     fn extent(&mut self) -> f64 {
         let word = self.word();
         if word > 65_000 { self.number() } else { 0.001 * f64::from(word.max(1)) }
@@ -128,12 +128,12 @@ impl Source<'_> {
     }
 }
 
-/// Runs an engine on whatever the bytes say. Panics where it breaks a promise: finite numbers, time that never
-/// runs back, one track for each id, and fused frames that the wire can hold. Tells how many frames were sent and
-/// how many of them were let in.
+/// Runs an engine on the input that the bytes encode. Panics where it breaks a promise: finite numbers, time that never
+/// runs back, one track for each id, and fused frames that the wire can hold. Returns how many frames were sent and
+/// how many of them were accepted.
 pub(crate) fn run(bytes: &[u8]) -> (usize, usize) {
     let mut source = Source(bytes);
-    // Half of the time ours, else any.
+    // Half of the time a valid one, else arbitrary.
     let choice = usize::from(source.byte());
     let method = if choice.is_multiple_of(2) { &PRESETS[0] } else { &PRESETS[choice / 2 % PRESETS.len()] };
     let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1).with_preset(method);
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn most_of_what_it_sends_is_let_in() {
+    fn most_random_frames_are_accepted() {
         use rand_chacha::ChaCha8Rng;
         use rand_chacha::rand_core::{Rng, SeedableRng};
         let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -8,12 +8,12 @@ use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::engine::{Disposition, Refusal};
 use v2x_fusion_hub::fusion::preset;
 
-/// One report of one frame: which objects are seen, and with what errors.
+/// One frame: which objects are detected, and with what errors.
 #[derive(Clone, Debug)]
 struct Report {
     agent: usize,
     captured_ms: i64,
-    seen: Vec<Option<(f64, f64)>>,
+    detected: Vec<Option<(f64, f64)>>,
 }
 
 const AGENTS: [&str; 3] = ["ego", "rsu", "van"];
@@ -22,18 +22,19 @@ const N_OBJECTS: usize = 4;
 const NOW_MS: i64 = 490;
 
 fn reports() -> impl Strategy<Value = Vec<Report>> {
-    // Errors within 1 σ: whatever is known at the time, no true pair falls out of the gate.
-    let seen = prop::collection::vec(prop::option::weighted(0.8, (-0.3..0.3f64, -0.3..0.3f64)), N_OBJECTS);
-    let report = (0..AGENTS.len(), 0..NOW_MS, seen);
-    let report = report.prop_map(|(agent, captured_ms, seen)| Report { agent, captured_ms, seen });
+    // Errors within 1 σ: in every order of arrival, true pairs are within the gate.
+    let detected =
+        prop::collection::vec(prop::option::weighted(0.8, (-0.3..0.3f64, -0.3..0.3f64)), N_OBJECTS);
+    let report = (0..AGENTS.len(), 0..NOW_MS, detected);
+    let report = report.prop_map(|(agent, captured_ms, detected)| Report { agent, captured_ms, detected });
     prop::collection::vec(report, 1..24)
 }
 
 fn frames(reports: &[Report]) -> Vec<DetectionFrame> {
     let frame_of = |(sequence, report): (u64, &Report)| {
-        let seen = (0..).zip(&report.seen);
+        let detected = (0..).zip(&report.detected);
         let detections =
-            seen.filter_map(|(object, error)| Some(detection(object, at(report.captured_ms), (*error)?)));
+            detected.filter_map(|(object, error)| Some(detection(object, at(report.captured_ms), (*error)?)));
         frame(agent(AGENTS[report.agent]), sequence, report.captured_ms, detections.collect())
     };
     (0..).zip(reports).map(frame_of).collect()
@@ -59,7 +60,7 @@ fn run_on<'a>(
     (engine, objects)
 }
 
-/// Everything but the track's number, which tells who came first.
+/// Everything but the track's number, which depends on the order of arrival.
 fn assert_same_bits(left: &[FusedObject], right: &[FusedObject]) {
     let unnumbered = |objects: &[FusedObject]| -> Vec<FusedObject> {
         objects.iter().map(|object| FusedObject { track: Default::default(), ..object.clone() }).collect()
@@ -88,12 +89,12 @@ proptest! {
         });
         let shuffled = || order.iter().map(|place| &frames[*place]);
         assert_same_bits(&in_time, &run(shuffled()).1);
-        // Nothing competes with anything: particles have nothing to disagree on.
+        // Without competing pairs all particles agree.
         assert_same_bits(&in_time, &run_on(engine_of_particles(8), shuffled()).1);
     }
 
     #[test]
-    fn neither_duplicates_nor_publishing_in_between_change_anything(
+    fn duplicates_and_publishing_in_between_change_no_bit(
         (reports, order) in reports().prop_flat_map(|reports| {
             let order = Just((0..reports.len()).collect::<Vec<_>>()).prop_shuffle();
             (Just(reports), order)
@@ -140,7 +141,7 @@ proptest! {
 }
 
 #[test]
-fn a_late_detection_is_worth_as_much_as_if_it_had_come_in_time() {
+fn a_late_detection_gives_the_same_state_as_one_in_time() {
     let ego = |sequence, ms| frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.2, 0.1))]);
     let rsu = frame(agent("rsu"), 0, 100, vec![detection(0, at(100), (-0.3, 0.0))]);
     let egos: Vec<_> = (0..5).map(|k| ego(k, 100 * i64::try_from(k).expect("test input"))).collect();
@@ -153,7 +154,7 @@ fn a_late_detection_is_worth_as_much_as_if_it_had_come_in_time() {
 }
 
 #[test]
-fn evidence_older_than_the_birth_becomes_the_birth() {
+fn evidence_older_than_the_initiation_becomes_the_initiation() {
     let newer = frame(agent("ego"), 1, 200, vec![detection(0, at(200), (0.0, 0.0))]);
     let older = frame(agent("rsu"), 1, 100, vec![detection(0, at(100), (0.0, 0.0))]);
     let (_, objects) = run([&newer, &older]);
@@ -162,18 +163,18 @@ fn evidence_older_than_the_birth_becomes_the_birth() {
 }
 
 #[test]
-fn a_frame_that_waited_while_the_hub_published_is_as_old_as_it_is_by_then() {
+fn the_age_of_a_frame_counts_from_the_newest_hub_time() {
     let mut engine = engine();
     let ego = |sequence, ms| frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.0, 0.0))]);
     engine.handle_frame(&ego(0, 0), at(0));
     engine.fused(at(700));
-    // Received at 490, when it was young enough, but the hub has folded everything before 200 since.
+    // Received at 490, when it was within Δmax; the hub has since folded everything before 200.
     let waited = engine.handle_frame(&ego(1, 10), at(490));
     assert!(matches!(waited, Disposition::Refused(Refusal::TooLate { .. })), "{waited:?}");
 }
 
 #[test]
-fn read_literally_the_papers_text_loses_what_is_newer_than_a_late_measurement() {
+fn the_papers_literal_text_loses_measurements_newer_than_a_late_one() {
     let ego = |sequence: u64| {
         let ms = 100 * i64::try_from(sequence).expect("test input");
         frame(agent("ego"), sequence, ms, vec![detection(0, at(ms), (0.2, 0.1))])

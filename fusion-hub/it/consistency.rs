@@ -1,4 +1,4 @@
-//! Honest covariance: with truth and noise drawn from the filter's own model, the normalised estimation error
+//! Consistent covariance: with truth and noise drawn from the filter's own model, the normalised estimation error
 //! squared follows its χ² distribution (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
 
 use rand_chacha::ChaCha8Rng;
@@ -88,7 +88,7 @@ fn nees(state: &State, truth: &Truth) -> (f64, f64) {
 }
 
 #[test]
-fn the_error_is_as_large_as_the_covariance_says() {
+fn the_nees_follows_its_chi_squared_distribution() {
     let motion = MotionParams::of(Class::Car);
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_122);
     let (mut kinematic, mut heading) = (0.0, 0.0);
@@ -113,22 +113,22 @@ fn the_error_is_as_large_as_the_covariance_says() {
 }
 
 #[test]
-fn an_agent_that_claims_half_its_error_shows_in_its_innovations() {
+fn the_nis_of_an_agent_that_states_half_its_error_is_larger() {
     use crate::world::{SIGMA_M, agent, at, detection, engine, frame};
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut engine = engine();
     for k in 0..400_u32 {
         let ms = 50 * i64::from(k);
-        for (name, true_sigma) in [("honest", SIGMA_M), ("boaster", 2.0 * SIGMA_M)] {
+        for (name, true_sigma) in [("correct", SIGMA_M), ("bold", 2.0 * SIGMA_M)] {
             let errors = [0, 1, 2]
                 .map(|object| (object, (true_sigma * normal(&mut rng), true_sigma * normal(&mut rng))));
-            let seen = errors.map(|(object, error)| detection(object, at(ms), error)).to_vec();
-            engine.handle_frame(&frame(agent(name), u64::from(k), ms, seen), at(ms));
+            let detections = errors.map(|(object, error)| detection(object, at(ms), error)).to_vec();
+            engine.handle_frame(&frame(agent(name), u64::from(k), ms, detections), at(ms));
         }
     }
     let nis = |name| engine.agents().record(&agent(name)).and_then(|record| record.statistics.nis_per_dof());
-    let (honest, boaster) = (nis("honest").expect("measured"), nis("boaster").expect("measured"));
-    // Below 1: these cars keep their speed better than the model takes for granted.
-    assert!((0.5..1.2).contains(&honest), "{honest}");
-    assert!(boaster > 1.8 * honest, "{boaster} against {honest}");
+    let (consistent, overconfident) = (nis("correct").expect("measured"), nis("bold").expect("measured"));
+    // Below 1: these cars keep their speed better than the model assumes.
+    assert!((0.5..1.2).contains(&consistent), "{consistent}");
+    assert!(overconfident > 1.8 * consistent, "{overconfident} against {consistent}");
 }

@@ -1,4 +1,4 @@
-//! Objects as they stood a while ago, by everything that is known by now.
+//! Smoothed objects at a lag behind the newest time.
 
 use crate::world::{agent, at, config, description, detection, frame};
 use proptest::prelude::*;
@@ -26,8 +26,8 @@ fn engine(lag_ms: i64, motion: MotionModel) -> Engine {
     engine
 }
 
-/// A frame of an agent (by its place) that sees these objects where they are, give or take an error.
-fn seen(agent_place: usize, captured_ms: i64, objects: &[(u32, (f64, f64))]) -> DetectionFrame {
+/// A frame of an agent (by its place) that detects these objects with these errors.
+fn frame_of(agent_place: usize, captured_ms: i64, objects: &[(u32, (f64, f64))]) -> DetectionFrame {
     let detections = objects.iter().map(|(object, error)| detection(*object, at(captured_ms), *error));
     let sequence = u64::try_from(captured_ms).expect("after the start");
     frame(agent(AGENTS[agent_place]), sequence, captured_ms, detections.collect())
@@ -42,7 +42,7 @@ fn take(engine: &mut Engine, frame: &DetectionFrame, now_ms: i64) {
 fn drive(engine: &mut Engine, until_ms: i64) {
     for ms in (0..=until_ms).step_by(100) {
         let error = if ms % 200 == 0 { 0.2 } else { -0.2 };
-        take(engine, &seen(0, ms, &[(0, (error, 0.0))]), ms);
+        take(engine, &frame_of(0, ms, &[(0, (error, 0.0))]), ms);
     }
 }
 
@@ -52,19 +52,19 @@ fn only(objects: &[FusedObject]) -> FusedObject {
 }
 
 fn by_place(objects: &[FusedObject]) -> Vec<FusedObject> {
-    // The track's number tells who came first.
+    // The track's number depends on the order of arrival.
     let unnumbered = |object: &FusedObject| FusedObject { track: TrackId::default(), ..object.clone() };
     let mut objects: Vec<_> = objects.iter().map(unnumbered).collect();
     objects.sort_by(|a, b| a.bev.y.total_cmp(&b.bev.y));
     objects
 }
 
-/// Frames of both agents that see some of three objects, each at its own time within Δmax.
+/// Frames of both agents that detect some of three objects, each at its own time within Δmax.
 fn frames() -> impl Strategy<Value = Vec<DetectionFrame>> {
     let errors = prop::collection::vec(prop::option::weighted(0.8, (-0.3..0.3f64, -0.3..0.3f64)), 3);
     let frame = (0..AGENTS.len(), 0..490i64, errors).prop_map(|(agent, captured_ms, errors)| {
         let objects = (0..).zip(errors).filter_map(|(object, error)| Some((object, error?)));
-        seen(agent, captured_ms, &objects.collect::<Vec<_>>())
+        frame_of(agent, captured_ms, &objects.collect::<Vec<_>>())
     });
     prop::collection::vec(frame, 1..16).prop_map(|mut frames| {
         frames.sort_by_key(|frame| (frame.id.agent, frame.captured_at));
@@ -77,7 +77,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
-    fn the_order_of_arrival_does_not_matter_to_the_past_either(
+    fn smoothed_objects_do_not_depend_on_the_order_of_arrival(
         (frames, order) in frames().prop_flat_map(|frames| {
             let order = Just((0..frames.len()).collect::<Vec<_>>()).prop_shuffle();
             (Just(frames), order)
@@ -85,43 +85,43 @@ proptest! {
         back_ms in 0..490i64,
     ) {
         for motion in MOTIONS {
-            let told = |order: &mut dyn Iterator<Item = usize>| {
+            let published = |order: &mut dyn Iterator<Item = usize>| {
                 let mut engine = engine(back_ms, motion);
                 order.for_each(|place| take(&mut engine, &frames[place], 490));
                 by_place(&engine.fused(at(490)).objects)
             };
             let mut sorted: Vec<usize> = (0..frames.len()).collect();
             sorted.sort_by_key(|place| (frames[*place].captured_at, frames[*place].id));
-            prop_assert_eq!(told(&mut sorted.into_iter()), told(&mut order.iter().copied()));
+            prop_assert_eq!(published(&mut sorted.into_iter()), published(&mut order.iter().copied()));
         }
     }
 
     #[test]
-    fn the_present_asked_for_as_a_past_is_the_present_bit_by_bit(frames in frames()) {
+    fn fused_as_of_the_newest_time_equals_the_current_list_bit_by_bit(frames in frames()) {
         for motion in MOTIONS {
             let run = || {
                 let mut engine = engine(0, motion);
                 frames.iter().for_each(|frame| take(&mut engine, frame, 490));
                 engine
             };
-            let (mut asked, mut plain) = (run(), run());
-            let past = asked.fused_as_of(at(490), at(490)).expect("just now");
+            let (mut with_time, mut plain) = (run(), run());
+            let past = with_time.fused_as_of(at(490), at(490)).expect("just now");
             prop_assert_eq!(past, plain.fused(at(490)));
         }
     }
 }
 
 #[test]
-fn a_lag_changes_nothing_of_what_is_associated_and_known() {
+fn a_lag_changes_no_association_and_no_filtered_state() {
     for motion in MOTIONS {
         let [mut plain, mut lagged] = [0, 2000].map(|lag_ms| engine(lag_ms, motion));
         for step in 0..120_i64 {
-            // The third object is gone for as long as it is remembered without a lag, and then reported late.
+            // The third object is missing for the coasting time without a lag, and then reported late.
             let is_there = |object: &u32| *object < 2 || !(40..58).contains(&step);
             let place = usize::from(step % 3 == 0);
             let error = 0.1 * f64::from(i32::try_from(step % 7).expect("small")) - 0.3;
             let objects: Vec<_> = (0..3).filter(is_there).map(|object| (object, (error, -error))).collect();
-            let frame = seen(place, 100 * step, &objects);
+            let frame = frame_of(place, 100 * step, &objects);
             // A third of them late.
             let now_ms = 100 * step + if place == 1 { 300 } else { 0 };
             for engine in [&mut plain, &mut lagged] {
@@ -137,7 +137,7 @@ fn a_lag_changes_nothing_of_what_is_associated_and_known() {
 }
 
 #[test]
-fn a_frame_says_which_moment_it_holds_for_and_objects_stand_where_they_stood() {
+fn a_lagged_frame_has_its_own_time_and_the_positions_of_that_time() {
     for motion in MOTIONS {
         let mut engine = engine(500, motion);
         drive(&mut engine, 2000);
@@ -155,19 +155,19 @@ fn a_frame_says_which_moment_it_holds_for_and_objects_stand_where_they_stood() {
 }
 
 #[test]
-fn what_came_later_makes_the_past_better_known() {
+fn later_measurements_reduce_the_covariance_of_a_past_state() {
     for motion in MOTIONS {
         let variance = |object: &FusedObject| object.kinematic_covariance[0] + object.kinematic_covariance[4];
         let mut engine = engine(400, motion);
         drive(&mut engine, 1500);
         let then = only(&engine.fused_as_of(at(1500), at(1500)).expect("now").objects);
-        take(&mut engine, &seen(0, 1600, &[(0, (0.2, 0.0))]), 1600);
-        take(&mut engine, &seen(0, 1700, &[(0, (-0.2, 0.0))]), 1700);
+        take(&mut engine, &frame_of(0, 1600, &[(0, (0.2, 0.0))]), 1600);
+        take(&mut engine, &frame_of(0, 1700, &[(0, (-0.2, 0.0))]), 1700);
         let later = only(&engine.fused_as_of(at(1500), at(1700)).expect("in history").objects);
         assert!(variance(&later) < 0.9 * variance(&then), "{then:?} {later:?}");
         assert!(later.yaw_variance < then.yaw_variance);
-        // Late, but before the moment is told.
-        take(&mut engine, &seen(1, 1450, &[(0, (0.0, 0.1))]), 1800);
+        // Late, but before that time is published.
+        take(&mut engine, &frame_of(1, 1450, &[(0, (0.0, 0.1))]), 1800);
         let with_late = only(&engine.fused_as_of(at(1500), at(1800)).expect("in history").objects);
         assert!(variance(&with_late) < variance(&later), "{later:?} {with_late:?}");
         assert!(with_late.bev.y > later.bev.y);
@@ -176,7 +176,7 @@ fn what_came_later_makes_the_past_better_known() {
 }
 
 #[test]
-fn an_object_is_told_from_its_first_report_on_and_only_of_the_time_that_it_was_there() {
+fn an_object_is_published_from_its_first_report_to_its_end() {
     for motion in MOTIONS {
         let mut engine = engine(1000, motion);
         for ms in (0..=2600).step_by(100) {
@@ -185,60 +185,60 @@ fn an_object_is_told_from_its_first_report_on_and_only_of_the_time_that_it_was_t
                 1000..=1500 => &[(0, (0.0, 0.0)), (1, (0.0, 0.0))],
                 _ => &[(0, (0.0, 0.0))],
             };
-            take(&mut engine, &seen(0, ms, there), ms);
-            let n_told = engine.fused(at(ms)).objects.len();
+            take(&mut engine, &frame_of(0, ms, there), ms);
+            let n_published = engine.fused(at(ms)).objects.len();
             let expected = match ms - 1000 {
                 ..0 => 0,
                 0..1000 => 1,
                 1000..=1500 => 2,
                 _ => 1,
             };
-            assert_eq!(n_told, expected, "told at {ms} ms");
+            assert_eq!(n_published, expected, "published at {ms} ms");
         }
-        // Missed ever since: it was there when it was last seen all the same.
-        let told =
+        // Missed since then: it existed at its last detection.
+        let published =
             |engine: &mut Engine, ms| engine.fused_as_of(at(ms), at(2600)).map(|fused| fused.objects.len());
-        assert_eq!((told(&mut engine, 1600), told(&mut engine, 2600)), (Ok(1), Ok(1)));
+        assert_eq!((published(&mut engine, 1600), published(&mut engine, 2600)), (Ok(1), Ok(1)));
     }
 }
 
 #[test]
-fn an_agent_whose_report_is_folded_is_named_as_long_as_it_is_without_a_lag() {
+fn folded_reports_keep_their_agent_among_the_contributors_as_without_a_lag() {
     let mut engine = engine(600, MotionModel::Imm);
-    take(&mut engine, &seen(1, 0, &[(0, (0.0, 0.0))]), 0);
+    take(&mut engine, &frame_of(1, 0, &[(0, (0.0, 0.0))]), 0);
     for ms in (100..=1600).step_by(100) {
-        take(&mut engine, &seen(0, ms, &[(0, (0.0, 0.0))]), ms);
+        take(&mut engine, &frame_of(0, ms, &[(0, (0.0, 0.0))]), ms);
         engine.fused(at(ms));
     }
-    take(&mut engine, &seen(1, 1650, &[(0, (0.0, 0.0))]), 1650);
+    take(&mut engine, &frame_of(1, 1650, &[(0, (0.0, 0.0))]), 1650);
     let object = only(&engine.fused(at(1660)).objects);
     let sequences: Vec<u64> = object.contributors.iter().map(|one| one.frame.sequence).collect();
     assert_eq!(sequences, [1000, 0]);
 }
 
 #[test]
-fn two_that_a_sensor_told_apart_were_two_until_they_are_merged() {
+fn tracks_that_a_sensor_separated_stay_two_in_the_past_after_a_merge() {
     let mut engine = engine(1000, MotionModel::Imm);
     let beside = (0.0, 1.5);
     for ms in (0..=1000).step_by(50) {
-        // From 200 ms on only one is reported, now here, now there: neither seems gone.
+        // From 200 ms on only one is reported, now here, now there: neither is deleted.
         let there: &[(u32, (f64, f64))] = match ms {
             0..200 => &[(0, (0.0, 0.0)), (0, beside)],
             _ if ms % 100 == 0 => &[(0, (0.0, 0.0))],
             _ => &[(0, beside)],
         };
-        take(&mut engine, &seen(0, ms, there), ms);
+        take(&mut engine, &frame_of(0, ms, there), ms);
     }
     assert_eq!(engine.counts().merges, 1);
-    let told = |ms| engine.fused_as_of(at(ms), at(1000)).expect("in history").objects.clone();
-    let [both, one] = [150, 1000].map(told);
+    let published = |ms| engine.fused_as_of(at(ms), at(1000)).expect("in history").objects.clone();
+    let [both, one] = [150, 1000].map(published);
     assert_eq!((both.len(), one.len()), (2, 1));
     assert!((both[1].bev.y - both[0].bev.y - 1.5).abs() < 0.3, "{both:?}");
     assert!(both[0].track < both[1].track && one[0].track == both[0].track);
 }
 
 #[test]
-fn what_is_forgotten_or_yet_to_come_is_an_error() {
+fn times_outside_the_history_are_an_error() {
     let mut engine = engine(1000, MotionModel::Imm);
     drive(&mut engine, 3000);
     let now = at(3000);

@@ -1,4 +1,4 @@
-//! What a hub can be told to do with late data instead of replaying it: what experiments compare it with.
+//! Policies for late data other than replay: baselines of experiments.
 
 use crate::world::{agent, at, config, detection, frame};
 use v2x_common::detection::Detection;
@@ -11,7 +11,7 @@ fn engine(late_frames: LateFrames) -> Engine {
     Engine::new(EngineConfig { late_frames, ..config() })
 }
 
-fn seen(ms: i64) -> Vec<Detection> {
+fn detections(ms: i64) -> Vec<Detection> {
     vec![detection(0, at(ms), (0.0, 0.0))]
 }
 
@@ -20,10 +20,10 @@ fn run(late_frames: LateFrames, late_agent_reports: bool) -> Engine {
     let (mut engine, ego, rsu) = (engine(late_frames), agent("ego"), agent("rsu"));
     for sequence in 0..20u8 {
         let ms = i64::from(sequence) * 100;
-        let _ = engine.handle_frame(&frame(ego, u64::from(sequence), ms, seen(ms)), at(ms));
+        let _ = engine.handle_frame(&frame(ego, u64::from(sequence), ms, detections(ms)), at(ms));
         if late_agent_reports && ms >= 200 {
             let captured_ms = ms - 150;
-            let late = frame(rsu, u64::from(sequence), captured_ms, seen(captured_ms));
+            let late = frame(rsu, u64::from(sequence), captured_ms, detections(captured_ms));
             let _ = engine.handle_frame(&late, at(ms + 50));
         }
     }
@@ -31,7 +31,7 @@ fn run(late_frames: LateFrames, late_agent_reports: bool) -> Engine {
 }
 
 #[test]
-fn dropped_late_frames_leave_the_list_as_if_they_had_never_come() {
+fn dropped_late_frames_change_no_published_object() {
     let (mut dropped, mut alone) = (run(LateFrames::Drop, true), run(LateFrames::Fuse, false));
     assert_eq!(dropped.agents().record(&agent("rsu")).unwrap().statistics.refused["out_of_sequence"], 18);
     assert_eq!(dropped.fused(at(2000)).objects, alone.fused(at(2000)).objects);
@@ -41,7 +41,7 @@ fn dropped_late_frames_leave_the_list_as_if_they_had_never_come() {
 fn a_frame_within_epsilon_of_the_newest_is_not_late() {
     let mut engine = engine(LateFrames::Drop);
     let take = |engine: &mut Engine, name: &str, ms: i64| {
-        engine.handle_frame(&frame(agent(name), 0, ms, seen(ms)), at(100))
+        engine.handle_frame(&frame(agent(name), 0, ms, detections(ms)), at(100))
     };
     assert!(matches!(take(&mut engine, "a", 60), Disposition::Accepted { .. }));
     assert!(matches!(take(&mut engine, "b", 50), Disposition::Accepted { .. }));
@@ -50,7 +50,7 @@ fn a_frame_within_epsilon_of_the_newest_is_not_late() {
 }
 
 #[test]
-fn ignoring_delays_takes_a_moving_object_for_where_it_was() {
+fn ignoring_delays_biases_a_moving_object_backwards() {
     // At 10 m/s, half of the reports 200 ms old: they pull the object back by some of 2 m.
     let x = |mut engine: Engine| engine.fused(at(1950)).objects[0].bev.x;
     let (ignoring, replaying) = (x(run(LateFrames::IgnoreDelay, true)), x(run(LateFrames::Fuse, true)));
@@ -59,9 +59,9 @@ fn ignoring_delays_takes_a_moving_object_for_where_it_was() {
 }
 
 #[test]
-fn who_ignores_delays_refuses_nothing_for_its_age_and_passes_on_the_agents_stamps() {
+fn a_hub_that_ignores_delays_refuses_no_old_frame_and_keeps_the_agents_stamps() {
     let mut engine = engine(LateFrames::IgnoreDelay);
-    let disposition = engine.handle_frame(&frame(agent("rsu"), 0, 0, seen(0)), at(30_000));
+    let disposition = engine.handle_frame(&frame(agent("rsu"), 0, 0, detections(0)), at(30_000));
     assert!(matches!(disposition, Disposition::Accepted { .. }), "{disposition:?}");
     let fused = engine.fused(at(30_000));
     assert_eq!((fused.objects.len(), fused.includes[0].captured_at), (1, at(0)));

@@ -4,8 +4,8 @@ use crate::world::{agent, at, description, detection, engine, frame};
 use v2x_common::fused::FusedFrame;
 use v2x_fusion_hub::engine::Engine;
 
-/// One agent at 10 Hz which reports object 0 in the frames of `seen`, and a hub asked every `step_ms`.
-fn published_at(seen: impl Fn(u64) -> bool, clutter_per_m2: f64, step_ms: i64) -> Vec<(i64, usize)> {
+/// One agent at 10 Hz which reports object 0 in the frames of `is_detected`, and a hub asked every `step_ms`.
+fn published_at(is_detected: impl Fn(u64) -> bool, clutter_per_m2: f64, step_ms: i64) -> Vec<(i64, usize)> {
     let mut engine = engine();
     engine.handle_description(agent("ego"), description(clutter_per_m2)).expect("a valid description");
     let mut published = Vec::new();
@@ -14,7 +14,7 @@ fn published_at(seen: impl Fn(u64) -> bool, clutter_per_m2: f64, step_ms: i64) -
         while i64::try_from(next).expect("test input") * 100 <= ms {
             let captured_ms = i64::try_from(next).expect("test input") * 100;
             let detections =
-                if seen(next) { vec![detection(0, at(captured_ms), (0.0, 0.0))] } else { vec![] };
+                if is_detected(next) { vec![detection(0, at(captured_ms), (0.0, 0.0))] } else { vec![] };
             engine.handle_frame(&frame(agent("ego"), next, captured_ms, detections), at(captured_ms));
             next += 1;
         }
@@ -29,16 +29,16 @@ fn published_at(seen: impl Fn(u64) -> bool, clutter_per_m2: f64, step_ms: i64) -
 
 #[test]
 fn confirmation_and_deletion_do_not_depend_on_the_hubs_rate() {
-    let seen = |k| (3..12).contains(&k) || k == 25;
-    let at_50_hz = published_at(seen, 1e-4, 20);
+    let is_detected = |k| (3..12).contains(&k) || k == 25;
+    let at_50_hz = published_at(is_detected, 1e-4, 20);
     for step_ms in [50, 100, 200] {
-        assert_eq!(published_at(seen, 1e-4, step_ms), at_50_hz, "hub at every {step_ms} ms");
+        assert_eq!(published_at(is_detected, 1e-4, step_ms), at_50_hz, "hub at every {step_ms} ms");
     }
     assert!(at_50_hz.contains(&(1000, 1)) && at_50_hz.contains(&(2000, 0)), "{at_50_hz:?}");
 }
 
 #[test]
-fn among_clutter_one_report_is_not_enough_and_two_are() {
+fn with_clutter_two_reports_confirm_and_one_does_not() {
     let published = published_at(|k| k == 5 || k == 15 || k == 16, 1e-4, 100);
     assert!(published.contains(&(600, 0)), "{published:?}");
     assert!(published.contains(&(1600, 1)), "{published:?}");
@@ -66,7 +66,7 @@ fn an_agent_at_1_hz_keeps_its_tracks() {
 }
 
 #[test]
-fn an_object_under_nobodys_eyes_is_published_for_the_coasting_time_only() {
+fn an_object_without_coverage_is_published_for_the_coasting_time_only() {
     let mut engine = engine();
     engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![detection(0, at(0), (0.0, 0.0))]), at(0));
     let count = |engine: &mut Engine, ms| engine.fused(at(ms)).objects.len();
@@ -89,7 +89,7 @@ fn a_fused_frame_names_each_frame_that_it_is_the_first_to_contain() {
 }
 
 #[test]
-fn an_object_of_which_nothing_is_known_any_more_is_not_published_and_takes_no_other_with_it() {
+fn an_object_with_an_excessive_covariance_is_not_published_and_does_not_affect_others() {
     use v2x_common::covariance::Covariance2;
     let mut engine = engine();
     let mut vague = detection(0, at(0), (0.0, 0.0));
@@ -103,7 +103,7 @@ fn an_object_of_which_nothing_is_known_any_more_is_not_published_and_takes_no_ot
 }
 
 #[test]
-fn an_agent_at_the_other_end_of_the_world_silences_nobody() {
+fn an_agent_at_the_other_end_of_the_world_does_not_silence_others() {
     let mut engine = engine();
     let mut lost = frame(agent("lost"), 0, 0, vec![detection(0, at(0), (500_000.0, 5_400_000.0))]);
     lost.sensor_pose = None;

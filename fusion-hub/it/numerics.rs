@@ -1,4 +1,4 @@
-//! The filter stays a filter, whatever finite numbers come: no covariance becomes indefinite, nothing becomes NaN.
+//! The filter stays sound for all finite input: no covariance becomes indefinite, no value becomes NaN.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -30,7 +30,7 @@ fn covariance(rng: &mut ChaCha8Rng) -> Covariance2 {
     Covariance2 { xx: sx * sx, xy: rho * sx * sy, yy: sy * sy }
 }
 
-/// Any report that validation lets in, near or far from the last one.
+/// Any report that validation accepts, near or far from the last one.
 fn measurement(rng: &mut ChaCha8Rng, class: Class, origin: f64) -> Measurement {
     let reach = log_uniform(rng, 1e-2, 1e4);
     let velocity = (unit(rng) < 0.2).then(|| Velocity {
@@ -53,10 +53,10 @@ fn measurement(rng: &mut ChaCha8Rng, class: Class, origin: f64) -> Measurement {
 }
 
 /// Every variance positive and finite, and the covariance of position and velocity positive definite.
-fn assert_sound(told: &Estimate, step: u32) {
+fn assert_sound(estimate: &Estimate, step: u32) {
     use nalgebra::Matrix4;
     let mut p = Matrix4::zeros();
-    for (value, (row, column)) in told.covariance.into_iter().zip(v2x_common::fused::KINEMATIC_INDEX) {
+    for (value, (row, column)) in estimate.covariance.into_iter().zip(v2x_common::fused::KINEMATIC_INDEX) {
         p[(row, column)] = value;
         p[(column, row)] = value;
     }
@@ -64,10 +64,15 @@ fn assert_sound(told: &Estimate, step: u32) {
     let sigma = p.diagonal().map(libm::sqrt);
     let scaled = Matrix4::from_fn(|row, column| p[(row, column)] / (sigma[row] * sigma[column]));
     assert!(scaled.cholesky().is_some(), "step {step}: {p}");
-    let means = [told.position, told.velocity, [told.width.mean, told.depth.mean], [told.heading.mean; 2]];
-    assert!(means.as_flattened().iter().all(|mean| mean.is_finite()), "step {step}: {told:?}");
-    let variances = [told.width.variance, told.depth.variance, told.heading.variance];
-    assert!(variances.iter().all(|v| *v > 0.0 && v.is_finite()), "step {step}: {told:?}");
+    let means = [
+        estimate.position,
+        estimate.velocity,
+        [estimate.width.mean, estimate.depth.mean],
+        [estimate.heading.mean; 2],
+    ];
+    assert!(means.as_flattened().iter().all(|mean| mean.is_finite()), "step {step}: {estimate:?}");
+    let variances = [estimate.width.variance, estimate.depth.variance, estimate.heading.variance];
+    assert!(variances.iter().all(|v| *v > 0.0 && v.is_finite()), "step {step}: {estimate:?}");
 }
 
 /// A million steps of every length and every kind of report.
@@ -94,7 +99,7 @@ fn constant_velocity_stays_positive_definite_over_a_million_updates() {
 }
 
 #[test]
-fn so_it_does_at_the_far_end_of_the_map_and_for_things_that_stand() {
+fn constant_velocity_stays_positive_definite_far_from_the_origin_and_for_standing_objects() {
     stays_sound::<State>(&[Class::TrafficCone, Class::Adult, Class::Unknown], 9e7);
 }
 

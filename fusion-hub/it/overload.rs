@@ -1,11 +1,11 @@
-//! More than can be remembered: history gets shorter, and says so.
+//! More frames than the store holds: history gets shorter, with a named refusal.
 
 use crate::world::{agent, at, detection, engine, frame};
 use v2x_fusion_hub::engine::MAX_FRAMES;
 use v2x_fusion_hub::engine::{Disposition, Refusal};
 
 #[test]
-fn frames_beyond_all_room_shorten_the_history_and_late_ones_are_refused_by_name() {
+fn a_full_frame_store_shortens_the_history_and_refuses_late_frames_by_name() {
     let mut engine = engine();
     let per_agent = 4000;
     let n_agents = MAX_FRAMES / per_agent + 1;
@@ -14,15 +14,15 @@ fn frames_beyond_all_room_shorten_the_history_and_late_ones_are_refused_by_name(
     for number in 0..per_agent {
         for name in 0..n_agents {
             let captured_ms = ms(number);
-            // One object is there all the time; most frames see nothing.
-            let seen =
+            // One object is there all the time; most frames are empty.
+            let detections =
                 if number % 400 == 0 { vec![detection(0, at(captured_ms), (0.0, 0.0))] } else { vec![] };
-            let sent = frame(agent(&format!("a{name}")), number as u64, captured_ms, seen);
+            let sent = frame(agent(&format!("a{name}")), number as u64, captured_ms, detections);
             let disposition = engine.handle_frame(&sent, at(captured_ms));
             accepted += usize::from(matches!(disposition, Disposition::Accepted { .. }));
         }
     }
-    assert_eq!(accepted, per_agent * n_agents, "what is new is always let in");
+    assert_eq!(accepted, per_agent * n_agents, "new frames are always accepted");
     let now_ms = ms(per_agent - 1);
     let late = |captured_ms| frame(agent("late"), captured_ms as u64, captured_ms, vec![]);
     let refused = engine.handle_frame(&late(1), at(now_ms));

@@ -1,4 +1,4 @@
-//! Several hypotheses of which report was of which track: what they are worth, and that they are repeatable.
+//! Several hypotheses of which report is of which track: their benefit, and that they are repeatable.
 
 use crate::world::{agent, at, description, engine_of_particles, frame};
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
 use v2x_fusion_hub::engine::Engine;
 
-/// A walker at a constant velocity: where (m), and how fast (m/s).
+/// A walker at a constant velocity: position (m) and velocity (m/s).
 #[derive(Clone, Copy)]
 pub(crate) struct Walker {
     pub(crate) start: [f64; 2],
@@ -59,10 +59,10 @@ pub(crate) fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> D
     }
 }
 
-/// What two agents see of walkers in turn, frame by frame.
+/// Frames of two agents in turn that detect walkers.
 pub(crate) fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFrame> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let seen = |sequence: i64| {
+    let frame_of = |sequence: i64| {
         let ms = sequence * INTERVAL_MS;
         #[expect(clippy::cast_precision_loss, reason = "test input")]
         let t_s = ms as f64 * 1e-3;
@@ -70,7 +70,7 @@ pub(crate) fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFram
         let name = agent(["ego", "rsu"][usize::from(sequence % 2 == 1)]);
         frame(name, u64::try_from(sequence).expect("test input"), ms, detections)
     };
-    (0..n).map(seen).collect()
+    (0..n).map(frame_of).collect()
 }
 
 pub(crate) fn engine(n_particles: u32) -> Engine {
@@ -82,12 +82,12 @@ pub(crate) fn engine(n_particles: u32) -> Engine {
 }
 
 /// The objects after each frame.
-fn told(engine: &mut Engine, frames: &[DetectionFrame]) -> Vec<Vec<FusedObject>> {
-    let mut tell = |frame: &DetectionFrame| {
+fn published(engine: &mut Engine, frames: &[DetectionFrame]) -> Vec<Vec<FusedObject>> {
+    let mut publish = |frame: &DetectionFrame| {
         engine.handle_frame(frame, frame.captured_at);
         engine.fused(frame.captured_at).objects.clone()
     };
-    frames.iter().map(&mut tell).collect()
+    frames.iter().map(&mut publish).collect()
 }
 
 fn nearest(objects: &[FusedObject], [x, y]: [f64; 2]) -> Option<(TrackId, f64)> {
@@ -108,15 +108,15 @@ pub(crate) fn crowd() -> Vec<Walker> {
 #[test]
 fn the_same_frames_give_the_same_bits() {
     let frames = frames(&crowd(), 60, 7);
-    let (first, second) = (told(&mut engine(8), &frames), told(&mut engine(8), &frames));
+    let (first, second) = (published(&mut engine(8), &frames), published(&mut engine(8), &frames));
     assert!(first == second);
-    assert!(first != told(&mut engine(0), &frames), "particles made a difference");
+    assert!(first != published(&mut engine(0), &frames), "particles made a difference");
 }
 
 #[test]
-fn every_object_is_told_of_once() {
+fn every_object_is_published_once() {
     for seed in 0..10 {
-        let objects = told(&mut engine(16), &frames(&crowd(), 60, seed));
+        let objects = published(&mut engine(16), &frames(&crowd(), 60, seed));
         for objects in &objects[10..] {
             let mut ids: Vec<_> = objects.iter().map(|object| object.track).collect();
             ids.dedup();
@@ -131,7 +131,7 @@ fn every_object_is_told_of_once() {
 }
 
 #[test]
-fn late_frames_are_taken_in_by_every_particle() {
+fn late_frames_update_every_particle() {
     let mut frames = frames(&crowd(), 60, 3);
     let times: Vec<_> = frames.iter().map(|frame| frame.captured_at).collect();
     for pair in frames.chunks_mut(2) {
@@ -146,7 +146,7 @@ fn late_frames_are_taken_in_by_every_particle() {
     assert!((10..=14).contains(&objects.len()), "{} of 12", objects.len());
 }
 
-/// Two walkers whose ways cross at a small angle: how often names are on the wrong one at the end, and the mean
+/// Two walkers whose paths cross at a small angle: how often ids are swapped at the end, and the mean
 /// distance of the nearest object, m.
 fn crossing(n_particles: u32) -> (u32, f64) {
     let walkers = [
@@ -155,7 +155,7 @@ fn crossing(n_particles: u32) -> (u32, f64) {
     ];
     let (mut swaps, mut error_m, mut count) = (0, 0.0, 0.0);
     for seed in 0..200 {
-        let objects = told(&mut engine(n_particles), &frames(&walkers, 40, seed));
+        let objects = published(&mut engine(n_particles), &frames(&walkers, 40, seed));
         let names = |place: usize, t_s: f64| {
             walkers.map(|walker| nearest(&objects[place], walker.at(t_s)).map(|(track, _)| track))
         };
@@ -174,7 +174,7 @@ fn crossing(n_particles: u32) -> (u32, f64) {
 }
 
 #[test]
-fn names_survive_a_crossing_at_high_noise_twice_as_often() {
+fn particles_halve_the_id_swaps_of_crossing_walkers_at_high_noise() {
     let (plain, particles) = (crossing(0), crossing(16));
     // Of 200, with fixed seeds: 37 against 12 when this was written; 0.89 m against 0.80 m.
     assert!(plain.0 >= 20, "too easy: {plain:?}");
@@ -183,10 +183,10 @@ fn names_survive_a_crossing_at_high_noise_twice_as_often() {
 }
 
 #[test]
-fn where_nothing_competes_particles_change_no_bit() {
+fn without_competing_pairs_particles_change_no_bit() {
     let far = [0.0, 60.0].map(|y| Walker { start: [-5.0, y], velocity: [1.4, 0.0] });
     let frames = frames(&far, 40, 1);
-    assert!(told(&mut engine(0), &frames) == told(&mut engine(64), &frames));
+    assert!(published(&mut engine(0), &frames) == published(&mut engine(64), &frames));
     let mut defaults = engine_of_particles(0);
-    assert_eq!(told(&mut defaults, &frames).len(), 40);
+    assert_eq!(published(&mut defaults, &frames).len(), 40);
 }

@@ -1,4 +1,4 @@
-//! What the hub promises while it publishes, with delays, gaps, misses and agents that behave badly.
+//! What the hub promises while it publishes, with delays, gaps, misses and faulty agents.
 
 use crate::world::{SIGMA_M, agent, at, config, description, detection, engine, frame};
 use proptest::prelude::*;
@@ -25,33 +25,37 @@ struct Report {
     agent: usize,
     captured_ms: i64,
     delay_ms: i64,
-    seen: Vec<Option<(f64, f64)>>,
+    detected: Vec<Option<(f64, f64)>>,
 }
 
 const AGENTS: [&str; 3] = ["ego", "rsu", "van"];
-/// One sees less sharply: of frames of one instant its own are associated last.
+/// One is less accurate: of frames of one instant its own are associated last.
 const SIGMAS_M: [f64; 3] = [SIGMA_M, SIGMA_M, 4.0 * SIGMA_M];
 const END_MS: i64 = 2400;
 
-/// Few reports and many misses: tracks die and come back.
+/// Few reports and many misses: tracks are deleted and initiated again.
 fn sparse() -> impl Strategy<Value = Vec<Report>> {
-    let seen = prop::collection::vec(prop::option::weighted(0.35, (-0.3..0.3f64, -0.3..0.3f64)), 2);
+    let detected = prop::collection::vec(prop::option::weighted(0.35, (-0.3..0.3f64, -0.3..0.3f64)), 2);
     let delay = prop_oneof![3 => 0..20i64, 1 => 0..480i64];
-    let report = (0..AGENTS.len(), 0..END_MS - 500, delay, seen);
-    let report =
-        report.prop_map(|(agent, captured_ms, delay_ms, seen)| Report { agent, captured_ms, delay_ms, seen });
+    let report = (0..AGENTS.len(), 0..END_MS - 500, delay, detected);
+    let report = report.prop_map(|(agent, captured_ms, delay_ms, detected)| Report {
+        agent,
+        captured_ms,
+        delay_ms,
+        detected,
+    });
     prop::collection::vec(report, 20..60)
 }
 
 /// Many frames, many at the same time, and history folded meanwhile.
 fn dense() -> impl Strategy<Value = Vec<Report>> {
-    let seen = prop::collection::vec(prop::option::weighted(0.7, (-0.3..0.3f64, -0.3..0.3f64)), 2);
-    let report = (0..AGENTS.len(), 0..190i64, 0..490i64, seen);
-    let report = report.prop_map(|(agent, step, delay_ms, seen)| Report {
+    let detected = prop::collection::vec(prop::option::weighted(0.7, (-0.3..0.3f64, -0.3..0.3f64)), 2);
+    let report = (0..AGENTS.len(), 0..190i64, 0..490i64, detected);
+    let report = report.prop_map(|(agent, step, delay_ms, detected)| Report {
         agent,
         captured_ms: 10 * step,
         delay_ms,
-        seen,
+        detected,
     });
     prop::collection::vec(report, 100..260)
 }
@@ -59,14 +63,14 @@ fn dense() -> impl Strategy<Value = Vec<Report>> {
 /// Frames with the time at which they arrive, ms.
 fn frames(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
     let arrival = |(sequence, report): (u64, &Report)| {
-        let seen = (0..).zip(&report.seen);
+        let detected = (0..).zip(&report.detected);
         let accuracy = Covariance2::isotropic(SIGMAS_M[report.agent]);
-        let seen = seen.filter_map(|(object, error)| {
-            let mut seen = parked(object, (*error)?);
-            seen.covariance.position = accuracy;
-            Some(seen)
+        let detected = detected.filter_map(|(object, error)| {
+            let mut one = parked(object, (*error)?);
+            one.covariance.position = accuracy;
+            Some(one)
         });
-        let sent = frame(agent(AGENTS[report.agent]), sequence, report.captured_ms, seen.collect());
+        let sent = frame(agent(AGENTS[report.agent]), sequence, report.captured_ms, detected.collect());
         (report.captured_ms + report.delay_ms, sent)
     };
     (0..).zip(reports).map(arrival).collect()
@@ -93,7 +97,7 @@ fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: &str) -> V
         }
         assert!(is_accepted(&engine.handle_frame(frame, at(*received_ms))));
     }
-    // After the last arrival: a hub is never asked for a time that is over.
+    // After the last arrival: hub time never goes back.
     let mut objects = engine.fused(at(END_MS)).objects.clone();
     objects.sort_by(|a, b| a.bev.y.total_cmp(&b.bev.y));
     objects.iter_mut().for_each(|object| object.track = Default::default());
@@ -104,7 +108,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn neither_delays_nor_the_rate_of_publishing_show(
+    fn delays_and_the_rate_of_publishing_change_no_result(
         reports in sparse(), every_ms in prop::sample::select(vec![2i64, 50, 190])
     ) {
         prop_assert_eq!(run(in_time(&reports), 100, "ours"), run(frames(&reports), every_ms, "ours"));
@@ -115,7 +119,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(30))]
 
     #[test]
-    fn nor_do_they_among_many_frames_at_the_same_times(
+    fn delays_and_the_rate_of_publishing_change_no_result_with_many_frames_at_one_time(
         reports in dense(),
         every_ms in prop::sample::select(vec![7i64, 50, 190, 3000]),
         method in prop::sample::select(vec!["ours", "unikf-paper"]),
@@ -125,7 +129,7 @@ proptest! {
 }
 
 #[test]
-fn late_data_bridges_a_gap_as_if_it_had_come_in_time() {
+fn late_data_keeps_a_track_as_data_in_time_does() {
     let run = |arrivals: [(&str, i64, i64); 3]| {
         let mut engine = engine();
         for (sequence, (name, captured_ms, now_ms)) in (0..).zip(arrivals) {
@@ -140,7 +144,7 @@ fn late_data_bridges_a_gap_as_if_it_had_come_in_time() {
 }
 
 #[test]
-fn a_look_that_turns_out_to_cover_nothing_leaves_no_trace() {
+fn a_missed_detection_outside_the_final_coverage_has_no_effect() {
     for step in 0..200 {
         let x = 219.0 + 0.01 * f64::from(step);
         let far = |x| vec![parked(1, (x, 0.0))];
@@ -162,7 +166,7 @@ fn a_look_that_turns_out_to_cover_nothing_leaves_no_trace() {
 }
 
 #[test]
-fn two_objects_that_are_always_reported_together_stay_two_whatever_the_sensor_claims() {
+fn two_objects_that_are_always_reported_together_stay_two_for_any_stated_accuracy() {
     let mut engine = engine();
     let mut modest = description(1e-6);
     modest.detection_probability = 0.01;
@@ -176,11 +180,11 @@ fn two_objects_that_are_always_reported_together_stay_two_whatever_the_sensor_cl
 }
 
 #[test]
-fn the_literal_method_names_only_measurements_that_it_still_holds() {
+fn the_literal_method_lists_only_measurements_that_it_still_holds() {
     let mut engine = Engine::new(config().with_preset(preset("unikf-literal").unwrap()));
     for (sequence, ms) in (0..).zip((0..=400).step_by(100)) {
-        let seen = vec![detection(0, at(ms), (0.0, 0.0))];
-        engine.handle_frame(&frame(agent("ego"), sequence, ms, seen), at(490));
+        let detected = vec![detection(0, at(ms), (0.0, 0.0))];
+        engine.handle_frame(&frame(agent("ego"), sequence, ms, detected), at(490));
     }
     let late = frame(agent("rsu"), 0, 150, vec![detection(0, at(150), (0.0, 0.0))]);
     engine.handle_frame(&late, at(490));
@@ -190,15 +194,15 @@ fn the_literal_method_names_only_measurements_that_it_still_holds() {
 }
 
 #[test]
-fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up() {
+fn foreign_tracks_without_velocity_are_published_with_a_consistent_velocity_covariance() {
     for method in ["ours", "unikf-paper"] {
         for n_agents in [1u32, 3, 10] {
             let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
             for k in 0..20 * n_agents {
                 let ms = i64::from(100 * k / n_agents);
-                let told = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };
+                let foreign = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };
                 let name = format!("a{}", k % n_agents);
-                engine.handle_frame(&frame(agent(&name), u64::from(k), ms, vec![told]), at(ms));
+                engine.handle_frame(&frame(agent(&name), u64::from(k), ms, vec![foreign]), at(ms));
                 assert_eq!(
                     engine.fused(at(ms + 5)).objects.len(),
                     1,
@@ -206,7 +210,7 @@ fn tracks_of_others_without_velocity_are_told_of_and_their_speed_is_not_made_up(
                 );
             }
             let object = engine.fused(at(2000)).objects[0].clone();
-            // The car drives at 10 m/s: whatever is told of its speed must leave room for that.
+            // The car drives at 10 m/s: the published velocity covariance must include that.
             let sigmas = (object.velocity.0 - 10.0) / libm::sqrt(object.kinematic_covariance[7]);
             assert!(sigmas.abs() < 3.0, "{method:?}, {n_agents} agents: {object:?}");
         }
@@ -229,7 +233,7 @@ fn sizes_are_learnt_from_objects_and_not_from_clutter() {
                 .map(|i| lorry(20.0 * f64::from(i) + 7.0 * f64::from(k), 1000.0 + 31.0 * f64::from(k)));
             let ms = 100 * i64::from(k);
             engine.handle_frame(&frame(agent("bad"), u64::from(k), ms, clutter.collect()), at(ms));
-            assert!(engine.fused(at(ms)).objects.is_empty(), "clutter is not told of");
+            assert!(engine.fused(at(ms)).objects.is_empty(), "clutter is not published");
         }
         engine.fused(at(20_000));
         let mut car = parked(0, (0.0, 0.0));
@@ -241,15 +245,15 @@ fn sizes_are_learnt_from_objects_and_not_from_clutter() {
 }
 
 #[test]
-fn one_agent_with_its_clock_ahead_and_huge_frames_silences_nobody() {
+fn an_agent_with_its_clock_ahead_and_huge_frames_does_not_silence_others() {
     let mut engine = engine();
     let place = |i: u32| (10.0 * f64::from(i % 64), 10.0 * f64::from(i / 64));
     let huge: Vec<_> = (0..4096).map(|i| parked(0, place(i))).collect();
-    let honest = |ms: i64| frame(agent("honest"), ms.unsigned_abs(), ms, vec![parked(0, (0.0, 0.0))]);
+    let correct = |ms: i64| frame(agent("correct"), ms.unsigned_abs(), ms, vec![parked(0, (0.0, 0.0))]);
     for ms in 0..100_i64 {
         engine.handle_frame(&frame(agent("bad"), ms.unsigned_abs(), 499 + ms / 10, huge.clone()), at(ms));
         if ms % 10 == 0 {
-            assert!(is_accepted(&engine.handle_frame(&honest(ms), at(ms))), "{ms} ms");
+            assert!(is_accepted(&engine.handle_frame(&correct(ms), at(ms))), "{ms} ms");
         }
     }
     let refused = &engine.agents().record(&agent("bad")).expect("known").statistics.refused;
@@ -257,7 +261,7 @@ fn one_agent_with_its_clock_ahead_and_huge_frames_silences_nobody() {
 }
 
 #[test]
-fn a_pile_of_reports_in_one_place_is_taken_in() {
+fn thousands_of_reports_in_one_place_are_accepted() {
     let mut engine = engine();
     engine.handle_description(agent("bad"), description(1e-5)).expect("a valid description");
     let mut vague = parked(0, (0.0, 0.0));
@@ -277,23 +281,23 @@ fn a_pile_of_reports_in_one_place_is_taken_in() {
 }
 
 #[test]
-fn a_blurred_frame_does_not_confuse_what_a_sharp_one_of_the_same_instant_tells_apart() {
+fn a_less_accurate_frame_does_not_merge_objects_that_a_more_accurate_one_separates() {
     let row = |ys: &[f64], sigma_m| -> Vec<Detection> {
-        let seen = ys.iter().map(|y| parked(0, (0.0, *y)));
-        let mut seen: Vec<_> = seen.collect();
-        seen.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
-        seen
+        let detected = ys.iter().map(|y| parked(0, (0.0, *y)));
+        let mut detected: Vec<_> = detected.collect();
+        detected.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
+        detected
     };
-    // Two cars are known when a third one comes to the end of the row. The blurred sensor sees all three 2 m off,
-    // where their neighbours are, or nearly.
-    let sharp = frame(agent("sharp"), 5, 500, row(&[0.0, 2.5, 6.5], 0.1));
-    let blurred = frame(agent("blurred"), 0, 500, row(&[-2.0, 0.5, 4.5], 1.5));
-    for order in [[&sharp, &blurred], [&blurred, &sharp]] {
+    // Two cars are known when a third one comes to the end of the row. The less accurate sensor reports all three 2 m
+    // off, where their neighbours are, or nearly.
+    let accurate = frame(agent("precise"), 5, 500, row(&[0.0, 2.5, 6.5], 0.1));
+    let inaccurate = frame(agent("coarse"), 0, 500, row(&[-2.0, 0.5, 4.5], 1.5));
+    for order in [[&accurate, &inaccurate], [&inaccurate, &accurate]] {
         let mut engine = engine();
-        engine.handle_description(agent("sharp"), description(0.0)).expect("a valid description");
-        engine.handle_description(agent("blurred"), description(0.0)).expect("a valid description");
+        engine.handle_description(agent("precise"), description(0.0)).expect("a valid description");
+        engine.handle_description(agent("coarse"), description(0.0)).expect("a valid description");
         for (sequence, ms) in (0..).zip((0..500).step_by(100)) {
-            engine.handle_frame(&frame(agent("sharp"), sequence, ms, row(&[0.0, 2.5], 0.1)), at(ms));
+            engine.handle_frame(&frame(agent("precise"), sequence, ms, row(&[0.0, 2.5], 0.1)), at(ms));
         }
         order.iter().for_each(|frame| assert!(is_accepted(&engine.handle_frame(frame, at(500)))));
         let objects = &engine.fused(at(500)).objects;

@@ -1,4 +1,4 @@
-//! Frames of one instant, one much more blurred than the other: which comes first does not show.
+//! Frames of one instant, one much less accurate than the other: their order changes no result.
 
 use crate::particles::{INTERVAL_MS, SIGMA_M, Walker, crowd, detection, engine};
 use crate::world::{agent, at, description, frame};
@@ -9,19 +9,20 @@ use v2x_common::fused::FusedObject;
 use v2x_common::id::FrameId;
 use v2x_common::time::Span;
 
-/// Walkers at short distances, seen by a sharp and a blurred agent at the same instants; `is_blurred_first` says whose
-/// frame arrives first. What is told after each instant, and what happened to tracks.
-fn of_two_kinds(seed: u64, n_particles: u32, is_blurred_first: bool) -> (Vec<Vec<FusedObject>>, usize) {
+/// Walkers at short distances, detected by an accurate and a less accurate agent at the same instants;
+/// `is_inaccurate_first` says whose frame arrives first. Returns the objects published after each instant, and the
+/// number of tracks.
+fn of_two_kinds(seed: u64, n_particles: u32, is_inaccurate_first: bool) -> (Vec<Vec<FusedObject>>, usize) {
     let walkers: Vec<Walker> = (0..6)
         .map(|k| f64::from(k) - 2.5)
         .map(|place| Walker { start: [-6.0, 1.6 * place], velocity: [1.4, -0.4 * place] })
         .collect();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut engine = engine(n_particles);
-    let mut told = Vec::new();
+    let mut published = Vec::new();
     for sequence in 0..30u32 {
         let t_s = f64::from(sequence) * 0.25;
-        let mut seen = |name: &str, sigma_m: f64| {
+        let mut frame_of = |name: &str, sigma_m: f64| {
             let detections = walkers.iter().map(|walker| {
                 let mut one = detection(walker, t_s, &mut random);
                 let [x, y] = walker.at(t_s);
@@ -32,25 +33,25 @@ fn of_two_kinds(seed: u64, n_particles: u32, is_blurred_first: bool) -> (Vec<Vec
             });
             frame(agent(name), u64::from(sequence), i64::from(sequence) * INTERVAL_MS, detections.collect())
         };
-        let mut frames = vec![seen("ego", 0.5), seen("rsu", 1.5)];
-        // Names come from the sharp one.
+        let mut frames = vec![frame_of("ego", 0.5), frame_of("rsu", 1.5)];
+        // Ids come from the accurate one.
         frames.truncate(if sequence < 3 { 1 } else { 2 });
-        if is_blurred_first {
+        if is_inaccurate_first {
             frames.reverse();
         }
         let now = frames[0].captured_at;
         for frame in &frames {
             engine.handle_frame(frame, now);
-            // However often the hub publishes.
+            // At any rate of publishing.
             engine.fused(now);
         }
-        told.push(engine.fused(now).objects.clone());
+        published.push(engine.fused(now).objects.clone());
     }
-    (told, engine.counts().tracks)
+    (published, engine.counts().tracks)
 }
 
 #[test]
-fn a_blurred_frame_weighs_particles_once_whether_it_comes_first_or_last() {
+fn a_less_accurate_frame_weights_particles_once_in_either_order() {
     let mut made_a_difference = false;
     for seed in 0..20 {
         let [first, last] = [true, false].map(|is_first| of_two_kinds(seed, 8, is_first));
@@ -61,18 +62,19 @@ fn a_blurred_frame_weighs_particles_once_whether_it_comes_first_or_last() {
 }
 
 #[test]
-fn what_a_blurred_frame_saw_first_keeps_its_name_and_is_as_certain_as_if_it_had_come_last() {
+fn a_track_initiated_by_a_less_accurate_frame_keeps_its_id_and_has_the_same_covariance_as_in_the_other_order()
+{
     let walkers = [0.0, 60.0].map(|y| Walker { start: [20.0, y], velocity: [1.4, 0.0] });
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut seen = |name: &str, sigma_m: f64| {
+    let mut frame_of = |name: &str, sigma_m: f64| {
         let mut detections: Vec<_> =
             walkers.iter().map(|walker| detection(walker, 0.0, &mut random)).collect();
         detections.iter_mut().for_each(|one| one.covariance.position = Covariance2::isotropic(sigma_m));
         frame(agent(name), 0, 0, detections)
     };
-    let (sharp, blurred) = (seen("ego", 0.5), seen("rsu", 1.5));
+    let (accurate, inaccurate) = (frame_of("ego", 0.5), frame_of("rsu", 1.5));
     for n_particles in [0, 8] {
-        let [first, last] = [[&blurred, &sharp], [&sharp, &blurred]].map(|order| {
+        let [first, last] = [[&inaccurate, &accurate], [&accurate, &inaccurate]].map(|order| {
             let mut engine = engine(n_particles);
             let mut names = order.iter().map(|frame| {
                 engine.handle_frame(frame, at(0));
@@ -89,11 +91,11 @@ fn what_a_blurred_frame_saw_first_keeps_its_name_and_is_as_certain_as_if_it_had_
 }
 
 #[test]
-fn frames_of_one_instant_late_in_any_order_and_folded_meanwhile_lose_no_object() {
+fn late_frames_of_one_instant_lose_no_object_in_any_order() {
     for seed in 0..6 {
         let mut frames = Vec::new();
         for (name, every) in [("ego", 1), ("rsu", 1), ("van", 2)] {
-            let sharpness = if name == "ego" { 0.3 } else { 1.0 };
+            let factor = if name == "ego" { 0.3 } else { 1.0 };
             for (sequence, mut frame) in
                 (0..).zip(crate::particles::frames(&crowd(), 60, seed).into_iter().step_by(every))
             {
@@ -101,7 +103,7 @@ fn frames_of_one_instant_late_in_any_order_and_folded_meanwhile_lose_no_object()
                 frame
                     .detections
                     .iter_mut()
-                    .for_each(|one| one.covariance.position = Covariance2::isotropic(SIGMA_M * sharpness));
+                    .for_each(|one| one.covariance.position = Covariance2::isotropic(SIGMA_M * factor));
                 frames.push(frame);
             }
         }

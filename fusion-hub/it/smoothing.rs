@@ -1,4 +1,4 @@
-//! What is known later makes the past better known, and honestly so: filtered and smoothed states of the same runs
+//! Smoothing reduces the error, with a consistent covariance: filtered and smoothed states of the same runs
 //! against the truth.
 
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +13,7 @@ use v2x_fusion_hub::filter::{Estimate, Filter, ImmState, MotionParams, State};
 use v2x_fusion_hub::values::Measurement;
 
 const RUNS: u32 = 1000;
-/// Reports before the one that is looked back at, and after it.
+/// Reports before the smoothed state, and after it.
 const BEFORE: usize = 12;
 const AFTER: usize = 10;
 const STEP: Span = Span::from_millis(100);
@@ -62,23 +62,23 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, told: &Estimate, truth: &Truth) {
+    fn add(&mut self, estimate: &Estimate, truth: &Truth) {
         use nalgebra::{Matrix4, Vector4};
         let mut covariance = Matrix4::zeros();
-        for (value, (row, column)) in told.covariance.into_iter().zip(KINEMATIC_INDEX) {
+        for (value, (row, column)) in estimate.covariance.into_iter().zip(KINEMATIC_INDEX) {
             covariance[(row, column)] = value;
             covariance[(column, row)] = value;
         }
-        let [x, y] = std::array::from_fn(|axis| told.position[axis] - truth.position[axis]);
-        let [vx, vy] = std::array::from_fn(|axis| told.velocity[axis] - truth.velocity[axis]);
+        let [x, y] = std::array::from_fn(|axis| estimate.position[axis] - truth.position[axis]);
+        let [vx, vy] = std::array::from_fn(|axis| estimate.velocity[axis] - truth.velocity[axis]);
         let error = Vector4::new(x, y, vx, vy);
-        let turn = angle_difference(told.heading.mean, truth.yaw);
+        let turn = angle_difference(estimate.heading.mean, truth.yaw);
         let position = covariance.fixed_view::<2, 2>(0, 0).into_owned();
         self.squared_m2 += x * x + y * y;
         self.kinematic += error.dot(&covariance.cholesky().expect("positive definite").solve(&error));
         let error = error.fixed_rows::<2>(0).into_owned();
         self.position += error.dot(&position.cholesky().expect("positive definite").solve(&error));
-        self.heading += turn * turn / told.heading.variance;
+        self.heading += turn * turn / estimate.heading.variance;
     }
 }
 
@@ -107,7 +107,7 @@ fn both<F: Filter>(seed: u64, drive: impl Fn(&mut ChaCha8Rng) -> Vec<Truth>) -> 
     [filtered, smoothed]
 }
 
-/// The constant-velocity model's own: white acceleration, a heading that wanders.
+/// The constant-velocity model's own: white acceleration, a random-walk heading.
 fn model_drive(rng: &mut ChaCha8Rng) -> Vec<Truth> {
     let motion = MotionParams::of(Class::Car);
     let dt = STEP.as_secs_f64();
@@ -150,7 +150,7 @@ fn steady_drive(speed: f64, turn_rate: f64) -> impl Fn(&mut ChaCha8Rng) -> Vec<T
 }
 
 #[test]
-fn under_its_own_model_the_smoothed_error_is_as_large_as_the_covariance_says() {
+fn under_its_own_model_the_smoothed_nees_follows_its_chi_squared_distribution() {
     let [filtered, smoothed] = both::<State>(20_261_122, model_drive);
     // Sums of χ² with 4 · 1000 and 1000 degrees of freedom: the central 95 %.
     assert!((3826.6..=4177.2).contains(&smoothed.kinematic), "{smoothed:?}");
@@ -160,7 +160,7 @@ fn under_its_own_model_the_smoothed_error_is_as_large_as_the_covariance_says() {
 }
 
 #[test]
-fn looking_back_the_interacting_models_err_less_and_honestly_whatever_an_object_does() {
+fn smoothing_the_interacting_models_reduces_the_error_with_a_consistent_covariance() {
     for (seed, speed, turn_rate) in
         [(1, 0.0, 0.0), (2, 8.0, 0.0), (3, 8.0, 0.3), (4, 14.0, -0.2), (5, 1.0, 0.0)]
     {
@@ -169,7 +169,7 @@ fn looking_back_the_interacting_models_err_less_and_honestly_whatever_an_object_
         let nees = smoothed.position / f64::from(2 * RUNS);
         // Of 1000 runs each, so these are known to some 4 %; measured: 0.14 to 0.56.
         assert!(gain < 0.65, "{speed} m/s, {turn_rate} rad/s: {smoothed:?} {filtered:?}");
-        // Below 1: these keep speed and turn rate better than the models take for granted.
+        // Below 1: these keep speed and turn rate better than the models assume.
         assert!((0.4..1.1).contains(&nees), "{speed} m/s, {turn_rate} rad/s: {smoothed:?}");
         let nees_heading = smoothed.heading / f64::from(RUNS);
         assert!((0.25..1.2).contains(&nees_heading), "{speed} m/s, {turn_rate} rad/s: {smoothed:?}");

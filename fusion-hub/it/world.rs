@@ -1,4 +1,4 @@
-//! A handful of objects far apart, and agents that report them exactly as told.
+//! A few objects far apart, and agents that report them with given errors.
 
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
@@ -24,7 +24,7 @@ pub(crate) fn engine() -> Engine {
     Engine::new(config())
 }
 
-/// One that holds so many hypotheses.
+/// An engine with this many hypotheses.
 pub(crate) fn engine_of_particles(n: u32) -> Engine {
     let config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
     let hypotheses = ParticleCount::new(n).map_or(Hypotheses::ONE, Hypotheses::Particles);

@@ -1,7 +1,7 @@
-//! What was tuned, and when.
+//! The tuned numbers, with their date.
 //!
 //! Every number that decides what is fused is written down in a dated file under `fusion-hub/parameters`, with where it
-//! comes from; a test holds the code against the newest one. Who changes a number dates a new file.
+//! comes from; a test holds the code against the newest one. A change of a number needs a new dated file.
 
 /// Date of the numbers in use.
 pub const DATE: &str = "2026-11-22b";
@@ -44,7 +44,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_is_the_one_that_was_frozen() {
+    fn every_number_equals_the_newest_dated_file() {
         let frozen: String = FILE
             .lines()
             .filter(|line| !line.starts_with('#') && !line.is_empty())

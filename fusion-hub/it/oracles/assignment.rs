@@ -28,7 +28,7 @@ fn total(assigner: &mut Assigner, (rows, cols): (usize, usize), candidates: &[Ca
 }
 
 #[test]
-fn the_sum_is_scipys() {
+fn the_sum_equals_scipys() {
     let cases: Vec<Case> = serde_json::from_str(include_str!("assignment.json")).unwrap();
     let mut assigner = Assigner::default();
     for case in &cases {
@@ -53,7 +53,7 @@ fn kuhn_munkres(n_rows: usize, n_cols: usize, costs: &[(usize, usize, i32)], alo
 
 proptest! {
     #[test]
-    fn the_sum_is_that_of_kuhn_and_munkres(
+    fn the_sum_equals_that_of_kuhn_and_munkres(
         n_rows in 1usize..40,
         n_cols in 1usize..40,
         // Small integers are exact in both, and tie often.

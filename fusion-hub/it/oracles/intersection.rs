@@ -26,7 +26,7 @@ fn scaled(covariance: &Covariance2, by: f64) -> Covariance2 {
 }
 
 #[test]
-fn the_weight_is_the_searched_one_and_inflation_gives_stone_soups_fusion() {
+fn the_weight_equals_a_search_and_inflation_equals_stone_soups_fusion() {
     let cases: Vec<Case> = serde_json::from_str(include_str!("intersection.json")).unwrap();
     assert!(cases.iter().filter(|case| case.fused.is_some()).count() >= 10);
     for case in &cases {

@@ -24,7 +24,7 @@ struct Step {
 }
 
 #[test]
-fn every_step_is_filterpys() {
+fn every_step_equals_filterpys() {
     let cases: Vec<Case> = serde_json::from_str(include_str!("kalman.json")).unwrap();
     for case in &cases {
         let mut state = Kinematic::initial(case.z0, covariance(case.r0), case.sigma_velocity, None);

@@ -18,13 +18,13 @@ LABELS = [17, 2]
 
 
 def agent(rng, objects):
-    """What one agent sees of the objects: corners, score, label."""
-    seen = [one for one in objects if rng.uniform() < 0.85]
-    boxes = [np.clip(np.array(one[:4]) + rng.normal(0, 0.6, 4), 0, SCALE) for one in seen]
+    """One agent's detections of the objects: corners, score, label."""
+    detected = [one for one in objects if rng.uniform() < 0.85]
+    boxes = [np.clip(np.array(one[:4]) + rng.normal(0, 0.6, 4), 0, SCALE) for one in detected]
     boxes = [[min(x1, x2), min(y1, y2), max(x1, x2) + 0.1, max(y1, y2) + 0.1] for x1, y1, x2, y2 in boxes]
     return [
         {"corners": [round(float(v), 4) for v in box], "score": round(float(rng.uniform(0.05, 1)), 6), "label": one[4]}
-        for box, one in zip(boxes, seen)
+        for box, one in zip(boxes, detected)
     ]
 
 

@@ -12,7 +12,7 @@ struct Case {
 }
 
 #[test]
-fn overlap_is_shapelys() {
+fn overlap_equals_shapelys() {
     let cases: Vec<Case> = serde_json::from_str(include_str!("overlap.json")).unwrap();
     assert!(cases.len() >= 200);
     let bev = |[x, y, w, d, yaw]: [f64; 5]| BevBox { x, y, w, d, yaw };

@@ -1,4 +1,4 @@
-//! Weighted box fusion against its authors' implementation, which knows boxes along the axes.
+//! Weighted box fusion against its authors' implementation, which supports axis-aligned boxes only.
 
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
@@ -41,7 +41,7 @@ impl Box {
 }
 
 #[test]
-fn fused_boxes_are_the_published_ones() {
+fn fused_boxes_equal_those_of_the_authors_code() {
     let cases: Vec<Case> = serde_json::from_str(include_str!("wbf.json")).unwrap();
     assert!(cases.len() >= 18);
     for case in &cases {

@@ -1,4 +1,4 @@
-//! Where there is nothing to correct, or nothing to correct by, nothing is.
+//! Without errors or without a reference no frame is corrected.
 
 use super::traffic::{DEGREE, EXACT, Observer, Path, SURVEYED, Traffic, VEHICLE, normal, rings};
 use crate::world::config;
@@ -18,15 +18,19 @@ fn both(bias: Bias) -> Vec<Observer> {
     vec![Observer::unit(), Observer::vehicle("car", bias)]
 }
 
-/// What is told at every tenth of a second.
-fn told(registration: Registration, objects: Vec<Path>, observers: Vec<Observer>) -> Vec<Vec<FusedObject>> {
+/// The objects published at every tenth of a second.
+fn published(
+    registration: Registration,
+    objects: Vec<Path>,
+    observers: Vec<Observer>,
+) -> Vec<Vec<FusedObject>> {
     let mut traffic = Traffic::new(registration, objects, observers, 5);
-    let mut told = Vec::new();
+    let mut lists = Vec::new();
     for _ in 0..20 {
         traffic.run(1);
-        told.push(traffic.told().to_vec());
+        lists.push(traffic.published().to_vec());
     }
-    told
+    lists
 }
 
 #[test]
@@ -34,9 +38,12 @@ fn an_agent_without_error_is_not_corrected() {
     for seed in 0..20 {
         let mut traffic = Traffic::new(Registration::Correct, rings(seed), both(Bias::ZERO), seed);
         for second in 0..60 {
-            let told = traffic.run(1).registration_of("car");
-            assert_eq!(told.applied, Bias::ZERO, "second {second} of seed {seed}: {told:?}");
-            assert!(!told.exceeds_declared && !told.relative_only && !told.confounded, "{told:?}");
+            let registered = traffic.run(1).registration_of("car");
+            assert_eq!(registered.applied, Bias::ZERO, "second {second} of seed {seed}: {registered:?}");
+            assert!(
+                !registered.exceeds_declared && !registered.relative_only && !registered.confounded,
+                "{registered:?}"
+            );
         }
     }
 }
@@ -44,31 +51,31 @@ fn an_agent_without_error_is_not_corrected() {
 #[test]
 fn an_estimate_alone_changes_no_bit() {
     let [off, estimate, correct] = [Registration::Off, Registration::Estimate, Registration::Correct]
-        .map(|registration| told(registration, rings(5), both(ALL)));
+        .map(|registration| published(registration, rings(5), both(ALL)));
     assert_eq!(off, estimate);
     assert_ne!(off, correct);
 }
 
 #[test]
-fn without_a_reference_only_differences_are_known_and_nothing_is_corrected() {
+fn without_a_reference_only_differences_are_estimated_and_no_frame_is_corrected() {
     let vehicles = || vec![Observer::vehicle("a", Bias::ZERO), Observer::vehicle("b", ALL)];
     let mut traffic = Traffic::new(Registration::Correct, rings(6), vehicles(), 6);
     traffic.run(30);
     for name in ["a", "b"] {
-        let told = traffic.registration_of(name);
-        assert!(told.relative_only && told.pairs > 500, "{told:?}");
-        assert_eq!(told.applied, Bias::ZERO);
+        let registered = traffic.registration_of(name);
+        assert!(registered.relative_only && registered.pairs > 500, "{registered:?}");
+        assert_eq!(registered.applied, Bias::ZERO);
         // Each may be half of it.
-        assert!(told.sigma.dx_m > 0.6 * VEHICLE.position_m, "{told:?}");
+        assert!(registered.sigma.dx_m > 0.6 * VEHICLE.position_m, "{registered:?}");
     }
     assert_eq!(
-        told(Registration::Off, rings(5), vehicles()),
-        told(Registration::Correct, rings(5), vehicles())
+        published(Registration::Off, rings(5), vehicles()),
+        published(Registration::Correct, rings(5), vehicles())
     );
 }
 
 #[test]
-fn objects_that_one_agent_alone_sees_tell_nothing() {
+fn objects_of_one_agent_alone_give_no_estimate() {
     let far = Path::Fixed([500.0, 0.0]);
     let observers = || {
         let unit = Observer { range_m: 120.0, ..Observer::unit() };
@@ -82,8 +89,8 @@ fn objects_that_one_agent_alone_sees_tell_nothing() {
     let one = traffic.run(10).registration_of("car");
     assert_eq!((one.pairs, one.bias, one.relative_only), (0, Bias::ZERO, false));
     assert_eq!(
-        told(Registration::Off, objects(), observers()),
-        told(Registration::Correct, objects(), observers())
+        published(Registration::Off, objects(), observers()),
+        published(Registration::Correct, objects(), observers())
     );
 }
 
@@ -110,7 +117,7 @@ fn where_all_objects_move_alike_clock_and_position_are_one_error_and_neither_is_
 }
 
 #[test]
-fn errors_drawn_anew_for_each_frame_are_made_no_worse() {
+fn per_frame_errors_do_not_grow_by_correction() {
     let white = Accuracy { clock_s: 0.0, ..VEHICLE };
     let [mut off, mut correct] = [0.0; 2];
     for seed in 0..10 {
@@ -119,8 +126,8 @@ fn errors_drawn_anew_for_each_frame_are_made_no_worse() {
             let mut traffic = Traffic::new(registration, rings(seed), vec![Observer::unit(), car], seed);
             *sum += traffic.run(30).rmse_m();
             if registration == Registration::Correct {
-                let told = traffic.registration_of("car");
-                assert!((0.3..1.5).contains(&told.white_share), "{told:?}");
+                let registered = traffic.registration_of("car");
+                assert!((0.3..1.5).contains(&registered.white_share), "{registered:?}");
             }
         }
     }
@@ -129,7 +136,7 @@ fn errors_drawn_anew_for_each_frame_are_made_no_worse() {
 }
 
 #[test]
-fn a_correction_decides_what_is_let_in_and_keeps_names_and_stamps() {
+fn admission_uses_the_corrected_time_and_keeps_ids_and_stamps() {
     let late = Bias { clock_s: 0.05, ..Bias::ZERO };
     let mut traffic = Traffic::new(Registration::Correct, rings(9), both(late), 9);
     traffic.run(20);
@@ -152,7 +159,7 @@ fn a_correction_decides_what_is_let_in_and_keeps_names_and_stamps() {
 }
 
 #[test]
-fn an_absurd_declaration_spoils_nobodys_numbers() {
+fn an_absurd_declaration_keeps_all_estimates_finite() {
     let absurd = Accuracy { position_m: 1e300, yaw_rad: f64::MAX, clock_s: f64::INFINITY };
     let liar = Observer { accuracy: absurd, ..Observer::vehicle("liar", ALL) };
     let observers = vec![Observer::unit(), liar, Observer::vehicle("car", Bias::ZERO)];
@@ -167,11 +174,11 @@ fn an_absurd_declaration_spoils_nobodys_numbers() {
 
 fn assert_within_declared(traffic: &Traffic) {
     for observer in &traffic.observers {
-        let (told, declared) = (traffic.registration_of(observer.name), observer.accuracy);
-        let Bias { dx_m, dy_m, yaw_rad, clock_s } = told.applied;
-        assert!(libm::hypot(dx_m, dy_m) <= declared.position_m + 1e-12, "{told:?}");
-        assert!(yaw_rad.abs() <= declared.yaw_rad && clock_s.abs() <= declared.clock_s, "{told:?}");
-        assert!(!told.is_reference || told.applied == Bias::ZERO, "{told:?}");
+        let (registered, declared) = (traffic.registration_of(observer.name), observer.accuracy);
+        let Bias { dx_m, dy_m, yaw_rad, clock_s } = registered.applied;
+        assert!(libm::hypot(dx_m, dy_m) <= declared.position_m + 1e-12, "{registered:?}");
+        assert!(yaw_rad.abs() <= declared.yaw_rad && clock_s.abs() <= declared.clock_s, "{registered:?}");
+        assert!(!registered.is_reference || registered.applied == Bias::ZERO, "{registered:?}");
     }
 }
 
@@ -187,7 +194,7 @@ fn biases(scale: f64) -> impl Strategy<Value = Bias> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn nobody_is_moved_by_more_than_declared_whatever_the_others_do(
+    fn no_agent_is_corrected_by_more_than_it_declares(
         unit in biases(3.0), other in biases(3.0), seed in 0..1000_u64, is_unit_there: bool
     ) {
         let mut observers = vec![Observer::vehicle("good", Bias::ZERO), Observer::vehicle("other", other)];
@@ -221,7 +228,7 @@ fn with_drift(registration: Registration, correlated_s: f64, seed: u64) -> f64 {
 }
 
 #[test]
-fn errors_that_drift_cost_less_and_those_too_fast_to_follow_no_more() {
+fn drifting_errors_are_reduced_and_fast_ones_do_not_grow() {
     // s, and how much of the error without correction may be left.
     for (correlated_s, share) in [(0.3, 1.03), (3.0, 0.97), (30.0, 0.9)] {
         let mean =
@@ -232,16 +239,16 @@ fn errors_that_drift_cost_less_and_those_too_fast_to_follow_no_more() {
 }
 
 #[test]
-fn how_often_the_hub_publishes_does_not_show() {
+fn the_rate_of_publishing_changes_no_estimate() {
     let run = |publishes: bool| {
         let mut traffic = Traffic::new(Registration::Correct, rings(11), both(ALL), 11);
         for _ in 0..150 {
             traffic.step_once();
             if publishes {
-                traffic.told();
+                traffic.published();
             }
         }
-        (traffic.registration_of("car"), traffic.told().to_vec())
+        (traffic.registration_of("car"), traffic.published().to_vec())
     };
     let (often, seldom) = (run(true), run(false));
     assert_ne!(often.0.applied, Bias::ZERO);
@@ -249,15 +256,15 @@ fn how_often_the_hub_publishes_does_not_show() {
 }
 
 #[test]
-fn with_a_lag_and_with_several_hypotheses_errors_are_corrected_as_well() {
+fn errors_are_corrected_with_a_lag_and_with_several_hypotheses() {
     let hypotheses = |hypotheses| config().with_tracking(|tracking| tracking.tracker.hypotheses = hypotheses);
     let lag = hypotheses(Hypotheses::Single { lag: Span::from_millis(300) });
     let particles = hypotheses(Hypotheses::Particles(ParticleCount::new(8).unwrap()));
     let paper_motion = config().with_tracking(|tracking| tracking.motion = MotionModel::Cv);
     for config in [lag, particles, paper_motion] {
         let mut traffic = Traffic::with_config(config, rings(12), both(ALL), 12);
-        let told = traffic.run(15).registration_of("car");
-        assert!((told.applied.clock_s - ALL.clock_s).abs() < 0.02, "{told:?}");
-        assert!((told.applied.dy_m - ALL.dy_m).abs() < 0.25, "{told:?}");
+        let registered = traffic.run(15).registration_of("car");
+        assert!((registered.applied.clock_s - ALL.clock_s).abs() < 0.02, "{registered:?}");
+        assert!((registered.applied.dy_m - ALL.dy_m).abs() < 0.25, "{registered:?}");
     }
 }

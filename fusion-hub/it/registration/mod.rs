@@ -1,4 +1,4 @@
-//! Clock and pose errors of agents: estimated, told and corrected, at the engine's boundary.
+//! Clock and pose errors of agents: estimated, published and corrected, at the engine's boundary.
 
 mod declarations;
 mod harm;

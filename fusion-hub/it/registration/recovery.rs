@@ -1,4 +1,4 @@
-//! What is lost by clock and pose errors comes back, and the estimate knows how good it is.
+//! Clock and pose errors are corrected, and the estimate's covariance is consistent.
 
 use super::traffic::{DEGREE, EXACT, Observer, Path, Traffic, VEHICLE, normal, rings, straights};
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +7,7 @@ use v2x_fusion_hub::registration::{Bias, MEMORY_S, Registration};
 
 const SEEDS: u64 = 10;
 
-/// One surveyed unit, and a vehicle that errs.
+/// One surveyed unit, and a vehicle with errors.
 fn pair(registration: Registration, bias: Bias, objects: Vec<Path>, seed: u64) -> Traffic {
     Traffic::new(registration, objects, vec![Observer::unit(), Observer::vehicle("car", bias)], seed)
 }
@@ -31,7 +31,7 @@ fn after_20_s(registration: Registration, bias: Bias, objects: fn(u64) -> Vec<Pa
 }
 
 #[test]
-fn four_fifths_of_what_a_bias_costs_come_back_within_20_s() {
+fn correction_removes_four_fifths_of_the_cost_of_a_bias_within_20_s() {
     let cases = [
         Bias { clock_s: 0.05, ..Bias::ZERO },
         Bias { clock_s: -0.05, ..Bias::ZERO },
@@ -62,7 +62,7 @@ fn four_fifths_of_what_a_bias_costs_come_back_within_20_s() {
 
 /// With errors drawn from the model that is assumed, the normalised error squared has the mean of its χ².
 #[test]
-fn the_covariance_is_honest_where_errors_drift_as_assumed() {
+fn the_covariance_is_consistent_where_errors_drift_as_assumed() {
     let (mut sum, mut count) = (0.0, 0.0);
     for seed in 0..3 * SEEDS {
         let mut traffic = pair(Registration::Estimate, Bias::ZERO, rings(seed), seed);
@@ -74,11 +74,12 @@ fn the_covariance_is_honest_where_errors_drift_as_assumed() {
             traffic.observers[1].bias = Bias::from_array(bias);
             traffic.run(1);
             if second >= 10 && second % 5 == 0 {
-                let told = traffic.registration_of("car");
-                let estimate = told.bias.to_array();
+                let registered = traffic.registration_of("car");
+                let estimate = registered.bias.to_array();
                 let error: [f64; 4] = std::array::from_fn(|k| (estimate[k] - bias[k]) / sigmas[k]);
-                let scaled =
-                    |row: usize, column: usize| told.covariance[row][column] / (sigmas[row] * sigmas[column]);
+                let scaled = |row: usize, column: usize| {
+                    registered.covariance[row][column] / (sigmas[row] * sigmas[column])
+                };
                 let covariance = nalgebra::Matrix4::from_fn(scaled);
                 let inverse = covariance.try_inverse().expect("positive definite");
                 let error = nalgebra::Vector4::from(error);
@@ -96,29 +97,29 @@ fn the_covariance_is_honest_where_errors_drift_as_assumed() {
 }
 
 #[test]
-fn frames_that_come_late_and_in_another_order_tell_as_much() {
+fn late_frames_in_another_order_give_the_same_accuracy() {
     for seed in 0..5 {
         let bias = Bias { dx_m: 0.4, dy_m: 0.3, yaw_rad: 0.0, clock_s: 0.05 };
         let car = Observer { delay_ms: (250, 120), ..Observer::vehicle("car", bias) };
         let observers = vec![Observer::unit(), car];
         let mut traffic = Traffic::new(Registration::Correct, straights(seed), observers, seed);
-        let told = traffic.run(15).registration_of("car");
-        assert!(told.pairs > 400, "{told:?}");
-        let (applied, expected) = (told.applied.to_array(), bias.to_array());
+        let registered = traffic.run(15).registration_of("car");
+        assert!(registered.pairs > 400, "{registered:?}");
+        let (applied, expected) = (registered.applied.to_array(), bias.to_array());
         let off = |k: usize| (applied[k] - expected[k]).abs();
-        assert!(off(0).max(off(1)) < 0.25 && off(3) < 0.02, "{told:?}");
+        assert!(off(0).max(off(1)) < 0.25 && off(3) < 0.02, "{registered:?}");
     }
 }
 
 #[test]
-fn what_exceeds_what_was_declared_is_told_and_corrected_only_so_far() {
+fn an_error_beyond_the_declared_one_is_published_and_corrected_up_to_it() {
     let bias = Bias { dx_m: 1.2, ..Bias::ZERO };
     let mut traffic = pair(Registration::Correct, bias, rings(1), 1);
-    let told = traffic.run(20).registration_of("car");
-    assert!(told.exceeds_declared && told.bias.dx_m > 0.9, "{told:?}");
+    let registered = traffic.run(20).registration_of("car");
+    assert!(registered.exceeds_declared && registered.bias.dx_m > 0.9, "{registered:?}");
     assert!(
-        (libm::hypot(told.applied.dx_m, told.applied.dy_m) - VEHICLE.position_m).abs() < 1e-9,
-        "{told:?}"
+        (libm::hypot(registered.applied.dx_m, registered.applied.dy_m) - VEHICLE.position_m).abs() < 1e-9,
+        "{registered:?}"
     );
 }
 
@@ -127,14 +128,17 @@ fn an_agent_that_declares_no_error_of_its_clock_has_none() {
     let accuracy = v2x_common::sensor::Accuracy { clock_s: 0.0, ..VEHICLE };
     let car = Observer { accuracy, ..Observer::vehicle("car", Bias { dy_m: 0.5, ..Bias::ZERO }) };
     let mut traffic = Traffic::new(Registration::Correct, rings(2), vec![Observer::unit(), car], 2);
-    let told = traffic.run(20).registration_of("car");
-    assert_eq!((told.bias.clock_s, told.sigma.clock_s, told.observable.clock), (0.0, 0.0, false));
-    assert!((told.applied.dy_m - 0.5).abs() < 0.2, "{told:?}");
+    let registered = traffic.run(20).registration_of("car");
+    assert_eq!(
+        (registered.bias.clock_s, registered.sigma.clock_s, registered.observable.clock),
+        (0.0, 0.0, false)
+    );
+    assert!((registered.applied.dy_m - 0.5).abs() < 0.2, "{registered:?}");
 }
 
 #[test]
 fn an_agent_that_shares_objects_with_no_reference_is_measured_through_one_that_does() {
-    // The unit sees the rings, `far` what is parked a hundred metres away, `mid` both.
+    // The unit covers the rings, `far` the objects parked a hundred metres away, `mid` both.
     let parked =
         (0..6_u32).map(|k| Path::Fixed([100.0 + 8.0 * f64::from(k), 15.0 * f64::from(k % 3) - 15.0]));
     let objects: Vec<Path> = rings(3).into_iter().take(3).chain(parked).collect();
@@ -144,12 +148,12 @@ fn an_agent_that_shares_objects_with_no_reference_is_measured_through_one_that_d
     let far = Observer { path: Path::Fixed([130.0, 0.0]), range_m: 60.0, ..Observer::vehicle("far", bias) };
     let mut traffic =
         Traffic::new(Registration::Correct, objects.clone(), vec![unit, mid.clone(), far.clone()], 3);
-    let told = traffic.run(30).registration_of("far");
-    assert!(!told.relative_only && told.observable.position, "{told:?}");
-    assert!((told.bias.dy_m - 0.6).abs() < 3.0 * told.sigma.dy_m, "{told:?}");
+    let registered = traffic.run(30).registration_of("far");
+    assert!(!registered.relative_only && registered.observable.position, "{registered:?}");
+    assert!((registered.bias.dy_m - 0.6).abs() < 3.0 * registered.sigma.dy_m, "{registered:?}");
     let mut alone = Traffic::new(Registration::Correct, objects, vec![mid, far], 3);
     let relative = alone.run(30).registration_of("far");
-    assert!(relative.relative_only && relative.sigma.dy_m > 1.5 * told.sigma.dy_m, "{relative:?}");
+    assert!(relative.relative_only && relative.sigma.dy_m > 1.5 * registered.sigma.dy_m, "{relative:?}");
 }
 
 #[test]
@@ -158,8 +162,8 @@ fn without_data_the_estimate_returns_to_what_was_declared() {
     let mut traffic = pair(Registration::Correct, bias, rings(4), 4);
     assert!(traffic.run(15).registration_of("car").applied.dx_m > 0.3);
     traffic.objects.clear();
-    let told = traffic.run(120).registration_of("car");
-    assert_eq!(told.applied, Bias::ZERO, "{told:?}");
-    assert!(told.sigma.dx_m > 0.9 * VEHICLE.position_m, "{told:?}");
+    let registered = traffic.run(120).registration_of("car");
+    assert_eq!(registered.applied, Bias::ZERO, "{registered:?}");
+    assert!(registered.sigma.dx_m > 0.9 * VEHICLE.position_m, "{registered:?}");
     assert_eq!(traffic.observers[1].white, EXACT);
 }

@@ -1,4 +1,4 @@
-//! Traffic on rings and straights, seen by agents whose clocks and poses err; the truth is kept.
+//! Traffic on rings and straights, detected by agents with clock and pose errors, with the ground truth.
 
 use crate::world::{agent, config, description};
 use rand_chacha::ChaCha8Rng;
@@ -33,7 +33,7 @@ pub(super) enum Path {
     Ring { radius_m: f64, phase: f64, speed_mps: f64 },
     /// Along a straight from a point, back again at its end: start, heading and speed.
     Straight { start: [f64; 2], yaw: f64, speed_mps: f64 },
-    /// Nowhere.
+    /// A fixed pose.
     Fixed([f64; 2]),
 }
 
@@ -55,14 +55,14 @@ impl Path {
     }
 }
 
-/// An agent, and how it errs.
+/// An agent, and its errors.
 #[derive(Clone, Debug)]
 pub(super) struct Observer {
     pub(super) name: &'static str,
     pub(super) accuracy: Accuracy,
     pub(super) path: Path,
     pub(super) bias: Bias,
-    /// Drawn anew for each frame.
+    /// Independent for each frame.
     pub(super) white: Accuracy,
     pub(super) range_m: f64,
     /// From the capture of a frame to its arrival, and by how much it may be longer.
@@ -91,13 +91,13 @@ impl Observer {
     }
 }
 
-/// Seven objects on rings, both ways round, at 5 to 13 m/s.
+/// Seven objects on rings, in both directions, at 5 to 13 m/s.
 pub(super) fn rings(seed: u64) -> Vec<Path> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (0..7)
         .map(|k| {
-            let way = if k % 2 == 0 { 1.0 } else { -1.0 };
-            let speed_mps = way * (5.0 + 8.0 * unit(&mut rng));
+            let direction = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let speed_mps = direction * (5.0 + 8.0 * unit(&mut rng));
             Path::Ring { radius_m: 40.0 + 8.0 * f64::from(k), phase: 6.3 * unit(&mut rng), speed_mps }
         })
         .collect()
@@ -110,9 +110,9 @@ pub(super) struct Traffic {
     rng: ChaCha8Rng,
     on_the_way: Vec<(DetectionFrame, Timestamp)>,
     step: i64,
-    /// Sum of the squared errors of told objects against the nearest true ones, and their number.
+    /// Sum of the squared errors of published objects against the nearest true ones, and their number.
     squared_error: f64,
-    n_told: u32,
+    n_published: u32,
 }
 
 impl Traffic {
@@ -147,11 +147,11 @@ impl Traffic {
             on_the_way: Vec::new(),
             step: 0,
             squared_error: 0.0,
-            n_told: 0,
+            n_published: 0,
         }
     }
 
-    /// Lets so many seconds go by.
+    /// Runs this many seconds.
     pub(super) fn run(&mut self, seconds: i64) -> &mut Self {
         for _ in 0..seconds * 1000 / PERIOD_MS {
             self.step_once();
@@ -160,7 +160,7 @@ impl Traffic {
         self
     }
 
-    /// Lets a tenth of a second go by; nothing is asked of the engine.
+    /// Runs a tenth of a second without a fused list.
     pub(super) fn step_once(&mut self) {
         for place in 0..self.observers.len() {
             let sent = self.frame(place);
@@ -170,7 +170,7 @@ impl Traffic {
         self.deliver();
     }
 
-    /// What has arrived by now, in order.
+    /// Delivers the frames that have arrived, in order.
     fn deliver(&mut self) {
         let now = self.latest_now();
         self.on_the_way.sort_by_key(|(_, arrives_at)| *arrives_at);
@@ -195,9 +195,9 @@ impl Traffic {
             yaw: wrap_angle(true_pose.yaw + observer.bias.yaw_rad + eyaw),
         };
         let objects: Vec<Pose> = self.objects.iter().map(|path| path.at(t)).collect();
-        let seen =
+        let covered =
             objects.iter().filter(|object| true_pose.distance_to(object.x, object.y) < observer.range_m);
-        let detections = seen.map(|object| detected(object, &true_pose, &pose, &mut self.rng)).collect();
+        let detections = covered.map(|object| detected(object, &true_pose, &pose, &mut self.rng)).collect();
         let frame = DetectionFrame {
             id: FrameId { agent: agent(observer.name), epoch: 1, sequence: self.step.unsigned_abs() },
             captured_at: at(t + observer.bias.clock_s + eclock),
@@ -211,18 +211,18 @@ impl Traffic {
         (frame, at(t) + delay)
     }
 
-    /// The newest time that the engine was told.
+    /// The newest time given to the engine.
     pub(super) fn latest_now(&self) -> Timestamp {
         at(seconds(self.step * PERIOD_MS + DELAY_MS))
     }
 
-    /// What is told of now.
-    pub(super) fn told(&mut self) -> &[FusedObject] {
+    /// The published objects.
+    pub(super) fn published(&mut self) -> &[FusedObject] {
         let now = self.latest_now();
         &self.engine.fused(now).objects
     }
 
-    /// Compares what is told with the truth.
+    /// Compares the published objects with the truth.
     pub(super) fn score(&mut self) {
         let now = self.latest_now();
         let t = seconds(self.step * PERIOD_MS + DELAY_MS);
@@ -234,15 +234,15 @@ impl Traffic {
             let nearest = apart.fold(f64::INFINITY, f64::min);
             if nearest < 5.0 {
                 self.squared_error += nearest * nearest;
-                self.n_told += 1;
+                self.n_published += 1;
             }
         }
     }
 
-    /// Root mean square error of what was told since it was last asked for, m.
+    /// Root mean square error of the published objects since the last call, m.
     pub(super) fn rmse_m(&mut self) -> f64 {
-        let rmse = libm::sqrt(self.squared_error / f64::from(self.n_told));
-        (self.squared_error, self.n_told) = (0.0, 0);
+        let rmse = libm::sqrt(self.squared_error / f64::from(self.n_published));
+        (self.squared_error, self.n_published) = (0.0, 0);
         rmse
     }
 
@@ -252,16 +252,16 @@ impl Traffic {
     }
 }
 
-/// As a sensor sees it: about the true pose, told about the believed one. N1: 0.2 m and 1 % of the range, 3°.
-fn detected(object: &Pose, true_pose: &Pose, believed: &Pose, rng: &mut ChaCha8Rng) -> Detection {
+/// A detection: measured about the true pose, reported about the estimated one. N1: 0.2 m and 1 % of the range, 3°.
+fn detected(object: &Pose, true_pose: &Pose, estimated: &Pose, rng: &mut ChaCha8Rng) -> Detection {
     let range = true_pose.distance_to(object.x, object.y);
     let bearing = true_pose.bearing_to(object.x, object.y);
     let sigma = 0.2 + 0.01 * range;
     let (sin, cos) = libm::sincos(bearing);
     let (ahead, left) = (range * cos + sigma * normal(rng), range * sin + sigma * normal(rng));
-    let (x, y) = believed.offset(ahead, left);
+    let (x, y) = estimated.offset(ahead, left);
     let yaw_sigma = 3.0 * DEGREE;
-    let yaw = wrap_angle(object.yaw - true_pose.yaw + believed.yaw + yaw_sigma * normal(rng));
+    let yaw = wrap_angle(object.yaw - true_pose.yaw + estimated.yaw + yaw_sigma * normal(rng));
     Detection {
         class: Class::Car,
         score: 1.0,
@@ -295,7 +295,7 @@ pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     libm::sqrt(-2.0 * libm::log(u)) * libm::cos(2.0 * std::f64::consts::PI * v)
 }
 
-/// Eight objects on straights through the scene, at 5 to 13 m/s, each its own way.
+/// Eight objects on straights through the scene, at 5 to 13 m/s, each in its own direction.
 pub(super) fn straights(seed: u64) -> Vec<Path> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (0..8)

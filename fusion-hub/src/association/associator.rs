@@ -7,7 +7,7 @@ use super::gate::distance2;
 use super::{csba, likelihood};
 use crate::values::{Measurement, PredictedMeasurement};
 
-/// Candidates of one track that are weighed, the cheapest: a pile of reports in one place must not stop the hub.
+/// Most candidates of one track, the cheapest: thousands of reports in one place must not stop the hub.
 const MOST_EDGES: usize = 16;
 
 /// Associates frames with tracks; holds the buffers.
@@ -61,7 +61,7 @@ impl Associator {
         }
     }
 
-    /// Finds the pairs of compatible class within the gate, and leaves it there.
+    /// Finds the pairs of compatible class within the gate, without an assignment.
     pub fn find_candidates(
         &mut self,
         measurements: &[Measurement],
@@ -98,9 +98,9 @@ impl Associator {
     }
 
     /// Decides on the candidates. Where pairs compete, a track's report costs `report_cost` more; where they do not,
-    /// a track that is sure to be reported may still cost less, but none costs more: a track that seems dead may be
-    /// waiting for late data. Where it is `None`, no pair costs more than staying alone, and one that competes with
-    /// no other is made without asking for its cost.
+    /// a track with a high report probability may still cost less, but none costs more: a track of low existence may
+    /// have late data to come. Where it is `None`, no pair costs more than staying alone, and one that competes with
+    /// no other is made without evaluating its cost.
     fn assign(
         &mut self,
         cost_alone: f64,

@@ -1,4 +1,4 @@
-//! The pairs of a frame that may be made at all, listed by track.
+//! The candidate pairs of a frame, listed by track.
 
 use super::config::{AssociationConfig, AssociationCost, EUCLIDEAN_REACH_M};
 use super::gate::Separation;
@@ -50,7 +50,7 @@ impl Outlines {
 }
 
 impl Candidates {
-    /// The places of the measurements that may be of a track, in order, for each track.
+    /// The places of the candidate measurements of each track, in order.
     pub(super) fn by_track(&self) -> impl Iterator<Item = &[u32]> {
         self.starts.windows(2).map(|bounds| &self.places[bounds[0] as usize..bounds[1] as usize])
     }
@@ -77,7 +77,7 @@ impl Candidates {
         expected: &[PredictedMeasurement],
         config: &AssociationConfig,
     ) {
-        // Here and below `&` for `&&`: what is a coin toss should not be a branch.
+        // Here and below `&` for `&&`: an unpredictable condition should not be a branch.
         let fits_class = |z: &Measurement, track: &PredictedMeasurement| {
             !config.class_aware | z.class.is_compatible_with(track.class)
         };

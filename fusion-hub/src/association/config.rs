@@ -7,7 +7,7 @@ pub const EUCLIDEAN_REACH_M: f64 = 3.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AssociationCost {
-    /// Combined scores of centre, dimension and orientation, as the paper has it.
+    /// Combined scores of centre, dimension and orientation, as in the paper.
     #[default]
     Csba,
     /// The negative log-likelihood.

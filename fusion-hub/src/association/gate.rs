@@ -1,10 +1,10 @@
-//! Which pairs are candidates at all.
+//! The gate: which pairs are candidates.
 
 use crate::values::Measurement;
 use crate::values::PredictedMeasurement;
 use v2x_common::covariance::Covariance2;
 
-/// How far apart, the accuracies of both considered.
+/// The distance of a pair relative to both covariances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Separation {
     /// Squared Mahalanobis distance times `determinant`.

@@ -1,4 +1,4 @@
-//! The negative log-likelihood of a pair: unbounded, so that a far box with a lucky heading never wins.
+//! The negative log-likelihood of a pair: unbounded, so that a distant box with a similar heading is never preferred.
 //!
 //! C = m² + ln det S + min(Δθ², 12) + min(Δd², 12), in units of −2 ln p (METHODS.md 7). The caps keep one
 //! outlying heading or size from outweighing the position.
@@ -9,15 +9,15 @@ use crate::values::Measurement;
 use crate::values::PredictedMeasurement;
 use v2x_common::geometry::angle_difference;
 
-/// Most that a heading, a size or a doubtful existence can speak against a pair.
+/// Upper limit of the cost of a heading, a size or a low report probability.
 const CUE_CAP: f64 = 12.0;
 
 /// What a detection without a track costs (METHODS.md 14).
 pub const COST_ALONE: f64 = 24.0;
 
 /// What a track's report costs beside the pair, where several tracks compete for it: −2 ln of the odds that the
-/// frame reports the track, which it does with this probability. Without it a track that nobody has seen for a
-/// while would take the reports of one that everybody sees, which then begins anew.
+/// frame reports the track, which it does with this probability. Without it a track without detections for a
+/// while would take the reports of one that is detected regularly, which would then be initiated again.
 pub fn report_cost(probability: f64) -> f64 {
     let odds = probability / (1.0 - probability);
     (-2.0 * libm::log(odds)).min(CUE_CAP)

@@ -1,5 +1,5 @@
 //! The two functions that scores are made of, from basic arithmetic alone: the same bits everywhere, and no
-//! branches. Both are within 1e-12 of the true value (tests, against libm), which no assignment notices.
+//! branches. Both are within 1e-12 of the true value (tests, against libm), which changes no assignment.
 
 /// Powers of two from the table are so many steps apart in the exponent's whole.
 const STEPS: i32 = 32;
@@ -31,7 +31,7 @@ pub(super) fn normal_tail(squared: f64) -> f64 {
     let u = (t - 3.0) / (t + 3.0);
     let u2 = u * u;
     let u4 = u2 * u2;
-    // In four chains, which do not wait for each other.
+    // In four independent chains.
     let chain = |c: &[f64; 5]| c[0] + u4 * (c[1] + u4 * (c[2] + u4 * (c[3] + u4 * c[4])));
     let [c0, c1, c2, c3] = &CHAINS;
     let p = (chain(c0) + u * chain(c1)) + u2 * (chain(c2) + u * chain(c3));
@@ -113,20 +113,20 @@ mod tests {
 
     proptest! {
         #[test]
-        fn exp_is_libms(x in prop_oneof![0.0..1.0f64, 0.0..50.0f64, 0.0..2000.0f64]) {
+        fn exp_minus_agrees_with_libm(x in prop_oneof![0.0..1.0f64, 0.0..50.0f64, 0.0..2000.0f64]) {
             let exact = libm::exp(-x);
             prop_assert!((exp_minus(x) - exact).abs() <= 1e-13 * exact + 1e-300, "{x}");
         }
 
         #[test]
-        fn the_tail_is_libms(squared in prop_oneof![0.0..1.0f64, 0.0..100.0f64, 0.0..1e9f64]) {
+        fn the_normal_tail_agrees_with_libm(squared in prop_oneof![0.0..1.0f64, 0.0..100.0f64, 0.0..1e9f64]) {
             let exact = libm::erfc(libm::sqrt(squared / 2.0));
             prop_assert!((normal_tail(squared) - exact).abs() <= 1e-12, "{squared}");
         }
     }
 
     #[test]
-    fn both_begin_at_one_fall_and_stay_in_range() {
+    fn both_functions_are_one_at_zero_decreasing_and_in_range() {
         assert_eq!(exp_minus(0.0), 1.0);
         assert!((normal_tail(0.0) - 1.0).abs() < 1e-12);
         assert!(exp_minus(f64::INFINITY) < 1e-300 && normal_tail(1e300) < 1e-300);

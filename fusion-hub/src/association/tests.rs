@@ -14,7 +14,7 @@ const COSTS: [AssociationCost; 4] =
 
 fn measurement(extent: f64) -> impl Strategy<Value = Measurement> {
     let class = prop::sample::select(vec![Class::Car, Class::Adult, Class::Unknown]);
-    // One in twenty is of another order of magnitude: far away, or hardly known at all.
+    // One in twenty is of another order of magnitude: far away, or very uncertain.
     let position = prop_oneof![
         19 => [0.0..extent, 0.0..extent],
         1 => [-1e7..1e7f64, -1e7..1e7f64],
@@ -183,7 +183,7 @@ proptest! {
 }
 
 #[test]
-fn a_track_that_is_as_good_as_dead_yields_its_report_only_to_one_that_competes() {
+fn a_track_of_low_existence_loses_its_report_only_to_a_competing_track() {
     let config = AssociationConfig { cost: AssociationCost::Likelihood, ..Default::default() };
     let z = Measurement {
         class: Class::Car,
@@ -203,12 +203,12 @@ fn a_track_that_is_as_good_as_dead_yields_its_report_only_to_one_that_competes()
         ..expected(&z)
     };
     let mut associator = Associator::default();
-    let (dead, living) = (track(0.1, 0.001), track(0.9, 0.99));
-    associator.associate(&[z], &[dead, living], &config);
+    let (unlikely, likely) = (track(0.1, 0.001), track(0.9, 0.99));
+    associator.associate(&[z], &[unlikely, likely], &config);
     assert_eq!(associator.track_of(), [Some(1)]);
-    associator.associate(&[z], &[dead], &config);
+    associator.associate(&[z], &[unlikely], &config);
     assert_eq!(associator.track_of(), [Some(0)]);
-    associator.associate(&[z], &[track(0.1, 0.99), living], &config);
+    associator.associate(&[z], &[track(0.1, 0.99), likely], &config);
     assert_eq!(associator.track_of(), [Some(0)]);
 }
 

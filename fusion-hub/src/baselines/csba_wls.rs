@@ -1,7 +1,7 @@
 //! CSBA association and weighted least squares (Fadili 2025; METHODS.md 7 and 8).
 //!
 //! The association is that of the engine between two frames of one instant: class and χ² gate, then the pairs of
-//! least combined cost. Its window of 100 ms is the caller's: what it holds is one instant here.
+//! least combined cost. Its window of 100 ms is the caller's: its frames are one instant here.
 
 use super::pairing::fold;
 use super::{Fused, Report};
@@ -30,7 +30,8 @@ fn cost(one: &Fused, report: &Report) -> Option<f64> {
     is_near.then(|| pair_cost(b, &expected(a, b), &CsbaWeights::PUBLISHED))
 }
 
-/// A box as the other one's track. Both size errors are relative to the mean of both sizes (METHODS.md 7, A3).
+/// A box as the predicted measurement of the other one. Both size errors are relative to the mean of both sizes
+/// (METHODS.md 7, A3).
 fn expected(z: &Measurement, other: &Measurement) -> PredictedMeasurement {
     let variance = |axis: usize| {
         let middle = (z.size[axis] + other.size[axis]) / 2.0;
@@ -50,7 +51,7 @@ fn expected(z: &Measurement, other: &Measurement) -> PredictedMeasurement {
 }
 
 /// Both boxes weighted by the inverse of their covariances. Sizes are weighted by their relative variances: with
-/// the measured size in the weight, what was measured too small would count for more (METHODS.md 8).
+/// the measured size in the weight, sizes measured too small would have more weight (METHODS.md 8).
 fn least_squares(a: &Measurement, b: &Measurement) -> Measurement {
     let (position, r) = weighted_position(a, b);
     let mut z = *a;
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn the_heading_tells_neighbours_apart() {
+    fn the_heading_separates_neighbours() {
         let (north, south) = (1.5, -1.5);
         let a = [sized(report(0.0, 0.0), [2.0, 4.0], north), sized(report(1.0, 0.0), [2.0, 4.0], south)];
         let b = [sized(report(0.4, 0.0), [2.0, 4.0], south), sized(report(0.6, 0.0), [2.0, 4.0], north)];

@@ -9,10 +9,10 @@ const REACH_M: f64 = 3.0;
 /// What becomes of the score of another agent's box that has no pair.
 const LONE_SCORE: f64 = 0.4;
 
-/// Whose rule.
+/// The variant of the rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variant {
-    /// Pairs within 3 m, plain average: what the paper's rows fit.
+    /// Pairs within 3 m, plain average: as the paper's rows indicate.
     Average,
     /// The authors' code: pairs no further apart, along each axis of the map, than the other agent's box is
     /// large; the first agent's box is kept unchanged.
@@ -42,8 +42,8 @@ fn average(one: &mut Fused, report: &Report) {
     one.score = (n * one.score + report.score) / (n + 1.0);
 }
 
-/// `EuclidianMatcher` with `diff_label_filt`: the depth is compared with x, the width with y, whichever way the
-/// box heads.
+/// `EuclidianMatcher` with `diff_label_filt`: the depth is compared with x, the width with y, whatever the
+/// box's heading.
 fn main_agents_cost(one: &Fused, report: &Report) -> Option<f64> {
     let ([w, d], a, b) = (report.z.size, one.z.position, report.z.position);
     let is_near = (a[0] - b[0]).abs() <= d && (a[1] - b[1]).abs() <= w;

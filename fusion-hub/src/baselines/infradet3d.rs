@@ -11,7 +11,7 @@ const REACH_M: f64 = 3.0;
 /// What a pair becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Merge {
-    /// Position and heading of the first agent's box, mean size: what the paper's rows fit.
+    /// Position and heading of the first agent's box, mean size: as the paper's rows indicate.
     FirstBoxMeanSize,
     /// Mean position, mean size, heading of the first agent's box: the authors' code.
     MeanBoxFirstHeading,

@@ -1,4 +1,4 @@
-//! Late fusion of a single instant, as others do it: what several agents report at one time becomes one list,
+//! Late fusion of a single instant, the published rules: the reports of several agents at one time become one list,
 //! without memory and without motion. The rules of the paper's comparison (Table II; METHODS.md 1-8).
 //!
 //! All rules are class-aware: reports of incompatible classes are never of one object (METHODS.md 0). Where a
@@ -42,11 +42,11 @@ pub struct Member {
 /// One object of the fused list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fused {
-    /// What is said of it, as if it were one better measurement.
+    /// Its estimate, as one more accurate measurement.
     pub z: Measurement,
     /// Its confidence, 0 to 1.
     pub score: f64,
-    /// The reports that it was made of; those that were only dropped for its sake are not among them.
+    /// The reports that it was made of; suppressed ones are not among them.
     pub members: Vec<Member>,
 }
 
@@ -60,7 +60,7 @@ impl Fused {
         bev(&self.z)
     }
 
-    /// What the fused box claims of its own error, where it follows from the reports' claims.
+    /// The covariance of the fused box, where it follows from the reports' covariances.
     pub fn covariance(&self) -> BoxCovariance {
         let of_size = |axis: usize| self.z.relative_variance[axis] * self.z.size[axis] * self.z.size[axis];
         BoxCovariance { position: self.z.r, ww: of_size(0), dd: of_size(1), yaw: self.z.yaw_variance }
@@ -98,7 +98,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// Fuses what the agents report of one instant; the first agent is the one who fuses ("ego", "main").
+    /// Fuses what the agents report of one instant; the first agent is the one that fuses ("ego", "main").
     pub fn fuse(&self, agents: &[&[Report]]) -> Vec<Fused> {
         match *self {
             Self::Single(place) => single(agents, place),
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_agent_alone_is_told_as_it_reports() {
+    fn one_agent_alone_is_published_as_it_reports() {
         let (first, second) = ([report(0.0, 0.0)], [report(1.0, 0.0), report(9.0, 0.0)]);
         let fused = Rule::Single(1).fuse(&[&first, &second]);
         assert_eq!(fused.len(), 2);
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn no_rule_minds_agents_without_reports() {
+    fn agents_without_reports_change_no_result() {
         let rules = [
             Rule::Single(0),
             Rule::Nms { overlap: 0.5 },

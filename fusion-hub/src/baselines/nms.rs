@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn overlap_at_the_threshold_is_let_be() {
+    fn overlap_at_the_threshold_is_kept() {
         let (a, b) = ([report(0.0, 0.0)], [report(1.0, 0.0)]);
         assert_eq!(Rule::Nms { overlap: 0.6 + 1e-12 }.fuse(&[&a, &b]).len(), 2);
         assert_eq!(Rule::Nms { overlap: 0.6 - 1e-12 }.fuse(&[&a, &b]).len(), 1);
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_dropped_box_overlaps_is_let_be() {
+    fn a_dropped_box_suppresses_no_other() {
         // Chain: 0 drops 1 (IoU 3/5), 1 would drop 2.
         let chain = [report(0.0, 0.0), report(1.0, 0.0), report(2.0, 0.0)];
         let fused = Rule::Nms { overlap: 0.5 }.fuse(&[&chain]);

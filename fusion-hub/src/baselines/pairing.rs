@@ -3,8 +3,8 @@
 use super::{Fused, Member, Report, listed};
 use crate::association::assignment::{Assigner, Candidate};
 
-/// What scipy's `linear_sum_assignment` is given for a pair that must not be, by the authors of InfraDet3D
-/// (999999) and of DAIR-V2X (1e6): so no allowed pair is given up to make others cheaper.
+/// Cost of a forbidden pair, which the authors of InfraDet3D (999999) and of DAIR-V2X (1e6) give to scipy's
+/// `linear_sum_assignment`: so no allowed pair is dropped to make others cheaper.
 const FORBIDDEN: f64 = 1e6;
 
 /// The fused list of agents, one after another: each one's reports are paired with the list so far at least

@@ -23,7 +23,7 @@ pub enum Ties {
 /// overlap × score.
 ///
 /// A cluster is what overlaps the first box that is in none yet, however little; it may hold boxes of earlier
-/// clusters. A box that several clusters keep is told once.
+/// clusters. A box that several clusters keep is listed once.
 pub fn fuse(agents: &[&[Report]], ties: Ties) -> Vec<Fused> {
     let boxes: Vec<(Member, &Report)> =
         agents.iter().enumerate().flat_map(|(agent, reports)| listed(agent, reports)).collect();
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn another_ones_score_promotes() {
+    fn the_score_of_another_box_promotes() {
         // Values: 0.9 + 0.6 · 0.5 = 1.2 and 0.5 + 0.6 · 0.9 = 1.04.
         let (a, b) = ([scored(report(0.0, 0.0), 0.9)], [scored(report(1.0, 0.0), 0.5)]);
         assert_eq!(kept(Ties::Dropped, &[&a, &b]), [0.0]);

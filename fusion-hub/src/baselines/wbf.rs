@@ -4,7 +4,7 @@ use super::mean::mean;
 use super::{Fused, Report, bev, pooled};
 use crate::values::overlap::Footprint;
 
-/// A box that grows.
+/// A cluster of reports.
 struct Cluster<'a> {
     outline: Footprint,
     fused: Fused,
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_that_has_grown_is_met_where_it_is_now() {
+    fn reports_are_compared_with_the_current_mean_box() {
         // 0 and 1 give 0.5; 1.5 overlaps that by 3/5, the first one by 2.5/5.5.
         let chain =
             [scored(report(0.0, 0.0), 0.9), scored(report(1.0, 0.0), 0.9), scored(report(1.5, 0.0), 0.8)];

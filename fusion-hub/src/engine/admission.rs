@@ -114,7 +114,7 @@ impl Admission {
             let refusal = Refusal::TooManyAgents { limit: MAX_AGENTS };
             return if agents.has_room(now) { Ok(()) } else { Err(refusal) };
         };
-        if record.has_seen(&frame.id) {
+        if record.has_accepted(&frame.id) {
             return Err(Refusal::Duplicate { epoch: frame.id.epoch, sequence: frame.id.sequence });
         }
         if record.is_full(now - self.delta_max) {

@@ -33,7 +33,7 @@ pub struct AgentRecord {
     /// When anything of it last arrived, by the hub's clock.
     last_heard_at: Option<Timestamp>,
     /// Epochs and sequence numbers of the frames within Δmax, in order, to recognise duplicates.
-    seen: VecDeque<((u64, u64), Timestamp)>,
+    accepted: VecDeque<((u64, u64), Timestamp)>,
 }
 
 impl AgentRecord {
@@ -43,27 +43,27 @@ impl AgentRecord {
     }
 
     /// Whether a frame of it has been accepted before.
-    pub(super) fn has_seen(&self, frame: &FrameId) -> bool {
-        self.seen.binary_search_by_key(&(frame.epoch, frame.sequence), |(id, _)| *id).is_ok()
+    pub(super) fn has_accepted(&self, frame: &FrameId) -> bool {
+        self.accepted.binary_search_by_key(&(frame.epoch, frame.sequence), |(id, _)| *id).is_ok()
     }
 
     /// Whether there is no room for another frame within Δmax, which began at `horizon`.
     pub(super) fn is_full(&self, horizon: Timestamp) -> bool {
-        let full = self.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX;
-        full && self.seen.iter().all(|(_, captured_at)| *captured_at >= horizon)
+        let full = self.accepted.len() >= MAX_FRAMES_WITHIN_DELTA_MAX;
+        full && self.accepted.iter().all(|(_, captured_at)| *captured_at >= horizon)
     }
 
     /// Notes a frame that is accepted, and forgets those that are too old to arrive again.
     pub(super) fn note_accepted(&mut self, frame: &DetectionFrame, horizon: Timestamp) {
-        while self.seen.front().is_some_and(|(_, captured_at)| *captured_at < horizon) {
-            self.seen.pop_front();
+        while self.accepted.front().is_some_and(|(_, captured_at)| *captured_at < horizon) {
+            self.accepted.pop_front();
         }
-        if self.seen.len() >= MAX_FRAMES_WITHIN_DELTA_MAX {
-            self.seen.retain(|(_, captured_at)| *captured_at >= horizon);
+        if self.accepted.len() >= MAX_FRAMES_WITHIN_DELTA_MAX {
+            self.accepted.retain(|(_, captured_at)| *captured_at >= horizon);
         }
         let id = (frame.id.epoch, frame.id.sequence);
-        let place = self.seen.partition_point(|(other, _)| *other < id);
-        self.seen.insert(place, (id, frame.captured_at));
+        let place = self.accepted.partition_point(|(other, _)| *other < id);
+        self.accepted.insert(place, (id, frame.captured_at));
         if self.newest_captured_at.is_none_or(|newest| frame.captured_at >= newest) {
             self.newest_captured_at = Some(frame.captured_at);
             self.epoch = frame.id.epoch;

@@ -25,7 +25,7 @@ pub struct EngineConfig {
     pub late_frames: LateFrames,
     /// What is assumed of sensors where agents declare nothing.
     pub sensing: SensingDefaults,
-    /// Whether a declared law of size errors is taken out; without, sizes err by a normal distribution of the stated
+    /// Whether a declared law of size errors is corrected; without, sizes err by a normal distribution of the stated
     /// variance about the true ones.
     pub debias_sizes: bool,
     /// How it fuses.

@@ -38,7 +38,7 @@ pub enum Refusal {
         /// How long before.
         behind: Span,
     },
-    /// From an agent that the hub was told not to listen to.
+    /// From an agent that the settings exclude.
     #[error("this hub listens to others only (hub.only_agents)")]
     NotListenedTo,
     /// Measured further in the future than Δmax by the hub's clock.
@@ -61,7 +61,7 @@ pub enum Refusal {
         /// How long ago.
         age: Span,
     },
-    /// More agents than the hub keeps books on.
+    /// More agents than the hub's registry holds.
     #[error("more than {limit} agents")]
     TooManyAgents {
         /// How many are allowed.

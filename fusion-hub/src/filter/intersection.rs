@@ -1,4 +1,4 @@
-//! Covariance intersection: fusing two estimates of one quantity whose errors are correlated nobody knows how.
+//! Covariance intersection: fusing two estimates of one quantity whose errors have an unknown correlation.
 //!
 //! (ω A⁻¹ + (1 − ω) B⁻¹)⁻¹ is never less than the true error for any ω and any correlation (Julier & Uhlmann
 //! 1997). It is what an ordinary update gives with A / ω for the prior and B / (1 − ω) for the report.
@@ -16,7 +16,7 @@ pub fn intersection_weight(a: &Covariance2, b: &Covariance2) -> f64 {
     if curvature < 0.0 {
         return (-slope / (2.0 * curvature)).clamp(0.0, 1.0);
     }
-    // D is definite: one of the two knows more in every direction, and the determinant is monotone.
+    // D is definite: one of the two is more accurate in every direction, and the determinant is monotone.
     match slope.total_cmp(&0.0) {
         _ if slope == 0.0 => 0.5,
         std::cmp::Ordering::Less => 0.0,

@@ -114,7 +114,7 @@ impl Cross {
 }
 
 impl Kinematic {
-    /// A first report, with the velocity unknown but for its prior, or measured.
+    /// The state after a first measurement; the velocity is measured, or comes from its prior.
     #[inline]
     pub fn initial(
         position: Pair,
@@ -123,11 +123,11 @@ impl Kinematic {
         velocity: Option<&Velocity>,
     ) -> Self {
         let vv = Covariance2::isotropic(sigma_velocity_mps);
-        let mut born = Self { position, velocity: [0.0; 2], pp, pv: Cross::default(), vv };
+        let mut initial = Self { position, velocity: [0.0; 2], pp, pv: Cross::default(), vv };
         if let Some(velocity) = velocity {
-            born.update_velocity(velocity);
+            initial.update_velocity(velocity);
         }
-        born
+        initial
     }
 
     /// Moves the state by `dt_s` seconds, also backwards, with process noise of spectral density
@@ -152,17 +152,17 @@ impl Kinematic {
         self.vv = symmetric(plus(diagonal(&vv), [q_vv; 2]), vv.xy);
     }
 
-    /// What a position report with covariance `r` (m²) would mean, without taking it in.
+    /// The innovation of a position with covariance `r` (m²), without an update.
     #[inline]
     pub fn innovation(&self, z: Pair, r: &Covariance2) -> PositionInnovation {
         PositionInnovation::new([z[0] - self.position[0], z[1] - self.position[1]], &sum(&self.pp, r))
     }
 
-    /// Takes in a position report with covariance `r` (m²).
+    /// Updates by a position with covariance `r` (m²).
     ///
     /// With S = P + R and the blocks pp, pv, vv of P: the means move by pp S⁻¹ν and pvᵀS⁻¹ν, and the blocks
     /// become pp S⁻¹R, R S⁻¹pv and vv − pvᵀS⁻¹pv. For 2×2 matrices pp S⁻¹R = (|R| pp + |pp| R) / |S|: a sum of
-    /// positive definite matrices, so nothing cancels where the report is far better than the state. S⁻¹ is
+    /// positive definite matrices, so nothing cancels where the measurement is far more accurate than the state. S⁻¹ is
     /// its adjugate over |S|, and multiplied by last: the division runs while the products are made.
     #[inline(always)]
     pub fn update_position(&mut self, z: Pair, r: &Covariance2) -> PositionInnovation {
@@ -187,14 +187,14 @@ impl Kinematic {
         PositionInnovation { mahalanobis2: (x + y) * scale, determinant }
     }
 
-    /// Makes everything less certain by a factor on the covariance.
+    /// Multiplies the covariance by a factor.
     pub fn inflate(&mut self, factor: f64) {
         self.pp = self.pp.scaled(factor);
         self.pv = self.pv.scaled(factor);
         self.vv = self.vv.scaled(factor);
     }
 
-    /// Takes in a velocity report: a position report with the blocks the other way round.
+    /// Updates by a velocity: as by a position, with the blocks exchanged.
     #[inline]
     pub fn update_velocity(&mut self, report: &Velocity) {
         let mut turned = Self {

@@ -10,10 +10,10 @@ use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
 use v2x_common::time::Timestamp;
 
-/// However many reports agree on a size, their errors have something in common: half a percent is left.
-const SIZE_DOUBT: f64 = 0.005;
+/// Least standard deviation of ln size: errors of reports are correlated, so half a percent is left.
+const SIZE_FLOOR_LN: f64 = 0.005;
 
-/// Position, motion and heading under the interacting models, and all that was reported of width and depth.
+/// Position, motion and heading under the interacting models, and the evidence of width and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImmState {
     at: Timestamp,
@@ -27,7 +27,7 @@ impl ImmState {
         self.motion.model_probabilities()
     }
 
-    /// A track of its sender: covariance intersection, with one weight for position, motion and heading.
+    /// For a track of its sender: covariance intersection, with one weight for position, motion and heading.
     fn inflation(&self, z: &Measurement) -> Inflation {
         if !z.is_track {
             return Inflation::NONE;
@@ -63,7 +63,7 @@ impl Filter for ImmState {
         }
         let dt_s = (later.at - self.at).as_secs_f64();
         let motion = self.motion.smoothed((dt_s, class, self.sizes[1].likeliest()), &later.motion);
-        // A body's size does not change: all that was ever reported of it holds at any time.
+        // A body's size does not change: its evidence holds at any time.
         Self { at: self.at, motion, sizes: later.sizes }
     }
 
@@ -116,7 +116,7 @@ impl Filter for ImmState {
     fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate {
         let moments = self.motion.moments();
         let [width, depth] = priors.sizes(class, &self.sizes).map(|size| {
-            let floor = size.variance_ln + SIZE_DOUBT * SIZE_DOUBT;
+            let floor = size.variance_ln + SIZE_FLOOR_LN * SIZE_FLOOR_LN;
             LogNormal { variance_ln: floor, ..size }.size()
         });
         Estimate {

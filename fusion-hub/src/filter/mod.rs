@@ -1,6 +1,6 @@
 //! UniKF's filters: one object's state and its two steps, predict and update.
 //!
-//! [`Filter`] is what a track needs of one. [`State`] is the paper's: [x y vx vy w d θ] (eq. 7) with a
+//! [`Filter`] is what a track needs of a filter. [`State`] is the paper's: [x y vx vy w d θ] (eq. 7) with a
 //! constant-velocity transition (eq. 8) and a measurement [x y w d θ] (eq. 9). Reports carry no cross terms
 //! between position, width, depth and heading, so the 7-state filter falls apart, exactly, into a 4-state one
 //! for position and velocity and three scalar ones.
@@ -35,10 +35,10 @@ use v2x_common::time::Timestamp;
 
 /// One object's state under one model of motion, at one time.
 pub trait Filter: Copy + Debug + PartialEq {
-    /// The state after a first report.
+    /// The state after a first measurement.
     fn initial(at: Timestamp, z: &Measurement) -> Self;
 
-    /// When it holds.
+    /// Time of the state.
     fn at(&self) -> Timestamp;
 
     /// Moves the state of an object of this class to another time, later or earlier.
@@ -53,30 +53,30 @@ pub trait Filter: Copy + Debug + PartialEq {
         state
     }
 
-    /// The state by what is known by now of a `later` time, given that nothing was reported after this state and
+    /// The smoothed state, given the `later` one, where nothing was reported after this state and
     /// before that time. Where both are of one time, it is the later one.
     #[must_use]
     fn smoothed(&self, class: Class, later: &Self) -> Self;
 
-    /// Takes in a report made at the state's time; tells how far off the prediction it lay.
+    /// Updates by a measurement made at the state's time; returns the innovation.
     fn update(&mut self, z: &Measurement) -> PositionInnovation;
 
-    /// Position (m) and its larger standard deviation along an axis (m), as of another time.
+    /// Position (m) and its larger standard deviation along an axis (m), at another time.
     fn place_at(&self, to: Timestamp, class: Class) -> ([f64; 2], f64);
 
-    /// The same as of the state's own time, roughly and cheaply: to tell what is far away.
+    /// The same at the state's own time, approximately and cheaply: a prefilter for distant objects.
     fn rough_position(&self) -> ([f64; 2], f64);
 
     /// What association needs.
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement;
 
-    /// How it moves, as of the state's own time.
+    /// Velocity and turn rate at the state's own time.
     fn motion(&self) -> Motion;
 
-    /// What the reports of width and depth say, where they are held together; then class priors are learnt.
+    /// Evidence of width and depth, where the filter keeps it; class priors are then learnt from it.
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]>;
 
-    /// All that is told of an object of this class.
+    /// The published estimate of an object of this class.
     fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate;
 }
 
@@ -95,7 +95,7 @@ pub struct Motion {
     pub turn_rate_variance: f64,
 }
 
-/// What a filter believes of an object: means and variances.
+/// A filter's estimate of an object: means and variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Position, m.

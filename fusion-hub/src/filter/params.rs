@@ -1,4 +1,4 @@
-//! How much a class of object is expected to move, before anything is known of it.
+//! How much a class of object is expected to move: the prior of its motion.
 
 use v2x_common::class::Class;
 

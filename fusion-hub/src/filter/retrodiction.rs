@@ -1,23 +1,23 @@
-//! What later knowledge says of the past: the step of Rauch, Tung & Striebel (1965), for any two normal vectors
+//! Retrodiction: the smoothing step of Rauch, Tung & Striebel (1965), for any two normal vectors
 //! whose covariance with each other is known.
 
 /// A symmetric matrix, written out.
 pub(super) type Square<const N: usize> = [[f64; N]; N];
 
-/// A later vector: what was predicted of it, and what is known of it by now.
+/// A later vector: as predicted, and as smoothed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Later<'a, const N: usize> {
     /// Covariance as predicted.
     pub(super) predicted: &'a Square<N>,
-    /// Mean by now less the mean predicted.
+    /// Smoothed mean less the predicted mean.
     pub(super) shift: &'a [f64; N],
-    /// Covariance by now.
+    /// Smoothed covariance.
     pub(super) covariance: &'a Square<N>,
 }
 
-/// How far the mean of an earlier vector moves, and its covariance, by what is known of a later one.
+/// The shift of an earlier vector's mean and its smoothed covariance, given a later vector.
 ///
-/// `covariance` is the earlier one's as it was known then and `cross` its covariance with the later one.
+/// `covariance` is the earlier one's as filtered and `cross` its covariance with the later one.
 /// With the gain C = cross · predicted⁻¹ the two are C · shift and covariance − C crossᵀ + C · later · Cᵀ.
 /// `None` where what was predicted is not positive definite.
 pub(super) fn retrodicted<const M: usize, const N: usize>(

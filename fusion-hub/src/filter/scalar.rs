@@ -2,7 +2,7 @@
 
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
-/// A width or a depth, m, remembered over time: a rigid body's size does not change.
+/// A width or a depth, m, estimated over time: a rigid body's size does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
     /// Estimate, m.
@@ -12,21 +12,21 @@ pub struct Size {
 }
 
 impl Size {
-    /// A first report (m) with its variance relative to the true size.
+    /// A first measurement (m) with its variance relative to the true size.
     #[inline]
     pub fn initial(z: f64, relative_variance: f64) -> Self {
         Self { mean: z, variance: relative_variance * z * z }
     }
 
-    /// Lets the estimate age: a tiny diffusion (m²/s) keeps it open to change.
+    /// Predicts: a small diffusion (m²/s) keeps the estimate adaptive.
     #[inline]
     pub fn predict(&mut self, dt_s: f64, diffusion: f64) {
         self.variance += diffusion * dt_s.abs();
     }
 
-    /// Takes in a report whose standard deviation is proportional to the true size.
+    /// Updates by a measurement whose standard deviation is proportional to the true size.
     ///
-    /// The proportion is taken of the estimate, not of the report: weighting by the reported size would
+    /// The proportion is taken of the estimate, not of the measurement: weighting by the measured size would
     /// favour what was measured too small (METHODS: the relative information form).
     #[inline]
     pub fn update(&mut self, z: f64, relative_variance: f64) {
@@ -36,8 +36,8 @@ impl Size {
         self.variance *= 1.0 - gain;
     }
 
-    /// Takes in a report whose error may be correlated with the estimate's in any way: of one quantity,
-    /// covariance intersection takes the better one.
+    /// Updates by a measurement of unknown correlation with the estimate: of one quantity,
+    /// covariance intersection takes the more accurate one.
     pub fn intersect(&mut self, z: f64, relative_variance: f64) {
         let r = relative_variance * z * z;
         if r < self.variance {
@@ -56,19 +56,19 @@ pub struct Heading {
 }
 
 impl Heading {
-    /// A first report, rad and rad².
+    /// A first measurement, rad and rad².
     #[inline]
     pub fn initial(z: f64, variance: f64) -> Self {
         Self { mean: wrap_angle(z), variance }
     }
 
-    /// Lets the heading wander with this diffusion (rad²/s).
+    /// Predicts a random walk with this diffusion (rad²/s).
     #[inline]
     pub fn predict(&mut self, dt_s: f64, diffusion: f64) {
         self.variance += diffusion * dt_s.abs();
     }
 
-    /// Takes in a report; the innovation is the shorter way around.
+    /// Updates by a measurement; the innovation is wrapped to [-π, π].
     #[inline]
     pub fn update(&mut self, z: f64, variance: f64) {
         let gain = self.variance / (self.variance + variance);
@@ -76,7 +76,7 @@ impl Heading {
         self.variance *= 1.0 - gain;
     }
 
-    /// Takes in a report whose error may be correlated with the estimate's in any way: the better one holds.
+    /// Updates by a measurement of unknown correlation with the estimate: the more accurate one holds.
     pub fn intersect(&mut self, z: f64, variance: f64) {
         if variance < self.variance {
             *self = Self::initial(z, variance);
@@ -90,7 +90,7 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn two_equal_headings_across_the_seam_average_on_it() {
+    fn equal_headings_on_both_sides_of_pi_average_to_pi() {
         let mut heading = Heading::initial(PI - 0.1, 0.01);
         heading.update(-PI + 0.1, 0.01);
         assert!((heading.mean.abs() - PI).abs() < 1e-12);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn small_and_large_reports_of_a_size_weigh_the_same() {
+    fn small_and_large_measured_sizes_have_equal_weight() {
         let mut up = Size::initial(4.0, 0.04);
         up.update(6.0, 0.04);
         let mut down = Size::initial(4.0, 0.04);

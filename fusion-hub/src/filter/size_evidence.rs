@@ -2,7 +2,7 @@
 //!
 //! A report is z = f·s with f ~ N(1, σ²), cut off below at `lower` (METHODS.md, sections 0 and 13.1). In s
 //! the likelihood of all reports together is exp(−(A/s² − 2B/s)/2)/sⁿ for s ≤ min(z/lower), with
-//! A = Σ z²/σ², B = Σ z/σ²: four numbers that add up in any order and forget nothing.
+//! A = Σ z²/σ², B = Σ z/σ²: four numbers that add up in any order without loss.
 
 use super::Size;
 
@@ -15,13 +15,13 @@ const CLEAR_OF_BOUND: f64 = 12.0;
 /// Steps of the quadrature; the error is below 1 % of a standard deviation (test).
 const STEPS: u32 = 16;
 
-/// Where the density has fallen to exp(−12) of its maximum nothing is left of it.
+/// The density is neglected below exp(−12) of its maximum.
 const DEPTH: f64 = 12.0;
 
 /// The right side falls more slowly than a parabola, by up to this factor.
 const RIGHT_TAIL: f64 = 1.6;
 
-/// What all reports of one dimension say.
+/// The evidence of all reports of one dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeEvidence {
     /// A, m².
@@ -52,26 +52,26 @@ impl LogNormal {
 }
 
 impl SizeEvidence {
-    /// After a first report `z` (m) with relative variance `variance`, cut off below `lower` times the size (0:
-    /// not cut off).
+    /// The evidence of a first report `z` (m) with relative variance `variance`, cut off below `lower` times the size
+    /// (0: not cut off).
     pub fn initial(z: f64, variance: f64, lower: f64) -> Self {
-        let mut born = Self { squares: 0.0, sum: 0.0, count: 0.0, most: f64::INFINITY };
-        born.update(z, variance, lower);
-        born
+        let mut initial = Self { squares: 0.0, sum: 0.0, count: 0.0, most: f64::INFINITY };
+        initial.update(z, variance, lower);
+        initial
     }
 
-    /// Takes in a report.
+    /// Adds a report.
     pub fn update(&mut self, z: f64, variance: f64, lower: f64) {
         let weight = 1.0 / variance;
         self.squares += z * z * weight;
         self.sum += z * weight;
         self.count += 1.0;
-        // A division by 0 is the infinity that is meant.
+        // A division by 0 gives infinity, as intended.
         self.most = self.most.min(z / lower);
     }
 
-    /// Takes in a report whose error may be correlated with that of the others in any way: of one quantity,
-    /// covariance intersection takes the better one.
+    /// Adds a report of unknown correlation with the others: of one quantity,
+    /// covariance intersection takes the more accurate one.
     pub fn intersect(&mut self, z: f64, variance: f64, lower: f64) {
         let alone = Self::initial(z, variance, lower);
         if alone.information() > self.information() {
@@ -111,7 +111,7 @@ impl SizeEvidence {
         (libm::log(likeliest) - mean_ln, 1.0 / information)
     }
 
-    /// What is known of the size under a prior; without one every logarithm is as likely as any other.
+    /// The posterior of the size; without a prior the logarithm's is uniform.
     ///
     /// Mean and variance of ln s.
     pub fn estimate(&self, prior: Option<&LogNormal>) -> LogNormal {
@@ -159,14 +159,14 @@ impl Posterior {
         // The maximum lies between those of likelihood and prior; from the left Newton cannot overshoot it.
         let mut u = if self.prior_precision > 0.0 { self.prior_mean.min(0.0) } else { 0.0 };
         if self.prior_precision > 0.0 {
-            // A weighted mean is near it; a step too far right is taken back by the first iteration.
+            // A weighted mean is near it; the first iteration corrects a step too far to the right.
             let information = 2.0 * self.squares - self.sum;
             let near = self.prior_mean * self.prior_precision / (information + self.prior_precision);
             u = u.max(near.min(self.most));
         }
         for _ in 0..8 {
             let (slope, curvature) = self.derivatives(u, libm::exp(-u));
-            // Where the right tail is convex the prior's precision and the likelihood's slope lead back.
+            // Where the right tail is convex, the prior's precision and the likelihood's slope lead back.
             let step = slope / curvature.max(self.count.max(self.prior_precision));
             u = (u + step).min(self.most);
             if step.abs() < 1e-3 {
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exact_report_is_the_size_and_absurd_ones_are_survived() {
+    fn an_exact_report_is_the_size_and_absurd_reports_stay_finite() {
         let exact = SizeEvidence::initial(4.5, 1e-8, 0.0).estimate(None).size();
         assert!((exact.mean - 4.5).abs() < 1e-3 && exact.variance < 1e-6);
         let prior = LogNormal { mean_ln: 0.5, variance_ln: 0.01 };

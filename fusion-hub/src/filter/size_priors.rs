@@ -1,8 +1,8 @@
-//! What the objects of a class have in common: their size, learnt from the tracks themselves.
+//! Size priors of classes, learnt from the tracks.
 //!
 //! Empirical Bayes in two levels (METHODS.md, section 14): ln s of an object is normal about its class's mean
 //! with a known spread, the class's mean normal about a typical one. Every track adds a pseudo-observation:
-//! what its own reports say, without the prior they were read under.
+//! its own evidence, without the prior under which it was interpreted.
 
 use super::size_evidence::{LogNormal, SizeEvidence};
 use v2x_common::class::Class;
@@ -10,15 +10,15 @@ use v2x_common::class::Class;
 /// Relative spread of class means about [`Class::typical_size`]: round numbers, good to a quarter.
 const TYPICAL_SPREAD: f64 = 0.25;
 
-/// Under this prior about the typical size the reports of one object are read for the pseudo-observation: wide
-/// enough to say nothing, narrow enough that a single report has a mean.
+/// Prior about the typical size under which one object's reports give the pseudo-observation: wide
+/// enough to add no information, narrow enough that a single report has a mean.
 const READING_SPREAD: f64 = 0.5;
 
-/// Share of objects that are unlike their class (a van, or a lorry that a detector takes for a car), and by how much
-/// more these differ: round numbers.
+/// Share of objects that are unlike their class (a van, or a lorry that a detector classifies as a car), and by how
+/// much more these differ: round numbers.
 const UNUSUAL: f64 = 0.02;
 const WIDER: f64 = 3.0;
-/// Odds below this are not worth an estimate.
+/// Odds below this are neglected.
 const NEGLIGIBLE: f64 = 0.03;
 
 /// How sizes of one class differ: standard deviations of ln width and ln depth, and their correlation.
@@ -33,7 +33,7 @@ impl Spread {
         Self { tau: [tau_width, tau_depth], rho }
     }
 
-    /// METHODS.md, section 14; classes that are not in its table are taken for their likes.
+    /// METHODS.md, section 14; classes that are not in its table use those of a similar class.
     const fn of(class: Class) -> Self {
         match class {
             Class::Car | Class::PoliceCar => Self::new(0.08, 0.08, 0.5),
@@ -54,7 +54,7 @@ impl Spread {
 }
 
 /// Information about one dimension's class mean, in whole parts of 2⁻²⁴: sums of integers are the same in any
-/// order of tracks, and what was added can be taken out again exactly.
+/// order of tracks, and what was added can be subtracted exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Information {
     /// Σ weight.
@@ -64,8 +64,8 @@ struct Information {
 }
 
 const PARTS: f64 = (1 << 24) as f64;
-/// As much as some thousand well known cars tell.
-const REMEMBERED_PARTS: i64 = 150_000 << 24;
+/// The information of some thousand well measured cars.
+const MAX_KEPT_PARTS: i64 = 150_000 << 24;
 /// Most that one track adds: sums over all tracks of a hub stay far inside of 64 bits.
 const MOST_PARTS: f64 = 1e12;
 
@@ -82,13 +82,13 @@ impl Information {
     }
 }
 
-/// The sizes of all classes, as a number of tracks show them.
+/// The sizes of all classes, as a set of tracks gives them.
 ///
-/// Tracks can be added in any order; a copy that holds the dead ones can be kept and added to.
+/// Tracks can be added in any order; a copy with the deleted tracks can be kept and added to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SizePriors {
     classes: [[Information; 2]; Class::ALL.len()],
-    /// Whether a class tells nothing.
+    /// Whether classes give no information.
     is_flat: bool,
 }
 
@@ -97,7 +97,7 @@ fn typical(class: Class) -> [f64; 2] {
     [libm::log(width), libm::log(depth)]
 }
 
-/// What a track says of its class: a pseudo-observation and its weight, by dimension.
+/// A track's evidence about its class: a pseudo-observation and its weight, by dimension.
 fn contribution(class: Class, evidence: &[SizeEvidence; 2]) -> [Information; 2] {
     let typical = typical(class);
     let spread = Spread::of(class);
@@ -105,7 +105,7 @@ fn contribution(class: Class, evidence: &[SizeEvidence; 2]) -> [Information; 2] 
         let reading = LogNormal { mean_ln: typical[dimension], variance_ln: READING_SPREAD * READING_SPREAD };
         let LogNormal { mean_ln, variance_ln } = evidence[dimension].estimate(Some(&reading));
         let gained = reading.variance_ln - variance_ln;
-        // Reports that leave the reading as wide as it was, or wider, say nothing.
+        // Reports that do not reduce the prior's variance add no information.
         if gained <= 0.0 {
             return Information::default();
         }
@@ -117,11 +117,11 @@ fn contribution(class: Class, evidence: &[SizeEvidence; 2]) -> [Information; 2] 
 }
 
 impl SizePriors {
-    /// Of classes that tell nothing: every logarithm of a size is as likely as any other.
+    /// Priors without information: the logarithm of a size is uniform.
     pub const FLAT: Self =
         Self { classes: [[Information { weight: 0, sum: 0 }; 2]; Class::ALL.len()], is_flat: true };
 
-    /// Adds what one track says of its class.
+    /// Adds one track's evidence about its class.
     pub fn note(&mut self, class: Class, evidence: &[SizeEvidence; 2]) {
         if self.is_flat {
             return;
@@ -135,7 +135,7 @@ impl SizePriors {
     /// Lets older objects of a class count less once there are many.
     pub fn fade(&mut self, class: Class) {
         for information in &mut self.classes[usize::from(class.byte())] {
-            if information.weight > REMEMBERED_PARTS {
+            if information.weight > MAX_KEPT_PARTS {
                 information.weight /= 2;
                 information.sum /= 2;
             }
@@ -147,9 +147,9 @@ impl SizePriors {
         self.without(class, &[Information::default(); 2])
     }
 
-    /// Width and depth of a track that was noted, from its own reports and those of the others.
+    /// Width and depth of a track that was added, from its own reports and those of the others.
     ///
-    /// Each dimension's prior is conditioned on what the other one has turned out to be.
+    /// Each dimension's prior is conditioned on the estimate of the other one.
     pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
         if self.is_flat {
             return [evidence[0].estimate(None), evidence[1].estimate(None)];
@@ -167,7 +167,7 @@ impl SizePriors {
         })
     }
 
-    /// The class's prior without one track's own contribution: nothing is to be counted twice.
+    /// The class's prior without one track's own contribution: no evidence counts twice.
     fn without(&self, class: Class, own: &[Information; 2]) -> [LogNormal; 2] {
         let typical = typical(class);
         let spread = Spread::of(class);
@@ -187,18 +187,18 @@ impl SizePriors {
     }
 }
 
-/// What is known of a size under a prior that allows for the unusual: the estimates under the class's spread and
-/// under the wider one, weighed by how well each foretells the reports.
+/// The posterior of a size under a prior that allows for unusual objects: the estimates under the class's spread and
+/// under the wider one, weighted by the likelihood of the reports.
 fn under(evidence: &SizeEvidence, prior: &LogNormal) -> LogNormal {
     let usual = evidence.estimate(Some(prior));
-    let (off, doubt) = evidence.off(prior.mean_ln);
-    let expected = prior.variance_ln + doubt;
-    // What lies within one standard deviation speaks for the usual: no need to ask.
+    let (off, variance) = evidence.off(prior.mean_ln);
+    let expected = prior.variance_ln + variance;
+    // Within one standard deviation the object is usual: the wider prior is not evaluated.
     if off * off <= expected {
         return usual;
     }
     let wide = LogNormal { variance_ln: WIDER * WIDER * prior.variance_ln, ..*prior };
-    let expected_of_wide = wide.variance_ln + doubt;
+    let expected_of_wide = wide.variance_ln + variance;
     // Ratio of the two normal densities.
     let ratio = libm::sqrt(expected / expected_of_wide)
         * libm::exp(off * off / 2.0 * (1.0 / expected - 1.0 / expected_of_wide));
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_class_is_learnt_from_its_tracks_and_from_no_others() {
+    fn a_class_prior_uses_only_tracks_of_its_class() {
         let mut priors = SizePriors::default();
         for _ in 0..100 {
             priors.note(Class::Car, &reported([2.1, 5.2], 0.05, 50));
@@ -272,7 +272,7 @@ mod tests {
         // The class's mean is known to 0.8 %: what is left is how cars differ.
         assert!(depth.variance_ln < 1.05 * 0.08 * 0.08);
         assert_eq!(priors.of(Class::Truck), SizePriors::default().of(Class::Truck));
-        // A single poor report of a car is hardly worth anything against a hundred of its likes.
+        // A single inaccurate report of a car has little weight against a hundred cars.
         let poor = reported([4.0, 2.0], 1.0, 1);
         priors.note(Class::Car, &poor);
         let [width, depth] = priors.sizes(Class::Car, &poor);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_is_not_its_own_prior() {
+    fn the_prior_of_a_track_excludes_its_own_evidence() {
         let alone = reported([2.4, 0.7], 0.2, 3);
         let mut priors = SizePriors::default();
         priors.note(Class::Barrier, &alone);
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_truck_is_a_wide_one() {
+    fn a_longer_truck_has_a_wider_width_prior() {
         let long = [SizeEvidence::initial(2.5, 1.0, 0.1), reported([0.0, 12.0], 0.05, 50)[1]];
         let short = [SizeEvidence::initial(2.5, 1.0, 0.1), reported([0.0, 5.0], 0.05, 50)[1]];
         let mut priors = SizePriors::default();
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lorry_that_is_called_a_car_is_believed_once_many_reports_say_so() {
+    fn many_reports_of_an_unusual_size_override_the_class_prior() {
         let mut priors = SizePriors::default();
         for _ in 0..100 {
             priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50));
@@ -317,12 +317,12 @@ mod tests {
             priors.note(Class::Car, &lorry);
             priors.sizes(Class::Car, &lorry)[1].size().mean
         };
-        // One report twice as long is more likely a bad one of a car; of ten, no car makes such a mean.
+        // One report twice as long is more likely a bad one of a car; ten such reports are not of a usual car.
         assert!(depth_after(1) < 6.0 && depth_after(10) > 8.0, "{} {}", depth_after(1), depth_after(10));
     }
 
     #[test]
-    fn what_is_usual_is_as_if_nothing_could_be_unusual() {
+    fn usual_sizes_are_estimated_as_without_the_unusual_prior() {
         let mut priors = SizePriors::default();
         for _ in 0..100 {
             priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50));

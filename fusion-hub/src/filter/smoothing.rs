@@ -1,4 +1,4 @@
-//! The constant-velocity filter's past, by what is known later: exactly (Rauch, Tung & Striebel 1965).
+//! Smoothing of the constant-velocity filter: exactly (Rauch, Tung & Striebel 1965).
 
 use super::retrodiction::{Later, Square, retrodicted};
 use super::{Cross, Heading, Kinematic, Size, State};
@@ -6,7 +6,7 @@ use v2x_common::covariance::Covariance2;
 use v2x_common::fused::KINEMATIC_INDEX;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
-/// A state, given what was `predicted` from it for a later time and what is known of that time by now.
+/// The smoothed state, given the state `predicted` from it for a later time and the smoothed state of that time.
 pub(super) fn smoothed(filtered: &State, predicted: &State, later: &State) -> State {
     State {
         at: filtered.at,
@@ -63,7 +63,7 @@ fn dense(state: &Kinematic) -> Square<4> {
 
 /// Mean shift and variance of a random walk.
 fn walk(variance: f64, predicted: f64, (shift, later): (f64, f64)) -> (f64, f64) {
-    // A certain value that never wanders has nothing to learn.
+    // A constant that is known exactly stays.
     let gain = if predicted > 0.0 { variance / predicted } else { 0.0 };
     (gain * shift, variance * (1.0 - gain) + gain * gain * later)
 }
@@ -128,8 +128,8 @@ mod tests {
         states
     }
 
-    /// All states at once, by weighted least squares over the prior, every step and every report: what any smoother
-    /// must find, without any recursion.
+    /// All states at once, by weighted least squares over the prior, every step and every report: the oracle,
+    /// without any recursion.
     struct Batch {
         mean: DVector<f64>,
         covariance: DMatrix<f64>,
@@ -180,7 +180,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_state_is_what_least_squares_over_all_reports_finds(
+        fn smoothed_states_equal_least_squares_over_all_reports(
             reports in prop::collection::vec(
                 (50..600i64, ([-5.0..5.0f64, -5.0..5.0], [0.2..2.0f64, 0.2..2.0])), 2..8),
         ) {
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heading_across_the_seam_is_smoothed_the_shorter_way_around() {
+    fn headings_are_smoothed_across_pi() {
         let at = |yaw: f64| report([0.0; 2], [0.5; 2], yaw);
         let near = smoothed_all(filtered(&[(0, at(-0.1)), (300, at(0.1)), (300, at(0.15))]));
         let seam = smoothed_all(filtered(&[(0, at(PI - 0.1)), (300, at(0.1 - PI)), (300, at(0.15 - PI))]));
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_later_state_of_the_same_time_takes_its_place() {
+    fn a_later_state_of_the_same_time_replaces_the_state() {
         let states = filtered(&[(0, report([0.0; 2], [0.5; 2], 0.0)), (0, report([1.0; 2], [0.5; 2], 0.1))]);
         assert_eq!(states[0].smoothed(CLASS, &states[1]), states[1]);
     }

@@ -11,18 +11,18 @@ use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::time::Timestamp;
 
-/// A heading that only walks at random tells nothing of how it turns, rad/s: what everyday traffic does.
+/// Standard deviation of the turn rate, which a random-walk heading does not estimate, rad/s: everyday traffic.
 const TURN_RATE: f64 = 0.2;
 
-/// Greatest weight of the state in covariance intersection: at 1 the report would have no information left to
-/// divide by. The least is one half. Any weight is consistent, but a report of the position alone says nothing of
+/// Greatest weight of the state in covariance intersection: at 1 the measurement would have no information
+/// left. The least is one half. Any weight is consistent, but a measured position gives no information of
 /// the velocity, which the state would lose with its weight.
 pub(super) const GREATEST_WEIGHT: f64 = 0.99;
 
 /// The state [x y vx vy w d θ] of one object at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// When it holds.
+    /// Time of the state.
     pub at: Timestamp,
     /// Position and velocity.
     pub kinematic: Kinematic,
@@ -35,8 +35,8 @@ pub struct State {
 }
 
 impl State {
-    /// Takes in a report that is a track of its sender. Its error depends on that of the sender's earlier ones,
-    /// nobody knows how: covariance intersection (Julier & Uhlmann 1997) counts nothing twice whatever it is.
+    /// Updates by a track of its sender. Its error has an unknown correlation with those of the sender's earlier ones:
+    /// covariance intersection (Julier & Uhlmann 1997) is consistent for any correlation.
     fn intersect(&mut self, z: &Measurement) -> PositionInnovation {
         let innovation = self.kinematic.innovation(z.position, &z.r);
         let weight = intersection_weight(&self.kinematic.pp, &z.r).clamp(0.5, GREATEST_WEIGHT);
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// The state after this report was taken in again and again at one time.
+    /// The state after repeated updates by one measurement at one time.
     fn after_repeats(is_track: bool) -> State {
         let z = report(is_track);
         let mut state = State::initial(Timestamp::EPOCH, &z);
@@ -196,19 +196,19 @@ mod tests {
     }
 
     #[test]
-    fn the_same_track_told_fifty_times_is_no_better_known_than_once() {
+    fn fifty_reports_of_one_foreign_track_count_as_one() {
         let z = report(true);
-        let told = after_repeats(true);
-        let p = told.kinematic.pp;
+        let repeated = after_repeats(true);
+        let p = repeated.kinematic.pp;
         assert!(p.xx >= 0.98 * z.r.xx && p.yy >= 0.98 * z.r.yy, "{p:?}");
-        assert!(told.kinematic.vv.xx >= 0.98 * 0.15, "{:?}", told.kinematic.vv);
-        assert!((told.heading.variance - 0.01).abs() < 1e-12);
+        assert!(repeated.kinematic.vv.xx >= 0.98 * 0.15, "{:?}", repeated.kinematic.vv);
+        assert!((repeated.heading.variance - 0.01).abs() < 1e-12);
         // Independent detections, in contrast, average out.
         assert!(after_repeats(false).kinematic.pp.xx < 0.03 * z.r.xx);
     }
 
     #[test]
-    fn a_better_track_takes_over_from_a_vague_state() {
+    fn a_more_accurate_foreign_track_replaces_the_state() {
         let vague = Measurement { r: Covariance2::isotropic(10.0), yaw_variance: 4.0, ..report(false) };
         let mut state = State::initial(Timestamp::EPOCH, &vague);
         state.update(&Measurement { position: [9.0, 2.0], yaw: 1.0, ..report(true) });

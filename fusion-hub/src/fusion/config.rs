@@ -7,8 +7,8 @@ use crate::track::Rollback;
 use crate::tracker::{Hypotheses, TrackerConfig};
 use v2x_common::time::Span;
 
-/// Gate of the likelihood, which weighs by itself what lies within: the gate only saves time. 0.999996 of true pairs are
-/// within it; a hub of ten agents makes 10 000 pairs a second, and each one outside initiates a second track.
+/// Gate of the likelihood, which weighs by itself what lies within: the gate only saves time. 0.999996 of true pairs
+/// are within it; a hub of ten agents makes 10 000 pairs a second, and each one outside initiates a second track.
 const WIDE_GATE: f64 = 25.0;
 
 /// How a hub fuses.
@@ -80,7 +80,7 @@ impl Default for TrackingConfig {
 }
 
 impl Fusion {
-    /// For how long it looks back from the newest time; zero without a lag.
+    /// The lag behind the newest time; zero without a lag.
     pub const fn lag(&self) -> Span {
         match self {
             Self::Tracking(tracking) => tracking.tracker.hypotheses.lag(),

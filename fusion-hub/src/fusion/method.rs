@@ -8,8 +8,8 @@ use crate::values::{AgentNames, AgentSlot, Coverage, SensorModel};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::time::Timestamp;
 
-/// A way of making one list of objects of what agents detect: tracking, a rule for the frames of one window, or a method
-/// of your own ([`Engine::with_method`](crate::engine::Engine::with_method)).
+/// A way of making one list of objects of what agents detect: tracking, a rule for the frames of one window, or a
+/// method of your own ([`Engine::with_method`](crate::engine::Engine::with_method)).
 ///
 /// Time comes in as an argument. A method that reads no clock and draws no unseeded random numbers gives the same bits
 /// for the same input, live and in the laboratory.
@@ -20,7 +20,7 @@ pub trait FusionMethod: std::fmt::Debug + Send {
 
     /// Writes the objects as of `now`, by the hub's clock.
     ///
-    /// Objects are told apart by [`track`](v2x_common::fused::FusedObject::track). Name in [`contributors`](v2x_common::fused::FusedObject::contributors) the detections that an
+    /// Objects are distinguished by [`track`](v2x_common::fused::FusedObject::track). Name in [`contributors`](v2x_common::fused::FusedObject::contributors) the detections that an
     /// object was made of: the laboratory scores it by them. [`from_box`](v2x_common::fused::FusedObject::from_box) fills in the rest.
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>);
 

@@ -1,4 +1,4 @@
-//! The ways of fusing, behind one surface: tracking, rules for the frames of one window, and methods of your own.
+//! Fusion methods behind one surface: tracking, rules for the frames of one window, and methods of your own.
 //!
 //! Whatever the method, the [`Engine`](crate::engine::Engine) around it is the same: it admits frames, keeps statistics
 //! of the agents, and publishes. So every method runs in the live hub and in the laboratory.

@@ -28,7 +28,7 @@ pub struct Preset {
     fusion: fn(overlap: f64) -> Fusion,
     /// What becomes of late frames.
     pub late_frames: LateFrames,
-    /// Whether a declared law of size errors is taken out.
+    /// Whether a declared law of size errors is corrected.
     pub debias_sizes: bool,
 }
 

@@ -54,11 +54,11 @@ impl<F: Filter> Tracking<F> {
         self.tracker.retract(frames, agents);
         while let Some(slot) = self.tracker.next_retracted() {
             self.tracker.associate(slot, agents);
-            self.look_for_duplicates(slot);
+            self.observe_duplicates(slot);
         }
     }
 
-    fn look_for_duplicates(&mut self, slot: FrameSlot) {
+    fn observe_duplicates(&mut self, slot: FrameSlot) {
         if self.config.resolve_duplicates {
             self.duplicates.observe(&self.tracker.assigned(slot));
         }
@@ -91,7 +91,7 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
             self.duplicates.retract(*other, frame.captured_at);
         }
         if !again.contains(&slot) {
-            self.look_for_duplicates(slot);
+            self.observe_duplicates(slot);
         }
         if !again.is_empty() {
             self.reassociate(&again, agents);

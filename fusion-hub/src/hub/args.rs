@@ -18,7 +18,7 @@ Examples:
   v2x hub --zenoh-config my-hub.json5            with Zenoh's own settings (this build has only its TCP transport)
 The program fusion-hub is the same hub alone.")]
 pub struct HubArgs {
-    /// The network to serve; hubs and agents of other networks are not seen
+    /// The network to serve; hubs and agents of other networks are ignored
     #[arg(long, default_value = "demo")]
     pub network: NetworkId,
     /// The hub's name in keys and frames [default: the settings' id, or `hub`]
@@ -57,7 +57,7 @@ impl HubArgs {
         Ok(settings)
     }
 
-    /// What the command line says of the network.
+    /// The session options of the command line.
     pub fn session_options(&self) -> SessionOptions {
         SessionOptions {
             config: self.zenoh_config.clone(),

@@ -1,4 +1,4 @@
-//! The hub as a command: what was typed becomes a hub, and its launcher is told how it fares.
+//! The hub as a command: runs a hub from its arguments, and reports life-cycle events to its launcher.
 
 use super::HubArgs;
 use super::run::{HubSetup, serve};

@@ -17,7 +17,7 @@ pub enum HubError {
     Listen {
         /// The endpoints.
         endpoints: String,
-        /// What Zenoh says.
+        /// Zenoh's error.
         cause: Cause,
     },
     /// The hub's keys cannot be declared.
@@ -25,7 +25,7 @@ pub enum HubError {
     Declare {
         /// The hub.
         hub: HubId,
-        /// What Zenoh says.
+        /// Zenoh's error.
         cause: Cause,
     },
     /// The session did not close cleanly.

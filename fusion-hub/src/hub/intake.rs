@@ -11,7 +11,7 @@ use v2x_common::time::Timestamp;
 use v2x_common::wire::{self, WireError};
 use zenoh::sample::Sample;
 
-/// A sample as it came, with the time at which it came.
+/// A sample as received, with its time of arrival.
 #[derive(Debug)]
 pub(super) struct Received {
     pub(super) agent: AgentId,

@@ -18,14 +18,14 @@ use zenoh::sample::SampleKind;
 const FRAME_QUEUE: usize = 1024;
 /// Descriptions, liveliness changes and queries that may wait.
 const CONTROL_QUEUE: usize = 4096;
-/// What is not a detection frame.
+/// Samples and queries that are not detection frames.
 pub(super) enum Control {
     Description(Received),
     Alive(AgentId, bool),
     Query(Query),
 }
 
-/// What a hub holds of the network: publishers, and two queues that subscribers fill.
+/// A hub's declarations: publishers, and two queues that subscribers fill.
 pub(super) struct Network {
     /// Detection frames.
     pub(super) frames: Arc<DropOldestQueue<Received>>,
@@ -33,9 +33,9 @@ pub(super) struct Network {
     pub(super) control: Arc<DropOldestQueue<Control>>,
     pub(super) fused: Publisher<'static>,
     pub(super) fused_json: Publisher<'static>,
-    /// Whether anybody subscribes to JSON.
+    /// Whether there are subscribers to JSON.
     pub(super) json_wanted: Arc<AtomicBool>,
-    /// Samples under keys in which no agent's name stands.
+    /// Samples under keys without an agent's name.
     pub(super) unnamed: Arc<AtomicU64>,
     // Dropping these undeclares them.
     _subscribers: [Subscriber<()>; 3],
@@ -56,7 +56,7 @@ impl Network {
             .callback(move |status| wanted.store(status.matching(), Ordering::Relaxed))
             .background()
             .await?;
-        // The callbacks run on Zenoh's threads: they stamp and hand over, nothing more.
+        // The callbacks run on Zenoh's threads: they only stamp and enqueue.
         let unnamed = Arc::new(AtomicU64::new(0));
         let named = {
             let unnamed = unnamed.clone();

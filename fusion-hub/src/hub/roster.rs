@@ -16,7 +16,8 @@ pub(super) struct Roster {
 }
 
 impl Roster {
-    /// Notes that an agent's token appeared or went. Beyond the limit tokens are only counted: anybody can make some.
+    /// Notes that an agent's token appeared or went. Beyond the limit tokens are only counted: any client can declare
+    /// some.
     pub(super) fn note(&mut self, agent: AgentId, is_alive: bool) {
         if is_alive && !self.alive.contains(&agent) {
             if self.alive.len() >= MAX_AGENTS {

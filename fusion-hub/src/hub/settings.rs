@@ -1,4 +1,4 @@
-//! What is written in the `[hub]` table of a scenario or settings file, and what it means.
+//! The `[hub]` table of a scenario or settings file, and the checked settings.
 
 use crate::engine::{EngineConfig, PublishMode};
 use crate::fusion::table::{TrackingTable, WindowTable, within};
@@ -11,7 +11,7 @@ use v2x_common::id::{AgentId, HubId, MapFrame};
 use v2x_common::time::Span;
 use v2x_common::wire::json::ReportDefaults;
 
-/// The settings of the hub itself, as they are typed. Every field has a default; what is `None` is as the method has it.
+/// The settings of the hub itself, as they are typed. Every field has a default; `None` is the method's default.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct HubTable {
@@ -49,7 +49,7 @@ impl HubTable {
     ];
 }
 
-/// What becomes of late data, as it is typed: of late frames, and of what is newer than they.
+/// The policy for late data as in the file: for late frames, and for newer data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum LateData {
@@ -120,9 +120,9 @@ pub struct HubSettings {
     pub engine: EngineConfig,
     /// When to publish.
     pub publish: PublishMode,
-    /// Whom it listens to; everybody where there is none.
+    /// The agents that it listens to; all where there is no list.
     pub only_agents: Vec<AgentId>,
-    /// What is assumed where a JSON frame says nothing.
+    /// Defaults where a JSON frame leaves a value out.
     pub report_defaults: ReportDefaults,
     /// The same for single agents.
     pub report_defaults_of: BTreeMap<AgentId, ReportDefaults>,
@@ -137,7 +137,7 @@ impl Default for HubSettings {
 impl HubSettings {
     /// The settings of a `[hub]` table.
     ///
-    /// Settings of tracking have no effect under a single-frame rule, nor the other way round.
+    /// Settings of tracking have no effect under a single-frame rule, and vice versa.
     ///
     /// # Errors
     /// Names the field and its value.
@@ -157,7 +157,7 @@ impl HubSettings {
         self.only_agents.is_empty() || self.only_agents.contains(agent)
     }
 
-    /// What is assumed of this agent's JSON frames.
+    /// Defaults of this agent's JSON frames.
     pub fn report_defaults_of(&self, agent: &AgentId) -> &ReportDefaults {
         self.report_defaults_of.get(agent).unwrap_or(&self.report_defaults)
     }
@@ -211,7 +211,7 @@ impl HubTable {
         })
     }
 
-    /// How it fuses: the method's rules, and single ones over them.
+    /// The fusion: the method's preset, with single settings over it.
     fn fusion(&self, tracking: &TrackingTable, window: &WindowTable) -> Result<Fusion, SettingsError> {
         window.check()?;
         match self.method.preset().fusion_at(window.overlap) {
@@ -321,14 +321,14 @@ mod tests {
     }
 
     #[test]
-    fn there_are_as_many_association_particles_as_asked_for() {
+    fn the_number_of_association_particles_is_as_set() {
         let count = |text: &str| tracking(text).tracker.hypotheses.count();
         assert_eq!([count(""), count("association_particles = 8")], [1, 8]);
         assert_eq!(tracking("association_particles = 0").tracker.hypotheses, Hypotheses::ONE);
     }
 
     #[test]
-    fn the_papers_methods_have_nothing_of_ours_unless_it_is_asked_for() {
+    fn the_papers_methods_use_no_extension_unless_it_is_set() {
         let extras = |text: &str| {
             let tracking = tracking(text);
             [tracking.resolve_duplicates, tracking.tracker.reassociate]
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn late_data_says_what_becomes_of_late_frames_and_of_what_is_newer() {
+    fn late_data_sets_the_policy_for_late_frames_and_for_newer_data() {
         let late = |text: &str| (settings(text).unwrap().engine.late_frames, tracking(text).tracker.rollback);
         assert_eq!(late(""), (LateFrames::Fuse, Rollback::Replay));
         assert_eq!(late("method = \"unikf-literal\""), (LateFrames::Fuse, Rollback::Only));
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hub_may_listen_to_some_agents_only() {
+    fn a_hub_can_be_limited_to_listed_agents() {
         let listens =
             |text: &str, agent: &str| settings(text).unwrap().listens_to(&AgentId::new(agent).unwrap());
         assert!(listens("", "ego") && listens("only_agents = [\"ego\"]", "ego"));
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn registration_is_as_the_method_has_it_unless_it_is_set() {
+    fn registration_is_the_methods_default_unless_it_is_set() {
         let registration = |text: &str| settings(text).unwrap().engine.fusion.registration();
         assert_eq!(registration(""), Registration::Correct);
         assert_eq!(registration("registration = \"estimate\""), Registration::Estimate);

@@ -1,4 +1,4 @@
-//! What a hub tells of itself, as JSON.
+//! A hub's status, as JSON.
 
 use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
@@ -31,11 +31,11 @@ pub struct HubStatus {
     pub frames_published: u64,
     /// Fused frames that could not be encoded or put.
     pub publish_errors: u64,
-    /// Samples that were pushed out of the full queue unread.
+    /// Samples dropped from a full queue.
     pub dropped_overload: u64,
-    /// Frames of agents beyond the number that the hub knows.
+    /// Frames of agents beyond the hub's limit of agents.
     pub refused_beyond_limit: u64,
-    /// Samples under keys in which no legal agent name stands.
+    /// Samples under keys without a valid agent name.
     pub refused_unnamed: u64,
     /// Liveliness tokens that appeared when there was no room for another agent.
     #[serde(default)]
@@ -50,13 +50,13 @@ pub struct HubStatus {
     pub latency_ms: Quantiles,
     /// The part of it in which the hub worked, in the last minute, ms.
     pub compute_ms: Quantiles,
-    /// Resident memory, bytes; where the system tells.
+    /// Resident memory, bytes; where the system reports it.
     pub memory_bytes: Option<u64>,
-    /// Every agent that was ever heard of, by name.
+    /// Every agent of which the hub has received anything, by name.
     pub agents: Vec<AgentStatus>,
 }
 
-/// How one agent fares.
+/// The status of one agent.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AgentStatus {
     /// Which agent.
@@ -80,9 +80,9 @@ pub struct AgentStatus {
     /// Sensor descriptions refused.
     pub descriptions_refused: u64,
     /// Mean normalised innovation squared of its positions for each degree of freedom, in the last minute: 1 where its
-    /// reported covariance is honest, more where it states too small ones.
+    /// reported covariance is consistent, more where it is too small.
     pub nis_per_dof: Option<f64>,
-    /// What is believed of its clock and pose, where it describes its accuracy and registration is not off.
+    /// The estimate of its clock and pose errors, where it describes its accuracy and registration is not off.
     #[serde(default)]
     pub registration: Option<RegistrationStatus>,
     /// Capture time of its newest accepted frame, as corrected, µs.
@@ -112,13 +112,13 @@ pub struct RegistrationStatus {
     pub clock_sigma_ms: f64,
     /// Covariance of all four, in the order and units above.
     pub covariance: [[f64; 4]; 4],
-    /// Taken out of its frames, east.
+    /// Correction of its frames, east.
     pub applied_dx_m: f64,
-    /// Taken out of its frames, north.
+    /// Correction of its frames, north.
     pub applied_dy_m: f64,
-    /// Taken out of its frames, counter-clockwise.
+    /// Correction of its frames, counter-clockwise.
     pub applied_dyaw_deg: f64,
-    /// Taken out of its stamps.
+    /// Correction of its stamps.
     pub applied_clock_ms: f64,
     /// Whether shared objects show its position.
     pub position_observable: bool,
@@ -126,15 +126,15 @@ pub struct RegistrationStatus {
     pub yaw_observable: bool,
     /// Whether shared objects show its clock.
     pub clock_observable: bool,
-    /// All shared objects move alike: a clock that is ahead looks like a pose that lies behind.
+    /// All shared objects move alike: a clock error and a pose error have the same effect.
     pub confounded: bool,
-    /// It declares so little that others are measured by it.
+    /// It is a reference for others: its declared errors are small enough.
     pub reference: bool,
     /// No chain of shared objects leads to a reference: only differences to others are known.
     pub relative_only: bool,
-    /// It errs by more than it declares.
+    /// Its error exceeds the declared accuracy.
     pub exceeds_declared: bool,
-    /// The part of the declared variance that is drawn anew in each frame.
+    /// The part of the declared variance that is independent in each frame.
     pub white_share: f64,
     /// Shared objects that it was compared by.
     pub pairs: u64,
@@ -178,12 +178,12 @@ impl RegistrationStatus {
         }
     }
 
-    /// One line for a person: what is believed, and what is made of it. `None` where nothing was compared.
+    /// One line of text: the estimate, and the correction. `None` where nothing was compared.
     pub fn in_words(&self) -> Option<String> {
         if self.reference || self.pairs == 0 {
             return None;
         }
-        let mut told = vec![format!(
+        let mut parts = vec![format!(
             "position {:+.2} ± {:.2} m east, {:+.2} ± {:.2} m north; heading {:+.2} ± {:.2}°; clock {:+.0} ± {:.0} ms",
             self.dx_m,
             self.dx_sigma_m,
@@ -200,7 +200,7 @@ impl RegistrationStatus {
             (self.applied_clock_ms.abs(), "clock", 0, " ms"),
         ];
         let corrected = corrected.into_iter().filter(|(by, ..)| *by > 0.0);
-        told.extend(
+        parts.extend(
             corrected.map(|(by, what, digits, unit)| format!("{what} corrected by {by:.digits$}{unit}")),
         );
         let remarks = [
@@ -208,8 +208,8 @@ impl RegistrationStatus {
             (self.confounded, "clock and position confounded: all shared objects move alike"),
             (self.exceeds_declared, "errs by more than it declares, which is as far as it is corrected"),
         ];
-        told.extend(remarks.into_iter().filter(|(holds, _)| *holds).map(|(_, remark)| remark.to_owned()));
-        Some(told.join("; "))
+        parts.extend(remarks.into_iter().filter(|(holds, _)| *holds).map(|(_, remark)| remark.to_owned()));
+        Some(parts.join("; "))
     }
 }
 
@@ -228,7 +228,7 @@ pub struct Quantiles {
     pub count: u64,
 }
 
-/// Resident memory of this process, bytes, where the system tells.
+/// Resident memory of this process, bytes, where the system reports it.
 pub(super) fn memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn registration_is_told_in_metres_degrees_and_milliseconds() {
+    fn registration_is_reported_in_metres_degrees_and_milliseconds() {
         let json = serde_json::to_value(RegistrationStatus::of(&registration(Bias::ZERO))).unwrap();
         let is_near = |field: &str, value: f64| (json[field].as_f64().unwrap() - value).abs() < 1e-3;
         assert!(is_near("dyaw_deg", 0.573) && is_near("clock_ms", 50.0) && is_near("clock_sigma_ms", 10.0));
@@ -273,14 +273,14 @@ mod tests {
     }
 
     #[test]
-    fn a_person_is_told_what_is_believed_and_what_is_made_of_it_where_anything_was_compared() {
+    fn the_text_gives_the_estimate_and_the_correction_where_objects_were_compared() {
         let silent = AgentRegistration { pairs: 0, ..registration(Bias::ZERO) };
         assert_eq!(RegistrationStatus::of(&silent).in_words(), None);
-        let believed = RegistrationStatus::of(&registration(Bias::ZERO)).in_words().unwrap();
-        assert!(believed.contains("clock +50 ± 10 ms") && !believed.contains("corrected"), "{believed}");
+        let estimated = RegistrationStatus::of(&registration(Bias::ZERO)).in_words().unwrap();
+        assert!(estimated.contains("clock +50 ± 10 ms") && !estimated.contains("corrected"), "{estimated}");
         let corrected = registration(Bias { clock_s: 0.05, ..Bias::ZERO });
-        let told = AgentRegistration { exceeds_declared: true, ..corrected };
-        let words = RegistrationStatus::of(&told).in_words().unwrap();
+        let exceeding = AgentRegistration { exceeds_declared: true, ..corrected };
+        let words = RegistrationStatus::of(&exceeding).in_words().unwrap();
         assert!(words.contains("; clock corrected by 50 ms; errs by more than it declares"), "{words}");
     }
 }

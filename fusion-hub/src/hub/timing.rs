@@ -8,7 +8,7 @@ use v2x_common::time::{Span, Timestamp};
 
 /// Longest span that is distinguished, ns.
 const LONGEST_NS: u64 = 60_000_000_000;
-/// Two histograms of so long each: what is reported is of the last half minute to a minute.
+/// Duration of each of two histograms: quantiles cover the last half minute to a minute.
 const HALF_WINDOW: Span = Span::from_millis(30_000);
 
 /// Latency (received → first fused frame put) and the part of it in which the hub worked.
@@ -30,7 +30,7 @@ impl Timing {
         self.handled.push((frame, took));
     }
 
-    /// What was handled is in no fused frame that was published.
+    /// The handled frames are in no published fused frame.
     pub(super) fn forget_handled(&mut self) {
         self.handled.clear();
     }
@@ -54,7 +54,7 @@ impl Timing {
     }
 }
 
-/// Spans of the last minute: an older fault, or an older good time, does not hide a new one.
+/// Spans of the last minute: older values do not hide new ones.
 #[derive(Debug)]
 struct RecentSpans {
     current: Histogram<u64>,
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slow_minute_after_a_fast_day_shows() {
+    fn quantiles_cover_the_last_minute_only() {
         let mut spans = RecentSpans::new();
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000);
         let second = |k: i64| start + Span::from_millis(1000 * k);

@@ -1,6 +1,6 @@
 //! Drawing particles by their weights.
 
-/// Whom each particle goes on from.
+/// The ancestor of each particle.
 #[derive(Debug, Default)]
 pub(super) struct Ancestors {
     of: Vec<Option<usize>>,
@@ -8,8 +8,8 @@ pub(super) struct Ancestors {
 }
 
 impl Ancestors {
-    /// Systematic resampling (Kitagawa 1996) from one number in (0, 1). Who survives goes on from himself: what
-    /// this component's particles share with those of others is kept where it can be.
+    /// Systematic resampling (Kitagawa 1996) from one number in (0, 1). A particle that survives is its own
+    /// ancestor: so hypotheses stay consistent across components where possible.
     pub(super) fn draw(&mut self, weights: &[f64], uniform: f64) {
         self.of.clear();
         self.surplus.clear();
@@ -36,7 +36,7 @@ impl Ancestors {
         }
     }
 
-    /// Whom this one goes on from.
+    /// The ancestor of this one.
     pub(super) fn of(&self, particle: usize) -> usize {
         self.of[particle].unwrap_or(particle)
     }
@@ -46,7 +46,7 @@ impl Ancestors {
         self.of.swap(a, b);
     }
 
-    /// All go on from whom the first one goes on from.
+    /// The ancestor of the first particle becomes that of all.
     pub(super) fn follow_first(&mut self) {
         let first = self.of.first().copied().flatten();
         self.of.fill(first);
@@ -64,20 +64,20 @@ mod tests {
     }
 
     #[test]
-    fn equals_go_on_from_themselves() {
+    fn particles_of_equal_weight_are_their_own_ancestors() {
         for uniform in [0.001, 0.5, 0.999] {
             assert_eq!(drawn(&[0.3; 7], uniform), [0, 1, 2, 3, 4, 5, 6]);
         }
     }
 
     #[test]
-    fn as_many_go_on_from_one_as_its_weight_is_worth() {
+    fn the_number_of_descendants_is_proportional_to_the_weight() {
         assert_eq!(drawn(&[0.0, 3.0, 0.0, 1.0], 0.5), [1, 1, 1, 3]);
         assert_eq!(drawn(&[1.0, 0.0, 0.0], 0.5), [0, 0, 0]);
     }
 
     #[test]
-    fn survivors_keep_their_places() {
+    fn surviving_particles_keep_their_places() {
         assert_eq!(drawn(&[2.0, 0.0, 1.0, 1.0], 0.5), [0, 0, 2, 3]);
     }
 }

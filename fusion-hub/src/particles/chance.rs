@@ -1,4 +1,4 @@
-//! Chance, as a function of what it is drawn for: the same frame draws the same numbers at every hub.
+//! Random numbers as a function of their purpose: the same frame gives the same numbers at every hub.
 
 use v2x_common::id::FrameId;
 
@@ -13,7 +13,7 @@ const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 pub(super) struct Chance(u64);
 
 impl Chance {
-    /// What a frame draws.
+    /// The generator of a frame.
     pub(super) fn of(frame: &FrameId) -> Self {
         let name = frame
             .agent
@@ -23,7 +23,7 @@ impl Chance {
         [frame.epoch, frame.sequence].into_iter().fold(Self(name), Self::about)
     }
 
-    /// What is drawn for one part of it.
+    /// The generator of one component of the frame.
     pub(super) fn about(self, part: u64) -> Self {
         let mut chance = Self(self.0 ^ part.wrapping_mul(GOLDEN));
         Self(chance.next())
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_named_by_frame_and_part() {
+    fn numbers_depend_on_frame_and_component_only() {
         let draw = |name, sequence, part| Chance::of(&frame(name, sequence)).about(part).uniform();
         assert_eq!(draw("ego", 1, 0), draw("ego", 1, 0));
         let others = [draw("ego", 1, 1), draw("ego", 2, 0), draw("rsu", 1, 0)];
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn gumbels_have_the_mean_and_variance_of_gumbels() {
+    fn gumbel_draws_have_the_mean_and_variance_of_the_distribution() {
         let mut chance = Chance::of(&frame("ego", 3));
         let draws: Vec<f64> = (0..100_000).map(|_| chance.gumbel()).collect();
         let mean = draws.iter().sum::<f64>() / 1e5;

@@ -1,6 +1,6 @@
-//! Which tracks compete for which reports: connected components of the pairs that can be.
+//! Which tracks compete for which reports: connected components of the candidate pairs.
 
-use super::{NOBODY, as_u32, length};
+use super::{NONE, as_u32, length};
 
 /// A pair and its cost (−2 ln p), below 0.
 #[derive(Clone, Copy, Debug)]
@@ -40,21 +40,21 @@ impl Competition {
         self.rows.clear();
         self.parents.clear();
         self.first_rows.clear();
-        self.first_rows.resize(n_measurements, NOBODY);
+        self.first_rows.resize(n_measurements, NONE);
     }
 
-    /// Ends a version that has no part in it.
+    /// Ends a version that does not compete.
     pub(super) fn skip_version(&mut self) {
         self.edge_ends.push(length(&self.edges));
     }
 
-    /// Ends a version that can be reported so.
+    /// Ends a version with these candidate pairs.
     pub(super) fn version(&mut self, edges: impl Iterator<Item = Edge>) {
         self.edges.extend(edges.filter(|edge| edge.cost < 0.0));
         self.edge_ends.push(length(&self.edges));
     }
 
-    /// Ends a track of which the last versions are, so many.
+    /// Ends a track with this number of versions.
     pub(super) fn row(&mut self, n_versions: usize) {
         let end = length(&self.edge_ends);
         let start = end - as_u32(n_versions);
@@ -63,7 +63,7 @@ impl Competition {
         self.parents.push(row);
         for edge in self.start_of(start)..self.start_of(end) {
             let first = &mut self.first_rows[self.edges[edge].place as usize];
-            if *first == NOBODY {
+            if *first == NONE {
                 *first = row;
             } else {
                 let (a, b) = (root(&mut self.parents, *first), root(&mut self.parents, row));
@@ -81,9 +81,9 @@ impl Competition {
         &self.edges[self.start_of(version)..self.start_of(version + 1)]
     }
 
-    /// Whether a track that takes part may have this report.
+    /// Whether a competing track is a candidate for this report.
     pub(super) fn is_about(&self, place: u16) -> bool {
-        self.first_rows[usize::from(place)] != NOBODY
+        self.first_rows[usize::from(place)] != NONE
     }
 
     /// Finds the components.

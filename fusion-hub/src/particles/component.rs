@@ -1,14 +1,14 @@
-//! What each particle makes of the tracks and reports of one connected component.
+//! The hypotheses of each particle in one connected component of tracks and reports.
 
 use super::ancestors::Ancestors;
 use super::chance::Chance;
 use super::competition::{Competition, Edge, Row};
-use super::{NOBODY, Outcome, PATIENCE, Version, as_index, as_u32};
+use super::{NONE, Outcome, PATIENCE, Version, as_index, as_u32};
 use crate::association::assignment::Assigner;
 use crate::values::ParticleSet;
 use v2x_common::time::Timestamp;
 
-/// How far a draw strays from the optimum: a Gumbel variable's scale in −ln p (METHODS.md 14).
+/// How far a draw strays from the optimum: the scale of a Gumbel variable in −ln p (METHODS.md 14).
 const TEMPERATURE: f64 = 0.8;
 
 /// The component and its buffers. Tables have a line for each particle and a column for each row.
@@ -16,16 +16,16 @@ const TEMPERATURE: f64 = 0.8;
 pub(super) struct Component {
     n: u32,
     n_rows: usize,
-    /// The version that the particle holds before the frame, or nobody.
+    /// The version that the particle holds before the frame, or [`NONE`].
     held: Vec<u32>,
-    /// The report that it takes to be of that, or nobody.
+    /// The report that it assigns to that version, or [`NONE`].
     drawn: Vec<u32>,
     /// All edges of the component's versions, these versions, and where the edges of each end.
     edges: Vec<Edge>,
     versions: Vec<u32>,
     edge_ends: Vec<u32>,
     weights: Vec<f64>,
-    /// Whom each particle goes on from.
+    /// The ancestor of each particle.
     ancestors: Ancestors,
     disputed_at: Timestamp,
     assigner: Assigner,
@@ -48,7 +48,7 @@ impl Component {
         }
     }
 
-    /// Takes in the component's rows. Versions are numbered anew in `held`.
+    /// Takes in the component's rows. Versions are renumbered in `held`.
     pub(super) fn begin(
         &mut self,
         rows: impl ExactSizeIterator<Item = Row>,
@@ -57,7 +57,7 @@ impl Component {
     ) {
         self.n_rows = rows.len();
         self.held.clear();
-        self.held.resize(self.n as usize * self.n_rows, NOBODY);
+        self.held.resize(self.n as usize * self.n_rows, NONE);
         self.edges.clear();
         self.versions.clear();
         self.edge_ends.clear();
@@ -78,7 +78,7 @@ impl Component {
         }
     }
 
-    /// Draws particles by their weights, then what each takes the reports to be of; the one that agrees most with
+    /// Resamples particles by their weights, then draws an assignment for each; the one that agrees most with
     /// the others comes first.
     pub(super) fn decide(&mut self, chance: Chance, captured_at: Timestamp, n_measurements: usize) {
         let mut chance = chance;
@@ -87,7 +87,7 @@ impl Component {
         self.drawn.clear();
         for particle in 0..self.n as usize {
             let ancestor = self.ancestors.of(particle);
-            // Whoever led takes the optimum itself: names then change on evidence, not by chance.
+            // The leading particle takes the optimum itself: ids then change on evidence, not at random.
             let temperature = if particle == 0 && ancestor == 0 { 0.0 } else { TEMPERATURE };
             self.draw(ancestor, temperature, &mut chance, n_measurements);
         }
@@ -99,7 +99,7 @@ impl Component {
         self.settle(captured_at);
     }
 
-    /// Notes whether anything was decided; where nothing was for long, everybody follows the first.
+    /// Notes whether the frame separated hypotheses; after a long time without, all follow the first.
     fn settle(&mut self, captured_at: Timestamp) {
         if self.edges.is_empty() {
             return;
@@ -115,7 +115,7 @@ impl Component {
         }
     }
 
-    /// Whether particles that held the same take it to be reported differently.
+    /// Whether particles assign different reports to one version.
     fn is_split(&self) -> bool {
         (0..self.n_rows).any(|row| {
             let after = |particle: usize| {
@@ -176,7 +176,7 @@ impl Component {
             }
             self.assigner.end_row();
         }
-        self.drawn.extend(self.assigner.finish().iter().map(|place| place.unwrap_or(NOBODY)));
+        self.drawn.extend(self.assigner.finish().iter().map(|place| place.unwrap_or(NONE)));
     }
 
     /// The particle whose pairs most particles have.
@@ -191,11 +191,11 @@ impl Component {
         best.map_or(0, |(_, back)| n - back)
     }
 
-    /// Writes down what becomes of every version and report of the component.
-    pub(super) fn tell(
+    /// Appends the outcome of every version and report of the component.
+    pub(super) fn list_outcomes(
         &self,
         outcomes: &mut Vec<Outcome>,
-        births: &mut Vec<(u16, ParticleSet)>,
+        initiations: &mut Vec<(u16, ParticleSet)>,
         track_of: &mut [Option<u32>],
     ) {
         let n_rows = self.n_rows;
@@ -203,11 +203,11 @@ impl Component {
             let begin = outcomes.len();
             for particle in 0..self.n {
                 let version = self.held[self.ancestors.of(particle as usize) * n_rows + row];
-                if version == NOBODY {
+                if version == NONE {
                     continue;
                 }
                 let place = self.drawn[particle as usize * n_rows + row];
-                let report = (place != NOBODY).then(|| as_index(place));
+                let report = (place != NONE).then(|| as_index(place));
                 let col = self.versions[version as usize];
                 let same = |outcome: &&mut Outcome| outcome.col == col && outcome.report == report;
                 if let Some(known) = outcomes[begin..].iter_mut().find(same) {
@@ -217,7 +217,7 @@ impl Component {
                     holders.insert(particle);
                     outcomes.push(Outcome { col, report, holders, disputed_at: self.disputed_at });
                 }
-                if particle == 0 && place != NOBODY {
+                if particle == 0 && place != NONE {
                     track_of[place as usize] = Some(col);
                 }
             }
@@ -225,37 +225,37 @@ impl Component {
                 outcome.holders = outcome.holders.of(self.n);
             }
         }
-        self.tell_births(births);
+        self.list_initiations(initiations);
     }
 
-    fn tell_births(&self, births: &mut Vec<(u16, ParticleSet)>) {
-        let begin = births.len();
-        births.extend(self.edges.iter().map(|edge| (as_index(edge.place), ParticleSet::ALL)));
-        births[begin..].sort_unstable_by_key(|(index, _)| *index);
-        births.dedup_by_key(|(index, _)| *index);
+    fn list_initiations(&self, initiations: &mut Vec<(u16, ParticleSet)>) {
+        let begin = initiations.len();
+        initiations.extend(self.edges.iter().map(|edge| (as_index(edge.place), ParticleSet::ALL)));
+        initiations[begin..].sort_unstable_by_key(|(index, _)| *index);
+        initiations.dedup_by_key(|(index, _)| *index);
         for (particle, line) in (0..self.n).zip(self.drawn.chunks(self.n_rows)) {
-            for place in line.iter().filter(|place| **place != NOBODY) {
-                let found = births[begin..].binary_search_by_key(place, |(index, _)| u32::from(*index));
+            for place in line.iter().filter(|place| **place != NONE) {
+                let found = initiations[begin..].binary_search_by_key(place, |(index, _)| u32::from(*index));
                 if let Ok(found) = found {
-                    births[begin + found].1.remove(particle);
+                    initiations[begin + found].1.remove(particle);
                 }
             }
         }
         let mut place = begin;
-        while place < births.len() {
-            births[place].1 = births[place].1.of(self.n);
-            if births[place].1.is_empty() {
-                births.swap_remove(place);
+        while place < initiations.len() {
+            initiations[place].1 = initiations[place].1.of(self.n);
+            if initiations[place].1.is_empty() {
+                initiations.swap_remove(place);
             } else {
                 place += 1;
             }
         }
-        births[begin..].sort_unstable_by_key(|(index, _)| *index);
+        initiations[begin..].sort_unstable_by_key(|(index, _)| *index);
     }
 }
 
 fn edges_of<'a>(version: u32, edges: &'a [Edge], ends: &[u32]) -> &'a [Edge] {
-    if version == NOBODY {
+    if version == NONE {
         return &[];
     }
     let start = version.checked_sub(1).map_or(0, |before| ends[before as usize]);

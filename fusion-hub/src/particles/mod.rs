@@ -1,9 +1,9 @@
-//! Association particles: several hypotheses of which report was of which track, where that is in doubt.
+//! Association particles: several hypotheses of which report is of which track, where that is ambiguous.
 //!
-//! A particle is a whole world: for each object one track with evidence of its own. Where particles agree on
-//! an object they share one track, so that hypotheses exist, and cost, only where there is ambiguity. Where
-//! they do not, an object has several *versions*: tracks with the same id, next to each other in the list, each
-//! with the set of particles that hold it. All particles weigh the same, always.
+//! A particle is one hypothesis of all objects: for each object one track with evidence of its own. Where particles
+//! agree on an object they share one track, so that hypotheses exist, and cost, only where there is ambiguity. Where
+//! they do not, an object has several *versions*: tracks with the same id, next to each other in the list, each with
+//! the set of particles that hold it. All particles have equal weight, always.
 //!
 //! For each frame, tracks and reports that can be pairs form connected components. In each, apart:
 //!
@@ -12,21 +12,21 @@
 //!    their places, so that components which meet again still fit together).
 //! 2. Each draws its assignment: the optimum after every cost was perturbed by a Gumbel variable (perturb and
 //!    MAP; Papandreou & Yuille 2011). Particles that drew the same for the same version go on sharing it.
-//!    The leading particle takes the optimum itself: names then change on evidence, not by chance.
+//!    The leading particle takes the optimum itself: ids then change on evidence, not at random.
 //! 3. The particle that agrees most with the others about this frame's assignments takes place 0. It *leads*: ids,
-//!    contributors and births are told by it.
+//!    contributors and initiations are those of it.
 //!
 //! An object of one track and one report that compete with no others takes no part in this; its track is
 //! updated once. Hypotheses end where resampling leaves one, and where nothing has decided between them for
 //! two seconds: then the leading one stays.
 //!
 //! Resampling is done in each component apart: over all of a crowd's components at once the weights multiply, and a
-//! handful of particles would be left for all of them. It is done every frame: waiting until the effective number
-//! falls below half, without carrying weights along, forgets what weak evidence says.
+//! few particles would be left for all of them. It is done every frame: waiting until the effective number
+//! falls below half, without carrying weights along, loses weak evidence.
 //!
 //! **Late data.** Every version has its own evidence, so a late frame is treated in each particle as it is without
 //! particles: associated with the states at its own time, replayed there, and not reopened. Particles are drawn
-//! again by what it says of their states at that time. Where nothing competes, particles change no bit, and any
+//! again by its likelihood given their states at that time. Where nothing competes, particles change no bit, and any
 //! order of arrival gives the same; where something does, association depends on the order as it does without.
 //!
 //! **Chance** is drawn from (agent, epoch, sequence, component) alone.
@@ -50,28 +50,28 @@ use v2x_common::time::{Span, Timestamp};
 /// A version of a track that the frame can concern.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Version {
-    /// Of which track.
+    /// The track.
     pub(crate) track: TrackId,
-    /// Who holds it.
+    /// The particles that hold it.
     pub(crate) holders: ParticleSet,
-    /// When particles last came to hold something else of the track.
+    /// Time of the last change of hypotheses of the track.
     pub(crate) disputed_at: Timestamp,
 }
 
-/// Some holders of a version, and what they take to be its report.
+/// Particles that hold a version, and the report that they assign to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Outcome {
     /// The version's place among those expected.
     pub(crate) col: u32,
     /// Its report in the frame.
     pub(crate) report: Option<u16>,
-    /// The particles that hold it henceforth.
+    /// The particles that hold it after the frame.
     pub(crate) holders: ParticleSet,
-    /// When particles last came to hold something else of the track.
+    /// Time of the last change of hypotheses of the track.
     pub(crate) disputed_at: Timestamp,
 }
 
-/// Decides on frames; holds the buffers.
+/// Associates frames in all particles; holds the buffers.
 #[derive(Debug)]
 pub(crate) struct Particles {
     n: u32,
@@ -79,19 +79,19 @@ pub(crate) struct Particles {
     competition: Competition,
     component: Component,
     outcomes: Vec<Outcome>,
-    births: Vec<(u16, ParticleSet)>,
-    /// For each measurement the version that the leading particle takes it to be of.
+    initiations: Vec<(u16, ParticleSet)>,
+    /// For each measurement the version that the leading particle assigns it to.
     track_of: Vec<Option<u32>>,
 }
 
-/// Hypotheses between which nothing has decided for so long are given up for the leading one: what they differ in
-/// is nothing that reports tell of.
+/// Time without evidence between hypotheses after which only the leading one is kept: reports do not show their
+/// difference.
 const PATIENCE: Span = Span::from_millis(2000);
 
-const NOBODY: u32 = u32::MAX;
+const NONE: u32 = u32::MAX;
 
 impl Particles {
-    /// So many of them; `None` where there is no choice.
+    /// With `n` particles; `None` where there is only one hypothesis.
     pub(crate) fn new(n: u32) -> Option<Self> {
         (n > 1).then(|| Self {
             n: n.min(MAX_PARTICLES),
@@ -99,7 +99,7 @@ impl Particles {
             competition: Competition::default(),
             component: Component::new(n.min(MAX_PARTICLES)),
             outcomes: Vec::new(),
-            births: Vec::new(),
+            initiations: Vec::new(),
             track_of: Vec::new(),
         })
     }
@@ -109,7 +109,7 @@ impl Particles {
         self.n
     }
 
-    /// Finds out what each particle takes the reports of a frame to be of. `associator` knows the candidates.
+    /// Finds the assignment of a frame's reports in each particle. `associator` holds the candidates.
     pub(crate) fn associate(
         &mut self,
         (frame, captured_at): (&FrameId, Timestamp),
@@ -120,15 +120,15 @@ impl Particles {
         self.versions.clear();
         self.versions.extend(versions);
         self.outcomes.clear();
-        self.births.clear();
+        self.initiations.clear();
         self.track_of.clear();
         self.track_of.resize(measurements.len(), None);
         self.list_competition((measurements, expected), associator);
         self.decide(&Chance::of(frame), captured_at);
         for (index, found) in (0..).zip(&self.track_of) {
-            // What tracks compete for was decided on by them.
+            // Reports in a component were assigned there.
             if found.is_none() && !self.competition.is_about(index) {
-                self.births.push((index, ParticleSet::ALL));
+                self.initiations.push((index, ParticleSet::ALL));
             }
         }
     }
@@ -162,10 +162,11 @@ impl Particles {
                 continue;
             }
             for col in cols {
-                let dear = likelihood::report_cost(expected[col].report_probability);
+                let report_cost = likelihood::report_cost(expected[col].report_probability);
                 let places = associator.candidates_of(col).iter();
-                competition
-                    .version(places.map(|place| Edge { place: *place, cost: cost(col, *place) + dear }));
+                competition.version(
+                    places.map(|place| Edge { place: *place, cost: cost(col, *place) + report_cost }),
+                );
             }
             competition.row(row.len());
         }
@@ -173,27 +174,27 @@ impl Particles {
     }
 
     fn decide(&mut self, chance: &Chance, captured_at: Timestamp) {
-        let Self { competition, component, versions, outcomes, births, track_of, .. } = self;
+        let Self { competition, component, versions, outcomes, initiations, track_of, .. } = self;
         for (part, rows) in (0..).zip(competition.components()) {
             component.begin(rows, versions, competition);
             component.decide(chance.about(part), captured_at, track_of.len());
-            component.tell(outcomes, births, track_of);
+            component.list_outcomes(outcomes, initiations, track_of);
         }
         outcomes.sort_by_key(|outcome| (outcome.col, !outcome.holders.leads()));
     }
 
-    /// What becomes of every version, by their places; of several outcomes of one the leading particle's is the
-    /// first. A version without any is nobody's henceforth.
+    /// The outcomes of all versions, by their places; of several outcomes of one version the leading particle's is the
+    /// first. No particle holds a version without outcome.
     pub(crate) fn outcomes(&self) -> &[Outcome] {
         &self.outcomes
     }
 
-    /// The reports of nothing known, and to whom they are that.
-    pub(crate) fn births(&self) -> &[(u16, ParticleSet)] {
-        &self.births
+    /// The reports that initiate a track, and the particles in which they do.
+    pub(crate) fn initiations(&self) -> &[(u16, ParticleSet)] {
+        &self.initiations
     }
 
-    /// For each measurement the place of the version that the leading particle takes it to be of.
+    /// For each measurement the place of the version that the leading particle assigns it to.
     pub(crate) fn track_of(&self) -> &[Option<u32>] {
         &self.track_of
     }

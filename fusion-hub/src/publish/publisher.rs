@@ -9,7 +9,7 @@ use crate::track::Track;
 use crate::values::AgentNames;
 use v2x_common::time::{Span, Timestamp};
 
-/// Detections from which on a deleted track counts for the sizes of its class: the number tells it from clutter.
+/// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
 const MIN_DETECTIONS_OF_DELETED: u32 = 10;
 
 /// Which tracks are published.

@@ -1,4 +1,4 @@
-//! Small dense symmetric matrices, row by row in a slice.
+//! Small dense symmetric matrices, stored by rows in a slice.
 
 /// A matrix that is not positive definite, to the precision of the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_inverse_is_told() {
+    fn a_matrix_without_inverse_is_an_error() {
         let mut scratch = [0.0; 4];
         assert_eq!(invert(&mut [1.0, 1.0, 1.0, 1.0], &mut scratch, 2), Err(NotPositiveDefinite));
         assert_eq!(invert(&mut [f64::NAN, 0.0, 0.0, 1.0], &mut scratch, 2), Err(NotPositiveDefinite));

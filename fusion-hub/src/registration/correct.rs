@@ -1,4 +1,4 @@
-//! A frame as its sender would have sent it with true clock and pose.
+//! A frame as its agent would have sent it with true clock and pose.
 
 use super::model::Bias;
 use v2x_common::covariance::Covariance2;
@@ -6,8 +6,8 @@ use v2x_common::detection::DetectionFrame;
 use v2x_common::geometry::{Pose, wrap_angle};
 use v2x_common::time::Span;
 
-/// Takes a clock and pose error out of a frame: everything is turned back about the sensor, then moved back, and stamped
-/// earlier. Who sent it as which number stays. `None` where no sensor pose tells about what to turn.
+/// Corrects a frame by a clock and pose error: it is turned about the sensor, then shifted, and its stamp is
+/// moved. Agent, epoch and sequence stay. `None` without a sensor pose to turn about.
 ///
 /// `into` is overwritten, its memory is used again.
 pub fn correct(frame: &DetectionFrame, bias: &Bias, into: &mut DetectionFrame) -> Option<()> {

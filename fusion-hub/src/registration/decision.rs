@@ -1,33 +1,33 @@
-//! What of an agent's errors can be seen, and what is taken out of its frames.
+//! Which of an agent's errors are observable, and which are corrected in its frames.
 
 use super::report::Observable;
 
-/// An error is seen where its standard deviation is below this share of the declared one, and stays seen up to the
-/// second.
-const SEEN: [f64; 2] = [0.5, 0.6];
-/// It is taken out from so many standard deviations of the estimate on, and until it is below the second.
+/// An error becomes observable below the first and stops being observable above the second share of the declared
+/// standard deviation.
+const OBSERVABLE: [f64; 2] = [0.5, 0.6];
+/// It is corrected from the first number of standard deviations of the estimate on, until it is below the second.
 const SIGNIFICANT: [f64; 2] = [3.0, 2.0];
-/// And from this share of the declared standard deviation on, and until it is below the second: less is not worth it.
+/// And from this share of the declared standard deviation on, and until it is below the second: less has no use.
 const WORTHWHILE: [f64; 2] = [0.1, 0.05];
-/// Position and clock with a higher correlation are one error seen, not two, unless both are surer than the second.
+/// Position and clock with a higher correlation are confounded, unless both standard deviations are below the second.
 const CONFOUNDED: [f64; 2] = [0.9, 0.3];
 /// An estimate exceeds what was declared where it does so by this many of its standard deviations.
 const EXCEEDING: f64 = 2.0;
 
-/// What is believed of one agent's errors, in units of what it declares.
+/// The estimate of one agent's errors, in units of the declared accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Belief {
     pub(super) mean: [f64; 4],
     pub(super) covariance: [[f64; 4]; 4],
 }
 
-/// What follows from it.
+/// What follows from the estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Decision {
     pub(super) observable: Observable,
     pub(super) confounded: bool,
     pub(super) exceeds_declared: bool,
-    is_taken_out: Observable,
+    is_corrected: Observable,
 }
 
 /// An error or the length of two, with the standard deviation of the estimate.
@@ -38,8 +38,8 @@ struct Component {
 }
 
 impl Component {
-    fn is_seen(self, was: bool) -> bool {
-        self.sigma < SEEN[usize::from(was)]
+    fn is_observable(self, was: bool) -> bool {
+        self.sigma < OBSERVABLE[usize::from(was)]
     }
 
     fn is_significant(self, was: bool) -> bool {
@@ -51,14 +51,14 @@ impl Component {
         self.length - EXCEEDING * self.sigma > 1.0
     }
 
-    /// By what the error is multiplied so that no more than what was declared is taken out.
+    /// Factor on the error, so that the correction is at most the declared accuracy.
     fn share(self) -> f64 {
         if self.length > 1.0 { 1.0 / self.length } else { 1.0 }
     }
 }
 
 impl Belief {
-    /// Position, yaw and clock. Of the position the direction counts in which least is known.
+    /// Position, yaw and clock. Of the position the direction of largest variance counts.
     fn components(&self) -> [Component; 3] {
         let [x, y, yaw, clock] = self.mean;
         let [xx, xy, yy] = [self.covariance[0][0], self.covariance[0][1], self.covariance[1][1]];
@@ -82,38 +82,38 @@ impl Belief {
 }
 
 impl Decision {
-    /// The next one, and what is to be taken out, in units of what is declared; nothing where it is not `allowed`.
-    pub(super) fn next(&self, belief: &Belief, allowed: bool) -> (Self, [f64; 4]) {
-        let [position, yaw, clock] = belief.components();
-        let [ceiling, sure] = CONFOUNDED;
+    /// The next decision, and the correction in units of the declared accuracy; zero where it is not `allowed`.
+    pub(super) fn next(&self, estimate: &Belief, allowed: bool) -> (Self, [f64; 4]) {
+        let [position, yaw, clock] = estimate.components();
+        let [ceiling, sigma] = CONFOUNDED;
         let confounded =
-            belief.clock_in_position() > ceiling * ceiling && position.sigma.max(clock.sigma) > sure;
+            estimate.clock_in_position() > ceiling * ceiling && position.sigma.max(clock.sigma) > sigma;
         let was = self.observable;
         let observable = Observable {
-            position: position.is_seen(was.position) && !confounded,
-            yaw: yaw.is_seen(was.yaw),
-            clock: clock.is_seen(was.clock) && !confounded,
+            position: position.is_observable(was.position) && !confounded,
+            yaw: yaw.is_observable(was.yaw),
+            clock: clock.is_observable(was.clock) && !confounded,
         };
-        let was = self.is_taken_out;
-        let is_taken_out = Observable {
+        let was = self.is_corrected;
+        let is_corrected = Observable {
             position: allowed && observable.position && position.is_significant(was.position),
             yaw: allowed && observable.yaw && yaw.is_significant(was.yaw),
             clock: allowed && observable.clock && clock.is_significant(was.clock),
         };
-        let share = |taken: bool, of: Component| if taken { of.share() } else { 0.0 };
-        let shares = [share(is_taken_out.position, position), share(is_taken_out.yaw, yaw)];
-        let [x, y, turn, ahead] = belief.mean;
-        let clock_share = share(is_taken_out.clock, clock);
-        let taken = [shares[0] * x, shares[0] * y, shares[1] * turn, clock_share * ahead];
+        let share = |corrected: bool, of: Component| if corrected { of.share() } else { 0.0 };
+        let shares = [share(is_corrected.position, position), share(is_corrected.yaw, yaw)];
+        let [x, y, turn, ahead] = estimate.mean;
+        let clock_share = share(is_corrected.clock, clock);
+        let corrected = [shares[0] * x, shares[0] * y, shares[1] * turn, clock_share * ahead];
         let exceeds_declared = [position, yaw, clock].into_iter().any(Component::exceeds);
-        (Self { observable, confounded, exceeds_declared, is_taken_out }, taken)
+        (Self { observable, confounded, exceeds_declared, is_corrected }, corrected)
     }
 }
 
 #[cfg(test)]
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("registration.seen", format!("{SEEN:?}")),
+        ("registration.seen", format!("{OBSERVABLE:?}")),
         ("registration.significant", format!("{SIGNIFICANT:?}, worthwhile {WORTHWHILE:?}")),
         ("registration.confounded", format!("{CONFOUNDED:?}")),
         ("registration.exceeding", EXCEEDING.to_string()),
@@ -125,37 +125,37 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn belief(mean: [f64; 4], sigma: f64) -> Belief {
+    fn estimate(mean: [f64; 4], sigma: f64) -> Belief {
         let mut covariance = [[0.0; 4]; 4];
         (0..4).for_each(|k| covariance[k][k] = sigma * sigma);
         Belief { mean, covariance }
     }
 
     #[test]
-    fn what_is_seen_and_significant_is_taken_out_and_what_is_not_stays() {
+    fn only_observable_and_significant_errors_are_corrected() {
         let begin = Decision::default();
-        assert_eq!(begin.next(&belief([0.3, 0.0, 0.5, 0.2], 0.12), true).1, [0.0, 0.0, 0.5, 0.0]);
-        assert_eq!(begin.next(&belief([0.3, 0.0, 0.5, 0.2], 0.12), false).1, [0.0; 4]);
-        assert_eq!(begin.next(&belief([3.0, 0.0, 3.0, 3.0], 0.55), true).1, [0.0; 4]);
+        assert_eq!(begin.next(&estimate([0.3, 0.0, 0.5, 0.2], 0.12), true).1, [0.0, 0.0, 0.5, 0.0]);
+        assert_eq!(begin.next(&estimate([0.3, 0.0, 0.5, 0.2], 0.12), false).1, [0.0; 4]);
+        assert_eq!(begin.next(&estimate([3.0, 0.0, 3.0, 3.0], 0.55), true).1, [0.0; 4]);
     }
 
     #[test]
-    fn a_correction_does_not_flicker_about_its_threshold() {
-        let (on, _) = Decision::default().next(&belief([0.0, 0.0, 0.31, 0.0], 0.1), true);
-        assert_eq!(on.next(&belief([0.0, 0.0, 0.25, 0.0], 0.1), true).1[2], 0.25);
-        assert_eq!(Decision::default().next(&belief([0.0, 0.0, 0.25, 0.0], 0.1), true).1[2], 0.0);
-        assert_eq!(on.next(&belief([0.0, 0.0, 0.19, 0.0], 0.1), true).1[2], 0.0);
+    fn a_correction_has_hysteresis_about_its_threshold() {
+        let (on, _) = Decision::default().next(&estimate([0.0, 0.0, 0.31, 0.0], 0.1), true);
+        assert_eq!(on.next(&estimate([0.0, 0.0, 0.25, 0.0], 0.1), true).1[2], 0.25);
+        assert_eq!(Decision::default().next(&estimate([0.0, 0.0, 0.25, 0.0], 0.1), true).1[2], 0.0);
+        assert_eq!(on.next(&estimate([0.0, 0.0, 0.19, 0.0], 0.1), true).1[2], 0.0);
     }
 
     proptest! {
         #[test]
-        fn never_more_than_declared_is_taken_out(
+        fn corrections_never_exceed_what_was_declared(
             mean in prop::array::uniform4(-20.0..20.0f64), sigma in 0.001..1.0f64
         ) {
-            let (decision, taken) = Decision::default().next(&belief(mean, sigma), true);
-            let (_, again) = decision.next(&belief(mean, sigma), true);
-            for taken in [taken, again] {
-                let [x, y, yaw, clock] = taken;
+            let (decision, corrected) = Decision::default().next(&estimate(mean, sigma), true);
+            let (_, again) = decision.next(&estimate(mean, sigma), true);
+            for corrected in [corrected, again] {
+                let [x, y, yaw, clock] = corrected;
                 prop_assert!(libm::sqrt(x * x + y * y).max(yaw.abs()).max(clock.abs()) <= 1.0 + 1e-12);
             }
         }

@@ -1,4 +1,4 @@
-//! What one frame and one partner say of their errors, all shared objects together.
+//! The information of one frame and one partner about their errors, from all shared objects.
 
 use super::cholesky;
 use super::model::{Difference, dot};
@@ -6,10 +6,10 @@ use super::pair::Pair;
 use v2x_common::covariance::Covariance2;
 
 /// Differences further from what is expected than this, squared and normalised, weigh the less the further they are
-/// (Huber 1964; the weight is squared, so that a wrong association in the end says nothing).
+/// (Huber 1964; the weight is squared, so that a wrong association has no effect in the limit).
 const TRUSTED: f64 = 9.0;
 
-/// Where the clocks stand.
+/// Places of the clocks.
 const CLOCKS: [usize; 2] = [3, 7];
 
 /// Information of both agents' errors, in units of what they declare: Λ and η, with Λ b = η.
@@ -23,16 +23,16 @@ pub(super) struct Group {
 impl Group {
     pub(super) const EMPTY: Self = Self { lambda: [[0.0; 8]; 8], eta: [0.0; 8], count: 0 };
 
-    /// Adds a difference, weighed by how far it is from what is believed of the two; `white` are the variances of what
-    /// errs anew in each frame.
-    pub(super) fn add(&mut self, one: &Difference, believed: &Pair, white: &[f64; 8]) {
+    /// Adds a difference, weighted by its distance from the estimate of the two; `white` are the variances of errors
+    /// that are drawn independently for each frame.
+    pub(super) fn add(&mut self, one: &Difference, estimate: &Pair, white: &[f64; 8]) {
         let [hx, hy] = &one.h;
-        let off = [one.position[0] - dot(hx, &believed.mean), one.position[1] - dot(hy, &believed.mean)];
-        let through_x = believed.through(hx, white);
+        let off = [one.position[0] - dot(hx, &estimate.mean), one.position[1] - dot(hy, &estimate.mean)];
+        let through_x = estimate.through(hx, white);
         let s = Covariance2 {
             xx: one.r.xx + dot(hx, &through_x),
             xy: one.r.xy + dot(hy, &through_x),
-            yy: one.r.yy + dot(hy, &believed.through(hy, white)),
+            yy: one.r.yy + dot(hy, &estimate.through(hy, white)),
         };
         let weight = trust(quadratic(&s, off));
         let det = one.r.determinant();
@@ -45,14 +45,14 @@ impl Group {
                 self.lambda[row][column] += a * hx[column] + b * hy[column];
             }
         }
-        // What the noise says through the velocity's own error is no news of the clocks.
+        // The noise's correlation with the velocity's error is no information about the clocks.
         let c = &one.with_velocity;
         let spurious = xx * c.xx + 2.0 * xy * c.xy + yy * c.yy;
         self.eta[CLOCKS[0]] += one.clocks[0] * spurious;
         self.eta[CLOCKS[1]] -= one.clocks[1] * spurious;
         if let Some(heading) = &one.heading {
-            let off = heading.difference - dot(&heading.h, &believed.mean);
-            let s = heading.variance + believed.spread(&heading.h, &heading.h, white);
+            let off = heading.difference - dot(&heading.h, &estimate.mean);
+            let s = heading.variance + estimate.spread(&heading.h, &heading.h, white);
             let information = trust(off * off / s) / heading.variance;
             for row in 0..8 {
                 let a = heading.h[row] * information;
@@ -65,7 +65,7 @@ impl Group {
         self.count += 1;
     }
 
-    /// With what errs anew in each frame integrated out: Λ ← (Λ⁻¹ + W)⁻¹ = Λ − Λ S (1 + S Λ S)⁻¹ S Λ, where W = S² is
+    /// With the per-frame errors integrated out: Λ ← (Λ⁻¹ + W)⁻¹ = Λ − Λ S (1 + S Λ S)⁻¹ S Λ, where W = S² is
     /// diagonal, and η likewise.
     pub(super) fn without_white(&self, white: &[f64; 8]) -> Self {
         if *white == [0.0; 8] {
@@ -79,7 +79,7 @@ impl Group {
                 inner[8 * row + column] = unit + s[row] * self.lambda[row][column] * s[column];
             }
         }
-        // One plus a positive semidefinite matrix: only numbers that overflowed have no inverse.
+        // One plus a positive semidefinite matrix: only overflow makes it singular.
         if cholesky::invert(&mut inner, &mut [0.0; 64], 8).is_err() {
             return Self::EMPTY;
         }
@@ -122,7 +122,7 @@ mod tests {
     use nalgebra::SMatrix;
 
     #[test]
-    fn what_errs_in_each_frame_is_integrated_out_exactly() {
+    fn per_frame_errors_are_integrated_out_exactly() {
         let root = SMatrix::<f64, 8, 8>::from_fn(|i, j| libm::cos((1 + 2 * i + 5 * j) as f64));
         let lambda = root * root.transpose() + SMatrix::identity() * 0.3;
         let eta = SMatrix::<f64, 8, 1>::from_fn(|i, _| i as f64 - 2.0);

@@ -1,9 +1,9 @@
-//! Who shares objects with whom, and whether a reference is among them.
+//! Which agents share objects, and whether a chain of them reaches a reference.
 
 use super::settings::MEMORY_S;
 use super::slot::{MAX_REGISTERED, RegistrationSlot};
 
-/// Fewer differences within the memory do not join two agents: a few wrong associations make as many.
+/// Fewer differences than this within the memory do not join two agents: wrong associations alone can give them.
 const JOINING: f64 = 20.0;
 
 /// Differences of each pair of agents, fading with the memory of the estimate.
@@ -36,7 +36,7 @@ impl Links {
         self.counts.iter_mut().for_each(|count| *count *= kept);
     }
 
-    /// Whether anybody is joined to it.
+    /// Whether another agent is joined to it.
     pub(super) fn is_joined(&self, slot: RegistrationSlot) -> bool {
         (0..MAX_REGISTERED).any(|other| self.counts[place(slot.index(), other)] >= JOINING)
     }

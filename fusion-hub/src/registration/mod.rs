@@ -1,39 +1,39 @@
-//! Clock and pose errors of agents, estimated from the objects that they share, and taken out: sensor registration.
+//! Clock and pose errors of agents, estimated from the objects that they share, and corrected: sensor registration.
 //!
 //! **Model.** An agent errs by b = (dx, dy, ψ, δ): its pose lies (dx, dy) off and is turned by ψ, its stamps are ahead
-//! of the time by δ. For an object at p, seen from s, with velocity v and turn rate ω *at the stamp*
+//! of the time by δ. For an object at p, detected from s, with velocity v and turn rate ω *at the stamp*
 //! (`model.rs`; J turns by 90°):
 //!
 //! ```text
 //! z − p = (dx, dy) + ψ J (z − s) − v δ + noise          heading: ψ − ω δ + noise
 //! ```
 //!
-//! Two agents that report one track make a difference d = zₐ − z_b − v (tₐ − t_b) = Hₐ bₐ − H_b b_b + noise, in which the
-//! object itself has gone: what is left is linear in both agents' errors. Each report is used once with each other agent,
-//! with one partner when it comes ([`SharedObject`]). Differences are made good for what was corrected, so that nothing is fed
-//! back.
+//! Two agents that report one track make a difference d = zₐ − z_b − v (tₐ − t_b) = Hₐ bₐ − H_b b_b + noise, in which
+//! the object itself cancels: what is left is linear in both agents' errors. Each report is used once with each other
+//! agent, with one partner when it comes ([`SharedObject`]). Corrections already applied are added back to the
+//! differences, so that nothing is fed back.
 //!
-//! **Estimate** (`joint.rs`). All agents together, as multisensor bias estimation has it since Dela Cruz, Alouani, Rice &
+//! **Estimate** (`joint.rs`). All agents together, as in multisensor bias estimation since Dela Cruz, Alouani, Rice &
 //! Blair (1992); the differences are the pseudo-measurements of Lin, Kirubarajan & Bar-Shalom (2005). Each error is an
 //! Ornstein-Uhlenbeck process of the declared accuracy σ and a correlation time of [`MEMORY_S`]: without data it is
-//! anything that was declared again. In units of σ the prior is N(0, 1), and a step and a batch of differences (Λ, η) are
+//! the declared accuracy again. In units of σ the prior is N(0, 1), and a step and a batch of differences (Λ, η) are
 //!
 //! ```text
 //! m ← φ m,  P ← φ² P + (1 − φ²) 1,  φ = e^(−Δ/τ)        P ← (P⁻¹ + Λ)⁻¹,  m ← m + P (η − Λ m)
 //! ```
 //!
-//! The pose may err anew in each frame, too, and alike for all that the frame reports. How much of what is declared that
-//! is, is estimated beside it (`whiteness.rs`), and a frame's information is what is left when it is integrated out
-//! (`group.rs`).
+//! The pose may also have an error that is independent for each frame and common to its detections. Its share of the
+//! declared variance is estimated as well (`whiteness.rs`), and a frame's information is what is left when it is
+//! integrated out (`group.rs`).
 //!
-//! **Gauge.** A common error of all shows in no difference. An agent that declares at most [`REFERENCE`] is a reference
-//! and never corrected; who shares no object with one, nor with somebody who does, is *relative only* and is not
-//! corrected either. Where all shared objects move alike, a clock that is ahead looks like a pose that lies behind: the
+//! **Gauge.** A common error of all agents is not observable. An agent that declares at most [`REFERENCE`] is a
+//! reference and never corrected; an agent without a chain of shared objects to a reference is *relative only* and is
+//! not corrected either. Where all shared objects move alike, a clock error and a pose error have the same effect: the
 //! two are *confounded*, and neither is corrected.
 //!
-//! **Correction** (`decision.rs`, `correct.rs`). What is observable and significant is taken out of a frame before anything
-//! else is done with it, never more than was declared. The estimate's own uncertainty is added nowhere: it is less than
-//! half of the declared error, for which nothing is added either, and being common to all reports of an agent it would be
+//! **Correction** (`decision.rs`, `correct.rs`). Observable and significant errors are corrected in a frame before any
+//! other step, never by more than was declared. The estimate's own uncertainty is added nowhere: it is less than half
+//! of the declared error, for which nothing is added either, and being common to all reports of an agent it would be
 //! averaged away if it were added to each.
 
 mod cholesky;

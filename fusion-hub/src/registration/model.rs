@@ -6,11 +6,11 @@ use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::Timestamp;
 
-/// An object's velocity changes by so much between two reports of it, m/s²: everyday braking.
+/// An object's velocity changes by this much between two reports of it, m/s²: everyday braking.
 const ACCELERATION: f64 = 1.0;
-/// Headings of two reports differ by more where one of them is turned round.
+/// Headings of two reports differ by more where one of them is reversed.
 const TURNED_ROUND_RAD: f64 = std::f64::consts::FRAC_PI_2;
-/// Headings surer than this, rad, are compared: others could be turned round without being seen to be.
+/// Headings with a smaller standard deviation than this, rad, are compared: a reversal of others is not detectable.
 const SURE_YAW_RAD: f64 = 0.5;
 
 /// By how much an agent errs, in the map frame.
@@ -54,25 +54,25 @@ impl Bias {
     }
 }
 
-/// A frame's sender as registration knows it.
+/// A frame's agent, as registration needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// Its place.
+    /// Its slot.
     pub slot: RegistrationSlot,
-    /// Whether others are measured by it.
+    /// Whether it is a reference for others.
     pub is_reference: bool,
     /// Where the sensor was, as corrected, m.
     pub sensor: [f64; 2],
-    /// What was taken out of the frame.
+    /// The correction applied to the frame.
     pub applied: Bias,
 }
 
 /// A report of a track, as corrected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegistrationReport {
-    /// Whose.
+    /// The agent.
     pub source: Source,
-    /// When.
+    /// Capture time.
     pub captured_at: Timestamp,
     /// Position, m.
     pub position: [f64; 2],
@@ -123,8 +123,8 @@ pub(super) struct Heading {
 }
 
 impl Difference {
-    /// In units of the declared accuracies of both; what was corrected is put back. `clock_variance`, s², is how unsure
-    /// the two clocks' difference is: so far the velocity's own error is multiplied.
+    /// In units of the declared accuracies of both; applied corrections are added back. `clock_variance`, s², is the
+    /// variance of the two clocks' difference: it multiplies the velocity's own error.
     pub(super) fn of(shared: &SharedObject, sigmas: &[f64; 8], clock_variance: f64) -> Self {
         let SharedObject { own, partner, motion } = shared;
         let gap_s = (own.captured_at - partner.captured_at).as_secs_f64();
@@ -140,19 +140,19 @@ impl Difference {
             apart + dot(&h[axis], &applied)
         });
         h.iter_mut().for_each(|row| scale(row, sigmas));
-        let unsure = gap_s * gap_s + clock_variance;
+        let gap_variance = gap_s * gap_s + clock_variance;
         let swerve = ACCELERATION * gap_s * gap_s / 2.0;
         let (a, b, v) = (&own.r, &partner.r, &motion.covariance);
         let r = Covariance2 {
-            xx: a.xx + b.xx + unsure * v.xx + swerve * swerve,
-            xy: a.xy + b.xy + unsure * v.xy,
-            yy: a.yy + b.yy + unsure * v.yy + swerve * swerve,
+            xx: a.xx + b.xx + gap_variance * v.xx + swerve * swerve,
+            xy: a.xy + b.xy + gap_variance * v.xy,
+            yy: a.yy + b.yy + gap_variance * v.yy + swerve * swerve,
         };
-        // The velocity was learnt from the partner's report where that came before: then their errors depend on each
+        // The velocity was estimated from the partner's report where that came before: then their errors depend on each
         // other as position and velocity do after it, and a step of the gap makes of that what is predicted.
         let c = if gap_s >= 0.0 { motion.with_position } else { v.scaled(gap_s) };
         let clocks = [sigmas[3], sigmas[7]];
-        let heading = Heading::of(shared, (gap_s, unsure), (sigmas, &applied));
+        let heading = Heading::of(shared, (gap_s, gap_variance), (sigmas, &applied));
         Self { h, position, r, with_velocity: c.scaled(-1.0), clocks, heading }
     }
 }
@@ -160,12 +160,12 @@ impl Difference {
 impl Heading {
     fn of(
         shared: &SharedObject,
-        (gap_s, unsure): (f64, f64),
+        (gap_s, gap_variance): (f64, f64),
         (sigmas, applied): (&[f64; 8], &[f64; 8]),
     ) -> Option<Self> {
         let SharedObject { own, partner, motion } = shared;
         let turn = motion.turn_rate;
-        let variance = own.yaw_variance + partner.yaw_variance + unsure * motion.turn_rate_variance;
+        let variance = own.yaw_variance + partner.yaw_variance + gap_variance * motion.turn_rate_variance;
         if variance > SURE_YAW_RAD * SURE_YAW_RAD {
             return None;
         }
@@ -223,19 +223,19 @@ mod tests {
         Timestamp::EPOCH + Span::from_secs_f64(100.0 + t)
     }
 
-    /// What an agent reports that errs so, without noise: seen from its true pose, told about the one that it believes
-    /// in, stamped by its clock.
+    /// The report of an agent with this bias, without noise: detected from its true pose, reported about its estimated
+    /// pose, stamped by its clock.
     fn reported(true_pose: Pose, t: f64, bias: &Bias) -> DetectionFrame {
         let object = truth(t);
         let (range, bearing) =
             (true_pose.distance_to(object.x, object.y), true_pose.bearing_to(object.x, object.y));
-        let believed = Pose {
+        let estimated = Pose {
             x: true_pose.x + bias.dx_m,
             y: true_pose.y + bias.dy_m,
             yaw: true_pose.yaw + bias.yaw_rad,
         };
-        let (x, y) = believed.offset(range * libm::cos(bearing), range * libm::sin(bearing));
-        let yaw = wrap_angle(object.yaw - true_pose.yaw + believed.yaw);
+        let (x, y) = estimated.offset(range * libm::cos(bearing), range * libm::sin(bearing));
+        let yaw = wrap_angle(object.yaw - true_pose.yaw + estimated.yaw);
         let position = Covariance2 { xx: 0.09, xy: 0.03, yy: 0.04 };
         let detection = Detection {
             class: Class::Car,
@@ -247,13 +247,13 @@ mod tests {
         };
         let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: 1, sequence: 1 };
         DetectionFrame {
-            sensor_pose: Some(believed),
+            sensor_pose: Some(estimated),
             detections: vec![detection],
             ..DetectionFrame::empty(id, at(t + bias.clock_s))
         }
     }
 
-    fn sighting(frame: &DetectionFrame, slot: u8, applied: Bias) -> RegistrationReport {
+    fn report_of(frame: &DetectionFrame, slot: u8, applied: Bias) -> RegistrationReport {
         let (pose, detection) = (frame.sensor_pose.unwrap(), frame.detections[0]);
         let sensor = [pose.x, pose.y];
         RegistrationReport {
@@ -283,7 +283,7 @@ mod tests {
         SharedObject { own, partner, motion }
     }
 
-    /// d − h·b for the true errors: what the linear model leaves of a direct simulation.
+    /// d − h·b for the true errors: the residual of the linear model against a direct simulation.
     fn left(shared: &SharedObject) -> [f64; 3] {
         let one = Difference::of(shared, &[1.0; 8], 0.0);
         let truth = joined(OWN.to_array(), OTHER.to_array());
@@ -293,10 +293,10 @@ mod tests {
     }
 
     #[test]
-    fn the_model_is_what_a_direct_simulation_does() {
+    fn the_linear_model_agrees_with_a_direct_simulation() {
         for gap_s in [0.0, 0.04, -0.04] {
-            let own = sighting(&reported(STAND[0], 0.3, &OWN), 0, Bias::ZERO);
-            let partner = sighting(&reported(STAND[1], 0.3 - gap_s, &OTHER), 1, Bias::ZERO);
+            let own = report_of(&reported(STAND[0], 0.3, &OWN), 0, Bias::ZERO);
+            let partner = report_of(&reported(STAND[1], 0.3 - gap_s, &OTHER), 1, Bias::ZERO);
             let [x, y, yaw] = left(&shared(own, partner, 0.3));
             // Errors are some 0.7 m; what is left is of second order, ½ v ω δ² and ψ v δ.
             assert!(x.abs().max(y.abs()) < 0.02 && yaw.abs() < 1e-9, "{x} {y} {yaw} at a gap of {gap_s}");
@@ -304,26 +304,26 @@ mod tests {
     }
 
     #[test]
-    fn what_was_corrected_is_put_back() {
+    fn applied_corrections_are_added_back_to_differences() {
         let applied = Bias { dx_m: 0.2, dy_m: -0.1, yaw_rad: 0.004, clock_s: 0.03 };
         let raw = reported(STAND[0], 0.3, &OWN);
         let mut corrected = raw.clone();
         correct(&raw, &applied, &mut corrected);
-        let partner = sighting(&reported(STAND[1], 0.28, &OTHER), 1, Bias::ZERO);
-        let [x, y, yaw] = left(&shared(sighting(&corrected, 0, applied), partner, 0.3));
+        let partner = report_of(&reported(STAND[1], 0.28, &OTHER), 1, Bias::ZERO);
+        let [x, y, yaw] = left(&shared(report_of(&corrected, 0, applied), partner, 0.3));
         assert!(x.abs().max(y.abs()) < 0.02 && yaw.abs() < 1e-9, "{x} {y} {yaw}");
     }
 
     #[test]
-    fn a_heading_that_is_turned_round_is_not_compared() {
-        let mut own = sighting(&reported(STAND[0], 0.3, &OWN), 0, Bias::ZERO);
-        let partner = sighting(&reported(STAND[1], 0.3, &OTHER), 1, Bias::ZERO);
+    fn a_reversed_heading_is_not_compared() {
+        let mut own = report_of(&reported(STAND[0], 0.3, &OWN), 0, Bias::ZERO);
+        let partner = report_of(&reported(STAND[1], 0.3, &OTHER), 1, Bias::ZERO);
         own.yaw = wrap_angle(own.yaw + std::f64::consts::PI);
         assert_eq!(Difference::of(&shared(own, partner, 0.3), &[1.0; 8], 0.0).heading, None);
     }
 
     #[test]
-    fn a_frame_with_its_senders_errors_taken_out_is_the_one_without() {
+    fn a_corrected_frame_equals_the_frame_without_errors() {
         let raw = reported(STAND[0], 0.3, &OWN);
         let mut corrected = DetectionFrame::empty(raw.id, raw.captured_at);
         correct(&raw, &OWN, &mut corrected).unwrap();

@@ -1,8 +1,8 @@
-//! What is known of the errors of two agents.
+//! The joint estimate of two agents' errors.
 
 use super::model::dot;
 
-/// What is believed of two agents.
+/// The joint estimate of two agents' errors, in units of the declared accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pair {
     pub(super) mean: [f64; 8],

@@ -12,7 +12,7 @@ use v2x_common::time::Span;
 /// error counts twice.
 #[derive(Debug, Default)]
 pub(crate) struct PairFinder {
-    /// By frame slot: the agent as registration knows it; `None` where it does not.
+    /// By frame slot: the agent, if registration has it.
     sources: Vec<Option<Source>>,
     /// By frame slot, for each detection: the agents with whose detections it was compared, a bit each.
     compared: Vec<Vec<u32>>,
@@ -32,7 +32,7 @@ impl PairFinder {
         let compared = &mut self.compared[slot.index()];
         compared.clear();
         if source.is_some() {
-            // Room for a few more next time: memory grows rarely.
+            // Spare capacity: memory grows rarely.
             compared.reserve(n_detections.next_power_of_two());
             compared.resize(n_detections, 0);
         }
@@ -42,7 +42,7 @@ impl PairFinder {
     pub(crate) fn observe<F: Filter>(&mut self, assigned: &Assigned<'_, F>) {
         let Some(source) = self.source_of(assigned.slot) else { return };
         let n = assigned.predictions.len();
-        // Where there are more than are compared, each frame begins with others.
+        // Where there are more detections than the limit, each frame begins with other ones.
         let offset =
             usize::try_from(assigned.frame.id.sequence).unwrap_or(0).wrapping_mul(MAX_SHARED_OF_FRAME);
         for step in 0..n {
@@ -72,7 +72,7 @@ impl PairFinder {
         &self.shared
     }
 
-    /// The detection of another agent that is worth most: one of a reference where the agent is none (and the other way
+    /// The most informative detection of another agent: one of a reference where the agent is none (and the other way
     /// round), then the nearest in time, then the first.
     fn partner_of<F: Filter>(
         &self,
@@ -102,7 +102,7 @@ impl PairFinder {
         self.sources.get(slot.index()).copied().flatten()
     }
 
-    /// A detection as registration compares it; `None` where it does not: of an unknown agent, or of a foreign track.
+    /// A detection as registration compares it; `None` for an unknown agent or a foreign track.
     fn report(&self, detection: &Evidence, frames: &FrameStore) -> Option<RegistrationReport> {
         let source = self.source_of(detection.frame)?;
         let z = frames.measurement(detection)?;

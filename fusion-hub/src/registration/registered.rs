@@ -10,17 +10,17 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::Timestamp;
 
-/// Who declares more is taken to declare this: the model is linear, and no more may be taken out of a frame.
+/// Upper limits of declared accuracies: the model is linear, and no more is corrected in a frame.
 const MOST: Accuracy = Accuracy { position_m: 10.0, yaw_rad: 0.1, clock_s: 1.0 };
 
-/// What is kept of one agent beside its errors.
+/// The record of one agent beside its errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RegisteredAgent {
     pub(super) agent: AgentId,
     pub(super) accuracy: Accuracy,
     pub(super) whiteness: Whiteness,
     pub(super) decision: Decision,
-    /// What is taken out of its frames.
+    /// The correction of its frames.
     pub(super) applied: Bias,
     /// Differences that its reports made.
     pub(super) pairs: u64,
@@ -41,15 +41,15 @@ impl RegisteredAgent {
         }
     }
 
-    /// Standard deviations of dx and dy (m), yaw (rad) and clock (s), as declared; what it declares no error of errs by
-    /// nothing.
+    /// Standard deviations of dx and dy (m), yaw (rad) and clock (s), as declared; zero where it declares
+    /// no error.
     pub(super) fn sigmas(&self) -> [f64; 4] {
         let Accuracy { position_m, yaw_rad, clock_s } = self.accuracy;
         let position_m = position_m.min(MOST.position_m);
         [position_m, position_m, yaw_rad.min(MOST.yaw_rad), clock_s.min(MOST.clock_s)]
     }
 
-    /// Whether others are measured by it.
+    /// Whether it is a reference for others.
     pub(super) fn is_reference(&self) -> bool {
         let Accuracy { position_m, yaw_rad, clock_s } = self.accuracy;
         position_m <= REFERENCE.position_m && yaw_rad <= REFERENCE.yaw_rad && clock_s <= REFERENCE.clock_s

@@ -1,4 +1,4 @@
-//! What is told of an agent's errors.
+//! The published estimate of an agent's errors.
 
 use super::model::Bias;
 use v2x_common::id::AgentId;
@@ -14,10 +14,10 @@ pub struct Observable {
     pub clock: bool,
 }
 
-/// What is believed of one agent's clock and pose.
+/// The estimate of one agent's clock and pose errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgentRegistration {
-    /// Whose.
+    /// The agent.
     pub agent: AgentId,
     /// The estimate.
     pub bias: Bias,
@@ -25,20 +25,20 @@ pub struct AgentRegistration {
     pub sigma: Bias,
     /// Its covariance, in the order and units of [`Bias`].
     pub covariance: [[f64; 4]; 4],
-    /// What is taken out of the agent's frames.
+    /// The correction of the agent's frames.
     pub applied: Bias,
-    /// What can be seen.
+    /// Which errors are observable.
     pub observable: Observable,
-    /// All shared objects move alike: a clock that is ahead looks like a pose that lies behind.
+    /// All shared objects move alike: a clock error and a pose error have the same effect.
     pub confounded: bool,
-    /// It declares so little that others are measured by it.
+    /// It is a reference for others: its declared errors are small enough.
     pub is_reference: bool,
     /// It shares objects, but no chain of such leads to a reference: only differences are known.
     pub relative_only: bool,
-    /// It errs by more than it declares.
+    /// Its error exceeds the declared accuracy.
     pub exceeds_declared: bool,
-    /// The part of the declared variance that is drawn anew in each frame.
+    /// The part of the declared variance that is independent in each frame.
     pub white_share: f64,
-    /// Differences that its reports made.
+    /// Differences formed from its reports.
     pub pairs: u64,
 }

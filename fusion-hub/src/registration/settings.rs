@@ -1,4 +1,4 @@
-//! What registration assumes, and what it may do.
+//! Assumptions and mode of registration.
 
 use serde::{Deserialize, Serialize};
 use v2x_common::sensor::Accuracy;
@@ -8,11 +8,11 @@ use v2x_common::time::Span;
 pub const MEMORY_S: f64 = 60.0;
 /// Reports further apart in time are not compared: half a period at 3 Hz.
 pub const LONGEST_GAP: Span = Span::from_millis(150);
-/// Shared objects of one frame that are compared at most: more tell little of an error that the frame has in common.
+/// Most shared objects of one frame that are compared: more add little information about an error common to the frame.
 pub const MAX_SHARED_OF_FRAME: usize = 8;
-/// Reports of a track after which its velocity is believed.
+/// Reports of a track after which its velocity is used.
 pub const REPORTS_FOR_VELOCITY: u32 = 5;
-/// Who declares no more than this is a reference: it has been surveyed (0.1 m, 0.1°, 1 ms).
+/// An agent that declares at most this is a reference: it has been surveyed (0.1 m, 0.1°, 1 ms).
 pub const REFERENCE: Accuracy =
     Accuracy { position_m: 0.1, yaw_rad: 0.1 / 57.295_779_513_082_32, clock_s: 1e-3 };
 
@@ -22,9 +22,9 @@ pub const REFERENCE: Accuracy =
 pub enum Registration {
     /// Nothing.
     Off,
-    /// They are estimated and told.
+    /// They are estimated and published.
     Estimate,
-    /// They are estimated, and taken out where that is sure.
+    /// They are estimated, and corrected where they are observable and significant.
     #[default]
     Correct,
 }

@@ -1,22 +1,22 @@
-//! How much of an agent's error is drawn anew for each frame.
+//! The share of an agent's error that is independent in each frame.
 //!
-//! Such an error is common to all that one frame reports: many objects say of it what one says, and a hundred frames are
-//! no more than a hundred draws. With a frame's information Λ in units of σ, r = η − Λ m has covariance
-//! Λ + Λ P Λ + κ Λ², where κσ² is the variance of that error; so the mean of rᵀr gives κ (method of moments).
+//! Such an error is common to all detections of a frame: many objects give the information of one, and a hundred frames
+//! are a hundred draws. With a frame's information Λ in units of σ, r = η − Λ m has covariance Λ + Λ P Λ + κ Λ², where
+//! κσ² is the variance of that error; so the mean of rᵀr gives κ (method of moments).
 
 use super::group::Group;
 use super::model::dot;
 use super::pair::Pair;
 
-/// Taken beforehand, as if this many frames had shown it: a tenth of what is declared.
+/// Prior, with the weight of this many frames: a tenth of the declared variance.
 const AT_FIRST: f64 = 0.1;
 const FRAMES_AT_FIRST: f64 = 3.0;
-/// An agent may declare half of what it errs by, not less.
+/// An agent's error may be up to twice what it declares.
 const MOST: f64 = 4.0;
-/// What frames showed so long ago hardly counts, s.
+/// Time constant with which older frames lose weight, s.
 const MEMORY_S: f64 = 20.0;
 
-/// One agent's κ, with how it was come by.
+/// One agent's κ, with its sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Whiteness {
     sum: f64,
@@ -30,7 +30,7 @@ impl Whiteness {
         mean.clamp(0.0, MOST)
     }
 
-    /// Notes what a frame shows.
+    /// Adds a frame's estimate.
     pub(super) fn note(&mut self, shown: Shown) {
         self.sum += shown.weight * shown.kappa;
         self.weight += shown.weight;
@@ -51,7 +51,7 @@ impl Whiteness {
     }
 }
 
-/// One frame's κ, and how much it says.
+/// One frame's κ, with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shown {
     kappa: f64,
@@ -59,23 +59,23 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// Of a frame and one partner; it is not told apart which of the two it was.
-    pub(super) fn by(group: &Group, believed: &Pair) -> Self {
+    /// Of a frame and one partner; the two are not distinguished.
+    pub(super) fn by(group: &Group, estimate: &Pair) -> Self {
         let lambda = &group.lambda;
         let (mut shown, mut expected, mut squares) = (0.0, 0.0, 0.0);
         for (k, row) in lambda.iter().enumerate() {
-            let rest = group.eta[k] - dot(row, &believed.mean);
+            let rest = group.eta[k] - dot(row, &estimate.mean);
             shown += rest * rest;
-            expected += row[k] + believed.spread(row, row, &[0.0; 8]);
+            expected += row[k] + estimate.spread(row, row, &[0.0; 8]);
             squares += dot(row, row);
         }
         if squares <= 0.0 || !(shown - expected).is_finite() {
             return Self { kappa: 0.0, weight: 0.0 };
         }
-        // A frame that says less of its agent than the reports' own noise allows shows little of κ.
+        // A frame with less information than the reports' own noise gives κ little weight.
         let trace: f64 = (0..8).map(|k| lambda[k][k]).sum();
-        let told = AT_FIRST * squares / trace;
-        let share = told / (1.0 + told);
+        let information = AT_FIRST * squares / trace;
+        let share = information / (1.0 + information);
         Self { kappa: ((shown - expected) / squares).min(MOST), weight: share * share }
     }
 }

@@ -156,7 +156,7 @@ impl FrameStore {
         Some(velocities[place].1)
     }
 
-    /// Whether one piece of evidence precedes another: by capture time, then by ids and indices, never by arrival.
+    /// Whether one item of evidence precedes another: by capture time, then by ids and indices, never by arrival.
     pub fn is_before(&self, a: &Evidence, b: &Evidence) -> bool {
         let by_time = self.compare((a.captured_at, a.frame), (b.captured_at, b.frame));
         by_time.then(a.index().cmp(&b.index())) == Ordering::Less

@@ -9,7 +9,7 @@ use v2x_common::time::{Span, Timestamp};
 
 /// An object counts as covered if it lies inside the field of view by this many standard deviations of its position.
 const VIEW_MARGIN_SIGMAS: f64 = 3.0;
-/// And by this much more, m: the borders of a sensor are not sharp.
+/// And by this much more, m: the borders of a sensor's coverage are uncertain.
 const VIEW_MARGIN_M: f64 = 0.5;
 /// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
@@ -75,10 +75,10 @@ impl<F: Filter> Snapshot<F> {
     ) {
         self.survive_to(at);
         let innovation = self.state.update(z);
-        let is_doubtful = self.existence.is_doubtful();
+        let is_unlikely = self.existence.is_unlikely();
         self.existence = self.existence.reported(&innovation, detection_over_clutter);
-        if is_doubtful {
-            self.existence = self.existence.or_born_now(birth_odds());
+        if is_unlikely {
+            self.existence = self.existence.or_initiated(birth_odds());
         }
         self.n_reports += 1;
         self.count_class(z.class);

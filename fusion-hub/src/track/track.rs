@@ -96,27 +96,27 @@ pub struct Track<F> {
 impl<F: Filter> Track<F> {
     /// A track with its first evidence, a detection. `spare` is a track that is not needed any more: its memory is
     /// used again.
-    pub fn new(id: TrackId, birth: Evidence, spare: Option<Self>, context: &TrackContext<'_>) -> Self {
-        let head = initial(&birth, context).expect("a birth is a report");
+    pub fn new(id: TrackId, first: Evidence, spare: Option<Self>, context: &TrackContext<'_>) -> Self {
+        let head = initial(&first, context).expect("the first evidence is a detection");
         let mut track = match spare {
             Some(spare) => Self {
                 id,
                 holders: ParticleSet::ALL,
-                disputed_at: birth.captured_at,
+                disputed_at: first.captured_at,
                 head,
                 stale_from: None,
-                initiated_at: birth.captured_at,
+                initiated_at: first.captured_at,
                 ..spare
             },
             None => Self {
                 id,
                 holders: ParticleSet::ALL,
-                disputed_at: birth.captured_at,
+                disputed_at: first.captured_at,
                 evidence: VecDeque::with_capacity(EVIDENCE_AT_FIRST),
                 checkpoints: VecDeque::with_capacity(EVIDENCE_AT_FIRST / CHECKPOINT_EVERY + 1),
                 head,
                 stale_from: None,
-                initiated_at: birth.captured_at,
+                initiated_at: first.captured_at,
                 contributors: Contributors::default(),
                 folded: Contributors::NONE,
             },
@@ -125,9 +125,9 @@ impl<F: Filter> Track<F> {
         track.checkpoints.clear();
         track.contributors.clear();
         track.folded.clear();
-        track.evidence.push_back(birth);
+        track.evidence.push_back(first);
         track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
-        track.contributors.note(&birth, context.frames.get(birth.frame), context.agents);
+        track.contributors.note(&first, context.frames.get(first.frame), context.agents);
         track
     }
 
@@ -227,10 +227,10 @@ impl<F: Filter> Track<F> {
             self.head = last.snapshot;
             return Some(last.count);
         }
-        let birth = self.evidence.iter().position(|item| item.is_detection())?;
-        self.head = initial(&self.evidence[birth], context)?;
-        self.checkpoints.push_back(Checkpoint { count: birth + 1, snapshot: self.head });
-        Some(birth + 1)
+        let first = self.evidence.iter().position(|item| item.is_detection())?;
+        self.head = initial(&self.evidence[first], context)?;
+        self.checkpoints.push_back(Checkpoint { count: first + 1, snapshot: self.head });
+        Some(first + 1)
     }
 
     /// How many checkpoints hold at most this many items.

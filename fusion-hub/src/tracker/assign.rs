@@ -148,7 +148,7 @@ impl Assigning {
         if let Some(particles) = &self.particles {
             let initiation =
                 |(index, holders): &(u16, ParticleSet)| Initiation { index: *index, holders: *holders };
-            initiations.extend(particles.births().iter().map(initiation));
+            initiations.extend(particles.initiations().iter().map(initiation));
         }
     }
 

@@ -152,7 +152,7 @@ impl<F: Filter> TrackStore<F> {
     }
 
     /// Replays late evidence, folds what is older than the horizon, and deletes tracks whose last detection is older
-    /// than `deleted_before`; `on_deleted` sees each of them first.
+    /// than `deleted_before`; `on_deleted` is called with each of them first.
     pub(crate) fn maintain(
         &mut self,
         horizon: &Horizon,

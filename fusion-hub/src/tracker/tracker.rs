@@ -198,7 +198,8 @@ impl<F: Filter> Tracker<F> {
         self.instant.next_retracted()
     }
 
-    /// Merges the younger of two tracks into the older one. `before` sees both first. Whether there were both.
+    /// Merges the younger of two tracks into the older one. `before` is called with both first. Whether there were
+    /// both.
     pub(crate) fn merge(
         &mut self,
         (older, younger): (TrackId, TrackId),
@@ -219,7 +220,7 @@ impl<F: Filter> Tracker<F> {
     }
 
     /// Replays late evidence, folds what is older than the horizon, and deletes tracks that nothing can be of any more;
-    /// `on_deleted` sees each of these first.
+    /// `on_deleted` is called with each of these first.
     pub(crate) fn maintain(
         &mut self,
         now: Timestamp,

@@ -1,9 +1,9 @@
-//! Agents by number: names are compared once, when a frame comes in.
+//! Agents by number: names are compared once, when a frame arrives.
 
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
 
-/// An agent's place in the hub's books.
+/// An agent's place in the hub's registry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AgentSlot(u16);
 
@@ -48,7 +48,7 @@ impl AgentNames {
         slot
     }
 
-    /// Gives a name's slot free.
+    /// Frees a name's slot.
     pub fn remove(&mut self, name: &AgentId) -> Option<AgentSlot> {
         let slot = self.by_name.remove(name)?;
         self.free.push(slot);

@@ -8,7 +8,7 @@ use v2x_common::covariance::Covariance2;
 const CORRELATION_KEPT: f64 = 1.0 - 1.0 / (1 << 20) as f64;
 
 /// A measurement without its velocity. Variances, sizes and headings are held in single precision, six
-/// digits more than any sensor knows of them; positions are not.
+/// digits and more than any sensor's accuracy; positions are not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct CompactMeasurement {
@@ -22,7 +22,7 @@ pub struct CompactMeasurement {
     class: Class,
     /// Whether a velocity was reported; it is held elsewhere.
     pub has_velocity: bool,
-    /// Whether it is somebody's track.
+    /// Whether it is an agent's own track.
     pub is_track: bool,
     /// Place in the list of laws, and whether it holds for width and depth.
     law: u8,
@@ -34,7 +34,7 @@ pub struct CompactMeasurement {
 pub struct SizeLaws(Vec<SizeLaw>);
 
 impl SizeLaws {
-    /// The place of a law; where there is no more room, that of none.
+    /// The place of a law; without room for it, the place of no law.
     fn place(&mut self, law: &SizeLaw) -> Option<u8> {
         let known = self.0.iter().position(|known| known == law);
         let place = known.unwrap_or(self.0.len());
@@ -47,7 +47,7 @@ impl SizeLaws {
 }
 
 impl CompactMeasurement {
-    /// Of nothing: fills room that is not used yet.
+    /// An empty one, for unused places.
     pub const BLANK: Self = Self {
         position: [0.0; 2],
         r: [0.0; 3],
@@ -63,9 +63,9 @@ impl CompactMeasurement {
         has_law: [false; 2],
     };
 
-    /// From a measurement and what a report says of existence (m²). With more laws than 256 in use, the last ones
+    /// From a measurement and its evidence of existence (m²). With more laws than 256 in use, the last ones
     /// hold by their first two moments.
-    #[expect(clippy::cast_possible_truncation, reason = "single precision is meant")]
+    #[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
     pub fn new(z: &Measurement, detection_over_clutter: f64, laws: &mut SizeLaws) -> Self {
         let law = z.size_law.iter().flatten().next().and_then(|law| laws.place(law));
         let single = |[a, b]: [f64; 2]| [a as f32, b as f32];
@@ -85,7 +85,7 @@ impl CompactMeasurement {
         }
     }
 
-    /// As a filter wants it, without velocity.
+    /// As a filter takes it, without velocity.
     #[inline(always)]
     pub fn expanded(&self, laws: &SizeLaws) -> Measurement {
         let double = |[a, b]: [f32; 2]| [f64::from(a), f64::from(b)];

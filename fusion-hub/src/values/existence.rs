@@ -1,16 +1,16 @@
-//! The probability that a track is of something real, as odds.
+//! The probability that a track is of a real object, as odds.
 
 use super::PositionInnovation;
 use super::share_lost;
 use std::f64::consts::PI;
 use v2x_common::time::Span;
 
-/// Odds of 0.999: more certain than this nobody gets, so that a track can still die in time.
+/// Upper limit, odds of 0.999: missed detections can still delete a track in time.
 const MAX_ODDS: f64 = 999.0;
-/// And less certain than this neither, so that a report can still revive it.
+/// Lower limit: a detection can still confirm the track again.
 const MIN_ODDS: f64 = 1e-12;
 
-/// Mean time that an object which nobody looks at keeps existing where it was predicted, s.
+/// Mean survival time of an object without coverage, s.
 pub const SURVIVAL_TIME_S: f64 = 10.0;
 
 /// A squared Mahalanobis distance, and something below e^(−½ of it).
@@ -44,7 +44,7 @@ impl Existence {
         Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
     }
 
-    /// The probability that it existed, by what is known by now of a moment `dt` later: that it still existed then, or
+    /// The smoothed probability that it existed, given that of a time `dt` later: that it still existed then, or
     /// had gone in the meantime.
     pub fn existed(self, dt: Span, existed_later: f64) -> f64 {
         let before = self.probability();
@@ -52,12 +52,12 @@ impl Existence {
         existed_later + (1.0 - existed_later) * gone / (gone + 1.0 - before)
     }
 
-    /// After a report: times the ratio of its density given the object to that of clutter, where
+    /// After a detection: times the ratio of its density given the object to that of clutter, where
     /// `detection_over_clutter` is in m² and ∞ without clutter.
     #[inline(always)]
     pub fn reported(self, innovation: &PositionInnovation, detection_over_clutter: f64) -> Self {
         let odds = self.0 * detection_over_clutter;
-        // Most tracks are as good as certain: then neither root nor exponential changes anything. The squares
+        // Most tracks are at the upper limit: then neither root nor exponential changes the result. The squares
         // of both sides of odds · e^(−m²/2) / 2π√det ≥ MAX_ODDS.
         let at_least = odds * (DENSITY_AT_NEAR / (2.0 * PI * MAX_ODDS));
         if innovation.mahalanobis2 <= NEAR && at_least * at_least >= innovation.determinant {
@@ -72,22 +72,22 @@ impl Existence {
     }
 
     /// Less likely than not.
-    pub fn is_doubtful(self) -> bool {
+    pub fn is_unlikely(self) -> bool {
         self.0 < 1.0
     }
 
-    /// After a report that may also be of something new, with these odds: a track that seemed dead must not make a
-    /// report worth less than it would be alone.
-    pub fn or_born_now(self, birth_odds: f64) -> Self {
+    /// After a detection that may also be of a new object, with these odds: a track of low existence must not make a
+    /// detection worth less than it would be alone.
+    pub fn or_initiated(self, birth_odds: f64) -> Self {
         Self::from_odds(self.0 + birth_odds)
     }
 
-    /// Whether it cannot become less.
+    /// Whether it is at the lower limit.
     pub fn is_least(self) -> bool {
         self.0 <= MIN_ODDS
     }
 
-    /// After a look that missed it, as it does with this probability.
+    /// After a missed detection, which has this probability.
     pub fn missed(self, miss_probability: f64) -> Self {
         Self::from_odds(self.0 * miss_probability)
     }
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_miss_is_bayes_rule() {
+    fn a_missed_detection_is_bayes_rule() {
         let (r, p_detection) = (0.8, 0.95);
         let expected = r * (1.0 - p_detection) / (1.0 - r * p_detection);
         let missed = Existence::from_probability(r).missed(1.0 - p_detection);
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn survival_takes_its_share_however_it_is_split() {
+    fn survival_does_not_depend_on_how_the_time_is_split() {
         let start = Existence::from_probability(0.9);
         let whole = start.survived(Span::from_millis(400));
         let split = start.survived(Span::from_millis(150)).survived(Span::from_millis(250));
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn certainty_is_bounded_so_that_three_misses_can_end_it() {
+    fn three_missed_detections_make_a_certain_track_unlikely() {
         let mut existence = Existence::from_odds(f64::INFINITY);
         for _ in 0..3 {
             existence = existence.missed(0.05);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_certain_report_revives_what_was_as_good_as_dead() {
+    fn a_detection_without_clutter_restores_the_existence_of_an_unlikely_track() {
         let mut existence = Existence::from_probability(0.5);
         for _ in 0..10_000 {
             existence = existence.missed(0.001);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_is_bayes_rule_whether_the_odds_saturate_or_not() {
+    fn a_detection_is_bayes_rule_with_and_without_saturation() {
         for (odds, mahalanobis2, over_clutter) in
             [(1e-6, 3.0, 1e3), (0.5, 0.1, 30.0), (5.0, 17.9, 1e7), (900.0, 17.9, 1e6), (0.1, 40.0, 1e9)]
         {

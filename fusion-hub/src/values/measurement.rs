@@ -1,4 +1,4 @@
-//! A detection as a filter sees it.
+//! A detection as a filter takes it in.
 
 use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
@@ -7,7 +7,7 @@ use v2x_common::covariance::{Covariance2, Velocity};
 /// true size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// What it looked like.
+    /// Class of the detection.
     pub class: Class,
     /// Position, m.
     pub position: [f64; 2],
@@ -25,11 +25,11 @@ pub struct Measurement {
     pub yaw_variance: f64,
     /// Velocity, where it was measured.
     pub velocity: Option<Velocity>,
-    /// Whether it is somebody's track: its error then depends on his earlier ones.
+    /// Whether it is a track of the agent: its error then depends on earlier ones of that track.
     pub is_track: bool,
 }
 
-/// How a sensor errs in sizes, as it declares: reported = f · true, with f ~ N(1, σ²) cut off below.
+/// A sensor's declared law of size errors: reported = f · true, with f ~ N(1, σ²) cut off below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeLaw {
     /// σ² before the cut.

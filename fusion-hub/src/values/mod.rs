@@ -1,4 +1,4 @@
-//! Plain values that every layer above uses. They know nothing of tracks, filters or agents' statistics.
+//! Plain values that every layer above uses. They do not depend on tracks, filters or agents' statistics.
 //!
 //! [`Measurement`] is a detection as a filter takes it in, [`SensorModel`] turns detections into measurements by what
 //! an agent declares, [`PredictedMeasurement`] is what a track expects of a frame, [`Existence`] the probability that

@@ -1,6 +1,6 @@
 //! How much two boxes overlap: intersection over union, and its generalised form.
 //!
-//! Most pairs are told apart by an axis that separates them (Gottschalk 1996). The rest are intersected by
+//! Most pairs have an axis that separates them (Gottschalk 1996). The rest are intersected by
 //! integrating along one box's boundary, clamped to the other one: by Green's theorem, without a polygon.
 
 use v2x_common::geometry::BevBox;
@@ -72,11 +72,11 @@ impl Footprint {
         if dx * dx + dy * dy >= radii * radii {
             return 0.0;
         }
-        let seen = self.sees(other);
-        if seen.is_apart(self.half, other.half) {
+        let placed = self.placement_of(other);
+        if placed.is_apart(self.half, other.half) {
             return 0.0;
         }
-        let corners = seen.corners(other.half);
+        let corners = placed.corners(other.half);
         let mut area = 0.0;
         for side in 0..4 {
             area += clamped_area(corners[side], corners[(side + 1) % 4], self.half);
@@ -85,7 +85,7 @@ impl Footprint {
     }
 
     /// The other box in the frame of this one.
-    fn sees(&self, other: &Self) -> Placement {
+    fn placement_of(&self, other: &Self) -> Placement {
         let [cos, sin] = self.heading;
         let (dx, dy) = (other.centre[0] - self.centre[0], other.centre[1] - self.centre[1]);
         let [other_cos, other_sin] = other.heading;
@@ -99,7 +99,7 @@ impl Footprint {
     fn hull_area(&self, other: &Self) -> f64 {
         let mut points = [[0.0; 2]; 8];
         points[..4].copy_from_slice(&Placement::ITSELF.corners(self.half));
-        points[4..].copy_from_slice(&self.sees(other).corners(other.half));
+        points[4..].copy_from_slice(&self.placement_of(other).corners(other.half));
         hull_area(&mut points)
     }
 }
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn unit_squares_half_a_side_apart_share_a_third() {
+    fn unit_squares_half_a_side_apart_have_an_overlap_of_one_third() {
         let a = BevBox { x: 0.0, y: 0.0, w: 1.0, d: 1.0, yaw: 0.0 };
         let b = BevBox { x: 0.5, ..a };
         assert!((iou(&a, &b) - 1.0 / 3.0).abs() < 1e-15);
@@ -248,14 +248,14 @@ mod tests {
         }
 
         #[test]
-        fn a_box_overlaps_itself_wholly(a in bev()) {
+        fn the_overlap_of_a_box_with_itself_is_one(a in bev()) {
             prop_assert!((iou(&a, &a) - 1.0).abs() < 1e-14);
             prop_assert!((giou(&a, &a) - 1.0).abs() < 1e-14);
         }
 
         #[test]
         fn a_contained_box_counts_by_its_area(a in bev(), scale in 0.05..0.7f64, turn in -3.1..3.1f64) {
-            // Within the inscribed circle of `a` whichever way it is turned.
+            // Within the inscribed circle of `a` at any heading.
             let side = scale * a.w.min(a.d);
             let inner = BevBox { w: side, d: side, yaw: turn, ..a };
             prop_assert!((iou(&a, &inner) - side * side / (a.w * a.d)).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! Which particles.
+//! Sets of particles.
 
 /// Most particles.
 pub const MAX_PARTICLES: u32 = 64;
@@ -8,9 +8,9 @@ pub const MAX_PARTICLES: u32 = 64;
 pub struct ParticleSet(u64);
 
 impl ParticleSet {
-    /// Every particle, however many there are: nobody doubts it.
+    /// Every particle, whatever their number.
     pub const ALL: Self = Self(u64::MAX);
-    /// None.
+    /// No particle.
     pub const NONE: Self = Self(0);
 
     /// Whether this particle is one of them.
@@ -23,12 +23,12 @@ impl ParticleSet {
         self.holds(0)
     }
 
-    /// Whether they are all there are.
+    /// Whether it contains all particles.
     pub const fn is_all(self) -> bool {
         self.0 == u64::MAX
     }
 
-    /// Whether there are none.
+    /// Whether it is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -53,7 +53,7 @@ impl ParticleSet {
         self.among(n).count_ones()
     }
 
-    /// The same set, where `n` particles are all there are.
+    /// The same set among `n` particles in all.
     #[must_use]
     pub const fn of(self, n: u32) -> Self {
         if self.among(n) == all(n) { Self::ALL } else { Self(self.among(n)) }
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_of_them_are_everybody() {
+    fn a_set_of_all_n_particles_is_the_set_of_all() {
         for n in [2, 8, 64] {
             let mut set = ParticleSet::NONE;
             for particle in 0..n {

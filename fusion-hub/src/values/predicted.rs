@@ -22,6 +22,6 @@ pub struct PredictedMeasurement {
     pub yaw: f64,
     /// Variance of the heading, rad².
     pub yaw_variance: f64,
-    /// Probability that the frame holds a detection of the track; one half where nothing is known of it.
+    /// Probability that the frame holds a detection of the track; one half where it is unknown.
     pub report_probability: f64,
 }

@@ -1,4 +1,4 @@
-//! How an agent's detections are read, by what it declares of its sensor.
+//! An agent's sensor model, from what it declares.
 
 use super::existence::SURVIVAL_TIME_S;
 use super::measurement::{Measurement, SizeLaw};
@@ -8,11 +8,11 @@ use v2x_common::detection::Detection;
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
 
-/// Largest detection probability that is taken at its word: one missed detection must not be proof.
+/// Upper limit of declared detection probabilities: one missed detection must not be proof.
 const MAX_DETECTION_PROBABILITY: f64 = 0.999;
 /// Frame rate of an agent that declares none, Hz.
 const UNDECLARED_RATE_HZ: f64 = 10.0;
-/// A track further than this beyond a sensor's range cannot turn out to have been covered, m.
+/// A track further than this beyond a sensor's range was not covered, whatever late data changes, m.
 const COVERAGE_SLACK_M: f64 = 20.0;
 
 /// Assumptions about agents that describe no sensor, and about new objects.
@@ -23,7 +23,7 @@ pub struct SensingDefaults {
     pub detection_probability: f64,
     /// Expected false detections of such an agent in a frame, per m².
     pub clutter_per_m2: f64,
-    /// Expected objects that come into view, per m² and second. How many of them a frame is the first to see
+    /// Expected objects that come into view, per m² and second. The number that is new to a frame
     /// follows from the declared rate of frames.
     pub births_per_m2_s: f64,
 }
@@ -34,7 +34,7 @@ impl Default for SensingDefaults {
     }
 }
 
-/// One agent's sensor: how its detections become measurements, and what they say of existence.
+/// One agent's sensor: how its detections become measurements, and their evidence of existence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorModel {
     model: DetectionModel,
@@ -42,7 +42,7 @@ pub struct SensorModel {
     size_law: Option<SizeLaw>,
 }
 
-/// What a detection says of existence.
+/// A detection's evidence of existence.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DetectionModel {
     /// Detection probability over clutter density, m²; ∞ without clutter.
@@ -63,13 +63,13 @@ impl DetectionModel {
     ) -> Self {
         let births_per_m2 = defaults.births_per_m2_s / rate_hz.max(1.0 / SURVIVAL_TIME_S);
         Self {
-            detection_over_clutter: believed(detection_probability) / clutter_per_m2,
+            detection_over_clutter: limited(detection_probability) / clutter_per_m2,
             birth_odds: births_per_m2 / clutter_per_m2,
         }
     }
 }
 
-fn believed(detection_probability: f64) -> f64 {
+fn limited(detection_probability: f64) -> f64 {
     detection_probability.min(MAX_DETECTION_PROBABILITY)
 }
 
@@ -95,7 +95,7 @@ impl Coverage {
             })
     }
 
-    /// Whether an object near this position (m) was covered, or may turn out to have been once late data has moved
+    /// Whether an object near this position (m) was covered, or may have been after late data has moved
     /// its track.
     pub fn may_cover(&self, [x, y]: [f64; 2]) -> bool {
         self.pose.distance_to(x, y) <= self.field_of_view.range_max_m + COVERAGE_SLACK_M
@@ -126,11 +126,11 @@ impl SensorModel {
     }
 
     fn new(detection_probability: f64, model: DetectionModel, size_noise: Option<SizeNoiseLaw>) -> Self {
-        let miss_probability = 1.0 - believed(detection_probability);
+        let miss_probability = 1.0 - limited(detection_probability);
         Self { model, miss_probability, size_law: size_noise.as_ref().map(moments) }
     }
 
-    /// What each detection says of existence.
+    /// Each detection's evidence of existence.
     pub const fn model(&self) -> DetectionModel {
         self.model
     }
@@ -177,7 +177,7 @@ fn moments(law: &SizeNoiseLaw) -> SizeLaw {
     SizeLaw { variance: law.sigma * law.sigma, lower: law.lower, mean, relative_variance }
 }
 
-/// A reported size with its sensor's bias taken out.
+/// A reported size with its sensor's bias removed.
 #[derive(Clone, Copy)]
 struct Debiased {
     /// m.
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_birth_rate_per_second_does_not_depend_on_the_frame_rate() {
+    fn the_birth_intensity_per_second_does_not_depend_on_the_frame_rate() {
         let odds =
             |rate_hz| DetectionModel::new((0.9, 1e-5), rate_hz, &SensingDefaults::default()).birth_odds;
         assert!((odds(10.0) - 1.0).abs() < 1e-12);

@@ -1,6 +1,6 @@
 //! Optimal assignment of rows to columns over sparse candidates.
 //!
-//! Row minima first; then, for rows that want a column which another one has, shortest augmenting paths with
+//! Row minima first; then, for rows whose cheapest column is taken, shortest augmenting paths with
 //! dual potentials (Jonker & Volgenant 1987, on adjacency lists). Every row may also stay alone at a fixed
 //! cost, so that a pair which costs more than two lone ones is never forced. A call costs what its candidates
 //! and conflicts cost, whatever the number of columns. Which of several optima is found depends on the order
@@ -37,7 +37,7 @@ pub struct Assigner {
     /// [`Column::FREE`] but for those in `edges`.
     columns: Vec<Column>,
     result: Vec<Option<u32>>,
-    /// Rows whose cheapest column another one has.
+    /// Rows whose cheapest column belongs to another row.
     conflicts: Vec<u32>,
     search: Search,
     by_row: ByRow,
@@ -58,7 +58,7 @@ struct ByRow {
 
 /// Where an augmenting path ends.
 enum End {
-    /// At a column that nobody holds.
+    /// At a free column.
     Column(u32),
     /// At a row that stays alone.
     Alone(u32),
@@ -111,7 +111,7 @@ impl Assigner {
 
     /// Adds a candidate of the current row.
     pub fn edge(&mut self, col: u32, cost: f64) {
-        // What costs more than staying alone is in no optimum.
+        // A pair that costs more than an unmatched row is in no optimum.
         if cost <= self.unmatched_cost {
             self.edges.push(Edge { col, cost });
         }
@@ -164,7 +164,7 @@ impl Assigner {
         for &(row, distance) in &self.search.rows {
             self.row_potential[row as usize] += length - distance;
         }
-        // Walk back from the end to `start`: every row on the path passes on the column that it held.
+        // From the end back to `start`: every row on the path passes its column on.
         let mut freed = match end {
             End::Column(col) => Some(col),
             End::Alone(row) => self.result[row as usize].take(),
@@ -174,7 +174,7 @@ impl Assigner {
             column.row = column.parent;
             freed = self.result[column.parent as usize].replace(col);
         }
-        self.search.forget(&mut self.columns);
+        self.search.reset(&mut self.columns);
     }
 
     /// Dijkstra from a lone row over reduced costs, to the nearest end.

@@ -1,4 +1,4 @@
-//! One Dijkstra search for an augmenting path, and what is known of the columns between searches.
+//! One Dijkstra search for an augmenting path, and the columns' state between searches.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -6,23 +6,23 @@ use std::collections::BinaryHeap;
 /// No row.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// All that is known of a column, in one place: a search needs all of it at once.
+/// The state of a column, in one place: a search reads all of it at once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
     /// Its dual potential.
     pub potential: f64,
     /// How far it is from the row that the search began with.
     pub distance: f64,
-    /// The row that has it.
+    /// The row that holds it.
     pub row: u32,
-    /// The row from which the search came here.
+    /// The row before it on the path.
     pub parent: u32,
     /// Whether `distance` is final.
     pub is_closed: bool,
 }
 
 impl Column {
-    /// Of nobody, and not reached.
+    /// Without row, and not reached.
     pub(super) const FREE: Self =
         Self { potential: 0.0, distance: f64::INFINITY, row: NONE, parent: NONE, is_closed: false };
 }
@@ -57,7 +57,7 @@ pub(super) struct Search {
 
 impl Search {
     /// Back to the state before the search, at the cost of what it touched.
-    pub(super) fn forget(&mut self, columns: &mut [Column]) {
+    pub(super) fn reset(&mut self, columns: &mut [Column]) {
         for &col in &self.touched {
             let column = &mut columns[col as usize];
             column.distance = f64::INFINITY;
@@ -68,7 +68,7 @@ impl Search {
         self.rows.clear();
     }
 
-    /// Notes a way over `row` to a column.
+    /// Notes a path over `row` to a column.
     pub(super) fn relax(&mut self, row: u32, (col, column): (u32, &mut Column), distance: f64) {
         // A closed column is final; rounding must not reopen it and tie the path into a loop.
         if distance < column.distance && !column.is_closed {

@@ -25,14 +25,14 @@ fn brute_force(row: usize, n_rows: usize, free: &mut [bool], candidates: &[Candi
 }
 
 #[test]
-fn a_greedy_choice_is_undone_where_the_sum_is_less() {
+fn a_greedy_choice_is_revised_where_the_sum_is_less() {
     let c = |row, col, cost| Candidate { row, col, cost };
     let candidates = [c(0, 0, 1.0), c(0, 1, 2.0), c(1, 0, 1.5)];
     assert_eq!(Assigner::default().solve(2, 2, &candidates, 10.0), [Some(1), Some(0)]);
 }
 
 #[test]
-fn a_pair_dearer_than_staying_alone_is_not_made() {
+fn a_pair_that_costs_more_than_an_unmatched_row_is_not_made() {
     let candidates = [Candidate { row: 0, col: 0, cost: 1.1 }];
     assert_eq!(Assigner::default().solve(1, 1, &candidates, 1.0), [None]);
     assert_eq!(Assigner::default().solve(0, 3, &[], 1.0), []);
@@ -55,7 +55,7 @@ proptest! {
             }
         }
         let mut assigner = Assigner::default();
-        // A solver that was used before must not remember.
+        // A reused solver must not keep state.
         assigner.solve(2, 2, &[Candidate { row: 1, col: 1, cost: 0.5 }], 1.0);
         let result = assigner.solve(n_rows, n_cols, &candidates, alone).to_vec();
         let mut taken: Vec<_> = result.iter().flatten().collect();

@@ -1,4 +1,4 @@
-//! Points in a hashed uniform grid: who is near, whatever the others' spread.
+//! Points in a hashed uniform grid: finds near points for any mixture of spreads.
 //!
 //! Every point and every query has a spread along each axis, a squared length; they are near where
 //! |Δ|² ≤ scale · (spread of the point + spread of the query) on both axes. Points of much larger spread than
@@ -22,7 +22,7 @@ const LEVEL_RATIO: f64 = 16.0;
 const CELL_IN_REACHES: f64 = 2.001;
 /// Cells are never smaller, m.
 const MIN_CELL_M: f64 = 1e-3;
-/// At least, so that two cells seldom share one. Never fewer than two in all: see [`Level::shift`].
+/// At least this many, so that two cells seldom share one. Never fewer than two in all: see [`Level::shift`].
 const BUCKETS_PER_POINT: usize = 2;
 /// The typical spread is the median of at most so many.
 const SAMPLES: usize = 31;
@@ -30,7 +30,7 @@ const SAMPLES: usize = 31;
 /// A point with its spread along each axis (m, m²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
-    /// Where, m.
+    /// Position, m.
     pub position: [f64; 2],
     /// Squared length that it adds to a reach, m².
     pub spread: [f64; 2],
@@ -67,7 +67,7 @@ struct Level {
     unsorted: Vec<(u32, Point)>,
 }
 
-/// The cell that a coordinate (in cells) is in: the nearest whole number. What is too far away for counting is
+/// The cell that a coordinate (in cells) is in: the nearest whole number. A coordinate out of range is
 /// in the last cell, so that the order is kept.
 fn cell(cells: f64) -> i32 {
     /// Numbers of this size have a unit in the last place of one.
@@ -77,7 +77,7 @@ fn cell(cells: f64) -> i32 {
     whole.cast_signed()
 }
 
-/// The median spread of a sample of points, m²: one that is out of all proportion does not matter.
+/// The median spread of a sample of points, m²: robust against outliers.
 fn typical_spread(spots: &[Spot]) -> f64 {
     let step = spots.len().div_ceil(SAMPLES).max(1);
     let mut sample = [f64::INFINITY; SAMPLES];
@@ -115,7 +115,7 @@ impl Grid {
     }
 
     /// Lists every pair of a query and a point near it, as places, grouped by query in order; the points of one
-    /// are in no order that means anything.
+    /// are in no particular order.
     pub(super) fn pairs(&self, queries: &[Spot], pairs: &mut Pairs) {
         pairs.clear();
         let levels = || self.levels.iter().filter(|level| level.count > 0);

@@ -18,11 +18,11 @@ pub(super) struct Point {
 pub(in crate::association) struct Pairs {
     buffer: Vec<[u32; 2]>,
     count: usize,
-    /// Where those of the query that is asked begin.
+    /// Start of the current query's pairs.
     begin: usize,
-    /// How many points it took.
+    /// Number of points visited.
     #[cfg(test)]
-    pub looked_at: usize,
+    pub visited: usize,
 }
 
 impl Pairs {
@@ -30,7 +30,7 @@ impl Pairs {
         self.count = 0;
     }
 
-    /// The next query is another one's.
+    /// Begins the next query.
     pub(super) fn begin_query(&mut self) {
         self.begin = self.count;
     }
@@ -41,22 +41,22 @@ impl Pairs {
     }
 }
 
-/// Points looked at in one go: whether there are one or three in a cell is not worth a branch.
+/// Points in a batch: a branch for each point of a cell would cost more.
 pub(super) const BATCH: usize = 4;
 
-/// Points that one query finds, give or take a batch. What could be any of so many is nobody's; and thousands of
-/// reports in one place must not stop the hub.
+/// Most points that one query finds, up to a batch more. So many candidates are ambiguous anyway, and thousands
+/// of reports in one place must not stop the hub.
 pub(super) const MOST_NEAR: usize = 256;
 
-/// What is asked of a run of points.
+/// A query of a run of points.
 pub(super) struct Probe {
-    /// Who asks.
+    /// Place of the query.
     pub query: u32,
-    /// Where, m.
+    /// Position, m.
     pub position: [f64; 2],
     /// How far along each axis, m.
     pub reach: [f64; 2],
-    /// The row of cells meant, or all.
+    /// The row of cells searched, or all.
     pub row: Option<i32>,
 }
 
@@ -65,7 +65,7 @@ impl Probe {
     pub(super) fn scan(&self, points: &[Point], range: std::ops::Range<usize>, pairs: &mut Pairs) {
         #[cfg(test)]
         {
-            pairs.looked_at += range.len();
+            pairs.visited += range.len();
         }
         let mut start = range.start;
         while start < range.end && pairs.count - pairs.begin < MOST_NEAR {
@@ -78,10 +78,10 @@ impl Probe {
                 let (dx, dy) = (point.x - self.position[0], point.y - self.position[1]);
                 let is_near = (dx.abs() <= self.reach[0]) & (dy.abs() <= self.reach[1]);
                 // Two rows can share buckets; a point counts in its own.
-                let is_meant =
+                let is_in_row =
                     (self.row.is_none() | (Some(point.row) == self.row)) & (start + offset < range.end);
                 out[found] = [self.query, point.place];
-                found += usize::from(is_near & is_meant);
+                found += usize::from(is_near & is_in_row);
             }
             pairs.count += found;
             start += BATCH;

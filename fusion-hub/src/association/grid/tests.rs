@@ -12,22 +12,22 @@ fn spots(spread: f64) -> Vec<Spot> {
     (0..2000).map(|i| Spot { position: position(i), spread: [spread; 2] }).collect()
 }
 
-/// How many points are looked at in all.
+/// Number of points visited in all.
 fn work(points: &[Spot], queries: &[Spot]) -> usize {
     let (mut grid, mut pairs) = (Grid::default(), Pairs::default());
     grid.fill(16.2, points, queries);
     grid.pairs(queries, &mut pairs);
     assert!(pairs.as_slice().len() >= COUNT - 2, "each but an outlier is near its own");
-    pairs.looked_at
+    pairs.visited
 }
 
 #[test]
-fn the_work_is_a_few_points_for_each_query() {
+fn each_query_visits_a_few_points() {
     assert!(work(&spots(0.25), &spots(0.25)) < 5 * COUNT);
 }
 
 #[test]
-fn a_far_outlier_and_one_that_is_hardly_known_cost_no_more_than_themselves() {
+fn a_far_outlier_and_an_uncertain_point_do_not_slow_other_queries() {
     let far = [3e7, -2e9];
     let unknown = [1e12, 1e13];
     for position in [far, [100.0; 2]] {
@@ -35,7 +35,7 @@ fn a_far_outlier_and_one_that_is_hardly_known_cost_no_more_than_themselves() {
             let (mut points, mut queries) = (spots(0.25), spots(0.25));
             points[17] = Spot { position, spread };
             queries[900] = Spot { position, spread };
-            // One query that looks at all, and one point that all look at.
+            // One query that visits all points, and one point that all queries visit.
             assert!(work(&points, &queries) < 7 * COUNT, "{position:?} {spread:?}");
         }
     }
@@ -50,7 +50,7 @@ fn points_of_very_different_spread_do_not_widen_each_others_search() {
 }
 
 #[test]
-fn whatever_its_reach_a_query_finds_each_point_near_it_once() {
+fn a_query_of_any_reach_finds_each_near_point_once() {
     // Of all shapes, and nearly as many cells as there are points: then rows begin to share buckets.
     let points = spots(0.25);
     let (mut grid, mut pairs) = (Grid::default(), Pairs::default());
@@ -77,7 +77,7 @@ fn whatever_its_reach_a_query_finds_each_point_near_it_once() {
 }
 
 #[test]
-fn what_is_not_a_number_is_near_nothing_and_harms_nothing() {
+fn points_that_are_not_numbers_are_near_no_other() {
     let (mut points, queries) = (spots(0.25), spots(0.25));
     points[3].position = [f64::NAN, 0.0];
     points[4].position = [f64::INFINITY, f64::NEG_INFINITY];

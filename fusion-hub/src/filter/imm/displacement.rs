@@ -1,4 +1,4 @@
-//! Where a body gets to whose heading, speed and turn rate are Gaussian.
+//! The displacement of a body with Gaussian heading, speed and turn rate.
 //!
 //! In the complex plane a step is (v·t + i·u·t)·exp(i h), with speed v, sideways speed u of the centre and
 //! heading h half-way: polynomials in Gaussians times exp(i h), whose means and covariances are known in

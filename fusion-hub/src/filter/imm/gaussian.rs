@@ -39,14 +39,14 @@ pub(super) const fn at(row: usize, column: usize) -> usize {
     if row < column { column * (column + 1) / 2 + row } else { row * (row + 1) / 2 + column }
 }
 
-/// How far two models of one object are apart (m), as far as f64 can tell a narrow ellipse so long.
+/// How far two models of one object are apart (m), limited so that f64 can represent an ellipse of that length.
 ///
 /// A report that moves them further from each other is 1 km off, and no gate lets it pass.
 pub(super) fn apart(deviation: f64) -> f64 {
     deviation.clamp(-MAX_APART_M, MAX_APART_M)
 }
 
-/// An angle that is at most one turn off brought into [-π, π]; any other goes the long way.
+/// An angle that is at most one turn off brought into [-π, π]; any other is reduced by the general formula.
 pub(super) fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
@@ -104,7 +104,7 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
         }
     }
 
-    /// Takes in position and heading, whose errors are independent of each other, one after the other.
+    /// Updates by position, then by heading. Their errors are independent of each other.
     pub(super) fn update_pose(
         &mut self,
         position: [f64; 2],
@@ -129,7 +129,7 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
             for column in 2..=row {
                 self.covariance[at(row, column)] -= s.product(cross[row], cross[column]);
             }
-            // P (I − K)ᵀ = P S⁻¹ R: no cancellation where the report is far better than the state.
+            // P (I − K)ᵀ = P S⁻¹ R: no cancellation where the measurement is far more accurate than the state.
             self.covariance[at(row, 0)] = gain[row][0] * r.xx + gain[row][1] * r.xy;
             self.covariance[at(row, 1)] = gain[row][0] * r.xy + gain[row][1] * r.yy;
         }
@@ -196,7 +196,7 @@ pub(super) fn mixed<const N: usize, const T: usize>(
     weights: &[f64; 4],
 ) -> Option<Gaussian<N, T>> {
     let sum: f64 = weights.iter().sum();
-    // A model that nothing points to keeps what it had.
+    // A model of weight 0 keeps its state.
     if sum < f64::MIN_POSITIVE {
         return None;
     }
@@ -264,7 +264,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_update_is_the_textbooks(
+        fn the_update_equals_the_dense_kalman_update(
             state in any_state(),
             z in [-2.0..2.0f64, -2.0..2.0, -1.0..1.0],
             sigmas in [0.01..3.0f64, 0.01..3.0, 0.01..3.0],
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn headings_on_both_sides_of_the_seam_meet_on_it() {
+    fn headings_on_both_sides_of_pi_have_their_mean_at_pi() {
         let east = Full { mean: [0.0; 5], covariance: std::array::from_fn(|i| f64::from(u8::from(i == 5))) };
         let mut sources = [east; 4];
         sources[0].mean[YAW] = PI - 0.1;

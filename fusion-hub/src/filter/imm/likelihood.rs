@@ -61,7 +61,7 @@ impl Factored {
         Self { slope, first: 1.0 / matrix.xx, second: 1.0 / rest, determinant: matrix.xx * rest }
     }
 
-    /// The second component without what the first one says of it.
+    /// The second component less its regression on the first one.
     pub(super) fn split(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [x, y - self.slope * x]
     }

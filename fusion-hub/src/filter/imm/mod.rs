@@ -35,10 +35,10 @@ const MANOEUVRE: usize = 3;
 /// Longest step in which a change of model is taken to come at its beginning, s.
 const LONGEST_STEP_S: f64 = 0.25;
 
-/// A longer prediction than this many steps is nobody's: its steps grow instead.
+/// Most steps of a prediction: a longer prediction takes longer steps.
 const MOST_STEPS: f64 = 16.0;
 
-/// A model less probable than this after an update is given up, until another one leads to it again.
+/// A model less probable than this after an update gets probability 0, until a transition from another one.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Factors on covariances before they are combined, for covariance intersection (Julier & Uhlmann 1997).
@@ -55,7 +55,7 @@ impl Inflation {
     pub const NONE: Self = Self { prior: 1.0, report: 1.0 };
 }
 
-/// How a prediction goes: in equal steps, each of which first changes models and then moves.
+/// A prediction in equal steps. Each step first changes models, then moves.
 struct Passage {
     n_steps: u32,
     step: Step,
@@ -88,7 +88,7 @@ pub struct Imm {
 }
 
 impl Imm {
-    /// After a first report; what it cannot know comes from its class.
+    /// The state after a first measurement; the class gives what was not measured.
     pub fn initial(z: &Measurement) -> Self {
         let params = Params::of(z.class);
         let birth = params.birth;
@@ -97,7 +97,7 @@ impl Imm {
             mean: [z.position[0], z.position[1], yaw],
             covariance: [z.r.xx, z.r.xy, z.r.yy, 0.0, 0.0, z.yaw_variance],
         };
-        let mut born = Self {
+        let mut initial = Self {
             weights: birth.weights,
             parked: pose,
             stopped: pose,
@@ -107,10 +107,10 @@ impl Imm {
         };
         if z.velocity.is_some() {
             let mut likelihoods = [Likelihood::CERTAIN; 4];
-            born.update_velocity(z, 1.0, &mut likelihoods);
-            born.weigh(&likelihoods);
+            initial.update_velocity(z, 1.0, &mut likelihoods);
+            initial.weigh(&likelihoods);
         }
-        born
+        initial
     }
 
     /// Moves the state by `dt_s` seconds, also backwards; an object of `length_m` turns about its rear axle.
@@ -176,7 +176,7 @@ impl Imm {
         }
     }
 
-    /// Takes in a report made at the state's time; returns how far it lay from the prediction.
+    /// Updates by a measurement made at the state's time; returns the innovation.
     pub fn update(&mut self, z: &Measurement, inflation: Inflation) -> PositionInnovation {
         if inflation.prior != 1.0 {
             self.inflate(inflation.prior);
@@ -194,7 +194,7 @@ impl Imm {
         self.update_velocity(z, inflation.report, &mut likelihoods);
         self.smooth.limit();
         self.manoeuvre.limit();
-        // Positions whose errors depend on each other say nothing new about the model, however many they are.
+        // Positions with dependent errors give no evidence about the model.
         if inflation == Inflation::NONE || z.velocity.is_some() {
             self.weigh(&likelihoods);
         }
@@ -236,7 +236,7 @@ impl Imm {
         self.weights = posterior.map(|weight| weight / kept);
     }
 
-    /// What a position report with covariance `r` (m²) would mean, without taking it in: by the mixture's mean
+    /// The innovation of a position with covariance `r` (m²), without an update: by the mixture's mean
     /// and covariance.
     pub fn innovation(&self, z: [f64; 2], r: &Covariance2) -> PositionInnovation {
         let Place { position: [x, y], position_covariance, .. } = self.place();
@@ -249,7 +249,7 @@ impl Imm {
         ([x, y], self.manoeuvre.narrowed::<3, 6>().position_covariance().max_sigma())
     }
 
-    /// Where it is and which way it looks, all models together.
+    /// Position and heading, all models together.
     pub fn place(&self) -> Place {
         output::place(&self.places())
     }

@@ -62,7 +62,7 @@ impl Drive {
     /// From the table's acceleration (m/s²), turn rate (rad/s), lateral and position steps (m) and heading
     /// step (degrees) of half a second.
     ///
-    /// The turn rate is forgotten within 0.07 s (0.001 of it is left after 0.5 s): it moves the heading by 0.75
+    /// The turn rate decays within 0.07 s (0.001 of it is left after 0.5 s): it moves the heading by 0.75
     /// of a second times itself, and is no part of the state.
     pub(super) const fn smooth(sa: f64, so: f64, sl: f64, qp: f64, qy_deg: f64) -> Self {
         let yaw = density(radians(qy_deg)) + density(0.75 * so);
@@ -107,7 +107,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// A decaying turn rate looks the same backwards in time (it is a stationary process), but for the sign
+    /// A decaying turn rate is the same process backwards in time (it is stationary), but for the sign
     /// of what it integrates to.
     pub(super) fn of(dt_s: f64, lever_m: f64) -> Self {
         let duration_s = dt_s.abs();
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn noise_does_not_depend_on_how_a_step_is_split() {
         let drive = Drive::manoeuvre(3.0, 0.08, 0.3, 0.2, 1.5);
-        // Nothing but the heading's noise is known to be nonlinear: the state itself is certain.
+        // Only the heading's noise is nonlinear: the state itself is certain.
         let start = Full { mean: [0.0; 5], covariance: [0.0; 15] };
         for dt in [0.5, -0.5] {
             let whole = moved(&start, &Step::of(dt, 0.0), &drive);

@@ -7,7 +7,7 @@ use v2x_common::covariance::Covariance2;
 use v2x_common::fused::{KINEMATIC_INDEX, KinematicCovariance};
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
-/// Models below this probability do not open a gate.
+/// Models below this probability do not widen a gate.
 const IMPROBABLE: f64 = 0.01;
 
 /// Mean and covariance of an object, in the map frame.
@@ -27,7 +27,7 @@ pub struct Moments {
     pub model_probabilities: [f64; 4],
 }
 
-/// Where an object is and which way it looks: what gates need, for a fraction of the price of [`Moments`].
+/// Position and heading: what gates need, at a fraction of the cost of [`Moments`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Position, m.

@@ -14,7 +14,7 @@ pub(super) struct Motion {
     pub(super) turn_variance: f64,
 }
 
-/// What is believed of an object at its first report.
+/// What is assumed of an object at its first measurement (the birth model).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Birth {
     /// Probabilities of the models.
@@ -23,7 +23,7 @@ pub(super) struct Birth {
     pub(super) motion: Motion,
     /// The manoeuvring model takes the unusual speeds, too: three times the spread.
     ///
-    /// A city's 6 ± 3.6 m/s would take a car on a motorway for another one.
+    /// With a city's 6 ± 3.6 m/s alone the gate would lose a car on a motorway.
     pub(super) unusual: Motion,
 }
 
@@ -75,7 +75,7 @@ const CENTIRADIAN: f64 = 0.01 * 180.0 / std::f64::consts::PI;
 const IMMOBILE: Params = Params {
     birth: birth(0.0, 1.0, motion(0.1, 0.1, 0.05)),
     start: motion(0.1, 0.1, 0.05),
-    // As of a parked car: the table's 5 mm and 0.01 degrees are too sure of themselves (NEES 2.6 at 10 Hz).
+    // As of a parked car: the table's 5 mm and 0.01 degrees give too small covariances (NEES 2.6 at 10 Hz).
     still: Rest::per_half_second(0.02, 0.04),
     smooth: Drive::smooth(0.1, 0.005, 0.01, 0.01, CENTIRADIAN),
     manoeuvre: Drive::manoeuvre(0.1, 0.01, 0.01, 0.01, CENTIRADIAN),

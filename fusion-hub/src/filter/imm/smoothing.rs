@@ -1,6 +1,6 @@
-//! The four models' past, by what is known later.
+//! Smoothing of the four models: past states, given later ones.
 //!
-//! Each model of the past is led to by each of the models that could follow it: retrodiction of every pair (Rauch,
+//! Each past model is retrodicted from each of the models that could follow it (Rauch,
 //! Tung & Striebel 1965), weighed by how probable that change of model was, and mixed again (Kim 1994; Koch 2000).
 
 use super::gaussian::{self, Full, Gaussian, Still, YAW, apart, at};
@@ -10,7 +10,7 @@ use crate::filter::retrodiction::{Later, Square, retrodicted};
 use v2x_common::class::Class;
 
 impl Imm {
-    /// The models by what is known by now of `later`, `dt_s` seconds after them, where nothing was reported in
+    /// The models, given the smoothed state `later`, `dt_s` seconds after them, where nothing was reported in
     /// between; the arguments are those of [`Self::predict`].
     #[must_use]
     pub fn smoothed(&self, (dt_s, class, length_m): (f64, Class, f64), later: &Self) -> Self {
@@ -25,7 +25,7 @@ impl Imm {
         steps.fold(*later, |later, before| before.step_back(&passage, &later))
     }
 
-    /// The models before one step, by what is known by now of those after it.
+    /// The models before one step, given the smoothed models after it.
     fn step_back(&self, passage: &Passage, later: &Self) -> Self {
         let sources = match passage.transitions {
             Some(_) => self.sources(passage.params),
@@ -42,7 +42,7 @@ impl Imm {
         for (from, weights) in weights.iter().enumerate() {
             let source = &sources[from];
             let pairs: [Full; 4] = std::array::from_fn(|to| {
-                if weights[to] > 0.0 { led_back(source, (from, to), passage, later) } else { *source }
+                if weights[to] > 0.0 { retrodicted_from(source, (from, to), passage, later) } else { *source }
             });
             let own = output::likeliest(weights);
             match from {
@@ -57,7 +57,7 @@ impl Imm {
         smoothed
     }
 
-    /// Probabilities, by now, of each change of model (from row to column) in a step.
+    /// Smoothed probabilities of each change of model (from row to column) in a step.
     fn changes(&self, passage: &Passage, later: &Self) -> [[f64; 4]; 4] {
         let Some(transitions) = &passage.transitions else {
             return std::array::from_fn(|from| {
@@ -84,11 +84,11 @@ fn update<T>(model: &mut T, found: Option<T>) {
     }
 }
 
-/// One model's state before a step in which it became another one, by what is known of that one by now.
-fn led_back(source: &Full, (from, to): (usize, usize), passage: &Passage, later: &Imm) -> Full {
+/// One model's smoothed state before a step in which it became another one.
+fn retrodicted_from(source: &Full, (from, to): (usize, usize), passage: &Passage, later: &Imm) -> Full {
     let found = match to {
-        PARKED => led_back_to_rest(source, passage, &later.parked),
-        STOPPED => led_back_to_rest(source, passage, &later.stopped),
+        PARKED => retrodicted_from_still(source, passage, &later.parked),
+        STOPPED => retrodicted_from_still(source, passage, &later.stopped),
         SMOOTH => {
             let start = source.narrowed::<4, 10>().with_turn(0.0);
             let predicted = moved(&start, &passage.step, &passage.params.smooth).narrowed::<4, 10>();
@@ -108,11 +108,11 @@ fn led_back(source: &Full, (from, to): (usize, usize), passage: &Passage, later:
             retrodicted(&dense(source), &cross, known(&predicted, &later.manoeuvre).as_later())
         }
     };
-    // What f64 cannot tell apart any more says nothing of the past.
+    // A predicted covariance that is singular in f64 gives no evidence of the past.
     found.map_or(*source, |found| shifted(source, &found))
 }
 
-fn led_back_to_rest(source: &Full, passage: &Passage, later: &Still) -> Option<([f64; 5], Square<5>)> {
+fn retrodicted_from_still(source: &Full, passage: &Passage, later: &Still) -> Option<([f64; 5], Square<5>)> {
     let mut predicted = source.narrowed::<3, 6>();
     passage.params.still.diffuse(&mut predicted, passage.step.duration_s);
     let covariance = dense(source);
@@ -120,7 +120,7 @@ fn led_back_to_rest(source: &Full, passage: &Passage, later: &Still) -> Option<(
     retrodicted(&covariance, &cross, known(&predicted, later).as_later())
 }
 
-/// The turn rate follows what is known of the rest by its covariance with that.
+/// The turn rate is corrected by its covariance with the other components.
 fn with_turn_of(
     source: &Full,
     before: &Square<4>,
@@ -190,7 +190,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
 
-    /// The textbook's: gain C = D P⁻¹, with what was predicted, and its covariance D with what was before.
+    /// The textbook's smoother: gain C = D P⁻¹, with what was predicted, and its covariance D with what was before.
     fn textbook<const N: usize, const T: usize>(
         before: &Gaussian<N, T>,
         cross: &Square<N>,
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn one_model_alone_is_the_textbooks_smoother() {
+    fn one_model_alone_equals_the_rts_smoother() {
         // Of an immobile class nothing changes its model.
         let (class, dt, length) = (Class::Barrier, 0.2, 0.5);
         for model in [PARKED, SMOOTH, MANOEUVRE] {
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn who_drives_off_is_known_by_hindsight_to_have_begun_before_it_showed() {
+    fn smoothing_finds_the_start_of_a_motion_earlier_than_filtering() {
         let mut states = vec![driven(0.0, 0.0, 0.0)];
         for step in 1..=15 {
             // 2 m/s² from the second half second on.
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn hindsight_of_anything_leaves_it_sound() {
+    fn smoothing_keeps_covariances_positive_definite() {
         let mut random = ChaCha8Rng::seed_from_u64(12);
         for _ in 0..5_000 {
             let first = anything(&mut random, [0.0, 0.0]);

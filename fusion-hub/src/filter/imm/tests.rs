@@ -30,7 +30,7 @@ pub(super) fn report(position: [f64; 2], yaw: f64) -> Measurement {
     }
 }
 
-/// A car that was seen for two seconds at a steady speed and turn rate, 10 times a second.
+/// A car measured for two seconds at a steady speed and turn rate, 10 times a second.
 pub(super) fn driven(speed: f64, turn_rate: f64, heading: f64) -> Imm {
     let mut imm = Imm::initial(&report([0.0, 0.0], heading));
     let (mut x, mut y) = (0.0, 0.0);
@@ -95,7 +95,7 @@ fn assert_alike(a: &Imm, b: &Imm, tolerance: f64) {
 
 #[test]
 fn a_split_step_is_the_whole_step() {
-    // Who stops in a step is taken to stop at its beginning: 0.4 % of the mixture are then 2 m apart.
+    // A stop within a step is modelled at its beginning: 0.4 % of the mixture are then 2 m apart.
     for (dt, tolerance) in [(0.05, 0.02), (0.1, 0.04), (0.5, 0.4)] {
         for (speed, turn_rate) in [(0.0, 0.0), (8.0, 0.0), (8.0, 0.3), (15.0, -0.2)] {
             for parts in [2, 5, 50] {
@@ -112,7 +112,7 @@ fn a_split_step_is_the_whole_step() {
 }
 
 #[test]
-fn back_and_forth_returns_with_more_doubt() {
+fn prediction_forth_and_back_returns_the_mean_with_a_larger_covariance() {
     let start = driven(8.0, 0.1, -2.0);
     let mut there_and_back = start;
     there_and_back.predict(-0.1, Class::Car, CAR_LENGTH_M);
@@ -132,7 +132,7 @@ fn back_and_forth_returns_with_more_doubt() {
 }
 
 #[test]
-fn what_stands_is_known_to_stand_and_what_drives_to_drive() {
+fn model_probabilities_separate_standing_from_moving_objects() {
     let [parked, stopped, ..] = driven(0.0, 0.0, 1.0).model_probabilities();
     assert!(parked + stopped > 0.95);
     let moving = driven(8.0, 0.0, 1.0);
@@ -143,7 +143,7 @@ fn what_stands_is_known_to_stand_and_what_drives_to_drive() {
 }
 
 #[test]
-fn a_car_on_a_motorway_is_not_lost() {
+fn a_fast_car_stays_in_the_gate() {
     let mut imm = Imm::initial(&report([0.0, 0.0], 0.0));
     for step in 1..20 {
         imm.predict(0.1, Class::Car, CAR_LENGTH_M);
@@ -172,7 +172,7 @@ fn a_cone_stays_parked() {
 }
 
 #[test]
-fn a_velocity_report_tells_the_speed_at_birth() {
+fn a_measured_velocity_gives_the_initial_speed() {
     let velocity = Some(Velocity { x: -12.0, y: 0.0, covariance: Covariance2::isotropic(0.3) });
     let imm = Imm::initial(&Measurement { velocity, ..report([0.0, 0.0], PI - 0.01) });
     let [vx, vy] = imm.moments().velocity;
@@ -184,7 +184,7 @@ fn a_velocity_report_tells_the_speed_at_birth() {
 }
 
 #[test]
-fn the_map_frames_origin_and_direction_do_not_matter() {
+fn results_do_not_depend_on_the_map_frame() {
     let far = [9e7, -9e7];
     let turn = PI - 0.05;
     let (sin, cos) = libm::sincos(turn);
@@ -219,13 +219,13 @@ fn inflating_both_sides_is_covariance_intersection() {
     let prior = Imm::initial(&Measurement { class: Class::Barrier, ..report([0.0, 0.0], 0.0) });
     let mut fused = prior;
     fused.update(&report([0.0, 0.0], 0.0), Inflation { prior: 2.0, report: 2.0 });
-    // The same report twice, in equal shares: nothing is learnt.
+    // The same report twice, in equal shares: no information is added.
     let (p, q) = (prior.moments(), fused.moments());
     assert!((p.covariance[0] - q.covariance[0]).abs() < 1e-12);
     assert!((p.yaw_variance - q.yaw_variance).abs() < 1e-12);
 }
 
-/// Anything that the wire lets through: 1 mm to 70 m, 1e-4 to 7 rad, positions anywhere on it.
+/// Any measurement that the wire accepts: 1 mm to 70 m, 1e-4 to 7 rad, positions anywhere on it.
 pub(super) fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
     let mut power = |low: f64, high: f64| libm::exp(between(random, libm::log(low), libm::log(high)));
     let (sx, sy, sigma_yaw, sigma_v) =
@@ -256,7 +256,7 @@ pub(super) fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
 }
 
 #[test]
-fn a_million_reports_of_anything_leave_it_sound() {
+fn a_million_arbitrary_measurements_keep_covariances_positive_definite() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut imm = Imm::initial(&anything(&mut random, [0.0, 0.0]));
     for step in 0..1_000_000 {

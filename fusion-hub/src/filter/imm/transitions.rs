@@ -4,7 +4,7 @@ use crate::values::share_lost;
 
 type Matrix = [[f64; 4]; 4];
 
-/// Rates (1/s) whose chain, looked at every 0.5 s, has the probabilities of METHODS.md, section 14.
+/// Rates (1/s) whose chain, sampled every 0.5 s, has the probabilities of METHODS.md, section 14.
 ///
 /// Parked to moving .001; stopped to moving .03 and back .008: −2 ln(1 − .038) shared out 30 : 8; smooth to
 /// manoeuvre .06 and back .3: −2 ln(1 − .008 − .36), less the rate of stopping, shared out 1 : 5.
@@ -14,7 +14,7 @@ const STOP: f64 = 0.016_311_9;
 const BEGIN_MANOEUVRE: f64 = 0.150_235;
 const END_MANOEUVRE: f64 = 0.751_175;
 
-/// Who starts is as likely to manoeuvre as not.
+/// An object that starts manoeuvres with probability one half.
 const GENERATOR: Matrix = [
     [-START_PARKED, 0.0, START_PARKED / 2.0, START_PARKED / 2.0],
     [0.0, -START, START / 2.0, START / 2.0],

@@ -1,11 +1,11 @@
-//! Velocity in the map frame: what one model says of it, and what a report of it says of the model.
+//! Velocity in the map frame: what one model predicts, and the likelihood of a measured velocity under it.
 
 use super::displacement::Displacement;
 use super::gaussian::{Full, at};
 use super::likelihood::{Factored, Likelihood, sum};
 use v2x_common::covariance::Covariance2;
 
-/// Velocity of a body that stands, as annotators and detectors see it, and sideslip of one that moves:
+/// Velocity that annotators and detectors report of a standing body, and sideslip of a moving one:
 /// standard deviation on each axis, m/s.
 const SIGMA_SLIP: f64 = 0.1;
 
@@ -41,7 +41,7 @@ pub(super) fn still_velocity(z: [f64; 2], r: &Covariance2) -> Likelihood {
     s.likelihood(s.split(z))
 }
 
-/// Takes in a velocity report: the linear update with the exact moments of what it reports.
+/// Updates by a measured velocity: the linear update with exact moments.
 pub(super) fn update_velocity(state: &mut Full, lever_m: f64, z: [f64; 2], r: &Covariance2) -> Likelihood {
     let Velocity { mean, covariance, cross } = velocity(state, lever_m);
     let s = Factored::of(&sum(&covariance, r));
