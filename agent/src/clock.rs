@@ -1,21 +1,21 @@
-//! An agent's clock: what it shows at a true time.
+//! The error of an agent's clock.
 
 use v2x_common::time::Span;
 
-/// How a clock errs. It shows true time + offset + drift · (time since the scenario's start).
+/// Error of a clock. Its time is true time + offset + drift · (time since the scenario's start).
 ///
-/// Only stamps are made by it. When an agent captures and sends is true time, so that an experiment with a wrong
-/// clock sees the same world, and differs in its stamps alone.
+/// It affects only time stamps. Agents capture and send at true times, so that a run with a clock error has the same
+/// detections and differs in the stamps alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockError {
-    /// How far it was ahead at the scenario's start.
+    /// Its lead at the scenario's start.
     pub offset: Span,
-    /// How much faster it runs than it should, parts per million.
+    /// Its excess rate, parts per million.
     pub drift_ppm: f64,
 }
 
 impl ClockError {
-    /// How far the clock is ahead at this true time since the scenario's start.
+    /// Its lead at this true time since the scenario's start.
     pub fn at(&self, since_start: Span) -> Span {
         self.offset + Span::from_secs_f64(1e-6 * self.drift_ppm * since_start.as_secs_f64())
     }
@@ -26,7 +26,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_offset_grows_by_microseconds_a_second() {
+    fn the_offset_grows_with_the_drift() {
         let clock = ClockError { offset: Span::from_millis(-50), drift_ppm: 10.0 };
         assert_eq!(clock.at(Span::ZERO), Span::from_millis(-50));
         assert_eq!(clock.at(Span::from_millis(100_000)), Span::from_millis(-49));

@@ -30,27 +30,27 @@ pub struct PoseError {
 
 /// The frame for which an error is drawn.
 #[derive(Clone, Copy, Debug)]
-pub struct FrameKey<'a> {
+pub(crate) struct FrameKey<'a> {
     /// The run's seed.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// The agent that captures it.
-    pub agent: &'a AgentId,
+    pub(crate) agent: &'a AgentId,
     /// Its number.
-    pub sequence: u64,
+    pub(crate) sequence: u64,
 }
 
 /// The true pose of an agent, and its own estimate of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EstimatedPose {
+pub(crate) struct EstimatedPose {
     /// The true pose.
-    pub truth: Pose,
+    pub(crate) truth: Pose,
     /// The pose that the agent reports, and by which it places its detections on the map.
-    pub estimate: Pose,
+    pub(crate) estimate: Pose,
 }
 
 impl PoseError {
     /// The estimate of an agent at `pose` in a frame, of which there are `rate_hz` in a second.
-    pub fn estimate(&self, pose: &Pose, frame: &FrameKey<'_>, rate_hz: f64) -> Pose {
+    pub(crate) fn estimate(&self, pose: &Pose, frame: &FrameKey<'_>, rate_hz: f64) -> Pose {
         let steps = GaussMarkov { correlation_frames: self.correlation_s * rate_hz };
         let draw = |knot| {
             let mut rng = keyed_rng(frame.seed, Some(frame.agent), knot, Purpose::PoseError);
@@ -67,7 +67,7 @@ impl PoseError {
 
 impl EstimatedPose {
     /// A box that was measured relative to the sensor, placed on the map by the estimate instead of the true pose.
-    pub fn place(&self, measured: &BevBox) -> BevBox {
+    pub(crate) fn place(&self, measured: &BevBox) -> BevBox {
         let turn = wrap_angle(self.estimate.yaw - self.truth.yaw);
         let from_sensor = Pose { x: self.estimate.x, y: self.estimate.y, yaw: turn };
         let (x, y) = from_sensor.offset(measured.x - self.truth.x, measured.y - self.truth.y);

@@ -1,6 +1,6 @@
-//! What only the simulation knows: true objects, and which detection came from which.
+//! Ground truth, which only the simulation knows: true objects, and the identities of detections.
 //!
-//! None of it is on the detections' wire. It travels on its own key (`v2x/{network}/sim/truth`).
+//! It is not in detection frames, but published under its own key (`v2x/{network}/sim/truth`).
 
 use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
@@ -13,23 +13,23 @@ pub struct ObjectId(pub u32);
 /// One object of the world at one time, in the map frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueObject {
-    /// Which one.
+    /// Its identity.
     pub id: ObjectId,
-    /// What it is.
+    /// Its class.
     pub class: Class,
-    /// Where, how large (m), and which way (rad).
+    /// Position (m), size (m) and heading (rad).
     pub bev: BevBox,
     /// Velocity east and north, m/s.
     pub velocity: (f64, f64),
 }
 
-/// The side table of one detection frame: whose detection stands at each index; `None` for clutter.
+/// The identities of the detections of one frame.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identities {
     /// The agent's boot epoch.
     pub epoch: u64,
     /// The frame's number.
     pub sequence: u64,
-    /// By index in the frame's list of detections.
+    /// The true object of the detection at each index of the frame; `None` for clutter.
     pub objects: Vec<Option<ObjectId>>,
 }

@@ -1,4 +1,4 @@
-//! Version 1 for ever. Written by `cargo run -p v2x-common --no-default-features --example golden`.
+//! Version 1 stays readable. Written by `cargo run -p v2x-common --no-default-features --example golden`.
 
 use crate::fixture;
 use crate::json_twin::assert_near;
@@ -45,7 +45,7 @@ fn a_fused_frame_of_version_1_is_read_exactly_and_written_the_same() {
 }
 
 #[test]
-fn the_golden_json_says_what_the_golden_bytes_say() {
+fn the_golden_json_is_the_twin_of_the_golden_bytes() {
     assert_eq!(
         text(json::encode_detections(&detections::decode(DETECTIONS).unwrap()).unwrap()),
         DETECTIONS_JSON

@@ -1,4 +1,4 @@
-//! The JSON twin keeps every number, times to the microsecond, and ids of 64 bits.
+//! JSON payloads keep every number, times to the microsecond, and ids of 64 bits.
 
 use crate::{fixture, strategy};
 use proptest::prelude::*;
@@ -126,7 +126,7 @@ fn the_class_of_an_object_is_kept_whatever_its_probabilities_say() {
 }
 
 #[test]
-fn a_foreign_json_object_without_probabilities_has_its_class_for_sure() {
+fn a_json_object_without_class_probabilities_has_its_class_with_probability_1() {
     let mut text = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
     text["objects"][0]["class_probabilities"] = json!([]);
     let object = &json::decode_fused(text.to_string().as_bytes()).unwrap().objects[0];
@@ -156,7 +156,7 @@ fn ids_beyond_53_bits_are_strings_and_survive() {
 }
 
 #[test]
-fn small_ids_may_be_plain_numbers() {
+fn small_ids_can_be_json_numbers() {
     let text = br#"{"captured_at": 1, "epoch": 5, "sequence": 7, "detections": []}"#;
     let id = decoded(text).id;
     assert_eq!((id.epoch, id.sequence), (5, 7));
@@ -179,7 +179,7 @@ fn a_heading_of_more_than_half_a_turn_is_taken_as_its_direction() {
 }
 
 #[test]
-fn a_payload_that_names_another_agent_than_the_key_is_returned_as_it_is() {
+fn a_frame_that_names_another_agent_than_the_key_is_returned_as_it_is() {
     let text = br#"{"captured_at": 1, "agent": "mallory", "detections": []}"#;
     assert_eq!(decoded(text).id.agent.as_str(), "mallory");
 }

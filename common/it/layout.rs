@@ -118,7 +118,7 @@ impl<'a> Rewriter<'a> {
     }
 }
 
-/// Room for a frame is made beforehand, for the longest numbers that there are.
+/// The encoder reserves room for the longest numbers.
 #[test]
 fn the_longest_names_and_numbers_have_room() {
     let text = "n".repeat(MAX_NAME_LEN);
@@ -161,7 +161,7 @@ fn the_longest_names_and_numbers_have_room() {
 
 proptest! {
     #[test]
-    fn detection_frames_are_what_serde_makes_of_their_numbers(frame in strategy::detection_frame()) {
+    fn the_layout_of_detection_frames_is_that_of_plain_serde_structs(frame in strategy::detection_frame()) {
         let mut bytes = Vec::new();
         detections::encode(&frame, &mut bytes).unwrap();
         let mut rewriter = Rewriter::new(&bytes, b'D');
@@ -193,7 +193,7 @@ proptest! {
     }
 
     #[test]
-    fn fused_frames_are_what_serde_makes_of_their_numbers(frame in strategy::fused_frame()) {
+    fn the_layout_of_fused_frames_is_that_of_plain_serde_structs(frame in strategy::fused_frame()) {
         let mut bytes = Vec::new();
         fused::encode(&frame, &mut bytes).unwrap();
         let mut rewriter = Rewriter::new(&bytes, b'F');

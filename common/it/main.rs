@@ -1,4 +1,4 @@
-//! The wire as its users see it: resolution, sizes, hostile bytes, golden files, JSON twin, schemas.
+//! The wire by its public interface: resolution, sizes, damaged bytes, golden files, JSON twin, schemas.
 
 #[cfg(test)]
 mod damage;

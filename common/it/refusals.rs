@@ -40,7 +40,7 @@ fn plain_detection(place: usize, byte: u8) -> Vec<u8> {
 }
 
 #[test]
-fn a_frame_of_24_bytes_by_hand_is_read() {
+fn a_frame_of_24_bytes_written_by_hand_is_decoded() {
     let frame = detections::decode(&plain_frame(&[&[0, 1], PLAIN_DETECTION.as_slice()].concat())).unwrap();
     let detection = frame.detections[0];
     assert_eq!((frame.id.agent.as_str(), detection.class, detection.score), ("a", Class::Car, 1.0));
@@ -99,7 +99,7 @@ fn bad_sensor_payloads_are_refused_by_reason() {
 /// `u32::MAX` as a varint: a claim of four thousand million items that the payload does not hold.
 const FOUR_BILLION: [u8; 5] = [0xff, 0xff, 0xff, 0xff, 0x0f];
 
-/// The reason proves it: a decoder that had begun to read or to reserve would have found the end first.
+/// The reason proves it: a decoder that had started to read would have reported the truncated payload.
 #[test]
 fn a_claim_of_four_billion_items_is_refused_before_anything_is_read_or_reserved() {
     let frame = plain_frame(&[&[0], FOUR_BILLION.as_slice()].concat());
@@ -136,7 +136,7 @@ fn too_many_detections_are_refused_in_both_directions() {
 }
 
 #[test]
-fn numbers_that_are_none_or_too_large_cannot_be_sent_in_a_detection_frame() {
+fn a_detection_frame_with_a_number_that_is_not_finite_or_too_large_cannot_be_encoded() {
     type Spoil = fn(&mut DetectionFrame, f64);
     let spoils: [Spoil; 11] = [
         |frame, value| frame.detections[0].bev.x = value,
@@ -170,7 +170,7 @@ fn numbers_that_are_none_or_too_large_cannot_be_sent_in_a_detection_frame() {
 }
 
 #[test]
-fn numbers_that_are_none_cannot_be_sent_in_a_sensor_description() {
+fn a_sensor_description_with_a_number_that_is_not_finite_cannot_be_encoded() {
     type Spoil = fn(&mut SensorDescription);
     let spoils: [Spoil; 3] = [
         |description| description.rate_hz = f64::NAN,
@@ -185,9 +185,9 @@ fn numbers_that_are_none_cannot_be_sent_in_a_sensor_description() {
     }
 }
 
-/// JSON would write `null` for them, which no reader takes for a number.
+/// JSON would contain `null` for them, which is not a number.
 #[test]
-fn numbers_that_are_none_cannot_be_sent_in_a_fused_frame() {
+fn a_fused_frame_with_a_number_that_is_not_finite_cannot_be_encoded() {
     type Spoil = fn(&mut FusedFrame, f64);
     let spoils: [Spoil; 9] = [
         |frame, value| frame.objects[1].bev.x = value,
@@ -212,7 +212,7 @@ fn numbers_that_are_none_cannot_be_sent_in_a_fused_frame() {
 }
 
 #[test]
-fn a_negative_variance_cannot_be_sent_in_a_fused_frame() {
+fn a_fused_frame_with_a_negative_variance_cannot_be_encoded() {
     let mut frame = fixture::fused_frame();
     frame.objects[0].ww = -1.0;
     assert_eq!(fused::encode(&frame, &mut Vec::new()).unwrap_err().reason(), "not_encodable");
@@ -227,7 +227,7 @@ fn a_fused_frame_that_names_an_agent_without_listing_it_is_refused() {
 }
 
 #[test]
-fn more_classes_than_there_are_cannot_be_sent() {
+fn a_fused_frame_with_more_classes_than_exist_cannot_be_encoded() {
     let mut frame = fixture::fused_frame();
     let share = frame.objects[0].class_probabilities[0];
     frame.objects[0].class_probabilities = vec![share; 25];

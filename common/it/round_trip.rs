@@ -195,7 +195,7 @@ proptest! {
         prop_assert_eq!(sensor::decode(&bytes).unwrap(), description);
     }
 
-    /// Rounding must not carry a frame over a limit which the receiver checks.
+    /// Rounding must not move a value beyond a limit that the receiver checks.
     #[test]
     fn what_can_be_encoded_at_the_limit_of_range_can_be_decoded(
         sensor_x in -2.0..2.0f64, beyond in -2e-3..2e-3f64, utm in any::<bool>()
@@ -215,7 +215,7 @@ proptest! {
 }
 
 #[test]
-fn an_empty_frame_says_that_nothing_was_seen() {
+fn an_empty_frame_survives_encoding() {
     let mut frame = crate::fixture::detection_frame();
     frame.detections.clear();
     assert_eq!(detections::decode(&encoded(&frame)).unwrap(), frame);
@@ -225,7 +225,7 @@ fn an_empty_frame_says_that_nothing_was_seen() {
 }
 
 #[test]
-fn the_largest_errors_that_validation_allows_come_back() {
+fn the_largest_valid_variances_survive_encoding() {
     let mut frame = crate::fixture::detection_frame();
     let variance = MAX_SIGMA_M * MAX_SIGMA_M;
     let covariance = &mut frame.detections[0].covariance;
@@ -237,7 +237,7 @@ fn the_largest_errors_that_validation_allows_come_back() {
 }
 
 #[test]
-fn half_a_turn_is_one_number_on_the_wire_whatever_its_sign() {
+fn half_a_turn_has_one_encoding_whatever_its_sign() {
     let mut frame = crate::fixture::detection_frame();
     let mut bytes = [std::f64::consts::PI, -std::f64::consts::PI].map(|yaw| {
         frame.detections[0].bev.yaw = yaw;
@@ -250,7 +250,7 @@ fn half_a_turn_is_one_number_on_the_wire_whatever_its_sign() {
 
 /// The bytes of the position's covariance stand six before the end of a frame of one plain detection.
 #[test]
-fn every_covariance_that_bytes_can_say_is_positive_definite() {
+fn every_covariance_that_can_be_decoded_is_positive_definite() {
     let mut frame = crate::fixture::detection_frame();
     frame.detections.truncate(1);
     frame.detections[0].velocity = None;

@@ -98,7 +98,7 @@ fn required(schema: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn properties_are_exactly_the_fields_that_a_full_frame_is_written_with() {
+fn the_properties_are_the_fields_of_a_complete_frame() {
     for twin in twins() {
         for Place { pointer, schema } in places(&twin) {
             let written = twin.full.pointer(&pointer).and_then(Value::as_object).unwrap();
@@ -122,7 +122,7 @@ fn every_property_is_described() {
 }
 
 #[test]
-fn a_frame_without_an_optional_field_is_read_and_one_without_a_required_field_is_refused_by_its_name() {
+fn only_required_fields_are_required() {
     for twin in twins() {
         for Place { pointer, schema } in places(&twin) {
             let required = required(schema);
@@ -142,7 +142,7 @@ fn a_frame_without_an_optional_field_is_read_and_one_without_a_required_field_is
 }
 
 #[test]
-fn a_field_that_no_schema_knows_is_refused_by_its_name_wherever_it_stands() {
+fn an_unknown_field_is_refused_by_its_name_at_any_level() {
     for twin in twins() {
         for Place { pointer, .. } in places(&twin) {
             let mut frame = twin.full.clone();

@@ -5,7 +5,7 @@ use std::fmt;
 
 macro_rules! classes {
     ($($variant:ident = $byte:literal, $name:literal, [$w:literal, $d:literal];)*) => {
-        /// What an object is: one byte on the wire, its nuScenes name in JSON.
+        /// The class of an object: one byte on the wire, its nuScenes name in JSON.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         pub enum Class {
@@ -22,7 +22,7 @@ macro_rules! classes {
             }
 
             /// A typical width and depth, m: round numbers from makers' data sheets and traffic
-            /// standards, for reports that name no size. Not estimated from any data set.
+            /// standards, for reports without a size. Not estimated from any data set.
             pub const fn typical_size(self) -> (f64, f64) {
                 match self { $(Self::$variant => ($w, $d),)* }
             }
@@ -118,13 +118,13 @@ impl Class {
         FOREIGN_NAMES.iter().find(|(foreign, _)| *foreign == folded).map(|(_, class)| *class)
     }
 
-    /// Whether two reports can be of one object: equal classes, or one is unknown.
+    /// Whether two detections can be of one object: equal classes, or one is unknown.
     #[inline]
     pub fn is_compatible_with(self, other: Self) -> bool {
         self == other || self == Self::Unknown || other == Self::Unknown
     }
 
-    /// People on foot and what they push or sit in.
+    /// People on foot, and strollers and wheelchairs.
     #[inline]
     pub const fn is_pedestrian(self) -> bool {
         matches!(
@@ -139,7 +139,7 @@ impl Class {
         )
     }
 
-    /// Things that move only when somebody carries them.
+    /// Objects that do not move by themselves.
     #[inline]
     pub const fn is_immobile(self) -> bool {
         matches!(

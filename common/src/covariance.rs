@@ -1,4 +1,4 @@
-//! What a report says of its own error.
+//! Covariances of what is measured.
 
 /// A 2×2 covariance of a position (m²) or a velocity (m²/s²).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Covariance2 {
 }
 
 impl Covariance2 {
-    /// Equal in every direction, from one standard deviation.
+    /// The same standard deviation in every direction, without correlation.
     #[inline]
     pub const fn isotropic(sigma: f64) -> Self {
         Self { xx: sigma * sigma, xy: 0.0, yy: sigma * sigma }
@@ -27,7 +27,7 @@ impl Covariance2 {
             && self.determinant() > 0.0
     }
 
-    /// Times a factor.
+    /// All elements multiplied by a factor.
     #[must_use]
     pub const fn scaled(&self, factor: f64) -> Self {
         Self { xx: self.xx * factor, xy: self.xy * factor, yy: self.yy * factor }
@@ -59,7 +59,7 @@ pub struct BoxCovariance {
     pub yaw: f64,
 }
 
-/// A velocity report: components in the map frame with their covariance.
+/// A measured velocity: components in the map frame with their covariance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
     /// East, m/s.

@@ -1,4 +1,4 @@
-//! What an agent saw: detections, and the frame that carries them.
+//! What an agent detected: detections, and the frame that contains them.
 
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Covariance2, Velocity};
@@ -8,60 +8,60 @@ use crate::time::Timestamp;
 
 /// Most detections in one frame.
 pub const MAX_DETECTIONS: usize = 4096;
-/// Farthest that a detection may lie from its sensor along one axis, m.
+/// Largest distance of a detection from its sensor along one axis, m.
 pub const MAX_RANGE_M: f64 = 10_000.0;
 /// Largest coordinate in the map frame, m.
 pub const MAX_COORDINATE_M: f64 = 1e8;
 const AT_MOST_COORDINATE: &str = "at most 1e8 m";
-/// What differences of large coordinates may be off by, m.
+/// Rounding error of differences of large coordinates, m.
 const ROUNDING_M: f64 = 1e-6;
 /// Largest width or depth, m.
 pub const MAX_SIZE_M: f64 = 65.0;
 /// Smallest width or depth, m.
 pub const MIN_SIZE_M: f64 = 0.001;
-/// Smallest variance of anything, m², rad² or m²/s²: nobody measures to 10 µm.
+/// Smallest variance, m², rad² or m²/s²: no sensor measures to 10 µm.
 pub const MIN_VARIANCE: f64 = 1e-10;
 /// Largest standard deviation of a position or a size, m.
 pub const MAX_SIGMA_M: f64 = 70.0;
-/// Largest standard deviation of a heading, rad (beyond it a heading says nothing).
+/// Largest standard deviation of a heading, rad (a uniform heading has 1.8 rad).
 pub const MAX_SIGMA_YAW_RAD: f64 = 7.0;
-/// Largest heading, rad: half a turn, and what its rounding may add.
+/// Largest heading, rad: half a turn, and a margin for rounding.
 const MAX_YAW_RAD: f64 = std::f64::consts::PI + 1e-9;
 /// Largest reported speed along one axis, m/s.
 pub const MAX_SPEED_MPS: f64 = 150.0;
 
-/// One object as one sensor saw it at one time.
+/// One object as one sensor reports it at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// What it looked like.
+    /// Its class by the detector.
     pub class: Class,
     /// The detector's confidence, 0 to 1.
     pub score: f64,
-    /// Where, how large, and which way, in the map frame.
+    /// Position, size and heading in the map frame.
     pub bev: BevBox,
-    /// What the detector knows of its own error.
+    /// Covariance of the box as the detector declares it.
     pub covariance: BoxCovariance,
-    /// Measured velocity, where the sensor has one.
+    /// Measured velocity, where the sensor measures it.
     pub velocity: Option<Velocity>,
-    /// The sender's track number: with it this is a filtered track, without it a raw detection.
+    /// The sender's track number: with it this is the state of a filtered track, without it a raw detection.
     pub source_track: Option<u64>,
 }
 
-/// All that one sensor saw at one time. The order of detections means nothing; none at all means
-/// "nothing seen".
+/// All detections of one sensor at one time. Their order has no meaning; an empty frame says that the sensor detected
+/// nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DetectionFrame {
     /// Sender and number.
     pub id: FrameId,
-    /// When it was measured, by the sender's clock: untrusted.
+    /// Time of capture by the sender's clock; not trusted.
     pub captured_at: Timestamp,
-    /// Where the sensor was then.
+    /// Pose of the sensor at that time, in the map frame.
     pub sensor_pose: Option<Pose>,
-    /// Under which revision of the sensor description it was made; 0 where there is none.
+    /// Revision of the sensor description that holds for it; 0 where there is none.
     pub sensor_revision: u32,
-    /// The coordinate frame of all positions; unnamed means the hub's.
+    /// The coordinate frame of all positions; `None`: the hub's.
     pub map_frame: Option<MapFrame>,
-    /// What was seen.
+    /// The detections.
     pub detections: Vec<Detection>,
 }
 
@@ -140,7 +140,7 @@ impl Detection {
 }
 
 impl DetectionFrame {
-    /// A frame that saw nothing, from a sensor that is not described.
+    /// A frame without detections, of a sensor without description.
     pub const fn empty(id: FrameId, captured_at: Timestamp) -> Self {
         Self {
             id,

@@ -1,4 +1,4 @@
-//! What a hub republishes: fused objects, and the frame that carries them.
+//! What a hub publishes: fused objects, and the frame that contains them.
 
 use crate::class::Class;
 use crate::geometry::BevBox;
@@ -9,23 +9,23 @@ use crate::time::{Span, Timestamp};
 /// y-vy, vx-vx, vx-vy, vy-vy; m², m²/s and m²/s².
 pub type KinematicCovariance = [f64; 10];
 
-/// Where the diagonal of a [`KinematicCovariance`] stands.
+/// Places of the diagonal in a [`KinematicCovariance`].
 pub const KINEMATIC_DIAGONAL: [usize; 4] = [0, 4, 7, 9];
 
 /// Row and column of every element of a [`KinematicCovariance`].
 pub const KINEMATIC_INDEX: [(usize, usize); 10] =
     [(0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3)];
 
-/// One object, fused from all agents' reports, as of the frame's `fused_at`.
+/// The published estimate of one track, valid at the frame's `fused_at`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusedObject {
-    /// Stable over the object's life, unique over restarts of the hub.
+    /// The same as long as the track exists; unique over restarts of the hub.
     pub track: TrackId,
     /// The most probable class.
     pub class: Class,
     /// All classes with their probabilities, most probable first; they sum to 1.
     pub class_probabilities: Vec<(Class, f64)>,
-    /// Where, how large, and which way, in the map frame.
+    /// Position, size and heading in the map frame.
     pub bev: BevBox,
     /// Velocity east and north, m/s.
     pub velocity: (f64, f64),
@@ -37,20 +37,19 @@ pub struct FusedObject {
     pub dd: f64,
     /// Variance of the heading, rad².
     pub yaw_variance: f64,
-    /// Probability that there is such an object.
+    /// Probability that the object exists.
     pub existence: f64,
-    /// From the first measurement to `fused_at`.
+    /// Time from the first measurement to `fused_at`.
     pub age: Span,
-    /// When it had last been measured at `fused_at`, by the agent's clock.
+    /// Capture time of its last measurement before `fused_at`, by the agent's clock.
     pub last_measured_at: Timestamp,
     /// The last measurement of each agent that contributed, by agent; with a lag, of those not after `fused_at`.
     pub contributors: Vec<MeasurementId>,
 }
 
 impl FusedObject {
-    /// What is said of an object that is known by its box alone: σ of 1 m in position and size and of 1 rad in
-    /// heading, no speed known to 30 m/s, and it exists. For methods that know no better; what they know, they
-    /// overwrite.
+    /// An object of which only the box is known: σ of 1 m in position and size and of 1 rad in heading, velocity 0 with
+    /// σ of 30 m/s, existence 1. A fusion method overwrites what it estimates.
     pub fn from_box(track: TrackId, class: Class, bev: BevBox) -> Self {
         let mut kinematic_covariance = [0.0; 10];
         for (place, variance) in KINEMATIC_DIAGONAL.into_iter().zip([1.0, 1.0, 900.0, 900.0]) {
@@ -73,6 +72,23 @@ impl FusedObject {
         }
     }
 
+    /// The state (x, y, vx, vy) in the map frame, m and m/s.
+    #[cfg(feature = "nalgebra")]
+    pub const fn kinematic_state(&self) -> nalgebra::Vector4<f64> {
+        nalgebra::Vector4::new(self.bev.x, self.bev.y, self.velocity.0, self.velocity.1)
+    }
+
+    /// The covariance of [`Self::kinematic_state`], m², m²/s and m²/s².
+    #[cfg(feature = "nalgebra")]
+    pub fn kinematic_covariance_matrix(&self) -> nalgebra::Matrix4<f64> {
+        let mut matrix = nalgebra::Matrix4::zeros();
+        for (value, (row, column)) in self.kinematic_covariance.into_iter().zip(KINEMATIC_INDEX) {
+            matrix[(row, column)] = value;
+            matrix[(column, row)] = value;
+        }
+        matrix
+    }
+
     /// The classes as both codecs write them: [`Self::class`] first, then the others as they are listed.
     ///
     /// A class that the list lacks has the probability 1 where the list is empty, 0 elsewhere.
@@ -87,51 +103,67 @@ impl FusedObject {
     }
 }
 
-/// How one agent fares at the hub.
+/// Statistics of one agent at the hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgentHealth {
-    /// Which agent.
+    /// The agent.
     pub agent: AgentId,
     /// The boot epoch of its newest accepted frame.
     pub epoch: u64,
-    /// Its newest accepted frame's capture time.
+    /// Capture time of its newest accepted frame.
     pub newest_captured_at: Timestamp,
-    /// Frames accepted since the hub's start.
+    /// Number of frames accepted since the hub's start.
     pub accepted: u64,
-    /// Frames refused since the hub's start, for any reason.
+    /// Number of frames refused since the hub's start, for any reason.
     pub refused: u64,
-    /// Frames accepted that were older than something already fused.
+    /// Number of accepted frames that were older than an already fused one.
     pub out_of_sequence: u64,
 }
 
-/// A detection frame that this fused frame is the first to contain.
+/// A detection frame of which this fused frame is the first to contain the information.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inclusion {
-    /// Which frame.
+    /// The detection frame.
     pub frame: FrameId,
-    /// When it was measured, by the agent's clock.
+    /// Its capture time, by the agent's clock.
     pub captured_at: Timestamp,
-    /// When the hub received it, by the hub's clock.
+    /// Its time of arrival, by the hub's clock.
     pub received_at: Timestamp,
 }
 
 /// The hub's list of objects, valid at `fused_at`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusedFrame {
-    /// Which hub.
+    /// The hub.
     pub hub: HubId,
     /// The hub's lineage: new at every start.
     pub lineage: u32,
     /// Number in this lineage.
     pub sequence: u64,
-    /// The hub time for which every state holds: the present, or with a lag so long ago, by everything known since.
+    /// The hub time for which all states hold: the time of publishing minus the configured lag.
     pub fused_at: Timestamp,
     /// The coordinate frame of all positions.
     pub map_frame: Option<MapFrame>,
-    /// What is there, by track id.
+    /// The objects, by track id.
     pub objects: Vec<FusedObject>,
-    /// How the agents fare, by agent.
+    /// Statistics of the agents, by agent.
     pub agents: Vec<AgentHealth>,
-    /// What is new in this frame, in order of arrival; with a lag it may have been measured after `fused_at`.
+    /// The detection frames that are new in this frame, by arrival; with a lag their capture time may be after `fused_at`.
     pub includes: Vec<Inclusion>,
+}
+
+#[cfg(all(test, feature = "nalgebra"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_matrix_is_symmetric_with_the_elements_of_the_upper_triangle() {
+        let mut object = FusedObject::from_box(TrackId::default(), Class::Car, BevBox::default());
+        object.kinematic_covariance = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
+        let matrix = object.kinematic_covariance_matrix();
+        assert_eq!(matrix, matrix.transpose());
+        assert_eq!((matrix[(0, 3)], matrix[(3, 0)], matrix[(2, 2)], matrix[(3, 2)]), (4.0, 4.0, 8.0, 9.0));
+        object.velocity = (3.0, -1.0);
+        assert_eq!(object.kinematic_state().as_slice(), [0.0, 0.0, 3.0, -1.0]);
+    }
 }

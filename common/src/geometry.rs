@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 
 /// An angle in radians brought into (-π, π].
 ///
-/// Not finite in, not finite out.
+/// Of a number that is not finite the result is not finite.
 #[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
-    // Most angles are in the interval already. Nearer to its open end the quotient below may round to a turn.
+    // Most angles are in the interval already. Near its open end the quotient below can round to a whole turn.
     const SURELY_ABOVE_MINUS_PI: f64 = -(PI - 1e-6);
     if angle_rad > SURELY_ABOVE_MINUS_PI && angle_rad <= PI {
         // Negative zero becomes zero, as by the subtraction below.
@@ -93,7 +93,7 @@ impl BevBox {
         ]
     }
 
-    /// Whether the point (m) lies in the box or on its edge.
+    /// Whether the point (m) is in the box or on its edge.
     pub fn contains(&self, x: f64, y: f64) -> bool {
         let (sin, cos) = libm::sincos(self.yaw);
         let (dx, dy) = (x - self.x, y - self.y);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn an_angle_in_the_interval_is_wrapped_as_any_other() {
+    fn the_fast_path_gives_the_same_bits_as_the_general_one() {
         let in_steps = (-31_420..=31_420).map(|steps| f64::from(steps) * 1e-4);
         let ends = [PI, -PI, 1e-6 - PI, 0.0, -0.0, f64::MIN_POSITIVE, 5e-324];
         let angles = in_steps.chain(ends).flat_map(|angle| [angle, angle.next_up(), angle.next_down()]);
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shorter_way_across_the_seam_is_taken() {
+    fn a_difference_of_angles_is_the_shorter_turn() {
         let turn = angle_difference(-PI + 0.1, PI - 0.1);
         assert!((turn - 0.2).abs() < 1e-12, "{turn}");
     }

@@ -7,26 +7,26 @@ use std::str::FromStr;
 /// Longest name, in bytes.
 pub const MAX_NAME_LEN: usize = 32;
 
-/// Why a text is no name.
+/// Why a text is not a valid name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
-    /// Nothing there.
+    /// No text.
     #[error("a name must not be empty")]
     Empty,
     /// More than [`MAX_NAME_LEN`] bytes.
     #[error("name {0:?} is longer than {MAX_NAME_LEN} bytes")]
     TooLong(String),
-    /// A character that could not stand in a key expression.
+    /// A character that is not allowed in a key expression.
     #[error("name {name:?} holds {character:?}; allowed are letters, digits, '-', '_', '.' and ':'")]
     Character {
         /// The whole name.
         name: String,
-        /// The first offender.
+        /// The first such character.
         character: char,
     },
 }
 
-/// A short text that can be one chunk of a Zenoh key expression. Held inline: copying it allocates nothing.
+/// A short text that can be one chunk of a Zenoh key expression. Stored inline: copying it allocates nothing.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Name {
     bytes: [u8; MAX_NAME_LEN],
@@ -123,18 +123,18 @@ macro_rules! names {
 }
 
 names! {
-    /// Who publishes detections. Unique in a network.
+    /// An agent: publishes detections. Unique in a network.
     AgentId;
-    /// Which hub fused.
+    /// A hub: fuses detections. Unique in a network.
     HubId;
-    /// One network of agents and hubs; two networks on one router never see each other.
+    /// One network of agents and hubs; networks on one router are separate.
     NetworkId;
     /// The coordinate frame of positions: an EPSG code (`EPSG:32632`) or any agreed text.
     MapFrame;
 }
 
-/// The number of a track: the hub's lineage (new at every start) above a counter, so that no id
-/// comes back after a restart.
+/// The number of a track: the hub's lineage (new at every start) in the high half, a counter in the low half. So an id
+/// is not used again after a restart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TrackId(pub u64);
 
@@ -165,9 +165,9 @@ impl fmt::Display for TrackId {
 /// One frame of one agent: the agent's boot epoch and its number within it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId {
-    /// Who sent it.
+    /// The sender.
     pub agent: AgentId,
-    /// When the agent booted: any number that grows from boot to boot (ours: µs since the Unix epoch).
+    /// The agent's boot: any number that increases from boot to boot (this implementation: µs since the Unix epoch).
     pub epoch: u64,
     /// The frame's number in this epoch.
     pub sequence: u64,
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_that_could_break_a_key_expression_are_refused() {
+    fn names_that_are_not_valid_in_a_key_expression_are_refused() {
         assert!(AgentId::new("rsu-north_2.a:b").is_ok());
         for bad in ["a/b", "a*", "$x", "a#b", "a?b", "ä", "a b"] {
             assert!(matches!(AgentId::new(bad), Err(NameError::Character { .. })), "{bad}");

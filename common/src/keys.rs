@@ -6,10 +6,10 @@
 //! | `v2x/{network}/agent/{agent}/sensor` | the sensor description, at start and every second |
 //! | `v2x/{network}/agent/{agent}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/fused` | fused frames, postcard |
-//! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, made only while somebody subscribes |
+//! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, only while there is a subscriber |
 //! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
-//! | `v2x/{network}/sim/truth/{agent}` | simulation only: whose detection stands where in a frame |
+//! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
 
 use crate::id::{AgentId, HubId, NetworkId};
 
@@ -75,7 +75,7 @@ impl Keys {
         format!("v2x/{}/hub/{hub}/alive", self.network)
     }
 
-    /// Where a hub answers with its status.
+    /// Where a hub answers queries for its status.
     pub fn status(&self, hub: &HubId) -> String {
         format!("v2x/{}/hub/{hub}/status", self.network)
     }
@@ -85,7 +85,7 @@ impl Keys {
         format!("v2x/{}/hub/*/status", self.network)
     }
 
-    /// Where a simulated agent publishes whose detections are whose.
+    /// Where a simulated agent publishes the true objects of its detections.
     pub fn truth(&self, agent: &AgentId) -> String {
         format!("v2x/{}/sim/truth/{agent}", self.network)
     }
@@ -96,7 +96,7 @@ impl Keys {
     }
 }
 
-/// What a key carries, as far as it is ours.
+/// The kind of data under a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
     /// Detection frames of this agent.
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_tells_its_topic_again() {
+    fn the_topic_of_a_key_is_the_one_that_the_key_was_made_for() {
         let keys = Keys::new(NetworkId::new("demo").unwrap());
         let agent = AgentId::new("ego").unwrap();
         let hub = HubId::new("hub").unwrap();

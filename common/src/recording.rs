@@ -1,7 +1,7 @@
-//! Recordings: what one process received, in order, as it was on the wire.
+//! Recordings: the samples that one process received, in their order, with the payloads of the wire.
 //!
 //! A file is the line [`MAGIC`] and then entries, each a 32-bit little-endian length and that many bytes
-//! of postcard. A recorder that was killed leaves at most one broken entry at the end.
+//! of postcard. A recorder that was killed leaves at most one incomplete entry at the end.
 
 use crate::time::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub const MAX_ENTRY_BYTES: u32 = 64 << 20;
 pub struct Entry {
     /// When the recorder received it.
     pub received_at: Timestamp,
-    /// Under which key.
+    /// Its key.
     pub key: String,
     /// The Zenoh encoding.
     pub encoding: String,
@@ -34,15 +34,15 @@ pub enum RecordingError {
     /// The file cannot be read at all.
     #[error("reading the recording: {0}")]
     Io(#[from] io::Error),
-    /// It does not begin as a recording does.
+    /// It does not start with [`MAGIC`].
     #[error("not a recording: it does not begin with V2XREC1")]
     NotARecording,
-    /// An entry is broken; what came before it is good.
+    /// An entry is broken; those before it are complete.
     #[error("entry {index} of the recording is broken: {why}")]
     Broken {
-        /// Which entry, from 0.
+        /// Its index, from 0.
         index: usize,
-        /// What is wrong with it.
+        /// The cause.
         why: &'static str,
     },
 }
@@ -73,7 +73,7 @@ impl<W: Write> Recorder<W> {
         self.out.write_all(&self.buffer)
     }
 
-    /// Writes out what is buffered.
+    /// Flushes the output.
     pub fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
@@ -112,7 +112,7 @@ impl<R: Read> Recording<R> {
         let length: [u8; 4] = length.try_into().map_err(|_| self.broken("it ends within a length"))?;
         let length = u32::from_le_bytes(length);
         if length > MAX_ENTRY_BYTES {
-            return Err(self.broken("its length is absurd"));
+            return Err(self.broken("its length is beyond the limit"));
         }
         let mut bytes = Vec::new();
         (&mut self.input).take(u64::from(length)).read_to_end(&mut bytes)?;
@@ -120,7 +120,7 @@ impl<R: Read> Recording<R> {
             return Err(self.broken("it ends early"));
         }
         let WireEntry(nanos, key, encoding, payload) =
-            postcard::from_bytes(&bytes).map_err(|_| self.broken("it is no entry"))?;
+            postcard::from_bytes(&bytes).map_err(|_| self.broken("it is not an entry"))?;
         self.index += 1;
         Ok(Some(Entry {
             received_at: Timestamp::from_nanos(nanos),
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read() {
+    fn entries_are_read_as_they_were_written() {
         let read: Result<Vec<_>, _> = Recording::new(recorded().as_slice()).unwrap().collect();
         assert_eq!(read.unwrap(), [entry(0), entry(1), entry(2)]);
     }

@@ -1,5 +1,5 @@
-//! JSON schemas (draft 2020-12) of what may stand in a payload of encoding `application/json`, for other
-//! languages' tools. Fields and required fields are those of [`crate::wire::json`]: a test holds them together.
+//! JSON schemas (draft 2020-12) of payloads with the encoding `application/json`, for tools of other languages. A test
+//! compares their fields and required fields with those of [`crate::wire::json`].
 
 /// Of a detection frame.
 pub const DETECTION_FRAME: &str = include_str!("../schemas/detection-frame.schema.json");

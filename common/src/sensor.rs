@@ -1,17 +1,17 @@
-//! What an agent tells of its sensor: where misses count, how much clutter to expect, how sizes err.
+//! What an agent declares about its sensor: field of view, detection probability, clutter, errors of sizes.
 
 use crate::class::Class;
 use crate::geometry::{BevBox, Pose};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// What carries the sensor.
+/// The carrier of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SensorKind {
-    /// A vehicle: drives, and is itself an object that others see.
+    /// A vehicle: it drives, and is itself an object that other agents detect.
     Vehicle,
-    /// A roadside unit: stands, its pose is surveyed.
+    /// A roadside unit: it stands, and its pose is surveyed.
     RoadsideUnit,
 }
 
@@ -25,14 +25,14 @@ impl SensorKind {
     }
 }
 
-/// The annular sector in which a sensor sees, relative to its pose.
+/// The annular sector in which a sensor detects objects, relative to its pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FieldOfView {
-    /// Nearer than this nothing is seen, m (the blind zone; the carrier's own footprint lies in it).
+    /// Smallest range, m. Nearer is the blind zone, which contains the carrier's own body.
     #[serde(default)]
     pub range_min_m: f64,
-    /// Farther than this nothing is seen, m.
+    /// Largest range, m.
     pub range_max_m: f64,
     /// Direction of the sector's middle, relative to the sensor's heading, rad.
     #[serde(default)]
@@ -52,12 +52,12 @@ impl FieldOfView {
         Self { range_min_m, range_max_m, azimuth_rad: 0.0, width_rad: 2.0 * PI }
     }
 
-    /// Whether a sensor at `pose` sees the point (m).
+    /// Whether a point (m) is in the field of view of a sensor at `pose`.
     pub fn contains(&self, pose: &Pose, x: f64, y: f64) -> bool {
         self.contains_within(pose, x, y, 0.0)
     }
 
-    /// Whether the point lies at least `margin_m` inside of every border of the field of view.
+    /// Whether the point (m) is at least `margin_m` inside of every border of the field of view.
     pub fn contains_within(&self, pose: &Pose, x: f64, y: f64, margin_m: f64) -> bool {
         let range = pose.distance_to(x, y);
         if range < self.range_min_m + margin_m || range > self.range_max_m - margin_m {
@@ -90,11 +90,11 @@ pub struct SizeNoiseLaw {
     pub lower: f64,
 }
 
-/// The body of a vehicle agent around its pose, by which it reports itself and through which it cannot see.
+/// The body of a vehicle agent around its pose, with which it reports itself.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// What kind of vehicle.
+    /// Class of the vehicle.
     pub class: Class,
     /// Width, m.
     pub w: f64,
@@ -109,7 +109,7 @@ impl Body {
     }
 }
 
-/// How well an agent knows where it is and what time it is (1 σ).
+/// Accuracy of an agent's pose and clock (1 σ).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Accuracy {
@@ -121,48 +121,48 @@ pub struct Accuracy {
     pub clock_s: f64,
 }
 
-/// What an agent publishes of its sensor at start and every second (`…/agent/{agent}/sensor`).
+/// What an agent publishes about its sensor, at its start and every second (`…/agent/{agent}/sensor`).
 ///
-/// Where an agent publishes none, the hub's defaults hold and its misses count for nothing.
+/// For an agent without description the hub uses defaults, and does not count missed detections.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorDescription {
-    /// Grows when the description changes; detection frames name the revision they were made under.
+    /// Increases when the description changes; detection frames name the revision that holds for them.
     pub revision: u32,
-    /// What carries the sensor.
+    /// The carrier of the sensor.
     pub kind: SensorKind,
-    /// Where it sees.
+    /// Where it detects objects.
     pub field_of_view: FieldOfView,
     /// Probability that an object in the field of view is reported in a frame.
     pub detection_probability: f64,
     /// Expected false reports in a frame, per m² of the field of view.
     pub clutter_per_m2: f64,
-    /// How sizes err, where that is known.
+    /// Law of the errors of sizes, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size_noise: Option<SizeNoiseLaw>,
-    /// The vehicle's body, where there is one.
+    /// The vehicle's body; `None` for a roadside unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<Body>,
-    /// How well pose and clock are known.
+    /// Accuracy of pose and clock.
     pub accuracy: Accuracy,
     /// Frames per second.
     pub rate_hz: f64,
 }
 
-/// A field of a sensor description that cannot be.
+/// A number in a sensor description that is not finite or outside of its limits.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("sensor description: {field} is {value}, expected {expected}")]
 pub struct InvalidDescription {
     /// The field's name.
     pub field: &'static str,
-    /// What it holds.
+    /// The value found, in SI units.
     pub value: f64,
-    /// What it may hold.
+    /// The allowed range.
     pub expected: &'static str,
 }
 
 impl SensorDescription {
-    /// Checks every number.
+    /// Checks that every number is finite and within its limits. The error is of the first that is not.
     pub fn validate(&self) -> Result<(), InvalidDescription> {
         let check = |field, value: f64, ok: bool, expected| {
             if ok && value.is_finite() { Ok(()) } else { Err(InvalidDescription { field, value, expected }) }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sector_sees_ahead_and_not_behind() {
+    fn a_sector_contains_points_ahead_and_none_behind() {
         let fov = FieldOfView { range_min_m: 1.0, range_max_m: 50.0, azimuth_rad: 0.0, width_rad: PI / 2.0 };
         let pose = Pose { x: 0.0, y: 0.0, yaw: PI / 2.0 };
         assert!(fov.contains(&pose, 0.0, 20.0));
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_numbers_are_refused_by_name() {
+    fn numbers_beyond_their_limits_are_refused_by_name() {
         let mut bad = description();
         bad.detection_probability = 1.5;
         assert_eq!(bad.validate().unwrap_err().field, "detection_probability");

@@ -1,8 +1,8 @@
 //! Points and spans of time, in integer nanoseconds.
 //!
-//! Three times exist and are never mixed: `captured_at` (the agent's measurement time, untrusted),
+//! There are three times, which are not mixed: `captured_at` (time of capture by the agent's clock, not trusted),
 //! `received_at` (the hub's clock) and `fused_at` (the hub time for which a fused frame is valid).
-//! All are [`Timestamp`]s; which one a value is, its field name says.
+//! All are [`Timestamp`]s; the field's name says which one it is.
 
 use std::fmt;
 use std::ops::{Add, AddAssign, Neg, Sub};
@@ -57,7 +57,7 @@ impl Timestamp {
 pub struct Span(i64);
 
 impl Span {
-    /// No time at all.
+    /// Zero.
     pub const ZERO: Self = Self(0);
 
     /// From nanoseconds.
@@ -112,7 +112,7 @@ impl Span {
     }
 }
 
-// Arithmetic saturates: stamps from outside may be anything, and a hub must not fall over one.
+// Arithmetic saturates: time stamps from outside can have any value, and must not cause a panic.
 impl Sub for Timestamp {
     type Output = Span;
     #[inline]
@@ -167,7 +167,7 @@ impl Neg for Span {
 }
 
 impl fmt::Display for Timestamp {
-    /// Seconds since the Unix epoch with microseconds, as logs want them.
+    /// Seconds since the Unix epoch with microseconds, for logs.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let micros = self.as_micros();
         write!(f, "{}.{:06}", micros.div_euclid(1_000_000), micros.rem_euclid(1_000_000))
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn rounds_down_to_a_multiple_of_the_loop_also_before_the_epoch() {
+    fn times_are_rounded_down_to_a_multiple_of_the_step_also_before_the_epoch() {
         let step = Span::from_millis(60_000);
         assert_eq!(Timestamp::from_nanos(61_000_000_000).floor_to(step).as_nanos(), 60_000_000_000);
         assert_eq!(Timestamp::from_nanos(-1).floor_to(step).as_nanos(), -60_000_000_000);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn prints_seconds_with_microseconds() {
+    fn a_timestamp_is_printed_in_seconds_with_microseconds() {
         assert_eq!(Timestamp::from_nanos(1_500_000_001).to_string(), "1.500000");
         assert_eq!(Span::from_micros(1500).to_string(), "1.500 ms");
     }

@@ -100,7 +100,7 @@ fn children(of: &V2x) -> anyhow::Result<Vec<(u32, Vec<String>)>> {
     let mut children = Vec::new();
     for entry in std::fs::read_dir("/proc")? {
         let Ok(process_id) = entry?.file_name().to_string_lossy().parse::<u32>() else { continue };
-        // Another process may end while we look at it.
+        // Another process may end while this reads its files.
         let Ok(stat) = std::fs::read_to_string(format!("/proc/{process_id}/stat")) else { continue };
         if parent_in(&stat) == Some(parent) {
             let words = std::fs::read_to_string(format!("/proc/{process_id}/cmdline"))?;

@@ -36,6 +36,32 @@ async fn assert_refused(folder: &Path, name: &str, text: Option<&str>, named: &[
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_seed_that_is_no_number_is_refused_with_what_is_expected() -> anyhow::Result<()> {
+    let folder = folder("bad-seed")?;
+    for args in [["demo", "--seed", "abc"], ["up", "--seed", "abc"], ["links", "--seed", "abc"]] {
+        let ending = run(&folder, &args).await?;
+        assert_eq!(ending.code, Some(2), "{ending:#?}");
+        let named = ["'abc'", "--seed", "a whole number from 0 to 18446744073709551615"];
+        assert!(named.iter().all(|words| ending.stderr.contains(words)), "{}", ending.stderr);
+    }
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_misspelt_log_level_is_refused_and_logs_of_a_pipe_have_no_colour() -> anyhow::Result<()> {
+    let folder = folder("bad-log")?;
+    let ending = run(&folder, &["links", "--log", "debgu"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert!(
+        ["debgu", "off, error, warn, info"].iter().all(|words| ending.stderr.contains(words)),
+        "{ending:#?}"
+    );
+    let ending = run(&folder, &["links", "--log", "warn,v2x_fusion_hub=debug"]).await?;
+    assert!(ending.code == Some(0) && !ending.stderr.contains('\u{1b}'), "{ending:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_taken_port_is_named() -> anyhow::Result<()> {
     let folder = folder("taken-port")?;
     let holder = TcpListener::bind("127.0.0.1:0")?;

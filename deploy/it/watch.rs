@@ -36,7 +36,7 @@ async fn watch_prints_a_table_of_objects_and_agents() -> anyhow::Result<()> {
 #[tokio::test(flavor = "multi_thread")]
 async fn watch_without_a_hub_ends_with_advice() -> anyhow::Result<()> {
     let folder = folder("watch-nothing")?;
-    // Port 1 of the loopback: nobody listens there, and no free port of another test is 1.
+    // Port 1 of the loopback: nothing listens there, and no free port of another test is 1.
     let ending = run(&folder, &["watch", "--connect", "tcp/127.0.0.1:1", "--wait", "0.5"]).await?;
     assert_eq!(ending.code, Some(1), "{ending:#?}");
     let advice = ["no hub or router answered", "v2x up crossing", "--connect"];

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Two network namespaces with a wire between them that the kernel makes slow and lossy (tc netem).
+# Two network namespaces with a link between them that the kernel makes slow and lossy (tc netem).
 # The hub runs in one, agents in the other. Needs root, ip and tc (iproute2), and the kernel module sch_netem.
 #
 #   netem.sh up NETEM...         make them; NETEM is what tc understands: delay 80ms 20ms loss 1% rate 2mbit
 #   netem.sh change NETEM...     another link, while everything runs
 #   netem.sh hub COMMAND...      run something in the hub's namespace; the hub listens on tcp/10.77.0.1:7447
 #   netem.sh agent COMMAND...    run something in the agents' namespace
-#   netem.sh status              the wire as it is: what was sent, dropped and delayed
+#   netem.sh status              the state of the link: what was sent, dropped and delayed
 #   netem.sh down                remove them, and everything that runs in them
 #   netem.sh with NETEM... -- COMMAND...   up, COMMAND in the agents' namespace, and down however that ends
 #

@@ -36,7 +36,7 @@ pub(crate) struct LinksArgs {
     #[arg(long, default_value_t = BYTES)]
     bytes: usize,
     /// Seed of the draws
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     seed: u64,
     /// Print one line of JSON
     #[arg(long)]

@@ -29,7 +29,7 @@ pub(crate) struct UpArgs {
     #[arg(long, value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT)]
     listen: String,
     /// Seed of the world and of all noise [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     seed: Option<u64>,
     /// Where the run's folder with the logs is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]

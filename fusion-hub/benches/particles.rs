@@ -94,7 +94,7 @@ fn engine(n_particles: u32) -> Engine {
             accuracy: Accuracy { position_m: 0.02, yaw_rad: 1e-3, clock_s: 1e-6 },
             rate_hz: 10.0,
         };
-        engine.handle_description(agent, description);
+        engine.handle_description(agent, description).expect("a valid description");
     }
     engine
 }

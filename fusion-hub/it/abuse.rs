@@ -147,7 +147,8 @@ pub(crate) fn run(bytes: &[u8]) -> (usize, usize) {
                 let description = source.description();
                 let agent = AGENTS[usize::from(source.byte()) % AGENTS.len()];
                 if description.validate().is_ok() {
-                    engine.handle_description(AgentId::new(agent).expect("a legal name"), description);
+                    let agent = AgentId::new(agent).expect("a legal name");
+                    assert!(engine.handle_description(agent, description).is_ok(), "decoded, and so valid");
                 }
             }
             2 => check(&mut engine, now),

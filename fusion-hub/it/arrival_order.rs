@@ -49,7 +49,7 @@ fn run_on<'a>(
     frames: impl IntoIterator<Item = &'a DetectionFrame>,
 ) -> (Engine, Vec<FusedObject>) {
     for name in AGENTS {
-        engine.handle_description(agent(name), description(1e-5));
+        engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
     }
     for frame in frames {
         let disposition = engine.handle_frame(frame, at(NOW_MS));
@@ -106,7 +106,7 @@ proptest! {
         let (_, at_once) = run(order.iter().map(|place| &frames[*place]));
         let mut engine = engine();
         for name in AGENTS {
-            engine.handle_description(agent(name), description(1e-5));
+            engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
         }
         for ((place, publish), repeat) in order.iter().zip(publishes).zip(repeats) {
             engine.handle_frame(&frames[*place], at(NOW_MS));

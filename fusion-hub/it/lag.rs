@@ -20,7 +20,9 @@ fn engine(lag_ms: i64, motion: MotionModel) -> Engine {
         tracking.motion = motion;
         tracking.tracker.hypotheses = Hypotheses::Single { lag: Span::from_millis(lag_ms) };
     }));
-    AGENTS.iter().for_each(|name| engine.handle_description(agent(name), description(1e-5)));
+    AGENTS.iter().for_each(|name| {
+        engine.handle_description(agent(name), description(1e-5)).expect("a valid description")
+    });
     engine
 }
 

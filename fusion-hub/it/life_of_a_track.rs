@@ -7,7 +7,7 @@ use v2x_fusion_hub::engine::Engine;
 /// One agent at 10 Hz which reports object 0 in the frames of `is_detected`, and a hub asked every `step_ms`.
 fn published_at(is_detected: impl Fn(u64) -> bool, clutter_per_m2: f64, step_ms: i64) -> Vec<(i64, usize)> {
     let mut engine = engine();
-    engine.handle_description(agent("ego"), description(clutter_per_m2));
+    engine.handle_description(agent("ego"), description(clutter_per_m2)).expect("a valid description");
     let mut published = Vec::new();
     let mut next = 0;
     for ms in (0..4000).step_by(usize::try_from(step_ms).expect("test input")) {

@@ -12,7 +12,8 @@ use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::fusion::{
-    AdmittedFrame, FrameOutcome, Fusion, FusionMethod, ObjectList, PRESETS, TrackCounts, WindowConfig, preset,
+    AdmittedFrame, FrameOutcome, Fusion, FusionMethod, MAX_WINDOW_BOXES, ObjectList, PRESETS, TrackCounts,
+    WindowConfig, preset,
 };
 use v2x_fusion_hub::values::AgentNames;
 
@@ -114,7 +115,7 @@ impl FusionMethod for Counter {
 #[test]
 fn a_method_of_your_own_gets_admitted_frames_and_is_published() {
     let mut engine = Engine::with_fusion(config(), Box::new(Counter::default()));
-    engine.handle_description(agent("a"), description(0.0));
+    engine.handle_description(agent("a"), description(0.0)).expect("a valid description");
     assert!(matches!(engine.handle_frame(&one_car("a", 0, 0, 0.0), at(0)), Disposition::Accepted { .. }));
     let too_old = engine.handle_frame(&one_car("b", 0, -900, 0.0), at(0));
     assert!(matches!(too_old, Disposition::Refused(_)));
@@ -122,4 +123,47 @@ fn a_method_of_your_own_gets_admitted_frames_and_is_published() {
     assert_eq!((fused.objects.len(), fused.objects[0].bev.x), (1, 1.0));
     assert_eq!((fused.includes.len(), fused.agents.len()), (1, 2));
     assert_eq!(engine.fused(at(2)).objects.len(), 1, "each list begins empty");
+}
+
+#[test]
+fn an_empty_frame_from_the_future_does_not_empty_the_list_of_a_single_frame_rule() {
+    let mut engine = Engine::new(config().with_preset(preset("csba-wls").unwrap()));
+    engine.handle_frame(&one_car("honest", 0, -50, 0.0), at(0));
+    let ahead = DetectionFrame { detections: Vec::new(), ..one_car("ahead", 0, 300, 0.0) };
+    assert!(matches!(engine.handle_frame(&ahead, at(0)), Disposition::Accepted { .. }));
+    assert_eq!(engine.fused(at(1)).objects.len(), 1);
+}
+
+#[test]
+fn a_single_frame_rule_is_bounded_and_leaves_out_the_longest_frames_first() {
+    let crowd = |name: &str, n: u32| {
+        let mut frame = one_car(name, 0, 0, 0.0);
+        let car = frame.detections[0];
+        frame.detections = (0..n)
+            .map(|k| {
+                let mut detection = car;
+                detection.bev.x = 10.0 * f64::from(k % 60);
+                detection.bev.y = 10.0 * f64::from(k / 60);
+                detection
+            })
+            .collect();
+        frame
+    };
+    for preset in PRESETS.iter().filter(|preset| matches!(preset.fusion(), Fusion::Window(_))) {
+        let mut engine = Engine::new(config().with_preset(preset));
+        let mut sent = 0;
+        for k in 0..17 {
+            engine.handle_frame(&crowd(&format!("crowd{k}"), 4096), at(0));
+            sent += 4096;
+        }
+        engine.handle_frame(&crowd("modest", 20), at(0));
+        let n_objects = engine.fused(at(1)).objects.len();
+        assert!((1..=MAX_WINDOW_BOXES).contains(&n_objects), "{}: {n_objects}", preset.key);
+        let refused = engine.counts().births_refused;
+        assert!(
+            refused >= (sent - MAX_WINDOW_BOXES) as u64 - 4096,
+            "{}: {refused} boxes counted",
+            preset.key
+        );
+    }
 }

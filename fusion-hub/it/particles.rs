@@ -76,7 +76,7 @@ pub(crate) fn frames(walkers: &[Walker], n: i64, seed: u64) -> Vec<DetectionFram
 pub(crate) fn engine(n_particles: u32) -> Engine {
     let mut engine = engine_of_particles(n_particles);
     for name in ["ego", "rsu"] {
-        engine.handle_description(agent(name), description(1e-6));
+        engine.handle_description(agent(name), description(1e-6)).expect("a valid description");
     }
     engine
 }

@@ -87,7 +87,7 @@ fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: &str) -> V
     frames.sort_by_key(|(arrival, frame)| (*arrival, frame.captured_at, frame.id));
     let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
     for name in AGENTS {
-        engine.handle_description(agent(name), description(1e-5));
+        engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
     }
     let mut due = 0;
     for (received_ms, frame) in &frames {
@@ -155,7 +155,7 @@ fn a_missed_detection_outside_the_final_coverage_has_no_effect() {
         ];
         let run = |order: [usize; 3]| {
             let mut engine = engine();
-            engine.handle_description(agent("rsu"), description(1e-5));
+            engine.handle_description(agent("rsu"), description(1e-5)).expect("a valid description");
             for place in order {
                 engine.handle_frame(&frames[place], at(200));
             }
@@ -170,7 +170,7 @@ fn two_objects_that_are_always_reported_together_stay_two_for_any_stated_accurac
     let mut engine = engine();
     let mut modest = description(1e-6);
     modest.detection_probability = 0.01;
-    engine.handle_description(agent("cam"), modest);
+    engine.handle_description(agent("cam"), modest).expect("a valid description");
     for (sequence, ms) in (0..).zip((0..5000).step_by(100)) {
         let two = vec![parked(0, (0.0, 0.0)), parked(0, (0.0, 1.2))];
         engine.handle_frame(&frame(agent("cam"), sequence, ms, two), at(ms));
@@ -221,7 +221,7 @@ fn foreign_tracks_without_velocity_are_published_with_a_consistent_velocity_cova
 fn sizes_are_learnt_from_objects_and_not_from_clutter() {
     let size_of_a_car = |after_clutter: bool| {
         let mut engine = engine();
-        engine.handle_description(agent("bad"), description(1.0));
+        engine.handle_description(agent("bad"), description(1.0)).expect("a valid description");
         let lorry = |x, y| {
             let mut lorry = parked(0, (x, y));
             (lorry.bev.w, lorry.bev.d) = (4.0, 12.0);
@@ -263,7 +263,7 @@ fn an_agent_with_its_clock_ahead_and_huge_frames_does_not_silence_others() {
 #[test]
 fn thousands_of_reports_in_one_place_are_accepted() {
     let mut engine = engine();
-    engine.handle_description(agent("bad"), description(1e-5));
+    engine.handle_description(agent("bad"), description(1e-5)).expect("a valid description");
     let mut vague = parked(0, (0.0, 0.0));
     vague.covariance.position = Covariance2::isotropic(200.0 * SIGMA_M);
     let pile: Vec<_> = (0..600)
@@ -294,8 +294,8 @@ fn a_less_accurate_frame_does_not_merge_objects_that_a_more_accurate_one_separat
     let inaccurate = frame(agent("coarse"), 0, 500, row(&[-2.0, 0.5, 4.5], 1.5));
     for order in [[&accurate, &inaccurate], [&inaccurate, &accurate]] {
         let mut engine = engine();
-        engine.handle_description(agent("precise"), description(0.0));
-        engine.handle_description(agent("coarse"), description(0.0));
+        engine.handle_description(agent("precise"), description(0.0)).expect("a valid description");
+        engine.handle_description(agent("coarse"), description(0.0)).expect("a valid description");
         for (sequence, ms) in (0..).zip((0..500).step_by(100)) {
             engine.handle_frame(&frame(agent("precise"), sequence, ms, row(&[0.0, 2.5], 0.1)), at(ms));
         }

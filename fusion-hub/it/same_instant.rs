@@ -117,7 +117,7 @@ fn late_frames_of_one_instant_lose_no_object_in_any_order() {
             .collect();
         arrivals.sort_by_key(|(arrival, frame)| (*arrival, frame.id));
         let mut engine = engine(8);
-        engine.handle_description(agent("van"), description(1e-6));
+        engine.handle_description(agent("van"), description(1e-6)).expect("a valid description");
         for (arrival, frame) in &arrivals {
             engine.handle_frame(frame, *arrival);
             if random.next_u32() % 3 == 0 {

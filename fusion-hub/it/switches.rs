@@ -14,7 +14,7 @@ fn published(config: EngineConfig, size_noise: Option<SizeNoiseLaw>, class: Clas
     let ego = agent("ego");
     let mut sensor = description(1e-6);
     sensor.size_noise = size_noise;
-    engine.handle_description(ego, sensor);
+    engine.handle_description(ego, sensor).expect("a valid description");
     for (sequence, ms) in (0..).zip((0..1000).step_by(100)) {
         let error = if sequence % 2 == 0 { 0.2 } else { -0.1 };
         let detection_of_class = Detection { class, ..detection(0, at(ms), (error, error)) };

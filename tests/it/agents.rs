@@ -1,4 +1,4 @@
-//! Agents come, go and come back.
+//! Agents that join, leave and return.
 
 use crate::support::{Lab, health, rests_on, standing};
 
@@ -17,7 +17,7 @@ async fn an_agent_that_joins_late_is_fused() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_consumer_that_joins_late_sees_what_is_there() -> anyhow::Result<()> {
+async fn a_consumer_that_joins_late_receives_the_present_objects() -> anyhow::Result<()> {
     let lab = Lab::new("late-consumer")?;
     let hub = lab.hub().await?;
     let early = lab.watch(&hub).await?;
@@ -32,7 +32,7 @@ async fn a_consumer_that_joins_late_sees_what_is_there() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn an_agent_that_is_killed_leaves_the_roster_and_comes_back_in_a_new_epoch() -> anyhow::Result<()> {
+async fn a_killed_agent_is_removed_and_returns_with_a_new_epoch() -> anyhow::Result<()> {
     let lab = Lab::new("killed-agent")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;

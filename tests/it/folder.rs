@@ -1,9 +1,9 @@
-//! The laboratory's command line, run in a folder of its own.
+//! Runs `lab` in a temporary folder.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A folder of its own that goes with the test; commands run in it.
+/// A temporary folder in which commands run. It is deleted at the end of the test.
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
@@ -29,7 +29,7 @@ impl Folder {
         command
     }
 
-    /// What it prints, where it succeeds.
+    /// Standard output of a command that must succeed.
     pub(crate) fn json(&self, arguments: &str) -> serde_json::Value {
         let output = self.lab(arguments);
         assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
@@ -37,7 +37,7 @@ impl Folder {
         serde_json::from_slice(&output.stdout).expect("JSON")
     }
 
-    /// What it complains of, where it fails.
+    /// Standard error of a command that must fail.
     pub(crate) fn complaint(&self, arguments: &str) -> String {
         let output = self.lab(arguments);
         assert!(!output.status.success(), "{arguments}");

@@ -1,4 +1,4 @@
-//! A client of which only Zenoh and JSON are known.
+//! A client that uses only Zenoh and JSON.
 
 use crate::support::{Lab, PATIENCE, foreign_session, matched_publisher};
 use anyhow::{Context, anyhow, bail};
@@ -10,7 +10,7 @@ use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::sample::Sample;
 
-/// The foreign camera's rate.
+/// Frame rate of the foreign camera.
 const INTERVAL: Duration = Duration::from_millis(100);
 
 #[tokio::test(flavor = "multi_thread")]
@@ -38,14 +38,14 @@ async fn a_json_client_is_fused_and_reads_fused_objects_as_json() -> anyhow::Res
     assert_eq!(cone["class"], "movable_object.trafficcone");
     let number =
         |field: &str| cone[field].as_f64().with_context(|| format!("{field} is no number: {cone:#}"));
-    // The report is exact and does not move: what is left is the codec's resolution.
+    // The detection is exact and constant, so the error is at most the resolution of the codec.
     assert!((number("x")? - 12.5).abs() < 0.1 && (number("y")? + 7.25).abs() < 0.1, "{cone:#}");
     assert!((0.5..=1.0).contains(&number("existence")?), "{cone:#}");
     assert!(cone["track"].is_string() && cone["sigma"]["x"].is_f64(), "{cone:#}");
     Ok(())
 }
 
-/// Puts a cone at 10 Hz until a fused frame rests on it.
+/// Puts a cone at 10 Hz until a fused frame contains it.
 async fn camera_until_fused(
     camera: &Publisher<'_>,
     fused: &Subscriber<FifoChannelHandler<Sample>>,

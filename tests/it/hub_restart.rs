@@ -1,4 +1,4 @@
-//! A hub dies and is started again.
+//! A hub is killed and started again.
 
 use crate::support::{Lab, rests_on, standing};
 use std::collections::BTreeSet;
@@ -6,7 +6,7 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::id::TrackId;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn after_a_restart_of_the_hub_everybody_reconnects_and_no_track_id_comes_back() -> anyhow::Result<()> {
+async fn after_a_restart_of_the_hub_all_clients_reconnect_and_no_track_id_is_reused() -> anyhow::Result<()> {
     let lab = Lab::new("hub-restart")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;
@@ -23,7 +23,7 @@ async fn after_a_restart_of_the_hub_everybody_reconnects_and_no_track_id_comes_b
     hub.child.kill().await?;
     let hub = lab.hub_at(&locator).await?;
     assert_eq!(hub.locator, locator);
-    // The same consumer, which nobody told of the restart.
+    // The same consumer; it gets no notice of the restart.
     let after = watch.until("both agents are fused by the second hub", |frame| {
         if frame.lineage == before.lineage {
             first_tracks.extend(tracks(frame));

@@ -1,8 +1,8 @@
-//! Networks beside each other.
+//! Several networks at the same time.
 
 use crate::support::{Lab, Watch, rests_on, standing};
 
-/// Fused frames in which a stranger would have shown.
+/// Number of fused frames in which an agent of the other network would appear.
 const FRAMES: usize = 30;
 
 #[tokio::test(flavor = "multi_thread")]
@@ -21,7 +21,7 @@ async fn two_networks_on_one_router_do_not_see_each_other() -> anyhow::Result<()
     let sibling = lab.sibling("one-router-sibling")?;
     let router = lab.hub().await?;
     let _second_hub = sibling.hub_joined_to(&router).await?;
-    // Everybody is connected to the same router.
+    // All hubs and agents are connected to the same router.
     let (at_first, at_second) = (lab.watch(&router).await?, sibling.watch(&router).await?);
     let _agents = [lab.agent("ego", &router).await?, sibling.agent("rsu", &router).await?];
     each_sees_only_its_own(&at_first, &at_second).await

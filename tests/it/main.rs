@@ -1,8 +1,7 @@
 //! A hub and agents as real processes, and consumers and foreign clients in the test, over real Zenoh on
 //! free ports.
 //!
-//! Every wait is for an event: mostly for the next fused frame, which a hub publishes at least ten times
-//! a second.
+//! Every wait is for an event, mostly for the next fused frame. A hub publishes at least ten of them per second.
 
 mod agents;
 mod folder;

@@ -1,4 +1,4 @@
-//! Other methods than ours in a hub.
+//! Hubs with other methods than ours.
 
 use crate::support::Lab;
 use v2x_common::fused::FusedObject;
@@ -11,7 +11,7 @@ async fn a_hub_fuses_by_the_method_of_its_settings() -> anyhow::Result<()> {
     let _agents = [lab.agent("ego", &hub).await?, lab.agent("rsu", &hub).await?];
     let is_shared = |object: &FusedObject| object.contributors.len() == 2;
     let fused = watch.until("both agents in one object", |frame| frame.objects.iter().any(is_shared)).await?;
-    // Without memory nothing moves, and nothing is older than its last measurement.
+    // A method without memory has no velocities and no coasting objects.
     for object in &fused.objects {
         assert_eq!(object.velocity, (0.0, 0.0));
         assert!(

@@ -1,4 +1,4 @@
-//! The laboratory's commands that work on files: their exit codes, and what they say on which stream.
+//! Commands of `lab` that work on files: exit codes, standard output and standard error.
 
 use crate::folder::Folder;
 
@@ -7,7 +7,7 @@ const LOG: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n\
     5.2,5.1,b,car,1,2,2,4,0,0.5,0.5,0.2,0.4,0.1\n";
 
 #[test]
-fn a_log_is_fused_or_complained_of_with_a_failing_exit_code() {
+fn a_log_is_fused_and_an_invalid_one_gives_a_failing_exit_code() {
     let folder = Folder::new("fuse");
     folder.write("log.csv", LOG);
     let report = folder.json("fuse --detections log.csv --out fused.csv --json");

@@ -1,4 +1,4 @@
-//! What a hub does not take, it counts by reason, and goes on with the rest.
+//! A hub counts refused frames by reason and fuses the others.
 
 use crate::support::{Lab, Watch, foreign_session, health, matched_publisher, rests_on, standing};
 use anyhow::{Context, anyhow};
@@ -10,7 +10,7 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Span;
 use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
 
-/// Far beyond any Δmax, and beyond any pause of a busy machine.
+/// Longer than any Δmax and than any pause of a busy machine.
 const MINUTE: Span = Span::from_millis(60_000);
 
 #[tokio::test(flavor = "multi_thread")]
@@ -29,7 +29,7 @@ async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fuse
         *expected.entry(reason.to_owned()).or_insert(0) += 1;
         publisher.put(payload).encoding(encoding).await.map_err(|error| anyhow!("{error}"))?;
     }
-    // A good one, and the same again.
+    // A valid frame and a copy of it.
     let good = serde_json::to_vec(&frame_json(Span::ZERO))?;
     expected.insert("duplicate".to_owned(), 1);
     for payload in [good.clone(), good] {
@@ -49,7 +49,7 @@ async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fuse
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_log_says_once_why_an_agent_is_never_heard() -> anyhow::Result<()> {
+async fn the_log_reports_the_reason_of_refusals_once_for_each_agent() -> anyhow::Result<()> {
     let lab = Lab::new("hopeless")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;
@@ -59,21 +59,21 @@ async fn the_log_says_once_why_an_agent_is_never_heard() -> anyhow::Result<()> {
         let payload = serde_json::to_vec(&frame_json(MINUTE))?;
         publisher.put(payload).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
     }
-    let told = "every frame of this agent is refused";
-    let is_told = |_: &_| lab.hub_log().is_ok_and(|log| log.contains(told));
-    let first = watch.until("the log tells of the agent", is_told).await?;
-    // The hub looks through its books every second.
+    let warning = "every frame of this agent is refused";
+    let is_logged = |_: &_| lab.hub_log().is_ok_and(|log| log.contains(warning));
+    let first = watch.until("the log names the agent", is_logged).await?;
+    // The hub checks its statistics every second.
     let twice = Span::from_millis(2500);
-    watch.until("two more looks through the books", |frame| frame.fused_at - first.fused_at > twice).await?;
+    watch.until("two more checks of the statistics", |frame| frame.fused_at - first.fused_at > twice).await?;
     let log = lab.hub_log()?;
-    let lines: Vec<_> = log.lines().filter(|line| line.contains(told)).collect();
+    let lines: Vec<_> = log.lines().filter(|line| line.contains(warning)).collect();
     assert_eq!(lines.len(), 1, "{log}");
     assert!(lines[0].contains("unset-clock") && lines[0].contains("too_early"), "{}", lines[0]);
     Ok(())
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn frames_of_agents_without_a_legal_name_are_counted_too() -> anyhow::Result<()> {
+async fn frames_of_agents_with_an_invalid_name_are_counted_too() -> anyhow::Result<()> {
     let lab = Lab::new("unnamed")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;
@@ -86,7 +86,7 @@ async fn frames_of_agents_without_a_legal_name_are_counted_too() -> anyhow::Resu
     Ok(())
 }
 
-/// Waits until ten more frames of the agent are in, and objects rest on it.
+/// Waits until the hub has accepted ten more frames of the agent and has objects with its measurements.
 async fn goes_on_being_fused(watch: &Watch, agent: &str, accepted: u64) -> anyhow::Result<()> {
     let goes_on = watch.until("the good agent goes on", |frame| {
         rests_on(frame, agent) && health(frame, agent).is_some_and(|health| health.accepted >= accepted + 10)
@@ -127,7 +127,7 @@ fn bad_postcard(agent: AgentId) -> anyhow::Result<Vec<BadFrame>> {
     Ok(bad.into_iter().map(|(reason, payload)| (reason, ENCODING_POSTCARD, payload)).collect())
 }
 
-/// Reason, encoding and payload of frames that are no JSON, or say what cannot be.
+/// Reason, encoding and payload of frames that are not JSON or have invalid values.
 fn bad_json() -> Vec<BadFrame> {
     let with = |pointer: &str, value: Value| {
         let mut frame = frame_json(Span::ZERO);
@@ -152,7 +152,7 @@ fn bad_json() -> Vec<BadFrame> {
     bad.into_iter().map(|(reason, text)| (reason, ENCODING_JSON, text.into_bytes())).collect()
 }
 
-/// A car, captured so much after now.
+/// A frame with a car, captured at an offset from now.
 fn frame_json(ahead: Span) -> Value {
     json!({
         "captured_at": (clock::now() + ahead).as_micros(),

@@ -1,4 +1,4 @@
-//! What a hub tells of itself.
+//! The status of a hub.
 
 use crate::support::{Lab, standing};
 use anyhow::Context;

@@ -1,4 +1,4 @@
-//! A network for a test, and waiting for what happens in it.
+//! A network for a test, and waits for its events.
 
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
@@ -18,16 +18,16 @@ use zenoh::Session;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 
-/// How long any one event may take on a machine that is busy with other things.
+/// Time limit for one event on a busy machine.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Frames that wait to be looked at.
+/// Capacity of the queue of frames.
 const CAPACITY: usize = 1 << 14;
 
-/// A wide Δmax: no test is about what a busy machine holds up by less than 5 s.
+/// A large Δmax: a pause of a busy machine of less than 5 s must not fail a test.
 const SETTINGS: &str = "[hub]\ndelta_max_ms = 5000\nmap_frame = \"EPSG:32632\"\n";
 
-/// Starts the processes of one network; their logs are left in the test's folder.
+/// Starts the processes of one network. Their logs stay in the folder of the test.
 pub(crate) struct Lab {
     launcher: Launcher,
     folder: PathBuf,
@@ -41,7 +41,7 @@ pub(crate) struct Hub {
 }
 
 impl Lab {
-    /// For a network of this name; the name of its folder too, so one test must use it alone.
+    /// A network of this name. The folder has the same name, so each test needs its own name.
     pub(crate) fn new(name: &str) -> anyhow::Result<Self> {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
@@ -49,7 +49,7 @@ impl Lab {
         Ok(Self::with_network(folder, NetworkId::new(name)?))
     }
 
-    /// The same with this method in the hub.
+    /// A network whose hub uses this method.
     pub(crate) fn with_method(name: &str, method: &str) -> anyhow::Result<Self> {
         let lab = Self::new(name)?;
         let settings = format!("{SETTINGS}method = {method:?}\n");
@@ -57,7 +57,7 @@ impl Lab {
         Ok(lab)
     }
 
-    /// Another network, in the same folder.
+    /// Another network in the same folder.
     pub(crate) fn sibling(&self, network: &str) -> anyhow::Result<Self> {
         Ok(Self::with_network(self.folder.clone(), NetworkId::new(network)?))
     }
@@ -87,7 +87,7 @@ impl Lab {
         Ok(Hub { child, locator })
     }
 
-    /// A hub that also is connected to another one, under another name of its log.
+    /// A hub that is connected to another one. Its log has another name.
     pub(crate) async fn hub_joined_to(&self, other: &Hub) -> anyhow::Result<Child> {
         let args = ["--listen", "tcp/127.0.0.1:0", "--connect", &other.locator].map(str::to_owned);
         Ok(self.launcher.start("joined-hub", "hub", &args).await?.0)
@@ -104,23 +104,23 @@ impl Lab {
         Ok(self.launcher.agent(&AgentId::new(id)?, &options).await?)
     }
 
-    /// What the hub has logged.
+    /// The log of the hub.
     pub(crate) fn hub_log(&self) -> anyhow::Result<String> {
         std::fs::read_to_string(self.folder.join("hub.log")).context("reading the hub's log")
     }
 
-    /// A consumer of this network, at this hub.
+    /// A consumer of this network, connected to this hub.
     pub(crate) async fn watch(&self, hub: &Hub) -> anyhow::Result<Watch> {
         let options = SessionOptions { connect: vec![hub.locator.clone()], ..Default::default() };
         let network = self.launcher.network();
         let subscription = Subscription { network, traffic: Traffic::Fused, capacity: CAPACITY };
         let shutdown = CancellationToken::new();
         let consumer = Consumer::connect(&options, subscription, PATIENCE, &shutdown).await?;
-        Ok(Watch { consumer: consumer.context("nobody asked to shut down")?, keys: self.keys() })
+        Ok(Watch { consumer: consumer.context("no shutdown was requested")?, keys: self.keys() })
     }
 }
 
-/// A consumer through which a test sees what happens.
+/// A consumer that observes a network for a test.
 pub(crate) struct Watch {
     consumer: Consumer,
     keys: Keys,
@@ -133,7 +133,7 @@ impl Watch {
         wire::fused::decode(&entry.payload).context("a fused frame that cannot be read")
     }
 
-    /// The first fused frame from now on of which something is so.
+    /// The first fused frame from now on that fulfils a condition.
     pub(crate) async fn until(
         &self,
         what: &str,
@@ -155,7 +155,7 @@ impl Watch {
         }
     }
 
-    /// The hub's answer to a status query, as it came; `None` where no hub answered.
+    /// The raw reply of the hub to a status query; `None` without a reply.
     pub(crate) async fn status_json(&self) -> anyhow::Result<Option<serde_json::Value>> {
         let session = self.consumer.session();
         let replies = session.get(self.keys.all_status()).await.map_err(|error| anyhow!("{error}"))?;
@@ -164,7 +164,7 @@ impl Watch {
         Ok(Some(serde_json::from_slice(&sample.payload().to_bytes())?))
     }
 
-    /// The first status of which something is so; asked for after each fused frame.
+    /// The first status that fulfils a condition. It is queried after each fused frame.
     pub(crate) async fn status_when(
         &self,
         what: &str,
@@ -190,13 +190,13 @@ impl Watch {
     }
 }
 
-/// A session of a client that is not ours.
+/// The session of a foreign client.
 pub(crate) async fn foreign_session(hub: &Hub) -> anyhow::Result<Session> {
     let options = SessionOptions { connect: vec![hub.locator.clone()], ..Default::default() };
     session::open(session::client_config(&options)?).await
 }
 
-/// A publisher that a hub has subscribed to: what it puts is not lost.
+/// A publisher to which a hub has subscribed, so that no message is lost.
 pub(crate) async fn matched_publisher(session: &Session, key: String) -> anyhow::Result<Publisher<'static>> {
     let declared = async {
         let publisher = session.declare_publisher(key).congestion_control(CongestionControl::Block).await?;
@@ -211,18 +211,18 @@ pub(crate) async fn matched_publisher(session: &Session, key: String) -> anyhow:
     declared.map_err(|error| anyhow!("{error}"))
 }
 
-/// Whether an object of the frame rests on measurements of this agent.
+/// Whether an object of the frame contains measurements of this agent.
 pub(crate) fn rests_on(frame: &FusedFrame, agent: &str) -> bool {
     let mut contributors = frame.objects.iter().flat_map(|object| &object.contributors);
     contributors.any(|measurement| measurement.frame.agent.as_str() == agent)
 }
 
-/// What the frame says of this agent.
+/// The state of this agent in the frame.
 pub(crate) fn health(frame: &FusedFrame, agent: &str) -> Option<AgentHealth> {
     frame.agents.iter().find(|health| health.agent.as_str() == agent).copied()
 }
 
-/// What the status says of this agent.
+/// The status of this agent.
 pub(crate) fn standing<'a>(status: &'a HubStatus, agent: &str) -> Option<&'a AgentStatus> {
     status.agents.iter().find(|standing| standing.id.as_str() == agent)
 }

@@ -1,4 +1,4 @@
-//! `lab sweep` as its user runs it, over real Zenoh too.
+//! `lab sweep` as a program, also over real Zenoh.
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -13,7 +13,7 @@ fn mate_m(rows: &Value, method: &str, live: bool) -> f64 {
 }
 
 #[test]
-fn hubs_over_the_network_come_to_what_virtual_time_says() {
+fn hubs_over_the_network_give_the_results_of_virtual_time() {
     let folder = Folder::new("sweep-live");
     let command =
         "sweep latency=150 --methods single,replay --live --seeds 1 --duration-s 6 --out out --json";
@@ -21,7 +21,7 @@ fn hubs_over_the_network_come_to_what_virtual_time_says() {
     assert_eq!(rows.as_array().map(Vec::len), Some(2 * 2 * 4));
     for method in ["single", "replay"] {
         let (live, simulated) = (mate_m(&rows, method, true), mate_m(&rows, method, false));
-        // The very same frames; ticks fall at other times, and the network takes its own.
+        // The frames are the same. Publishing times differ, and the network adds delay.
         assert!(
             (live / simulated - 1.0).abs() < 0.1,
             "{method}: {live} m live, {simulated} m in virtual time"
@@ -31,7 +31,7 @@ fn hubs_over_the_network_come_to_what_virtual_time_says() {
     let live_row =
         rows.as_array().and_then(|rows| rows.iter().find(|row| row["live"] == true)).expect("a row");
     assert!(live_row["fused_to_consumed_ms"]["p50"].as_f64().is_some_and(|ms| ms > 0.0));
-    // What was run is not run again.
+    // Stored runs are not repeated.
     assert_eq!(folder.json(command), rows);
 }
 
@@ -44,7 +44,7 @@ fn ctrl_c_ends_a_live_sweep_and_all_its_processes() {
     sweep.args(arguments.split(' ')).current_dir(&folder.0).stderr(Stdio::piped());
     let mut sweep = Running(sweep.spawn().expect("lab runs"));
     let sweep = &mut sweep.0;
-    // The agent's log appears when it has been started, which is after the hub.
+    // The log of the agent exists after its start, which is after that of the hub.
     let log = folder.0.join("out/live/000/car.log");
     while !std::fs::read_to_string(&log).is_ok_and(|text| text.contains("connected")) {
         assert!(sweep.try_wait().expect("a child").is_none(), "the sweep ended by itself");
@@ -58,11 +58,11 @@ fn ctrl_c_ends_a_live_sweep_and_all_its_processes() {
         BufReader::new(sweep.stderr.take().expect("piped")).lines().map_while(Result::ok).collect();
     assert_eq!(sweep.wait().expect("a child").code(), Some(130), "{said:?}");
     assert!(said.iter().any(|line| line.contains("interrupted")), "{said:?}");
-    // They were killed before it ended; nobody but the system may still have to bury them.
+    // They were killed before the program ended, but the system may not have reaped them yet.
     assert!(children.iter().all(|id| !is_running(*id)), "{children:?}");
 }
 
-/// A process that does not outlive the test, however that ends.
+/// A process that is killed at the end of the test.
 struct Running(Child);
 
 impl Drop for Running {
@@ -85,12 +85,12 @@ fn is_running(id: u32) -> bool {
 }
 
 #[test]
-fn a_sweep_that_cannot_be_says_why_before_it_runs_anything() {
+fn an_invalid_sweep_is_an_error_before_any_run() {
     let folder = Folder::new("sweep-wrong");
     let cases = [
         ("sweep latencies", "latency"),
         ("sweep latency=0,-5", "latency=-5: "),
-        ("sweep agents.nobody.rate_hz=1,2", "it has rsu, car"),
+        ("sweep agents.unknown.rate_hz=1,2", "it has rsu, car"),
         ("sweep latency --duration-s 1", "--duration-s is 1"),
         ("sweep latency --scenario missing.toml", "missing.toml"),
         ("sweep delta-max --delta-max 300", "leave it out"),

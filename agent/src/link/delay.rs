@@ -93,3 +93,52 @@ impl Delay {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::testing::assert_same_distribution;
+    use rand::Rng;
+    use rand::distr::Distribution;
+    use rand_distr::{Binomial, Gamma, LogNormal};
+
+    fn draw(delay: Delay) -> impl FnMut(&mut ChaCha8Rng) -> f64 {
+        move |rng| delay.draw(rng, Span::ZERO)
+    }
+
+    /// `offset` + `scale` · a draw of the law.
+    struct Affine<D>(D, f64, f64);
+
+    impl<D: Distribution<f64>> Distribution<f64> for Affine<D> {
+        fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+            let Self(law, offset, scale) = self;
+            offset + scale * law.sample(rng)
+        }
+    }
+
+    #[test]
+    fn log_normal_delays_have_the_distribution_of_rand_distr() {
+        let oracle = LogNormal::new(libm::log(0.05), 0.5).unwrap();
+        assert_same_distribution(draw(Delay::LogNormal { median_s: 0.05, sigma_ln: 0.5 }), &oracle);
+    }
+
+    #[test]
+    fn gamma_delays_have_the_distribution_of_rand_distr() {
+        // min + Gamma(2, 2) (expected - min) / 4.
+        let oracle = Affine(Gamma::new(2.0, 2.0).unwrap(), 0.05, 0.025);
+        assert_same_distribution(draw(Delay::Gamma { min_s: 0.05, expected_s: 0.15 }), &oracle);
+    }
+
+    #[test]
+    fn delays_of_whole_frames_have_the_distribution_of_rand_distr() {
+        struct Frames(Binomial);
+        impl Distribution<f64> for Frames {
+            fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+                self.0.sample(rng) as f64 * 0.1
+            }
+        }
+        let oracle = Frames(Binomial::new(u64::from(MAX_FRAMES), 0.3).unwrap());
+        // Products with 0.1 are compared exactly: both compute the same ones.
+        assert_same_distribution(draw(Delay::Frames { p: 0.3, frame_s: 0.1 }), &oracle);
+    }
+}

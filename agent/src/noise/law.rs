@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// Any distribution of numbers, such as those of `rand_distr`. Cloning shares it.
 #[derive(Clone)]
-pub struct NoiseLaw(Arc<dyn Draw + Send + Sync>);
+pub(super) struct NoiseLaw(Arc<dyn Draw + Send + Sync>);
 
 /// [`Distribution`] with the random number generator fixed, so that it can be a trait object.
 trait Draw {
@@ -22,12 +22,12 @@ impl<D: Distribution<f64>> Draw for D {
 
 impl NoiseLaw {
     /// The law of this distribution.
-    pub fn new(distribution: impl Distribution<f64> + Send + Sync + 'static) -> Self {
+    pub(super) fn new(distribution: impl Distribution<f64> + Send + Sync + 'static) -> Self {
         Self(Arc::new(distribution))
     }
 
     /// One number from the law. It may be anything that the distribution gives, also not finite.
-    pub fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
+    pub(super) fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
         self.0.draw(rng)
     }
 }

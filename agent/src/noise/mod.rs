@@ -5,7 +5,6 @@ mod level;
 mod measurement;
 mod model;
 
-pub use law::NoiseLaw;
 pub use level::{DEFAULT_SIZE_LOWER, NoiseLevel};
 pub use measurement::MeasurementNoise;
 pub use model::NoiseModel;

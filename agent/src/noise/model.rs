@@ -33,7 +33,7 @@ impl NoiseModel {
 
     /// The covariance that the sensor reports with a measurement.
     ///
-    /// It is computed from the *measured* range (from the pose that the agent believes to have) and the *measured*
+    /// It is computed from the *measured* range (from the estimated pose) and the *measured*
     /// size: from the true ones a receiver could compute the truth.
     pub fn reported_covariance(&self, measured: &BevBox, believed_pose: &Pose) -> BoxCovariance {
         let range_m = believed_pose.distance_to(measured.x, measured.y);

@@ -75,6 +75,8 @@ pub fn weighted<T: Copy, R: Rng + ?Sized>(rng: &mut R, choices: &[(T, f64)]) -> 
 mod tests {
     use super::*;
     use crate::random::keyed::{Purpose, keyed_rng};
+    use crate::random::testing::assert_same_distribution;
+    use rand::distr::Distribution;
     use rand_chacha::ChaCha8Rng;
 
     fn rng() -> ChaCha8Rng {
@@ -105,6 +107,32 @@ mod tests {
             // Standard error of the mean at 20 is 0.02, of the variance 0.13.
             assert!((mean - expected).abs() <= 0.005 * expected, "{mean} instead of {expected}");
             assert!((variance - expected).abs() <= 0.03 * expected, "{variance} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn normal_draws_have_the_distribution_of_rand_distr() {
+        assert_same_distribution(standard_normal, &rand_distr::StandardNormal);
+    }
+
+    #[test]
+    fn truncated_normal_draws_have_the_distribution_of_rand_distr_within_the_bounds() {
+        struct Truncated(rand_distr::Normal<f64>);
+        impl Distribution<f64> for Truncated {
+            fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+                let draws = std::iter::repeat_with(|| self.0.sample(rng));
+                draws.into_iter().find(|draw| (0.1..=3.0).contains(draw)).expect("the iterator has no end")
+            }
+        }
+        let oracle = Truncated(rand_distr::Normal::new(1.0, 0.8).unwrap());
+        assert_same_distribution(|rng| truncated_normal(rng, 1.0, 0.8, (0.1, 3.0)), &oracle);
+    }
+
+    #[test]
+    fn poisson_draws_have_the_distribution_of_rand_distr() {
+        for mean in [0.5, 4.0, 60.0] {
+            let oracle = rand_distr::Poisson::new(mean).unwrap();
+            assert_same_distribution(|rng| f64::from(poisson(rng, mean)), &oracle);
         }
     }
 

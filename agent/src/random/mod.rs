@@ -13,3 +13,6 @@ mod laws;
 pub use draws::{chance, poisson, standard_normal, truncated_normal, uniform, unit, weighted};
 pub use keyed::{Purpose, WorldDraw, keyed_rng};
 pub use laws::StandardNormal;
+
+#[cfg(test)]
+pub(crate) mod testing;

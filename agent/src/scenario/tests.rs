@@ -43,7 +43,7 @@ fn every_shipped_scenario_is_valid() {
 }
 
 #[test]
-fn the_default_scenario_puts_both_agents_on_equal_footing() {
+fn the_agents_of_the_default_scenario_have_the_same_sensor_and_link() {
     let scenario = Scenario::load(shipped("crossing.toml")).unwrap();
     let [ego, rsu] = &scenario.agents[..] else { panic!("two agents") };
     assert_eq!((ego.id().as_str(), ego.sensor.kind), ("ego", SensorKind::Vehicle));
@@ -60,7 +60,7 @@ fn the_default_scenario_puts_both_agents_on_equal_footing() {
 }
 
 #[test]
-fn what_is_left_out_takes_its_default() {
+fn missing_fields_have_their_defaults() {
     let scenario = Scenario::from_toml(MINIMAL).unwrap();
     assert_eq!((scenario.loop_length, scenario.seed), (Span::from_millis(120_000), 1));
     assert_eq!(scenario.world, WorldConfig::Crossing(CrossingConfig::default()));
@@ -84,7 +84,7 @@ fn what_is_left_out_takes_its_default() {
 }
 
 #[test]
-fn the_hubs_table_is_kept_unread() {
+fn the_table_of_the_hub_is_not_interpreted() {
     let text = format!("{MINIMAL}\n[hub]\nanything = [1, 2]\n");
     assert!(Scenario::from_toml(&text).unwrap().hub.contains_key("anything"));
 }
@@ -188,7 +188,7 @@ fn unknown_fields_and_wrong_types_are_named_with_their_line() {
 }
 
 #[test]
-fn impossible_values_are_named_by_field_and_value() {
+fn invalid_values_are_named_by_field_and_value() {
     let id_b = r#"id = "b""#;
     let cases = [
         (id_b, "id = \"b\"\nrate_hz = 0", "agents[1].rate_hz is 0, expected 0.1 to 1000"),
@@ -272,7 +272,7 @@ fn noise_that_the_wire_could_not_carry_is_refused() {
 }
 
 #[test]
-fn a_route_has_room_for_few() {
+fn a_route_has_a_limited_number_of_agents() {
     let another = |id| format!("[[agents]]\nid = \"{id}\"\nkind = \"vehicle\"\nroute = \"block-ne\"\n");
     let two = format!("{MINIMAL}{}", another("c"));
     assert!(Scenario::from_toml(&two).is_ok());

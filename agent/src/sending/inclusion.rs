@@ -25,7 +25,7 @@ const ROUNDING: Span = Span::from_micros(1);
 
 /// What a detection is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Subject {
+pub(super) enum Subject {
     /// The sender itself: included in each frame that is sent; it alone is no reason to send a frame.
     Own,
     /// An object of the world, in its true state.
@@ -36,7 +36,7 @@ pub enum Subject {
 
 /// What one sender has included in its frames so far. Takes its frames in their order.
 #[derive(Clone, Debug, Default)]
-pub struct InclusionRules {
+pub(super) struct InclusionRules {
     /// All objects but pedestrians and cyclists, as they were last included.
     included: BTreeMap<ObjectId, (Span, TrueObject)>,
     /// When each pedestrian or cyclist was last detected.
@@ -48,7 +48,7 @@ pub struct InclusionRules {
 impl InclusionRules {
     /// Which of the detections the frame that was captured at `t` (since the scenario's start) includes; `None` where
     /// it is not sent at all.
-    pub fn choose(&mut self, t: Span, subjects: &[Subject]) -> Option<Vec<bool>> {
+    pub(super) fn choose(&mut self, t: Span, subjects: &[Subject]) -> Option<Vec<bool>> {
         self.forget(t);
         let are_people_included = self.are_people_due(t, subjects);
         let is_included: Vec<bool> = subjects

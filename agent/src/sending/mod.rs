@@ -7,8 +7,9 @@ mod inclusion;
 mod slots;
 
 pub use config::{SendRule, SendingConfig, Transmit};
-pub use inclusion::{InclusionRules, LONGEST_SILENCE, Subject};
-pub use slots::Slots;
+pub use inclusion::LONGEST_SILENCE;
+use inclusion::{InclusionRules, Subject};
+use slots::Slots;
 
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};

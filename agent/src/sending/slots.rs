@@ -4,16 +4,16 @@ use v2x_common::time::Span;
 
 /// Opportunities to send: at `phase` plus any whole number of periods, also a negative one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slots {
+pub(super) struct Slots {
     /// Time between two opportunities; positive.
-    pub period: Span,
+    pub(super) period: Span,
     /// Time of one of them, since the scenario's start.
-    pub phase: Span,
+    pub(super) phase: Span,
 }
 
 impl Slots {
     /// The first opportunity that is not before `ready` (since the scenario's start).
-    pub fn at_or_after(&self, ready: Span) -> Span {
+    pub(super) fn at_or_after(&self, ready: Span) -> Span {
         let wait = (self.phase - ready).as_nanos().rem_euclid(self.period.as_nanos().max(1));
         ready + Span::from_nanos(wait)
     }

@@ -24,8 +24,8 @@ pub struct SensorConfig {
     pub phase: Phase,
     /// Error of the agent's clock.
     pub clock: ClockError,
-    /// Error of the agent's pose, which all parts of a frame have in common. `None`: a vehicle errs in its report of
-    /// itself only, independently in each frame, by the declared accuracy.
+    /// Error of the agent's pose, which all parts of a frame have in common. `None`: only a vehicle's report of
+    /// itself has an error, independent in each frame, by the declared accuracy.
     pub pose_error: Option<PoseError>,
     /// Errors of detections.
     pub noise: NoiseModel,

@@ -24,7 +24,7 @@ use crate::world::World;
 
 pub use config::{Boot, SensorConfig, SensorError};
 
-/// Simulated detectors give every detection this score, true or false: a score must not tell them apart.
+/// Simulated detectors give every detection this score, true or false: a score must not distinguish them.
 const SCORE: f64 = 1.0;
 /// Accuracy of a vehicle's own width and depth (1 σ), m.
 const BODY_SIGMA_M: f64 = 0.01;
@@ -92,7 +92,7 @@ impl Sensor {
     /// # let world = Arc::new(scenario.world(1));
     /// # let boot = Boot { seed: 1, epoch: 1, start: Timestamp::EPOCH };
     /// let sensor = scenario.agents[0].sensor(world, boot)?;
-    /// let heavy_tailed = sensor.with_position_noise(StudentT::new(3.0)?);
+    /// let heavy_tailed = sensor.with_position_noise(StudentT::new(3.0).expect("3 is positive"));
     /// assert_eq!(heavy_tailed.observe(0).frame.validate(), Ok(()));
     /// # Ok(())
     /// # }

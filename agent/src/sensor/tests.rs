@@ -1,4 +1,5 @@
 use super::*;
+use crate::random::StandardNormal;
 use crate::scenario::Scenario;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -86,14 +87,14 @@ fn clutter_has_its_rate_and_lies_in_the_view() {
         for sequence in 0..4 * N_FRAMES {
             let observation = sensor.observe(sequence);
             let pose = sensor.world().agent_pose(index, sensor.capture_time(sequence) - START).unwrap();
-            for (_, phantom) in named(&observation).filter(|(object, _)| object.is_none()) {
-                let range_m = pose.distance_to(phantom.bev.x, phantom.bev.y);
+            for (_, clutter) in named(&observation).filter(|(object, _)| object.is_none()) {
+                let range_m = pose.distance_to(clutter.bev.x, clutter.bev.y);
                 assert!((sensor.config().field_of_view.range_min_m..=60.0).contains(&range_m), "{range_m}");
                 n_clutter += 1;
                 n_in_inner_half += u32::from(range_m < 60.0 * std::f64::consts::FRAC_1_SQRT_2);
             }
         }
-        // About 2400 phantoms: three standard errors of the rate are 0.03, of the share 0.03.
+        // About 2400 clutters: three standard errors of the rate are 0.03, of the share 0.03.
         let rate = f64::from(n_clutter) / (4 * N_FRAMES) as f64;
         assert!((rate - 0.5).abs() < 0.03, "{rate}");
         let share = f64::from(n_in_inner_half) / f64::from(n_clutter);
@@ -175,8 +176,8 @@ fn the_order_of_detections_is_independent_of_their_identities() {
             let rank = sorted.binary_search(id).unwrap() as f64;
             rank_correlation += (index - mean_index) * (rank - mean_index) / (mean_index * mean_index);
         }
-        let n_phantoms = ids.len() - known.len();
-        n_with_clutter += n_phantoms as f64 / ids.len() as f64;
+        let n_clutters = ids.len() - known.len();
+        n_with_clutter += n_clutters as f64 / ids.len() as f64;
         n_clutter_last += u32::from(ids.last() == Some(&None));
     }
     // Sums of some 35 000 terms of variance about 1/9: four standard errors.
@@ -256,22 +257,23 @@ fn a_pose_error_moves_a_frame_as_a_whole() {
     let own = right.own_object();
     for sequence in [0, 7, 400] {
         let (right, wrong) = (right.observe(sequence), wrong.observe(sequence));
-        let (true_pose, believed) = (right.frame.sensor_pose.unwrap(), wrong.frame.sensor_pose.unwrap());
-        assert!(true_pose.distance_to(believed.x, believed.y) > 0.01);
+        let (true_pose, estimated) = (right.frame.sensor_pose.unwrap(), wrong.frame.sensor_pose.unwrap());
+        assert!(true_pose.distance_to(estimated.x, estimated.y) > 0.01);
         assert_eq!(right.identities, wrong.identities);
         for ((object, right), (_, wrong)) in named(&right).zip(named(&wrong)) {
             if *object.as_ref().unwrap_or(&ObjectId(0)) == own.unwrap() {
-                assert_eq!((right.bev.pose(), wrong.bev.pose()), (true_pose, believed));
+                assert_eq!((right.bev.pose(), wrong.bev.pose()), (true_pose, estimated));
                 continue;
             }
-            let seen = |pose: &Pose, bev: &BevBox| {
+            let relative_to = |pose: &Pose, bev: &BevBox| {
                 (
                     pose.distance_to(bev.x, bev.y),
                     pose.bearing_to(bev.x, bev.y),
                     wrap_angle(bev.yaw - pose.yaw),
                 )
             };
-            let (expected, found) = (seen(&true_pose, &right.bev), seen(&believed, &wrong.bev));
+            let (expected, found) =
+                (relative_to(&true_pose, &right.bev), relative_to(&estimated, &wrong.bev));
             assert!((expected.0 - found.0).abs() < 1e-9, "range {expected:?} {found:?}");
             assert!(wrap_angle(expected.1 - found.1).abs() < 1e-9, "bearing {expected:?} {found:?}");
             assert!(wrap_angle(expected.2 - found.2).abs() < 1e-9, "heading {expected:?} {found:?}");
@@ -285,8 +287,8 @@ fn a_surveyed_pose_is_exact_unless_a_pose_error_is_configured() {
     let pose = sensor("rsu").world().agent_pose(1, Span::ZERO).unwrap();
     assert_eq!(sensor("rsu").observe(5).frame.sensor_pose, Some(pose));
     let biased = sensor_with("rsu", "pose_error = { bias_x_m = 0.25, bias_y_m = -0.5 }");
-    let believed = biased.observe(5).frame.sensor_pose.unwrap();
-    assert_eq!((believed.x, believed.y), (pose.x + 0.25, pose.y - 0.5));
+    let estimated = biased.observe(5).frame.sensor_pose.unwrap();
+    assert_eq!((estimated.x, estimated.y), (pose.x + 0.25, pose.y - 0.5));
 }
 
 #[test]
@@ -306,4 +308,77 @@ fn the_description_contains_the_declared_accuracy() {
     let (ego, rsu) = (accuracy(&sensor("ego")), accuracy(&sensor("rsu")));
     assert_eq!((ego.position_m, ego.clock_s), (0.3, 0.05));
     assert_eq!((rsu.position_m, rsu.clock_s), (0.02, 1e-6));
+}
+
+/// Errors of the detections of a run in x, in units of their σ.
+fn normalized_errors(sensor: &Sensor) -> Vec<f64> {
+    let mut errors = Vec::new();
+    for sequence in 0..N_FRAMES {
+        let (objects, observation) = (truth(sensor, sequence), sensor.observe(sequence));
+        assert_eq!(observation.frame.validate(), Ok(()));
+        for (id, detection) in named(&observation) {
+            let Some(object) = id.map(|id| objects[&id]) else { continue };
+            let sigma = libm::sqrt(detection.covariance.position.xx);
+            errors.push((detection.bev.x - object.bev.x) / sigma);
+        }
+    }
+    errors
+}
+
+#[test]
+fn a_law_of_rand_distr_is_the_law_of_the_errors() {
+    let share_beyond_4_sigma =
+        |errors: &[f64]| errors.iter().filter(|error| error.abs() > 4.0).count() as f64 / errors.len() as f64;
+    // Student's t with 3 degrees of freedom exceeds 4 with a probability of 2.8 %; a normal law of 0.006 %.
+    let student = sensor("rsu").with_position_noise(rand_distr::StudentT::new(3.0).unwrap());
+    let share = share_beyond_4_sigma(&normalized_errors(&student));
+    // Standard error 0.1 %; σ is computed from the measured range, which makes large errors a little smaller.
+    assert!((0.015..0.035).contains(&share), "{share}");
+    assert!(share_beyond_4_sigma(&normalized_errors(&sensor("rsu"))) < 0.001);
+}
+
+#[test]
+fn the_built_in_law_given_by_hand_gives_the_same_bits() {
+    let (default, by_hand) = (sensor("ego"), sensor("ego"));
+    let by_hand = by_hand.with_position_noise(StandardNormal).with_heading_noise(StandardNormal);
+    for sequence in 0..50 {
+        assert_eq!(default.observe(sequence), by_hand.observe(sequence));
+    }
+}
+
+#[test]
+fn a_measurement_that_is_not_finite_counts_as_missed() {
+    struct Nothing;
+    impl Distribution<f64> for Nothing {
+        fn sample<R: rand::Rng + ?Sized>(&self, _: &mut R) -> f64 {
+            f64::NAN
+        }
+    }
+    let sensors = [
+        sensor("rsu").with_position_noise(Nothing),
+        sensor("rsu").with_heading_noise(Nothing),
+        sensor("rsu").with_size_noise(Nothing),
+    ];
+    for sensor in sensors {
+        let observation = sensor.observe(3);
+        assert_eq!(observation.frame.validate(), Ok(()));
+        assert!(observation.identities.objects.iter().all(Option::is_none), "only clutter is left");
+    }
+}
+
+#[test]
+fn a_sensor_of_an_unknown_agent_or_with_a_number_beyond_its_limits_is_an_error() {
+    let known = sensor("rsu");
+    let with = |change: fn(&mut SensorConfig)| {
+        let mut config = known.config().clone();
+        change(&mut config);
+        Sensor::new(config, known.world().clone(), BOOT).map(drop)
+    };
+    let unknown = AgentId::new("unknown").unwrap();
+    assert_eq!(
+        with(|config| config.agent = AgentId::new("unknown").unwrap()),
+        Err(SensorError::NoSuchAgent(unknown))
+    );
+    let error = with(|config| config.clutter_per_frame = f64::NAN).unwrap_err().to_string();
+    assert!(error.contains("clutter_per_frame is NaN, expected 0 to 100"), "{error}");
 }

@@ -42,7 +42,7 @@ pub struct AgentArgs {
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
     /// Seed of the world and of all noise [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     pub seed: Option<u64>,
     /// Unix time in µs at which scenario time is 0 [default: now, rounded down to the scenario's loop]
     #[arg(long, value_name = "MICROSECONDS")]

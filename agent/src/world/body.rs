@@ -1,4 +1,4 @@
-//! What objects are and how large.
+//! Classes and sizes of objects.
 
 use rand_chacha::ChaCha8Rng;
 use v2x_common::class::Class;
@@ -29,7 +29,7 @@ impl Shape {
     }
 }
 
-/// Relative spreads of width and depth, 1 σ: made goods vary little, what people build or carry more.
+/// Relative spreads of width and depth, 1 σ: vehicles vary little, other objects more.
 const fn spreads(class: Class) -> (f64, f64) {
     match class {
         Class::Car | Class::PoliceCar | Class::Ambulance => (0.05, 0.08),

@@ -1,4 +1,4 @@
-//! A straight motorway along x with traffic both ways, and service roads on which agents drive back.
+//! A straight motorway along x with traffic in both directions, and service roads on which agents drive back.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -45,9 +45,9 @@ impl HighwayConfig {
 }
 
 /// Most vehicles on the emergency lanes.
-pub const MAX_PARKED: u32 = 40;
+const MAX_PARKED: u32 = 40;
 /// Most cones and barriers.
-pub const MAX_WORKS: u32 = 200;
+const MAX_WORKS: u32 = 200;
 
 /// Where traffic enters and leaves, from the middle.
 const ROAD_M: f64 = 450.0;
@@ -58,7 +58,7 @@ const INNERMOST_M: f64 = 4.5;
 const SPEEDS_MPS: [f64; 4] = [34.0, 29.0, 24.0, 21.0];
 /// Between two places of a lane's traffic; each vehicle comes up to 0.4 s early or late.
 const HEADWAY_S: f64 = 2.5;
-/// Middle of the agents' own lane, beyond four lanes: they enter and leave without hindering anyone.
+/// Middle of the agents' own lane, beyond four lanes: they enter and leave without obstructing traffic.
 const AGENT_LANE_M: f64 = 20.0;
 /// Middle of the emergency lane, beyond it.
 const EMERGENCY_LANE_M: f64 = 23.8;
@@ -76,10 +76,10 @@ const AGENT_MPS2: f64 = 2.0;
 const LAP_S: f64 = 120.0;
 /// Agents on one route follow each other at this part of a lap.
 const AGENTS_PER_LAP: f64 = 4.0;
-/// What drives in the outermost lane, by weight.
+/// Classes in the outermost lane, by weight.
 const SLOW_CLASSES: [(Class, f64); 4] =
     [(Class::Truck, 5.0), (Class::Trailer, 3.0), (Class::RigidBus, 1.0), (Class::Car, 4.0)];
-/// What drives in the others.
+/// Classes in the other lanes, by weight.
 const FAST_CLASSES: [(Class, f64); 3] =
     [(Class::Car, 18.0), (Class::Motorcycle, 1.0), (Class::PoliceCar, 1.0)];
 
@@ -94,7 +94,7 @@ pub(super) fn population(config: &HighwayConfig, loop_length: Span, seed: u64) -
     let mut population = standing(config, seed);
     for side in 0..2 {
         for lane in 0..config.lanes {
-            population.extend(lane_traffic((side, lane), config, loop_length, seed));
+            population.extend(lane_traffic(side, lane, config, loop_length, seed));
         }
     }
     population
@@ -108,7 +108,8 @@ fn on_side(side: u8, along_m: f64, right_m: f64, yaw: f64) -> Pose {
 }
 
 fn lane_traffic(
-    (side, lane): (u8, u32),
+    side: u8,
+    lane: u32,
     config: &HighwayConfig,
     loop_length: Span,
     seed: u64,
@@ -160,7 +161,7 @@ fn standing(config: &HighwayConfig, seed: u64) -> Vec<(Shape, Motion)> {
     vehicles.chain(works).collect()
 }
 
-/// Where the `number`-th of `count` things stands that alternate between the sides, and how much room it has.
+/// The place of the `number`-th of `count` objects that alternate between the sides, and the length of road for it.
 fn spread(number: u32, count: u32) -> (f64, f64) {
     let slot_m = 2.0 * STANDING_M / f64::from(count.div_ceil(2));
     (-STANDING_M + slot_m * (f64::from(number / 2) + 0.5), slot_m)
@@ -189,7 +190,7 @@ pub(super) fn service_lap(side: u8, rank: usize, lap: Span) -> Motion {
     Motion::circling(&path.into(), &Arc::new(profile), start_s, lap)
 }
 
-/// The service road's length in just the time that is left: at the ramp's speed but for a middle part at
+/// The length of the service road in exactly the time that is left: at the ramp's speed, with a middle part at
 /// another speed `u`, with 1 m/s² between them: d = (t - 2|u-v|)·u + (u+v)·|u-v|, solved for u by bisection.
 fn back(profile: Profile, along_m: f64, back_s: f64) -> Profile {
     let rate_mps2 = 1.0;

@@ -5,10 +5,10 @@
 //! disappear at the ends of the roads, out of sight of all agents.
 
 mod body;
-pub mod crossing;
+mod crossing;
 mod error;
 mod ground_truth;
-pub mod highway;
+mod highway;
 mod motion;
 mod parameters;
 pub mod path;

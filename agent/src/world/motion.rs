@@ -11,13 +11,13 @@ use super::profile::Profile;
 /// How one object moves.
 #[derive(Clone, Debug)]
 pub(super) enum Motion {
-    /// It stands there all the time.
+    /// At rest.
     Standing(Pose),
-    /// It rides.
+    /// On a path.
     Riding(Ride),
 }
 
-/// A ride along a path that begins anew in every period, and is over before the next one begins.
+/// A ride along a path, which repeats in every period and ends before the next one starts.
 #[derive(Clone, Debug)]
 pub(super) struct Ride {
     path: Arc<Path>,
@@ -48,7 +48,7 @@ impl Motion {
         Self::Riding(Ride { path: Arc::clone(path), profile, start: Span::from_secs_f64(start_s), period })
     }
 
-    /// Pose and speed (m/s) at a time within the loop; `None` while it is not there.
+    /// Pose and speed (m/s) at a time within the loop; `None` while it is absent.
     pub(super) fn at(&self, t: Span) -> Option<(Pose, f64)> {
         let ride = match self {
             Self::Standing(pose) => return Some((*pose, 0.0)),

@@ -7,13 +7,13 @@ use v2x_common::geometry::{Pose, wrap_angle};
 /// A curve; its heading is its tangent.
 #[derive(Clone, Debug)]
 pub struct Path {
-    pieces: Vec<Piece>,
+    segments: Vec<Segment>,
     length: f64,
     closed: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct Segment {
     /// Arc length at its beginning, m.
     from: f64,
     start: Pose,
@@ -21,7 +21,7 @@ struct Piece {
     curvature: f64,
 }
 
-impl Piece {
+impl Segment {
     fn at(&self, s: f64) -> Pose {
         let Pose { x, y, yaw } = self.start;
         let ds = s - self.from;
@@ -40,37 +40,37 @@ impl Piece {
 }
 
 impl Path {
-    /// A path of no length, from which to build on.
+    /// A path of length 0, the start of further segments.
     pub fn from(start: Pose) -> Self {
-        Self { pieces: vec![Piece { from: 0.0, start, curvature: 0.0 }], length: 0.0, closed: false }
+        Self { segments: vec![Segment { from: 0.0, start, curvature: 0.0 }], length: 0.0, closed: false }
     }
 
-    /// Goes on straight.
+    /// Adds a straight segment.
     pub fn line(self, length_m: f64) -> Self {
-        self.piece(length_m, 0.0)
+        self.segment(length_m, 0.0)
     }
 
-    /// Goes on along an arc; left turns are positive.
+    /// Adds an arc; left turns are positive.
     pub fn arc(self, turn_rad: f64, radius_m: f64) -> Self {
         let curvature = turn_rad.signum() / radius_m;
-        self.piece(turn_rad.abs() * radius_m, curvature)
+        self.segment(turn_rad.abs() * radius_m, curvature)
     }
 
-    fn piece(mut self, length_m: f64, curvature: f64) -> Self {
-        debug_assert!(length_m >= 0.0, "a piece of {length_m} m");
+    fn segment(mut self, length_m: f64, curvature: f64) -> Self {
+        debug_assert!(length_m >= 0.0, "a segment of {length_m} m");
         let start = self.end();
-        let piece = Piece { from: self.length, start, curvature };
+        let segment = Segment { from: self.length, start, curvature };
         if self.length == 0.0 {
-            self.pieces.clear();
+            self.segments.clear();
         }
-        self.pieces.push(piece);
+        self.segments.push(segment);
         self.length += length_m;
         self
     }
 
-    /// Declares that the end is the beginning; [`Self::at`] then goes round.
+    /// Declares that the end is the beginning; [`Self::at`] then continues at the beginning.
     pub fn close(mut self) -> Self {
-        let (start, end) = (self.pieces[0].start, self.end());
+        let (start, end) = (self.segments[0].start, self.end());
         debug_assert!(start.distance_to(end.x, end.y) < 1e-6, "from {start:?} to {end:?}");
         debug_assert!(wrap_angle(start.yaw - end.yaw).abs() < 1e-6, "from {start:?} to {end:?}");
         self.closed = true;
@@ -88,20 +88,20 @@ impl Path {
         path.close()
     }
 
-    /// m.
+    /// Length, m.
     pub const fn length(&self) -> f64 {
         self.length
     }
 
-    /// The pose at an arc length (m). Open paths go straight on beyond their ends.
+    /// The pose at an arc length (m). Open paths continue straight beyond their ends.
     pub fn at(&self, s: f64) -> Pose {
         let s = if self.closed { s - self.length * libm::floor(s / self.length) } else { s };
-        let after = self.pieces.partition_point(|piece| piece.from <= s);
-        self.pieces[after.saturating_sub(1)].at(s)
+        let after = self.segments.partition_point(|segment| segment.from <= s);
+        self.segments[after.saturating_sub(1)].at(s)
     }
 
     fn end(&self) -> Pose {
-        self.pieces[self.pieces.len() - 1].at(self.length)
+        self.segments[self.segments.len() - 1].at(self.length)
     }
 }
 
@@ -111,7 +111,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_quarter_turn_to_the_right_ends_where_a_compass_says() {
+    fn a_quarter_turn_to_the_right_ends_at_the_expected_pose() {
         let path = Path::from(Pose { x: 0.0, y: 0.0, yaw: PI / 2.0 }).line(10.0).arc(-PI / 2.0, 5.0);
         let end = path.at(path.length());
         assert!(
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_path_goes_round() {
+    fn a_closed_path_continues_at_its_beginning() {
         let path = Path::rounded_rectangle(Pose { x: 3.0, y: 1.0, yaw: 0.4 }, (30.0, 20.0), 4.0, -1.0);
         let (first, second) = (path.at(7.0), path.at(7.0 + 3.0 * path.length()));
         assert!(first.distance_to(second.x, second.y) < 1e-9);

@@ -3,20 +3,20 @@
 /// A ride: starts at time 0, has a duration.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    pieces: Vec<Piece>,
-    end: Piece,
+    segments: Vec<Segment>,
+    end: Segment,
 }
 
 /// State at the beginning of a stretch of constant acceleration: s, m, m/s, m/s².
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct Segment {
     t: f64,
     s: f64,
     v: f64,
     a: f64,
 }
 
-impl Piece {
+impl Segment {
     fn at(&self, t: f64) -> (f64, f64) {
         let dt = t - self.t;
         (self.s + (self.v + self.a * dt / 2.0) * dt, self.v + self.a * dt)
@@ -24,52 +24,52 @@ impl Piece {
 }
 
 impl Profile {
-    /// A ride of no duration, from which to build on.
+    /// A ride of duration 0, the start of further segments.
     pub const fn from(distance_m: f64, speed_mps: f64) -> Self {
-        Self { pieces: Vec::new(), end: Piece { t: 0.0, s: distance_m, v: speed_mps, a: 0.0 } }
+        Self { segments: Vec::new(), end: Segment { t: 0.0, s: distance_m, v: speed_mps, a: 0.0 } }
     }
 
-    /// Goes on at the present speed for a while.
+    /// Adds a segment at the present speed.
     pub fn hold(self, duration_s: f64) -> Self {
-        self.piece(duration_s, 0.0)
+        self.segment(duration_s, 0.0)
     }
 
-    /// Goes on at the present speed up to a distance.
+    /// Adds a segment at the present speed up to a distance.
     pub fn cruise_to(self, distance_m: f64) -> Self {
         let duration_s = (distance_m - self.end.s) / self.end.v;
         self.hold(duration_s)
     }
 
-    /// Changes speed at a constant rate (m/s², positive).
+    /// Adds a change of speed at a constant rate (m/s², positive).
     pub fn change_speed(self, speed_mps: f64, rate_mps2: f64) -> Self {
         let change = speed_mps - self.end.v;
-        let mut changed = self.piece(change.abs() / rate_mps2, rate_mps2.copysign(change));
+        let mut changed = self.segment(change.abs() / rate_mps2, rate_mps2.copysign(change));
         changed.end.v = speed_mps;
         changed
     }
 
-    fn piece(mut self, duration_s: f64, a: f64) -> Self {
-        debug_assert!(duration_s >= 0.0, "a piece of {duration_s} s");
-        let piece = Piece { a, ..self.end };
-        let t = piece.t + duration_s;
-        let (s, v) = piece.at(t);
-        self.pieces.push(piece);
-        self.end = Piece { t, s, v, a: 0.0 };
+    fn segment(mut self, duration_s: f64, a: f64) -> Self {
+        debug_assert!(duration_s >= 0.0, "a segment of {duration_s} s");
+        let segment = Segment { a, ..self.end };
+        let t = segment.t + duration_s;
+        let (s, v) = segment.at(t);
+        self.segments.push(segment);
+        self.end = Segment { t, s, v, a: 0.0 };
         self
     }
 
-    /// s.
+    /// Duration, s.
     pub const fn duration_s(&self) -> f64 {
         self.end.t
     }
 
-    /// Distance (m) and speed (m/s) at a time (s); beyond the end it goes on at the last speed.
+    /// Distance (m) and speed (m/s) at a time (s); beyond the end the last speed is kept.
     pub fn at(&self, t: f64) -> (f64, f64) {
         if t >= self.end.t {
             return self.end.at(t);
         }
-        let after = self.pieces.partition_point(|piece| piece.t <= t);
-        self.pieces[after.saturating_sub(1)].at(t)
+        let after = self.segments.partition_point(|segment| segment.t <= t);
+        self.segments[after.saturating_sub(1)].at(t)
     }
 }
 
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stops_and_starts_again_where_and_when_it_should() {
+    fn a_ride_stops_and_starts_at_the_given_distances_and_times() {
         let ride =
             Profile::from(0.0, 10.0).cruise_to(20.0).change_speed(0.0, 2.0).hold(3.0).change_speed(4.0, 1.0);
         assert_eq!(ride.at(1.0), (10.0, 10.0));

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use std::io::Write;
 
-/// Prints one event, such as `{"event":"ready","locators":[…]}`. A launcher that is gone is no error.
+/// Prints one event, such as `{"event":"ready","locators":[…]}`. It is no error if the launcher has ended.
 pub fn emit(event: &str, fields: &impl Serialize) {
     let mut line = serde_json::json!({ "event": event });
     if let (Some(line), Ok(serde_json::Value::Object(fields))) =

@@ -1,4 +1,4 @@
-//! What every shell of the project needs of the network and the operating system.
+//! Network and operating system, for all programs of the project.
 
 pub mod events;
 pub mod logging;

@@ -1,10 +1,10 @@
-//! A bounded queue between a Zenoh callback and a task: when full, the oldest goes and is counted.
+//! A bounded queue between a Zenoh callback and a task: when full, the oldest item is dropped and counted.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
-/// Newest data wins: sensor frames that nobody could take in time are worth less than the next one.
+/// Drops the oldest item when full: an old sensor frame is worth less than a new one.
 #[derive(Debug)]
 pub struct DropOldestQueue<T> {
     state: Mutex<State<T>>,
@@ -21,14 +21,13 @@ struct State<T> {
 impl<T> DropOldestQueue<T> {
     /// Holds at most `capacity` items.
     pub fn new(capacity: usize) -> Self {
-        // Not allocated for its capacity at once: a ring that large would be touched bit by bit, and look
-        // like a leak for minutes.
+        // Not allocated for its capacity: memory use would grow for minutes while the buffer is first filled.
         let state = State { items: VecDeque::new(), dropped: 0 };
         Self { state: Mutex::new(state), arrived: Notify::new(), capacity: capacity.max(1) }
     }
 
     fn lock(&self) -> MutexGuard<'_, State<T>> {
-        // The state is consistent between any two statements: a panic elsewhere cannot have broken it.
+        // The state is consistent between any two statements: a poisoned lock is safe to use.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -49,7 +48,7 @@ impl<T> DropOldestQueue<T> {
         self.lock().items.pop_front()
     }
 
-    /// The first item, waiting for one. Cancelling loses nothing.
+    /// The first item, waiting for one. Cancelling does not lose an item.
     pub async fn pop(&self) -> T {
         loop {
             if let Some(item) = self.try_pop() {
@@ -59,14 +58,14 @@ impl<T> DropOldestQueue<T> {
         }
     }
 
-    /// Waits until there is an item, and leaves it. For one reader.
+    /// Waits until there is an item, without removing it. For one reader.
     pub async fn wait(&self) {
         while self.lock().items.is_empty() {
             self.arrived.notified().await;
         }
     }
 
-    /// How many items went unread.
+    /// Number of dropped items.
     pub fn dropped(&self) -> u64 {
         self.lock().dropped
     }
@@ -77,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_oldest_goes_and_is_counted() {
+    fn a_full_queue_drops_the_oldest_item_and_counts_it() {
         let queue = DropOldestQueue::new(2);
         for item in 0..5 {
             queue.push(item);
@@ -87,7 +86,7 @@ mod tests {
     }
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn a_waiting_reader_is_woken() {
+    async fn a_push_wakes_a_waiting_reader() {
         let queue = std::sync::Arc::new(DropOldestQueue::new(2));
         let reader = tokio::spawn({
             let queue = queue.clone();

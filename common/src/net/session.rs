@@ -6,20 +6,20 @@ use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use zenoh::{Config, Session, Wait};
 
-/// Where a hub listens and a client connects when nobody says otherwise: this machine only.
+/// The default endpoint of hubs and clients: this machine only.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
 /// How long a connection attempt may take before the next one.
 const CONNECT_TIMEOUT_MS: u64 = 2_000;
 /// How long a session may take to close.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
-/// Largest message that is put together from fragments, bytes: far above any frame, far below Zenoh's 1 GiB.
+/// Largest message of fragments, bytes: far above any frame, far below Zenoh's 1 GiB.
 const MAX_MESSAGE_BYTES: u64 = 16 << 20;
 
-/// What stands on the command line about the network.
+/// The network options of a command line.
 #[derive(Clone, Debug, Default)]
 pub struct SessionOptions {
-    /// A Zenoh configuration file that replaces our defaults.
+    /// A Zenoh configuration file that replaces the defaults.
     pub config: Option<PathBuf>,
     /// Endpoints to connect to, such as `tcp/192.168.1.10:7447`.
     pub connect: Vec<String>,
@@ -27,7 +27,7 @@ pub struct SessionOptions {
     pub listen: Vec<String>,
 }
 
-/// A hub's configuration: router mode, so that it relays for its agents and nothing else must run.
+/// A hub's configuration: router mode, so that agents need no other router.
 pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
     let mut config = base_config(options)?;
     if options.config.is_none() {
@@ -69,7 +69,7 @@ fn base_config(options: &SessionOptions) -> anyhow::Result<Config> {
             .map_err(|error| anyhow!("Zenoh configuration {}: {error}", path.display()));
     }
     let mut config = Config::default();
-    // Multicast is absent in containers and makes networks on one machine find each other.
+    // Multicast is missing in containers, and would connect separate networks on one machine.
     set(&mut config, "scouting/multicast/enabled", "false")?;
     set(&mut config, "scouting/gossip/enabled", "false")?;
     set(&mut config, "timestamping/enabled", "true")?;
@@ -88,17 +88,17 @@ fn set(config: &mut Config, key: &str, json5: &str) -> anyhow::Result<()> {
     config.insert_json5(key, json5).map_err(|error| anyhow!("Zenoh option {key} = {json5}: {error}"))
 }
 
-/// Opens a session once.
+/// Opens a session; one attempt.
 pub async fn open(config: Config) -> anyhow::Result<Session> {
-    // Zenoh blocks the thread that awaits an opening for as long as connecting takes. On a thread of its own
-    // that holds up neither the caller's deadline nor shutdown, nor the end of the process.
+    // Zenoh blocks the thread that opens a session until it is connected. A separate thread keeps the caller's
+    // deadline, shutdown and the end of the process independent of that.
     let (done, opened) = tokio::sync::oneshot::channel();
     std::thread::spawn(move || done.send(zenoh::open(config).wait()));
     opened.await.context("opening the Zenoh session panicked")?.map_err(|error| anyhow!("{error}"))
 }
 
-/// Opens a session, trying again until there is somebody to connect to, the patience ends (`None`: never)
-/// or shutdown is asked for (`Ok(None)`).
+/// Opens a session, trying again until it is connected, `patience` is over (`None`: no limit) or shutdown is requested
+/// (`Ok(None)`).
 pub async fn open_patiently(
     config: Config,
     patience: Option<Duration>,
@@ -129,12 +129,12 @@ pub async fn open_patiently(
     }
 }
 
-/// Where a session listens, with the real port where 0 was asked for.
+/// Where a session listens, with the actual port where 0 was requested.
 pub async fn locators(session: &Session) -> Vec<String> {
     session.info().locators().await.iter().map(ToString::to_string).collect()
 }
 
-/// Closes a session, for as long as that may take.
+/// Closes a session, within a time limit.
 pub async fn close(session: Session) -> anyhow::Result<()> {
     tokio::time::timeout(CLOSE_TIMEOUT, session.close())
         .await
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn our_options_are_ones_that_zenoh_knows() {
+    fn zenoh_accepts_the_default_options() {
         let hub = hub_config(&SessionOptions::default()).unwrap();
         assert!(hub.get_json("listen/endpoints").unwrap().contains(DEFAULT_ENDPOINT));
         assert_eq!(hub.get_json("mode").unwrap(), "\"router\"");

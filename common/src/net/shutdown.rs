@@ -1,12 +1,12 @@
-//! One token that says: end now, cleanly.
+//! The token that requests a clean end.
 
 use std::io::Read;
 use tokio_util::sync::CancellationToken;
 
 /// A token that is cancelled by Ctrl-C, by SIGTERM, and, where `with_stdin`, by the end of standard input.
 ///
-/// The last is how children of the launcher end: their standard input is a pipe from it, which closes
-/// however the launcher dies.
+/// So the children of a launcher end with it: their standard input is a pipe from the launcher, which closes also when
+/// the launcher is killed.
 pub fn token(with_stdin: bool) -> std::io::Result<CancellationToken> {
     let token = CancellationToken::new();
     let cancelled = token.clone();
@@ -30,10 +30,10 @@ pub fn token(with_stdin: bool) -> std::io::Result<CancellationToken> {
 }
 
 fn spawn_stdin_watch(token: CancellationToken) {
-    // A thread of its own: a read of standard input cannot be cancelled, and the runtime would wait for it.
+    // A separate thread: reading standard input cannot be cancelled, and the runtime would wait for it.
     std::thread::spawn(move || {
         let mut ignored = [0; 64];
-        // Bytes mean nothing here; only the end of the pipe does.
+        // The content has no meaning; only the end of the pipe has.
         while std::io::stdin().lock().read(&mut ignored).is_ok_and(|count| count > 0) {}
         token.cancel();
     });

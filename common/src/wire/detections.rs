@@ -1,8 +1,9 @@
 //! Detection frames as bytes.
 
+use super::error::{VERSION, WireError};
+use super::framing::{Kind, checked_count, finish, take_preamble, wire_count};
 use super::quantity::{self, MILLI, fixed, milli, unfixed};
 use super::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Reader, Writer, append};
-use super::{Kind, VERSION, WireError, checked_count, finish, take_preamble, wire_count};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
 use crate::detection::{
@@ -26,12 +27,12 @@ const MAX_DETECTION_LEN: usize = 9 + 2 * MAX_LEN_64 + 3 * MAX_LEN_16 + 2 * MAX_L
 /// A detection with every integer as short as it gets.
 const MIN_DETECTION_LEN: usize = 14;
 
-/// What positions are relative to, as the receiver will know it, m.
+/// The point that positions are relative to, as the receiver computes it, m.
 struct Origin {
     x: f64,
     y: f64,
-    /// How far from it a position may lie along one axis, mm: as far as validation allows, where rounding of
-    /// large coordinates is left to it.
+    /// Largest distance of a position from it along one axis, mm: the limit of validation without its margin for
+    /// rounding.
     reach_mm: u64,
 }
 
@@ -42,7 +43,7 @@ impl Origin {
         Self { x: quantity::millimetres(x_mm), y: quantity::millimetres(y_mm), reach_mm: milli(MAX_RANGE_M) }
     }
 
-    /// A position in mm. At the limit it may round to what the receiver would refuse: that is an error here.
+    /// A position in mm. One at the limit that rounds to a value which the receiver refuses is an error here.
     #[inline]
     fn steps_to(&self, field: &'static str, value: f64, origin: f64) -> Result<i64, WireError> {
         let steps: i64 = fixed(field, value - origin, MILLI)?;
@@ -64,7 +65,7 @@ pub fn encode(frame: &DetectionFrame, buffer: &mut Vec<u8>) -> Result<(), WireEr
     write(frame, buffer).inspect_err(|_| buffer.truncate(start))
 }
 
-/// Makes room for one detection at a time: room for all of them is mostly not needed.
+/// Makes room for one detection at a time: most are shorter than the longest.
 fn write(frame: &DetectionFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
     let origin = append(buffer, MAX_HEAD_LEN, |writer| write_head(frame, writer))?;
     for detection in &frame.detections {
@@ -159,13 +160,13 @@ pub fn decode_into(bytes: &[u8], frame: &mut DetectionFrame) -> Result<(), WireE
     Ok(())
 }
 
-/// Appends the detections, validated, and gives the rest.
+/// Appends the detections, validated, and returns the other fields.
 fn read(bytes: &[u8], detections: &mut Vec<Detection>) -> Result<Head, WireError> {
     let mut bytes = bytes;
     take_preamble(&mut bytes, Kind::Detections)?;
     let reader = &mut Reader(bytes);
     let (head, count, origin) = read_head(reader)?;
-    // The count is only claimed yet: reserve no more than the bytes could hold.
+    // The count is not verified yet: reserve no more than the bytes can contain.
     detections.reserve(count.min(reader.0.len() / MIN_DETECTION_LEN));
     let mut are_plausible = true;
     for _ in 0..count {
@@ -206,7 +207,7 @@ fn read_head(reader: &mut Reader<'_>) -> Result<(Head, usize, Origin), WireError
     Ok((Head { id, captured_at, sensor_pose, sensor_revision, map_frame }, count, origin))
 }
 
-/// Appends a detection; gives whether its integers alone prove that it is valid. One byte cannot hold a bad number.
+/// Appends a detection; returns whether its integers alone prove that it is valid. Fields of one byte are always valid.
 #[inline]
 fn read_detection(
     reader: &mut Reader<'_>,

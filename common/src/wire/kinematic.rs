@@ -1,19 +1,20 @@
 //! The 4×4 covariance of a fused object's position and velocity on the wire.
 
-use super::{WireError, quantity};
+use super::error::WireError;
+use super::quantity;
 use crate::detection::InvalidValue;
 use crate::fused::{KINEMATIC_DIAGONAL, KINEMATIC_INDEX, KinematicCovariance};
 
 /// Standard deviations, and correlations in the order of [`KINEMATIC_INDEX`].
 pub(super) type WireKinematic = ([u8; 4], [i8; 6]);
 
-/// Where what is not on the diagonal of a [`KinematicCovariance`] stands.
+/// Places of the off-diagonal elements in a [`KinematicCovariance`].
 const OFF_DIAGONAL: [usize; 6] = [1, 2, 3, 5, 6, 8];
 
 /// The bytes of a covariance.
 ///
-/// Cutting correlations one by one can leave the matrix indefinite; all are then shrunk, 1/128 at a time,
-/// until it is not.
+/// Rounding the correlations one by one can make the matrix indefinite; all are then reduced, by 1/128 at a time,
+/// until it is positive definite.
 pub(super) fn encode(covariance: &KinematicCovariance) -> Result<WireKinematic, WireError> {
     let variances = KINEMATIC_DIAGONAL.map(|place| covariance[place]);
     let mut sigma = [0; 4];

@@ -1,6 +1,7 @@
 //! Numbers on the wire: fixed point, correlations, probabilities.
 
-use super::{WireError, sigma};
+use super::error::WireError;
+use super::sigma;
 use crate::covariance::Covariance2;
 use crate::geometry::wrap_angle;
 
@@ -9,18 +10,18 @@ pub(super) const MILLI: f64 = 1e-3;
 /// Resolution of headings, rad.
 const YAW_STEP_RAD: f64 = 1e-4;
 
-/// Out of the way of what fits.
+/// Cold: nearly every value fits.
 #[cold]
 pub(super) const fn not_encodable(field: &'static str, value: f64) -> WireError {
     WireError::NotEncodable { field, value }
 }
 
-/// Of the numbers below a half the nearest to it.
+/// The largest number below a half.
 const ALMOST_HALF: f64 = 0.5_f64.next_down();
 
 /// The nearest whole number, halves away from zero; saturates.
 ///
-/// A sum with a half could round up what lies just below one; with this it never does.
+/// Adding exactly a half could round up a number just below it.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "the cast saturates, as documented")]
 fn round(value: f64) -> i64 {
@@ -97,7 +98,7 @@ pub(super) fn yaw_variance(byte: u8) -> f64 {
     sigma::ANGULAR.variance(byte)
 }
 
-/// A correlation, cut toward zero to 1/128: what is claimed of dependence is never more than is known.
+/// A correlation, rounded toward zero to 1/128: the claimed dependence is never larger than the actual one.
 ///
 /// `root` is the square root of the two variances' product.
 #[inline]
@@ -109,10 +110,10 @@ pub(super) fn correlation_byte(field: &'static str, covariance: f64, root: f64) 
         return Ok(0);
     }
     let steps = covariance / root * 128.0;
-    // The nudge keeps a decoded value on its own byte although the quotient rounds.
-    let nudged = steps + 1e-9_f64.copysign(steps);
-    #[expect(clippy::cast_possible_truncation, reason = "cut toward zero, and saturates")]
-    Ok((nudged as i8).max(-127))
+    // The small addition keeps a decoded value on its own byte although the quotient rounds.
+    let guarded = steps + 1e-9_f64.copysign(steps);
+    #[expect(clippy::cast_possible_truncation, reason = "rounds toward zero, and saturates")]
+    Ok((guarded as i8).max(-127))
 }
 
 /// The correlation of a byte.
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn every_byte_comes_back_as_itself() {
+    fn every_byte_survives_decoding_and_encoding() {
         for byte in 0..=255 {
             assert_eq!(metric_sigma("s", metric_variance(byte)), Ok(byte));
             assert_eq!(yaw_sigma("s", yaw_variance(byte)), Ok(byte));
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_room_is_an_error() {
+    fn values_that_the_wire_cannot_represent_are_errors() {
         assert!(metric_sigma("s", 100.0 * 100.0).is_err());
         assert!(metric_sigma("s", f64::NAN).is_err());
         assert!(correlation_byte("r", f64::NAN, 1.0).is_err());

@@ -1,6 +1,7 @@
 //! Sensor descriptions as bytes. Sent once a second: plain f64, nothing quantised.
 
-use super::{Kind, VERSION, WireError, finish, put, take, take_preamble};
+use super::error::{VERSION, WireError};
+use super::framing::{Kind, finish, put, take, take_preamble};
 use crate::class::Class;
 use crate::sensor::{Accuracy, Body, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use serde::{Deserialize, Serialize};

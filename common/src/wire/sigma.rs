@@ -4,7 +4,7 @@
 //! square root. Every step of that is monotone, so for each byte there is a largest variance; these limits
 //! are worked out, exactly, when the program is compiled.
 
-use super::WireError;
+use super::error::WireError;
 
 /// Ratio of neighbouring standard deviations, the 255th root of 70 000: the steps span 1 mm to 70 m, or
 /// 0.1 mrad to 7 rad. They end at the limits of validation, so that rounding up never leaves these.

@@ -23,7 +23,7 @@ pub(crate) struct DemoArgs {
     #[arg(long, default_value = "20s", value_parser = parse_duration)]
     pub(crate) duration: Duration,
     /// Seed of the world and of all noise [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     pub(crate) seed: Option<u64>,
     /// A scenario file, or the name of a shipped scenario
     #[arg(long, default_value = "crossing", value_name = "FILE|NAME")]

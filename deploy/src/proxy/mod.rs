@@ -39,7 +39,7 @@ pub(crate) struct ProxyArgs {
     #[arg(long, value_name = "LINK")]
     back: Option<String>,
     /// Seed of the delays
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     seed: u64,
 }
 

@@ -136,7 +136,7 @@ impl Traffic {
         for observer in &observers {
             let accuracy = observer.accuracy;
             let described = v2x_common::sensor::SensorDescription { accuracy, ..description(1e-7) };
-            engine.handle_description(agent(observer.name), described);
+            engine.handle_description(agent(observer.name), described).expect("a valid description");
         }
         let rng = ChaCha8Rng::seed_from_u64(seed);
         Self {

@@ -12,8 +12,9 @@ use crate::values::SensorModel;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::AgentId;
-use v2x_common::sensor::SensorDescription;
+use v2x_common::sensor::{InvalidDescription, SensorDescription};
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire::WireError;
 
 /// Without a call for objects, history is maintained this often.
 const MAINTENANCE_INTERVAL: Span = Span::from_millis(200);
@@ -126,7 +127,18 @@ impl Engine {
     }
 
     /// Takes in an agent's sensor description.
-    pub fn handle_description(&mut self, agent: AgentId, description: SensorDescription) {
+    ///
+    /// # Errors
+    /// Names the field and its value where it is invalid. That is counted, and the description before it holds.
+    pub fn handle_description(
+        &mut self,
+        agent: AgentId,
+        description: SensorDescription,
+    ) -> Result<(), InvalidDescription> {
+        if let Err(invalid) = description.validate() {
+            self.note_refused_description(agent, WireError::from(invalid.clone()).into());
+            return Err(invalid);
+        }
         let size_noise = description.size_noise.filter(|_| self.config.debias_sizes);
         let read = SensorDescription { size_noise, ..description };
         let sensor = SensorModel::described(&read, &self.config.sensing);
@@ -135,6 +147,7 @@ impl Engine {
             record.sensor = sensor;
             self.registrar.describe(agent, description.accuracy, self.now);
         }
+        Ok(())
     }
 
     /// Counts a frame that was refused before it was decoded.
@@ -157,11 +170,15 @@ impl Engine {
         }
     }
 
-    /// Takes in a frame that was received at `now` by the hub's clock.
+    /// Takes in a frame that was received at `now` by the hub's clock. A frame with an invalid value is refused as it is
+    /// when it comes by wire.
     pub fn handle_frame(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
         // A frame that waited while the hub published is as old as it is now: what it is older than may be folded
         // already.
         self.now = self.now.max(now);
+        if let Err(invalid) = frame.validate() {
+            return self.refuse(frame.id.agent, WireError::from(invalid).into());
+        }
         let arrival = Arrival { frame, source: None, stamped_at: frame.captured_at, received_at: now };
         if self.config.late_frames == LateFrames::IgnoreDelay {
             let arrived = DetectionFrame { captured_at: self.now, ..frame.clone() };
@@ -185,11 +202,13 @@ impl Engine {
                 self.fuse(arrival, admitted);
                 Disposition::Accepted { out_of_sequence: admitted.out_of_sequence }
             }
-            Err(refusal) => {
-                self.agents.note_refusal(arrival.frame.id.agent, refusal.clone(), self.now);
-                Disposition::Refused(refusal)
-            }
+            Err(refusal) => self.refuse(arrival.frame.id.agent, refusal),
         }
+    }
+
+    fn refuse(&mut self, agent: AgentId, refusal: Refusal) -> Disposition {
+        self.agents.note_refusal(agent, refusal.clone(), self.now);
+        Disposition::Refused(refusal)
     }
 
     fn admit(&mut self, frame: &DetectionFrame) -> Result<Admitted, Refusal> {

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::fusion::LateFrames;
-use v2x_common::detection::DetectionFrame;
+use v2x_common::class::Class;
+use v2x_common::covariance::{BoxCovariance, Covariance2};
+use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId, HubId, MapFrame};
 use v2x_common::time::{Span, Timestamp};
 
@@ -124,4 +127,35 @@ fn an_agent_whose_clock_is_ahead_does_not_make_others_late() {
         admit(&mut engine, &frame("honest", 1, -60), at(30)),
         Err(Refusal::OutOfSequence { .. })
     ));
+}
+
+fn car(x: f64) -> Detection {
+    Detection {
+        class: Class::Car,
+        score: 1.0,
+        bev: BevBox { x, y: 0.0, w: 1.8, d: 4.5, yaw: 0.0 },
+        covariance: BoxCovariance { position: Covariance2::isotropic(0.09), ww: 0.04, dd: 0.04, yaw: 0.01 },
+        velocity: None,
+        source_track: None,
+    }
+}
+
+#[test]
+fn an_invalid_detection_by_the_api_is_refused_by_name_and_changes_nothing() {
+    let mut engine = engine();
+    let with = |sequence, detections| DetectionFrame { detections, ..frame("a", sequence, 0) };
+    let before = with(0, (0..2).map(|k| car(30.0 * f64::from(k))).collect());
+    assert_eq!(admit(&mut engine, &before, at(0)), Ok(false));
+    let tracks = engine.counts().tracks;
+    for (sequence, x) in [(1, f64::NAN), (2, f64::INFINITY)] {
+        let refused = admit(&mut engine, &with(sequence, vec![car(0.0), car(x)]), at(0)).unwrap_err();
+        assert_eq!(refused.reason(), "absurd_value");
+        assert!(refused.to_string().contains('x'), "{refused}");
+    }
+    let mut indefinite = car(0.0);
+    indefinite.covariance.position.xy = 1.0;
+    assert!(admit(&mut engine, &with(3, vec![indefinite]), at(0)).is_err());
+    assert_eq!((tracks, engine.counts().tracks), (2, 2));
+    let objects = engine.fused(at(10)).objects.clone();
+    assert!(objects.len() == 2 && objects.iter().all(|object| object.bev.x.is_finite()));
 }

@@ -1,13 +1,10 @@
 //! How a hub fuses.
 
-use super::method::FusionMethod;
-use super::tracking::Tracking;
-use super::window::{WindowConfig, WindowFusion};
+use super::window::WindowConfig;
 use crate::association::{AssociationConfig, AssociationCost};
-use crate::filter::{ImmState, State};
 use crate::registration::Registration;
 use crate::track::Rollback;
-use crate::tracker::{Hypotheses, Lifetimes, TrackerConfig};
+use crate::tracker::{Hypotheses, TrackerConfig};
 use v2x_common::time::Span;
 
 /// Gate of the likelihood, which weighs by itself what lies within: the gate only saves time. 0.999996 of true pairs
@@ -97,17 +94,6 @@ impl Fusion {
         match self {
             Self::Tracking(tracking) => tracking.registration,
             Self::Window(_) => Registration::Off,
-        }
-    }
-
-    /// The method, without tracks or objects; the ids of these will be of this lineage.
-    pub(crate) fn start(&self, lifetimes: Lifetimes, lineage: u32) -> Box<dyn FusionMethod> {
-        match *self {
-            Self::Window(window) => Box::new(WindowFusion::new(window, lineage, lifetimes.coast)),
-            Self::Tracking(tracking) => match tracking.motion {
-                MotionModel::Cv => Box::new(Tracking::<State>::new(tracking, lifetimes, lineage)),
-                MotionModel::Imm => Box::new(Tracking::<ImmState>::new(tracking, lifetimes, lineage)),
-            },
         }
     }
 }

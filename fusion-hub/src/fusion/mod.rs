@@ -7,6 +7,7 @@ mod config;
 mod late;
 mod method;
 mod presets;
+mod start;
 pub(crate) mod table;
 mod tracking;
 mod window;

@@ -163,7 +163,8 @@ impl Hub {
         match event {
             Control::Description(received) if !self.settings.listens_to(&received.agent) => {}
             Control::Description(received) => match received.description() {
-                Ok(description) => self.engine.handle_description(received.agent, description),
+                // Decoded, and so valid: it is checked by the same rules.
+                Ok(description) => drop(self.engine.handle_description(received.agent, description)),
                 Err(error) => {
                     tracing::debug!(agent = %received.agent, %error, "sensor description refused");
                     self.engine.note_refused_description(received.agent, error.into());

@@ -44,13 +44,37 @@ impl Joint {
 
     /// Forgets what is known of an agent.
     pub(super) fn forget(&mut self, slot: RegistrationSlot) {
-        for own in places(slot) {
-            (self.mean[own], self.eta[own]) = (0.0, 0.0);
-            for other in 0..self.n {
-                let unit = if own == other { 1.0 } else { 0.0 };
-                for place in [own * self.n + other, other * self.n + own] {
-                    (self.covariance[place], self.lambda[place]) = (unit, 0.0);
-                }
+        places(slot).into_iter().for_each(|own| self.forget_one(own));
+    }
+
+    /// Expresses what is known of an agent in other units: each error is multiplied by its ratio. Where that is `None`
+    /// the error is forgotten.
+    pub(super) fn rescale(&mut self, slot: RegistrationSlot, ratios: &[Option<f64>; 4]) {
+        for (own, ratio) in places(slot).into_iter().zip(ratios) {
+            match ratio {
+                Some(ratio) => self.rescale_one(own, *ratio),
+                None => self.forget_one(own),
+            }
+        }
+    }
+
+    fn rescale_one(&mut self, own: usize, ratio: f64) {
+        self.mean[own] *= ratio;
+        self.eta[own] /= ratio;
+        for other in 0..self.n {
+            for entry in [own * self.n + other, other * self.n + own] {
+                self.covariance[entry] *= ratio;
+                self.lambda[entry] /= ratio;
+            }
+        }
+    }
+
+    fn forget_one(&mut self, own: usize) {
+        (self.mean[own], self.eta[own]) = (0.0, 0.0);
+        for other in 0..self.n {
+            let unit = if own == other { 1.0 } else { 0.0 };
+            for entry in [own * self.n + other, other * self.n + own] {
+                (self.covariance[entry], self.lambda[entry]) = (unit, 0.0);
             }
         }
     }

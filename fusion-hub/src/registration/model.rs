@@ -35,6 +35,19 @@ impl Bias {
         Self { dx_m, dy_m, yaw_rad, clock_s }
     }
 
+    /// No more of it than these standard deviations, in the order of [`Self::to_array`].
+    pub(super) fn limited(self, sigmas: &[f64; 4]) -> Self {
+        let Self { dx_m, dy_m, yaw_rad, clock_s } = self;
+        let length = libm::hypot(dx_m, dy_m);
+        let share = if length > sigmas[0] { sigmas[0] / length } else { 1.0 };
+        Self {
+            dx_m: share * dx_m,
+            dy_m: share * dy_m,
+            yaw_rad: yaw_rad.clamp(-sigmas[2], sigmas[2]),
+            clock_s: clock_s.clamp(-sigmas[3], sigmas[3]),
+        }
+    }
+
     /// In the same order.
     pub const fn to_array(self) -> [f64; 4] {
         [self.dx_m, self.dy_m, self.yaw_rad, self.clock_s]

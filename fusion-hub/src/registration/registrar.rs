@@ -47,17 +47,30 @@ impl Registrar {
         }
         let newcomer = RegisteredAgent::new(agent, accuracy, now);
         if let Some(slot) = self.slot_of(agent) {
-            if self.registered[slot.index()].accuracy == accuracy {
-                self.registered[slot.index()].heard_at = now;
-            } else {
-                self.replace(slot, newcomer);
-            }
+            self.redescribe(slot, accuracy, now);
         } else if let Some(slot) = self.vacant() {
             self.registered.push(newcomer);
             self.joint.grow();
             self.links.forget(slot);
         } else if let Some(slot) = self.silent_for_good(now) {
             self.replace(slot, newcomer);
+        }
+    }
+
+    /// An agent declares another accuracy: what is known of its errors stays, in the new units.
+    fn redescribe(&mut self, slot: RegistrationSlot, accuracy: Accuracy, now: Timestamp) {
+        let registered = &mut self.registered[slot.index()];
+        registered.heard_at = now;
+        let before = registered.sigmas();
+        registered.accuracy = accuracy;
+        let after = registered.sigmas();
+        // Nothing is known in units of zero.
+        let ratio = |k: usize| (before[k] > 0.0 && after[k] > 0.0).then(|| before[k] / after[k]);
+        let ratios = [0, 1, 2, 3].map(ratio);
+        if ratios != [Some(1.0); 4] {
+            registered.applied = registered.applied.limited(&after);
+            registered.whiteness.rescale(ratios[0]);
+            self.joint.rescale(slot, &ratios);
         }
     }
 

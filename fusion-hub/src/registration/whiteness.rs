@@ -36,6 +36,14 @@ impl Whiteness {
         self.weight += shown.weight;
     }
 
+    /// The declared standard deviation was multiplied by the inverse of this; `None` where one of both is zero.
+    pub(super) fn rescale(&mut self, ratio: Option<f64>) {
+        match ratio {
+            Some(ratio) => self.sum *= ratio * ratio,
+            None => *self = Self::default(),
+        }
+    }
+
     pub(super) fn fade(&mut self, dt_s: f64) {
         let kept = libm::exp(-dt_s / MEMORY_S);
         self.sum *= kept;

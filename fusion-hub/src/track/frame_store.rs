@@ -30,6 +30,20 @@ pub struct StoredFrame {
     pub coverage: Option<Coverage>,
 }
 
+#[cfg(test)]
+impl StoredFrame {
+    /// A frame outside of a store.
+    pub(crate) const fn for_tests(
+        id: FrameId,
+        captured_at: Timestamp,
+        agent: AgentSlot,
+        model: DetectionModel,
+        coverage: Option<Coverage>,
+    ) -> Self {
+        Self { captured_at, id, agent, velocities: Vec::new(), model, coverage }
+    }
+}
+
 /// All frames within the memory, by capture time.
 #[derive(Debug, Default)]
 pub struct FrameStore {

@@ -183,3 +183,124 @@ fn squared_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
     dx * dx + dy * dy
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::association::{AssociationConfig, AssociationCost, Associator};
+    use crate::filter::{ImmState, State};
+    use crate::values::{AgentSlot, DetectionModel, SensorModel};
+    use proptest::prelude::*;
+    use v2x_common::class::Class;
+    use v2x_common::covariance::Covariance2;
+    use v2x_common::geometry::Pose;
+    use v2x_common::id::{AgentId, FrameId};
+    use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
+
+    fn at(ms: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(10_000 + ms)
+    }
+
+    fn measurement([x, y]: [f64; 2], sigma_m: f64) -> Measurement {
+        Measurement {
+            class: Class::Car,
+            position: [x, y],
+            r: Covariance2::isotropic(sigma_m * sigma_m),
+            size: [1.8, 4.5],
+            relative_variance: [0.04; 2],
+            size_law: [None; 2],
+            yaw: 0.3,
+            yaw_variance: 0.01,
+            velocity: None,
+            is_track: false,
+        }
+    }
+
+    fn coverage(range_m: f64) -> Coverage {
+        let description = SensorDescription {
+            revision: 1,
+            kind: SensorKind::RoadsideUnit,
+            field_of_view: FieldOfView::omnidirectional(0.0, range_m),
+            detection_probability: 0.9,
+            clutter_per_m2: 1e-6,
+            size_noise: None,
+            body: None,
+            accuracy: Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 },
+            rate_hz: 10.0,
+        };
+        SensorModel::default().coverage(&description, Pose { x: 0.0, y: 0.0, yaw: 0.0 })
+    }
+
+    fn stored(captured_at: Timestamp, coverage: Option<Coverage>) -> StoredFrame {
+        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: 1, sequence: 1 };
+        StoredFrame::for_tests(id, captured_at, AgentSlot::default(), DetectionModel::default(), coverage)
+    }
+
+    /// A state with a velocity, from two measurements of an object that drives at up to 50 m/s.
+    fn state<F: Filter>(start: [f64; 2], velocity: [f64; 2], sigma_m: f64) -> F {
+        let mut state = F::initial(at(0), &measurement(start, sigma_m));
+        state.predict(at(100), Class::Car);
+        state.update(&measurement([start[0] + 0.1 * velocity[0], start[1] + 0.1 * velocity[1]], sigma_m));
+        state
+    }
+
+    /// Whether a frame could have any effect on a track of this state, without the region.
+    fn can_matter<F: Filter>(state: &F, frame: &FrameView<'_>) -> bool {
+        let mut predicted = *state;
+        predicted.predict(frame.stored.captured_at, Class::Car);
+        let track = predicted.predicted_measurement(Class::Car);
+        let mut associator = Associator::default();
+        let costs = [
+            AssociationCost::Csba,
+            AssociationCost::Likelihood,
+            AssociationCost::Iou,
+            AssociationCost::Euclidean,
+        ];
+        let is_candidate = costs.into_iter().any(|cost| {
+            let config = AssociationConfig { cost, gate: 25.0, class_aware: true };
+            associator.find_candidates(frame.measurements, &[track], &config);
+            !associator.candidates_of(0).is_empty()
+        });
+        is_candidate || frame.stored.coverage.is_some_and(|coverage| coverage.may_cover(track.position))
+    }
+
+    proptest! {
+        #[test]
+        fn a_track_outside_of_the_region_cannot_be_detected_or_missed_by_the_frame(
+            start in [-1500.0..1500.0_f64, -1500.0..1500.0],
+            velocity in [-50.0..50.0_f64, -50.0..50.0],
+            sigma_m in prop_oneof![0.05..2.0_f64, 2.0..60.0],
+            frame_ms in -400..2000_i64,
+            detections in prop::collection::vec(([-400.0..400.0_f64, -400.0..400.0], 0.05..30.0_f64), 0..6),
+            range_m in prop::option::of(10.0..300.0_f64),
+        ) {
+            let measurements: Vec<_> = detections.iter().map(|(place, sigma)| measurement(*place, *sigma)).collect();
+            let stored = stored(at(frame_ms), range_m.map(coverage));
+            let frame = FrameView { slot: FrameSlot(0), stored: &stored, measurements: &measurements };
+            let away_s = (at(frame_ms) - at(100)).abs().as_secs_f64();
+            let cv: State = state(start, velocity, sigma_m);
+            let imm: ImmState = state(start, velocity, sigma_m);
+            let (holds_cv, holds_imm) = Region::of(&frame).map_or((false, false), |region| {
+                (region.may_hold(&cv, away_s), region.may_hold(&imm, away_s))
+            });
+            prop_assert!(holds_cv || !can_matter(&cv, &frame));
+            prop_assert!(holds_imm || !can_matter(&imm, &frame));
+        }
+    }
+
+    #[test]
+    fn the_region_leaves_out_what_is_far_away_and_holds_what_is_near() {
+        let measurements = [measurement([0.0, 0.0], 0.3)];
+        let stored = stored(at(200), Some(coverage(80.0)));
+        let frame = FrameView { slot: FrameSlot(0), stored: &stored, measurements: &measurements };
+        let region = Region::of(&frame).expect("a detection");
+        let may_hold = |x: f64| region.may_hold::<State>(&state([x, 0.0], [0.0, 0.0], 0.3), 0.1);
+        assert!(may_hold(0.0) && may_hold(190.0) && !may_hold(300.0) && !may_hold(10_000.0));
+    }
+
+    #[test]
+    fn a_frame_without_detections_and_coverage_concerns_no_track() {
+        let stored = stored(at(0), None);
+        assert!(Region::of(&FrameView { slot: FrameSlot(0), stored: &stored, measurements: &[] }).is_none());
+    }
+}

@@ -1,4 +1,4 @@
-//! Whatever frames come in whatever order: the engine keeps its promises.
+//! Any frames in any order: the engine keeps its invariants.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

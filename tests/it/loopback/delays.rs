@@ -1,4 +1,4 @@
-//! Delays that are asked for are there, and late frames do what they should.
+//! Links delay frames as configured, and late frames are fused correctly.
 
 use crate::{PATIENCE, PATIENT_HUB, inclusion};
 use std::time::Duration;
@@ -12,7 +12,7 @@ use v2x_lab::loopback::{Actor, Agent, KitError, Network, Noise, Script, Sent};
 const DELAY: Duration = Duration::from_millis(700);
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_frame_is_fused_no_earlier_than_its_link_has_it_and_a_prompt_one_overtakes_it()
+async fn a_frame_is_fused_after_the_delay_of_its_link_and_a_later_frame_can_overtake_it()
 -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let late = network.agent("late").late_by(DELAY).join().await?;
@@ -31,13 +31,13 @@ async fn a_frame_is_fused_no_earlier_than_its_link_has_it_and_a_prompt_one_overt
     let asked = Span::from_nanos(DELAY.as_nanos() as i64);
     let (on_the_way, until_fused) = (second.received_at - second.captured_at, fused_at - second.captured_at);
     assert!(on_the_way >= asked && until_fused >= on_the_way, "{on_the_way} {until_fused}");
-    // And handed over when it was said to be, as far as a timer of a millisecond can.
+    // The frame is put at the announced time, within the resolution of the timer (1 ms).
     assert!(sent_late.arrives_at.is_some_and(|at| second.received_at >= at), "{sent_late:?} {second:?}");
     network.end().await.map(|_| ())
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn late_reports_put_a_moving_object_where_it_is_and_not_where_it_was() -> Result<(), KitError> {
+async fn late_detections_of_a_moving_object_give_its_present_position() -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let camera = network.agent("camera").late_by(DELAY).seed(3).join().await?;
     let car = Actor::car(0.0, 5.0).driving(20.0, 0.0);
@@ -49,7 +49,7 @@ async fn late_reports_put_a_moving_object_where_it_is_and_not_where_it_was() -> 
         let distances = fused.objects.iter().map(|object| object.bev.pose().distance_to(truth.x, truth.y));
         distances.fold(f64::INFINITY, f64::min)
     };
-    // Where it was at capture is 14 m behind.
+    // Its position at capture is 14 m behind.
     let there = network.await_fused(|fused| error_m(fused) < 1.0, PATIENCE).await?;
     assert_eq!(there.objects.len(), 1, "{there:?}");
     let mut worst_m = 0.0_f64;
@@ -63,34 +63,36 @@ async fn late_reports_put_a_moving_object_where_it_is_and_not_where_it_was() -> 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_late_sharp_frame_moves_what_a_blurred_prompt_one_had_put_elsewhere() -> Result<(), KitError> {
+async fn a_late_accurate_frame_corrects_an_earlier_less_accurate_one() -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
-    let (sharp, blurred) = (
-        network.agent("sharp").late_by(DELAY).join().await?,
-        network.agent("blurred").seed(11).join().await?,
+    let (accurate, inaccurate) = (
+        network.agent("accurate").late_by(DELAY).join().await?,
+        network.agent("inaccurate").seed(11).join().await?,
     );
-    // What cannot move is not predicted to have moved meanwhile.
+    // A barrier is static, so it is not predicted to move.
     let captured_at = clock::now();
     let report = |agent: &Agent, x, position_m| {
         let barrier = Actor::new(Class::Barrier, x, -4.0);
         let seen = barrier.detection(Span::ZERO, Noise { position_m, ..Noise::default() });
         agent.send_frame(&agent.frame(captured_at, vec![seen]))
     };
-    let sent = [report(&blurred, 33.0, 2.0)?, report(&sharp, 30.0, 0.1)?];
-    let mut told = Vec::new();
+    let sent = [report(&inaccurate, 33.0, 2.0)?, report(&accurate, 30.0, 0.1)?];
+    let mut published = Vec::new();
     for sent in sent {
         let contains = |fused: &FusedFrame| inclusion(fused, sent.frame).is_some();
         let fused = network.await_fused(contains, PATIENCE).await?;
-        told.push(fused.objects.iter().map(|object| object.bev.x).collect::<Vec<_>>());
+        published.push(fused.objects.iter().map(|object| object.bev.x).collect::<Vec<_>>());
     }
-    let [[before], [after]] = [&told[0][..], &told[1][..]] else { panic!("one object each, not {told:?}") };
-    // By the weights 1/2² and 1/0.1² the second one lies at 30.0075.
-    assert!((before - 33.0).abs() < 0.01 && (after - 30.0075).abs() < 0.01, "{told:?}");
+    let [[before], [after]] = [&published[0][..], &published[1][..]] else {
+        panic!("one object each, not {published:?}")
+    };
+    // With the weights 1/2² and 1/0.1² the second position is 30.0075.
+    assert!((before - 33.0).abs() < 0.01 && (after - 30.0075).abs() < 0.01, "{published:?}");
     network.end().await.map(|_| ())
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_link_by_name_loses_what_it_says_and_the_same_again_with_the_same_seed() -> Result<(), KitError> {
+async fn a_named_link_loses_its_fraction_and_the_same_frames_with_the_same_seed() -> Result<(), KitError> {
     let mut fates = Vec::new();
     for seed in [5, 5, 6] {
         let network = Network::start_with(PATIENT_HUB).await?;

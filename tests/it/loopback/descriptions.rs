@@ -1,4 +1,4 @@
-//! What an agent tells of its sensor.
+//! Sensor descriptions of agents.
 
 use crate::{PATIENCE, PATIENT_HUB};
 use v2x_lab::loopback::v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
@@ -17,7 +17,7 @@ const DESCRIPTION: SensorDescription = SensorDescription {
 };
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_hub_is_told_of_a_described_sensor_and_nothing_of_another() -> Result<(), KitError> {
+async fn the_hub_lists_the_description_of_a_described_sensor_only() -> Result<(), KitError> {
     let network = Network::start_with(PATIENT_HUB).await?;
     let mast = network.agent("mast").described(DESCRIPTION).join().await?;
     let mute = network.agent("mute").join().await?;
@@ -38,7 +38,7 @@ async fn the_hub_is_told_of_a_described_sensor_and_nothing_of_another() -> Resul
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_description_that_cannot_be_is_refused_before_the_agent_joins() -> Result<(), KitError> {
+async fn an_invalid_description_is_an_error_before_the_agent_joins() -> Result<(), KitError> {
     let network = Network::start().await?;
     let never = SensorDescription { detection_probability: 2.0, ..DESCRIPTION };
     let outcome = network.agent("mast").described(never).join().await;

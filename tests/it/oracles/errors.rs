@@ -26,7 +26,7 @@ fn the_scale_error_is_the_devkits() {
 #[derive(Deserialize)]
 struct Errors {
     dof: usize,
-    /// Each an error vector, then the upper triangle of its covariance.
+    /// Each sample is an error vector and the upper triangle of its covariance.
     samples: Vec<Vec<f64>>,
     mean: f64,
     band: [f64; 2],

@@ -1,4 +1,4 @@
-//! The laboratory's metrics against the implementations that the field compares with: fixtures that `make.py` made.
+//! Tracking metrics against the reference implementations of the field. `make.py` wrote the fixtures.
 
 mod errors;
 mod nuscenes;
@@ -12,7 +12,7 @@ use v2x_common::geometry::BevBox;
 use v2x_lab::TrueBox;
 use v2x_lab::tracking::{Instant, ReportedBox, Sequence};
 
-/// Figures by name; `None` where the oracle has no number.
+/// Values by name; `None` where the reference has no value.
 type Figures = BTreeMap<String, Option<f64>>;
 
 #[derive(Deserialize)]
@@ -22,14 +22,14 @@ struct Fixture {
     groups: Vec<Group>,
 }
 
-/// Scenes that were evaluated together.
+/// Scenes that are evaluated together.
 #[derive(Deserialize)]
 struct Group {
     name: String,
     scenes: Vec<Vec<Rows>>,
-    /// By scene, then of all.
+    /// For each scene and for all of them.
     motmetrics: Vec<Figures>,
-    /// By zero distance.
+    /// For each zero distance.
     hota: BTreeMap<String, Vec<Figures>>,
     nuscenes: Nuscenes,
 }
@@ -88,7 +88,7 @@ impl Fixture {
     }
 }
 
-/// Every figure of ours is theirs to 1e-6, and there is none where they have none.
+/// Asserts that every value equals the reference within 1e-6 and is missing where the reference has none.
 #[track_caller]
 fn assert_same(what: &str, ours: &[(&str, Option<f64>)], theirs: &Figures) {
     for (name, ours) in ours {

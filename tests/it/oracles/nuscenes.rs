@@ -3,7 +3,7 @@
 use super::{assert_same, count, fixture};
 use v2x_lab::tracking::amota::{ClassScore, NuscenesScore, TrackingClass};
 
-/// Where nothing is matched the devkit knows no false positives, switches and fragmentations.
+/// Values that the devkit leaves out without a match: false positives, switches and fragmentations.
 fn of(score: &ClassScore) -> [(&'static str, Option<f64>); 11] {
     let best = score.best.as_ref();
     [

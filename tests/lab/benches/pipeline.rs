@@ -1,4 +1,4 @@
-//! The whole pure pipeline over a second of simulated time: bytes in, bytes out.
+//! The whole pipeline without I/O over one second of simulated time, from input bytes to output bytes.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use v2x_common::id::HubId;
@@ -11,7 +11,7 @@ use v2x_lab::workload::{Arrival, Load, Workload};
 
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);
 
-/// Takes the frames in and publishes at 20 Hz; gives the bytes published.
+/// Ingests the frames and publishes at 20 Hz. Returns the number of published bytes.
 fn run(engine: &mut Engine, arrivals: &[Arrival], begin: Timestamp) -> usize {
     let mut due = begin + PUBLISH_INTERVAL;
     let (mut encoded, mut published) = (Vec::new(), 0);
@@ -44,7 +44,7 @@ fn pipeline(criterion: &mut Criterion) {
         let (first, measured) = (arrivals_before(warm), arrivals_before(warm + Span::from_millis(1000)));
         let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);
         let warm_engine = || {
-            let mut engine = Engine::new(EngineConfig { motion, ..config });
+            let mut engine = Engine::new(config.with_tracking(|tracking| tracking.motion = motion));
             run(&mut engine, &first, start);
             engine
         };

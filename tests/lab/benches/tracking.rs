@@ -12,7 +12,7 @@ use v2x_lab::tracking::identity::Identity;
 use v2x_lab::tracking::{GATE_M, Instant, ReportedBox, Sequence};
 use v2x_lab::{Keyframe, Scene, TrueBox};
 
-/// One in ten missed, half a metre off, each its own score, a new track now and then.
+/// Estimates with 10 % misses, errors of 0.5 m, different scores and some new track ids.
 fn reported(scene: &Scene, rng: &mut ChaCha8Rng) -> Sequence {
     let instant = |(number, keyframe): (u64, &Keyframe)| {
         let reported = |truth: &TrueBox| {

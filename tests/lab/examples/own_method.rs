@@ -1,12 +1,12 @@
-//! A fusion method of one's own, in one file: in the paper's tables and as a hub on the network.
+//! Your own fusion method in one file: in the tables of the paper and as a hub on the network.
 //!
 //! ```console
 //! $ cargo run --release -p v2x-lab --example own_method -- tables --quick --table II
 //! $ cargo run --release -p v2x-lab --example own_method -- hub --network demo
 //! ```
 //!
-//! The method here: an object is where its newest reports are, on average; reports of one class within 2 m of each
-//! other are of one object. It keeps names from frame to frame by nearness.
+//! The method: the position of an object is the mean of its newest detections. Detections of one class within 2 m
+//! of each other belong to one object. Track ids go to the nearest object of the next frame.
 
 use clap::{Parser, Subcommand};
 use std::collections::BTreeMap;
@@ -24,15 +24,15 @@ use v2x_fusion_hub::values::AgentNames;
 use v2x_lab::Contender;
 use v2x_lab::commands::{TablesArgs, tables_with};
 
-/// Reports nearer than this are of one object, m.
+/// Detections within this distance belong to one object, m.
 const REACH_M: f64 = 2.0;
-/// Frames older than this are forgotten.
+/// Frames older than this are dropped.
 const MEMORY: Span = Span::from_millis(200);
 
 #[derive(Debug, Default)]
 struct NearestMean {
     newest: BTreeMap<AgentId, DetectionFrame>,
-    named: Vec<(TrackId, BevBox)>,
+    previous: Vec<(TrackId, BevBox)>,
     next: u32,
 }
 
@@ -48,12 +48,12 @@ impl FusionMethod for NearestMean {
 
     fn write_objects(&mut self, now: Timestamp, _: &AgentNames, objects: &mut ObjectList<'_>) {
         self.newest.retain(|_, frame| now - frame.captured_at <= MEMORY);
-        let mut named = Vec::new();
+        let mut current = Vec::new();
         let mut list = Vec::new();
         for group in groups(self.newest.values()) {
             let bev = mean(&group);
-            let track = self.name(&bev);
-            named.push((track, bev));
+            let track = self.track_id(&bev);
+            current.push((track, bev));
             let mut object = FusedObject::from_box(track, group[0].1.class, bev);
             object.contributors = group.iter().map(|(id, _)| *id).collect();
             object.last_measured_at = now;
@@ -61,22 +61,22 @@ impl FusionMethod for NearestMean {
         }
         list.sort_by_key(|object| object.track);
         list.into_iter().for_each(|object| objects.push(object));
-        self.named = named;
+        self.previous = current;
     }
 
     fn counts(&self) -> TrackCounts {
-        TrackCounts { tracks: self.named.len(), ..TrackCounts::default() }
+        TrackCounts { tracks: self.previous.len(), ..TrackCounts::default() }
     }
 }
 
 impl NearestMean {
-    /// The name of the nearest object of the last list that has not been taken, else a new one.
-    fn name(&mut self, bev: &BevBox) -> TrackId {
+    /// The track id of the nearest object of the last list that is still free, or a new one.
+    fn track_id(&mut self, bev: &BevBox) -> TrackId {
         let distance = |one: &(TrackId, BevBox)| one.1.pose().distance_to(bev.x, bev.y);
-        let nearest = (0..self.named.len())
-            .min_by(|a, b| distance(&self.named[*a]).total_cmp(&distance(&self.named[*b])));
-        match nearest.filter(|place| distance(&self.named[*place]) < 2.0 * REACH_M) {
-            Some(place) => self.named.swap_remove(place).0,
+        let nearest = (0..self.previous.len())
+            .min_by(|a, b| distance(&self.previous[*a]).total_cmp(&distance(&self.previous[*b])));
+        match nearest.filter(|place| distance(&self.previous[*place]) < 2.0 * REACH_M) {
+            Some(place) => self.previous.swap_remove(place).0,
             None => {
                 self.next += 1;
                 TrackId::new(0, self.next)
@@ -87,7 +87,7 @@ impl NearestMean {
 
 type Report = (MeasurementId, Detection);
 
-/// Reports of one class near each other, one of each agent.
+/// Detections of one class near each other, one of each agent.
 fn groups<'a>(frames: impl Iterator<Item = &'a DetectionFrame>) -> Vec<Vec<Report>> {
     let mut groups: Vec<Vec<Report>> = Vec::new();
     for frame in frames {
@@ -117,7 +117,7 @@ fn mean(group: &[Report]) -> BevBox {
     BevBox { x: of(|bev| bev.x), y: of(|bev| bev.y), w: of(|bev| bev.w), d: of(|bev| bev.d), yaw }
 }
 
-/// A fusion method of one's own
+/// Your own fusion method
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]

@@ -6,7 +6,7 @@ use std::alloc::System;
 use std::process::ExitCode;
 use v2x_agent::shell::AgentArgs;
 use v2x_common::net::{logging, shutdown};
-use v2x_fusion_hub::hub::HubArgs;
+use v2x_fusion_hub::hub::{self, HubArgs};
 
 /// Counts allocations, for `lab throughput`.
 #[global_allocator]
@@ -27,7 +27,7 @@ Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
   lab throughput --agents 200 --late 0.2              how many detections one core fuses
   lab tables --quick                                  the paper's tables
-  lab sweep latency                                   error against delay, for every way to deal with it
+  lab sweep latency                                   error against delay, for every method of handling it
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables
@@ -71,7 +71,7 @@ async fn main() -> ExitCode {
             Command::Throughput(args) => v2x_lab::commands::throughput(&args, allocations),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
-                v2x_fusion_hub::hub::run(args, shutdown).await
+                hub::run(args, shutdown).await
             }
             Command::Agent(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;

@@ -3,8 +3,8 @@
 //! Each arm of the crossing has one lane in and one out, parking strips, cycle paths and sidewalks. One-way side
 //! streets make a square around the crossing: on them, and on the arms, agents drive around a block.
 //! In each cycle of the light each arm has one phase for itself (east, north, west, south), and a fifth
-//! belongs to bicycles and people on foot: so no two routes conflict, whoever turns where.
-//! Within a lane all ride by the same profile, shifted in time and place: so none runs into another.
+//! belongs to bicycles and people on foot: so no two routes are in conflict. Within a lane all vehicles have the same
+//! speed profile, shifted in time and place: so they do not collide.
 
 mod agents;
 mod layout;
@@ -45,13 +45,13 @@ impl Default for CrossingConfig {
 }
 
 /// Most vehicles that find a parking place.
-pub const MAX_PARKED: u32 = 120;
+const MAX_PARKED: u32 = 120;
 /// Most cones and barriers for which there is room.
-pub const MAX_WORKS: u32 = 28;
+const MAX_WORKS: u32 = 28;
 /// Most people on foot: with more of them, two would share a line across a street.
-pub const MAX_PEDESTRIANS: u32 = 48;
+const MAX_PEDESTRIANS: u32 = 48;
 /// Most bicycles in a cycle: two behind each other in each arm (a third would meet agents at the side streets).
-pub const MAX_BICYCLES: u32 = 8;
+const MAX_BICYCLES: u32 = 8;
 
 impl CrossingConfig {
     /// Checks every number.
@@ -81,6 +81,6 @@ pub(super) fn population(
     population.extend(parked::vehicles(config.parked, seed));
     population.extend(people::pedestrians(config.pedestrians, light, loop_length, seed));
     population.extend(people::bicycles(config.bicycles, light, loop_length, seed));
-    population.extend(traffic::traffic(config.traffic, light, loop_length, (queued_agents, seed)));
+    population.extend(traffic::traffic(config.traffic, light, loop_length, queued_agents, seed));
     population
 }

@@ -1,4 +1,4 @@
-//! What stands: parked vehicles, cones and barriers.
+//! Objects at rest: parked vehicles, cones and barriers.
 
 use std::f64::consts::PI;
 
@@ -17,11 +17,11 @@ const PARKING_OUT_M: [(f64, f64); 2] = [(19.0, 36.0), (58.0, 110.0)];
 const PLACE_M: f64 = 9.0;
 /// From the middle of a one-way side street to its parking strips.
 const SIDE_PARKING_M: f64 = 3.2;
-/// Works stand in the parking strip of the eastern and western arm, on the right of who drives out.
+/// Works stand in the parking strip of the eastern and western arm, on the right side when driving away from the crossing.
 const WORKS_ARMS: [u8; 2] = [0, 2];
 const WORKS_OUT_M: (f64, f64) = (24.0, 41.0);
 const WORKS_STEP_M: f64 = 2.3;
-/// What parks, by weight.
+/// Classes of parked vehicles, by weight.
 const CLASSES: [(Class, f64); 6] = [
     (Class::Car, 76.0),
     (Class::Truck, 7.0),

@@ -30,7 +30,7 @@ const SIDE_SIDEWALK_M: f64 = 6.4;
 const CYCLE_MPS: f64 = 5.5;
 const CYCLE_MPS2: f64 = 1.2;
 const CYCLE_BRAKE_MPS2: f64 = 1.5;
-/// What walks, by weight.
+/// Classes of people, by weight.
 const CLASSES: [(Class, f64); 6] = [
     (Class::Adult, 80.0),
     (Class::Child, 8.0),
@@ -56,7 +56,7 @@ pub(super) fn pedestrians(count: u32, light: Light, loop_length: Span, seed: u64
         .collect()
 }
 
-/// To and fro along a sidewalk, across the arm and back, each way in the people's phase. Takes two cycles.
+/// Along a sidewalk, across the arm and back, each time in the people's phase. Takes two cycles.
 fn crossing_a_street(number: u32, light: Light, rng: &mut ChaCha8Rng) -> Motion {
     let arm = quarter(number);
     let number_on_arm = number / 4;
@@ -75,14 +75,14 @@ fn crossing_a_street(number: u32, light: Light, rng: &mut ChaCha8Rng) -> Motion 
         .close();
     let brake_m = speed_change_distance_m(speed_mps, 0.0, WALK_MPS2);
     let mut profile = Profile::from(0.0, 0.0);
-    // The way back is the way out turned by half a turn: the same length.
-    for n_ways in [1.0, 2.0] {
-        let stop_m = n_ways * path.length() / 2.0;
+    // The way back is the way out rotated by half a turn: the same length.
+    for n_crossings in [1.0, 2.0] {
+        let stop_m = n_crossings * path.length() / 2.0;
         profile = profile
             .change_speed(speed_mps, WALK_MPS2)
             .cruise_to(stop_m - brake_m)
             .change_speed(0.0, WALK_MPS2);
-        let wait_s = n_ways * light.cycle_s() - profile.duration_s();
+        let wait_s = n_crossings * light.cycle_s() - profile.duration_s();
         profile = profile.hold(wait_s);
     }
     let period = Span::from_nanos(2 * light.cycle.as_nanos());
@@ -90,7 +90,7 @@ fn crossing_a_street(number: u32, light: Light, rng: &mut ChaCha8Rng) -> Motion 
     Motion::circling(&path.into(), &Arc::new(profile), start_s, period)
 }
 
-/// Round and round on the sidewalk of the block to the left of an arm, one or more laps in a loop.
+/// In laps on the sidewalk of the block to the left of an arm, one or more laps in a loop.
 fn around_a_block(number: u32, loop_length: Span, rng: &mut ChaCha8Rng) -> Motion {
     let arm = quarter(number);
     let ring_m = 0.8 * f64::from(number / 4 % 3);
@@ -112,7 +112,7 @@ fn around_a_block(number: u32, loop_length: Span, rng: &mut ChaCha8Rng) -> Motio
     Motion::circling(&path.into(), &Arc::new(profile), start_s, loop_length)
 }
 
-/// Waiting for somebody, at a wall.
+/// At rest, at a wall.
 fn standing(number: u32, rng: &mut ChaCha8Rng) -> Motion {
     let side = if (number / 4).is_multiple_of(2) { 1.0 } else { -1.0 };
     let out_m = 16.0 + 5.0 * f64::from(number / 8 % 4) + uniform(rng, 0.0, 4.0);
@@ -125,7 +125,7 @@ const fn quarter(number: u32) -> u8 {
     (number % 4) as u8
 }
 
-/// Bicycles on the cycle paths, straight across in the people's phase; so many in each cycle.
+/// Bicycles on the cycle paths, straight across in the people's phase; `count` in each cycle.
 pub(super) fn bicycles(count: u32, light: Light, loop_length: Span, seed: u64) -> Vec<(Shape, Motion)> {
     let mut population = Vec::new();
     for cycle in 0..light.n_cycles {
@@ -141,7 +141,7 @@ pub(super) fn bicycles(count: u32, light: Light, loop_length: Span, seed: u64) -
             let approach = Profile::from(0.0, CYCLE_MPS)
                 .cruise_to(stop_m - speed_change_distance_m(CYCLE_MPS, 0.0, CYCLE_BRAKE_MPS2))
                 .change_speed(0.0, CYCLE_BRAKE_MPS2);
-            // Later places arrive later, and start later.
+            // Places further back in the queue arrive and start later.
             let wait_s = (10.0 - 1.5 * f64::from(place) + uniform(&mut rng, 0.0, 1.0)).max(0.5);
             let green_s = light.green_s(PEOPLE_PHASE) + CLEARANCE_S;
             let go_s = green_s + light.cycle_s() * f64::from(cycle) + f64::from(place) * 0.8;

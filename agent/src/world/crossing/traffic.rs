@@ -1,4 +1,4 @@
-//! Vehicles that come along an arm, wait at the light, and go straight on or turn.
+//! Vehicles that arrive on an arm, wait at the light, and go straight on or turn.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -26,11 +26,11 @@ const LEFT_TURN_RADIUS_M: f64 = 9.0;
 /// Vehicles speed up again when they are this far beyond the stop line: every turn is over.
 const TURN_DISTANCE_M: f64 = 24.0;
 const SPEED_UP_MPS2: f64 = 1.5;
-/// The last vehicle of a phase passes the stop line this long before its end, at the latest.
+/// The last vehicle of a phase passes the stop line at least this long before its end.
 const CLEARANCE_S: f64 = 1.5;
-/// Others arrive in the lane this long after the agents that turn into it from a side street.
+/// Other vehicles arrive in the lane this long after the agents that turn into it from a side street.
 const AFTER_AGENTS_S: f64 = 5.0;
-/// What drives, by weight.
+/// Classes of traffic, by weight.
 const CLASSES: [(Class, f64); 9] = [
     (Class::Car, 74.0),
     (Class::Truck, 8.0),
@@ -55,7 +55,8 @@ pub(super) fn traffic(
     share: f64,
     light: Light,
     loop_length: Span,
-    (queued_agents, seed): (&[usize; 4], u64),
+    queued_agents: &[usize; 4],
+    seed: u64,
 ) -> Vec<(Shape, Motion)> {
     let mut population = Vec::new();
     for (arm, n_agents) in (0u8..).zip(queued_agents) {
@@ -81,7 +82,7 @@ pub(super) fn traffic(
     population
 }
 
-/// Long vehicles go straight on. Nobody turns right behind an agent, which goes that way slowly.
+/// Long vehicles go straight on. No vehicle turns right behind an agent, which takes that turn slowly.
 fn turn(class: Class, behind_agents: bool, rng: &mut ChaCha8Rng) -> Turn {
     let turn = weighted(rng, &[(Turn::Straight, 2.0), (Turn::Left, 1.0), (Turn::Right, 1.0)]);
     match class {
@@ -91,7 +92,7 @@ fn turn(class: Class, behind_agents: bool, rng: &mut ChaCha8Rng) -> Turn {
     }
 }
 
-/// A queue in front of the stop line while it fills up.
+/// A queue in front of the stop line.
 struct Queue {
     /// From the stop line to the end of the last vehicle and the gap behind it.
     length_m: f64,
@@ -103,7 +104,7 @@ struct Queue {
 
 impl Queue {
     fn behind(n_agents: usize, light: Light) -> Self {
-        // Agents at rest since their lap ended; the rest of the cycle belongs to the others.
+        // Agents wait since the end of their lap; other vehicles arrive after them.
         let earliest_s = if n_agents > 0 { -15.0 + AFTER_AGENTS_S } else { -15.0 };
         Self {
             length_m: n_agents as f64 * (AGENT_LENGTH_M + QUEUE_GAP_M),
@@ -113,8 +114,8 @@ impl Queue {
         }
     }
 
-    /// Lets a vehicle of this length (m) queue up. Gives its ride up to the crossing's other side, and when
-    /// that begins, relative to the phase's beginning; `None` if it would not get through in this phase.
+    /// Adds a vehicle of this length (m). Returns its ride to the other side of the crossing, and the start of the ride
+    /// relative to the beginning of the phase; `None` if it would not pass the stop line in this phase.
     fn join(&mut self, length_m: f64, rng: &mut ChaCha8Rng) -> Option<(Profile, f64)> {
         let place_m = self.length_m + length_m / 2.0;
         let go_s = f64::from(self.n_waiting) * START_HEADWAY_S;

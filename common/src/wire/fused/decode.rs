@@ -1,14 +1,16 @@
 //! Fused frames from bytes.
 
-use super::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
+use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
 use crate::class::Class;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion};
 use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::{Span, Timestamp};
+use crate::wire::error::WireError;
+use crate::wire::framing::{Kind, checked_count, finish, take_preamble};
+use crate::wire::kinematic;
 use crate::wire::quantity::{self, MILLI, unfixed};
 use crate::wire::varint::Reader;
-use crate::wire::{Kind, WireError, checked_count, finish, kinematic, take_preamble};
 
 /// With every integer as short as it gets.
 const MIN_OBJECT_LEN: usize = 27;
@@ -23,7 +25,7 @@ pub fn decode(bytes: &[u8]) -> Result<FusedFrame, WireError> {
     for _ in 0..n_agents {
         frame.agents.push(read_agent(reader, frame.fused_at)?);
     }
-    // Counts are only claimed yet: reserve no more than the bytes could hold.
+    // Counts are not verified yet: reserve no more than the bytes can contain.
     frame.objects.reserve(n_objects.min(reader.0.len() / MIN_OBJECT_LEN));
     for _ in 0..n_objects {
         let object = read_object(reader, &frame, origin_m)?;
@@ -42,7 +44,7 @@ pub fn decode(bytes: &[u8]) -> Result<FusedFrame, WireError> {
     Ok(frame)
 }
 
-/// A frame without its lists, and what is to be known to read them.
+/// A frame without its lists, and what is needed to read them.
 struct Head {
     frame: FusedFrame,
     /// Whole metres, to which the objects' millimetres are relative.
@@ -147,7 +149,7 @@ fn absolute(millimetres: i64, origin_m: i32) -> f64 {
     quantity::millimetres(millimetres.saturating_add(1000 * i64::from(origin_m)))
 }
 
-/// At least one class: a frame without any is of unknown objects.
+/// At least one class: an object without any is of class unknown.
 fn read_classes(reader: &mut Reader<'_>, count: usize) -> Result<Vec<(Class, f64)>, WireError> {
     if count == 0 {
         return Ok(vec![(Class::Unknown, 1.0)]);

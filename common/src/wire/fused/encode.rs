@@ -1,13 +1,15 @@
 //! Fused frames into bytes.
 
-use super::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
+use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
 use crate::class::Class;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject};
 use crate::id::{AgentId, FrameId, MAX_NAME_LEN};
 use crate::time::Timestamp;
+use crate::wire::error::{VERSION, WireError};
+use crate::wire::framing::{Kind, wire_count};
+use crate::wire::kinematic;
 use crate::wire::quantity::{self, MILLI, fixed};
 use crate::wire::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Writer, append};
-use crate::wire::{Kind, VERSION, WireError, kinematic, wire_count};
 
 /// Preamble and option; names with their lengths; lineage, origin, counts; sequence and time.
 const MAX_HEAD_LEN: usize = 3 + 2 * (MAX_NAME_LEN + 1) + 6 * MAX_LEN_32 + 2 * MAX_LEN_64;
@@ -22,7 +24,7 @@ const MAX_INCLUSION_LEN: usize = MAX_FRAME_ID_LEN + 2 * MAX_LEN_64;
 
 /// Appends the frame to the buffer, in version [`VERSION`].
 ///
-/// Every agent that an object or an inclusion refers to must stand in `frame.agents`, which is sorted. On an
+/// Every agent that an object or an inclusion refers to must be in `frame.agents`, which is sorted. On an
 /// error the buffer is as it was.
 ///
 /// Allocates nothing where the buffer's capacity suffices: it makes room for the longest numbers.
@@ -31,7 +33,7 @@ pub fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError>
     write(frame, buffer).inspect_err(|_| buffer.truncate(start))
 }
 
-/// Makes room for one item at a time: room for all items' longest numbers would not stay in the cache.
+/// Makes room for one item at a time: room for the longest numbers of all items would not fit into the cache.
 fn write(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
     let origin_m = origin_m(frame)?;
     append(buffer, MAX_HEAD_LEN, |writer| write_head(frame, origin_m, writer))?;

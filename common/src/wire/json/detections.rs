@@ -1,15 +1,15 @@
 //! Detection frames as JSON.
 
-use super::{Id64, Micros, covariance, deviations, parse, print, variance};
+use super::values::{Id64, Micros, covariance, deviations, parse, print, variance};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
 use crate::detection::{Detection, DetectionFrame};
 use crate::geometry::{BevBox, Pose, wrap_angle};
 use crate::id::{AgentId, FrameId, MapFrame};
-use crate::wire::WireError;
+use crate::wire::error::WireError;
 use serde::{Deserialize, Serialize};
 
-/// What is assumed where a JSON frame says nothing (1 σ). A hub holds one set, and may hold others for
+/// Standard deviations that are assumed where a JSON frame has none. A hub has one set, and may have others for
 /// single agents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -38,12 +38,12 @@ impl Default for ReportDefaults {
 /// Standard deviation of a heading of which nothing is known: uniform over the circle, π/√3 rad.
 const SIGMA_YAW_UNKNOWN_RAD: f64 = 1.813_799_364_234_217_8;
 
-/// A frame, and how much of it had to be guessed.
+/// A decoded frame, and the number of classes that could not be mapped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedDetections {
     /// The frame.
     pub frame: DetectionFrame,
-    /// Detections whose class name no table knows; they became [`Class::Unknown`].
+    /// Number of detections with an unknown class name; they became [`Class::Unknown`].
     pub unmapped_classes: usize,
 }
 
@@ -117,8 +117,8 @@ struct JsonVelocity {
     rho: f64,
 }
 
-/// The frame of a JSON text, validated. `agent` is who the key says sent it; a frame that names another
-/// one is returned as it is, for the receiver to refuse.
+/// The frame of a JSON text, validated. `agent` is the sender by the key; a frame that names another one is returned
+/// as it is, and the receiver decides whether to refuse it.
 ///
 /// Without a sequence number the capture time stands in for it: such an agent can send one frame per
 /// microsecond.
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn time_class_and_place_are_enough() {
+    fn time_class_and_position_are_enough() {
         let text =
             r#"{"captured_at": 1790000000000000, "detections": [{"class": "car", "x": 1.0, "y": 2.0}]}"#;
         let decoded = decode(text).unwrap();

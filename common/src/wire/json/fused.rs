@@ -1,6 +1,6 @@
 //! Fused frames as JSON.
 
-use super::{Id64, Micros, parse, print};
+use super::values::{Id64, Micros, parse, print};
 use crate::class::Class;
 use crate::fused::{
     AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_DIAGONAL, KinematicCovariance,
@@ -8,7 +8,7 @@ use crate::fused::{
 use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::Span;
-use crate::wire::WireError;
+use crate::wire::error::WireError;
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize, Deserialize)]
@@ -211,7 +211,7 @@ impl From<JsonInclusion> for Inclusion {
     }
 }
 
-/// JSON has no word for a number that is not finite, nor for the root of a negative variance.
+/// JSON cannot represent a number that is not finite; the root of a negative variance is not a number.
 fn check_finite(object: &FusedObject) -> Result<(), WireError> {
     let FusedObject { bev, velocity, .. } = object;
     let fields = [

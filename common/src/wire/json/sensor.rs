@@ -1,8 +1,8 @@
 //! Sensor descriptions as JSON: the type itself, field by field.
 
-use super::{parse, print};
+use super::values::{parse, print};
 use crate::sensor::SensorDescription;
-use crate::wire::WireError;
+use crate::wire::error::WireError;
 
 /// The description of a JSON text, validated.
 pub fn decode_sensor(bytes: &[u8]) -> Result<SensorDescription, WireError> {

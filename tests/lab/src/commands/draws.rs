@@ -1,4 +1,4 @@
-//! Which scenes, and which errors fall on them: what tables and exports of them share.
+//! The scenes and the noise of an evaluation: options that `tables` and `export` share.
 
 use crate::data::dataset::nuscenes::Split;
 use crate::data::dataset::source::Source;
@@ -6,13 +6,13 @@ use crate::data::noise::{NoisePair, Shape};
 use crate::data::scene::{Scene, Statistics};
 use anyhow::ensure;
 
-/// What `--quick` takes of the data set, and how often.
+/// Number of scenes and of trials with `--quick`.
 const QUICK_SCENES: usize = 12;
 const QUICK_TRIALS: u32 = 2;
-/// N of the paper.
+/// Number of trials in the paper (N).
 const PAPER_TRIALS: u32 = 5;
 
-/// Which scenes, and which errors fall on them.
+/// The scenes and the noise of an evaluation.
 #[derive(Clone, Debug, clap::Args)]
 pub struct DrawArgs {
     /// The scenes: synthetic (150 made-up ones), nuscenes:ROOT (its own tables), or csv:FILE (a row for each box, with the columns scene, frame, t_s, object_id, class, x, y,
@@ -31,19 +31,19 @@ pub struct DrawArgs {
     /// Realisations of the noise [default: 5, as in the paper]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub trials: Option<u32>,
-    /// A part of the scenes, two trials
+    /// Only some of the scenes, and two trials
     #[arg(long)]
     pub quick: bool,
-    /// Seed of all noise
-    #[arg(long, default_value_t = 1)]
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     pub seed: u64,
-    /// The shape of all errors; the same standard deviations
+    /// Distribution of all errors; the standard deviations stay the same
     #[arg(long, value_enum, default_value_t = Shape::Gaussian)]
     pub shape: Shape,
 }
 
 impl DrawArgs {
-    /// Reads the scenes.
+    /// Reads the scenes from the data set.
     pub fn scenes(&self) -> anyhow::Result<Vec<Scene>> {
         tracing::debug!(dataset = %self.dataset, "reading");
         let mut scenes = self.dataset.load(&self.version, &self.split)?;
@@ -54,13 +54,13 @@ impl DrawArgs {
         Ok(scenes)
     }
 
-    /// How many realisations of the noise.
+    /// Number of realisations of the noise.
     pub fn n_trials(&self) -> u32 {
         self.trials.unwrap_or(if self.quick { QUICK_TRIALS } else { PAPER_TRIALS })
     }
 }
 
-/// At most so many scenes, from all over the data set.
+/// At most `count` scenes, spread over the whole data set.
 fn spread(scenes: Vec<Scene>, most: usize) -> Vec<Scene> {
     let step = scenes.len().div_ceil(most).max(1);
     scenes.into_iter().step_by(step).collect()

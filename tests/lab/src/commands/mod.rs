@@ -1,4 +1,4 @@
-//! The command lines: each chooses a source, a method, a matching rule and a report.
+//! The subcommands. Each chooses a source, a method, a matching rule and a report.
 
 mod cpu_time;
 mod draws;

@@ -1,11 +1,11 @@
-//! A run's folder: what went in, what was recorded, and what came out.
+//! The folder of a run: its scenario, its recording and its score.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
 //! | `scenario.toml` | the scenario as it was run |
-//! | `run.json` | seed, start, duration, what each process said at its end |
-//! | `consumer.v2xrec` | everything that the consumer received |
-//! | `logs/` | each process's log |
+//! | `run.json` | seed, start, duration, the last report of each process |
+//! | `consumer.v2xrec` | all messages that the consumer received |
+//! | `logs/` | the log of each process |
 //! | `summary.json`, `report.md`, `bev.svg` | the score |
 
 use crate::data::recording::run_log;
@@ -31,22 +31,22 @@ use v2x_common::recording::Recording;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::{HubStatus, Quantiles};
 
-/// What is known of a run beside its recording: the contents of `run.json`.
+/// The contents of `run.json`: facts of a run that its recording does not hold.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunRecord {
     /// Seed of the world and of all noise.
     pub seed: u64,
     /// Unix time in µs at which scenario time was 0.
     pub start_us: i64,
-    /// How long the network ran, s.
+    /// Duration of the run, s.
     pub duration_s: f64,
-    /// How many operating-system processes it was.
+    /// Number of operating-system processes.
     pub processes: usize,
-    /// Frames that each agent says it sent.
+    /// Number of frames that each agent reports as sent.
     pub frames_sent: BTreeMap<AgentId, u64>,
-    /// The hub's status at its end.
+    /// The last status of the hub.
     pub hub: Option<HubStatus>,
-    /// What went wrong, in words.
+    /// Problems, as text for people.
     pub failures: Vec<String>,
 }
 
@@ -57,11 +57,11 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Makes the folder, with its folder of logs.
+    /// Creates the folder and its folder of logs.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let folder = Self { path: path.to_owned() };
         std::fs::create_dir_all(folder.logs()).with_context(|| format!("making {}", path.display()))?;
-        // Of an earlier run into the same folder nothing may pass for this one's result.
+        // Results of an earlier run in the same folder must not be taken for results of this run.
         for stale in ["run.json", "summary.json", "report.md", "bev.svg"] {
             match std::fs::remove_file(path.join(stale)) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -73,33 +73,33 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where the processes log.
+    /// Path of the folder of logs.
     pub fn logs(&self) -> PathBuf {
         self.path.join("logs")
     }
 
-    /// The scenario as it is run.
+    /// Path of the scenario.
     pub fn scenario(&self) -> PathBuf {
         self.path.join("scenario.toml")
     }
 
-    /// What the consumer received.
+    /// Path of the recording.
     pub fn recording(&self) -> PathBuf {
         self.path.join("consumer.v2xrec")
     }
 
-    /// Writes one of its files.
+    /// Writes one file into the folder.
     pub fn write(&self, name: &str, contents: &str) -> anyhow::Result<()> {
         let path = self.path.join(name);
         std::fs::write(&path, contents).with_context(|| format!("writing {}", path.display()))
     }
 
-    /// Writes down what is known of the run.
+    /// Writes `run.json`.
     pub fn write_record(&self, record: &RunRecord) -> anyhow::Result<()> {
         self.write("run.json", &serde_json::to_string_pretty(record)?)
     }
@@ -110,7 +110,7 @@ impl RunFolder {
         serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))
     }
 
-    /// Scores the recorded run, and writes summary, report and picture.
+    /// Scores the recorded run. Writes summary, report and picture.
     pub fn score(&self) -> anyhow::Result<Summary> {
         let record = self.read_record()?;
         let scenario = Scenario::load(self.scenario())?;
@@ -143,13 +143,13 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
     Some(Percentiles { p50: quantiles.p50?, p95: quantiles.p95?, p99: quantiles.p99? })
 }
 
-/// Scores a recorded run again, and prints it.
-pub fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
+/// Scores a recorded run again and prints the summary.
+pub(crate) fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
     let summary = RunFolder { path: folder.to_owned() }.score()?;
     print_summary(&summary, json)
 }
 
-/// Prints a summary on standard output: for people, or as one line of JSON.
+/// Prints a summary on standard output, as text or as one line of JSON.
 pub fn print_summary(summary: &Summary, json: bool) -> anyhow::Result<()> {
     let text = if json { serde_json::to_string(summary)? + "\n" } else { summary_table(summary) };
     print(&text).context("writing the summary")

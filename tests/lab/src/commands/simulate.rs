@@ -1,4 +1,4 @@
-//! `lab simulate`: a scenario in virtual time, scored.
+//! `lab simulate`: runs a scenario in virtual time and scores it.
 
 use crate::commands::run_folder::print_summary;
 use crate::data::simulation::Simulation;
@@ -21,14 +21,14 @@ pub struct SimulateArgs {
     #[arg(long, default_value_t = 60.0)]
     duration_s: f64,
     /// Seed of the world and of all noise [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     seed: Option<u64>,
     /// Print the summary as one line of JSON
     #[arg(long)]
     json: bool,
 }
 
-/// Any start does: the world is a function of scenario time.
+/// An arbitrary start: the world depends on scenario time only.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 
 /// Runs and scores.

@@ -1,4 +1,4 @@
-//! What agents can see: everything, as in the paper, or what sensors see.
+//! The agents' coverage and errors of detection: the paper's, or those of real sensors.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -8,19 +8,19 @@ use v2x_common::sensor::FieldOfView;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Conditions {
-    /// As in the paper: every agent reports every object once, and nothing else
+    /// As in the paper: every agent reports every object exactly once, without clutter
     #[default]
     Paper,
-    /// Every agent sees its own surroundings, misses one object in ten, and reports things that are not there
+    /// Every agent covers its own surroundings, misses one object in ten, and reports clutter
     Sensors,
 }
 
 /// Beyond every object of every scene, m.
 const UNLIMITED_M: f64 = 1000.0;
-/// Both agents' range under [`Conditions::Sensors`], m: about what a lidar detector is rated for on nuScenes
-/// (50 m for vehicles).
+/// Both agents' range under [`Conditions::Sensors`], m: about the range of lidar detectors on nuScenes (50 m for
+/// vehicles).
 const RANGE_M: f64 = 50.0;
-/// How far they are apart, m: so half of what each sees the other one does not.
+/// Distance between them, m: half of what one agent covers is not covered by the other.
 const APART_M: f64 = 40.0;
 
 impl Conditions {
@@ -32,7 +32,7 @@ impl Conditions {
         }
     }
 
-    /// Expected false reports of an agent in a frame.
+    /// Expected number of clutter detections of an agent in a frame.
     pub const fn clutter_per_frame(self) -> f64 {
         match self {
             Self::Paper => 0.0,
@@ -40,7 +40,7 @@ impl Conditions {
         }
     }
 
-    /// How far agents see, m.
+    /// Range of the agents' sensors, m.
     pub const fn range_m(self) -> f64 {
         match self {
             Self::Paper => UNLIMITED_M,
@@ -48,7 +48,7 @@ impl Conditions {
         }
     }
 
-    /// How far agent 2 is from agent 1, m, all the time; `None` where it is drawn for every frame anew.
+    /// Constant distance from agent 1 to agent 2, m; `None` where the place of agent 2 is drawn for every frame.
     pub const fn apart_m(self) -> Option<f64> {
         match self {
             Self::Paper => None,
@@ -56,17 +56,17 @@ impl Conditions {
         }
     }
 
-    /// What agents see.
+    /// The agents' field of view.
     pub const fn field_of_view(self) -> FieldOfView {
         FieldOfView::omnidirectional(0.0, self.range_m())
     }
 
-    /// False reports of an agent per frame and m².
+    /// Clutter detections of an agent per frame and m².
     pub const fn clutter_per_m2(self) -> f64 {
         self.clutter_per_frame() / (PI * self.range_m() * self.range_m())
     }
 
-    /// What at least one of both agents sees, m²: two discs less what they have in common.
+    /// Area that at least one of both agents covers, m²: two discs less their intersection.
     pub fn area_of_both_m2(self) -> f64 {
         let (range_m, apart_m) = (self.range_m(), self.apart_m().unwrap_or(0.0));
         let half_m = apart_m / 2.0;
@@ -81,10 +81,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_both_see_is_counted_once() {
+    fn objects_in_view_of_both_agents_are_counted_once() {
         let one = |conditions: Conditions| PI * conditions.range_m() * conditions.range_m();
         assert!((Conditions::Paper.area_of_both_m2() / one(Conditions::Paper) - 1.0).abs() < 1e-12);
-        // By counting points of a grid of 0.1 m.
+        // Count the points of a grid of 0.1 m.
         let (range, apart) = (RANGE_M, APART_M);
         let is_seen = |x: f64, y: f64| {
             x * x + y * y < range * range || (x - apart) * (x - apart) + y * y < range * range

@@ -1,4 +1,4 @@
-//! Tables that people bring, read row by row: what is wrong with one is told with line, column and value.
+//! CSV tables of users, read row by row. Errors name line, column and value.
 
 use crate::data::seconds;
 use std::io::Read;
@@ -19,7 +19,7 @@ pub enum CsvError {
         /// Why.
         source: std::io::Error,
     },
-    /// Not a table at all.
+    /// It cannot be parsed as CSV.
     #[error("{} is no table", .path.display())]
     NoTable {
         /// Which file.
@@ -27,17 +27,17 @@ pub enum CsvError {
         /// Why.
         source: csv::Error,
     },
-    /// Columns that are needed are not there.
+    /// Required columns are missing.
     #[error("{} has no column {missing}; needed are {needed}", .path.display())]
     MissingColumns {
         /// Which file.
         path: PathBuf,
-        /// All that are missing.
+        /// All missing columns.
         missing: String,
-        /// All that are needed.
+        /// All required columns.
         needed: String,
     },
-    /// A row with more cells than there are columns: often a comma for a decimal point.
+    /// A row has more cells than the header: often a comma was used as decimal point.
     #[error("{}, line {line}: {cells} cells under {columns} columns", .path.display())]
     TooManyCells {
         /// Which file.
@@ -49,7 +49,7 @@ pub enum CsvError {
         /// Cells of the header.
         columns: usize,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{}, line {line}, column {column}: {value:?}, expected {expected}", .path.display())]
     Field {
         /// Which file.
@@ -58,16 +58,16 @@ pub enum CsvError {
         line: u64,
         /// The column's name.
         column: &'static str,
-        /// What stands there.
+        /// The value.
         value: String,
-        /// What may stand there.
+        /// What is valid.
         expected: String,
     },
 }
 
-/// A table of which one row is held at a time.
+/// A table. It holds one row at a time.
 #[derive(Debug)]
-pub struct CsvTable<R> {
+pub(crate) struct CsvTable<R> {
     path: PathBuf,
     reader: csv::Reader<R>,
     n_columns: usize,
@@ -77,7 +77,7 @@ pub struct CsvTable<R> {
 
 impl CsvTable<std::fs::File> {
     /// Opens a file; see [`CsvTable::new`].
-    pub fn open(path: &Path, columns: (&[&'static str], &[&'static str])) -> Result<Self, CsvError> {
+    pub(crate) fn open(path: &Path, columns: (&[&'static str], &[&'static str])) -> Result<Self, CsvError> {
         let file =
             std::fs::File::open(path).map_err(|source| CsvError::Open { path: path.to_owned(), source })?;
         Self::new(file, path, columns)
@@ -85,15 +85,15 @@ impl CsvTable<std::fs::File> {
 }
 
 impl<R: Read> CsvTable<R> {
-    /// Reads the header, which must hold the first columns and may hold the second; all others are ignored.
-    /// `path` is for errors.
-    pub fn new(
+    /// Reads the header. It must contain the first columns and may contain the second; all others are ignored. `path` is
+    /// for errors.
+    pub(crate) fn new(
         table: R,
         path: &Path,
         (needed, optional): (&[&'static str], &[&'static str]),
     ) -> Result<Self, CsvError> {
         let path = path.to_owned();
-        // A short row is told of by the first column that it lacks.
+        // The error of a short row names the first missing column.
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(table);
         let header = match reader.headers() {
             Ok(header) => header.clone(),
@@ -112,18 +112,18 @@ impl<R: Read> CsvTable<R> {
         Ok(Self { path, reader, n_columns: header.len(), places, record: csv::StringRecord::new() })
     }
 
-    /// Whether there is a column of this name, of those asked for.
-    pub fn has(&self, column: &str) -> bool {
+    /// Whether the table has this column, of those that were requested.
+    pub(crate) fn has(&self, column: &str) -> bool {
         self.places.iter().any(|(name, _)| *name == column)
     }
 
-    /// How many bytes have been read.
-    pub fn n_bytes(&self) -> u64 {
+    /// Number of bytes read.
+    pub(crate) fn n_bytes(&self) -> u64 {
         self.reader.position().byte()
     }
 
     /// The next row; `None` at the end.
-    pub fn next_row(&mut self) -> Result<Option<Row<'_>>, CsvError> {
+    pub(crate) fn next_row(&mut self) -> Result<Option<Row<'_>>, CsvError> {
         let path = &self.path;
         match self.reader.read_record(&mut self.record) {
             Ok(true) => {}
@@ -141,7 +141,7 @@ impl<R: Read> CsvTable<R> {
 
 /// One row.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
+pub(crate) struct Row<'a> {
     record: &'a csv::StringRecord,
     places: &'a [(&'static str, usize)],
     line: u64,
@@ -149,25 +149,25 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// Where it stands, counted from 1, the header included.
-    pub const fn line(&self) -> u64 {
+    /// Line number, counted from 1, the header included.
+    pub(crate) const fn line(&self) -> u64 {
         self.line
     }
 
-    /// What stands in a column; nothing where there is none.
-    pub fn text(&self, column: &str) -> &'a str {
+    /// The text in a column; empty where the column is missing.
+    pub(crate) fn text(&self, column: &str) -> &'a str {
         let place = self.places.iter().find(|(name, _)| *name == column).map(|(_, place)| *place);
         place.and_then(|place| self.record.get(place)).unwrap_or_default()
     }
 
-    /// The error that a column does not hold what it must.
-    pub fn wrong(&self, column: &'static str, expected: impl Into<String>) -> CsvError {
+    /// The error of an invalid value in a column.
+    pub(crate) fn wrong(&self, column: &'static str, expected: impl Into<String>) -> CsvError {
         let (path, value) = (self.path.to_owned(), self.text(column).to_owned());
         CsvError::Field { path, line: self.line, column, value, expected: expected.into() }
     }
 
     /// A number for which `ok` holds.
-    pub fn number(
+    pub(crate) fn number(
         &self,
         column: &'static str,
         ok: impl Fn(f64) -> bool,
@@ -178,7 +178,11 @@ impl<'a> Row<'a> {
     }
 
     /// A number, or `None` for an empty cell or `nan`.
-    pub fn number_if_any(&self, column: &'static str, expected: &str) -> Result<Option<f64>, CsvError> {
+    pub(crate) fn number_if_any(
+        &self,
+        column: &'static str,
+        expected: &str,
+    ) -> Result<Option<f64>, CsvError> {
         let text = self.text(column);
         if text.is_empty() || text.eq_ignore_ascii_case("nan") {
             return Ok(None);
@@ -187,12 +191,12 @@ impl<'a> Row<'a> {
     }
 
     /// A time in seconds.
-    pub fn seconds(&self, column: &'static str) -> Result<Timestamp, CsvError> {
+    pub(crate) fn seconds(&self, column: &'static str) -> Result<Timestamp, CsvError> {
         seconds::parse(self.text(column)).ok_or_else(|| self.wrong(column, "a time in s"))
     }
 
     /// A class by its name in any of the known vocabularies; `None` for another name.
-    pub fn class(&self, column: &'static str) -> Result<Option<Class>, CsvError> {
+    pub(crate) fn class(&self, column: &'static str) -> Result<Option<Class>, CsvError> {
         match self.text(column) {
             "" => Err(self.wrong(column, "a class such as car or vehicle.car")),
             name => Ok(Class::from_name(name)),
@@ -200,7 +204,7 @@ impl<'a> Row<'a> {
     }
 
     /// The box in the columns x, y, those of its size (all in m) and yaw (rad), which may hold any number of turns.
-    pub fn bev(&self, [w, d]: [&'static str; 2]) -> Result<BevBox, CsvError> {
+    pub(crate) fn bev(&self, [w, d]: [&'static str; 2]) -> Result<BevBox, CsvError> {
         let coordinate =
             |column| self.number(column, |x| x.abs() <= MAX_COORDINATE_M, "a coordinate in m, at most 1e8");
         let size =
@@ -239,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_are_too_short_or_too_long_are_told_by_line() {
+    fn rows_that_are_too_short_or_too_long_are_errors_with_their_line() {
         let mut short = table("x,y\n1,2\n3\n").unwrap();
         short.next_row().unwrap();
         let row = short.next_row().unwrap().unwrap();

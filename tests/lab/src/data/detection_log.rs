@@ -12,34 +12,34 @@ use v2x_common::geometry::Pose;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Timestamp;
 
-/// Columns that must be there.
-pub const COLUMNS: [&str; 14] =
+/// Required columns.
+pub(crate) const COLUMNS: [&str; 14] =
     ["t_arr", "t", "sensor_id", "class", "x", "y", "w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
-/// Where the sensor is.
-pub const SENSOR_COLUMNS: [&str; 2] = ["sensor_x", "sensor_y"];
+/// Position of the sensor.
+pub(crate) const SENSOR_COLUMNS: [&str; 2] = ["sensor_x", "sensor_y"];
 
-/// A log says nothing of reboots.
+/// A log has no boot epochs.
 const EPOCH: u64 = 1;
-/// A log says nothing of confidence.
+/// A log has no confidence scores.
 const SCORE: f64 = 1.0;
 
-/// A frame, and when it arrived.
+/// A frame with its time of arrival.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arrival {
+pub(crate) struct Arrival {
     /// By the clock of the log.
     pub received_at: Timestamp,
-    /// What arrived.
+    /// The frame.
     pub frame: DetectionFrame,
 }
 
-/// A log that is being read; no more of it is held than what arrived at one time.
+/// A log that is read frame by frame. It holds the frames of one time of arrival.
 #[derive(Debug)]
-pub struct DetectionLog<R> {
+pub(crate) struct DetectionLog<R> {
     table: CsvTable<R>,
     has_poses: bool,
-    /// What arrived at one time, in order.
+    /// The frames of one time of arrival, in order.
     ready: VecDeque<Arrival>,
-    /// The first row of what arrived next.
+    /// The first row of the next time of arrival.
     ahead: Option<Report>,
     /// Number of each sensor's next frame.
     sequences: BTreeMap<AgentId, u64>,
@@ -58,7 +58,7 @@ struct Report {
 
 impl<R: Read> DetectionLog<R> {
     /// A log in this table; `path` is for errors.
-    pub fn new(table: R, path: &Path) -> Result<Self, CsvError> {
+    pub(crate) fn new(table: R, path: &Path) -> Result<Self, CsvError> {
         let mut needed = COLUMNS.to_vec();
         let table = CsvTable::new(table, path, (&COLUMNS, &SENSOR_COLUMNS))?;
         let has_poses = SENSOR_COLUMNS.iter().any(|column| table.has(column));
@@ -78,35 +78,35 @@ impl<R: Read> DetectionLog<R> {
         })
     }
 
-    /// Whether it says where sensors are.
-    pub const fn has_poses(&self) -> bool {
+    /// Whether it has the positions of sensors.
+    pub(crate) const fn has_poses(&self) -> bool {
         self.has_poses
     }
 
-    /// How many bytes of it have been read.
-    pub fn n_bytes(&self) -> u64 {
+    /// Number of bytes read.
+    pub(crate) fn n_bytes(&self) -> u64 {
         self.table.n_bytes()
     }
 
-    /// Detections so far whose class name is of no known vocabulary.
-    pub const fn unknown_classes(&self) -> u64 {
+    /// Detections so far with an unknown class name.
+    pub(crate) const fn unknown_classes(&self) -> u64 {
         self.unknown_classes
     }
 
-    /// Sensors so far.
-    pub fn n_sensors(&self) -> usize {
+    /// Number of sensors so far.
+    pub(crate) fn n_sensors(&self) -> usize {
         self.sequences.len()
     }
 
     /// The next frame; `None` at the end.
-    pub fn next_arrival(&mut self) -> Result<Option<Arrival>, CsvError> {
+    pub(crate) fn next_arrival(&mut self) -> Result<Option<Arrival>, CsvError> {
         if self.ready.is_empty() {
             self.read_one_time()?;
         }
         Ok(self.ready.pop_front())
     }
 
-    /// Reads what arrived at the next time.
+    /// Reads the frames of the next time of arrival.
     fn read_one_time(&mut self) -> Result<(), CsvError> {
         let first = match self.ahead.take() {
             Some(first) => first,
@@ -144,7 +144,7 @@ impl<R: Read> DetectionLog<R> {
         self.ready.push_back(Arrival { received_at, frame });
     }
 
-    /// The next row, which must not have arrived before the others.
+    /// The next row. It is an error if it arrived before the previous one.
     fn read(&mut self, not_before: Timestamp) -> Result<Option<Report>, CsvError> {
         let Some(row) = self.table.next_row()? else { return Ok(None) };
         let received_at = row.seconds("t_arr")?;
@@ -195,7 +195,7 @@ fn pose(row: &Row<'_>) -> Result<Option<Pose>, CsvError> {
     }
 }
 
-/// The detection, and whether its class is of a known vocabulary.
+/// The detection, and whether its class name is known.
 fn detection(row: &Row<'_>, origin: Option<&Pose>) -> Result<(Detection, bool), CsvError> {
     let bev = row.bev(["w", "d"])?;
     if let Some(origin) = origin {
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_of_other_vocabularies_are_known_and_others_are_counted() {
+    fn class_names_of_other_data_sets_are_mapped_and_unknown_ones_are_counted() {
         let (arrivals, unknown) =
             frames(&format!("0,0,a,{CAR}\n0,0,a,{}\n", CAR.replace("car", "spaceship"))).unwrap();
         let classes: Vec<_> = arrivals[0].frame.detections.iter().map(|one| one.class).collect();
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_line_column_and_value() {
+    fn errors_name_line_column_and_value() {
         let cases = [
             (
                 "0,soon,a,car,10,2,1.8,4.5,0.3,0.5,0.4,0.2,0.3,0.1,0,0,7",
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn all_missing_columns_are_named_and_a_sensors_place_has_two_coordinates() {
+    fn all_missing_columns_are_named_and_sensor_positions_have_two_coordinates() {
         let error = |header: &str| {
             DetectionLog::new(header.as_bytes(), Path::new("log.csv")).map(|_| ()).unwrap_err().to_string()
         };

@@ -10,13 +10,13 @@ use v2x_common::detection::Detection;
 use v2x_common::time::Timestamp;
 
 /// Names of the agents.
-pub const AGENTS: [&str; 2] = ["agent-1", "agent-2"];
-/// Columns that follow those of `lab fuse`.
-pub const FURTHER_COLUMNS: [&str; 3] = ["det_id", "sensor_x", "sensor_y"];
+pub(crate) const AGENTS: [&str; 2] = ["agent-1", "agent-2"];
+/// Further columns, after those of `lab fuse`.
+pub(crate) const FURTHER_COLUMNS: [&str; 3] = ["det_id", "sensor_x", "sensor_y"];
 
 /// Which detection of a scene: `agent-1:12:3` is the fourth one of the first agent in the thirteenth keyframe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct DetectionId {
+pub(crate) struct DetectionId {
     /// Place of the agent.
     pub agent: usize,
     /// Place of the keyframe.
@@ -31,10 +31,10 @@ impl fmt::Display for DetectionId {
     }
 }
 
-/// Not what a [`DetectionId`] is written as.
+/// The text is no [`DetectionId`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a det_id such as agent-1:12:3")]
-pub struct NoDetectionId;
+pub(crate) struct NoDetectionId;
 
 impl FromStr for DetectionId {
     type Err = NoDetectionId;
@@ -51,12 +51,12 @@ impl FromStr for DetectionId {
 }
 
 /// What the agents report of each keyframe of a scene.
-pub fn reports(protocol: &Protocol, scene: &Scene) -> Vec<[AgentReport; 2]> {
+pub(crate) fn reports(protocol: &Protocol, scene: &Scene) -> Vec<[AgentReport; 2]> {
     (0..scene.keyframes.len()).map(|frame| protocol.observe(scene, frame)).collect()
 }
 
-/// All of it as CSV, but not what it is of.
-pub fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
+/// All detections as CSV, without the truth.
+pub(crate) fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
     let mut text = format!("{},{}\n", COLUMNS.join(","), FURTHER_COLUMNS.join(","));
     for (frame, (keyframe, reports)) in scene.keyframes.iter().zip(reports).enumerate() {
         let t = seconds::text(Timestamp::EPOCH + keyframe.at);
@@ -73,7 +73,7 @@ pub fn table(scene: &Scene, reports: &[[AgentReport; 2]]) -> String {
     text
 }
 
-/// With the fewest digits that are read as the same number.
+/// Writes the fewest digits that are read as the same number.
 fn write_detection(out: &mut String, detection: &Detection) -> fmt::Result {
     let Detection { class, bev, covariance, .. } = detection;
     write!(out, "{class},{},{},{},{},{},", bev.x, bev.y, bev.w, bev.d, bev.yaw)?;
@@ -92,7 +92,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn an_id_is_read_as_it_was_written() {
+    fn ids_are_read_as_written() {
         let id = DetectionId { agent: 1, frame: 12, index: 3 };
         assert_eq!((id.to_string().as_str(), id.to_string().parse()), ("agent-2:12:3", Ok(id)));
         for wrong in ["", "agent-3:1:2", "agent-1:1", "agent-1:1:2:3", "agent-1:-1:2", "1:2:3"] {
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_exported_is_read_back_bit_for_bit_and_tells_no_truth() {
+    fn exported_detections_are_read_back_bit_for_bit_and_hold_no_truth() {
         let scene = synthetic::scene(7);
         for conditions in [Conditions::Paper, Conditions::Sensors] {
             let realisation = Realisation { seed: 5, trial: 1 };

@@ -1,4 +1,4 @@
-//! What a method tells of an object.
+//! A fused object as the tables score it.
 
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
@@ -7,26 +7,26 @@ use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
 
-/// An object as it is scored.
+/// A fused object as the tables score it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FusedBox {
     /// The box.
     pub bev: BevBox,
-    /// What it is said to be.
+    /// The published class.
     pub class: Class,
-    /// How surely it exists, 0 to 1.
+    /// Existence probability, 0 to 1.
     pub existence: f64,
-    /// What is claimed of the box's error.
+    /// The published covariance.
     pub covariance: BoxCovariance,
-    /// Which one it is to the method.
+    /// The method's track.
     pub track: TrackId,
-    /// Which true object it is scored against: by the identity of agent 1's detection of this keyframe in it, else
-    /// of agent 2's, else of its newest one; `None` for what is of nothing.
+    /// The true object that it is scored against, by the provenance of its measurements: that of agent 1's detection of
+    /// this keyframe in it, else of agent 2's, else of the newest detection; `None` for clutter.
     pub object: Option<ObjectId>,
 }
 
 impl FusedBox {
-    /// A fused object whose identity is known.
+    /// A fused object with its true object.
     pub fn of(fused: &FusedObject, object: Option<ObjectId>) -> Self {
         let [xx, xy, _, _, yy, ..] = fused.kinematic_covariance;
         let position = v2x_common::covariance::Covariance2 { xx, xy, yy };

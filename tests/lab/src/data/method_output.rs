@@ -1,4 +1,4 @@
-//! What somebody's method says of a scene, and which true object each box is scored against.
+//! The output of a user's method for a scene, with the true object of each box where the output names detections.
 
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use crate::data::exported::DetectionId;
@@ -14,38 +14,38 @@ use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Columns that must be there.
-pub const COLUMNS: [&str; 8] = ["t", "track_id", "class", "x", "y", "w", "d", "yaw"];
+/// Required columns.
+pub(crate) const COLUMNS: [&str; 8] = ["t", "track_id", "class", "x", "y", "w", "d", "yaw"];
 const FURTHER_COLUMNS: [&str; 7] = ["det_ids", "existence", "sx", "sy", "sw", "sd", "st"];
 const SIGMAS: [&str; 5] = ["sx", "sy", "sw", "sd", "st"];
-/// A row this near to a keyframe is of it.
+/// A row belongs to a keyframe within this time.
 const TOLERANCE: Span = Span::from_millis(1);
 
-/// A scene as it was exported.
+/// An exported scene.
 #[derive(Clone, Copy, Debug)]
-pub struct ExportedScene<'a> {
+pub(crate) struct ExportedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// What the agents reported, by keyframe.
     pub reports: &'a [[AgentReport; 2]],
 }
 
-/// What the method says of it.
+/// The output of the method.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneOutput {
+pub(crate) struct SceneOutput {
     /// By keyframe.
     pub by_keyframe: Vec<Vec<FusedBox>>,
-    /// Rows at a time that is no keyframe's.
+    /// Rows without a keyframe at their time.
     pub ignored_rows: u64,
-    /// Rows whose class name is not known.
+    /// Rows with an unknown class name.
     pub unknown_classes: u64,
-    /// Whether it does not say what its boxes were made of.
+    /// Whether boxes name no detections, so that they are to be matched by position.
     pub is_matched_by_position: bool,
-    /// Whether it says how accurate they are.
+    /// Whether boxes have standard deviations.
     pub claims_accuracy: bool,
 }
 
-/// Numbers of tracks, by name.
+/// Track ids by name.
 #[derive(Debug, Default)]
 struct Tracks {
     known: BTreeMap<String, TrackId>,
@@ -53,7 +53,7 @@ struct Tracks {
 }
 
 impl Tracks {
-    /// A box without a name is of a track of its own.
+    /// A box without a track name gets a new track id.
     fn id(&mut self, name: &str) -> TrackId {
         let next = TrackId(self.next);
         self.next += 1;
@@ -63,7 +63,7 @@ impl Tracks {
 
 impl SceneOutput {
     /// Reads a table; `path` is for errors.
-    pub fn read(table: impl Read, path: &Path, exported: ExportedScene<'_>) -> Result<Self, CsvError> {
+    pub(crate) fn read(table: impl Read, path: &Path, exported: ExportedScene<'_>) -> Result<Self, CsvError> {
         let keyframes = &exported.scene.keyframes;
         let mut table = CsvTable::new(table, path, (&COLUMNS, &FURTHER_COLUMNS))?;
         let mut output = Self {
@@ -130,7 +130,8 @@ fn covariance(row: &Row<'_>) -> Result<BoxCovariance, CsvError> {
     Ok(BoxCovariance { position, ww: variance("sw")?, dd: variance("sd")?, yaw: variance("st")? })
 }
 
-/// By the protocol's rule: of agent 1's detection of this keyframe, else of agent 2's, else of the newest one.
+/// The true object, by the rule of the tables: that of agent 1's detection of this keyframe, else of agent 2's, else
+/// of the newest detection.
 fn by_ids(row: &Row<'_>, frame: usize, reports: &[[AgentReport; 2]]) -> Result<Option<ObjectId>, CsvError> {
     let wrong = || row.wrong("det_ids", "det_id values of the export, with ; or spaces between");
     let mut best: Option<(DetectionId, Option<ObjectId>)> = None;
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn identity_is_agent_1s_of_the_keyframe_else_agent_2s_else_the_newest_ones() {
+    fn identity_is_that_of_agent_1_then_of_agent_2_then_of_the_newest_detection() {
         let output = read(
             "t,track_id,class,x,y,w,d,yaw,det_ids\n\
              0,a,car,0,0,2,4,0,agent-2:0:0;agent-1:0:1\n\
@@ -200,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_detection_of_this_keyframe_goes_before_one_of_a_later_one() {
+    fn a_detection_of_this_keyframe_has_priority_over_one_of_another_keyframe() {
         let output = read(
             "t,track_id,class,x,y,w,d,yaw,det_ids\n0,a,car,0,0,2,4,0,agent-1:1:0;agent-2:0:0;agent-1:1:1\n",
         );
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_line_and_column() {
+    fn errors_name_line_and_column() {
         let header = "t,track_id,class,x,y,w,d,yaw,det_ids,existence,sx,sy,sw,sd,st\n";
         let good = "0,a,car,0,0,2,4,0,agent-1:0:0,,1,1,1,1,1";
         for (row, place) in [

@@ -1,4 +1,4 @@
-//! What the laboratory works on: readers of data sets, tables and recordings, and generators of scenes, noise and detections.
+//! The laboratory's data: readers of data sets, tables and recordings; generators of scenes, noise and detections.
 
 pub(crate) mod conditions;
 pub(crate) mod csv_table;

@@ -1,4 +1,4 @@
-//! The paper's noise (METHODS.md 0), in several shapes, keyed by what it falls on.
+//! The paper's noise (METHODS.md 0), in several shapes, keyed by scene, frame, agent and object.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -23,12 +23,12 @@ pub enum Shape {
     Uniform,
     /// Heavier tails
     Laplace,
-    /// Student's t with 5 degrees of freedom: still heavier
+    /// Student's t with 5 degrees of freedom: the heaviest tails
     StudentT,
 }
 
 impl Shape {
-    /// All four.
+    /// All shapes.
     pub const ALL: [Self; 4] = [Self::Gaussian, Self::Uniform, Self::Laplace, Self::StudentT];
 
     /// The name in tables.
@@ -107,8 +107,8 @@ impl NoisePair {
         }
     }
 
-    /// Overlap (IoU or GIoU) above which boxes are of one object (paper, Table I). The paper does not say which
-    /// level's holds for N1-N3; of the worse one, since a threshold is there for the noise.
+    /// Overlap (IoU or GIoU) above which boxes are of one object (paper, Table I). The paper gives no value for N1-N3; the
+    /// value of the higher noise is used.
     pub const fn overlap_threshold(self) -> f64 {
         match self {
             Self::N1N1 | Self::N2N2 => 0.5,
@@ -117,41 +117,41 @@ impl NoisePair {
     }
 }
 
-/// What a stream of random numbers is for.
+/// Purpose of a stream of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// How this agent measures an object.
+pub(crate) enum Purpose {
+    /// An agent's measurement of an object.
     Measurement {
         /// Place of the agent.
         agent: u32,
         /// Number of the object.
         object: u32,
     },
-    /// Where an agent is.
+    /// The place of an agent.
     Place,
-    /// The order in which an agent reports.
+    /// The order of an agent's detections.
     Order {
         /// Place of the agent.
         agent: u32,
     },
-    /// Whether this agent sees an object at all.
+    /// Whether an agent detects an object.
     Detection {
         /// Place of the agent.
         agent: u32,
         /// Number of the object.
         object: u32,
     },
-    /// What this agent reports that is not there.
+    /// An agent's clutter.
     Clutter {
         /// Place of the agent.
         agent: u32,
     },
 }
 
-/// One realisation of the noise. Nothing else decides a draw: not the methods, not the level of noise, not which
-/// other scenes there are; all methods see the same errors.
+/// One realisation of the noise. Draws do not depend on methods, on levels of noise, or on other scenes: all methods get
+/// the same errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Realisation {
+pub(crate) struct Realisation {
     /// The table's seed.
     pub seed: u64,
     /// The number of the trial.
@@ -160,7 +160,7 @@ pub struct Realisation {
 
 impl Realisation {
     /// The stream of random numbers for one purpose in one frame.
-    pub fn rng(&self, scene: &str, frame: u32, purpose: Purpose) -> ChaCha8Rng {
+    pub(crate) fn rng(&self, scene: &str, frame: u32, purpose: Purpose) -> ChaCha8Rng {
         let (kind, object) = match purpose {
             Purpose::Measurement { agent, object } => (agent, object),
             Purpose::Place => (1 << 16, 0),
@@ -188,15 +188,15 @@ pub(crate) fn stable_hash(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, step)
 }
 
-/// Shuffles as Fisher and Yates.
+/// Fisher-Yates shuffle.
 pub(super) fn shuffle<T>(items: &mut [T], rng: &mut ChaCha8Rng) {
     for last in (1..items.len()).rev() {
         items.swap(last, rng.random_range(0..=last));
     }
 }
 
-/// Measures a true box from where the sensor is.
-pub fn perturb(
+/// Measures a true box with a sensor at this pose.
+pub(crate) fn perturb(
     truth: &BevBox,
     sensor: &Pose,
     (model, shape): (&NoiseModel, Shape),
@@ -214,8 +214,8 @@ pub fn perturb(
     }
 }
 
-/// A factor for a true width or depth (m): eq. (5)-(6), truncated below (METHODS.md 13.1), and above where the wire
-/// ends; by drawing again.
+/// A factor for a true width or depth (m): eq. (5)-(6), truncated below (METHODS.md 13.1), and above at the limit of the
+/// wire format. Values outside are drawn again.
 fn size_factor(size_m: f64, (model, shape): (&NoiseModel, Shape), rng: &mut ChaCha8Rng) -> f64 {
     let bounds = model.size.lower.max(MIN_SIZE_M / size_m)..=MAX_SIZE_M / size_m;
     loop {
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn every_part_of_the_key_matters() {
+    fn the_noise_depends_on_every_part_of_the_key() {
         let measurement = |agent, object| Purpose::Measurement { agent, object };
         let mut firsts: Vec<u64> = [
             ONE.rng("a", 0, measurement(0, 0)),
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_and_headings_err_by_the_same_draws_at_every_level() {
+    fn position_and_heading_errors_use_the_same_draws_at_every_level() {
         let (truth, sensor) = (BevBox { x: 30.0, y: 40.0, w: 2.0, d: 4.0, yaw: 0.0 }, Pose::default());
         let [low, high] = [NoiseLevel::N1, NoiseLevel::N3].map(|level| {
             let mut rng = ONE.rng("a", 0, Purpose::Place);

@@ -1,4 +1,4 @@
-//! What the two agents report of a keyframe.
+//! The detections that the two agents report of a keyframe.
 
 use crate::data::conditions::Conditions;
 use crate::data::noise::{NoisePair, Purpose, Realisation, Shape, perturb, shuffle};
@@ -12,35 +12,35 @@ use v2x_common::class::Class;
 use v2x_common::detection::Detection;
 use v2x_common::geometry::{BevBox, Pose};
 
-/// Agent 2 is drawn from a disc of this radius around agent 1, for every frame anew, m: its mean range in the
+/// The place of agent 2 is drawn for every frame from a disc of this radius around agent 1, m: its mean range in the
 /// paper equals agent 1's (METHODS.md 0).
 const DISC_RADIUS_M: f64 = 15.0;
-/// The paper's detectors are always sure.
+/// The paper's detectors have no confidence scores.
 const SCORE: f64 = 1.0;
-/// What false reports are taken for.
+/// Classes of clutter.
 const CLUTTER_CLASSES: [Class; 4] = [Class::Car, Class::Adult, Class::Bicycle, Class::TrafficCone];
 
-/// How scenes become detections.
+/// The rules by which scenes become detections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Protocol {
+pub(crate) struct Protocol {
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// The shape of the errors.
     pub shape: Shape,
     /// What agents can see.
     pub conditions: Conditions,
-    /// Which errors.
+    /// Seed and trial of the errors.
     pub realisation: Realisation,
 }
 
-/// What one agent reports of a keyframe.
+/// The report of one agent of a keyframe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgentReport {
-    /// Where it is.
+    /// Pose of the agent.
     pub pose: Pose,
-    /// What it sees, in no meaningful order.
+    /// Its detections, in no meaningful order.
     pub detections: Vec<Detection>,
-    /// For each detection the number of its object, for scoring only; `None` for what is not there.
+    /// The true object of each detection, for scoring only; `None` for clutter.
     pub identities: Vec<Option<ObjectId>>,
 }
 
@@ -55,9 +55,9 @@ struct Observer<'a> {
 }
 
 impl Protocol {
-    /// What agents 1 and 2 report of a keyframe. The σ that they report follow from the measured range and the
-    /// measured size, not from the true ones.
-    pub fn observe(&self, scene: &Scene, frame: usize) -> [AgentReport; 2] {
+    /// The reports of agents 1 and 2. The reported σ follow from the measured range and the measured size, not from the
+    /// true ones.
+    pub(crate) fn observe(&self, scene: &Scene, frame: usize) -> [AgentReport; 2] {
         let keyframe = &scene.keyframes[frame];
         let (scene, frame) = (scene.name.as_str(), frame_number(frame));
         let poses = self.poses(scene, keyframe, frame);
@@ -67,8 +67,8 @@ impl Protocol {
         })
     }
 
-    /// For each object of a keyframe whether it is to be found: whether it is in any agent's view.
-    pub fn is_in_view(&self, scene: &Scene, frame: usize) -> Vec<bool> {
+    /// For each object of a keyframe whether any agent covers it. Only covered objects count.
+    pub(crate) fn is_in_view(&self, scene: &Scene, frame: usize) -> Vec<bool> {
         let keyframe = &scene.keyframes[frame];
         let poses = self.poses(&scene.name, keyframe, frame_number(frame));
         let seen = |one: &TrueBox| poses.iter().any(|pose| self.sees(pose, &one.bev));
@@ -125,7 +125,7 @@ impl Protocol {
         Detection { class, score: SCORE, bev, covariance, velocity: None, source_track: None }
     }
 
-    /// Things that are not there, uniform in the agent's view, anywhere in its report.
+    /// Adds clutter, uniform in the agent's field of view, at random places of the report.
     fn add_clutter(&self, report: &mut AgentReport, agent: u32, rng: &mut ChaCha8Rng) {
         for _ in 0..poisson(rng, self.conditions.clutter_per_frame()) {
             let radius_m = self.conditions.range_m() * libm::sqrt(unit(rng));
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reported_accuracy_follows_from_what_was_measured() {
+    fn the_reported_accuracy_depends_on_the_measured_size() {
         let [report, _] = PROTOCOL.observe(&parking(1), 0);
         for detection in &report.detections {
             let range_m = report.pose.distance_to(detection.bev.x, detection.bev.y);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_miss_one_in_ten_of_what_is_in_view_and_report_half_a_thing_that_is_not_there() {
+    fn sensors_miss_one_in_ten_objects_in_view_and_report_half_a_false_detection_per_frame() {
         let scene = parking(2000);
         let protocol = Protocol { conditions: Conditions::Sensors, ..PROTOCOL };
         let (mut seen, mut reported, mut clutter) = (0, 0, 0);
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_any_agent_sees_is_to_be_found() {
+    fn objects_in_view_of_any_agent_are_in_the_ground_truth() {
         let scene =
             scene_of(&[&[car(0, 0.0, 49.0), car(1, 0.0, 91.0), car(2, 0.0, -70.0), car(3, 70.0, 0.0)]]);
         let protocol = Protocol { conditions: Conditions::Sensors, ..PROTOCOL };

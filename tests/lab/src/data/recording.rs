@@ -11,18 +11,18 @@ use v2x_common::time::Timestamp;
 use v2x_common::wire::json::ReportDefaults;
 use v2x_common::wire::{self, WireError};
 
-/// Why a recording is no run.
+/// Why a recording cannot be read as a run.
 #[derive(Debug, thiserror::Error)]
-pub enum RunLogError {
+pub(crate) enum RunLogError {
     /// The recording itself is broken.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// A payload cannot be read.
     #[error("payload of {key}: {source}")]
     Payload {
-        /// Under which key.
+        /// The key.
         key: String,
-        /// What is wrong with it.
+        /// The cause.
         source: WireError,
     },
     /// A side table of simulation truth cannot be read.
@@ -35,9 +35,9 @@ pub enum RunLogError {
     },
 }
 
-/// The run of a recording. Detection frames that are unreadable or without simulation truth (of foreign
-/// agents) are left out: they cannot be scored.
-pub fn run_log(
+/// The run of a recording. Detection frames that are unreadable, or have no simulation truth (of foreign agents), are
+/// left out: they cannot be scored.
+pub(crate) fn run_log(
     entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
 ) -> Result<RunLog, RunLogError> {
     let mut log = RunLog::default();

@@ -1,4 +1,4 @@
-//! A recorded run as plain data: what the consumer received, in order of arrival.
+//! A recorded run as plain values: all that the consumer received, in order of arrival.
 
 use std::collections::BTreeMap;
 use v2x_agent::truth::Identities;
@@ -8,27 +8,27 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
 
-/// A fused frame as the consumer got it.
+/// A fused frame as the consumer received it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceivedFused {
-    /// When the consumer had it, by the consumer's clock.
+    /// When the consumer received it, by the consumer's clock.
     pub received_at: Timestamp,
     /// The frame.
     pub frame: FusedFrame,
 }
 
-/// An agent's detection frame with what only the simulation knows of it.
+/// An agent's detection frame with its simulation truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceivedDetections {
-    /// When the consumer had it, by the consumer's clock.
+    /// When the consumer received it, by the consumer's clock.
     pub received_at: Timestamp,
     /// The frame.
     pub frame: DetectionFrame,
-    /// Which true object stands behind each detection.
+    /// The true object of each detection.
     pub identities: Identities,
 }
 
-/// Everything that one run left at the consumer.
+/// Everything that the consumer received in one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunLog {
     /// Fused frames in order of arrival.

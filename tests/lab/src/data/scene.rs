@@ -1,21 +1,21 @@
-//! What was there: scenes of keyframes with true boxes.
+//! The ground truth of the tables: scenes of keyframes with true boxes.
 
 use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::class::Class;
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::time::Span;
 
-/// An object counts as moving if it gets further than this from where it was first seen, m (METHODS.md 13).
+/// An object is moving if it gets further than this from its first position, m (METHODS.md 13).
 const MOVED_M: f64 = 1.0;
 
 /// One true object at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueBox {
-    /// Which one; below [`Scene::n_objects`].
+    /// Its number, below [`Scene::n_objects`].
     pub id: ObjectId,
-    /// What it is.
+    /// Its class.
     pub class: Class,
-    /// Where, how large (m), and which way (rad).
+    /// Position and size (m), heading (rad).
     pub bev: BevBox,
 }
 
@@ -30,13 +30,13 @@ impl From<&TrueObject> for TrueBox {
 pub struct Keyframe {
     /// Since the scene's start.
     pub at: Span,
-    /// Where agent 1 is.
+    /// Pose of agent 1.
     pub ego: Pose,
-    /// What is there.
+    /// The true objects.
     pub objects: Vec<TrueBox>,
 }
 
-/// A recorded or made-up scene.
+/// A recorded or synthetic scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Its name in its data set; the noise is keyed by it.
@@ -46,7 +46,7 @@ pub struct Scene {
     is_moving: Vec<bool>,
 }
 
-/// What a scene consists of, in numbers.
+/// Numbers of a data set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Scenes.
@@ -55,9 +55,9 @@ pub struct Statistics {
     pub keyframes: u64,
     /// Objects.
     pub objects: u64,
-    /// Boxes: objects, counted in every keyframe.
+    /// Boxes: objects counted once for each keyframe.
     pub boxes: u64,
-    /// Those of objects that move.
+    /// Boxes of moving objects.
     pub moving_boxes: u64,
     /// Sum of the boxes' distances from agent 1, m.
     pub range_sum_m: f64,
@@ -83,12 +83,12 @@ impl Scene {
         self.is_moving.len()
     }
 
-    /// Whether an object moves more than 1 m in its life.
+    /// Whether an object moves more than 1 m in the scene.
     pub fn is_moving(&self, id: ObjectId) -> bool {
         self.is_moving[id.0 as usize]
     }
 
-    /// Adds the scene to the numbers.
+    /// Adds the scene to the statistics.
     pub fn add_to(&self, statistics: &mut Statistics) {
         statistics.scenes += 1;
         statistics.keyframes += self.keyframes.len() as u64;
@@ -111,7 +111,7 @@ impl Statistics {
         statistics
     }
 
-    /// One line of text.
+    /// The statistics as one line of text.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn text(&self) -> String {
         let Self { scenes, keyframes, objects, boxes, moving_boxes, range_sum_m } = self;
@@ -132,7 +132,7 @@ mod tests {
     use crate::data::test_scenes::{car, scene_of};
 
     #[test]
-    fn what_leaves_its_first_place_by_more_than_a_metre_moves() {
+    fn objects_that_move_by_more_than_a_metre_are_moving() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 9.0, 0.0)], &[car(0, 0.9, 0.0), car(1, 9.0, 1.1)]]);
         assert!(!scene.is_moving(ObjectId(0)));
         assert!(scene.is_moving(ObjectId(1)));

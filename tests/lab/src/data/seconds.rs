@@ -3,12 +3,12 @@
 use v2x_common::time::Timestamp;
 
 const NANOS_PER_S: i64 = 1_000_000_000;
-/// Digits behind the point that are looked at: far below a nanosecond.
+/// Digits behind the point that are read: far below a nanosecond.
 const MAX_FRACTION: usize = 20;
 
-/// A decimal number of seconds, rounded to the nearest nanosecond; never by way of a float, which would not even
-/// hold the microseconds of a Unix time well. `None` for what is no number, or 292 years or more.
-pub fn parse(text: &str) -> Option<Timestamp> {
+/// A decimal number of seconds, rounded to the nearest nanosecond. It is not read as a float, which cannot represent the
+/// microseconds of a Unix time well. `None` if it is no number, or 292 years or more.
+pub(crate) fn parse(text: &str) -> Option<Timestamp> {
     let (mantissa, exponent) = match text.split_once(['e', 'E']) {
         Some((mantissa, exponent)) => (mantissa, exponent.parse::<i16>().ok()?),
         None => (text, 0),
@@ -40,14 +40,14 @@ fn scaled(magnitude: i128, shift: i64) -> Option<i128> {
     match power {
         Some(power) if shift >= 0 => magnitude.checked_mul(power),
         Some(power) => Some((magnitude + power / 2) / power),
-        // Divided by more than any number of 128 bits.
+        // The divisor is larger than any number of 128 bits.
         None if shift < 0 => Some(0),
         None => None,
     }
 }
 
-/// A time in seconds, with as many digits as it has.
-pub fn text(at: Timestamp) -> String {
+/// A time in seconds, with all its digits.
+pub(crate) fn text(at: Timestamp) -> String {
     let nanos = at.as_nanos();
     let sign = if nanos < 0 { "-" } else { "" };
     let (whole, rest) = (
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_floats_print_is_read() {
+    fn printed_floats_are_parsed() {
         assert_eq!(nanos("1e-05"), Some(10_000));
         assert_eq!(nanos("1.7E9"), Some(1_700_000_000_000_000_000));
         assert_eq!(nanos("0.30000000000000004"), Some(300_000_000));
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_not_guessed() {
+    fn invalid_times_are_errors() {
         for text in
             ["", ".", "-", "nan", "inf", "1,5", "1.5s", "0x10", "1e", "1e9.5", "--1", "1e12", "1e30000"]
         {
@@ -100,7 +100,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_written_time_is_read_as_it_was(nanos in (i64::MIN + 1)..i64::MAX) {
+        fn times_are_read_as_written(nanos in (i64::MIN + 1)..i64::MAX) {
             let at = Timestamp::from_nanos(nanos);
             prop_assert_eq!(parse(&text(at)), Some(at));
         }

@@ -1,4 +1,4 @@
-//! The truth of a simulated run: the scenario's world, asked by Unix time.
+//! The truth of a simulated run: the scenario's world by Unix time.
 
 use crate::data::run_log::RunLog;
 use crate::data::truth::Truth;
@@ -12,18 +12,18 @@ use v2x_common::time::{Span, Timestamp};
 
 /// What the launcher knows of one agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AgentFacts {
+pub(crate) struct AgentFacts {
     /// Which agent.
     pub id: AgentId,
-    /// Which object of the world it is, if it is one.
+    /// The object of the world that is this agent, if there is one.
     pub itself: Option<ObjectId>,
-    /// How many frames it says it sent.
+    /// Number of frames that it reports as sent.
     pub frames_sent: Option<u64>,
 }
 
 /// A scenario's world with its start in Unix time.
 #[derive(Debug)]
-pub struct Simulation<'a> {
+pub(crate) struct Simulation<'a> {
     scenario: &'a Scenario,
     world: World,
     start: Timestamp,
@@ -31,7 +31,7 @@ pub struct Simulation<'a> {
 
 impl<'a> Simulation<'a> {
     /// The world of a run.
-    pub fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
+    pub(crate) fn new(scenario: &'a Scenario, seed: u64, start: Timestamp) -> Self {
         Self { scenario, world: scenario.world(seed), start }
     }
 
@@ -43,8 +43,8 @@ impl<'a> Simulation<'a> {
         self.world.agent_pose(self.scenario.agent_index(agent)?, at - self.start)
     }
 
-    /// The agents of the scenario, as the score wants them; `frames_sent` is what each says of itself.
-    pub fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
+    /// The agents of the scenario, for scoring; `frames_sent` gives the number that each reports as sent.
+    pub(crate) fn agent_facts(&self, frames_sent: impl Fn(&AgentId) -> Option<u64>) -> Vec<AgentFacts> {
         let facts = |(index, agent): (usize, &v2x_agent::scenario::AgentConfig)| AgentFacts {
             id: agent.id(),
             itself: self.world.agent_object(index),
@@ -53,9 +53,9 @@ impl<'a> Simulation<'a> {
         self.scenario.agents.iter().enumerate().map(facts).collect()
     }
 
-    /// The same log with the true capture times in what fused frames include, where any agent's clock is wrong: how old
-    /// something is goes by when it was captured in truth, not by its stamp.
-    pub fn with_true_capture_times(&self, log: &RunLog) -> Option<RunLog> {
+    /// The same log with true capture times in the `includes` of fused frames; `None` where all clocks are right. The age of
+    /// information is measured from the true capture, not from the time stamp.
+    pub(crate) fn with_true_capture_times(&self, log: &RunLog) -> Option<RunLog> {
         if self.scenario.agents.iter().all(|agent| agent.sensor.clock == ClockError::default()) {
             return None;
         }
@@ -69,8 +69,8 @@ impl<'a> Simulation<'a> {
         Some(log)
     }
 
-    /// Lends the truth.
-    pub fn with_truth<R>(&self, use_it: impl FnOnce(Truth<'_>) -> R) -> R {
+    /// Calls a function with the truth.
+    pub(crate) fn with_truth<R>(&self, use_it: impl FnOnce(Truth<'_>) -> R) -> R {
         let objects_at = |at, out: &mut Vec<TrueObject>| self.objects_at(at, out);
         let agent_pose = |agent: &AgentId, at| self.agent_pose(agent, at);
         use_it(Truth { objects_at: &objects_at, agent_pose: &agent_pose })

@@ -24,13 +24,13 @@ pub(crate) fn scene_of(frames: &[&[TrueBox]]) -> Scene {
     Scene::new("test".to_owned(), (0..).zip(frames).map(keyframe).collect())
 }
 
-/// Parked cars in a row, so far apart that no method can confuse them.
+/// Parked cars in a row, too far apart for wrong associations.
 pub(crate) fn parking(n_frames: usize) -> Scene {
     let cars: Vec<TrueBox> = (0..8u32).map(|id| car(id, 40.0 * f64::from(id) - 140.0, 30.0)).collect();
     scene_of(&vec![cars.as_slice(); n_frames])
 }
 
-/// A sure prediction of a car of an object.
+/// A fused car of a true object, with existence 1.
 pub(crate) fn fused_car(object: u32, x: f64, y: f64) -> FusedBox {
     let covariance = BoxCovariance { position: Covariance2::isotropic(0.5), ww: 0.1, dd: 0.2, yaw: 0.01 };
     FusedBox {

@@ -1,4 +1,4 @@
-//! What was there, at any time.
+//! The ground truth of a log: a table, interpolated to any time.
 
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use crate::data::seconds;
@@ -10,10 +10,10 @@ use v2x_common::class::Class;
 use v2x_common::geometry::{BevBox, angle_difference, wrap_angle};
 use v2x_common::time::{Span, Timestamp};
 
-/// Columns that must be there.
-pub const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
-/// A row this near in time is taken as it is.
-pub const TOLERANCE: Span = Span::from_millis(1);
+/// Required columns.
+pub(crate) const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
+/// A row within this time is used without interpolation.
+pub(crate) const TOLERANCE: Span = Span::from_millis(1);
 
 /// One row of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,21 +24,21 @@ struct Sample {
     line: u64,
 }
 
-/// An object's whole life.
+/// All rows of an object.
 #[derive(Clone, Debug, PartialEq)]
 struct Life {
     id: ObjectId,
     class: Class,
     /// In order of time; at least one.
     samples: Vec<Sample>,
-    /// The first sample that is not over.
+    /// The first sample that is not in the past.
     place: usize,
 }
 
-/// The truth; it is asked for times that grow.
+/// The truth by time. Requested times must not decrease.
 #[derive(Clone, Debug)]
-pub struct Truth {
-    /// By their beginnings.
+pub(crate) struct Truth {
+    /// Objects that are not there yet, by first row.
     to_come: std::vec::IntoIter<Life>,
     there: Vec<Life>,
     begin: Timestamp,
@@ -46,18 +46,18 @@ pub struct Truth {
     unknown_classes: u64,
 }
 
-/// What is there at one time.
+/// The true objects at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Moment {
-    /// The objects; a velocity that is not known is zero.
+pub(crate) struct Moment {
+    /// The objects; an unknown velocity is zero.
     pub objects: Vec<TrueObject>,
-    /// By object, where it is known, m/s.
+    /// Velocity of each object where it is known, m/s.
     pub velocities: Vec<Option<(f64, f64)>>,
 }
 
 impl Truth {
     /// Reads a table; `path` is for errors.
-    pub fn read(table: impl Read, path: &Path) -> Result<Self, CsvError> {
+    pub(crate) fn read(table: impl Read, path: &Path) -> Result<Self, CsvError> {
         let mut table = CsvTable::new(table, path, (&COLUMNS, &[]))?;
         let mut lives: BTreeMap<String, Life> = BTreeMap::new();
         let mut unknown_classes = 0;
@@ -96,20 +96,19 @@ impl Truth {
         }
     }
 
-    /// When the first and the last row are; before and after it is not known what was there. Without any row it ends
-    /// before it begins.
-    pub fn span(&self) -> (Timestamp, Timestamp) {
+    /// The time from the first to the last row. Outside of it the truth is unknown. Without any row it ends before it begins.
+    pub(crate) fn span(&self) -> (Timestamp, Timestamp) {
         (self.begin - TOLERANCE, self.end + TOLERANCE)
     }
 
-    /// Rows of objects whose class name is of no known vocabulary.
-    pub const fn unknown_classes(&self) -> u64 {
+    /// Rows with an unknown class name.
+    pub(crate) const fn unknown_classes(&self) -> u64 {
         self.unknown_classes
     }
 
-    /// What is there at a time no earlier than the last one asked for. An object is there between its first and its
-    /// last row.
-    pub fn at(&mut self, now: Timestamp) -> Moment {
+    /// The objects at a time, which must not be earlier than the last requested time. An object exists between its first and
+    /// its last row.
+    pub(crate) fn at(&mut self, now: Timestamp) -> Moment {
         while self.to_come.as_slice().first().is_some_and(|life| life.samples[0].at <= now + TOLERANCE) {
             self.there.extend(self.to_come.next());
         }
@@ -126,7 +125,7 @@ impl Truth {
 }
 
 impl Life {
-    /// Puts its rows in order of time, of which there is one for each.
+    /// Sorts the rows by time. Two rows of one time are an error.
     fn sort(&mut self, path: &Path) -> Result<(), CsvError> {
         self.samples.sort_by_key(|sample| sample.at);
         match self.samples.windows(2).find(|pair| pair[0].at == pair[1].at) {
@@ -141,7 +140,7 @@ impl Life {
         }
     }
 
-    /// Moves on; whether it is still there.
+    /// Advances to a time; whether the object still exists.
     fn advance(&mut self, now: Timestamp) -> bool {
         while self.samples.get(self.place).is_some_and(|sample| sample.at + TOLERANCE < now) {
             self.place += 1;
@@ -149,7 +148,7 @@ impl Life {
         self.place < self.samples.len()
     }
 
-    /// The nearest row within the tolerance, else between the rows before and after.
+    /// The nearest row within the tolerance, else interpolated between the rows before and after.
     fn at(&self, now: Timestamp) -> Sample {
         let after = self.samples[self.place];
         let next =
@@ -162,7 +161,7 @@ impl Life {
     }
 }
 
-/// Linear; the heading along the short way.
+/// Linear interpolation; the heading turns the shorter way.
 fn between(before: &Sample, after: &Sample, now: Timestamp) -> Sample {
     let share = (now - before.at).as_secs_f64() / (after.at - before.at).as_secs_f64();
     let mix = |a: f64, b: f64| a + share * (b - a);
@@ -202,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn between_two_rows_an_object_is_on_the_way_and_turns_along_the_short_one() {
+    fn between_two_rows_position_and_heading_are_interpolated_along_the_shorter_arc() {
         // Out of order; from 3.1 rad on to -3.1 rad, past half a turn.
         let mut truth = truth("1,a,car,10,4,8,0,2,4,-3.1\n0,a,car,0,0,10,nan,2,5,3.1\n").unwrap();
         let moment = truth.at(at_ms(250));
@@ -223,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_there_before_its_first_and_after_its_last_row() {
+    fn objects_are_absent_before_their_first_and_after_their_last_row() {
         let rows = "0.1,a,car,1,0,0,0,2,4,0\n0.3,a,car,1,0,0,0,2,4,0\n0.2,b,truck,9,0,0,0,2,4,0\n";
         let mut truth = truth(rows).unwrap();
         let n = [0, 100, 200, 300, 302].map(|ms| truth.at(at_ms(ms)).objects.len());
@@ -232,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_is_at_one_place_at_a_time() {
+    fn two_rows_of_one_object_at_one_time_are_an_error() {
         let rows = "0.1,a,car,1,0,0,0,2,4,0\n0.2,a,car,1,0,0,0,2,4,0\n0.10,a,car,2,0,0,0,2,4,0\n";
         let message = truth(rows).unwrap_err().to_string();
         assert_eq!(

@@ -1,4 +1,4 @@
-//! What the hub is loaded with: moving objects, reported by agents all around, as bytes off the wire.
+//! The load of `lab throughput`: moving objects, reported by many agents, as wire bytes.
 
 use rand::seq::SliceRandom;
 use v2x_agent::random::{self, Purpose, keyed_rng};
@@ -16,28 +16,28 @@ use v2x_common::wire::{self, WireError};
 const AREA_PER_OBJECT_M2: f64 = 100.0;
 /// Time between two frames of an agent.
 const FRAME_INTERVAL: Span = Span::from_millis(100);
-/// How long a frame takes that is not late.
+/// Delay of a frame that is not late.
 const ON_TIME: Span = Span::from_millis(5);
-/// How long a late one takes at least and at most, ms: it comes after up to two and a half newer ones of every
-/// other agent.
+/// Least and greatest delay of a late frame, ms: up to two and a half newer frames of every other agent arrive before
+/// it.
 const LATE_MS: (f64, f64) = (60.0, 250.0);
 /// Standard deviations of a report: position m, size relative, heading rad.
 const SIGMA_POSITION_M: f64 = 0.3;
 const SIGMA_SIZE: f64 = 0.1;
 const SIGMA_YAW_RAD: f64 = 0.05;
-/// Probability that an agent reports an object, in truth and as it declares.
+/// True and declared detection probability.
 const DETECTION_PROBABILITY: f64 = 0.95;
 
-/// How much there is of everything.
+/// The size of a load.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
-    /// Agents, each at 10 Hz, their phases spread evenly.
+    /// Agents, each at 10 Hz, with evenly spread phases.
     pub agents: u32,
     /// Objects, all seen by all agents.
     pub objects: u32,
-    /// Share of frames that come 60 to 250 ms late.
+    /// Share of frames that are 60 to 250 ms late.
     pub late_share: f64,
-    /// Seed of everything.
+    /// Seed of objects and detections.
     pub seed: u64,
 }
 
@@ -52,18 +52,18 @@ pub struct Arrival {
     pub n_detections: u64,
 }
 
-/// A load that can be had second by second.
+/// A load that is generated second by second.
 #[derive(Debug)]
 pub struct Workload {
     load: Load,
     start: Timestamp,
     orbits: Vec<Orbit>,
-    /// Late frames that arrive in a second that was not asked for yet.
+    /// Frames that arrive later than the last requested second.
     waiting: Vec<Arrival>,
     next_frame: u64,
 }
 
-/// An object that drives in a circle: for ever, and never farther from its place than its radius.
+/// An object that drives in a circle.
 #[derive(Clone, Copy, Debug)]
 struct Orbit {
     centre: (f64, f64),
@@ -114,7 +114,7 @@ impl Workload {
         (0..self.load.agents).map(agent_name)
     }
 
-    /// What each agent tells of its sensor.
+    /// The sensor description of each agent.
     pub fn description(&self) -> SensorDescription {
         SensorDescription {
             revision: 1,
@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_frame_comes_once_and_the_wanted_share_is_late() {
+    fn every_frame_arrives_once_and_the_given_fraction_is_late() {
         let load = Load { agents: 5, objects: 3, late_share: 0.2, seed: 1 };
         let start = Timestamp::EPOCH;
         let mut workload = Workload::new(load, start);

@@ -1,7 +1,7 @@
 //! The one driver of engines: arrivals and publishing instants, in the order of time.
 //!
-//! Frames are taken in at their time of arrival. Between two arrivals the [`Publishing`] says when the engine is asked
-//! for its objects. Whatever is due before an arrival does not contain it.
+//! Frames enter the engine at their time of arrival. Between two arrivals the [`Publishing`] decides when the engine
+//! publishes. What is due before an arrival does not contain it.
 
 use crate::drive::ticks::Ticks;
 use v2x_common::detection::DetectionFrame;
@@ -12,42 +12,42 @@ use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
 
-/// For which time an engine is asked.
+/// The time for which published objects hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// For the instant at which it is asked.
+    /// The instant of publishing.
     Now,
-    /// For an earlier one, by everything known since.
+    /// An earlier time, by everything known since.
     AsOf(Timestamp),
 }
 
-/// When an engine is asked for its objects.
+/// When an engine publishes its objects.
 pub trait Publishing {
-    /// The next instant at which a fused frame is due, whatever arrives; `None` where none is planned.
+    /// The next instant at which a fused frame is due without any arrival; `None` where none is planned.
     fn next_due(&self) -> Option<Timestamp>;
 
-    /// Takes the fused frame that is due at this instant.
+    /// Marks the fused frame that is due at this instant as published.
     fn take(&mut self, due: Timestamp) -> Asked;
 
-    /// A frame has arrived now. Whether a fused frame is published at once.
+    /// A frame has arrived. Whether a fused frame is published at once.
     fn on_arrival(&mut self, now: Timestamp, disposition: &Disposition) -> bool {
         let _ = (now, disposition);
         false
     }
 
-    /// Leaves out everything that is due until `last`, since the engine has no tracks; the instants that were left out.
+    /// Leaves out everything that is due until `last`, since the engine has no tracks. Returns the instants left out.
     fn leave_out(&mut self, last: Timestamp) -> Option<Ticks> {
         let _ = last;
         None
     }
 }
 
-/// What receives the fused frames.
+/// Receives the fused frames.
 pub trait Consumer {
-    /// Why it cannot take one.
+    /// Why a frame cannot be received.
     type Error;
 
-    /// A fused frame that was published at `now`.
+    /// A fused frame was published at `now`.
     fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> Result<(), Self::Error>;
 
     /// At these instants there are no objects.
@@ -71,7 +71,7 @@ impl<P: Publishing> Driver<P> {
         Self { engine, publishing, stopwatch: || Span::ZERO, engine_time: Span::ZERO }
     }
 
-    /// Measures the computing time of the engine by this stopwatch, which tells the computing time used so far.
+    /// Measures the computing time of the engine by this stopwatch, which returns the computing time used so far.
     #[must_use]
     pub fn timed_by(self, stopwatch: fn() -> Span) -> Self {
         Self { stopwatch, ..self }
@@ -82,7 +82,7 @@ impl<P: Publishing> Driver<P> {
         self.engine_time
     }
 
-    /// When the engine is asked.
+    /// The publishing instants.
     pub const fn publishing_mut(&mut self) -> &mut P {
         &mut self.publishing
     }
@@ -92,17 +92,18 @@ impl<P: Publishing> Driver<P> {
         self.engine
     }
 
-    /// Goes on with another engine, which knows nothing yet.
+    /// Goes on with a new engine.
     pub fn restart(&mut self, engine: Engine) {
         self.engine = engine;
     }
 
-    /// An agent describes its sensor.
+    /// An agent describes its sensor. An invalid description counts as refused.
     pub fn describe(&mut self, agent: AgentId, description: SensorDescription) {
-        self.engine.handle_description(agent, description);
+        let accepted = self.engine.handle_description(agent, description);
+        debug_assert!(accepted.is_ok(), "{accepted:?}");
     }
 
-    /// A frame arrives. What is due before is published first.
+    /// A frame arrives. Everything that is due before is published first.
     pub fn arrive<C: Consumer>(
         &mut self,
         frame: &DetectionFrame,
@@ -137,7 +138,7 @@ impl<P: Publishing> Driver<P> {
         while let Some(due) = self.publishing.next_due().filter(|due| *due <= last) {
             let asked = self.publishing.take(due);
             let is_empty = self.publish(due, asked, consumer)?;
-            // A source may be silent for years.
+            // A log may have gaps of years.
             if is_empty
                 && self.engine.counts().tracks == 0
                 && let Some(ticks) = self.publishing.leave_out(last)
@@ -148,7 +149,7 @@ impl<P: Publishing> Driver<P> {
         Ok(())
     }
 
-    /// Publishes one frame; whether it has no objects.
+    /// Publishes one frame. Returns whether it has no objects.
     fn publish<C: Consumer>(
         &mut self,
         now: Timestamp,

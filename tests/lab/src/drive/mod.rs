@@ -1,4 +1,4 @@
-//! Feeding an engine in virtual time: what arrives when, and when it is asked.
+//! Drives an engine in virtual time: arrivals, publishing instants, and the settings of the compared methods.
 
 pub(crate) mod driver;
 pub(crate) mod keyframes;

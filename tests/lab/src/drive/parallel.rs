@@ -1,10 +1,10 @@
-//! The same work for many places, on several threads.
+//! Independent work on several threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
-/// What `work` gives for 0, 1, … up to `n`, in this order whatever the number of threads; the first error found
-/// ends the rest. `progress` is told of every finished part how many of how many are done.
+/// The results of `work` for 0, 1, … up to `n`, in this order for any number of threads. The first error ends the rest.
+/// After every finished part `progress` gets the number of finished parts and of all parts.
 pub(crate) fn map<T: Send, E: Send>(
     n: usize,
     threads: usize,
@@ -39,7 +39,7 @@ pub(crate) fn map<T: Send, E: Send>(
             progress(finished, n);
         }
     });
-    // After an error some places were never begun.
+    // After an error some parts were not begun.
     done.into_iter().flatten().collect()
 }
 
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_ends_the_rest() {
+    fn an_error_cancels_the_remaining_work() {
         let outcome = map(1000, 2, |place| if place == 3 { Err(place) } else { Ok(()) }, |_, _| {});
         assert_eq!(outcome, Err(3));
     }

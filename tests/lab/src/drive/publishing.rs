@@ -9,11 +9,11 @@ use v2x_fusion_hub::engine::{PublishMode, Schedule};
 
 /// Publishes as a live hub does.
 #[derive(Clone, Copy, Debug)]
-pub struct AsHub(Schedule);
+pub(crate) struct AsHub(Schedule);
 
 impl AsHub {
     /// A hub that starts at this time.
-    pub const fn new(mode: PublishMode, start: Timestamp) -> Self {
+    pub(crate) const fn new(mode: PublishMode, start: Timestamp) -> Self {
         Self(Schedule::new(mode, start))
     }
 }
@@ -36,13 +36,13 @@ impl Publishing for AsHub {
     }
 }
 
-/// Publishes at every tick from a time on. What arrives at a tick is contained in what is published at it.
+/// Publishes at every tick from a time on. What arrives at a tick is contained in the frame of this tick.
 #[derive(Clone, Copy, Debug)]
-pub struct EveryTick(Ticks);
+pub(crate) struct EveryTick(Ticks);
 
 impl EveryTick {
-    /// From this time on.
-    pub fn from(begin: Timestamp) -> Self {
+    /// Ticks from this time on.
+    pub(crate) fn from(begin: Timestamp) -> Self {
         Self(Ticks::within(begin, Timestamp::MAX))
     }
 }
@@ -62,22 +62,22 @@ impl Publishing for EveryTick {
     }
 }
 
-/// Publishes the objects of every keyframe that was asked for: at once, or when the lag is over.
+/// Publishes the objects of every requested keyframe: at once, or after a lag.
 #[derive(Clone, Debug)]
-pub struct OfKeyframes {
+pub(crate) struct OfKeyframes {
     /// Zero: at once.
     lag: Span,
     asked: VecDeque<Timestamp>,
 }
 
 impl OfKeyframes {
-    /// A keyframe is published so long after its own time.
-    pub const fn new(lag: Span) -> Self {
+    /// A keyframe is published this long after its own time.
+    pub(crate) const fn new(lag: Span) -> Self {
         Self { lag, asked: VecDeque::new() }
     }
 
-    /// Asks for a keyframe; times grow.
-    pub fn ask(&mut self, at: Timestamp) {
+    /// Requests a keyframe. Times must not decrease.
+    pub(crate) fn ask(&mut self, at: Timestamp) {
         self.asked.push_back(at);
     }
 }

@@ -12,12 +12,12 @@ use v2x_common::time::Span;
 use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
 
-/// What went through.
+/// Counts of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Counts {
-    /// Frames, refused ones among them.
+pub(crate) struct Counts {
+    /// Frames, refused ones included.
     pub frames: u64,
-    /// Detections, those of refused frames among them.
+    /// Detections, those of refused frames included.
     pub detections: u64,
     /// Ticks.
     pub ticks: u64,
@@ -31,18 +31,18 @@ pub struct Counts {
 
 /// An engine that replays a log.
 #[derive(Debug)]
-pub struct Replay {
-    /// It knows nothing yet.
+pub(crate) struct Replay {
+    /// A new engine.
     pub engine: Engine,
-    /// How every sensor describes itself; `None` where nothing is known.
+    /// The description of every sensor; `None` where nothing is known.
     pub description: Option<SensorDescription>,
-    /// Tells how much computing time was used so far.
+    /// Returns the computing time used so far.
     pub stopwatch: fn() -> Span,
 }
 
 impl Replay {
-    /// Feeds the engine with the whole log. `progress` gets how many bytes of the log have been read.
-    pub fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
+    /// Feeds the engine with the whole log. `progress` gets the number of bytes read.
+    pub(crate) fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
         self,
         log: &mut DetectionLog<R>,
         consumer: &mut C,
@@ -92,7 +92,7 @@ mod tests {
 
     const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n";
 
-    /// Ticks with the places and tracks of their objects.
+    /// Ticks in ms with the positions of their objects.
     #[derive(Default)]
     struct Notes {
         published: Vec<(i64, Vec<f64>)>,
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_knows_what_arrived_at_it_and_nothing_later() {
+    fn a_tick_uses_arrivals_up_to_its_time_and_no_later_ones() {
         let rows = row("0.05", "0.0", 1.0) + &row("0.2", "0.1", 40.0) + &row("0.3000001", "0.3", 80.0);
         let (counts, notes) = replayed(&rows);
         let published: Vec<_> = notes.published.iter().map(|(ms, places)| (*ms, places.len())).collect();
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn years_of_silence_take_no_time() {
+    fn years_without_arrivals_cost_no_computing_time() {
         let rows = row("0", "0", 1.0) + &row("1700000000", "1700000000", 1.0);
         let (counts, notes) = replayed(&rows);
         assert_eq!(counts.ticks, 17_000_000_001);

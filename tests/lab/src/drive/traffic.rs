@@ -1,4 +1,4 @@
-//! What a scenario's agents send, in the order in which it arrives, and an engine fed with it in virtual time.
+//! The frames of a scenario's agents in order of arrival, and an engine that is fed with them in virtual time.
 //!
 //! The network is a queue ordered by arrival. Frames go through the same wire bytes as live; the same scenario and
 //! seed give the same bits.
@@ -23,60 +23,60 @@ use v2x_fusion_hub::engine::PublishMode;
 
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arrival {
-    /// When, by the hub's clock, which is right.
+pub(crate) struct Arrival {
+    /// Time of arrival by the hub's clock, which is right.
     pub received_at: Timestamp,
     /// When it was captured and sent, in true time.
     pub times: SendTimes,
-    /// What came off the wire.
+    /// The frame, decoded from its wire bytes.
     pub frame: DetectionFrame,
     /// Its size on the wire, bytes.
     pub bytes: usize,
-    /// Which true object stands behind each detection.
+    /// The true object of each detection.
     pub identities: Identities,
 }
 
 /// When a frame was captured and sent, in true time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SendTimes {
-    /// Captured.
+pub(crate) struct SendTimes {
+    /// Time of capture.
     pub captured_at: Timestamp,
-    /// Handed to the link.
+    /// When the agent handed it to the link.
     pub sent_at: Timestamp,
 }
 
 impl SendTimes {
-    /// Of an agent's frame of this number.
-    pub fn of(sender: &Sender, sequence: u64) -> Self {
+    /// The times of an agent's frame of this sequence number.
+    pub(crate) fn of(sender: &Sender, sequence: u64) -> Self {
         Self { captured_at: sender.sensor().capture_time(sequence), sent_at: sender.sent_at(sequence) }
     }
 }
 
-/// All that arrives in one run.
+/// Everything that arrives in one run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Traffic {
-    /// What the agents say of their sensors.
+pub(crate) struct Traffic {
+    /// The agents' sensor descriptions.
     pub descriptions: BTreeMap<AgentId, SensorDescription>,
-    /// Frames by arrival.
+    /// Frames in order of arrival.
     pub arrivals: Vec<Arrival>,
 }
 
-/// Whom an engine hears, and when it is asked.
+/// Which agents an engine listens to, and when it publishes.
 #[derive(Clone, Copy, Debug)]
-pub struct Listening<F> {
+pub(crate) struct Listening<F> {
     /// When the hub publishes.
     pub publish: PublishMode,
     /// When it starts.
     pub start: Timestamp,
-    /// Until when it publishes at least; frames that arrive later are taken in all the same.
+    /// It publishes at least until this time. Frames that arrive later are accepted too.
     pub until: Option<Timestamp>,
-    /// Whom it listens to.
+    /// Which agents it listens to.
     pub listens_to: F,
 }
 
 impl Traffic {
-    /// Of the first `n_agents` of a scenario, which capture from `start` for `duration`.
-    pub fn new(
+    /// The traffic of the first agents of a scenario.
+    pub(crate) fn new(
         scenario: &Scenario,
         seed: u64,
         (start, duration): (Timestamp, Span),
@@ -97,8 +97,8 @@ impl Traffic {
         Ok(Self { descriptions, arrivals })
     }
 
-    /// Feeds an engine, and gives it back; `on_fused` gets every fused frame as a consumer next to the hub would.
-    pub fn feed(
+    /// Feeds an engine, and returns it. `on_fused` gets every fused frame as a consumer next to the hub would.
+    pub(crate) fn feed(
         &self,
         engine: Engine,
         listening: Listening<impl Fn(&AgentId) -> bool>,
@@ -122,7 +122,7 @@ impl Traffic {
     }
 }
 
-/// A consumer next to the hub: fused frames come to it as wire bytes.
+/// A consumer next to the hub: it receives fused frames as wire bytes.
 struct OverTheWire<F>(F);
 
 impl<F: FnMut(ReceivedFused)> Consumer for OverTheWire<F> {
@@ -136,15 +136,15 @@ impl<F: FnMut(ReceivedFused)> Consumer for OverTheWire<F> {
     }
 }
 
-/// The agents of a scenario, in its order.
-pub fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator<Item = Sender> {
+/// The agents of a scenario, in order.
+pub(crate) fn agents(scenario: &Scenario, seed: u64, start: Timestamp) -> impl Iterator<Item = Sender> {
     let world = Arc::new(scenario.world(seed));
     let boot = Boot { seed, epoch: 1, start };
     let agent = move |config: &AgentConfig| config.sender(world.clone(), boot).ok();
     scenario.agents.iter().filter_map(agent)
 }
 
-/// Every frame that its link delivers, by arrival, in true time: clocks of agents show in their stamps alone.
+/// Every frame that its link delivers, by arrival, in true time. The agents' clocks affect only their time stamps.
 fn arrivals(
     agents: &mut [Sender],
     (start, end): (Timestamp, Timestamp),

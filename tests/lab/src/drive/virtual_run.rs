@@ -1,5 +1,5 @@
-//! A run in virtual time: the same agents, wire bytes and engine as live, without processes and without
-//! waiting. The network is a queue ordered by arrival; the same scenario and seed give the same bits.
+//! A run in virtual time: the same agents, wire bytes and engine as live, without processes and without waiting. The
+//! network is a queue ordered by arrival. The same scenario and seed give the same bits.
 
 use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::drive::traffic::{Arrival, Listening, Traffic};
@@ -9,7 +9,7 @@ use v2x_common::wire::WireError;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::engine::PublishMode;
 
-/// What a virtual run is sent.
+/// The settings of a virtual run.
 #[derive(Clone, Copy, Debug)]
 pub struct VirtualRun<'a> {
     /// The scenario.
@@ -25,7 +25,7 @@ pub struct VirtualRun<'a> {
 }
 
 impl VirtualRun<'_> {
-    /// Runs the scenario through an engine. What a consumer next to the hub would have received is the log.
+    /// Runs the scenario through an engine. The log is what a consumer next to the hub would have received.
     pub fn run(&self, engine: Engine) -> Result<RunLog, WireError> {
         let Self { scenario, seed, start, duration, publish } = *self;
         let traffic = Traffic::new(scenario, seed, (start, duration), scenario.agents.len())?;
@@ -97,8 +97,8 @@ mod tests {
 
     #[test]
     fn the_same_run_has_the_same_bits_on_every_machine() {
-        // As this test's failure prints it. It changes with world, noise, link, wire and engine, and with nothing
-        // else: not with the machine, its C library, the compiler's options or the number of cores.
+        // As the failure of this test prints it. It changes only with world, noise, link, wire and engine, not with the
+        // machine, its C library, the compiler's options or the number of cores.
         assert_eq!(fingerprint(&run(1)), GOLDEN_FINGERPRINT);
     }
 
@@ -131,12 +131,12 @@ mod tests {
         };
         let (all, by_rule) = (sent_and_published(CROSSING), sent_and_published(&by_rule));
         assert!(by_rule.0 < 0.3 * all.0, "{} of {} detections", by_rule.0, all.0);
-        // Some thirty objects; a new one is published a little later where its second report takes a second.
+        // About thirty objects. A new one is published later where its second detection is sent a second later.
         assert!((by_rule.1 - all.1).abs() < 3.0, "{} objects instead of {}", by_rule.1, all.1);
     }
 
     #[test]
-    fn a_fixed_rate_is_kept_whatever_arrives() {
+    fn a_fixed_publishing_rate_does_not_depend_on_arrivals() {
         let interval = Span::from_millis(50);
         let log = run_publishing(1, PublishMode::Fixed { interval });
         let stamps: Vec<_> = log.fused.iter().map(|received| received.frame.fused_at).collect();

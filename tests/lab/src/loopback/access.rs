@@ -1,4 +1,4 @@
-//! What a network gives to each agent.
+//! Access of an agent to its network.
 
 use crate::loopback::task_group::TaskToken;
 use tokio_util::sync::CancellationToken;
@@ -6,7 +6,7 @@ use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::time::Timestamp;
 
-/// What a network gives to each agent.
+/// The handles that an agent needs to join a network.
 #[derive(Clone)]
 pub(super) struct Access {
     pub(super) network: NetworkId,

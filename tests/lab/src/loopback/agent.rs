@@ -1,4 +1,4 @@
-//! An agent in this process: a client of the hub whose frames arrive as late as its link has it.
+//! An agent in this process: a client of the hub whose link delays its frames.
 
 use crate::loopback::access::Access;
 use crate::loopback::connection::Connection;
@@ -21,7 +21,7 @@ use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
 use v2x_common::wire;
 
-/// An agent that is about to join a network. Mistakes in what it is told are told by [`NewAgent::join`].
+/// The options of an agent before it joins a network. [`NewAgent::join`] reports invalid options.
 #[must_use = "it is no agent before it joins"]
 pub struct NewAgent {
     name: String,
@@ -36,40 +36,41 @@ impl NewAgent {
         Self { name: name.to_owned(), link: Ok(LinkConfig::default()), seed: 0, description: None, access }
     }
 
-    /// Its frames go over this link: `lte-uu`, `its-g5:loss=0.1,burst=4`, `custom:delay=80ms,jitter=30ms` and all that
-    /// `v2x links` lists.
+    /// Sets the link of its frames: `lte-uu`, `its-g5:loss=0.1,burst=4`, `custom:delay=80ms,jitter=30ms` and all links
+    /// of `v2x links`.
     pub fn over(mut self, link: &str) -> Self {
         let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
         self.link = profiles::parse(link, read);
         self
     }
 
-    /// Every frame takes so long, and none is lost.
+    /// Sets a link with a constant delay and no loss.
     pub fn late_by(mut self, delay: Duration) -> Self {
         let delay = Delay::constant(delay.as_secs_f64());
         self.link = Ok(LinkConfig { delay, ..LinkConfig::default() });
         self
     }
 
-    /// It connects here and not at the hub: to a proxy or router that stands between them.
+    /// Sets the endpoint to connect to instead of the hub, for example a proxy or router between them.
     pub fn through(mut self, endpoint: &str) -> Self {
         self.access.session.connect = vec![endpoint.to_owned()];
         self
     }
 
-    /// What is random about it (its link, and the noise of its scripts) is drawn from this.
+    /// Sets the seed of its link and of the noise of its scripts.
     pub const fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// It tells the hub this of its sensor, now and every second. Without, its misses count for nothing.
+    /// Sets the sensor description that it publishes on joining and every second. Without a description, the hub
+    /// ignores its missed detections.
     pub const fn described(mut self, description: SensorDescription) -> Self {
         self.description = Some(description);
         self
     }
 
-    /// Connects, and waits until the hub listens: no frame is lost for being early.
+    /// Connects and waits until the hub has subscribed, so that no early frame is lost.
     pub async fn join(self) -> Result<Agent, KitError> {
         let Self { name, link, seed, description, access } = self;
         let id = AgentId::new(&name).map_err(|source| KitError::Name { name, source })?;
@@ -91,7 +92,7 @@ impl NewAgent {
     }
 }
 
-/// An agent of a network. It leaves when it is dropped, and what is on its way then is lost.
+/// An agent of a network. Dropping it leaves the network; frames in transit are lost.
 #[must_use = "it leaves when it is dropped"]
 pub struct Agent {
     sender: Arc<FrameSender>,
@@ -100,22 +101,22 @@ pub struct Agent {
     ended: DropGuard,
 }
 
-/// A frame that was sent.
+/// A receipt of a sent frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
-    /// Its name, which the first fused frame that contains it tells in `includes`.
+    /// Id of the frame. The first fused frame that contains it lists it in `includes`.
     pub frame: FrameId,
-    /// When it is handed to the hub; `None` where the link loses it.
+    /// Arrival time at the hub; `None` if the link loses the frame.
     pub arrives_at: Option<Timestamp>,
 }
 
 impl Agent {
-    /// Its name.
+    /// Name of the agent.
     pub fn id(&self) -> AgentId {
         self.sender.id
     }
 
-    /// Sends what was seen just now.
+    /// Sends a frame with these detections, measured now.
     pub fn send(&self, detections: Vec<Detection>) -> Result<Sent, KitError> {
         self.send_frame(&self.frame(clock::now(), detections))
     }
@@ -125,20 +126,21 @@ impl Agent {
         if self.ended.token().is_cancelled() { Err(KitError::HubEnded) } else { self.sender.send(frame) }
     }
 
-    /// Its next frame, measured then; to be changed as you like, and sent by [`Agent::send_frame`].
+    /// The next frame of the agent, measured at `measured_at`. Change it as needed and send it with
+    /// [`Agent::send_frame`].
     pub fn frame(&self, captured_at: Timestamp, detections: Vec<Detection>) -> DetectionFrame {
         self.sender.frame(captured_at, detections)
     }
 
-    /// Sends what the script has it see, from now on until it leaves. The first frame is sent at once; a script of
-    /// which that has no form on the wire is refused.
+    /// Sends the frames of a script from now on until the agent leaves. The first frame is sent immediately; if it
+    /// cannot be encoded, this is an error.
     pub fn play(&self, script: Script) -> Result<(), KitError> {
         let token = self.tasks.upgrade().ok_or(KitError::HubEnded)?;
         let begun_at = clock::now();
         self.sender.send_scripted(&script, (self.seed, begun_at), 0)?;
         let (sender, seed, ended) = (self.sender.clone(), self.seed, self.ended.token().clone());
         tokio::spawn(async move {
-            // Held until the task is over.
+            // Held until the task ends.
             let _token = token;
             let mut number = 1;
             while sleep_until(script.capture_time(begun_at, number), &ended).await {
@@ -153,7 +155,7 @@ impl Agent {
     }
 }
 
-/// Where an agent's frames are numbered and put on their way.
+/// The sending side of an agent: it numbers frames and puts them into the delay queue.
 struct FrameSender {
     id: AgentId,
     epoch: u64,
@@ -198,7 +200,7 @@ impl FrameSender {
     }
 }
 
-/// Hands frames over when they are due, until the agent leaves.
+/// Puts frames when they are due, until the agent leaves.
 async fn deliver(
     connection: Connection,
     sender: Arc<FrameSender>,
@@ -220,7 +222,7 @@ async fn deliver(
     connection.close().await;
 }
 
-/// Waits until then; `false` where the end comes first.
+/// Waits until `instant`; `false` if the agent leaves first.
 async fn sleep_until(at: Timestamp, ended: &CancellationToken) -> bool {
     tokio::select! {
         biased;

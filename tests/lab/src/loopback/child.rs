@@ -1,4 +1,4 @@
-//! One process of ours: started, listened to, and ended.
+//! A child process: start, events and end.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -7,42 +7,42 @@ use std::time::Duration;
 use tokio::io::{AsyncBufReadExt, BufReader, Lines};
 use tokio::process::{ChildStdin, ChildStdout, Command};
 
-/// How long a child may take to end by itself.
+/// Time for a child to end after it was asked to.
 const END_PATIENCE: Duration = Duration::from_secs(5);
 
-/// What can go wrong with a child.
+/// An error of a child process.
 #[derive(Debug, thiserror::Error)]
 pub enum ChildError {
-    /// It could not be started, or not be waited for.
+    /// Starting it or waiting for it failed.
     #[error("{name}: {source}")]
     Io {
-        /// Which child.
+        /// Name of the child.
         name: String,
-        /// Why not.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// It ended before it said what was waited for.
+    /// It ended before the expected event.
     #[error("{name} ended ({status}) before it was {event}{}", tail(.log.as_deref()))]
     Ended {
-        /// Which child.
+        /// Name of the child.
         name: String,
-        /// How it ended.
+        /// Its exit status.
         status: String,
-        /// What was waited for.
+        /// The expected event.
         event: String,
-        /// Where it logged.
+        /// Its log.
         log: Option<PathBuf>,
     },
-    /// It did not say in time what was waited for.
+    /// The expected event did not come in time.
     #[error("{name} was not {event} within {patience:?}{}", tail(.log.as_deref()))]
     TooSlow {
-        /// Which child.
+        /// Name of the child.
         name: String,
-        /// What was waited for.
+        /// The expected event.
         event: String,
-        /// For how long.
+        /// The time limit.
         patience: Duration,
-        /// Where it logged.
+        /// Its log.
         log: Option<PathBuf>,
     },
 }
@@ -56,20 +56,20 @@ fn tail(log: Option<&Path>) -> String {
     if last.is_empty() { String::new() } else { format!("; its log ends:\n  {}", last.join("\n  ")) }
 }
 
-/// A child process that prints life-cycle events on its standard output and ends when its standard input
-/// does. Dropping it kills it.
+/// A child process that prints life-cycle events on its standard output and ends when its standard input is closed.
+/// Dropping it kills it.
 #[derive(Debug)]
 pub struct Child {
     name: String,
     log: Option<PathBuf>,
     process: tokio::process::Child,
-    // Closing this pipe is how the child learns that it is to end; the system closes it should we die.
+    // Closing this pipe asks the child to end. The system closes it if this process dies.
     stdin: Option<ChildStdin>,
     events: Lines<BufReader<ChildStdout>>,
 }
 
 impl Child {
-    /// Starts a child; its log goes to the file, or nowhere.
+    /// Starts a child. Its log goes to the file, if there is one.
     pub fn start(
         name: &str,
         program: &Path,
@@ -83,7 +83,7 @@ impl Child {
         };
         let mut command = Command::new(program);
         command.args(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(stderr).kill_on_drop(true);
-        // Ctrl-C in the terminal is for the launcher, which then ends its children in order.
+        // Only the launcher receives Ctrl-C from the terminal; it then ends its children in order.
         #[cfg(unix)]
         command.process_group(0);
         let mut process = command.spawn().map_err(io_error)?;
@@ -93,17 +93,17 @@ impl Child {
         Ok(Self { name: name.to_owned(), log, process, stdin, events })
     }
 
-    /// Its name.
+    /// Name of the child.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its process id, while it runs.
+    /// Process id while it runs.
     pub fn process_id(&self) -> Option<u32> {
         self.process.id()
     }
 
-    /// Its next event, or `None` when it says nothing any more. Cancelling loses nothing.
+    /// The next event, or `None` after the last one. Cancel-safe.
     pub async fn next_event(&mut self) -> Option<Value> {
         loop {
             let line = self.events.next_line().await.ok().flatten()?;
@@ -113,7 +113,7 @@ impl Child {
         }
     }
 
-    /// Waits for an event of this kind; others are passed over.
+    /// Waits for an event of this kind and skips others.
     pub async fn expect_event(&mut self, kind: &str, patience: Duration) -> Result<Value, ChildError> {
         let awaited = async {
             while let Some(event) = self.next_event().await {
@@ -135,7 +135,7 @@ impl Child {
         }
     }
 
-    /// The error of a child that has ended although something was still expected of it.
+    /// The error of a child that ended before an expected event.
     pub async fn ended_before(&mut self, event: &str) -> ChildError {
         let status = match tokio::time::timeout(END_PATIENCE, self.process.wait()).await {
             Ok(Ok(status)) => status.to_string(),
@@ -145,12 +145,12 @@ impl Child {
         ChildError::Ended { name: self.name.clone(), status, event: event.to_owned(), log: self.log.clone() }
     }
 
-    /// Asks it to end, without waiting.
+    /// Asks the child to end, without waiting.
     pub fn ask_to_end(&mut self) {
         self.stdin = None;
     }
 
-    /// Ends it: asks, waits, and kills it where that does not help. Returns its last words of this kind.
+    /// Asks the child to end, waits, and kills it after the time limit. Returns its last event of this kind.
     pub async fn end(mut self, last_words: &str) -> Result<(ExitStatus, Option<Value>), ChildError> {
         self.ask_to_end();
         let words = async {
@@ -175,7 +175,7 @@ impl Child {
         Ok((status, words))
     }
 
-    /// Kills it on the spot.
+    /// Kills the child.
     pub async fn kill(mut self) -> Result<(), ChildError> {
         let name = self.name.clone();
         self.process.kill().await.map_err(|source| ChildError::Io { name, source })

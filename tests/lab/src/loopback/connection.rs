@@ -1,4 +1,4 @@
-//! What an agent holds of the network.
+//! The connection of an agent to its network.
 
 use crate::loopback::access::Access;
 use crate::loopback::error::KitError;
@@ -14,10 +14,10 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 
-/// How long a hub of this very process may take to subscribe.
+/// Time limit for the hub in this process to subscribe.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A client's session with its publishers.
+/// The session of a client with its publishers.
 pub(super) struct Connection {
     session: Session,
     detections: Publisher<'static>,
@@ -31,7 +31,7 @@ impl Connection {
     /// Time between two sensor descriptions.
     pub(super) const DESCRIPTION_INTERVAL: Duration = Duration::from_secs(1);
 
-    /// Connects, waits until the hub listens, and describes the sensor.
+    /// Connects, waits until the hub has subscribed, and publishes the sensor description.
     pub(super) async fn open(
         access: &Access,
         agent: AgentId,
@@ -62,12 +62,12 @@ impl Connection {
         Ok(Self { session, detections, sensor, description, alive })
     }
 
-    /// Hands a frame over.
+    /// Puts a frame.
     pub(super) async fn put(&self, payload: Vec<u8>) -> zenoh::Result<()> {
         self.detections.put(payload).await
     }
 
-    /// Describes the sensor, where there is something to tell.
+    /// Publishes the sensor description, if there is one.
     pub(super) async fn describe(&self) -> zenoh::Result<()> {
         match &self.description {
             Some(payload) => self.sensor.put(payload.clone()).await,
@@ -85,7 +85,7 @@ impl Connection {
     }
 }
 
-/// Waits until somebody subscribes: what is put before is lost.
+/// Waits for a subscriber: a message that is put before is lost.
 async fn subscribed(publisher: &Publisher<'_>) -> zenoh::Result<()> {
     let listener = publisher.matching_listener().await?;
     while !publisher.matching_status().await?.matching() {

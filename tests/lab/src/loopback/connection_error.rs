@@ -1,26 +1,26 @@
-//! What can go wrong between a client and a network.
+//! Errors between a client and a network.
 
-/// Why a client has no connection, or no answer.
+/// Why a client has no connection or no reply.
 #[derive(Debug, thiserror::Error)]
 pub enum ConnectionError {
-    /// No session.
+    /// Opening the session failed.
     #[error("{0:#}")]
     Session(anyhow::Error),
-    /// A key could not be subscribed to.
+    /// Subscribing to a key expression failed.
     #[error("subscribing to {expression}: {source}")]
     Subscription {
         /// The key expression.
         expression: String,
-        /// Zenoh's reason.
+        /// The error of Zenoh.
         source: zenoh::Error,
     },
-    /// The hubs could not be asked for their status.
+    /// The status query failed.
     #[error("asking for the status: {0}")]
     Query(#[source] zenoh::Error),
-    /// A hub refused to answer.
-    #[error("a hub answered with an error: {0}")]
+    /// A hub replied with an error.
+    #[error("a hub replied with an error: {0}")]
     Reply(#[source] zenoh::Error),
-    /// A hub's answer cannot be read.
+    /// The reply of a hub cannot be parsed.
     #[error("a hub's status is of another version: {0}")]
     Status(#[from] serde_json::Error),
 }

@@ -1,4 +1,4 @@
-//! A consumer of a network: what it subscribes to, and what it receives, stamped on arrival.
+//! A consumer of a network: its subscriptions and its samples, stamped on arrival.
 
 use crate::loopback::connection_error::ConnectionError;
 use std::sync::Arc;
@@ -14,23 +14,23 @@ use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 
-/// Which part of the traffic a consumer wants.
+/// The messages that a consumer subscribes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traffic {
-    /// What consumers use: fused frames.
+    /// Fused frames.
     Fused,
-    /// What a run is scored from: detections, sensor descriptions and simulation truth too.
+    /// All messages that the scoring of a run needs: also detections, sensor descriptions and ground truth.
     Everything,
 }
 
-/// What a consumer subscribes to.
+/// The subscription of a consumer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Subscription {
-    /// Of which network.
+    /// Name of the network.
     pub network: NetworkId,
-    /// Which part of the traffic.
+    /// The messages.
     pub traffic: Traffic,
-    /// At most so many samples wait to be read. Beyond that the oldest is dropped and counted.
+    /// Capacity of the queue of samples. A full queue drops the oldest sample and counts it.
     pub capacity: usize,
 }
 
@@ -43,7 +43,7 @@ pub struct Consumer {
 }
 
 impl Consumer {
-    /// Connects and subscribes; waits `patience` for a hub. `None` where shutdown came first.
+    /// Connects and subscribes; waits up to `patience` for a hub. `None` after a shutdown.
     pub async fn connect(
         options: &SessionOptions,
         subscription: Subscription,
@@ -75,22 +75,22 @@ impl Consumer {
         Ok(Some(Self { session, queue, subscribers }))
     }
 
-    /// The next sample. Cancelling loses nothing.
+    /// The next sample. Cancel-safe.
     pub async fn next(&self) -> Entry {
         self.queue.pop().await
     }
 
-    /// Waits until there is a sample, and leaves it.
+    /// Waits until there is a sample and leaves it in the queue.
     pub async fn wait(&self) {
         self.queue.wait().await;
     }
 
-    /// The next sample, if one waits.
+    /// The next sample, if there is one.
     pub fn try_next(&self) -> Option<Entry> {
         self.queue.try_pop()
     }
 
-    /// Samples that were dropped because nobody read them in time.
+    /// Number of samples that a full queue dropped.
     pub fn dropped(&self) -> u64 {
         self.queue.dropped()
     }

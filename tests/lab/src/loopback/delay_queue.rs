@@ -1,4 +1,4 @@
-//! Frames on their way over a simulated link, in real time.
+//! Frames in transit over a simulated link, in real time.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
@@ -6,10 +6,10 @@ use v2x_agent::link::Outbox;
 use v2x_common::clock;
 use v2x_common::time::Timestamp;
 
-/// Frames that can be on their way at once: seconds of delay at any sensible rate.
+/// Capacity in frames: seconds of delay at a usual rate.
 pub(super) const CAPACITY: usize = 4096;
 
-/// Holds frames until they are due.
+/// Queue of frames that are released when they are due.
 pub(super) struct DelayQueue {
     outbox: Mutex<Outbox<Vec<u8>>>,
     changed: Notify,
@@ -21,11 +21,11 @@ impl DelayQueue {
     }
 
     fn lock(&self) -> MutexGuard<'_, Outbox<Vec<u8>>> {
-        // The outbox is consistent between any two of its calls: a panic elsewhere cannot have broken it.
+        // The outbox is consistent after each of its calls, so a panic elsewhere leaves it valid.
         self.outbox.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts a frame on its way; whether there was room for it.
+    /// Adds a frame; `false` if the queue is full.
     pub(super) fn push(&self, due: Timestamp, payload: Vec<u8>) -> bool {
         let mut outbox = self.lock();
         if outbox.len() >= CAPACITY {
@@ -37,7 +37,7 @@ impl DelayQueue {
         true
     }
 
-    /// The next frame, once it is due. For one reader; cancelling loses nothing.
+    /// The next frame, when it is due. For one reader. Cancel-safe.
     pub(super) async fn next(&self) -> Vec<u8> {
         loop {
             let now = clock::now();

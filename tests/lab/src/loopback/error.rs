@@ -1,4 +1,4 @@
-//! What can go wrong in a test network, told so that one need not look further.
+//! Errors of a test network, with all details that explain a failed test.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,87 +9,87 @@ use v2x_common::wire::WireError;
 use v2x_fusion_hub::hub::SettingsError;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus};
 
-/// Objects that an error message tells of.
+/// Number of objects that an error message lists.
 const MAX_OBJECTS: usize = 8;
 
-/// Why a test network does not do what was asked of it. `Debug` is the message too: tests print that.
+/// An error of a test network. `Debug` prints the message too, since tests print `Debug`.
 #[derive(thiserror::Error)]
 pub enum KitError {
-    /// Called outside of a runtime.
+    /// The call was outside of a runtime.
     #[error(
         "no Tokio runtime here: use #[tokio::test(flavor = \"multi_thread\")], or v2x_lab::loopback::block_on"
     )]
     NoRuntime,
-    /// Called in a runtime of one thread, which is the default of `#[tokio::test]`.
+    /// The call was in a runtime of one thread, which is the default of `#[tokio::test]`.
     #[error("Zenoh needs a Tokio runtime of several threads: use #[tokio::test(flavor = \"multi_thread\")]")]
     OneThread,
-    /// `block_on` in a test that has a runtime.
+    /// `block_on` was called inside a runtime.
     #[error("block_on is for tests without a runtime; here there is one: await the test itself")]
     RuntimeInRuntime,
-    /// The system has no runtime to give.
+    /// The runtime could not be started.
     #[error("no Tokio runtime: {0}")]
     Runtime(#[source] std::io::Error),
-    /// The hub's settings are no TOML. They are the inside of the `[hub]` table.
+    /// The settings of the hub are not valid TOML. They are the contents of a `[hub]` table.
     #[error("the hub's settings are no TOML: {0}")]
     Toml(String),
-    /// The hub's settings cannot be.
+    /// The settings of the hub are invalid.
     #[error("the hub's settings: {0}")]
     Settings(#[from] SettingsError),
-    /// An agent's name cannot be.
-    #[error("no name for an agent, {name:?}: {source}")]
+    /// The name of an agent is invalid.
+    #[error("invalid agent name {name:?}: {source}")]
     Name {
-        /// What it is.
+        /// The name.
         name: String,
-        /// Why not.
+        /// The reason.
         source: NameError,
     },
-    /// A link's name cannot be understood.
+    /// A link cannot be parsed.
     #[error("the link of {agent}: {source}")]
     Link {
-        /// Whose.
+        /// Name of the agent.
         agent: AgentId,
-        /// Why.
+        /// The reason.
         source: ProfileError,
     },
-    /// The hub did not start, or failed.
+    /// The hub did not start or failed.
     #[error("the hub: {0:#}")]
     Hub(anyhow::Error),
-    /// The hub ended while something was awaited of it.
-    #[error("the hub has ended; Network::end tells why")]
+    /// The hub ended during a wait.
+    #[error("the hub has ended; Network::end returns the reason")]
     HubEnded,
-    /// Zenoh did not do its part.
+    /// An error of Zenoh.
     #[error("the network: {0:#}")]
     Zenoh(anyhow::Error),
     /// The hub did not subscribe to an agent's frames.
-    #[error("the hub does not listen to {agent}: not within {patience:?}")]
+    #[error("the hub did not subscribe to {agent} within {patience:?}")]
     NotHeard {
-        /// Which agent.
+        /// Name of the agent.
         agent: AgentId,
-        /// For how long it was waited.
+        /// The time limit.
         patience: Duration,
     },
-    /// A frame or a sensor description has no form on the wire.
+    /// A frame or a sensor description cannot be encoded.
     #[error("{agent} cannot send this: {source}")]
     Frame {
-        /// Which agent.
+        /// Name of the agent.
         agent: AgentId,
-        /// Why.
+        /// The reason.
         source: WireError,
     },
-    /// More frames are on their way than there is room for.
-    #[error("{agent} has {count} frames on their way: that is all there is room for")]
+    /// The delay queue is full.
+    #[error("{agent} has {count} frames in transit: the queue is full")]
     Backlog {
-        /// Which agent.
+        /// Name of the agent.
         agent: AgentId,
-        /// How many.
+        /// Number of frames in the queue.
         count: usize,
     },
-    /// It did not become so.
-    #[error("not within {patience:?}; {seen}")]
+    /// The awaited condition did not become true in time.
+    #[error("timed out after {patience:?}; {seen}")]
     TimedOut {
-        /// For how long it was waited.
+        /// The time limit.
         patience: Duration,
-        /// What was seen meanwhile.
+        /// The messages received during the wait.
         seen: Box<Seen>,
     },
 }
@@ -100,14 +100,14 @@ impl fmt::Debug for KitError {
     }
 }
 
-/// What was seen until patience ended.
+/// The messages received before a time limit.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
-    /// How many fused frames.
+    /// Number of fused frames.
     pub frames: u64,
-    /// The last of them.
+    /// The last fused frame.
     pub last: Option<FusedFrame>,
-    /// How hub and agents fare, where the hub said so.
+    /// The status of the hub, if it replied.
     pub status: Option<HubStatus>,
 }
 
@@ -117,9 +117,11 @@ impl fmt::Display for Seen {
             None => write!(f, "no fused frame was seen")?,
             Some(last) => write_frame(f, self.frames, last)?,
         }
-        let Some(status) = &self.status else { return write!(f, "\nthe hub did not answer how it fares") };
+        let Some(status) = &self.status else {
+            return write!(f, "\nthe hub did not answer the status query");
+        };
         if status.agents.is_empty() {
-            write!(f, "\nthe hub has heard of no agent")?;
+            write!(f, "\nthe hub has received no frame of any agent")?;
         }
         status.agents.iter().try_for_each(|agent| write_agent(f, agent))
     }

@@ -1,4 +1,4 @@
-//! Asking hubs how they fare.
+//! The status query.
 
 use crate::loopback::connection_error::ConnectionError;
 use v2x_common::id::NetworkId;
@@ -6,7 +6,7 @@ use v2x_common::keys::Keys;
 use v2x_fusion_hub::hub::HubStatus;
 use zenoh::Session;
 
-/// The status of every hub of a network that answers.
+/// The status of each hub of a network that replies.
 pub async fn query(session: &Session, network: NetworkId) -> Result<Vec<HubStatus>, ConnectionError> {
     let keys = Keys::new(network);
     let replies = session.get(keys.all_status()).await.map_err(ConnectionError::Query)?;

@@ -1,4 +1,4 @@
-//! Starting hubs and agents as children of this process.
+//! Starts hubs and agents as child processes.
 
 use crate::loopback::{Child, ChildError};
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::time::Duration;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::time::Timestamp;
 
-/// How long a child may take to be ready.
+/// Time limit for a child to be ready.
 const READY_PATIENCE: Duration = Duration::from_secs(20);
 
-/// Starts children of one network: this program itself, or another one with the subcommands `hub` and
+/// Starts the children of one network. The program is this one or another one with the subcommands `hub` and
 /// `agent`.
 #[derive(Clone, Debug)]
 pub struct Launcher {
@@ -19,14 +19,14 @@ pub struct Launcher {
     log_filter: String,
 }
 
-/// How a hub is started.
+/// The options of a hub.
 #[derive(Clone, Debug)]
 pub struct HubOptions {
-    /// Where to listen; port 0 is a free port.
+    /// Endpoint to listen on; port 0 selects a free port.
     pub listen: String,
-    /// A file whose `[hub]` table holds the settings.
+    /// A TOML file with the settings in its `[hub]` table.
     pub config: Option<PathBuf>,
-    /// Endpoints of other hubs or routers to join.
+    /// Endpoints of other hubs or routers to connect to.
     pub connect: Vec<String>,
 }
 
@@ -36,27 +36,27 @@ impl Default for HubOptions {
     }
 }
 
-/// How the agents of a run are started.
+/// The options of the agents of a run.
 #[derive(Clone, Debug)]
 pub struct AgentOptions {
     /// The scenario file.
     pub scenario: PathBuf,
-    /// The hub's endpoint.
+    /// Endpoint of the hub.
     pub connect: String,
     /// Seed of the run.
     pub seed: u64,
-    /// When scenario time is 0.
+    /// Time at which scenario time is 0.
     pub start: Timestamp,
 }
 
 impl Launcher {
-    /// Children of this network, run by `program`.
+    /// A launcher for children of this network, run by `program`.
     pub fn new(program: PathBuf, network: NetworkId) -> Self {
         let log_filter = v2x_common::net::logging::DEFAULT_FILTER.to_owned();
         Self { program, network, logs: None, log_filter }
     }
 
-    /// Logs of children go to this folder, one file each.
+    /// Sets the folder of logs, one file for each child.
     #[must_use]
     pub fn with_logs(mut self, folder: &Path, filter: &str) -> Self {
         self.logs = Some(folder.to_owned());
@@ -64,12 +64,12 @@ impl Launcher {
         self
     }
 
-    /// The network of its children.
+    /// Name of the network.
     pub const fn network(&self) -> NetworkId {
         self.network
     }
 
-    /// Starts a child with this subcommand, and waits until it says that it is ready; returns what it said.
+    /// Starts a child with this subcommand and waits until it is ready. Returns the event of readiness.
     pub async fn start(
         &self,
         name: &str,
@@ -90,12 +90,12 @@ impl Launcher {
         Ok((child, ready))
     }
 
-    /// Starts a hub; returns it with the endpoint at which it really listens.
+    /// Starts a hub and returns it with the endpoint on which it listens.
     pub async fn hub(&self, options: &HubOptions) -> Result<(Child, String), ChildError> {
         self.hub_named("hub", options).await
     }
 
-    /// The same where there are several: the name is the process's, for its log and in messages.
+    /// Starts one of several hubs. The name of the process is used for its log and in messages.
     pub async fn hub_named(&self, name: &str, options: &HubOptions) -> Result<(Child, String), ChildError> {
         let mut args = vec!["--listen".to_owned(), options.listen.clone()];
         if let Some(config) = &options.config {

@@ -1,21 +1,21 @@
-//! A whole network on this machine, for tests: a hub and agents on a free port, delay where it is asked for, fused
-//! frames awaited, and a clean end.
+//! A network on this machine for tests: a hub and agents on a free port, links with delay, waiting for fused frames,
+//! and a clean end.
 //!
-//! Two ways: [`Network`] runs the hub and scripted agents as tasks in the test's own process, so that another project
-//! needs none of our programs. [`Launcher`] starts them as processes, by a program that has the subcommands `hub` and
-//! `agent`; the tests of this project and `v2x demo` do so.
+//! [`Network`] runs the hub and scripted agents as tasks in the process of the test, so that another project needs no
+//! program of this one. [`Launcher`] starts them as processes of a program with the subcommands `hub` and `agent`, as
+//! the tests of this project and `v2x demo` do.
 //!
-//! In your `Cargo.toml`, without what reads data sets, draws, or has a command line:
+//! In your `Cargo.toml`, without data sets, plots and command lines:
 //!
 //! ```toml
 //! [dev-dependencies]
 //! v2x-lab = { git = "…", default-features = false, features = ["loopback"] }
 //! ```
 //!
-//! The first page of this crate has an example.
+//! The documentation of the crate starts with an example.
 //!
-//! Time is real: a delay of 300 ms takes 300 ms. Whatever is random is drawn from the seed of an agent. Zenoh wants a
-//! runtime of several threads: `#[tokio::test(flavor = "multi_thread")]`, or [`block_on`] where there is none.
+//! Time is real: a delay of 300 ms takes 300 ms. All random values depend on the seed of an agent. Zenoh needs a
+//! runtime of several threads: `#[tokio::test(flavor = "multi_thread")]`, or [`block_on`] without a runtime.
 
 mod access;
 mod agent;
@@ -40,6 +40,6 @@ pub use launcher::{AgentOptions, HubOptions, Launcher};
 pub use network::Network;
 pub use runtime::block_on;
 pub use script::{Actor, Noise, Script};
-// What frames are made of, so that a test needs to name one dependency alone.
+// The types of frames, so that a test needs only one dependency.
 pub use v2x_common;
 pub use v2x_fusion_hub::hub::HubStatus;

@@ -1,4 +1,4 @@
-//! A hub in this process, and a consumer that sees what it publishes.
+//! A hub in this process and a consumer of its fused frames.
 
 use crate::loopback::access::Access;
 use crate::loopback::agent::NewAgent;
@@ -22,13 +22,13 @@ use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::hub::HubSettings;
 use v2x_fusion_hub::hub::{HubError, HubSetup, HubStatus, serve};
 
-/// Fused frames that wait to be looked at: half a minute at the most that a hub publishes.
+/// Capacity of the queue of fused frames: half a minute at the highest publishing rate.
 const CAPACITY: usize = 1 << 14;
-/// How long the consumer may take to reach a hub of this very process.
+/// Time limit for the consumer to reach the hub in this process.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(20);
 
-/// A hub of its own on a free port of this machine, for one test. It and its agents end with it: in order by
-/// [`Network::end`], and at the latest when it is dropped.
+/// A hub on a free port of this machine, for one test. [`Network::end`] ends it and its agents in order; dropping it
+/// ends them too.
 #[must_use = "it ends when it is dropped"]
 pub struct Network {
     id: NetworkId,
@@ -37,9 +37,9 @@ pub struct Network {
     consumer: Consumer,
     hub: JoinHandle<Result<HubStatus, HubError>>,
     hub_ended: CancellationToken,
-    /// Closed when the last task of an agent has ended.
+    /// The tasks of all agents.
     tasks: TaskGroup,
-    // Dropping these ends the agents and the hub.
+    // Dropping these handles ends the agents and the hub.
     agents: DropGuard,
     shutdown: DropGuard,
 }
@@ -50,8 +50,7 @@ impl Network {
         Self::start_with("").await
     }
 
-    /// Starts a hub with these settings: TOML, what stands in the `[hub]` table of a scenario, such as
-    /// `delta_max_ms = 1000`.
+    /// Starts a hub with settings in TOML, as in the `[hub]` table of a scenario, such as `delta_max_ms = 1000`.
     pub async fn start_with(hub_toml: &str) -> Result<Self, KitError> {
         runtime::check()?;
         let table: toml::Table = hub_toml
@@ -63,7 +62,7 @@ impl Network {
         let session = SessionOptions { listen, ..SessionOptions::default() };
         let setup = HubSetup { network: id, settings, session };
         let shutdown = CancellationToken::new();
-        // Whatever happens from here on, the hub ends with us.
+        // From here on, dropping `self` ends the hub, also after an error.
         let guard = shutdown.clone().drop_guard();
         let hub_ended = CancellationToken::new();
         let (ready_sender, ready) = oneshot::channel();
@@ -75,12 +74,12 @@ impl Network {
         Ok(Self { id, locator, started_at, consumer, hub, hub_ended, tasks, agents, shutdown: guard })
     }
 
-    /// Its name, for keys such as `v2x/{network}/hub/hub/fused`: no two networks of a process have the same.
+    /// Name of the network, for keys such as `v2x/{network}/hub/hub/fused`. It is unique.
     pub const fn id(&self) -> NetworkId {
         self.id
     }
 
-    /// Where the hub listens, such as `tcp/127.0.0.1:40123`: for your own clients, in any language.
+    /// Endpoint of the hub, such as `tcp/127.0.0.1:40123`, for your own clients in any language.
     pub fn locator(&self) -> &str {
         &self.locator
     }
@@ -90,7 +89,7 @@ impl Network {
         self.started_at
     }
 
-    /// An agent that is about to join, over a link without delay.
+    /// A new agent over a link without delay; [`NewAgent::join`] connects it.
     pub fn agent(&self, name: &str) -> NewAgent {
         let connect = vec![self.locator.clone()];
         let session = SessionOptions { connect, ..SessionOptions::default() };
@@ -104,8 +103,8 @@ impl Network {
         NewAgent::new(name, access)
     }
 
-    /// The first fused frame of which something is so, of those that nobody awaited yet. For one reader: of two that
-    /// wait at once each sees some of the frames.
+    /// The first fused frame that fulfils a condition. It consumes the frames up to this one. For one reader: two
+    /// concurrent calls share the frames.
     pub async fn await_fused(
         &self,
         mut is_so: impl FnMut(&FusedFrame) -> bool,
@@ -126,7 +125,7 @@ impl Network {
         self.or_seen(outcome, patience, seen).await
     }
 
-    /// The first status of the hub of which something is so; it is asked after every fused frame.
+    /// The first status of the hub that fulfils a condition. It is queried after each fused frame.
     pub async fn await_status(
         &self,
         mut is_so: impl FnMut(&HubStatus) -> bool,
@@ -147,7 +146,7 @@ impl Network {
         self.or_seen(outcome, patience, seen).await
     }
 
-    /// How the hub and all agents fare: frames accepted, and refused by reason.
+    /// The status of the hub: accepted frames and, by reason, refused frames of each agent.
     pub async fn status(&self) -> Result<HubStatus, KitError> {
         let statuses = hub_status::query(self.consumer.session(), self.id)
             .await
@@ -155,7 +154,7 @@ impl Network {
         statuses.into_iter().next().ok_or_else(|| KitError::Zenoh(anyhow!("the hub did not answer")))
     }
 
-    /// Ends the agents, the hub and the consumer; gives the hub's last status.
+    /// Ends the agents, the hub and the consumer. Returns the last status of the hub.
     pub async fn end(self) -> Result<HubStatus, KitError> {
         let Self { consumer, hub, tasks, agents, shutdown, .. } = self;
         drop(agents);
@@ -174,7 +173,7 @@ impl Network {
             .map_err(|error| KitError::Zenoh(anyhow!("a fused frame that cannot be read: {error}")))
     }
 
-    /// `None` where patience ended first.
+    /// `None` after the time limit.
     async fn within<T>(
         &self,
         patience: Duration,
@@ -211,13 +210,13 @@ async fn run_hub(
 ) -> Result<HubStatus, HubError> {
     let _ended = ended.drop_guard();
     let on_ready = |_, locators: &[String]| {
-        // Nobody waits any more where the test was given up.
+        // The receiver is gone if the test was cancelled.
         let _ = locators.first().map(|locator| ready_sender.send(locator.clone()));
     };
     Box::pin(serve(setup, shutdown, Engine::new, on_ready)).await
 }
 
-/// Why a hub is not ready, and will not be.
+/// Why a hub has failed before it was ready.
 async fn hub_failure(hub: JoinHandle<Result<HubStatus, HubError>>) -> KitError {
     match hub.await {
         Ok(Ok(_)) => KitError::Hub(anyhow!("it listens nowhere")),
@@ -233,10 +232,10 @@ async fn connect(locator: &str, network: NetworkId) -> Result<Consumer, KitError
     let consumer = Consumer::connect(&options, subscription, CONNECT_PATIENCE, &never).await;
     consumer
         .map_err(|error| KitError::Zenoh(error.into()))?
-        .ok_or_else(|| KitError::Zenoh(anyhow!("nobody asked to shut down")))
+        .ok_or_else(|| KitError::Zenoh(anyhow!("no shutdown was requested")))
 }
 
-/// A name that no other network of this machine has.
+/// A name that is unique on this machine.
 fn unique_id() -> NetworkId {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);

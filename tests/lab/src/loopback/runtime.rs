@@ -3,7 +3,7 @@
 use crate::loopback::KitError;
 use tokio::runtime::{Handle, RuntimeFlavor};
 
-/// Whether this is a runtime in which Zenoh works: on one thread its callbacks and our tasks wait for each other.
+/// Checks that Zenoh works in this runtime: with one thread, its callbacks and our tasks block each other.
 pub(super) fn check() -> Result<(), KitError> {
     let runtime = Handle::try_current().map_err(|_| KitError::NoRuntime)?;
     match runtime.runtime_flavor() {
@@ -12,7 +12,7 @@ pub(super) fn check() -> Result<(), KitError> {
     }
 }
 
-/// Runs a test to its end, for tests without a runtime of their own.
+/// Runs a future to its end, for tests without a runtime.
 pub fn block_on<T, E: From<KitError>>(test: impl Future<Output = Result<T, E>>) -> Result<T, E> {
     if Handle::try_current().is_ok() {
         return Err(KitError::RuntimeInRuntime.into());

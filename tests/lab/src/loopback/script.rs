@@ -1,4 +1,4 @@
-//! What scripted agents see: actors that stand or drive straight on, reported with noise. Pure.
+//! Scripts of agents: actors that stand or move in a straight line, and detections of them with noise. No I/O.
 
 use std::time::Duration;
 use v2x_agent::random::{Purpose, keyed_rng, standard_normal, truncated_normal};
@@ -10,10 +10,10 @@ use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Smallest σ that is reported, m and rad: a hub that is told of none would trust one agent alone.
+/// Smallest reported σ, m and rad: with σ = 0, the hub would use one agent only.
 const MIN_SIGMA: f64 = 0.01;
 
-/// An object that has stood or driven straight on since the network's start, of its class's typical size.
+/// An object of the typical size of its class. It stands or moves in a straight line from the start of the network.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actor {
     class: Class,
@@ -22,41 +22,41 @@ pub struct Actor {
 }
 
 impl Actor {
-    /// Stands here (m, map frame), facing east.
+    /// A standing actor at this position (m, map frame), heading east.
     pub const fn new(class: Class, x: f64, y: f64) -> Self {
         Self { class, from: Pose { x, y, yaw: 0.0 }, velocity_mps: (0.0, 0.0) }
     }
 
-    /// A car that is here (m, map frame) at the network's start.
+    /// A car at this position (m, map frame) at the start of the network.
     pub const fn car(x: f64, y: f64) -> Self {
         Self::new(Class::Car, x, y)
     }
 
-    /// A person on foot.
+    /// A pedestrian at this position (m, map frame) at the start of the network.
     pub const fn pedestrian(x: f64, y: f64) -> Self {
         Self::new(Class::Adult, x, y)
     }
 
-    /// Moves this fast east and north (m/s), and faces that way.
+    /// Sets the velocity east and north, m/s, and the heading to its direction.
     #[must_use]
     pub fn driving(mut self, vx: f64, vy: f64) -> Self {
         self.velocity_mps = (vx, vy);
         self.facing(libm::atan2(vy, vx))
     }
 
-    /// Faces this way, rad, counter-clockwise from east.
+    /// Sets the heading, rad, counter-clockwise from east.
     #[must_use]
     pub fn facing(mut self, yaw: f64) -> Self {
         self.from.yaw = wrap_angle(yaw);
         self
     }
 
-    /// What it is.
+    /// Class of the actor.
     pub const fn class(&self) -> Class {
         self.class
     }
 
-    /// Where it is so long after the network's start: the truth.
+    /// The true state at a time after the start of the network.
     pub fn bev_at(&self, since_start: Span) -> BevBox {
         let t = since_start.as_secs_f64();
         let (vx, vy) = self.velocity_mps;
@@ -64,8 +64,7 @@ impl Actor {
         BevBox { x: self.from.x + vx * t, y: self.from.y + vy * t, w, d, yaw: self.from.yaw }
     }
 
-    /// As a detector reports it that errs by this noise and happens not to err: to be changed as you like, and sent by
-    /// [`super::Agent::send`].
+    /// A detection without error, with the σ of this noise. Change it as needed and send it with [`super::Agent::send`].
     pub fn detection(&self, since_start: Span, noise: Noise) -> Detection {
         Detection {
             class: self.class,
@@ -78,25 +77,25 @@ impl Actor {
     }
 }
 
-/// How reports err: σ of normal distributions. What is reported as σ is the same, but at least 0.01.
+/// Errors of detections: σ of normal distributions. The reported σ is the same, but at least 0.01.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Of the position, along each axis, m.
+    /// Position, along each axis, m.
     pub position_m: f64,
-    /// Of width and depth, m.
+    /// Width and depth, m.
     pub size_m: f64,
-    /// Of the heading, rad.
+    /// Heading, rad.
     pub yaw_rad: f64,
 }
 
 impl Default for Noise {
-    /// A fair camera: 0.3 m, 0.1 m, 0.05 rad.
+    /// A typical camera: 0.3 m, 0.1 m, 0.05 rad.
     fn default() -> Self {
         Self { position_m: 0.3, size_m: 0.1, yaw_rad: 0.05 }
     }
 }
 
-/// What an agent reports over and over, until it leaves.
+/// The periodic detections of an agent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Script {
     every: Span,
@@ -105,36 +104,36 @@ pub struct Script {
 }
 
 impl Script {
-    /// A frame each such time, of nothing as yet.
+    /// A script with this period and without actors.
     pub fn every(interval: Duration) -> Self {
         let nanos = i64::try_from(interval.as_nanos()).unwrap_or(i64::MAX);
-        // Shorter ones would be one frame after the other without an end.
+        // A shorter period would send frames without a pause.
         let every = Span::from_nanos(nanos).max(Span::from_millis(1));
         Self { every, noise: Noise::default(), actors: Vec::new() }
     }
 
-    /// Sees these too.
+    /// Adds actors.
     #[must_use]
     pub fn of(mut self, actors: impl IntoIterator<Item = Actor>) -> Self {
         self.actors.extend(actors);
         self
     }
 
-    /// Errs like this.
+    /// Sets the noise.
     #[must_use]
     pub const fn with_noise(mut self, noise: Noise) -> Self {
         self.noise = noise;
         self
     }
 
-    /// When its `number`-th frame is captured, where the first one is at `begun_at`.
+    /// Capture time of frame `number`, if the first one is captured at `begun_at`.
     pub fn capture_time(&self, begun_at: Timestamp, number: u64) -> Timestamp {
         let number = i64::try_from(number).unwrap_or(i64::MAX);
         begun_at + Span::from_nanos(self.every.as_nanos().saturating_mul(number))
     }
 
-    /// What is reported in the `number`-th frame, captured so long after the network's start. The same for the same
-    /// (seed, agent, number), whatever else is seen.
+    /// The detections of frame `number`, captured at a time after the start of the network. The noise of an actor
+    /// depends on (seed, agent, number) only, not on other actors.
     pub fn detections(
         &self,
         (seed, agent): (u64, &AgentId),
@@ -162,7 +161,7 @@ impl Script {
 }
 
 impl Noise {
-    /// As it is reported.
+    /// The detection of an actor with noise.
     fn covariance(&self) -> BoxCovariance {
         let [position, size, yaw] =
             [self.position_m, self.size_m, self.yaw_rad].map(|sigma| sigma.max(MIN_SIGMA));
@@ -182,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn an_actor_drives_straight_on_and_faces_where_it_drives() {
+    fn an_actor_moves_in_a_straight_line_and_heads_along_it() {
         let car = Actor::car(1.0, 2.0).driving(0.0, 10.0);
         let bev = car.bev_at(Span::from_millis(1500));
         assert!((bev.x - 1.0).abs() < 1e-12 && (bev.y - 17.0).abs() < 1e-12, "{bev:?}");
@@ -191,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn reports_err_as_they_say_that_they_do() {
+    fn errors_of_detections_have_the_reported_deviations() {
         let noise = Noise { position_m: 0.5, size_m: 0.2, yaw_rad: 0.1 };
         let script = Script::every(Duration::from_millis(100)).of([Actor::car(3.0, 4.0)]).with_noise(noise);
         let mut squares = [0.0; 3];
@@ -205,7 +204,7 @@ mod tests {
                 *sum += error * error;
             }
         }
-        // The standard error of a σ from 2000 draws is 1.6 %; five of them.
+        // The standard error of a σ from 2000 draws is 1.6 %; the tolerance is five standard errors.
         for (sum, sigma) in squares.into_iter().zip([0.5, 0.2, 0.1]) {
             let found = (sum / NUMBERS as f64).sqrt();
             assert!((found / sigma - 1.0).abs() < 0.08, "{found} for {sigma}");
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_errs_the_same_and_another_actor_changes_nothing() {
+    fn the_same_seed_gives_the_same_noise_whatever_other_actors_there_are() {
         let script = Script::every(Duration::from_millis(100)).of([Actor::car(3.0, 4.0)]);
         let more = script.clone().of([Actor::pedestrian(0.0, 0.0)]);
         let seen = |script: &Script, seed| script.detections((seed, &camera()), 5, Span::ZERO);

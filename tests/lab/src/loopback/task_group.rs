@@ -1,19 +1,19 @@
-//! Knowing when the last task of an agent has ended.
+//! Waiting for the end of all tasks of the agents.
 
 use std::convert::Infallible;
 use tokio::sync::mpsc;
 
-/// All tasks that hold a [`TaskToken`].
+/// Waits for all tasks that hold a [`TaskToken`].
 pub(super) struct TaskGroup {
-    // Nothing is ever sent: that the channel closes is the message.
+    // Nothing is sent on the channel. It closes when the last token is dropped.
     token: TaskToken,
     gone: mpsc::Receiver<Infallible>,
 }
 
-/// Held by a task for as long as it runs.
+/// Held by a task while it runs.
 pub(super) type TaskToken = mpsc::Sender<Infallible>;
 
-/// Held by what starts such tasks, and is not waited for itself.
+/// Held by the owner that starts tasks. It is not waited for.
 pub(super) type WeakTaskToken = mpsc::WeakSender<Infallible>;
 
 impl TaskGroup {
@@ -26,11 +26,11 @@ impl TaskGroup {
         self.token.clone()
     }
 
-    /// Waits until no task is left.
+    /// Waits until all tasks have ended.
     pub(super) async fn gone(self) {
         let Self { token, mut gone } = self;
         drop(token);
-        // Closed, as nothing is ever sent.
+        // Returns when the channel is closed, since nothing is sent.
         let _ = gone.recv().await;
     }
 }

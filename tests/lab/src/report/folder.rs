@@ -4,7 +4,7 @@ use crate::report::plot::sheet::Sheet;
 use anyhow::Context;
 use std::path::Path;
 
-/// Writes files by name, and figures into `plots`; folders are made where there are none.
+/// Writes files by name, and figures into `plots`. Missing folders are made.
 pub(crate) fn write(
     folder: &Path,
     files: Vec<(&str, String)>,

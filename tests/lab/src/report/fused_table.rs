@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::time::Timestamp;
 
-/// Its columns: seconds, metres, m/s and radians; sx to st are standard deviations.
-pub const COLUMNS: [&str; 18] = [
+/// The columns in seconds, metres, m/s and radians; sx to st are standard deviations.
+pub(crate) const COLUMNS: [&str; 18] = [
     "t",
     "track_id",
     "class",
@@ -30,22 +30,22 @@ pub const COLUMNS: [&str; 18] = [
     "st",
 ];
 
-/// A table of fused objects that is being written.
+/// A writer of a table of fused objects.
 #[derive(Debug)]
-pub struct FusedTable<W: Write> {
+pub(crate) struct FusedTable<W: Write> {
     writer: W,
     rows: u64,
 }
 
 impl<W: Write> FusedTable<W> {
-    /// Begins with the names of the columns.
-    pub fn new(mut writer: W) -> std::io::Result<Self> {
+    /// Writes the header.
+    pub(crate) fn new(mut writer: W) -> std::io::Result<Self> {
         writeln!(writer, "{}", COLUMNS.join(","))?;
         Ok(Self { writer, rows: 0 })
     }
 
     /// Adds the objects of one time.
-    pub fn write(&mut self, at: Timestamp, objects: &[FusedObject]) -> std::io::Result<()> {
+    pub(crate) fn write(&mut self, at: Timestamp, objects: &[FusedObject]) -> std::io::Result<()> {
         if objects.is_empty() {
             return Ok(());
         }
@@ -63,28 +63,28 @@ impl<W: Write> FusedTable<W> {
         Ok(())
     }
 
-    /// Rows so far.
-    pub const fn rows(&self) -> u64 {
+    /// Number of rows so far.
+    pub(crate) const fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// What was written to.
-    pub fn into_inner(self) -> W {
+    /// The inner writer.
+    pub(crate) fn into_inner(self) -> W {
         self.writer
     }
 }
 
-/// A file that has its name only once it is complete: half a table must not pass for a whole one.
+/// A file that gets its name when it is complete, so that an incomplete table is never taken for a complete one.
 #[derive(Debug)]
-pub struct NewFile {
+pub(crate) struct NewFile {
     writer: BufWriter<File>,
-    /// Where it is written, and where it goes; `None` for what is no regular file.
+    /// The temporary and the final path; `None` for a path that is no regular file.
     moves: Option<(PathBuf, PathBuf)>,
 }
 
 impl NewFile {
-    /// Begins a file that will be at `path`.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
+    /// Creates a file that will be at `path`.
+    pub(crate) fn create(path: &Path) -> anyhow::Result<Self> {
         let is_device = path.metadata().is_ok_and(|metadata| !metadata.is_file());
         let mut part = path.as_os_str().to_owned();
         part.push(".part");
@@ -94,8 +94,8 @@ impl NewFile {
         Ok(Self { writer: BufWriter::new(file), moves })
     }
 
-    /// Ends it.
-    pub fn finish(mut self) -> anyhow::Result<()> {
+    /// Completes the file.
+    pub(crate) fn finish(mut self) -> anyhow::Result<()> {
         self.writer.flush().context("writing the fused objects")?;
         if let Some((part, path)) = self.moves.take() {
             std::fs::rename(&part, &path).with_context(|| format!("writing {}", path.display()))?;
@@ -117,7 +117,7 @@ impl Write for NewFile {
 impl Drop for NewFile {
     fn drop(&mut self) {
         if let Some((part, _)) = &self.moves {
-            // What is not complete is of no use; that it cannot be removed changes nothing.
+            // An incomplete file is removed. If this fails, nothing else can be done.
             let _ = std::fs::remove_file(part);
         }
     }

@@ -7,7 +7,7 @@ const EXPLANATIONS: &str = "\
 - **ATE**: distance of a matched box's centre from the true one, m; per frame the mean over its pairs, then the mean over frames (as every figure here).
 - **ADE**: error of a matched box's dimensions, sqrt(Δw² + Δd²), m.
 - **AOE**: error of a matched box's heading, degrees, 0 to 180.
-- **precision**: share of boxes that are of a real object; boxes on a real object that nobody needs to know count neither way.
+- **precision**: share of boxes that are of a real object; boxes on a real object that need not be reported are ignored.
 - **recall**: share of the objects that are reported, among those that the field of view held for the last second; for the fused list any agent's, and vehicle agents themselves.
 - **GOSPA**: localisation error, missed and false objects in one figure (p = 2, α = 2, cut-off = match radius), m.
 - **NEES/2**: squared position error over what the reported covariance promises; 1 is consistent, more is overconfident.
@@ -20,8 +20,8 @@ const EXPLANATIONS: &str = "\
 - **id switches**: how often a true object was matched by another track than the last time.
 ";
 
-/// The report of a run: all figures, the picture `bev.svg` beside it, and what each figure means.
-pub fn report_md(summary: &Summary) -> String {
+/// The report of a run: all figures, the picture `bev.svg`, and the definition of each figure.
+pub(crate) fn report_md(summary: &Summary) -> String {
     let blocks = [
         format!("# Run of `{}`", summary.scenario),
         format!("**{}**", verdict(summary)),

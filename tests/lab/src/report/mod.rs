@@ -1,4 +1,4 @@
-//! Results for people and for other programs: text, Markdown, HTML, LaTeX, CSV and figures.
+//! Reports: text, Markdown, HTML, LaTeX, CSV and figures.
 
 pub(crate) mod folder;
 pub(crate) mod fused_table;

@@ -1,13 +1,13 @@
-//! What `lab fuse` prints.
+//! The report of `lab fuse`.
 
 use crate::score::offline::TruthScore;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// All figures; what there is no data for is null, never 0.
+/// All figures. A figure without data is null, never 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub(crate) struct Report {
     /// The method.
     pub method: String,
     /// Sensors in the log.
@@ -26,19 +26,19 @@ pub struct Report {
     pub refused_frames: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<&'static str, u64>,
-    /// Detections whose class name is not known.
+    /// Detections with an unknown class name.
     pub unknown_classes: u64,
     /// Computing time of the engine, s.
     pub core_s: f64,
-    /// Detections over that.
+    /// Detections per second of computing time.
     pub detections_per_s: Option<f64>,
-    /// How good it is, where the truth is known.
+    /// The score, where the truth is known.
     pub truth: Option<TruthScore>,
 }
 
 impl Report {
-    /// For people.
-    pub fn text(&self) -> String {
+    /// The report as text.
+    pub(crate) fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a text cannot fail.
         let _ = self.write(&mut text);

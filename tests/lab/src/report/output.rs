@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Result, Write};
 
 /// Prints the answer of a command. A reader that has closed its end (`lab … | head`) has read enough: that is no error.
-pub fn print(text: &str) -> Result<()> {
+pub(crate) fn print(text: &str) -> Result<()> {
     write_all(&mut std::io::stdout().lock(), text)
 }
 
@@ -32,7 +32,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_reader_is_no_error_and_a_full_disk_is_one() {
+    fn a_closed_pipe_is_no_error_and_a_full_disk_is_one() {
         assert!(write_all(&mut Refusing(ErrorKind::BrokenPipe), "text").is_ok());
         assert!(write_all(&mut Refusing(ErrorKind::StorageFull), "text").is_err());
     }

@@ -1,4 +1,4 @@
-//! A page that needs nothing else: no script, no style sheet, no picture from elsewhere.
+//! A self-contained HTML page: no scripts, external style sheets or pictures.
 
 use crate::report::table::escaped;
 
@@ -17,7 +17,7 @@ pre { background: #f5f6f8; padding: .6rem .8rem; overflow-x: auto; font-size: 13
 details { margin: .4rem 0; } summary { cursor: pointer; color: #0072b2; }
 ";
 
-/// A page with this title and body; the body is HTML already.
+/// A page with this title and body, which is HTML.
 pub(crate) fn page(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n<meta name=\"viewport\" \

@@ -1,17 +1,17 @@
-//! How far a computation is, on standard error.
+//! Progress of a computation, on standard error.
 
 use std::io::IsTerminal;
 use v2x_common::clock;
 use v2x_common::time::{Span, Timestamp};
 
-/// Where nobody watches a terminal, a line this often is enough.
+/// Time between two lines where standard error is no terminal.
 const LOG_INTERVAL: Span = Span::from_millis(10_000);
-/// Of a terminal's line.
+/// Time between two updates of a terminal's line.
 const TERMINAL_INTERVAL: Span = Span::from_millis(200);
 
-/// One line that is written again and again.
+/// One line that is updated.
 pub(crate) struct Progress {
-    /// What parts are called.
+    /// Name of the parts.
     parts: &'static str,
     began_at: Timestamp,
     updated_at: Timestamp,
@@ -24,7 +24,7 @@ impl Progress {
         Self { parts, began_at: now, updated_at: now, is_terminal: std::io::stderr().is_terminal() }
     }
 
-    /// So many of so many parts are done.
+    /// Shows the number of finished parts, and of all parts.
     #[expect(clippy::cast_precision_loss, reason = "numbers of parts")]
     #[expect(clippy::print_stderr, reason = "progress is for people")]
     pub(crate) fn update(&mut self, done: usize, of: usize) {
@@ -45,7 +45,7 @@ impl Progress {
         }
     }
 
-    /// Wipes the line.
+    /// Clears the line.
     #[expect(clippy::print_stderr, reason = "progress is for people")]
     pub(crate) fn end(&self) {
         if self.is_terminal {

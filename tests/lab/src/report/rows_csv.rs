@@ -1,16 +1,16 @@
-//! Rows as CSV, with the names that they have as JSON.
+//! Rows as CSV, with the names of their JSON fields.
 
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// All rows; `first` are the first columns, all others follow by name. What a field holds itself is named after a
-/// dot: `age_ms.p50`. A row that has everything says which columns there are, whatever the others lack.
+/// All rows. `first` are the first columns, all others follow by name. Nested fields are named with a dot: `age_ms.p50`.
+/// `full` is a row with all fields: its columns are written even if no row has them.
 pub(crate) fn rows_csv<R: Serialize>(rows: &[R], first: &[&str], full: Option<&R>) -> anyhow::Result<String> {
     let full = full.map(serde_json::to_value).transpose()?.map(|full| flat(&full)).unwrap_or_default();
     let rows = rows.iter().map(|row| Ok(flat(&serde_json::to_value(row)?)));
     let rows = rows.collect::<anyhow::Result<Vec<Vec<(String, String)>>>>()?;
-    // A part that is missing in one row is there in another.
+    // A nested field that is null in one row may have parts in another.
     let names: BTreeSet<&str> = rows.iter().flatten().chain(&full).map(|(name, _)| name.as_str()).collect();
     let others = names.iter().copied().filter(|name| !first.contains(name) && !has_parts(name, &names));
     let columns: Vec<&str> = first.iter().copied().chain(others).collect();
@@ -23,7 +23,7 @@ pub(crate) fn rows_csv<R: Serialize>(rows: &[R], first: &[&str], full: Option<&R
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-/// Whether other rows have parts where this name has none.
+/// Whether another row has nested fields of this name.
 fn has_parts(name: &str, names: &BTreeSet<&str>) -> bool {
     names.iter().any(|other| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
 }

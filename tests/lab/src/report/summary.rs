@@ -1,12 +1,12 @@
-//! The summary for people: a table in the terminal and a report in Markdown, with the same figures.
+//! The summary of a run as tables for the terminal. The Markdown report has the same tables.
 
 use crate::report::table::Table;
 use crate::score::frame_metrics::Metrics;
 use crate::score::percentiles::Percentiles;
 use crate::score::run::summary::Summary;
 
-/// A summary that a person understands, for a terminal at least 80 columns wide.
-pub fn summary_table(summary: &Summary) -> String {
+/// The summary as text, for a terminal at least 80 columns wide.
+pub(crate) fn summary_table(summary: &Summary) -> String {
     let blocks = [
         headline(summary),
         format!("Objects that all agents cover:\n{}", accuracy(summary, Of::Common).text()),
@@ -19,7 +19,7 @@ pub fn summary_table(summary: &Summary) -> String {
     blocks.map(|block| block.trim_end().to_owned() + "\n").join("\n")
 }
 
-/// Over which objects.
+/// Which objects count.
 #[derive(Clone, Copy)]
 pub(super) enum Of {
     Common,
@@ -100,7 +100,7 @@ pub(super) fn tracks(summary: &Summary) -> String {
     )
 }
 
-/// How the fused error compares; `None` without one to compare.
+/// The fused error compared with the best agent's; `None` where either is missing.
 pub(super) fn comparison(summary: &Summary) -> Option<String> {
     let word = if summary.agents.len() == 2 { "better" } else { "best" };
     let ratio = summary.ate_ratio_to_best_agent?;
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_with_the_comparison_and_the_verdict() {
+    fn the_summary_ends_with_the_comparison_and_the_verdict() {
         let mut summary = summary();
         let text = summary_table(&summary);
         assert!(text.ends_with("is 0.44 × the better agent's.\n\nPASSED\n"), "{text}");

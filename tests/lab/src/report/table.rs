@@ -1,8 +1,8 @@
-//! A table of texts: the first column to the left, all others to the right.
+//! A table of texts: the first column is left-aligned, all others are right-aligned.
 
 use std::borrow::Cow;
 
-/// Cells by row; every row is as long as the header.
+/// Cells by row. Every row has the length of the header.
 pub(crate) struct Table {
     pub(crate) header: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
@@ -31,7 +31,7 @@ impl Table {
         line(&self.header) + &rule + &rows
     }
 
-    /// As HTML; rows that begin with one of `marked` stand out.
+    /// As HTML. Rows that begin with one of `marked` are highlighted.
     pub(crate) fn html(&self, marked: &[&str]) -> String {
         let cells = |tag: &str, row: &[String]| -> String {
             row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
@@ -61,7 +61,7 @@ impl Table {
     }
 }
 
-/// Text for HTML.
+/// Text escaped for HTML.
 pub(crate) fn escaped(text: &str) -> Cow<'_, str> {
     if !text.contains(['<', '>', '&', '"']) {
         return Cow::Borrowed(text);
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_cannot_break_the_page() {
+    fn names_are_escaped_in_every_format() {
         let table = Table { header: vec!["a<b".to_owned()], rows: vec![vec!["\"x\" & y".to_owned()]] };
         let html = table.html(&[]);
         assert!(html.contains("<th>a&lt;b</th>") && html.contains("<td>&quot;x&quot; &amp; y</td>"));

@@ -13,11 +13,11 @@ pub(crate) struct Ratio {
     pub(crate) high: f64,
 }
 
-/// Sum and number of what two methods are compared by, in one part (a scene, a stretch of time).
+/// Sum and number of the compared errors of two methods, in one part (a scene, a stretch of time).
 pub(crate) type Pair = [(f64, f64); 2];
 
-/// The ratio of the first one's mean to the second one's, over all parts of all groups. Parts of one group (stretches
-/// of one run) have their world in common: groups are drawn first, then parts of each.
+/// The ratio of the first mean to the second, over all parts of all groups. Parts of one group (stretches of one run)
+/// share their world: groups are drawn first, then parts of each.
 pub(crate) fn bootstrap(groups: &[Vec<Pair>], seed: u64) -> Ratio {
     let ratio = |parts: &mut dyn Iterator<Item = Pair>| {
         let mut sums = [(0.0, 0.0); 2];
@@ -42,7 +42,7 @@ pub(crate) fn bootstrap(groups: &[Vec<Pair>], seed: u64) -> Ratio {
         }
         ratio(&mut drawn.iter().copied())
     };
-    // Parts without any object of the subset may be all that is drawn.
+    // A resample may have no object of the subset.
     let mut resampled: Vec<f64> = (0..RESAMPLES).map(resample).filter(|ratio| ratio.is_finite()).collect();
     resampled.sort_unstable_by(f64::total_cmp);
     let ratio = ratio(&mut groups.iter().flatten().copied());
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_parts_leave_no_doubt_and_different_ones_do() {
+    fn equal_parts_have_an_interval_of_width_zero_and_different_ones_do_not() {
         let sure = bootstrap(&vec![vec![[(4.0, 2.0), (1.0, 1.0)]]; 5], 1);
         assert_eq!(sure, Ratio { ratio: 2.0, low: 2.0, high: 2.0 });
         let unsure = bootstrap(&[vec![[(2.0, 1.0), (1.0, 1.0)]], vec![[(3.0, 1.0), (1.0, 1.0)]]], 1);

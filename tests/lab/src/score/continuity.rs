@@ -1,4 +1,4 @@
-//! How well tracks keep to their objects.
+//! Track continuity: track ids and id switches of each true object.
 
 use crate::data::scene::TrueBox;
 use crate::score::matching::{Matching, Outcome};
@@ -9,28 +9,28 @@ use v2x_agent::truth::ObjectId;
 use v2x_common::fused::FusedObject;
 use v2x_common::id::TrackId;
 
-/// How well tracks keep to their objects.
+/// Track continuity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrackSummary {
     /// True objects that were matched at least once.
     pub objects: u64,
     /// Track ids per matched object; 1 is best.
     pub ids_per_object: Option<f64>,
-    /// How often an object was matched by another track than the last time.
+    /// How often an object was matched by another track than before.
     pub id_switches: u64,
 }
 
-/// Which tracks matched each true object.
+/// The tracks that matched each true object.
 #[derive(Debug, Default)]
-pub struct TrackContinuity {
+pub(crate) struct TrackContinuity {
     latest: BTreeMap<ObjectId, TrackId>,
     tracks: BTreeMap<ObjectId, BTreeSet<TrackId>>,
     switches: u64,
 }
 
 impl TrackContinuity {
-    /// Takes in a frame's objects and their matches.
-    pub fn add(&mut self, objects: &[FusedObject], truth: &[TrueBox], matching: &Matching) {
+    /// Adds a frame's objects and their matches.
+    pub(crate) fn add(&mut self, objects: &[FusedObject], truth: &[TrueBox], matching: &Matching) {
         for (fused, outcome) in objects.iter().zip(&matching.outcomes) {
             let Outcome::Matched(place) = *outcome else { continue };
             let id = truth[place].id;
@@ -40,8 +40,8 @@ impl TrackContinuity {
         }
     }
 
-    /// What they come to.
-    pub fn summary(&self) -> TrackSummary {
+    /// The figures so far.
+    pub(crate) fn summary(&self) -> TrackSummary {
         let mut ids = Moments::default();
         for tracks in self.tracks.values() {
             #[expect(clippy::cast_precision_loss, reason = "a count of tracks")]

@@ -1,11 +1,10 @@
-//! Which true objects an agent can be expected to know: those that its field of view held for the last
-//! second.
+//! Coverage: the true objects that an agent is expected to report, those in its field of view for the last second.
 //!
-//! Held means that the object's centre lay in the field of view at the time itself and at every full
-//! 100 ms (of Unix time) of the second before it, that second rounded outwards: the rule is strict by
-//! up to one step. A vehicle agent knows itself: the fused list is expected to hold it. No agent
-//! *senses* itself, so agents' own objects are in no field of view and never among the common objects;
-//! there fused positions come from the agent's pose, are good to centimetres, and would flatter fusion.
+//! An object is covered if its centre was in the field of view at the time itself and at every full 100 ms (of Unix
+//! time) of the second before it. That second is rounded outwards: the rule is strict by up to one step. A vehicle agent
+//! reports itself, so the fused list is expected to contain it. No agent senses itself: agents' own objects are in no
+//! field of view and are no common objects. Their fused positions come from the agent's pose and are good to centimetres,
+//! which would make fusion look better than it is.
 
 use crate::data::truth::{Observer, Truth};
 use std::collections::BTreeMap;
@@ -13,43 +12,43 @@ use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::geometry::Pose;
 use v2x_common::time::{Span, Timestamp};
 
-/// For how long an object must have been in view until it counts.
-pub const HOLD: Span = Span::from_millis(1000);
+/// How long an object must have been in view until it counts.
+pub(crate) const HOLD: Span = Span::from_millis(1000);
 /// Step of the checks within that time.
-pub const STEP: Span = Span::from_millis(100);
+pub(crate) const STEP: Span = Span::from_millis(100);
 
-/// The world at one time with what each agent holds in view.
+/// The world at one time, with the coverage of each agent.
 #[derive(Clone, Debug, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// Every object of the world, by id.
     pub objects: Vec<TrueObject>,
-    /// Per observer, the objects that it held for the last second, by id.
+    /// Per observer, the objects in view for the last second, by id.
     pub held: Vec<Vec<ObjectId>>,
-    /// Per observer, where its sensor is.
+    /// Per observer, the pose of its sensor.
     pub poses: Vec<Option<Pose>>,
 }
 
-/// RecordedOutput what is in view, and remembers the steps that it has looked at.
+/// Computes coverage, and caches the steps.
 #[derive(Debug)]
-pub struct Coverage<'a> {
+pub(crate) struct Coverage<'a> {
     truth: Truth<'a>,
     observers: &'a [Observer],
     steps: BTreeMap<Timestamp, Vec<Vec<ObjectId>>>,
 }
 
 impl<'a> Coverage<'a> {
-    /// With nothing looked at yet.
-    pub const fn new(truth: Truth<'a>, observers: &'a [Observer]) -> Self {
+    /// With an empty cache.
+    pub(crate) const fn new(truth: Truth<'a>, observers: &'a [Observer]) -> Self {
         Self { truth, observers, steps: BTreeMap::new() }
     }
 
-    /// Who looks.
-    pub const fn observers(&self) -> &'a [Observer] {
+    /// The observers.
+    pub(crate) const fn observers(&self) -> &'a [Observer] {
         self.observers
     }
 
-    /// The world and the agents' views of it at a time.
-    pub fn at(&mut self, at: Timestamp) -> View {
+    /// The world and the agents' coverage at a time.
+    pub(crate) fn at(&mut self, at: Timestamp) -> View {
         let objects = self.truth.objects(at);
         let poses: Vec<_> = self.observers.iter().map(|o| (self.truth.agent_pose)(&o.agent, at)).collect();
         let mut held = in_view(self.observers, &poses, &objects);
@@ -68,18 +67,18 @@ impl<'a> Coverage<'a> {
         View { objects, held, poses }
     }
 
-    /// Whether the fused list is expected to hold the object: some agent held it in view, or is it.
-    pub fn is_covered(&self, view: &View, id: ObjectId) -> bool {
+    /// Whether the fused list is expected to contain the object: some agent covers it, or is it.
+    pub(crate) fn is_covered(&self, view: &View, id: ObjectId) -> bool {
         self.is_observer(id) || view.held.iter().any(|held| held.binary_search(&id).is_ok())
     }
 
-    /// Whether every agent held the object in view.
-    pub fn is_common(&self, view: &View, id: ObjectId) -> bool {
+    /// Whether every agent covers the object.
+    pub(crate) fn is_common(&self, view: &View, id: ObjectId) -> bool {
         !self.is_observer(id) && view.held.iter().all(|held| held.binary_search(&id).is_ok())
     }
 
-    /// Whether every agent sees the point (m) at the view's time.
-    pub fn all_see(&self, view: &View, x: f64, y: f64) -> bool {
+    /// Whether the point (m) is in every agent's field of view at the view's time.
+    pub(crate) fn all_see(&self, view: &View, x: f64, y: f64) -> bool {
         self.observers
             .iter()
             .zip(&view.poses)
@@ -87,7 +86,7 @@ impl<'a> Coverage<'a> {
     }
 
     /// Whether the object is an agent.
-    pub fn is_observer(&self, id: ObjectId) -> bool {
+    pub(crate) fn is_observer(&self, id: ObjectId) -> bool {
         self.observers.iter().any(|observer| observer.itself == Some(id))
     }
 }
@@ -164,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_without_a_pose_holds_nothing() {
+    fn an_agent_without_a_pose_covers_no_object() {
         let objects_at = |_: Timestamp, out: &mut Vec<TrueObject>| out.push(parked(1, 0.0, 0.0));
         let truth = Truth { objects_at: &objects_at, agent_pose: &|_, _| None };
         let observers = [observer("rsu", 50.0, None)];

@@ -1,4 +1,4 @@
-//! How far an estimate is off.
+//! The error of one estimate.
 
 use crate::score::estimate::Estimate;
 use v2x_common::covariance::Covariance2;
@@ -15,8 +15,8 @@ pub struct BoxError {
     pub size: [f64; 2],
 }
 
-/// How the length of the size error is computed. Both are right to the last digit but one: results that are published
-/// with either keep their digits.
+/// How the length of the size error is rounded. Both are right to the last digit but one. Published results keep their
+/// digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SizeNorm {
     /// The root of the sum of squares: the paper's tables, and sweeps.
@@ -47,17 +47,17 @@ impl BoxError {
 }
 
 /// Distance between the centres of two boxes, m.
-pub fn distance_m(a: &BevBox, b: &BevBox) -> f64 {
+pub(crate) fn distance_m(a: &BevBox, b: &BevBox) -> f64 {
     a.pose().distance_to(b.x, b.y)
 }
 
 /// `eᵀ S⁻¹ e / 2` of the position; `None` where S is no covariance.
-pub fn half_nees(estimate: &Estimate, truth: &BevBox) -> Option<f64> {
+pub(crate) fn half_nees(estimate: &Estimate, truth: &BevBox) -> Option<f64> {
     let s = &estimate.position;
     s.is_valid().then(|| nees(BoxError::between(&estimate.bev, truth).position, s) / 2.0)
 }
 
 /// `eᵀ S⁻¹ e` of two coordinates.
-pub fn nees([x, y]: [f64; 2], s: &Covariance2) -> f64 {
+pub(crate) fn nees([x, y]: [f64; 2], s: &Covariance2) -> f64 {
     (s.yy * x * x - 2.0 * s.xy * x * y + s.xx * y * y) / s.determinant()
 }

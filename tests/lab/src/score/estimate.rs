@@ -1,4 +1,4 @@
-//! One estimate of an object, as every matching and error takes it.
+//! One estimate of an object: the input of matching and errors.
 
 use crate::data::fused_box::FusedBox;
 use v2x_common::class::Class;
@@ -7,9 +7,9 @@ use v2x_common::detection::Detection;
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
 
-/// What a detector or a method says of one object.
+/// The estimate of one object by a detector or a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The reported class.
     pub class: Class,
     /// Position, size and heading.

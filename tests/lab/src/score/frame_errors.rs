@@ -5,30 +5,30 @@ use crate::score::matching::{Frame, Matching, Outcome};
 
 /// The errors of one frame: translation (m), dimension (m), orientation (degrees).
 #[derive(Clone, Debug)]
-pub struct FrameErrors<'a> {
+pub(crate) struct FrameErrors<'a> {
     matching: &'a Matching,
     /// By estimate; `None` where it is of no object that counts.
     errors: Vec<Option<[f64; 3]>>,
 }
 
-/// Sums over one frame, or over a part of its objects.
+/// Sums over one or more frames, or over a part of their objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ErrorSums {
-    /// Of all estimates that are of an object: those that repeat another one among them.
+pub(crate) struct ErrorSums {
+    /// Of all estimates of an object, repeated ones included.
     pub all: [f64; 3],
     /// Of the matched ones only.
     pub matched: [f64; 3],
     /// Matched estimates.
     pub true_positives: u64,
-    /// Estimates that are of nothing, or repeat another one.
+    /// Estimates of no object, and repeated ones.
     pub false_positives: u64,
     /// Objects without an estimate.
     pub missed: u64,
 }
 
 impl<'a> FrameErrors<'a> {
-    /// The errors of a frame that is matched.
-    pub fn of(frame: &Frame<'_>, matching: &'a Matching, size_norm: SizeNorm) -> Self {
+    /// The errors of a matched frame.
+    pub(crate) fn of(frame: &Frame<'_>, matching: &'a Matching, size_norm: SizeNorm) -> Self {
         let pairs = frame.estimates.iter().zip(&matching.outcomes);
         let errors = pairs.map(|(estimate, outcome)| {
             let truth = &frame.truth[outcome.place()?];
@@ -37,10 +37,16 @@ impl<'a> FrameErrors<'a> {
         Self { matching, errors: errors.collect() }
     }
 
-    /// Sums over the objects that count. `counts` gets an object's place in the truth; `None` stands for what is of no
+    /// Sums over the objects that count. `counts` gets an object's place in the truth, or `None` for an estimate of no
     /// object.
-    pub fn sums(&self, counts: impl Fn(Option<usize>) -> bool) -> ErrorSums {
+    pub(crate) fn sums(&self, counts: impl Fn(Option<usize>) -> bool) -> ErrorSums {
         let mut sums = ErrorSums::default();
+        self.add_to(&mut sums, counts);
+        sums
+    }
+
+    /// Adds to sums over several frames, error by error: sums of sums can differ in their last digits.
+    pub(crate) fn add_to(&self, sums: &mut ErrorSums, counts: impl Fn(Option<usize>) -> bool) {
         for (outcome, errors) in self.matching.outcomes.iter().zip(&self.errors) {
             if *outcome == Outcome::Ignored || !counts(outcome.place()) {
                 continue;
@@ -54,8 +60,7 @@ impl<'a> FrameErrors<'a> {
                 sums.false_positives += 1;
             }
         }
-        sums.missed = self.matching.missed.iter().filter(|place| counts(Some(**place))).count() as u64;
-        sums
+        sums.missed += self.matching.missed.iter().filter(|place| counts(Some(**place))).count() as u64;
     }
 }
 
@@ -64,35 +69,35 @@ fn add(sums: &mut [f64; 3], errors: [f64; 3]) {
 }
 
 impl ErrorSums {
-    /// Estimates that count.
-    pub const fn estimates(&self) -> u64 {
+    /// Number of estimates that count.
+    pub(crate) const fn estimates(&self) -> u64 {
         self.true_positives + self.false_positives
     }
 
-    /// Objects that count.
-    pub const fn objects(&self) -> u64 {
+    /// Number of objects that count.
+    pub(crate) const fn objects(&self) -> u64 {
         self.true_positives + self.missed
     }
 
     /// Mean errors of the matched estimates; `None` without any.
-    pub fn mean_of_matched(&self) -> Option<[f64; 3]> {
+    pub(crate) fn mean_of_matched(&self) -> Option<[f64; 3]> {
         mean(self.matched, self.true_positives)
     }
 
     /// Share of the estimates that are right; `None` without estimates.
-    pub fn precision(&self) -> Option<f64> {
+    pub(crate) fn precision(&self) -> Option<f64> {
         share(self.true_positives, self.estimates())
     }
 
     /// Share of the objects that are found; `None` without objects.
-    pub fn recall(&self) -> Option<f64> {
+    pub(crate) fn recall(&self) -> Option<f64> {
         share(self.true_positives, self.objects())
     }
 }
 
-/// Sums over their number; `None` of nothing.
+/// Sums divided by their number; `None` for 0.
 #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
-pub fn mean(sums: [f64; 3], n: u64) -> Option<[f64; 3]> {
+pub(crate) fn mean(sums: [f64; 3], n: u64) -> Option<[f64; 3]> {
     (n > 0).then(|| sums.map(|sum| sum / n as f64))
 }
 

@@ -1,7 +1,7 @@
-//! How good the predictions of one frame are, and the means over frames.
+//! The last step for runs and logs: the figures of one frame, and their means over frames.
 //!
-//! Every figure is computed per frame over the pairs of that frame and then averaged over the frames
-//! that have it: a frame without a pair has no error, a frame without an object no recall.
+//! Every figure is computed per frame over the pairs of that frame, and then averaged over the frames that have it. A
+//! frame without a pair has no error, a frame without an object has no recall.
 
 use crate::score::errors::{SizeNorm, half_nees};
 use crate::score::frame_errors::{ErrorSums, FrameErrors};
@@ -13,7 +13,7 @@ use v2x_fusion_hub::association::assignment::Assigner;
 
 /// The figures of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameMetrics {
+pub(crate) struct FrameMetrics {
     /// Errors and counts.
     pub sums: ErrorSums,
     /// Mean of `eᵀ S⁻¹ e / 2` over the matched boxes' positions; 1 where the reported S is right.
@@ -24,13 +24,13 @@ pub struct FrameMetrics {
 
 impl FrameMetrics {
     /// Mean distance of the matched boxes' centres from the truth, m.
-    pub fn ate_m(&self) -> Option<f64> {
+    pub(crate) fn ate_m(&self) -> Option<f64> {
         self.sums.mean_of_matched().map(|[ate_m, ..]| ate_m)
     }
 }
 
 /// The figures of one matched frame; GOSPA is cut off at `cutoff_m`.
-pub fn frame_metrics(
+pub(crate) fn frame_metrics(
     frame: &Frame<'_>,
     matching: &Matching,
     cutoff_m: f64,
@@ -60,7 +60,7 @@ pub struct Metrics {
     pub ade_m: Option<f64>,
     /// Average orientation error, degrees.
     pub aoe_deg: Option<f64>,
-    /// True positives among the predictions that count, 0 to 1.
+    /// True positives among the estimates that count, 0 to 1.
     pub precision: Option<f64>,
     /// True positives among the objects that count, 0 to 1.
     pub recall: Option<f64>,
@@ -76,13 +76,13 @@ pub struct Metrics {
     pub false_positives: u64,
     /// Pooled over all frames.
     pub false_negatives: u64,
-    /// Frames judged.
+    /// Scored frames.
     pub frames: u64,
 }
 
 /// Gathers frames into [`Metrics`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tally {
+pub(crate) struct Tally {
     /// Translation (m), dimension (m), orientation (degrees).
     errors: [Moments; 3],
     precision: Moments,
@@ -95,8 +95,8 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Takes in one frame.
-    pub fn add(&mut self, frame: &FrameMetrics) {
+    /// Adds a frame.
+    pub(crate) fn add(&mut self, frame: &FrameMetrics) {
         let FrameMetrics { sums, nees_position, gospa } = frame;
         let means = sums.mean_of_matched();
         for (axis, moments) in self.errors.iter_mut().enumerate() {
@@ -110,7 +110,7 @@ impl Tally {
         self.counts.false_positives += sums.false_positives;
         self.counts.missed += sums.missed;
         self.frames += 1;
-        // A frame with neither objects nor estimates says nothing, not that all is perfect.
+        // A frame with neither objects nor estimates has no GOSPA, not a perfect one.
         if precision.is_some() || recall.is_some() {
             let GospaParts { localisation_m2, missed_m2, false_m2 } = *gospa;
             self.gospa.add(Some(gospa.distance_m()));
@@ -121,7 +121,7 @@ impl Tally {
     }
 
     /// The means so far.
-    pub fn metrics(&self) -> Metrics {
+    pub(crate) fn metrics(&self) -> Metrics {
         let [localisation, missed, false_] = self.gospa_parts.map(|part| part.mean());
         let [ate_m, ade_m, aoe_deg] = self.errors.map(|error| error.mean());
         let parts = localisation.zip(missed).zip(false_);

@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
-/// Squared GOSPA of one frame by what caused it, m²; the parts add up.
+/// Squared GOSPA of one frame by cause, m². The parts add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GospaParts {
     /// Σ d² over the assigned pairs.
     pub localisation_m2: f64,
     /// c²/2 for every true object without a pair.
     pub missed_m2: f64,
-    /// c²/2 for every prediction without a pair.
+    /// c²/2 for every estimate without a pair.
     pub false_m2: f64,
 }
 
@@ -29,7 +29,12 @@ impl GospaParts {
 
 /// GOSPA of two sets of positions with cut-off `cutoff_m`.
 #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
-pub fn gospa(predictions: &[BevBox], truth: &[BevBox], cutoff_m: f64, assigner: &mut Assigner) -> GospaParts {
+pub(crate) fn gospa(
+    predictions: &[BevBox],
+    truth: &[BevBox],
+    cutoff_m: f64,
+    assigner: &mut Assigner,
+) -> GospaParts {
     let cutoff_m2 = cutoff_m * cutoff_m;
     let mut candidates = Vec::new();
     for (row, prediction) in (0u32..).zip(predictions) {
@@ -40,7 +45,7 @@ pub fn gospa(predictions: &[BevBox], truth: &[BevBox], cutoff_m: f64, assigner: 
             }
         }
     }
-    // A prediction left alone also leaves an object alone that it could have had: c²/2 each.
+    // An estimate without a pair leaves an object without a pair, too: c²/2 each.
     let columns = assigner.solve(predictions.len(), truth.len(), &candidates, cutoff_m2);
     let (mut localisation_m2, mut pairs) = (0.0, 0);
     for (prediction, column) in predictions.iter().zip(columns) {
@@ -77,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn one_good_pair_is_worth_more_than_two_that_barely_reach() {
+    fn one_accurate_pair_costs_less_than_two_pairs_near_the_cutoff() {
         // Two pairs of 1.9 m: 7.22. One pair of 0.1 m, a miss and a false one: 0.01 + 4 = 4.01.
         let parts = of(&[0.1, -1.9], &[0.0, 2.0], 2.0);
         assert!((parts.localisation_m2 - 0.01).abs() < 1e-12);
@@ -85,14 +90,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_against_nothing_is_zero_and_against_something_is_all_missed() {
+    fn without_estimates_the_distance_is_that_of_all_misses() {
         assert_eq!(of(&[], &[], 2.0).distance_m(), 0.0);
         assert_eq!(of(&[], &[1.0, 2.0], 2.0).distance_m(), 2.0);
         assert_eq!(of(&[1.0, 9.0], &[], 2.0).distance_m(), 2.0);
     }
 
     #[test]
-    fn is_symmetric_up_to_the_names_of_the_errors() {
+    fn gospa_is_symmetric_if_misses_and_false_objects_are_exchanged() {
         let (a, b) = ([0.0, 1.3, 7.0, 7.9], [0.4, 2.0, 8.0]);
         let (there, back) = (of(&a, &b, 2.0), of(&b, &a, 2.0));
         assert!((there.distance_m() - back.distance_m()).abs() < 1e-12);
@@ -100,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn of_three_predictions_for_two_objects_the_two_nearest_get_them() {
+    fn of_three_estimates_of_two_objects_the_two_nearest_are_matched() {
         let parts = of(
             &[6.608904066688976, 3.992363730804965, 6.185228584444234],
             &[4.483020948735263, 3.497087404884948],
@@ -109,7 +114,7 @@ mod tests {
         assert!((parts.localisation_m2 - 3.142_809_474_082_757).abs() < 1e-12, "{parts:?}");
     }
 
-    /// By the definition: every way of giving each prediction an object of its own or none.
+    /// By the definition: the least over all assignments.
     fn least_by_enumeration(predictions: &[f64], truth: &mut Vec<Option<f64>>, cutoff_m: f64) -> f64 {
         let penalty = cutoff_m * cutoff_m / 2.0;
         let Some((first, rest)) = predictions.split_first() else {
@@ -127,7 +132,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn is_the_least_over_all_assignments(
+        fn gospa_is_the_minimum_over_all_assignments(
             predictions in prop::collection::vec(0.0..8.0f64, 0..5),
             truth in prop::collection::vec(0.0..8.0f64, 0..5),
             cutoff_m in 0.5..4.0f64,

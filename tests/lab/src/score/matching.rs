@@ -1,13 +1,12 @@
-//! The first step of every score: which estimate is of which true object.
+//! The first step of every score: matching of estimates and true objects.
 //!
 //! Fused objects of a run are matched by position: the most pairs within reach and, among those, the least total
-//! distance. The class is no condition there: a car reported as a truck at the right place is a classification error,
-//! and as a miss plus a false object it would be counted in the wrong figure. Objects that count come first; an
-//! estimate left over near a real object that does not count is neither right nor wrong (as in KITTI's "don't care"
-//! regions).
+//! distance. The class is no condition there: a car reported as a truck at the right position is a classification error,
+//! not a miss plus a false object. Objects that count come first. An unmatched estimate near an object that does not
+//! count is ignored (as in KITTI's "don't care" regions).
 //!
-//! Where it is known of which measurements an estimate was made, it is matched by their provenance, at any distance:
-//! no error is cut off.
+//! Where the measurements in an estimate are known, it is matched by their provenance, at any distance: no error is cut
+//! off.
 
 use crate::data::scene::TrueBox;
 use crate::score::errors::distance_m;
@@ -15,74 +14,74 @@ use crate::score::estimate::Estimate;
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
-/// What became of one estimate.
+/// The outcome of one estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It is of the object at this place of the truth.
+pub(crate) enum Outcome {
+    /// It is matched to the object at this place of the truth.
     Matched(usize),
-    /// It is of the object at this place, which another estimate is matched to: a false positive whose error counts.
+    /// It is of the object at this place, to which another estimate is matched: a false positive whose error counts.
     Repeated(usize),
-    /// There is no such object.
+    /// It is of no object.
     False,
-    /// It counts neither way: it is of a real object that does not count.
+    /// It is not counted, since its object does not count.
     Ignored,
 }
 
 /// The pairs of one frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Matching {
+pub(crate) struct Matching {
     /// By estimate.
     pub outcomes: Vec<Outcome>,
     /// Places in the truth of the objects that count and that have no estimate.
     pub missed: Vec<usize>,
 }
 
-/// One frame that is to be scored.
+/// One frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame<'a> {
-    /// What was reported.
+pub(crate) struct Frame<'a> {
+    /// The estimates.
     pub estimates: &'a [Estimate],
-    /// What was there.
+    /// The true objects.
     pub truth: &'a [TrueBox],
-    /// Of each true object whether it counts.
+    /// For each true object whether it counts.
     pub counts: &'a [bool],
 }
 
-/// How estimates and true objects find each other.
+/// How estimates and true objects are matched.
 #[derive(Clone, Copy, Debug)]
-pub enum MatchingRule<'a> {
+pub(crate) enum MatchingRule<'a> {
     /// By position: the most pairs and, among those, the least total distance.
     ByPosition(PositionRule),
     /// By the provenance of the measurements in an estimate.
     ByProvenance {
         /// Each estimate's place in the truth; `None` for clutter.
         places: &'a [Option<usize>],
-        /// What several estimates of one object are.
+        /// How several estimates of one object are counted.
         repeats: Repeats,
     },
 }
 
-/// Which pairs are possible where positions decide.
+/// Which pairs are possible in matching by position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PositionRule {
-    /// How far apart a pair may be, m; `None` where any distance is possible.
+pub(crate) struct PositionRule {
+    /// Greatest distance of a pair, m; `None` for any distance.
     pub radius_m: Option<f64>,
     /// Whether classes must be compatible.
     pub is_class_aware: bool,
 }
 
-/// What several estimates of one object are, where provenance decides.
+/// How several estimates of one object are counted in matching by provenance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Repeats {
-    /// The closest is matched, the others are false: how raw detections of a run are scored.
+pub(crate) enum Repeats {
+    /// The closest is matched, the others are false. For the raw detections of a run.
     ClosestIsMatched,
-    /// The first is matched, the errors of the others add up: how the paper's tables and sweeps count.
+    /// The first is matched, the errors of the others add up. For the paper's tables and for sweeps.
     ErrorsAddUp,
 }
 
 impl Frame<'_> {
     /// Matches by a rule.
-    pub fn matched(&self, rule: MatchingRule<'_>, assigner: &mut Assigner) -> Matching {
+    pub(crate) fn matched(&self, rule: MatchingRule<'_>, assigner: &mut Assigner) -> Matching {
         let outcomes = match rule {
             MatchingRule::ByPosition(rule) => self.by_position(rule, assigner),
             MatchingRule::ByProvenance { places, repeats } => self.by_provenance(places, repeats),
@@ -102,7 +101,7 @@ impl Frame<'_> {
         let reach_m = rule
             .radius_m
             .unwrap_or_else(|| candidates.iter().map(|candidate| candidate.cost).fold(1.0, f64::max));
-        // An estimate left alone costs more than any detour of the others: most pairs first.
+        // One estimate without a pair costs more than any other pairs can save: most pairs come first.
         #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
         let unmatched_cost = reach_m * (self.estimates.len() + 1) as f64;
         let columns = assigner.solve(self.estimates.len(), self.truth.len(), &candidates, unmatched_cost);
@@ -179,8 +178,8 @@ impl Frame<'_> {
 }
 
 impl Outcome {
-    /// The place in the truth of the object that it is of.
-    pub const fn place(self) -> Option<usize> {
+    /// The place of its object in the truth.
+    pub(crate) const fn place(self) -> Option<usize> {
         match self {
             Self::Matched(place) | Self::Repeated(place) => Some(place),
             Self::False | Self::Ignored => None,
@@ -189,10 +188,10 @@ impl Outcome {
 }
 
 impl Matching {
-    /// The same pairs seen on fewer objects: those for which `keep_object` holds, and the false estimates for which
-    /// `keep_false` holds. Everything else counts neither way.
+    /// The same pairs for fewer objects: those for which `keep_object` holds, and the false estimates for which `keep_false`
+    /// holds. Everything else is ignored.
     #[must_use]
-    pub fn restricted_to(
+    pub(crate) fn restricted_to(
         &self,
         keep_object: impl Fn(usize) -> bool,
         keep_false: impl Fn(usize) -> bool,
@@ -232,7 +231,7 @@ mod tests {
 
     #[test]
     fn more_pairs_win_over_a_shorter_total_distance() {
-        // Greedy would give the first prediction to the object at 0 and leave the second alone.
+        // A greedy matching would match the first estimate to the object at 0, and the second to none.
         let matching = by_distance(&[0.1, -1.9], &[0.0, 2.0], &[true, true]);
         assert_eq!(matching, Matching { outcomes: vec![Matched(1), Matched(0)], missed: vec![] });
     }
@@ -251,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prediction_of_an_uncounted_object_counts_neither_way() {
+    fn an_estimate_of_an_uncounted_object_is_ignored() {
         let matching = by_distance(&[0.1, 0.3, 9.0], &[0.0], &[false]);
         assert_eq!(matching, Matching { outcomes: vec![Ignored, Ignored, False], missed: vec![] });
     }
@@ -304,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restriction_turns_everything_else_into_neither() {
+    fn estimates_outside_a_restriction_are_ignored() {
         let matching = by_distance(&[0.0, 5.0, 20.0, 40.0], &[0.0, 5.0, 9.0, 12.0], &[true; 4]);
         let common = matching.restricted_to(|place| place % 2 == 1, |index| index == 3);
         assert_eq!(common, Matching { outcomes: vec![Ignored, Matched(1), Ignored, False], missed: vec![3] });

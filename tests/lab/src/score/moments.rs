@@ -1,4 +1,4 @@
-//! Means and standard deviations that add up.
+//! Means and standard deviations, merged by adding sums.
 
 /// Number, sum and sum of squares of some values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds a value, where there is one.
+    /// Adds a value, if there is one.
     pub fn add(&mut self, value: Option<f64>) {
         if let Some(value) = value {
             self.n += 1;
@@ -18,7 +18,7 @@ impl Moments {
         }
     }
 
-    /// Adds all values of another; the same order of additions gives the same bits.
+    /// Adds all values of another. The same order of additions gives the same bits.
     pub fn merge(&mut self, other: &Self) {
         self.n += other.n;
         self.sum += other.sum;
@@ -35,13 +35,13 @@ impl Moments {
         self.sum
     }
 
-    /// `None` without values.
+    /// The mean; `None` without values.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn mean(&self) -> Option<f64> {
         (self.n > 0).then(|| self.sum / self.n as f64)
     }
 
-    /// Of a sample: divided by n − 1; `None` with fewer than two values.
+    /// The standard deviation of a sample, divided by n − 1; `None` with fewer than two values.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn standard_deviation(&self) -> Option<f64> {
         let n = self.n as f64;

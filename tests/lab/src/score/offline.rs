@@ -1,4 +1,4 @@
-//! How good the fused objects are, where the truth is known.
+//! The score of fused objects against a table of true objects.
 
 use crate::data::scene::TrueBox;
 use crate::data::truth_table::Truth;
@@ -12,31 +12,31 @@ use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::association::assignment::Assigner;
 
-/// A fused object is of a true one of a compatible class within this distance, m; also GOSPA's cut-off.
-pub const MATCH_RADIUS_M: f64 = 2.0;
+/// Match radius between objects of compatible classes, m. Also the cut-off of GOSPA.
+pub(crate) const MATCH_RADIUS_M: f64 = 2.0;
 const RULE: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: true };
 
 /// The score: means over ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct TruthScore {
+pub(crate) struct TruthScore {
     /// Errors, precision, recall and GOSPA.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// Mean length of the error of the matched objects' velocities, m/s.
     pub velocity_error_mps: Option<f64>,
-    /// How often a true object's track became another one.
+    /// How often the track of a true object changed.
     pub id_switches: u64,
     /// Track ids for each matched object.
     pub ids_per_object: Option<f64>,
-    /// Within which distance objects are matched, m.
+    /// The match radius, m.
     pub match_radius_m: f64,
-    /// Rows of the truth whose class name is not known.
+    /// Rows of the truth with an unknown class name.
     pub unknown_classes: u64,
 }
 
-/// Compares tick after tick.
+/// Scores tick after tick.
 #[derive(Debug)]
-pub struct TruthScorer {
+pub(crate) struct TruthScorer {
     truth: Truth,
     tally: Tally,
     velocity: Moments,
@@ -45,8 +45,8 @@ pub struct TruthScorer {
 }
 
 impl TruthScorer {
-    /// By this truth.
-    pub fn new(truth: Truth) -> Self {
+    /// Scores against this truth.
+    pub(crate) fn new(truth: Truth) -> Self {
         Self {
             truth,
             tally: Tally::default(),
@@ -56,13 +56,13 @@ impl TruthScorer {
         }
     }
 
-    /// When it is known what was there.
-    pub fn span(&self) -> (Timestamp, Timestamp) {
+    /// The time for which the truth is known.
+    pub(crate) fn span(&self) -> (Timestamp, Timestamp) {
         self.truth.span()
     }
 
-    /// Takes in what was told of one time; times grow. Beyond the truth's own span nothing is right or wrong.
-    pub fn add(&mut self, at: Timestamp, objects: &[FusedObject]) {
+    /// Adds the objects of one time. Times must not decrease. Outside of the truth's own span nothing is scored.
+    pub(crate) fn add(&mut self, at: Timestamp, objects: &[FusedObject]) {
         let (begin, end) = self.span();
         if at < begin || at > end {
             return;
@@ -84,7 +84,7 @@ impl TruthScorer {
     }
 
     /// The means so far.
-    pub fn score(&self) -> TruthScore {
+    pub(crate) fn score(&self) -> TruthScore {
         let tracks = self.continuity.summary();
         TruthScore {
             metrics: self.tally.metrics(),
@@ -129,12 +129,12 @@ mod tests {
         assert_eq!((metrics.ate_m, metrics.ade_m, metrics.precision), (Some(1.0), Some(1.0), Some(0.5)));
         assert!((metrics.aoe_deg.unwrap() - 0.5_f64.to_degrees()).abs() < 1e-12);
         assert_eq!(velocity_error_mps, Some(5.0));
-        // GOSPA goes by position alone.
+        // GOSPA ignores the class.
         assert_eq!(metrics.gospa_m, Some(1.0));
     }
 
     #[test]
-    fn what_is_unknown_may_be_anything_and_beyond_two_metres_it_is_something_else() {
+    fn an_unknown_class_matches_any_class_within_two_metres() {
         let mut scorer = scorer();
         let objects = [(1, 18.1), (2, 2.1)].map(|(id, x)| fused(id, Class::Unknown, predicted(x, 0.0)));
         scorer.add(at_ms(0), &objects);
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_of_the_truths_span_nothing_is_judged() {
+    fn outside_the_time_span_of_the_truth_no_estimate_is_scored() {
         let mut scorer = scorer();
         for ms in [-2, 1002] {
             scorer.add(at_ms(ms), &[fused(1, Class::Car, predicted(0.0, 0.0))]);

@@ -14,7 +14,7 @@ pub struct Percentiles {
 }
 
 impl Percentiles {
-    /// Of these values; `None` where there are none.
+    /// The percentiles of these values; `None` without values.
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_unstable_by(f64::total_cmp);
         let rank = |percent| nearest_rank(&values, percent).copied();
@@ -22,9 +22,9 @@ impl Percentiles {
     }
 }
 
-/// The smallest of the sorted values that at least `percent` % of them do not exceed; `None` where
-/// there are none. `percent` is 1 to 100.
-pub fn nearest_rank<T>(sorted: &[T], percent: usize) -> Option<&T> {
+/// The smallest of the sorted values that at least `percent` % of them do not exceed; `None` without values. `percent` is
+/// 1 to 100.
+pub(crate) fn nearest_rank<T>(sorted: &[T], percent: usize) -> Option<&T> {
     let rank = (sorted.len() * percent).div_ceil(100);
     sorted.get(rank.saturating_sub(1))
 }

@@ -1,15 +1,15 @@
-//! How fresh the fused list is where it is used: at the consumer.
+//! End-to-end latency and age of information at the consumer.
 
 use crate::data::run_log::ReceivedFused;
 use crate::score::percentiles::Percentiles;
 use v2x_common::time::{Span, Timestamp};
 
-/// How often the age of information is looked at.
-pub const AGE_STEP: Span = Span::from_millis(10);
+/// Step of the samples of the age of information.
+pub(crate) const AGE_STEP: Span = Span::from_millis(10);
 
-/// From a measurement's capture to the consumer having the first fused frame that contains it, ms, over
-/// every detection frame that the given fused frames contain first.
-pub fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Option<Percentiles> {
+/// From a measurement's capture until the consumer receives the first fused frame that contains it, ms, over every
+/// detection frame in the `includes` of the given fused frames.
+pub(crate) fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Option<Percentiles> {
     let spans = fused
         .into_iter()
         .flat_map(|received| {
@@ -19,10 +19,10 @@ pub fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> 
     Percentiles::of(spans)
 }
 
-/// How old the newest measurement known to the consumer is, ms: at every 10 ms from `start` to `end`
-/// the time less the newest `captured_at`, of any agent, contained in any fused frame received so far.
-/// Times before the first such measurement are left out.
-pub fn age_of_information_ms(
+/// Age of the newest measurement at the consumer, ms: at every 10 ms from `start` to `end` the time less the newest
+/// `captured_at`, of any agent, contained in any fused frame received so far. Times before the first measurement are
+/// left out.
+pub(crate) fn age_of_information_ms(
     fused: &[ReceivedFused],
     start: Timestamp,
     end: Timestamp,
@@ -43,7 +43,7 @@ pub fn age_of_information_ms(
     Percentiles::of(ages)
 }
 
-/// Divided, not multiplied by 1e-6: 30 ms print as 30.
+/// Divided, not multiplied by 1e-6, so that 30 ms print as 30.
 #[expect(clippy::cast_precision_loss, reason = "spans of days keep sub-microsecond precision")]
 fn millis(span: Span) -> f64 {
     span.as_nanos() as f64 / 1e6
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn age_grows_until_something_newer_arrives() {
+    fn age_grows_until_a_newer_frame_arrives() {
         // Ages: at 100: 30; 110: 40; 120: 50 becomes 15 on arrival; 130: 25; an older one changes nothing.
         let log = [fused(80, 75, &[70]), fused(120, 118, &[105]), fused(125, 124, &[60])];
         let ages = age_of_information_ms(&log, at_ms(100), at_ms(130)).unwrap();

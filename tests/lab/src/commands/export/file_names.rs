@@ -1,13 +1,13 @@
-//! Names of scenes as names of files.
+//! File names of scenes.
 
 use std::collections::BTreeSet;
 
-/// Longest file name without its ending, bytes.
+/// Longest file name without its extension, bytes.
 const MAX_LEN: usize = 100;
 
-/// A file name for every scene, all different also where upper and lower case are one: letters, digits, `-`, `_` and
-/// `.` stay, all else becomes `_`.
-pub fn file_names<'a>(scenes: impl Iterator<Item = &'a str>) -> Vec<String> {
+/// One file name for each scene. They differ on file systems that ignore case, too. Letters, digits, `-`, `_` and
+/// `.` stay; any other character becomes `_`.
+pub(crate) fn file_names<'a>(scenes: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let unique = |name: &'a str| {
         let stem = safe(name);
@@ -23,7 +23,7 @@ fn safe(name: &str) -> String {
     let is_safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     let kept: String = name.chars().map(|c| if is_safe(c) { c } else { '_' }).take(MAX_LEN).collect();
     match kept.chars().next() {
-        // Hidden, or taken for an option.
+        // A leading `.` hides the file; a leading `-` looks like an option.
         Some('.' | '-') | None => format!("_{kept}"),
         Some(_) => kept,
     }

@@ -1,4 +1,5 @@
-//! What an export is of: enough to make its detections again, and so to know whose they are.
+//! The manifest of an export. It holds what is needed to generate the same detections again, so that `lab score`
+//! can recover the object of each detection.
 
 use crate::commands::draws::DrawArgs;
 use crate::commands::export::file_names::file_names;
@@ -11,69 +12,69 @@ use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Its file.
-pub const FILE_NAME: &str = "export.json";
-/// Of the file and of the tables beside it.
+/// File name of the manifest.
+pub(crate) const FILE_NAME: &str = "export.json";
+/// Version of the manifest and of the tables.
 const FORMAT: u32 = 1;
 
 /// The contents of `export.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Manifest {
+pub(crate) struct Manifest {
     /// Version of this format.
     pub format: u32,
     /// Version of the laboratory that wrote it.
     pub lab: String,
-    /// As `--dataset` names it.
+    /// Data set, as `--dataset` names it.
     pub dataset: String,
-    /// Of nuScenes.
+    /// Version of nuScenes.
     pub version: String,
-    /// Of nuScenes.
+    /// Split of nuScenes.
     pub split: String,
     /// Whether only a part of the scenes was taken.
     pub quick: bool,
-    /// Levels of noise of both agents.
+    /// Noise levels of both agents.
     pub noise: Vec<NoisePair>,
-    /// Realisations of the noise.
+    /// Number of realisations of the noise.
     pub trials: u32,
-    /// Of all noise.
+    /// Seed of the noise.
     pub seed: u64,
-    /// Of all errors.
+    /// Distribution of the errors.
     pub shape: Shape,
-    /// What agents can see.
+    /// Detection conditions of the agents.
     pub conditions: Conditions,
-    /// All scenes.
+    /// All scenes of the export.
     pub scenes: Vec<SceneFile>,
-    /// Of all detections.
+    /// Fingerprint of all detections.
     pub fingerprint: String,
 }
 
-/// A scene, and where its detections are.
+/// A scene and its file of detections.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SceneFile {
-    /// Its name in its data set.
+pub(crate) struct SceneFile {
+    /// Name of the scene in its data set.
     pub name: String,
-    /// Its file below `NOISE/trial-NUMBER`.
+    /// Its file in `NOISE/trial-NUMBER`.
     pub file: String,
-    /// How many keyframes it has.
+    /// Number of keyframes.
     pub keyframes: usize,
 }
 
 /// One table of an export.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
-    /// Levels of noise of both agents.
+pub(crate) struct Part {
+    /// Noise levels of both agents.
     pub noise: NoisePair,
-    /// The number of the trial.
+    /// Number of the trial.
     pub trial: u32,
-    /// The place of the scene.
+    /// Index of the scene.
     pub scene: usize,
 }
 
 impl Manifest {
-    /// Of an export of these scenes; its fingerprint is yet to come.
-    pub fn new(draws: &DrawArgs, conditions: Conditions, scenes: &[Scene]) -> anyhow::Result<Self> {
+    /// The manifest of an export of `scenes`, with an empty fingerprint.
+    pub(crate) fn new(draws: &DrawArgs, conditions: Conditions, scenes: &[Scene]) -> anyhow::Result<Self> {
         let files = file_names(scenes.iter().map(|scene| scene.name.as_str()));
         let scene_file = |(scene, file): (&Scene, String)| SceneFile {
             name: scene.name.clone(),
@@ -103,8 +104,8 @@ impl Manifest {
         })
     }
 
-    /// Reads the one in a folder.
-    pub fn load(folder: &Path) -> anyhow::Result<Self> {
+    /// Reads the manifest in a folder.
+    pub(crate) fn load(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(FILE_NAME);
         let text =
             std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -115,8 +116,8 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// The scenes, and the errors that fall on them, as `lab tables` would be asked for them.
-    pub fn draws(&self) -> anyhow::Result<DrawArgs> {
+    /// The scenes and the noise as options of `lab tables`.
+    pub(crate) fn draws(&self) -> anyhow::Result<DrawArgs> {
         Ok(DrawArgs {
             dataset: self.dataset.parse()?,
             version: self.version.clone(),
@@ -132,8 +133,8 @@ impl Manifest {
         })
     }
 
-    /// Its tables, in order.
-    pub fn parts(&self) -> impl Iterator<Item = Part> {
+    /// All tables, in order.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = Part> {
         let trials = |noise: &NoisePair| {
             (0..self.trials).map({
                 let noise = *noise;
@@ -144,21 +145,21 @@ impl Manifest {
         self.noise.iter().flat_map(trials).flat_map(scenes)
     }
 
-    /// Where a table is below the export's folder.
-    pub fn path(&self, part: Part) -> PathBuf {
+    /// Path of a table, relative to the folder of the export.
+    pub(crate) fn path(&self, part: Part) -> PathBuf {
         let Part { noise, trial, scene } = part;
         [noise.name(), &format!("trial-{trial}"), &self.scenes[scene].file].iter().collect()
     }
 
-    /// How the detections of a table were made.
-    pub const fn protocol(&self, part: Part) -> Protocol {
+    /// How the detections of a table are generated.
+    pub(crate) const fn protocol(&self, part: Part) -> Protocol {
         let Part { noise, trial, .. } = part;
         let Self { shape, conditions, seed, .. } = *self;
         Protocol { noise, shape, conditions, realisation: Realisation { seed, trial } }
     }
 
-    /// Whether these are its scenes, as far as names and lengths go.
-    pub fn is_of(&self, scenes: &[Scene]) -> bool {
+    /// Whether names and lengths of `scenes` are those of the manifest.
+    pub(crate) fn is_of(&self, scenes: &[Scene]) -> bool {
         let is_same = |(file, scene): (&SceneFile, &Scene)| {
             file.name == scene.name && file.keyframes == scene.keyframes.len()
         };
@@ -166,7 +167,7 @@ impl Manifest {
     }
 }
 
-/// So that an export can be scored from another folder.
+/// Makes paths absolute, so that an export can be scored from any folder.
 fn absolute(dataset: &Source) -> anyhow::Result<Source> {
     let absolute = |path| std::path::absolute(path).context("the path of the data set");
     Ok(match dataset {
@@ -176,9 +177,9 @@ fn absolute(dataset: &Source) -> anyhow::Result<Source> {
     })
 }
 
-/// Of tables, in order.
+/// A fingerprint of tables, in order.
 #[derive(Clone, Copy, Debug)]
-pub struct Fingerprint(u64);
+pub(crate) struct Fingerprint(u64);
 
 impl Default for Fingerprint {
     fn default() -> Self {
@@ -187,13 +188,13 @@ impl Default for Fingerprint {
 }
 
 impl Fingerprint {
-    /// Takes in a table.
-    pub fn add(&mut self, table: &str) {
+    /// Adds a table.
+    pub(crate) fn add(&mut self, table: &str) {
         self.0 = (self.0 ^ stable_hash(table)).wrapping_mul(0x0100_0000_01b3);
     }
 
-    /// As it is written.
-    pub fn text(self) -> String {
+    /// The fingerprint as the manifest holds it.
+    pub(crate) fn text(self) -> String {
         format!("{:016x}", self.0)
     }
 }

@@ -1,8 +1,8 @@
-//! `lab export`: the noisy detections that the tables' methods see, for methods in any language.
+//! `lab export`: writes the noisy detections of `lab tables`, for methods in any language.
 //!
-//! `DIR/export.json` says what they are of; `DIR/N1-N3/trial-0/SCENE.csv` are the detections of a scene, in the
-//! columns of `lab fuse`, with `det_id` (`agent-1:12:3`: agent, keyframe, place in its report), `sensor_x` and
-//! `sensor_y`. Both times are the keyframe's, since the scene's start. Nothing of the truth is in it.
+//! `DIR/export.json` is the manifest. `DIR/N1-N3/trial-0/SCENE.csv` holds the detections of a scene in the columns of
+//! `lab fuse`, with `det_id` (`agent-1:12:3`: agent, keyframe, index in its report), `sensor_x` and `sensor_y`.
+//! Both times are the time of the keyframe since the start of the scene. The files hold no ground truth.
 
 pub(crate) mod file_names;
 pub(crate) mod manifest;
@@ -17,9 +17,9 @@ use crate::report::progress::Progress;
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 
-/// Write the noisy detections of all scenes and trials, without the truth, for a method of your own in any language
+/// Write the noisy detections of all scenes and trials, without ground truth, for a method of your own in any language
 ///
-/// What it makes of them `lab score --name` puts into the tables as one more row.
+/// `lab score --name` adds the output of that method to the tables as one more row.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 DIR/export.json says what is exported; the detections of a scene are in DIR/N1-N3/trial-0/SCENE.csv, in the columns of
@@ -33,22 +33,22 @@ Examples:
 pub struct ExportArgs {
     #[command(flatten)]
     draws: DrawArgs,
-    /// What agents can see: for the table of --sensors, sensors
+    /// Detection conditions of the agents; the table of --sensors needs sensors
     #[arg(long, value_enum, default_value_t = Conditions::Paper)]
     conditions: Conditions,
-    /// The folder, which is made
+    /// The folder to create
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 impl ExportArgs {
-    /// These draws into this folder.
+    /// Exports `draws` into `folder`.
     pub const fn new(draws: DrawArgs, conditions: Conditions, out: PathBuf) -> Self {
         Self { draws, conditions, out }
     }
 }
 
-/// Exports.
+/// Reads the scenes and exports them.
 pub fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let scenes = args.draws.scenes()?;
     let manifest = write(args, &scenes)?;
@@ -58,7 +58,7 @@ pub fn export(args: &ExportArgs) -> anyhow::Result<()> {
 }
 
 /// Exports these scenes.
-pub fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
+pub(crate) fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
     let mut manifest = Manifest::new(&args.draws, args.conditions, scenes)?;
     let path = args.out.join(FILE_NAME);
     ensure!(!path.exists(), "{} is there already: export into a new folder", path.display());
@@ -73,7 +73,7 @@ pub fn write(args: &ExportArgs, scenes: &[Scene]) -> anyhow::Result<Manifest> {
     }
     progress.end();
     manifest.fingerprint = fingerprint.text();
-    // Last: with it the export is complete.
+    // Written last: an export with a manifest is complete.
     write_file(&path, &(serde_json::to_string_pretty(&manifest)? + "\n"))?;
     Ok(manifest)
 }

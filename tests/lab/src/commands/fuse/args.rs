@@ -1,4 +1,4 @@
-//! The command line of `lab fuse`.
+//! Options of `lab fuse`.
 
 use anyhow::{Context, ensure};
 use std::path::PathBuf;
@@ -10,10 +10,10 @@ use v2x_fusion_hub::hub::HubSettings;
 use v2x_fusion_hub::hub::hub_table;
 use v2x_fusion_hub::values::SensingDefaults;
 
-/// Fuse a log of detections by the very engine of the hub, offline; where the truth is known, judge it
+/// Fuse a log of detections offline with the engine of the hub; with ground truth, score the result
 ///
-/// Objects are told at every 0.1 s of the clock of arrivals (t_arr), from the first to the last one, of nothing but
-/// what has arrived by then.
+/// Fused objects are published every 0.1 s of arrival time (t_arr), from the first arrival to the last one. Each
+/// publication uses only detections that have arrived by then.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Detections: a CSV file with a row for each, in order of arrival, in the columns
@@ -31,60 +31,60 @@ Examples:
   lab fuse --detections log.csv --out fused.csv --range 50 --detection-probability 0.9 --clutter-per-frame 0.5
   lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml")]
 pub struct FuseArgs {
-    /// The detections
+    /// The detections (CSV)
     #[arg(long, value_name = "FILE.csv")]
     pub detections: PathBuf,
-    /// Where the fused objects go
+    /// The fused objects (CSV)
     #[arg(long, value_name = "FUSED.csv")]
     pub out: PathBuf,
-    /// What was there
+    /// The ground truth (CSV)
     #[arg(long, value_name = "TRUTH.csv")]
     pub truth: Option<PathBuf>,
-    /// How to fuse.
+    /// The settings of the hub.
     #[command(flatten)]
     pub rules: RuleArgs,
-    /// What the sensors are like.
+    /// The description of the sensors.
     #[command(flatten)]
     pub sensor: SensorArgs,
-    /// Print all figures as one line of JSON
+    /// Print all results as one line of JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// How to fuse: a hub's settings.
+/// The settings of a hub as options.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct RuleArgs {
-    /// How to fuse, as in a hub's settings: ours, unikf-paper, csba-wls, nms and so on [default: ours]
+    /// Fusion method, as in the settings of a hub: ours, unikf-paper, csba-wls, nms and so on [default: ours]
     #[arg(long, value_name = "KEY", value_parser = method)]
     pub method: Option<String>,
-    /// How objects are taken to move [default: the method's]
+    /// Motion model [default: the method's]
     #[arg(long, value_parser = ["cv", "imm"])]
     pub motion: Option<String>,
-    /// Frames that come later than this are refused [default: 500]
+    /// Frames older than this on arrival are refused, ms [default: 500]
     #[arg(long, value_name = "MS")]
     pub delta_max_ms: Option<f64>,
-    /// Hypotheses about which report is of which track, where that is in doubt
+    /// Number of association hypotheses
     #[arg(long, value_name = "N")]
     pub association_particles: Option<u32>,
-    /// A TOML file whose `[hub]` table holds all settings of a hub; the options above go before it
+    /// A TOML file with the settings of a hub in its `[hub]` table; the options above override it
     #[arg(long, value_name = "FILE.toml")]
     pub hub_config: Option<PathBuf>,
 }
 
-/// What all sensors of a log are like; what is not told, the hub's settings assume.
+/// One description for all sensors of a log. The settings of the hub hold the assumptions for what is not given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
 pub struct SensorArgs {
-    /// How far the sensors see, all around, m: what they do not report within it (from sensor_x,sensor_y) was not
-    /// there, or missed
+    /// Range of the sensors in all directions, m (from sensor_x,sensor_y); an object in range without a report counts
+    /// as absent or as a missed detection
     #[arg(long, value_name = "M")]
     pub range: Option<f64>,
-    /// Probability that a sensor reports an object in its range
+    /// Probability that a sensor detects an object in its range
     #[arg(long, value_name = "P", requires = "range")]
     pub detection_probability: Option<f64>,
-    /// Expected false reports of a sensor in a frame, in its range
+    /// Expected number of false detections of a sensor per frame, in its range
     #[arg(long, value_name = "N", requires = "range")]
     pub clutter_per_frame: Option<f64>,
-    /// Reported sizes are true ones times a normal factor of mean 1 and this σ, truncated below [LOWER: 0.1]
+    /// Reported sizes are true sizes times a normal factor of mean 1 and this σ, truncated below [LOWER: 0.1]
     #[arg(long, value_name = "SIGMA[:LOWER]", value_parser = size_noise)]
     pub size_noise: Option<SizeNoiseLaw>,
 }
@@ -109,7 +109,7 @@ fn size_noise(text: &str) -> Result<SizeNoiseLaw, String> {
 }
 
 impl RuleArgs {
-    /// The settings of a hub that they are.
+    /// The settings of a hub.
     pub fn settings(&self) -> anyhow::Result<HubSettings> {
         let mut table = match &self.hub_config {
             Some(path) => hub_table(path)?,
@@ -125,12 +125,12 @@ impl RuleArgs {
         HubSettings::from_table(table).context("the settings of the hub")
     }
 
-    /// The engine's settings; tracks are numbered from 0.
+    /// The settings of the engine. Track ids start at 0.
     pub fn engine(&self) -> anyhow::Result<EngineConfig> {
         Ok(EngineConfig { lineage: 0, ..self.settings()?.engine })
     }
 
-    /// The method's name.
+    /// Name of the method.
     pub fn method_key(&self) -> anyhow::Result<String> {
         let of_file = match (&self.method, &self.hub_config) {
             (None, Some(path)) => {
@@ -143,12 +143,12 @@ impl RuleArgs {
 }
 
 impl SensorArgs {
-    /// What every sensor of the log says of itself; `None` where nothing is known.
+    /// The description of every sensor of the log; `None` without any option.
     pub fn description(&self, defaults: &SensingDefaults) -> anyhow::Result<Option<SensorDescription>> {
         if *self == Self::default() {
             return Ok(None);
         }
-        // Of a range that is not told nothing is in view.
+        // Without a range nothing is in view.
         let field_of_view = FieldOfView::omnidirectional(0.0, self.range.unwrap_or(f64::MIN_POSITIVE));
         let clutter_per_m2 = match self.clutter_per_frame {
             Some(per_frame) => per_frame / field_of_view.area_m2(),
@@ -163,7 +163,7 @@ impl SensorArgs {
             size_noise: self.size_noise,
             body: None,
             accuracy: Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 },
-            // Only said, never used.
+            // Part of the message, but without influence.
             rate_hz: 10.0,
         };
         description.validate()?;
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn options_go_before_the_settings_file() {
+    fn options_override_the_settings_file() {
         let folder = std::env::temp_dir().join(format!("lab-fuse-args-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("hub.toml");
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_cannot_be_are_named() {
+    fn invalid_settings_are_errors_with_their_name() {
         let message = |rules: RuleArgs| format!("{:#}", rules.engine().unwrap_err());
         let rules = RuleArgs { delta_max_ms: Some(-1.0), ..RuleArgs::default() };
         assert!(message(rules).contains("delta_max_ms is -1, expected 1 to 60000"));
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_are_described_by_what_is_told_and_not_at_all_by_nothing() {
+    fn sensors_are_described_by_the_given_options_and_without_options_not_at_all() {
         let defaults = SensingDefaults::default();
         assert_eq!(SensorArgs::default().description(&defaults).unwrap(), None);
         let law = SensorArgs { size_noise: Some(size_noise("0.5").unwrap()), ..SensorArgs::default() };

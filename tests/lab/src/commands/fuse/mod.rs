@@ -1,4 +1,4 @@
-//! `lab fuse`: anybody's log of detections through the engine of the hub.
+//! `lab fuse`: runs the engine of the hub on a log of detections.
 
 pub(crate) mod args;
 
@@ -23,14 +23,14 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::engine::Engine;
 
-/// Fuses, writes the objects, and prints how it went.
+/// Fuses the log, writes the fused objects and prints the report.
 pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
     let report = run(args)?;
     print(&if args.json { serde_json::to_string(&report)? + "\n" } else { report.text() })?;
     Ok(())
 }
 
-/// Where the objects go.
+/// The output file.
 struct Sink<W: Write> {
     table: FusedTable<W>,
     scorer: Option<TruthScorer>,
@@ -44,7 +44,9 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let size = file.metadata().map_or(0, |metadata| metadata.len());
     let mut log = DetectionLog::new(file, &args.detections)?;
     if args.sensor.range.is_some() && !log.has_poses() {
-        tracing::warn!("without the columns sensor_x and sensor_y nobody knows what is in a sensor's range");
+        tracing::warn!(
+            "without the columns sensor_x and sensor_y --range has no effect: missed detections are ignored"
+        );
     }
     ensure!(!is_same(&args.detections, &args.out), "--out would overwrite the detections");
     ensure!(
@@ -91,7 +93,7 @@ impl<W: Write> Consumer for Sink<W> {
     type Error = anyhow::Error;
 
     fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
-        // With a lag objects hold for an earlier time than that at which they are published.
+        // With a lag, fused objects are estimates for an earlier time than their publication.
         self.table.write(frame.fused_at, &frame.objects).context("writing the fused objects")?;
         if let Some(scorer) = &mut self.scorer {
             scorer.add(frame.fused_at, &frame.objects);

@@ -1,11 +1,11 @@
-//! The command from file to file.
+//! The command, from input files to output files.
 
 use super::*;
 use crate::commands::fuse::args::{FuseArgs, RuleArgs, SensorArgs};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// A folder of its own that goes with the test.
+/// A temporary folder. It is deleted at the end of the test.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -39,8 +39,8 @@ impl Drop for Folder {
     }
 }
 
-/// A car that drives east at 10 m/s, reported exactly by two cameras at 10 Hz, 30 ms late, and the truth of it at
-/// 2 Hz; from a Unix time on.
+/// A car that drives east at 10 m/s from a Unix time on. Two cameras report it without error at 10 Hz, 30 ms late.
+/// Its ground truth has 2 Hz.
 fn drive() -> (String, String) {
     let mut log = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,note\n".to_owned();
     let mut truth = "t,object_id,class,x,y,vx,vy,w,d,yaw\n".to_owned();
@@ -59,7 +59,7 @@ fn drive() -> (String, String) {
 }
 
 #[test]
-fn a_driving_car_is_told_where_it_is_between_the_rows_of_the_truth_too() {
+fn a_moving_car_is_scored_between_the_rows_of_the_truth_too() {
     let folder = Folder::new("drive");
     let (log, truth) = drive();
     let report = run(&folder.args(&log, Some(&truth))).unwrap();
@@ -92,7 +92,7 @@ fn every_method_of_the_hub_fuses_a_log() {
 }
 
 #[test]
-fn what_a_described_sensor_does_not_see_is_soon_gone() {
+fn objects_that_a_described_sensor_misses_are_deleted_soon() {
     let folder = Folder::new("view");
     let header = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,sensor_x,sensor_y\n";
     let mut log = header.to_owned();
@@ -106,13 +106,13 @@ fn what_a_described_sensor_does_not_see_is_soon_gone() {
     let rows = |sensor| run(&FuseArgs { sensor, ..folder.args(&log, None) }).unwrap().fused_rows;
     let described =
         SensorArgs { range: Some(50.0), detection_probability: Some(0.99), ..SensorArgs::default() };
-    // Undescribed, the second car is told of until it was not measured for 1.5 s.
+    // Without a sensor description, the second car is published until it has had no measurement for 1.5 s.
     assert_eq!(rows(SensorArgs::default()), 20);
     assert!(rows(described) < 16, "{}", rows(described));
 }
 
 #[test]
-fn of_a_broken_log_no_table_is_left() {
+fn an_invalid_log_leaves_no_output_file() {
     let folder = Folder::new("broken");
     let (log, _) = drive();
     let args = folder.args(&(log + "1700000009,1700000009,left,car,x,5,1.8,4.5,0,1,1,1,1,1,\n"), None);
@@ -125,7 +125,7 @@ fn of_a_broken_log_no_table_is_left() {
 }
 
 #[test]
-fn inputs_are_not_overwritten_and_an_empty_log_is_told() {
+fn inputs_are_not_overwritten_and_an_empty_log_is_an_error() {
     let folder = Folder::new("same");
     let (log, truth) = drive();
     let args = folder.args(&log, Some(&truth));

@@ -1,12 +1,12 @@
-//! The command line of `lab score`.
+//! Options of `lab score`.
 
 use crate::commands::tables::RowArgs;
 use std::path::PathBuf;
 
-/// Score a recorded run again; or, with --name, what your own method made of exported detections
+/// Score a recorded run again; or, with --name, score the output of your own method on exported detections
 ///
-/// Without --name: the folder of a run that v2x demo recorded; its report is written anew.
-/// With --name: one more row of this name in every table of lab tables.
+/// Without --name: the folder of a run that v2x demo recorded; its report is written again.
+/// With --name: one more row with this name in every table of lab tables.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Your own method's output mirrors the export: FUSED/N1-N3/trial-0/SCENE.csv, a row for each box, in the columns
@@ -20,19 +20,19 @@ Examples:
   lab score --name mine fused --export detections
   lab score --name mine fused --table II --methods csba-wls,unikf-paper,ours")]
 pub struct ScoreArgs {
-    /// The run's folder; with --name folders laid out as the export is, or single files of it
+    /// The folder of the run; with --name folders with the layout of the export, or single files of it
     #[arg(required = true, value_name = "FOLDER|FUSED")]
     pub paths: Vec<PathBuf>,
-    /// The method's name in the tables
+    /// Name of the method in the tables
     #[arg(long)]
     pub name: Option<String>,
-    /// The export's folder [default: where export.json is, in a FUSED folder or above it]
+    /// The folder of the export [default: the nearest one with export.json, from a FUSED folder upwards]
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
-    /// What the method makes use of apart from boxes and classes, in words, for example "σ, past frames"
+    /// Inputs of the method other than boxes and classes, for example "σ, past frames"
     #[arg(long = "told", value_name = "TEXT")]
     pub inputs: Option<String>,
-    /// With --name.
+    /// The tables to print with --name.
     #[command(flatten)]
     pub rows: RowArgs,
     /// Print the summary, or all rows, as one line of JSON

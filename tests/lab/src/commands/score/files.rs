@@ -1,12 +1,12 @@
-//! Where an export is, and what was made of it.
+//! Finds an export and the output files of a method.
 
 use crate::commands::export::manifest::{FILE_NAME, Manifest, Part};
 use anyhow::{bail, ensure};
 use std::path::{Path, PathBuf};
 
-/// The folder of the export: the one that is named, else the nearest that holds `export.json`, in one of the paths or
-/// above it.
-pub fn export_folder(named: Option<&Path>, paths: &[PathBuf]) -> anyhow::Result<PathBuf> {
+/// The folder of the export: `named` if given; otherwise the nearest folder with `export.json`, from one of the
+/// paths upwards.
+pub(crate) fn export_folder(named: Option<&Path>, paths: &[PathBuf]) -> anyhow::Result<PathBuf> {
     if let Some(named) = named {
         return Ok(named.to_owned());
     }
@@ -22,13 +22,13 @@ pub fn export_folder(named: Option<&Path>, paths: &[PathBuf]) -> anyhow::Result<
     )
 }
 
-/// The file for every part of the export; an error where one is missing.
-pub fn fused_files(manifest: &Manifest, paths: &[PathBuf]) -> anyhow::Result<Vec<(Part, PathBuf)>> {
+/// One file for each part of the export; an error if one is missing.
+pub(crate) fn fused_files(manifest: &Manifest, paths: &[PathBuf]) -> anyhow::Result<Vec<(Part, PathBuf)>> {
     for path in paths {
         ensure!(path.exists(), "{} is not there", path.display());
     }
     let parts: Vec<Part> = manifest.parts().collect();
-    // Of one table there is no doubt what a file is of, whatever its name.
+    // An export of one table accepts a file of any name.
     if let ([part], [path]) = (parts.as_slice(), paths)
         && path.is_file()
     {
@@ -52,7 +52,7 @@ pub fn fused_files(manifest: &Manifest, paths: &[PathBuf]) -> anyhow::Result<Vec
     )
 }
 
-/// The file that is wanted, if it is this path or below it; a path may name an inner folder of the layout.
+/// The file `wanted`, if it is `path` or inside it. `path` can be an inner folder of the layout.
 fn file_in(path: &Path, wanted: &Path) -> Option<PathBuf> {
     if path.is_file() {
         return path.ends_with(wanted).then(|| path.to_owned());

@@ -1,5 +1,5 @@
-//! `lab score`: what somebody's method made of exported detections, as one more row of every table; or a recorded
-//! run once more.
+//! `lab score`: scores the output of another method on exported detections as one more row of every table, or
+//! scores a recorded run again.
 
 pub(crate) mod args;
 pub(crate) mod files;
@@ -27,10 +27,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use v2x_fusion_hub::association::assignment::Assigner;
 
-/// Longest name of a method.
+/// Longest name of a method, characters.
 const MAX_NAME_LEN: usize = 40;
 
-/// Scores and prints.
+/// Scores and prints the result.
 pub fn score(args: &ScoreArgs) -> anyhow::Result<()> {
     let Some(name) = &args.name else { return score_run(args) };
     check_name(name)?;
@@ -68,21 +68,21 @@ fn check_name(name: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Somebody's answers, and what was noticed about them.
+/// The output of a method on an export, with counts for warnings.
 #[derive(Clone, Debug)]
-pub struct MethodOutput {
-    /// The answers.
+pub(crate) struct MethodOutput {
+    /// The estimates.
     pub output: RecordedOutput,
-    /// Boxes that are scored.
+    /// Number of boxes that are scored.
     pub boxes: u64,
-    /// Rows at a time that is no keyframe's.
+    /// Number of rows whose time is not that of a keyframe.
     pub ignored_rows: u64,
-    /// Rows whose class name is not known.
+    /// Number of rows with an unknown class name.
     pub unknown_classes: u64,
 }
 
-/// Reads what a method made of an export; `told` says what it makes use of.
-pub fn read_output(
+/// Reads the output of a method on an export. `inputs` names the inputs that the method uses.
+pub(crate) fn read_output(
     name: &str,
     inputs: Option<&str>,
     (manifest, scenes): (&Manifest, &[Scene]),
@@ -112,7 +112,7 @@ pub fn read_output(
     let any_by_position = read.iter().any(|(_, fused)| fused.is_matched_by_position);
     ensure!(
         !any_by_position || manifest.conditions == Conditions::Paper,
-        "where sensors miss things and report others, boxes are told apart by their column det_ids only: there is none"
+        "with missed detections and clutter, boxes are matched by their column det_ids only, which is missing"
     );
     let by_position = any_by_position.then_some("matched by position");
     let inputs: Vec<&str> = inputs.into_iter().chain(by_position).collect();

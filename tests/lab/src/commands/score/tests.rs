@@ -1,4 +1,4 @@
-//! From the export over a method of one's own to its row.
+//! From an export over another method to its row in the tables.
 
 use super::*;
 use crate::commands::draws::DrawArgs;
@@ -10,7 +10,7 @@ use crate::score::keyframes::counting::{Counting, Subset};
 use crate::score::keyframes::experiments::{Experiment, Plan};
 use std::path::Path;
 
-/// A folder of its own that goes with the test.
+/// A temporary folder. It is deleted at the end of the test.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -48,7 +48,7 @@ fn exported(folder: &Path, conditions: Conditions) -> Manifest {
     manifest
 }
 
-/// Agent 1's detections as they are.
+/// The unchanged detections of agent 1.
 fn fuse_trivially(folder: &Path, manifest: &Manifest, to: &Path, has_ids: bool) {
     for part in manifest.parts() {
         let path = manifest.path(part);
@@ -70,7 +70,7 @@ fn fuse_trivially(folder: &Path, manifest: &Manifest, to: &Path, has_ids: bool) 
     }
 }
 
-/// Means of all metrics of single-1 and of the method_output, in every experiment.
+/// Means of all metrics of single-1 and of the scored method, in every experiment.
 fn both(manifest: &Manifest, method_output: MethodOutput) -> Vec<[[Option<f64>; 5]; 2]> {
     let contenders =
         vec![Contender::Method(Method::Single1), Contender::Recorded(Arc::new(method_output.output))];
@@ -136,9 +136,9 @@ fn without_ids_boxes_are_matched_by_position_and_the_row_says_so() {
     fuse_trivially(&folder.0, &manifest, &fused, false);
     let method_output = read_output("mine", None, (&manifest, &scenes()), &[fused]).unwrap();
     assert_eq!(method_output.output.inputs(), "matched by position");
-    // Of all objects; rows of the standing and of the moving ones are between.
+    // Only rows of all objects; rows of standing and of moving objects are between them.
     for [ours, method_output] in both(&manifest, method_output).into_iter().step_by(Subset::ALL.len()) {
-        // Near objects of one class are taken for each other: never to the method's disadvantage.
+        // Position matching can swap near objects of one class. The error never grows by that.
         assert!(method_output[0].unwrap() <= ours[0].unwrap() + 1e-9, "{ours:?} {method_output:?}");
         assert!(method_output[0].unwrap() > 0.5 * ours[0].unwrap(), "{ours:?} {method_output:?}");
         assert_eq!((method_output[3], method_output[4]), (Some(1.0), Some(1.0)));
@@ -172,7 +172,7 @@ fn every_scene_and_trial_must_be_there_in_folders_or_single_files() {
 }
 
 #[test]
-fn an_export_that_cannot_be_made_again_is_refused() {
+fn an_export_that_cannot_be_reproduced_is_an_error() {
     let folder = Folder::new("changed");
     let manifest = exported(&folder.0, Conditions::Paper);
     let fused = folder.0.join("fused");
@@ -192,7 +192,7 @@ fn an_export_that_cannot_be_made_again_is_refused() {
 }
 
 #[test]
-fn answers_are_rows_only_where_they_are_to_the_blocks_own_detections() {
+fn a_methods_output_is_scored_only_with_its_own_detections() {
     let folder = Folder::new("blocks");
     let manifest = exported(&folder.0, Conditions::Paper);
     let fused = folder.0.join("fused");
@@ -218,7 +218,7 @@ fn answers_are_rows_only_where_they_are_to_the_blocks_own_detections() {
 }
 
 #[test]
-fn names_that_would_be_confused_are_refused_and_a_run_needs_no_options() {
+fn ambiguous_method_names_are_errors_and_a_run_needs_no_options() {
     assert!(check_name("mine-2.1").is_ok());
     for name in ["", "ours", "a_b", "a b", &"x".repeat(41)] {
         assert!(check_name(name).is_err(), "{name:?}");

@@ -1,4 +1,4 @@
-//! The sweep's command line.
+//! Options of `lab sweep`.
 
 use crate::drive::sweep::axis::Axis;
 use crate::drive::sweep::method::SweepMethod;
@@ -8,44 +8,44 @@ use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 use v2x_common::time::Span;
 
-/// How long must be scored at least, s.
+/// Shortest scored time, s.
 const SHORTEST_S: f64 = 2.0;
-/// Of an axis' own values so many are run over the network, which takes as long as it takes.
+/// Number of default values of an axis in a live sweep, which runs in real time.
 const LIVE_VALUES: usize = 5;
 
-/// Error and timing against latency, loss, clock offset, … any parameter of a scenario
+/// Error and timing against latency, loss, clock offset, or any other parameter of a scenario
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = after_help())]
 pub struct SweepArgs {
-    /// What to vary: a name below or a parameter's path, with values of your own: latency=0,100,300,
-    /// world.traffic=0.2:0.8:0.2, agents.car.link=ideal,lte-uu. Two make a grid
+    /// The parameter to vary: a name below or the path of a parameter, with your own values: latency=0,100,300,
+    /// world.traffic=0.2:0.8:0.2, agents.car.link=ideal,lte-uu. Two parameters make a grid
     #[arg(required = true, num_args = 1..=2, value_name = "AXIS[=VALUES]")]
     axes: Vec<Axis>,
-    /// The scenario file [default: a roadside unit and a car at a crossing, the car late; for agents: ten of them]
+    /// The scenario file [default: a roadside unit and a late car at a crossing; for agents: ten agents]
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// What to compare [default: all; ours-uncorrected only where clocks or poses err]
+    /// Methods to compare [default: all; ours-uncorrected only with clock or pose errors]
     #[arg(long, value_delimiter = ',', value_name = "METHOD")]
     methods: Vec<SweepMethod>,
-    /// Δmax of each curve, ms: several are several curves [default: the scenario's]
+    /// Δmax, ms; each value is one curve [default: the scenario's]
     #[arg(long, value_delimiter = ',', value_name = "MS")]
     delta_max: Vec<f64>,
-    /// How many seeds [default: 5; live 2]
+    /// Number of seeds [default: 5; live 2]
     #[arg(long)]
     seeds: Option<u64>,
-    /// How long agents capture, s [default: 60; live 15]
+    /// Time for which the agents capture, s [default: 60; live 15]
     #[arg(long, value_name = "S")]
     duration_s: Option<f64>,
-    /// When scoring begins, s
+    /// Start of the scored time, s
     #[arg(long, default_value_t = 2.0, value_name = "S")]
     settle_s: f64,
-    /// Run every point as processes over Zenoh, each method a hub of its own, on the same frames
+    /// Run every point as processes over Zenoh, with one hub for each method, all on the same frames
     #[arg(long)]
     pub live: bool,
-    /// Where results are kept: a sweep that was stopped goes on there [default: v2x-sweeps/AXIS]
+    /// Folder of the results; a sweep that was stopped continues from it [default: v2x-sweeps/AXIS]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Threads [default: as many as there are cores]
+    /// Number of threads [default: number of cores]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
     /// Print the rows as one line of JSON
@@ -77,7 +77,7 @@ fn no_scenario(path: &Path) -> String {
 }
 
 impl SweepArgs {
-    /// What to run.
+    /// The plan of the sweep.
     pub fn plan(&self) -> anyhow::Result<Plan> {
         let text = match &self.scenario {
             Some(path) => std::fs::read_to_string(path).with_context(|| no_scenario(path))?,
@@ -126,7 +126,7 @@ impl SweepArgs {
         }
         if methods.is_empty() {
             methods = SweepMethod::ALL.to_vec();
-            // Where nothing is to be corrected it is ours once more.
+            // Without errors to correct it gives the results of `ours`.
             if !axes.iter().any(Axis::is_registration_error) {
                 methods.retain(|method| *method != SweepMethod::OursUncorrected);
             }
@@ -145,7 +145,7 @@ impl SweepArgs {
         })
     }
 
-    /// Where results are kept.
+    /// Folder of the results.
     pub fn folder(&self) -> PathBuf {
         let name = || {
             let names: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();

@@ -1,7 +1,8 @@
-//! One point over the network: agents and hubs as processes, every method a hub of its own on the same frames.
+//! One point over the network: agents and hubs are processes, and each method is one hub. All hubs receive the same
+//! frames.
 //!
-//! A relay carries the traffic for everybody; the hubs are routers that join it. Scenario time begins when all are up, so
-//! that agents send the very frames that they send in virtual time.
+//! A relay carries all traffic; the hubs are routers that join it. Scenario time starts when all processes are ready,
+//! so that the agents send the same frames as in virtual time.
 
 use crate::commands::sweep::virtual_time::{agents_bodies, heard_by, observers};
 use crate::data::recording::run_log;
@@ -34,27 +35,27 @@ use v2x_common::wire;
 use v2x_fusion_hub::hub::HubSettings;
 use v2x_fusion_hub::hub::HubStatus;
 
-/// Agents take at most so long to be up, and each so much more; scenario time begins then.
+/// Time until scenario time starts: a constant part and a part for each agent, in which the agents must start.
 const HEAD_START: Span = Span::from_millis(700);
 const HEAD_START_OF_EACH_MS: i64 = 400;
-/// A hub that listens to nobody, and hardly says anything.
+/// Settings of a hub that accepts no agent and publishes rarely.
 const RELAY: &str =
-    "[hub]\nid = \"relay\"\nonly_agents = [\"nobody\"]\npublish = { mode = \"fixed\", rate_hz = 0.1 }\n";
+    "[hub]\nid = \"relay\"\nonly_agents = [\"none\"]\npublish = { mode = \"fixed\", rate_hz = 0.1 }\n";
 const TOO_BUSY: &str = "this machine is too busy for a live sweep; try fewer --methods";
-/// What is on its way at the end may take so long to come.
+/// Time to wait at the end for messages in transit.
 const DRAIN: Duration = Duration::from_millis(300);
-/// Samples that may wait to be read.
+/// Capacity of the queue of samples.
 const QUEUE: usize = 100_000;
 const HUB_PATIENCE: Duration = Duration::from_secs(20);
 
-/// One hub of the run.
+/// One hub of a run.
 struct MethodHub {
     method: SweepMethod,
     settings: HubSettings,
     process: Child,
 }
 
-/// One hub's last words.
+/// The last status of a hub.
 struct Ended {
     method: SweepMethod,
     settings: HubSettings,
@@ -62,22 +63,22 @@ struct Ended {
     cpu_share: Option<f64>,
 }
 
-/// What the run left.
+/// The results of a run.
 struct Outcome {
     start: Timestamp,
     log: RunLog,
     hubs: Vec<Ended>,
 }
 
-/// Runs the methods; one record each. `None` where shutdown came first: all processes have ended then.
-pub async fn run(
+/// Runs the methods and returns one record each. `None` after a shutdown; all processes have ended then.
+pub(crate) async fn run(
     point: &Point,
     methods: &[SweepMethod],
     (length, folder): (Length, &Path),
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Option<Vec<Record>>> {
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
-    // Dropping children kills them: whatever ends this early leaves no process behind.
+    // Dropping a child kills it, so an early return leaves no process behind.
     let outcome = tokio::select! {
         outcome = run_network(point, methods, (length, folder), shutdown) => outcome?,
         () = shutdown.cancelled() => return Ok(None),
@@ -95,7 +96,7 @@ async fn run_network(
     let network = NetworkId::new(&format!("sweep-{}", clock::now().as_micros()))?;
     let launcher = Launcher::new(program, network).with_logs(folder, logging::DEFAULT_FILTER);
     let scenario = write(folder, "scenario.toml", &point.text)?;
-    // Nobody's hub: it carries all traffic, so that no method's processor time does.
+    // The relay is a separate hub, so that carrying traffic does not count as processor time of a method.
     let config = Some(write(folder, "relay.toml", RELAY)?);
     let (relay, connect) =
         launcher.hub_named("relay", &HubOptions { config, ..HubOptions::default() }).await?;
@@ -115,7 +116,7 @@ async fn run_network(
         agents.push(launcher.agent(&agent.id(), &options).await?);
     }
     let late = clock::now() - start;
-    ensure!(late < Span::ZERO, "agents were up {late} late: {TOO_BUSY}");
+    ensure!(late < Span::ZERO, "agents were ready {late} late: {TOO_BUSY}");
     let watched_from = clock::now();
     let busy_before: Vec<_> = hubs.iter().map(|hub| cpu_s(&hub.process)).collect();
     let entries = receive(&consumer, start + length.duration).await;
@@ -150,19 +151,19 @@ async fn start_hub(
     Ok(MethodHub { method, settings, process })
 }
 
-/// Ends an agent; an error where it could not send what it was to send.
+/// Ends an agent; an error if it could not send all its frames.
 async fn end_agent(agent: Child) -> anyhow::Result<()> {
     let name = agent.name().to_owned();
     let (_, words) = agent.end("stopped").await?;
     let words = words.with_context(|| format!("agent {name} ended without a report"))?;
     for trouble in ["frames_skipped", "put_errors"] {
         let n = words[trouble].as_u64().unwrap_or(0);
-        ensure!(n == 0, "agent {name} says {trouble}: {n}; {TOO_BUSY}");
+        ensure!(n == 0, "agent {name} reports {trouble}: {n}; {TOO_BUSY}");
     }
     Ok(())
 }
 
-/// Ends a hub; an error where it could not keep up.
+/// Ends a hub; an error if it could not keep up.
 async fn end_hub(hub: MethodHub, cpu_share: Option<f64>) -> anyhow::Result<Ended> {
     let MethodHub { method, settings, process } = hub;
     let (_, words) = process.end("stopped").await?;
@@ -173,7 +174,7 @@ async fn end_hub(hub: MethodHub, cpu_share: Option<f64>) -> anyhow::Result<Ended
     Ok(Ended { method, settings, status, cpu_share })
 }
 
-/// Everything that comes until a while after `end`.
+/// Records all samples until a short time after `end`.
 async fn receive(consumer: &Consumer, end: Timestamp) -> Vec<Entry> {
     let mut entries = Vec::new();
     let until = tokio::time::sleep((end - clock::now()).to_duration() + DRAIN);
@@ -191,7 +192,7 @@ fn score(point: &Point, outcome: &Outcome, length: Length) -> anyhow::Result<Vec
     let (start, end) = (*start, *start + length.duration);
     let mut provenance = Provenance::default();
     let mut all = Vec::new();
-    // Nobody but the simulation knows when frames were captured and sent; it tells here as it told the agents.
+    // Only the simulation knows when frames were captured and sent; it runs here with the parameters of the agents.
     let agents = traffic::agents(&point.scenario, point.seed, start);
     let senders: BTreeMap<AgentId, _> = agents.map(|agent| (agent.sensor().config().agent, agent)).collect();
     let mut buffer = Vec::new();
@@ -245,10 +246,10 @@ fn write(folder: &Path, name: &str, text: &str) -> anyhow::Result<PathBuf> {
     Ok(path)
 }
 
-/// Processor time of a process by now, s; `None` where the system does not tell.
+/// Processor time that a process has used so far, s; `None` if the system has no such value.
 fn cpu_s(process: &Child) -> Option<f64> {
     let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.process_id()?)).ok()?;
-    // The name in brackets may hold anything; user and system time are the 12th and 13th field after it (proc(5)).
+    // The name in brackets can hold any character. User and system time are fields 12 and 13 after it (proc(5)).
     let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
     let (user, system) = (fields.next()?.parse::<u64>().ok()?, fields.next()?.parse::<u64>().ok()?);
     Some((user + system) as f64 / rustix::param::clock_ticks_per_second() as f64)

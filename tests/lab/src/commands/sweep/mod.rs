@@ -1,7 +1,7 @@
-//! `lab sweep`: error and timing against any parameter of a scenario, for several ways to deal with delays.
+//! `lab sweep`: error and timing against any parameter of a scenario, for several methods of handling delays.
 //!
-//! What is varied and compared is in [`crate::drive::sweep`]; a run is scored into a
-//! [`record`](crate::score::sweep::record). Records are kept, so that a sweep that was stopped goes on where it was.
+//! [`crate::drive::sweep`] holds the axes and the methods. A run is scored into a
+//! [`record`](crate::score::sweep::record). Records are stored, so that a sweep that was stopped can continue.
 
 pub(crate) mod args;
 pub(crate) mod live;
@@ -24,28 +24,28 @@ use v2x_common::net::shutdown;
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;
 
-/// Runs a sweep, or what is left of it, and writes and prints what came of it.
+/// Runs a sweep, or the rest of it, and writes and prints its results.
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
 pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let plan = args.plan()?;
     let folder = args.folder();
-    // Before anything is written.
+    // Checked before any file is written.
     plan.points()?;
     let store = Store::open(&folder)?;
     if !store.is_empty() {
         let (folder, n) = (folder.display(), store.len());
         eprintln!(
-            "{folder} holds {n} runs: what is of this sweep is not run again, and the report is made anew"
+            "{folder} holds {n} runs: those of this sweep are not repeated, and the report is written again"
         );
     }
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let simulated = Plan { live: false, ..plan.clone() };
     let mut results = vec![run_virtual(&simulated, &store, threads)?];
     if plan.live {
-        // A network has processes to be ended; what is computed here, Ctrl-C may end on the spot.
+        // A live sweep has child processes to end. In virtual time, Ctrl-C can end this process immediately.
         let shutdown = shutdown::token(false)?;
         let Some(live) = run_live(&plan, (&store, &folder), &shutdown).await? else {
-            eprintln!("interrupted; all processes have ended, and the same command goes on from here");
+            eprintln!("interrupted; all processes have ended, and the same command continues the sweep");
             return Ok(ExitCode::from(INTERRUPTED));
         };
         results.push(live);
@@ -62,7 +62,7 @@ pub async fn sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The command line that asked for it, for the report.
+/// The command line, for the report.
 fn command() -> String {
     let words = std::env::args().skip(1);
     std::iter::once("lab".to_owned()).chain(words).collect::<Vec<_>>().join(" ")

@@ -1,7 +1,8 @@
-//! Runs what is not known yet, on all cores, and gathers the rows.
+//! Runs all points without a stored record, on all cores, and collects the rows.
 
+use crate::commands::sweep::live;
 use crate::commands::sweep::store::{Store, key};
-use crate::commands::sweep::{live, virtual_time};
+use crate::commands::sweep::virtual_time;
 use crate::drive::parallel;
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Plan, Point};
@@ -14,7 +15,7 @@ use std::path::Path;
 use tokio_util::sync::CancellationToken;
 
 /// Runs a sweep in virtual time.
-pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result<Results> {
+pub(crate) fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result<Results> {
     let points = plan.points()?;
     let mut progress = Progress::begin("runs");
     let work = |place: usize| -> anyhow::Result<Vec<Record>> {
@@ -31,9 +32,9 @@ pub fn run_virtual(plan: &Plan, store: &Store, threads: usize) -> anyhow::Result
     Ok(Results::of(plan, points, done?))
 }
 
-/// Runs a sweep over the network, point after point: two at a time would disturb each other. `None` where shutdown
-/// came first; what was finished is kept.
-pub async fn run_live(
+/// Runs a sweep over the network, one point at a time, since parallel runs would disturb each other. `None` after a
+/// shutdown; records of finished runs are stored.
+pub(crate) async fn run_live(
     plan: &Plan,
     (store, folder): (&Store, &Path),
     shutdown: &CancellationToken,
@@ -63,12 +64,12 @@ pub async fn run_live(
     Ok(Some(Results::of(plan, points, done)))
 }
 
-/// The methods whose run at a point is not known yet.
+/// The methods without a stored record at a point.
 fn unknown(plan: &Plan, point: &Point, store: &Store) -> Vec<SweepMethod> {
     plan.methods.iter().copied().filter(|method| store.get(&key(plan, point, *method)).is_none()).collect()
 }
 
-/// All methods' records at a point, in the plan's order: what was known, and what has just been run.
+/// The records of all methods at a point, in the order of the plan: stored ones and new ones.
 fn with_known(
     plan: &Plan,
     (point, store): (&Point, &Store),

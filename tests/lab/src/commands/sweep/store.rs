@@ -1,4 +1,4 @@
-//! Finished runs, kept line by line: a sweep that was stopped goes on where it was.
+//! Records of finished runs, one per line, so that a sweep that was stopped can continue.
 
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Plan, Point};
@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock};
 
-/// The file in a sweep's folder.
+/// File name in the folder of a sweep.
 const FILE: &str = "runs.jsonl";
 
 /// A finished run.
@@ -21,17 +21,17 @@ struct Line {
     record: Record,
 }
 
-/// What was computed before, and a place for what is computed now.
+/// Stored records, and the file for new ones.
 #[derive(Debug)]
-pub struct Store {
+pub(crate) struct Store {
     path: PathBuf,
     known: BTreeMap<String, Record>,
     file: Mutex<File>,
 }
 
 impl Store {
-    /// Of a folder, which is made where there is none. A last line that was cut off by the stop is passed over.
-    pub fn open(folder: &Path) -> anyhow::Result<Self> {
+    /// Opens the store of a folder and creates the folder if needed. An incomplete last line is ignored.
+    pub(crate) fn open(folder: &Path) -> anyhow::Result<Self> {
         std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let path = folder.join(FILE);
         let text = match std::fs::read_to_string(&path) {
@@ -49,32 +49,32 @@ impl Store {
         Ok(Self { path, known, file: Mutex::new(file) })
     }
 
-    /// How many runs are known.
-    pub fn len(&self) -> usize {
+    /// Number of stored records.
+    pub(crate) fn len(&self) -> usize {
         self.known.len()
     }
 
-    /// Whether none are.
-    pub fn is_empty(&self) -> bool {
+    /// Whether there is no stored record.
+    pub(crate) fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
 
-    /// The record of a run, where it was computed before.
-    pub fn get(&self, key: &str) -> Option<&Record> {
+    /// The stored record of a run, if any.
+    pub(crate) fn get(&self, key: &str) -> Option<&Record> {
         self.known.get(key)
     }
 
-    /// Keeps a record.
-    pub fn keep(&self, key: &str, record: &Record) -> anyhow::Result<()> {
+    /// Stores a record.
+    pub(crate) fn keep(&self, key: &str, record: &Record) -> anyhow::Result<()> {
         let line = serde_json::to_string(&Line { key: key.to_owned(), record: record.clone() })? + "\n";
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         file.write_all(line.as_bytes()).with_context(|| format!("writing {}", self.path.display()))
     }
 }
 
-/// What a run depends on: one that differs in anything else gives the same bits. The scenario with all that it
-/// refers to (recorded links), and this very build.
-pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
+/// Everything that the result of a run depends on: the scenario, the files that it refers to (recorded links) and
+/// this build.
+pub(crate) fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
     let parts = [
         build(),
         &format!("{:?}", point.scenario),
@@ -86,7 +86,7 @@ pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
         &plan.length.settle.as_nanos().to_string(),
         if plan.live { "live" } else { "virtual" },
     ];
-    // FNV-1a; the zero byte keeps neighbours apart.
+    // FNV-1a; the zero byte separates the parts.
     let hash = parts
         .iter()
         .flat_map(|part| part.bytes().chain([0]))
@@ -96,13 +96,13 @@ pub fn key(plan: &Plan, point: &Point, method: SweepMethod) -> String {
     format!("{hash:016x}")
 }
 
-/// Tells this build from others.
+/// An identifier of this build.
 fn build() -> &'static str {
     static BUILD: OnceLock<String> = OnceLock::new();
     BUILD.get_or_init(|| {
         let file = std::env::current_exe().and_then(std::fs::metadata);
         let written = file.and_then(|file| Ok((file.len(), file.modified()?)));
-        // Where the system does not tell, the version must do.
+        // Without that file, the version alone identifies the build.
         format!("{} {:?}", env!("CARGO_PKG_VERSION"), written.ok())
     })
 }
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_kept_is_there_after_a_stop_even_in_the_middle_of_a_line() {
+    fn stored_records_are_read_after_a_stop_in_the_middle_of_a_line() {
         let folder = folder("stop");
         let record =
             Record { blocks: vec![[Errors { ate_m: 0.1, ..Errors::default() }; 4]], ..Record::default() };

@@ -1,4 +1,4 @@
-//! Sweeps as a whole, in virtual time.
+//! Whole sweeps in virtual time.
 
 use crate::commands::sweep::run::run_virtual;
 use crate::commands::sweep::store::Store;
@@ -42,7 +42,7 @@ fn mate_m(rows: &[Row], method: SweepMethod, x: f64) -> f64 {
 }
 
 #[test]
-fn beyond_delta_max_a_partner_changes_nothing_at_all() {
+fn beyond_delta_max_another_agent_has_no_influence() {
     use SweepMethod::{DropLate, Ours, Replay, RollbackLiteral, Single, SingleOurs};
     let plan = plan(&["latency=900"], &SweepMethod::ALL, 8);
     let rows = rows(&plan, "beyond");
@@ -56,7 +56,7 @@ fn beyond_delta_max_a_partner_changes_nothing_at_all() {
 }
 
 #[test]
-fn replaying_late_data_helps_and_losing_newer_data_costs() {
+fn replaying_late_data_lowers_the_error_and_losing_newer_data_raises_it() {
     use SweepMethod::{Replay, RollbackLiteral, Single};
     let mut plan = plan(&["latency=0,200"], &[Single, RollbackLiteral, Replay], 16);
     plan.seeds = vec![1, 2, 3];
@@ -71,7 +71,7 @@ fn replaying_late_data_helps_and_losing_newer_data_costs() {
 }
 
 #[test]
-fn a_sweep_goes_on_where_it_was_stopped_and_comes_to_the_same() {
+fn a_stopped_sweep_continues_and_gives_the_same_results() {
     let folder = folder("resume");
     let whole = plan(&["loss=0,0.5"], &[SweepMethod::Single, SweepMethod::Ours], 5);
     let first = plan(&["loss=0"], &[SweepMethod::Ours], 5);
@@ -87,13 +87,13 @@ fn a_sweep_goes_on_where_it_was_stopped_and_comes_to_the_same() {
 }
 
 #[test]
-fn a_grid_is_told_by_its_second_value_and_written_as_files() {
+fn a_grid_has_one_curve_for_each_second_value_and_is_written_to_files() {
     let folder = folder("grid");
     let plan = plan(&["latency=0,300", "agents=1,2"], &[SweepMethod::Ours], 5);
     let results = run_virtual(&plan, &Store::open(&folder).unwrap(), 2).unwrap();
     let rows = results.rows();
     assert_eq!(rows.len(), 4 * 4);
-    // One agent alone does not care how late the other one is.
+    // A single agent does not depend on the delay of the other one.
     let alone: Vec<_> = rows.iter().filter(|row| row.y == Some(1.0)).map(|row| row.mate_m).collect();
     assert_eq!(alone[..4], alone[4..]);
     let printed = text::terminal(&rows);

@@ -1,4 +1,4 @@
-//! One point in virtual time: the frames once, and every method on them.
+//! One point in virtual time: all methods run on the same frames.
 
 use crate::data::simulation::Simulation;
 use crate::data::truth::Observer;
@@ -20,10 +20,10 @@ use v2x_fusion_hub::engine::AgentRegistry;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::hub::HubSettings;
 
-/// Any start does: the world is a function of scenario time.
+/// An arbitrary start: the world depends on scenario time only.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 
-/// Who looks at what is scored: the first two agents.
+/// The first two agents: objects are scored that they cover.
 pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Observer> {
     let facts = simulation.agent_facts(|_| None);
     let observer =
@@ -33,8 +33,8 @@ pub(super) fn observers(point: &Point, simulation: &Simulation<'_>) -> Vec<Obser
     point.scenario.agents.iter().zip(facts).take(2).map(observer).collect()
 }
 
-/// Runs the methods; one record each.
-pub fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
+/// Runs the methods and returns one record each.
+pub(crate) fn run(point: &Point, methods: &[SweepMethod], length: Length) -> anyhow::Result<Vec<Record>> {
     if methods.is_empty() {
         return Ok(Vec::new());
     }
@@ -83,17 +83,17 @@ fn arrived(Arrival { received_at, times, frame, bytes, .. }: &Arrival) -> Arrive
     }
 }
 
-/// What a hub heard until the end.
+/// The arrivals at a hub until the end.
 pub(super) fn heard_by(settings: &HubSettings, all: &[ArrivedFrame], end: Timestamp) -> Vec<ArrivedFrame> {
     all.iter().filter(|frame| settings.listens_to(&frame.agent) && frame.at <= end).copied().collect()
 }
 
-/// The objects that agents are: they report themselves, better than anybody sees them.
+/// The objects that are agents. They report themselves more accurately than any sensor.
 pub(super) fn agents_bodies(simulation: &Simulation<'_>) -> BTreeSet<ObjectId> {
     simulation.agent_facts(|_| None).into_iter().filter_map(|facts| facts.itself).collect()
 }
 
-/// The hub's statistics of its agents.
+/// The statistics of a hub about its agents.
 fn add_statistics(record: &mut Record, agents: &AgentRegistry, first: &AgentId) {
     for (agent, known) in agents.iter() {
         let statistics = &known.statistics;

@@ -1,4 +1,4 @@
-//! The command line of `lab tables`.
+//! Options of `lab tables`.
 
 use crate::commands::draws::DrawArgs;
 use crate::drive::keyframes::contender::Contender;
@@ -8,14 +8,14 @@ use crate::report::tables::study::Study;
 use crate::score::keyframes::experiments::Plan;
 use std::path::{Path, PathBuf};
 
-/// The paper's, and what tells whether they can be trusted.
+/// The tables of the paper, and the checks of consistency and robustness.
 const DEFAULT_TABLES: [Table; 7] =
     [Table::II, Table::III, Table::IV, Table::Fig3, Table::Fig4, Table::Robustness, Table::Nees];
 
-/// Print the paper's tables: every method under every level of noise, the paper's value beside ours
+/// Print the tables of the paper: every method at every noise level, with the published value beside ours
 ///
-/// True boxes are perturbed as the paper says (section II), every method sees the same errors, and errors are
-/// counted by identity, false positives included. The same seed gives the same tables everywhere.
+/// True boxes are perturbed as in section II of the paper. Every method receives the same detections. Errors are
+/// counted by identity and include false positives. The same seed gives the same tables on every machine.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Counting: the paper's tables hold the errors of all boxes over the number of true positives (table); its formula
@@ -39,22 +39,22 @@ pub struct TablesArgs {
     json: bool,
 }
 
-/// Which tables, of whom, and where they go.
+/// The tables, the methods and the output.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct RowArgs {
     /// Only these tables and figures [default: the paper's, nees, and robustness at the lowest and highest noise]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub table: Vec<Table>,
-    /// Also ours without each of its parts
+    /// Also ours without each one of its parts
     #[arg(long)]
     pub ablation: bool,
-    /// Also all methods with a detection probability of 0.9, 0.5 false reports a frame and partly overlapping views
+    /// Also all methods with a detection probability of 0.9, 0.5 false detections per frame and partly overlapping views
     #[arg(long)]
     pub sensors: bool,
     /// Only these methods
     #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
-    /// Threads; of no influence on the numbers [default: all cores]
+    /// Number of threads; the results do not depend on it [default: all cores]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
     /// Folder for report.html with its plots (SVG, PDF), tables.md, tables.csv, tables.tex and tables.json
@@ -63,17 +63,17 @@ pub struct RowArgs {
 }
 
 impl TablesArgs {
-    /// These rows of these draws.
+    /// The tables of `draws` as options.
     pub const fn new(draws: DrawArgs, rows: RowArgs, json: bool) -> Self {
         Self { draws, rows, json }
     }
 
-    /// Which scenes, and which errors fall on them.
+    /// The scenes and the noise.
     pub(super) const fn draws(&self) -> &DrawArgs {
         &self.draws
     }
 
-    /// What is asked for.
+    /// The tables that the options ask for.
     pub(super) fn study(&self, further: Vec<Contender>) -> Study {
         let rows = &self.rows;
         let mut tables = if rows.table.is_empty() { DEFAULT_TABLES.to_vec() } else { rows.table.clone() };
@@ -84,7 +84,7 @@ impl TablesArgs {
         Study { tables, noise, methods, shape: self.draws.shape, further, is_brief }
     }
 
-    /// What is to be computed for it.
+    /// The plan of experiments for these tables.
     pub(super) fn plan(&self, study: &Study) -> Plan {
         Plan {
             experiments: study.experiments(),
@@ -94,17 +94,17 @@ impl TablesArgs {
         }
     }
 
-    /// The name of the data set.
+    /// Name of the data set.
     pub(super) fn dataset(&self) -> String {
         self.draws.dataset.to_string()
     }
 
-    /// The folder for files.
+    /// Folder of the output files.
     pub(super) fn out(&self) -> Option<&Path> {
         self.rows.out.as_deref()
     }
 
-    /// Whether rows are printed as JSON.
+    /// Whether the rows are printed as JSON.
     pub(super) const fn is_json(&self) -> bool {
         self.json
     }

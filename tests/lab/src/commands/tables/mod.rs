@@ -1,8 +1,9 @@
-//! `lab tables`: the paper's tables and figures, ours beside them.
+//! `lab tables`: the tables and figures of the paper, with our values beside them.
 
 pub(crate) mod args;
 
-pub use args::{RowArgs, TablesArgs};
+pub(crate) use args::RowArgs;
+pub use args::TablesArgs;
 
 use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
@@ -11,19 +12,19 @@ use crate::report::progress::Progress;
 use crate::report::tables::results::Tables;
 use crate::report::tables::{files, text};
 
-/// Computes and prints.
+/// Computes and prints the tables.
 pub fn tables(args: &TablesArgs) -> anyhow::Result<()> {
     tables_with(args, Vec::new())
 }
 
-/// Computes and prints, with methods of your own as further rows of every table.
+/// Computes and prints the tables, with further methods as rows of every table.
 pub fn tables_with(args: &TablesArgs, further: Vec<Contender>) -> anyhow::Result<()> {
     tables_of(args, &args.draws().scenes()?, further)
 }
 
-/// The same of scenes that are read already.
+/// Like [`run_with`], for scenes in memory.
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
-pub fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
+pub(crate) fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
     let mut progress = Progress::begin("scenes × trials × noise");
     let study = args.study(further);
     let plan = args.plan(&study);
@@ -72,10 +73,10 @@ mod tests {
     }
 
     #[test]
-    fn every_form_of_the_table_has_every_row() {
+    fn every_table_format_has_every_row() {
         let methods = [Method::Single1, Method::Nms, Method::CsbaWls, Method::Ours];
         let tables = small(&[Table::II], &methods);
-        // By noise, method, counting, subset.
+        // Noise, method, counting, subset.
         assert_eq!(tables.rows.len(), 2 * 4 * 2 * 3);
         let (text, markdown) = (text::terminal(&tables), text::markdown(&tables));
         let (csv, latex) = (files::table_csv(&tables).unwrap(), latex::latex(&tables));
@@ -159,7 +160,7 @@ mod tests {
         let hash = numbers.fold(0u64, |hash, number| {
             hash.rotate_left(5).wrapping_add(number.to_bits()).wrapping_mul(0x0100_0000_01b3)
         });
-        // Printed by this test's failure; it changes where noise, scenes, rules or counting do.
+        // The failing test prints the new value. It changes with noise, scenes, rules or counting.
         assert_eq!(hash, 7_090_604_563_049_918_763);
     }
 }

@@ -1,4 +1,4 @@
-//! What one predict and update costs: ours, the textbook's, and a late measurement's replay.
+//! Processor time of one predict and update: our filter, a textbook filter, and the replay after a late measurement.
 
 use crate::commands::cpu_time::thread_cpu_time;
 use crate::commands::throughput::textbook::{Dense, Structured};
@@ -14,16 +14,16 @@ use v2x_fusion_hub::filter::{Filter, MotionParams};
 use v2x_fusion_hub::track::{Evidence, FrameStore, Rollback, SensedFrame, Track, TrackContext};
 use v2x_fusion_hub::values::{AgentNames, Measurement, SensingDefaults, SensorModel};
 
-/// Time between two reports, as ten agents at 10 Hz give them.
+/// Time between two reports of one object by ten agents at 10 Hz.
 const STEP: Span = Span::from_millis(10);
 const ROUNDS: usize = 5;
 const REPLAY_ROUNDS: usize = 100;
 const STEPS: u32 = 400;
 const TRACKS: usize = 100;
-/// How many pieces of evidence are newer than the late one.
+/// Number of measurements that are newer than the late one.
 const NEWER: usize = 25;
 
-/// Nanoseconds of CPU for one predict and update.
+/// CPU time of one predict and update, ns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FilterCosts {
     pub(super) ours_ns: f64,
@@ -31,8 +31,8 @@ pub(super) struct FilterCosts {
     pub(super) structured_ns: f64,
 }
 
-/// The least CPU time per step of several rounds: what disturbs can only add. Every step is another track's, as a
-/// frame brings them.
+/// CPU time per step, the least of several rounds, since disturbances only add time. Consecutive steps are of
+/// different tracks, as in a frame.
 fn least_ns_per_step<T: Clone>(start: &T, mut step_of: impl FnMut(&mut T, u32)) -> f64 {
     let mut least_ns = f64::INFINITY;
     for _ in 0..ROUNDS {
@@ -77,7 +77,7 @@ fn measurement(step: u32) -> Measurement {
     SensorModel::undescribed(&SensingDefaults::default()).measurement(&detection(step))
 }
 
-/// Measures all three filters on the same reports.
+/// Measures the three filters on the same reports.
 pub(super) fn filter_costs<F: Filter>() -> FilterCosts {
     let reports: Vec<_> = (0..1000).map(measurement).collect();
     let motion = MotionParams::of(Class::Car);
@@ -100,7 +100,7 @@ pub(super) fn filter_costs<F: Filter>() -> FilterCosts {
     FilterCosts { ours_ns, textbook_ns, structured_ns }
 }
 
-/// Nanoseconds of CPU to put a late report before 25 newer ones of its track and to apply these again.
+/// CPU time to insert a late report before 25 newer ones of its track and to apply these again, ns.
 pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
     let mut agents = AgentNames::default();
     let name = AgentId::new("agent")?;
@@ -122,7 +122,7 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
     };
     let n_in_time = u32::try_from(2 * NEWER)?;
     let in_time: Vec<_> = (0..n_in_time).map(|step| detection_of(step, u64::from(step))).collect();
-    // At the very time of the one before it, but later in order: exactly so many are newer.
+    // It has the time of the report before it but a higher order, so the number of newer reports is exact.
     let late = detection_of(n_in_time - u32::try_from(NEWER)? - 1, 1 << 40);
     let context = TrackContext {
         frames: &frames,
@@ -134,7 +134,7 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &context);
     in_time[1..].iter().for_each(|item| track.insert(*item, None, &context));
-    // As many as stay in the caches, where a hub's tracks are.
+    // So many tracks fit into the caches, as the tracks of a hub do.
     let n_copies = 64;
     let mut least_ns = f64::INFINITY;
     for _ in 0..REPLAY_ROUNDS {

@@ -1,4 +1,4 @@
-//! `lab throughput`: how many detections one core takes in, associates, fuses and tells of.
+//! `lab throughput`: how many detections per second one core decodes, associates, fuses and publishes.
 
 mod filters;
 mod pipeline;
@@ -8,14 +8,14 @@ use crate::data::workload::Load;
 use crate::report::output::print;
 use anyhow::Context;
 use serde::Serialize;
-use v2x_fusion_hub::filter::{ImmState, State};
+use v2x_fusion_hub::filter::{Filter, ImmState, State};
 use v2x_fusion_hub::fusion::MotionModel;
 
-/// Measure the whole pure pipeline on one thread: bytes of detection frames in, bytes of fused frames out
+/// Measure the whole pipeline without I/O on one thread: bytes of detection frames in, bytes of fused frames out
 ///
-/// Agents send at 10 Hz with their phases spread, the hub publishes at 20 Hz of simulated time, every object
-/// has 100 m² to itself and every agent sees all of them (0.95 of the time). CPU time of the thread is counted;
-/// making the frames is not.
+/// Agents send at 10 Hz with spread phases. The hub publishes at 20 Hz of simulated time. The density is one object
+/// per 100 m², and every agent detects each object with probability 0.95. The result counts CPU time of the
+/// thread, without the time to generate the frames.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -23,23 +23,23 @@ Examples:
   lab throughput --agents 200 --late 0.2               a fifth of the frames 60 to 250 ms late
   lab throughput --objects 2000 --seconds 5 --json")]
 pub struct ThroughputArgs {
-    /// Agents
+    /// Number of agents
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
     agents: u32,
-    /// Objects
+    /// Number of objects
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=4000))]
     objects: u32,
-    /// Share of frames that come 60 to 250 ms late, 0 to 1
+    /// Fraction of frames that arrive 60 to 250 ms late, 0 to 1
     #[arg(long, default_value_t = 0.0, value_name = "SHARE", value_parser = share)]
     late: f64,
-    /// How objects are taken to move
+    /// Motion model
     #[arg(long, value_enum, default_value_t = Motion::Cv)]
     motion: Motion,
-    /// Seconds of simulated time [default: so many that about two million detections are measured]
+    /// Simulated time, s [default: enough for about two million detections]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seconds: Option<u32>,
     /// Seed of the objects and of their reports
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     seed: u64,
     /// Print the result as one line of JSON
     #[arg(long)]
@@ -60,7 +60,7 @@ fn share(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("expected 0 to 1".to_owned()) }
 }
 
-/// What `--json` prints. Times are of the CPU, per detection or per call.
+/// The output of `--json`. Times are CPU times per detection or per call.
 #[derive(Clone, Debug, Serialize)]
 struct Report {
     agents: u32,
@@ -73,26 +73,26 @@ struct Report {
     cpu_ns_per_detection: f64,
     detections_per_s_per_core: f64,
     allocations_per_detection: f64,
-    /// Mean number of objects in a fused frame: nothing is left out for speed.
+    /// Mean number of objects in a fused frame. It shows that no object is left out.
     objects_published: f64,
-    /// One predict and update of the dense 7-state filter in Joseph form.
+    /// One predict and update of the dense 7-state filter in Joseph form, ns.
     textbook_filter_ns: f64,
-    /// The same, by blocks, with nalgebra.
+    /// One predict and update by blocks with nalgebra, ns.
     structured_filter_ns: f64,
-    /// The same, ours.
+    /// One predict and update of our filter, ns.
     filter_ns: f64,
-    /// A late report before 25 newer ones of its track, which are applied again.
+    /// Insertion of a late report before 25 newer ones of its track, which are applied again, ns.
     late_replay_ns: f64,
     publish_hz: f64,
-    /// A detection frame decoded and taken in, µs.
+    /// Decoding and ingestion of a detection frame, µs.
     frame_us_p50: f64,
     frame_us_p99: f64,
-    /// A fused frame made and encoded, late data replayed, µs.
+    /// Replay, creation and encoding of a fused frame, µs.
     publish_us_p50: f64,
     publish_us_p99: f64,
 }
 
-/// Measures and prints. `allocations` tells how many heap allocations there have been.
+/// Measures and prints the result. `allocations` returns the number of heap allocations so far.
 pub fn throughput(args: &ThroughputArgs, allocations: fn() -> u64) -> anyhow::Result<()> {
     let load = Load { agents: args.agents, objects: args.objects, late_share: args.late, seed: args.seed };
     let per_second = i64::from(args.agents) * i64::from(args.objects) * 10;
@@ -105,7 +105,7 @@ pub fn throughput(args: &ThroughputArgs, allocations: fn() -> u64) -> anyhow::Re
     print(&text).context("writing the result")
 }
 
-fn measure<F: v2x_fusion_hub::filter::Filter>(
+fn measure<F: Filter>(
     load: Load,
     (motion, model): (Motion, MotionModel),
     seconds: i64,
@@ -163,7 +163,7 @@ fn text(report: &Report) -> String {
     lines.map(|line| line + "\n").concat()
 }
 
-/// The textbook filters are constant-velocity ones: four interacting models do more than they.
+/// A note on the comparison: the textbook filters have one constant-velocity model, and IMM has four models.
 fn comparison(report: &Report) -> String {
     let (dense, blocks, ours) = (report.textbook_filter_ns, report.structured_filter_ns, report.filter_ns);
     match report.motion {

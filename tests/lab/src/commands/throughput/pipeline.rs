@@ -1,4 +1,4 @@
-//! The pipeline under load: bytes in, bytes out, nothing else.
+//! The pipeline under load, from input bytes to output bytes.
 
 use crate::commands::cpu_time::thread_cpu_time;
 use crate::data::workload::{Arrival, Load, Workload};
@@ -14,24 +14,24 @@ use v2x_fusion_hub::fusion::MotionModel;
 
 /// Time between two fused frames.
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);
-/// Before buffers have grown and tracks have settled, nothing is measured.
+/// Time before the measurement starts, in which buffers grow and tracks settle.
 const WARM_UP_S: i64 = 2;
 
-/// What was measured.
+/// The measured values.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) detections: u64,
     pub(super) cpu: Span,
     pub(super) allocations: u64,
-    /// One detection frame, decoded and taken in, µs.
+    /// Decoding and ingestion of a detection frame, µs.
     pub(super) frame_us: Percentiles,
-    /// One fused frame, made and encoded, µs.
+    /// Creation and encoding of a fused frame, µs.
     pub(super) publish_us: Percentiles,
     /// Mean number of objects in a fused frame.
     pub(super) objects_published: f64,
 }
 
-/// The hub's pure half with its buffers.
+/// The part of the hub without I/O, with its buffers.
 struct Pipeline {
     engine: Engine,
     frame: DetectionFrame,
@@ -54,7 +54,7 @@ impl Pipeline {
     }
 }
 
-/// Runs the load for so many seconds of its own time. `allocations` tells how many there have been.
+/// Runs the load for its whole simulated time. `allocations` returns the number of heap allocations so far.
 pub(super) fn run(
     load: Load,
     motion: MotionModel,
@@ -66,15 +66,15 @@ pub(super) fn run(
     let config = EngineConfig::new(HubId::new("hub")?, 1).with_tracking(|tracking| tracking.motion = motion);
     let mut engine = Engine::new(config);
     for agent in workload.agents() {
-        engine.handle_description(agent, workload.description());
+        engine.handle_description(agent, workload.description())?;
     }
-    let nobody = FrameId { agent: AgentId::new("nobody")?, epoch: 0, sequence: 0 };
-    let frame = DetectionFrame::empty(nobody, start);
+    let unset = FrameId { agent: AgentId::new("unset")?, epoch: 0, sequence: 0 };
+    let frame = DetectionFrame::empty(unset, start);
     let mut pipeline = Pipeline { engine, frame, encoded: Vec::new() };
     let mut tally = Tally::default();
     let mut due = start + PUBLISH_INTERVAL;
     for second in 1..=WARM_UP_S + seconds {
-        // Made beforehand: what agents and links cost is not the hub's.
+        // Generated before the measurement: the cost of agents and links is not a cost of the hub.
         let arrivals = workload.arrivals_before(start + Span::from_millis(1000 * second))?;
         if second == WARM_UP_S + 1 {
             tally = Tally::default();

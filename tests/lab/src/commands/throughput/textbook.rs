@@ -1,7 +1,7 @@
-//! The filter as a textbook has it, to be compared with in speed and in every digit.
+//! Textbook implementations of the filter, a reference for speed and for numerical results.
 //!
-//! [`Dense`]: seven states in one matrix, Joseph form. [`Structured`]: what a careful programmer writes with
-//! nalgebra once he has seen that position and velocity, width, depth and heading do not touch each other.
+//! [`Dense`]: one matrix with seven states, Joseph form. [`Structured`]: separate blocks with nalgebra for position
+//! and velocity, width, depth and heading, which are independent of each other.
 
 use nalgebra::{Matrix2, Matrix4, Matrix4x2, SMatrix, SVector, Vector2, Vector4};
 use v2x_common::geometry::angle_difference;
@@ -14,7 +14,7 @@ type Matrix5x7 = SMatrix<f64, 5, 7>;
 
 /// [x y vx vy w d θ] and its 7×7 covariance.
 #[derive(Clone, Debug)]
-pub struct Dense {
+pub(crate) struct Dense {
     /// Mean.
     pub x: SVector<f64, 7>,
     /// Covariance.
@@ -32,8 +32,8 @@ fn relative(z: &Measurement, size: f64, dimension: usize) -> f64 {
 }
 
 impl Dense {
-    /// The same belief as an estimate of ours.
-    pub fn of(estimate: &Estimate) -> Self {
+    /// The same state as an estimate of the hub's filter.
+    pub(crate) fn of(estimate: &Estimate) -> Self {
         let [x, y] = estimate.position;
         let [vx, vy] = estimate.velocity;
         let mut p = Matrix7::zeros();
@@ -50,7 +50,7 @@ impl Dense {
     }
 
     /// x ← F x, P ← F P Fᵀ + Q.
-    pub fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
+    pub(crate) fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
         let mut f = Matrix7::identity();
         f[(0, 2)] = dt_s;
         f[(1, 3)] = dt_s;
@@ -69,8 +69,8 @@ impl Dense {
         self.p = f * self.p * f.transpose() + q;
     }
 
-    /// The Kalman update with z = [x y w d θ], Joseph form; `None` where the innovation has no inverse.
-    pub fn update(&mut self, z: &Measurement) -> Option<()> {
+    /// The Kalman update with z = [x y w d θ], Joseph form; `None` if the innovation covariance has no inverse.
+    pub(crate) fn update(&mut self, z: &Measurement) -> Option<()> {
         let mut h = Matrix5x7::zeros();
         for (row, column) in [0, 1, 4, 5, 6].into_iter().enumerate() {
             h[(row, column)] = 1.0;
@@ -95,18 +95,18 @@ impl Dense {
     }
 }
 
-/// A 4-state filter and three scalar ones.
+/// A 4-state filter and three scalar filters.
 #[derive(Clone, Debug)]
-pub struct Structured {
+pub(crate) struct Structured {
     x: Vector4<f64>,
     p: Matrix4<f64>,
-    /// Mean and variance of width, depth and heading.
+    /// Means and variances of width, depth and heading.
     scalars: [(f64, f64); 3],
 }
 
 impl Structured {
-    /// The same belief as the dense one.
-    pub fn of(dense: &Dense) -> Self {
+    /// The same state as the dense filter.
+    pub(crate) fn of(dense: &Dense) -> Self {
         let scalar = |place: usize| (dense.x[place], dense.p[(place, place)]);
         Self {
             x: dense.x.fixed_rows::<4>(0).into_owned(),
@@ -116,7 +116,7 @@ impl Structured {
     }
 
     /// x ← F x, P ← F P Fᵀ + Q.
-    pub fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
+    pub(crate) fn predict(&mut self, dt_s: f64, motion: &MotionParams) {
         let mut f = Matrix4::identity();
         f[(0, 2)] = dt_s;
         f[(1, 3)] = dt_s;
@@ -135,8 +135,8 @@ impl Structured {
         }
     }
 
-    /// The Kalman update; `None` where the innovation has no inverse.
-    pub fn update(&mut self, z: &Measurement) -> Option<()> {
+    /// The Kalman update; `None` if the innovation covariance has no inverse.
+    pub(crate) fn update(&mut self, z: &Measurement) -> Option<()> {
         let r = Matrix2::new(z.r.xx, z.r.xy, z.r.xy, z.r.yy);
         let inverse = (self.p.fixed_view::<2, 2>(0, 0) + r).try_inverse()?;
         let k: Matrix4x2<f64> = self.p.fixed_view::<4, 2>(0, 0) * inverse;
@@ -185,7 +185,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn ours_is_the_textbooks_filter_to_a_billionth(
+        fn our_filter_equals_the_textbook_filter_to_one_billionth(
             first in measurement(),
             steps in prop::collection::vec((1i64..900, measurement()), 1..20),
         ) {

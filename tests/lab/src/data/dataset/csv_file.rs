@@ -2,7 +2,7 @@
 //!
 //! Columns `scene,frame,t_s,object_id,class,x,y,width,length,yaw,ego_x,ego_y,ego_yaw`, in any order; others are
 //! ignored. Metres, radians, seconds since the scene's start, one map frame for each scene. Where the ego's pose is
-//! `nan` throughout a scene, agent 1 stands in the middle of the scene's boxes.
+//! `nan` throughout a scene, agent 1 is in the middle of the scene's boxes.
 
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use crate::data::dataset::error::DatasetError;
@@ -31,11 +31,11 @@ const COLUMNS: [&str; 13] = [
     "ego_yaw",
 ];
 
-/// Longest scene, s.
+/// Latest time in a scene, s.
 const MAX_TIME_S: f64 = 1e6;
 
 /// Reads a file.
-pub fn load(path: &Path) -> Result<Vec<Scene>, DatasetError> {
+pub(crate) fn load(path: &Path) -> Result<Vec<Scene>, DatasetError> {
     scenes_of(CsvTable::open(path, (&COLUMNS, &[]))?, path)
 }
 
@@ -48,26 +48,26 @@ fn scenes_of(mut table: CsvTable<impl Read>, path: &Path) -> Result<Vec<Scene>, 
     if scenes.is_empty() { Err(DatasetError::Empty(path.to_owned())) } else { Ok(scenes) }
 }
 
-/// The ego's pose; `None` where it is not known.
+/// The ego's pose; `None` where it is unknown.
 fn ego(row: &Row<'_>) -> Result<Option<Pose>, CsvError> {
     let number = |column| row.number(column, |value| !value.is_infinite(), "a number, or nan");
     let (x, y, yaw) = (number("ego_x")?, number("ego_y")?, number("ego_yaw")?);
     Ok((!x.is_nan() && !y.is_nan()).then(|| Pose { x, y, yaw: if yaw.is_nan() { 0.0 } else { yaw } }))
 }
 
-/// A keyframe that is being filled.
+/// A keyframe under construction.
 struct Frame {
     at: Span,
     ego: Option<Pose>,
     objects: Vec<TrueBox>,
 }
 
-/// Scenes that are being filled, in order of appearance.
+/// Scenes under construction, in order of appearance.
 #[derive(Default)]
 struct Scenes {
     names: Vec<String>,
     frames: Vec<BTreeMap<u32, Frame>>,
-    /// Numbers of the objects, by order of appearance.
+    /// Numbers of the objects, in order of appearance.
     ids: Vec<BTreeMap<String, u32>>,
 }
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// Why a data set cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
-    /// Not a name of a data set.
+    /// An unknown name of a data set.
     #[error("unknown data set {0:?}; expected synthetic, nuscenes:ROOT or csv:FILE")]
     UnknownSource(String),
     /// A table of boxes.
@@ -16,7 +16,7 @@ pub enum DatasetError {
     /// Tables of nuScenes.
     #[error(transparent)]
     Nuscenes(#[from] NuscenesError),
-    /// Nothing to evaluate.
+    /// A data set without boxes.
     #[error("{} holds no boxes", .0.display())]
     Empty(PathBuf),
 }

@@ -1,4 +1,4 @@
-//! Where scenes come from.
+//! Data sets: synthetic scenes, nuScenes, and CSV tables.
 
 pub(crate) mod csv_file;
 pub(crate) mod error;

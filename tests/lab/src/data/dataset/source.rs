@@ -11,7 +11,7 @@ use std::str::FromStr;
 /// A data set as it is named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// The made-up scenes of [`crate::data::dataset::synthetic`].
+    /// The synthetic scenes of [`crate::data::dataset::synthetic`].
     Synthetic,
     /// A table in the columns of [`crate::data::dataset::csv_file`].
     Csv(PathBuf),
@@ -35,7 +35,7 @@ impl FromStr for Source {
 }
 
 impl Source {
-    /// Its scenes; `version` and `split` are nuScenes'.
+    /// Its scenes; `version` and `split` are those of nuScenes.
     pub fn load(&self, version: &str, split: &Split) -> Result<Vec<Scene>, DatasetError> {
         match self {
             Self::Synthetic => Ok(synthetic::scenes()),

@@ -1,4 +1,4 @@
-//! Who competes: a method of ours, one of yours, or what somebody's method has answered.
+//! A compared method: one of the hub's, a user's in-process method, or the recorded output of a user's method.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::observation::AgentReport;
@@ -14,24 +14,24 @@ use v2x_common::detection::Detection;
 use v2x_common::time::Span;
 use v2x_fusion_hub::fusion::FusionMethod;
 
-/// Makes a method of one's own ready for a scene.
-pub type Factory = dyn Fn() -> Box<dyn FusionMethod> + Send + Sync;
+/// Makes a user's method for one scene.
+pub(crate) type Factory = dyn Fn() -> Box<dyn FusionMethod> + Send + Sync;
 
 /// A row of the tables.
 #[derive(Clone)]
 pub enum Contender {
-    /// One that is there.
+    /// A method of the tables.
     Method(Method),
-    /// One of your own.
+    /// A user's method.
     Own {
         /// Its name in tables.
         key: String,
-        /// What it is inputs apart from boxes and classes, in words.
+        /// Its inputs apart from boxes and classes, in words.
         inputs: String,
-        /// Makes it ready for a scene.
+        /// Makes it for one scene.
         factory: Arc<Factory>,
     },
-    /// What somebody's method has answered to exported detections.
+    /// The output of a user's method for exported detections.
     Recorded(Arc<RecordedOutput>),
 }
 
@@ -54,7 +54,7 @@ impl Serialize for Contender {
 }
 
 impl Contender {
-    /// A method of your own; `inputs` says in words what it is inputs apart from boxes and classes.
+    /// A user's method; `inputs` are its inputs apart from boxes and classes, in words.
     pub fn own(
         key: impl Into<String>,
         inputs: impl Into<String>,
@@ -72,7 +72,7 @@ impl Contender {
         }
     }
 
-    /// What it is inputs apart from boxes and classes, in words.
+    /// Its inputs apart from boxes and classes, in words.
     pub fn inputs(&self) -> String {
         match self {
             Self::Method(method) => method.inputs(),
@@ -81,7 +81,7 @@ impl Contender {
         }
     }
 
-    /// Whether it can be asked under this setting: answers are to the detections of one kind of draws.
+    /// Whether it can run under this setting. A recorded output is for the detections of one setting only.
     pub fn has_output_for(&self, setting: &Setting) -> bool {
         match self {
             Self::Recorded(output) => output.is_for(setting),
@@ -89,7 +89,7 @@ impl Contender {
         }
     }
 
-    /// Whether it says how accurate its boxes are.
+    /// Whether its boxes have covariances.
     pub fn claims_accuracy(&self) -> bool {
         match self {
             Self::Recorded(output) => output.claims_accuracy(),
@@ -97,7 +97,7 @@ impl Contender {
         }
     }
 
-    /// The method, where it is one of ours.
+    /// The method of the tables, if it is one.
     pub const fn method(&self) -> Option<Method> {
         match self {
             Self::Method(method) => Some(*method),
@@ -105,7 +105,7 @@ impl Contender {
         }
     }
 
-    /// Made ready for one scene.
+    /// Makes it for one scene.
     pub fn begin(&self, trial_of_scene: &SceneTrial<'_>) -> Fuser {
         let SceneTrial { noise, conditions, .. } = *trial_of_scene;
         let run = |setup: Setup| Box::new(EngineRun::new(setup, noise.levels(), conditions));
@@ -126,20 +126,20 @@ impl Contender {
     }
 }
 
-/// A contender at work on one scene.
+/// A contender in one scene.
 #[derive(Debug)]
 pub enum Fuser {
     /// An engine.
     Engine(Box<EngineRun>),
-    /// One whose list another one takes for an agent's report.
+    /// Two engines: the second takes the first one's fused objects as an agent's report.
     Filtered(Box<EngineRun>, Box<EngineRun>),
-    /// RecordedOutput that are there already, by keyframe.
+    /// A recorded output, by keyframe.
     Recorded(std::vec::IntoIter<Vec<FusedBox>>),
 }
 
 impl Fuser {
-    /// Takes in a keyframe, of this number and time in the scene; tells what is there, and with a lag what was there
-    /// in earlier ones.
+    /// Takes in a keyframe of this number and time. Returns the keyframes that are published then: this one, or with a lag
+    /// earlier ones.
     pub fn fuse(
         &mut self,
         reports: &[AgentReport; 2],
@@ -158,7 +158,7 @@ impl Fuser {
         }
     }
 
-    /// At the end of a scene: what was there in the keyframes that are not answered yet.
+    /// At the end of a scene: the keyframes that are not published yet.
     pub fn finish(&mut self) -> Vec<KeyframeOutput> {
         match self {
             Self::Engine(run) | Self::Filtered(_, run) => run.finish(),
@@ -167,7 +167,7 @@ impl Fuser {
     }
 }
 
-/// A fused list as if agent 1 had reported it.
+/// A fused list as a report of agent 1.
 fn as_report<'a>(
     fused: impl Iterator<Item = &'a FusedBox> + Clone,
     reports: &[AgentReport; 2],

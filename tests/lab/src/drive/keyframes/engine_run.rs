@@ -22,24 +22,24 @@ use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::engine::{Disposition, Refusal};
 use v2x_fusion_hub::fusion::{FusionMethod, Hypotheses};
 
-/// Any start does.
+/// Arbitrary: the engine has no absolute times.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
-/// Keyframes per second: only said, never used.
+/// Keyframes per second. Declared, but not used by the engine.
 const RATE_HZ: f64 = 2.0;
-/// Recorded keyframes come on the sweeps of a sensor at 20 Hz, not every 0.5 s exactly: so much later is still within
-/// the lag. Less than the time between two frames at 10 Hz, where none more may count.
+/// Recorded keyframes are sweeps of a sensor at 20 Hz, not exactly 0.5 s apart: this much later is still within the lag.
+/// It is less than the time between two frames at 10 Hz, so that no further frame counts.
 const LAG_TOLERANCE: Span = Span::from_millis(75);
-/// With true identities objects are moved this far apart along x, m: so that no report fits another one's track.
+/// With true identities objects are moved this far apart along x, m: no detection is in another object's gate.
 const APART_M: f64 = 20_000.0;
-/// With true identities every report fits its own track, far as it may lie from it.
+/// With true identities every detection is in its own object's gate, at any distance.
 const OPEN_GATE: f64 = 1e4;
 
-/// What is told of one keyframe.
+/// The published objects of one keyframe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyframeOutput {
     /// Its number in the scene.
     pub frame: usize,
-    /// What is there.
+    /// The objects.
     pub boxes: Vec<FusedBox>,
 }
 
@@ -52,7 +52,7 @@ pub struct Refused {
     refusal: Refusal,
 }
 
-/// One engine in one scene; it sees keyframe after keyframe.
+/// One engine in one scene.
 #[derive(Debug)]
 pub struct EngineRun {
     driver: Driver<OfKeyframes>,
@@ -60,13 +60,13 @@ pub struct EngineRun {
     agents: Vec<AgentId>,
     descriptions: Vec<SensorDescription>,
     conditions: Conditions,
-    /// Whose detections they were, by keyframe and agent.
+    /// The true objects of the detections, by keyframe and agent.
     identities: Vec<Vec<Vec<Option<ObjectId>>>>,
-    /// Numbers of the keyframes that are not answered yet, by time.
+    /// Numbers of the keyframes that are not published yet, by time.
     pending: VecDeque<usize>,
 }
 
-/// The objects of published keyframes, in the order in which they were asked for.
+/// The objects of published keyframes, in the order of requests.
 #[derive(Default)]
 struct Published(Vec<Vec<FusedObject>>);
 
@@ -80,12 +80,12 @@ impl Consumer for Published {
 }
 
 impl EngineRun {
-    /// A new engine, which the agents have described their sensors to.
+    /// A new engine that has the agents' sensor descriptions.
     pub fn new(setup: Setup, levels: [NoiseLevel; 2], conditions: Conditions) -> Self {
         Self::of(Engine::new(config(&setup)), (setup, levels, conditions))
     }
 
-    /// The same around a method of one's own.
+    /// The same with a user's method.
     pub fn with_fusion(
         setup: Setup,
         levels: [NoiseLevel; 2],
@@ -121,9 +121,8 @@ impl EngineRun {
         }
     }
 
-    /// Takes in what the agents report of a keyframe; tells the objects of it: in the paper's conditions, where
-    /// what was not reported is not there, those that were measured in it, else all. With a lag, those of earlier
-    /// keyframes that this one comes too late for.
+    /// Takes in the agents' reports of a keyframe, and returns the keyframes that are published then. In the paper's
+    /// conditions, where every object is reported, only objects with a measurement of the keyframe are returned, else all.
     pub fn fuse(&mut self, reports: &[AgentReport], at: Span) -> Result<Vec<KeyframeOutput>, Refused> {
         let now = START + at;
         let mut published = Published::default();
@@ -133,8 +132,8 @@ impl EngineRun {
             self.describe();
         }
         let reports = &reports[..self.agents.len()];
-        // Agent 2's frame comes first. Both are of the same instant, so which one arrives first is chance, and every
-        // method that keeps tracks gets them in this order.
+        // Agent 2's frame arrives first. Both are of the same instant: the order is arbitrary, and the same for every
+        // method.
         for (agent, report) in self.agents.iter().zip(reports).rev() {
             let frame = self.frame(*agent, report, now);
             let Ok(disposition) = self.driver.arrive(&frame, now, &mut published);
@@ -149,7 +148,7 @@ impl EngineRun {
         Ok(self.outputs(published))
     }
 
-    /// What is told, by all that was reported, of the keyframes that are still to be answered.
+    /// The keyframes that are not published yet, by all reports.
     pub fn finish(&mut self) -> Vec<KeyframeOutput> {
         let mut published = Published::default();
         let Ok(()) = self.driver.publish_through(Timestamp::MAX, &mut published);
@@ -177,7 +176,7 @@ impl EngineRun {
         let id = FrameId { agent, epoch: 1, sequence: self.identities.len() as u64 };
         let frame = DetectionFrame { sensor_revision: 1, ..DetectionFrame::empty(id, now) };
         if self.setup.has_true_identities {
-            // Without a pose: nothing is near its sensor any more, and nothing is looked for.
+            // Without a sensor pose: moved objects are outside of every field of view, and no detection is missed.
             let moved = report.detections.iter().zip(&report.identities);
             let moved = moved.map(|(detection, id)| shifted(detection, place_m(*id)));
             return DetectionFrame { detections: moved.collect(), ..frame };
@@ -185,12 +184,11 @@ impl EngineRun {
         DetectionFrame { sensor_pose: Some(report.pose), detections: report.detections.clone(), ..frame }
     }
 
-    /// A fused object as it is scored: by the identity of agent 1's detection of the newest keyframe in it, else
-    /// agent 2's.
+    /// A fused object with its true object: that of agent 1's detection of the newest keyframe in it, else of agent 2's.
     fn fused_box(&self, object: &FusedObject) -> FusedBox {
         let newest = object.contributors.iter().map(|used| keyframe(used.frame)).max();
         let of_newest = |used: &&v2x_common::id::MeasurementId| Some(keyframe(used.frame)) == newest;
-        // By agent already.
+        // Contributors are sorted by agent.
         let identity = object.contributors.iter().find(of_newest).and_then(|used| {
             let agent = self.agents.iter().position(|agent| *agent == used.frame.agent)?;
             *self.identities.get(keyframe(used.frame))?.get(agent)?.get(usize::from(used.index))?
@@ -204,7 +202,7 @@ impl EngineRun {
     }
 }
 
-/// What both agents say of their sensors.
+/// The sensor description of both agents.
 fn description(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> SensorDescription {
     SensorDescription {
         revision: 1,
@@ -219,8 +217,8 @@ fn description(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> Sens
     }
 }
 
-/// The same of a list that both agents' reports were fused to: around agent 1 it reaches as far as agent 2 sees, and
-/// it has both agents' false reports, where either of them sees.
+/// The same for a list of fused objects: around agent 1 it reaches as far as agent 2 covers, and it has both agents'
+/// clutter in the area that either of them covers.
 fn description_of_both(conditions: Conditions, size_noise: Option<SizeNoiseLaw>) -> SensorDescription {
     let range_m = conditions.range_m() + conditions.apart_m().unwrap_or(0.0);
     SensorDescription {
@@ -230,7 +228,7 @@ fn description_of_both(conditions: Conditions, size_noise: Option<SizeNoiseLaw>)
     }
 }
 
-/// For how long later keyframes count.
+/// How long after a keyframe later ones count.
 fn lag(setup: &Setup) -> Span {
     if setup.lag > Span::ZERO { setup.lag + LAG_TOLERANCE } else { Span::ZERO }
 }
@@ -245,7 +243,7 @@ fn config(setup: &Setup) -> EngineConfig {
     if !setup.has_true_identities {
         return config;
     }
-    // A bounded cost: a report that fits no other track is never left alone.
+    // A bounded cost: a detection in its own object's gate is always assigned.
     let association = AssociationConfig { cost: AssociationCost::Csba, gate: OPEN_GATE, class_aware: true };
     config.with_tracking(|tracking| {
         tracking.tracker.association = association;
@@ -253,13 +251,12 @@ fn config(setup: &Setup) -> EngineConfig {
     })
 }
 
-/// Frames are numbered as keyframes are.
+/// Frames have the numbers of keyframes.
 fn keyframe(frame: FrameId) -> usize {
     usize::try_from(frame.sequence).unwrap_or(usize::MAX)
 }
 
-/// Where an object is moved to; what is of nothing has a place of its own, too. Rows of them, since coordinates end at
-/// 100 000 km.
+/// The displacement of an object. Clutter has its own. Objects are placed in rows, since coordinates end at 100 000 km.
 fn place_m(identity: Option<ObjectId>) -> [f64; 2] {
     const IN_A_ROW: u32 = 4000;
     identity.map_or([-APART_M, 0.0], |ObjectId(id)| {
@@ -295,13 +292,13 @@ mod tests {
     }
 
     #[test]
-    fn every_object_is_told_once_and_where_it_is() {
+    fn every_object_is_published_once_at_its_position() {
         let methods = Method::ALL.iter().filter(|method| !matches!(method, Method::Psa));
         for setup in methods.map(|method| method.recipe(NoisePair::N1N1).setup) {
             let boxes = last_frame(setup, 12);
             let mut objects: Vec<u32> = boxes.iter().map(|one| one.object.unwrap().0).collect();
             objects.sort_unstable();
-            // What goes by overlap may tell of an object twice.
+            // Methods that associate by overlap may publish an object twice.
             objects.dedup();
             assert_eq!(objects, (0..8).collect::<Vec<_>>(), "{setup:?}");
             for one in &boxes {
@@ -313,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_reported_any_more_is_not_there_in_the_paper_but_may_be_for_sensors() {
+    fn an_object_without_a_report_is_absent_in_the_papers_setting_and_can_coast_with_sensors() {
         let scene = parking(5);
         let n_objects = |conditions| {
             let realisation = Realisation { seed: 3, trial: 0 };

@@ -1,4 +1,4 @@
-//! The compared methods, and what each is inputs.
+//! The methods of the tables, and the inputs of each.
 
 use crate::data::noise::NoisePair;
 use crate::drive::keyframes::setup::Setup;
@@ -45,7 +45,7 @@ methods! {
     DairV2xCode = "dair-v2x-code";
     /// CSBA association, weighted least squares
     CsbaWls = "csba-wls";
-    /// The same, inputs how sizes err
+    /// The same, with the size noise law
     CsbaWlsDebiased = "csba-wls-debiased";
     /// CSBA+WLS in every frame, then a constant-velocity Kalman filter
     CsbaWlsCv = "csba-wls-cv";
@@ -53,7 +53,7 @@ methods! {
     DairV2xCv = "dair-v2x-cv";
     /// UniKF as in the paper, with late data replayed
     UnikfPaper = "unikf-paper";
-    /// The same, every association true
+    /// The same, with true associations
     UnikfPaperTrueId = "unikf-paper-true-id";
     /// The same, associated by overlap (IoU)
     UnikfPaperIou = "unikf-paper-iou";
@@ -61,31 +61,31 @@ methods! {
     UnikfPaperEuclidean = "unikf-paper-euclidean";
     /// Our engine
     Ours = "ours";
-    /// Our engine with 8 hypotheses of which report is of which object
+    /// Our engine with 8 association hypotheses
     OursParticles = "ours-particles";
-    /// Our engine without prior knowledge of classes: sizes by the reports alone, and all move as cars do
+    /// Our engine without class priors: sizes by the detections alone, and all objects move as cars do
     OursNoPrior = "ours-no-prior";
-    /// Our engine, inputs half a second later: the keyframe after it counts, too
+    /// Our engine with a lag of half a second: the next keyframe counts, too
     OursLagHalf = "ours-lag-0.5s";
-    /// Our engine, inputs a second later: the two keyframes after it count, too
+    /// Our engine with a lag of one second: the next two keyframes count, too
     OursLag1 = "ours-lag-1s";
     /// Our engine, agent 1 alone
     Single1Ours = "single-1-ours";
-    /// Our engine with every association true: a ceiling
+    /// Our engine with true associations: an upper bound
     OursTrueId = "ours-true-id";
-    /// Our engine without what classes tell of sizes
+    /// Our engine without size priors of classes
     OursNoSizePrior = "ours-no-size-prior";
     /// Our engine without the four interacting models: constant velocity
     OursCv = "ours-cv";
-    /// Our engine, not inputs how sizes err
+    /// Our engine without the size noise law
     OursBiased = "ours-biased";
     /// Our engine, associating by CSBA's cost
     OursCsba = "ours-csba";
-    /// Our engine, every keyframe the first
+    /// Our engine without memory: every keyframe is the first
     OursForgetful = "ours-forgetful";
 }
 
-/// What a method is given apart from boxes and classes.
+/// The inputs of a method apart from boxes and classes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Inputs {
     sigma: bool,
@@ -96,12 +96,12 @@ struct Inputs {
     truth: bool,
 }
 
-/// How a method is put together.
+/// How a method is composed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recipe {
     /// The engine.
     pub setup: Setup,
-    /// Where it is fed with another one's list instead of the agents' reports: that one.
+    /// An engine before it. Its fused objects replace the detections of the agents.
     pub before: Option<Setup>,
 }
 
@@ -131,7 +131,7 @@ impl Method {
         Self::OursTrueId,
     ];
 
-    /// What it is inputs apart from boxes and classes, in words.
+    /// Its inputs apart from boxes and classes, in words.
     pub fn inputs(self) -> String {
         let Inputs { sigma, past, later, class_prior, size_law, truth } = self.given();
         let parts = [
@@ -149,7 +149,7 @@ impl Method {
 
     fn given(self) -> Inputs {
         let sigma = Inputs { sigma: true, ..Inputs::default() };
-        // The constant-velocity filter's process noise is a class's, too.
+        // The process noise of the constant-velocity filter depends on the class.
         let filtered = Inputs { past: true, class_prior: true, ..sigma };
         let ours = Inputs { size_law: true, ..filtered };
         match self {
@@ -163,7 +163,7 @@ impl Method {
             Self::UnikfPaperTrueId => Inputs { truth: true, ..filtered },
             Self::Ours | Self::OursParticles | Self::Single1Ours | Self::OursCv | Self::OursCsba => ours,
             Self::OursNoPrior => Inputs { class_prior: false, ..ours },
-            // Classes still tell how things move.
+            // The class still decides the motion parameters.
             Self::OursNoSizePrior => ours,
             Self::OursBiased => Inputs { size_law: false, ..ours },
             Self::OursForgetful => Inputs { past: false, ..ours },
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn single_frame_rules_without_accuracies_are_told_nothing() {
+    fn single_frame_methods_without_accuracies_receive_no_covariances() {
         assert_eq!(Method::DairV2x.inputs(), "");
         assert_eq!(Method::Ours.inputs(), "σ, past frames, class prior, size law");
     }

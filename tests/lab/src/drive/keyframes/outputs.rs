@@ -1,4 +1,4 @@
-//! What somebody's method has answered to exported detections, ready to be scored.
+//! The recorded output of a user's method for exported detections.
 
 use crate::data::conditions::Conditions;
 use crate::data::fused_box::FusedBox;
@@ -6,7 +6,7 @@ use crate::data::noise::Shape;
 use crate::drive::keyframes::setting::{SceneTrial, Setting};
 use std::collections::BTreeMap;
 
-/// A method's answers.
+/// The output of a method.
 #[derive(Clone, Debug, Default)]
 pub struct RecordedOutput {
     name: String,
@@ -18,29 +18,29 @@ pub struct RecordedOutput {
 }
 
 impl RecordedOutput {
-    /// No answers yet, of a method of this name; `inputs` says in words what it is inputs apart from boxes and classes.
+    /// An empty output of a method of this name; `inputs` are its inputs apart from boxes and classes, in words.
     pub fn new(name: impl Into<String>, inputs: impl Into<String>) -> Self {
         Self { name: name.into(), inputs: inputs.into(), claims_accuracy: true, ..Self::default() }
     }
 
-    /// To detections whose errors are of another shape, or made under other conditions, than the paper's.
+    /// Sets the shape of the detections' errors, and the agents' conditions.
     #[must_use]
     pub fn for_detections(self, shape: Shape, conditions: Conditions) -> Self {
         Self { shape, conditions, ..self }
     }
 
-    /// Of a method that does not say how accurate its boxes are.
+    /// Its boxes have no covariances.
     #[must_use]
     pub fn without_accuracy(self) -> Self {
         Self { claims_accuracy: false, ..self }
     }
 
-    /// Whether it says how accurate its boxes are.
+    /// Whether its boxes have covariances.
     pub const fn claims_accuracy(&self) -> bool {
         self.claims_accuracy
     }
 
-    /// Whether they are to detections of this kind.
+    /// Whether it is for the detections of this setting.
     pub fn is_for(&self, setting: &Setting) -> bool {
         let has_noise = || self.by_scene.keys().any(|(noise, ..)| *noise == setting.noise.name());
         self.shape == setting.shape && self.conditions == setting.conditions && has_noise()
@@ -51,17 +51,17 @@ impl RecordedOutput {
         &self.name
     }
 
-    /// What it is inputs apart from boxes and classes, in words.
+    /// Its inputs apart from boxes and classes, in words.
     pub fn inputs(&self) -> &str {
         &self.inputs
     }
 
-    /// Notes what it tells of a scene, keyframe by keyframe.
+    /// Adds the boxes of a scene, by keyframe.
     pub fn insert(&mut self, trial_of_scene: &SceneTrial<'_>, by_keyframe: Vec<Vec<FusedBox>>) {
         self.by_scene.insert(key(trial_of_scene), by_keyframe);
     }
 
-    /// What it tells of a scene, keyframe by keyframe; nothing where it was not asked.
+    /// The boxes of a scene, by keyframe; empty where there is no output.
     pub fn of(&self, trial_of_scene: &SceneTrial<'_>) -> std::vec::IntoIter<Vec<FusedBox>> {
         self.by_scene.get(&key(trial_of_scene)).cloned().unwrap_or_default().into_iter()
     }

@@ -1,25 +1,25 @@
-//! What detections are like, and of which scene.
+//! The settings under which detections are made.
 
 use crate::data::conditions::Conditions;
 use crate::data::noise::{NoisePair, Shape};
 
-/// What detections are like.
+/// Noise and conditions of detections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// The shape of the errors.
     pub shape: Shape,
-    /// What agents can see.
+    /// Coverage and errors of detection.
     pub conditions: Conditions,
 }
 
-/// Which scene a contender is asked about.
+/// One trial of one scene.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneTrial<'a> {
     /// Levels of noise of both agents.
     pub noise: NoisePair,
-    /// What agents can see.
+    /// Coverage and errors of detection.
     pub conditions: Conditions,
     /// The number of the trial.
     pub trial: u32,

@@ -5,23 +5,22 @@ use v2x_common::time::Span;
 use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::fusion::preset;
 
-/// What the engine is asked to do.
+/// The setup of an engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
-    /// Its rules.
+    /// Its configuration.
     pub config: EngineConfig,
-    /// Whether agents declare by which law their sizes err.
+    /// Whether agents declare their size noise law.
     pub declares_size_law: bool,
     /// How many of the two agents report.
     pub n_agents: usize,
-    /// Whether objects are put far apart, so that association cannot fail.
+    /// Whether objects are moved far apart, so that all associations are true.
     pub has_true_identities: bool,
-    /// Whether it is fed with a list of both agents' instead of one agent's reports.
+    /// Whether its input is a list of fused objects of both agents, instead of an agent's detections.
     pub reads_fused_list: bool,
-    /// Whether it knows of earlier keyframes.
+    /// Whether it keeps its state between keyframes.
     pub remembers: bool,
-    /// For how long later keyframes count: a keyframe's answer is asked for when the last of them has come. Zero: at
-    /// once.
+    /// A keyframe is published this long after its own time, by all keyframes until then. Zero: at once.
     pub lag: Span,
 }
 

@@ -1,17 +1,17 @@
-//! What is swept: a parameter of the scenario, by its path or by a short name, and its values.
+//! The axis of a sweep: a parameter of the scenario, by path or by short name, and its values.
 
 use crate::drive::sweep::method::RESERVED;
 use crate::drive::sweep::overrides::{OverrideError, Path};
 use std::str::FromStr;
 
-/// A quantity that a short name stands for.
+/// A quantity with a short name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Named {
     name: &'static str,
     label: &'static str,
-    /// All are set to the value.
+    /// All these parameters are set to the value.
     paths: &'static [&'static str],
-    /// Set beforehand: without these the quantity would be without effect.
+    /// These parameters are set first: without them the quantity would have no effect.
     given: &'static [(&'static str, f64)],
     values: &'static [f64],
 }
@@ -85,9 +85,9 @@ const NAMED: [Named; 10] = [
 /// One value of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisValue {
-    /// Where it stands on the axis: the number, or its place among values that are none.
+    /// Coordinate on the axis: the number, or the place in the list for values that are no numbers.
     pub x: f64,
-    /// As it was typed.
+    /// The value as typed.
     pub text: String,
     value: toml::Value,
 }
@@ -97,50 +97,50 @@ pub struct AxisValue {
 pub struct Axis {
     /// Its short name or path.
     pub name: String,
-    /// For people, with its unit.
+    /// Label with unit.
     pub label: String,
-    /// Its values, in the order of the sweep.
+    /// Its values, in order.
     pub values: Vec<AxisValue>,
-    /// Whether the values are the name's own.
+    /// Whether the values are the defaults of the short name.
     has_default_values: bool,
     paths: Vec<Path>,
     given: Vec<(Path, f64)>,
 }
 
-/// Why something is no axis.
+/// Why a text is no axis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AxisError {
     /// Neither a short name nor a path.
     #[error("{0:?} is neither one of {names} nor a path such as world.traffic", names = names().join(", "))]
     Unknown(String),
-    /// A setting that makes methods differ.
+    /// A setting in which methods differ.
     #[error("hub.{0} is what methods differ in: choose --methods instead")]
     Reserved(String),
     /// A path without values.
     #[error("{0} needs values, such as {0}=0,50,100 or {0}=0:500:50")]
     NoValues(String),
-    /// Something that is no number where one must be.
+    /// A value that is no number.
     #[error("{axis}: {text:?} is no {expected}")]
     BadValue {
-        /// Which axis.
+        /// The axis.
         axis: String,
-        /// What was typed.
+        /// The value as typed.
         text: String,
-        /// What it should be.
+        /// What is valid.
         expected: &'static str,
     },
-    /// A path that cannot be one.
+    /// An invalid path.
     #[error(transparent)]
     Path(#[from] OverrideError),
 }
 
 /// The short names.
-pub fn names() -> Vec<&'static str> {
+pub(crate) fn names() -> Vec<&'static str> {
     NAMED.iter().map(|named| named.name).collect()
 }
 
-/// The short names with what they mean, for people.
-pub fn descriptions() -> String {
+/// The short names with their meaning and default values.
+pub(crate) fn descriptions() -> String {
     let line = |named: &Named| {
         let values: Vec<String> = named.values.iter().map(ToString::to_string).collect();
         format!("  {:<10} {} [{}]\n", named.name, named.label, values.join(","))
@@ -149,24 +149,24 @@ pub fn descriptions() -> String {
 }
 
 impl Axis {
-    /// Whether it is the number of agents, which no parameter of the scenario holds.
+    /// Whether it is the number of agents, which is no parameter of the scenario.
     pub fn is_number_of_agents(&self) -> bool {
         self.name == "agents"
     }
 
-    /// Whether it is Δmax, which then is no curve of its own.
+    /// Whether it is Δmax.
     pub fn is_delta_max(&self) -> bool {
         self.paths.iter().any(|path| path.to_string() == "hub.delta_max_ms")
     }
 
-    /// Whether it is an error of clock or pose, which the hub can correct.
+    /// Whether it is an error of clock or pose, which registration can correct.
     pub fn is_registration_error(&self) -> bool {
         let is_one =
             |path: &Path| path.to_string().contains(".clock.") || path.to_string().contains(".pose_error.");
         self.paths.iter().any(is_one)
     }
 
-    /// Leaves so many of the default values, from the first to the last; typed ones stay.
+    /// Keeps `n` of the default values, from the first to the last. Typed values are not changed.
     pub fn thin_out(&mut self, n: usize) {
         if !self.has_default_values || self.values.len() <= n || n < 2 {
             return;
@@ -180,7 +180,7 @@ impl Axis {
         self.name == other.name || self.paths.iter().any(|path| other.paths.contains(path))
     }
 
-    /// Sets what the axis takes for granted.
+    /// Sets the parameters that the axis needs.
     pub fn prepare(&self, scenario: &mut toml::Table) -> Result<(), OverrideError> {
         self.given.iter().try_for_each(|(path, given)| path.set(scenario, &toml::Value::Float(*given)))
     }
@@ -208,8 +208,8 @@ impl Axis {
 impl FromStr for Axis {
     type Err = AxisError;
 
-    /// `latency`, `latency=0,100,300`, `world.traffic=0.2:0.8:0.1`, `agents.car.link=ideal,lte-uu`; values that hold
-    /// commas are told apart by semicolons.
+    /// `latency`, `latency=0,100,300`, `world.traffic=0.2:0.8:0.1`, `agents.car.link=ideal,lte-uu`; values that contain
+    /// commas are separated by semicolons.
     fn from_str(text: &str) -> Result<Self, AxisError> {
         let (name, values) = text.split_once('=').map_or((text, None), |(name, values)| (name, Some(values)));
         let mut axis = match Self::of_numbers(name) {
@@ -252,7 +252,7 @@ fn parse_values(axis: &Axis, text: &str) -> Result<Vec<AxisValue>, AxisError> {
             if !is_sane {
                 return Err(bad(text, "range FROM:TO:STEP of at most 1000 steps"));
             }
-            // Rounded: 0.1 · 3 is to be 0.3.
+            // Rounded, so that 0.1 · 3 is 0.3.
             let at = |place: u32| libm::round((from + step * f64::from(place)) * 1e9) / 1e9;
             return Ok((0..=n).map(|place| number(at(place))).collect());
         }
@@ -275,7 +275,7 @@ fn parse_values(axis: &Axis, text: &str) -> Result<Vec<AxisValue>, AxisError> {
         return Err(bad(&bad_one.text, "number of agents"));
     }
     if values.iter().any(|value| value.x.is_nan()) {
-        // Names stand in the order in which they were typed, and numbers among names are names.
+        // Names keep the typed order. Numbers among names are names.
         (0u32..).zip(&mut values).for_each(|(place, value)| value.x = f64::from(place));
     } else {
         values.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -284,8 +284,8 @@ fn parse_values(axis: &Axis, text: &str) -> Result<Vec<AxisValue>, AxisError> {
     Ok(values)
 }
 
-/// Values between commas; what is but a part of a link's name (`lte-uu:loss=0.1,burst=4`) stays with it. Or between
-/// semicolons.
+/// Values between commas, or between semicolons. A comma inside a link's name (`lte-uu:loss=0.1,burst=4`) separates
+/// nothing.
 fn apart(text: &str) -> Vec<String> {
     if text.contains(';') {
         return text.split(';').map(|value| value.trim().to_owned()).collect();
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_what_was_typed_and_what_could_be() {
+    fn errors_name_the_input_and_the_valid_choices() {
         let message = |text: &str| text.parse::<Axis>().unwrap_err().to_string();
         assert!(message("latencies").contains("latency, jitter"), "{}", message("latencies"));
         assert!(message("world.traffic").contains("needs values"));

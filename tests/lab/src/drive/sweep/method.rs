@@ -1,24 +1,24 @@
-//! What is compared: ways to deal with delays, each as settings of a hub.
+//! The compared methods of a sweep: each is a setting of a hub.
 
 use v2x_common::id::AgentId;
 
-/// A row of a sweep. `single`, `drop-late`, `ignore-delay`, `rollback-literal` and `replay` are one and the same
-/// constant-velocity filter with the same association: they differ in what they do about late data, and in nothing else.
+/// A method of a sweep. `single`, `drop-late`, `ignore-delay`, `rollback-literal` and `replay` are the same
+/// constant-velocity filter with the same association: they differ only in their treatment of late data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum SweepMethod {
     /// The first agent alone, constant velocity
     Single,
-    /// Frames that come after newer ones are dropped
+    /// Frames that arrive after newer ones are dropped
     DropLate,
-    /// Every frame is taken as captured when it arrives
+    /// Every frame is treated as captured when it arrives
     IgnoreDelay,
-    /// CSBA and weighted least squares of what 100 ms hold, without memory
+    /// CSBA and weighted least squares over a window of 100 ms, without memory
     CsbaWls,
-    /// Rollback as the paper's text reads: what is newer than a late frame is lost
+    /// Rollback as in the paper's text: data newer than a late frame is lost
     RollbackLiteral,
-    /// UniKF's filter, constant velocity: rollback, and everything newer is replayed
+    /// UniKF's filter, constant velocity: rollback with full replay
     Replay,
-    /// Ours: replay under four interacting motion models, sizes learnt
+    /// Ours: full replay under four interacting motion models, with size priors
     Ours,
     /// Ours, but clock and pose errors of agents are not corrected
     OursUncorrected,
@@ -27,7 +27,7 @@ pub enum SweepMethod {
 }
 
 impl SweepMethod {
-    /// All of them, in the order of tables.
+    /// All methods, in the order of tables.
     pub const ALL: [Self; 9] = [
         Self::Single,
         Self::DropLate,
@@ -40,7 +40,7 @@ impl SweepMethod {
         Self::SingleOurs,
     ];
 
-    /// The name in tables and of its hub.
+    /// The name in tables, and the id of its hub.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Single => "single",
@@ -55,8 +55,7 @@ impl SweepMethod {
         }
     }
 
-    /// What the first agent alone achieves by the same filter: what collaboration is measured against. `None` where
-    /// there is no such filter, and of the first agent alone itself.
+    /// The first agent alone with the same filter: the baseline of collaboration. `None` where there is none.
     pub const fn alone(self) -> Option<Self> {
         match self {
             Self::Ours | Self::OursUncorrected => Some(Self::SingleOurs),
@@ -65,7 +64,7 @@ impl SweepMethod {
         }
     }
 
-    /// Whether it hears the first agent only.
+    /// Whether it listens to the first agent only.
     pub const fn is_alone(self) -> bool {
         matches!(self, Self::Single | Self::SingleOurs)
     }
@@ -79,8 +78,8 @@ impl SweepMethod {
         }
     }
 
-    /// Puts its settings over a `[hub]` table; `first` is the agent that is not late. What makes one method differ
-    /// from another is set in all of them, whatever the table says.
+    /// Sets its settings in a `[hub]` table; `first` is the agent that is not late. Settings in which methods differ are
+    /// overwritten in every method.
     pub fn configure(self, hub: &mut toml::Table, first: &AgentId) {
         RESERVED.iter().for_each(|name| drop(hub.remove(*name)));
         let mut set = |name: &str, value: toml::Value| drop(hub.insert(name.to_owned(), value));
@@ -93,8 +92,8 @@ impl SweepMethod {
     }
 }
 
-/// Settings that make one method differ from another: no scenario's, and no axis.
-pub const RESERVED: [&str; 7] =
+/// Settings in which methods differ. They are not taken from the scenario, and are no axis.
+pub(crate) const RESERVED: [&str; 7] =
     ["id", "method", "main_agent", "motion", "late_data", "registration", "only_agents"];
 
 #[cfg(test)]
@@ -112,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn every_method_is_a_legal_hub_of_its_own_name() {
+    fn every_method_has_valid_hub_settings_and_its_own_name() {
         for method in SweepMethod::ALL {
             assert_eq!(settings(method).engine.hub.as_str(), method.key());
             assert_eq!(method.to_possible_value().unwrap().get_name(), method.key());
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_to_treat_late_data_differ_in_nothing_else() {
+    fn methods_of_handling_late_data_differ_in_nothing_else() {
         use SweepMethod::{DropLate, IgnoreDelay, Replay, RollbackLiteral, Single};
         let replay = settings(Replay).engine;
         assert!(matches!(replay.fusion, Fusion::Tracking(tracking) if tracking.motion == MotionModel::Cv));

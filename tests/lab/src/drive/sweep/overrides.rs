@@ -1,11 +1,11 @@
-//! A scenario's parameter by its path, as it stands in the file: `world.traffic`, `agents.rsu.link.delay_ms`.
+//! A scenario's parameter by its path in the file: `world.traffic`, `agents.rsu.link.delay_ms`.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The names along the way to a parameter.
+/// The names on the path to a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Path(Vec<String>);
+pub(crate) struct Path(Vec<String>);
 
 /// Why a parameter cannot be set.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,25 +18,25 @@ pub enum OverrideError {
         "{path}: the scenario has no agent {agent:?}; it has {known}, and `*` is all of them, `others` all but the first"
     )]
     NoAgent {
-        /// What was to be set.
+        /// The path.
         path: String,
-        /// Whose.
+        /// The unknown agent.
         agent: String,
-        /// The agents that there are.
+        /// The known agents.
         known: String,
     },
-    /// Something on the way has no parts.
+    /// A value on the path is no table.
     #[error(
         "{path}: {part} is {value} in the scenario, which has no parts; write it as a table there, or vary it whole: {path_of_part}=NAME;NAME:loss=0.1"
     )]
     NoTable {
-        /// What was to be set.
+        /// The path.
         path: String,
-        /// Where the way ends.
+        /// The name of the value.
         part: String,
-        /// What is there.
+        /// The value.
         value: String,
-        /// The path that leads there.
+        /// The path to it.
         path_of_part: String,
     },
 }
@@ -60,35 +60,34 @@ impl fmt::Display for Path {
 }
 
 impl Path {
-    /// Sets the parameter; tables that are missing on the way are made. Whether it means anything is found when the
-    /// scenario is read.
-    pub fn set(&self, scenario: &mut toml::Table, value: &toml::Value) -> Result<(), OverrideError> {
+    /// Sets the parameter. Missing tables on the path are made. An unknown parameter is an error when the scenario is read.
+    pub(crate) fn set(&self, scenario: &mut toml::Table, value: &toml::Value) -> Result<(), OverrideError> {
         let Some((first, rest)) = self.0.split_first() else { return Ok(()) };
         if first != "agents" || rest.len() < 2 {
             return self.set_in(scenario, &self.0, value);
         }
-        let (whose, rest) = (&rest[0], &rest[1..]);
+        let (selector, rest) = (&rest[0], &rest[1..]);
         let agents = scenario.get_mut("agents").and_then(toml::Value::as_array_mut);
         let agents = agents.map(Vec::as_mut_slice).unwrap_or_default();
         let known: Vec<String> = agents.iter().map(|agent| id(agent).to_owned()).collect();
         let mut is_set = false;
         for (place, agent) in agents.iter_mut().enumerate() {
-            let is_meant = match whose.as_str() {
+            let is_meant = match selector.as_str() {
                 "*" => true,
                 "others" => place > 0,
-                whose => id(agent) == whose,
+                selector => id(agent) == selector,
             };
             if let (true, toml::Value::Table(agent)) = (is_meant, agent) {
                 self.set_in(agent, rest, value)?;
                 is_set = true;
             }
         }
-        // An only agent has no others: there is nothing to be set, and nothing wrong.
-        if is_set || (whose == "others" && known.len() == 1) {
+        // A single agent has no others: nothing is set, and this is no error.
+        if is_set || (selector == "others" && known.len() == 1) {
             return Ok(());
         }
         let known = known.join(", ");
-        Err(OverrideError::NoAgent { path: self.to_string(), agent: whose.clone(), known })
+        Err(OverrideError::NoAgent { path: self.to_string(), agent: selector.clone(), known })
     }
 
     fn set_in(
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_what_is_there_instead() {
+    fn errors_list_the_available_parameters() {
         let message = |path: &str| set(path, 1).unwrap_err().to_string();
         assert!(message("agents.c.rate_hz").contains("it has a, b"));
         assert!(message("agents.a.link.delay_ms").contains("\"pc5\""));

@@ -1,4 +1,4 @@
-//! Which runs a sweep consists of.
+//! The runs of a sweep.
 
 use crate::drive::sweep::axis::{Axis, AxisValue};
 use crate::drive::sweep::method::SweepMethod;
@@ -8,23 +8,23 @@ use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 use v2x_fusion_hub::hub::{HubSettings, SettingsError};
 
-/// Fused frames a second. No multiple of any usual rate of agents: ticks fall at every phase between two captures,
-/// and no method is asked just after its data came.
-pub const PUBLISH_HZ: f64 = 10.75;
+/// Fused frames per second. It is no multiple of any usual rate of agents, so that frames are published at every phase
+/// between two captures.
+pub(crate) const PUBLISH_HZ: f64 = 10.75;
 
-/// How long a run is, and what of it is scored.
+/// Duration of a run, and when scoring begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Length {
     /// How long agents capture.
     pub duration: Span,
-    /// When scoring begins: everybody has reported by then, and tracks have settled.
+    /// When scoring begins: all agents have reported by then, and tracks are confirmed.
     pub settle: Span,
 }
 
-/// What is swept over what.
+/// A sweep: scenario, axes, seeds and methods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The scenario as it stands in the file.
+    /// The scenario as in the file.
     pub base: toml::Table,
     /// One or two parameters.
     pub axes: Vec<Axis>,
@@ -32,15 +32,15 @@ pub struct Plan {
     pub delta_max_ms: Vec<Option<f64>>,
     /// Seeds of world and noise.
     pub seeds: Vec<u64>,
-    /// What is compared.
+    /// The compared methods.
     pub methods: Vec<SweepMethod>,
-    /// How long a run is.
+    /// Duration of a run.
     pub length: Length,
-    /// Whether as processes over the network.
+    /// Whether it runs as processes over the network.
     pub live: bool,
 }
 
-/// One place of the grid, ready to run: all methods hear the same frames there.
+/// One point of the grid. All methods get the same frames there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// The value on each axis.
@@ -49,11 +49,11 @@ pub struct Point {
     pub delta_max_ms: f64,
     /// Seed of world and noise.
     pub seed: u64,
-    /// The scenario there, as a file.
+    /// The scenario of the point, as TOML.
     pub text: String,
-    /// The same, read.
+    /// The same, parsed.
     pub scenario: Scenario,
-    /// How many of its agents report.
+    /// Number of agents that report.
     pub n_agents: usize,
 }
 
@@ -66,28 +66,28 @@ pub enum PlanError {
     /// The scenario is not legal with the value.
     #[error("{at}: {cause}")]
     Scenario {
-        /// Where on the axes.
+        /// The values on the axes.
         at: String,
-        /// What is wrong.
+        /// The cause.
         cause: Box<ScenarioError>,
     },
     /// The hub's settings are not legal with the value.
     #[error("{at}: {cause}")]
     Hub {
-        /// Where on the axes.
+        /// The values on the axes.
         at: String,
-        /// What is wrong.
+        /// The cause.
         cause: SettingsError,
     },
-    /// A scenario cannot be written down.
+    /// A scenario cannot be written as TOML.
     #[error("writing the scenario: {0}")]
     Text(#[from] toml::ser::Error),
-    /// The scenario is too small.
+    /// The scenario has too few agents.
     #[error("{at}: the scenario has {n} agents")]
     TooFewAgents {
-        /// Where on the axes.
+        /// The values on the axes.
         at: String,
-        /// How many there are.
+        /// Number of agents.
         n: usize,
     },
 }
@@ -167,13 +167,13 @@ impl Plan {
 }
 
 impl Point {
-    /// Where it is, for messages.
+    /// Its values, for messages.
     pub fn place(&self) -> String {
         let values: Vec<&str> = self.values.iter().map(|value| value.text.as_str()).collect();
         format!("at {}, Δmax {} ms, seed {}", values.join(", "), self.delta_max_ms, self.seed)
     }
 
-    /// The agent that all others are compared with: the file's first.
+    /// The agent that all others are compared with: the first in the file.
     pub fn first_agent(&self) -> AgentId {
         self.scenario.agents[0].id()
     }
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_reaches_the_agents_that_are_meant() {
+    fn a_value_is_set_for_the_selected_agents_only() {
         let points = plan(&["latency=0,100"]).points().unwrap();
         let (now, late) = (&points[0].scenario.agents, &points[2].scenario.agents);
         assert_eq!(now[0].sending.link, late[0].sending.link);
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_axis_takes_for_granted_does_not_undo_another_axis() {
+    fn a_default_of_one_axis_does_not_override_another_axis() {
         for axes in [["loss=0.1", "burst=2"], ["burst=2", "loss=0.1"]] {
             assert_eq!(plan(&axes).points().unwrap()[0].scenario.agents[1].sending.link.loss.rate, 0.1);
         }
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_run_is_said_with_its_place_before_anything_runs() {
+    fn invalid_values_are_errors_with_their_position_before_any_run() {
         let message = |axis: &str| plan(&[axis]).points().unwrap_err().to_string();
         assert!(message("world.trafic=1").contains("trafic"), "{}", message("world.trafic=1"));
         assert!(message("loss=0,3").starts_with("loss=3: "), "{}", message("loss=0,3"));

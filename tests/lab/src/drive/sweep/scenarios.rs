@@ -1,7 +1,7 @@
-//! The scenarios that are swept where none is named.
+//! The default scenarios of sweeps.
 
-/// A roadside unit in time, and a car whose link is what is varied.
-pub const DEFAULT_SCENARIO: &str = include_str!("../../../../../deploy/scenarios/latency.toml");
+/// A roadside unit without delay, and a car with a varied link.
+pub(crate) const DEFAULT_SCENARIO: &str = include_str!("../../../../../deploy/scenarios/latency.toml");
 
-/// For as many agents as one likes.
-pub const TEN_AGENTS: &str = include_str!("../../../../../deploy/scenarios/ten-agents.toml");
+/// Ten agents.
+pub(crate) const TEN_AGENTS: &str = include_str!("../../../../../deploy/scenarios/ten-agents.toml");

@@ -1,6 +1,6 @@
-//! A moment from above, in the paper's colours: truth blue, first agent red, second green, fused magenta.
+//! A bird's-eye view of one time, in the paper's colours: truth blue, first agent red, second green, fused magenta.
 //!
-//! To the left the whole scene, to the right its busiest spot enlarged, and the legend.
+//! On the left the whole scene, on the right its densest region enlarged, and the legend.
 
 use crate::report::plot::scene::{BevScene, SceneAgent};
 use crate::report::plot::svg::{Font, Rect, Style, Svg};
@@ -19,11 +19,11 @@ const AGENTS: [&str; 8] =
     ["#e02020", "#109a2e", "#f08000", "#7a4a2a", "#00a0b0", "#808000", "#606060", "#5a2ca0"];
 const INK: &str = "#202020";
 
-/// Half of the side of the enlarged spot, m.
+/// Half of the side of the enlarged region, m.
 const DETAIL_HALF_M: f64 = 12.0;
 
 /// The picture as a self-contained SVG document.
-pub fn bev_svg(scene: &BevScene) -> String {
+pub(crate) fn bev_svg(scene: &BevScene) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT);
     svg.text((WHOLE.x, 42.0), &scene.title, font(30.0, true));
     svg.text((WHOLE.x, 73.0), &scene.subtitle, font(20.0, false));
@@ -47,7 +47,7 @@ struct Viewport {
 }
 
 impl Viewport {
-    /// Around everything that is covered, fused, or an agent.
+    /// Around all covered objects, fused objects and agents.
     fn around(scene: &BevScene, panel: Rect) -> Self {
         let covered =
             scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| (truth.bev.x, truth.bev.y));
@@ -88,7 +88,7 @@ impl Viewport {
     }
 }
 
-/// Where most covered objects are that have boxes of agents, m.
+/// The point with most covered objects and boxes around it, m.
 fn busiest_spot(scene: &BevScene) -> (f64, f64) {
     let boxes = || scene.agents.iter().flat_map(|agent| &agent.detections).chain(&scene.fused);
     let covered = || scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| &truth.bev);
@@ -99,7 +99,7 @@ fn busiest_spot(scene: &BevScene) -> (f64, f64) {
     covered().max_by_key(|bev| crowd(bev)).map_or((0.0, 0.0), |bev| (bev.x, bev.y))
 }
 
-/// How a panel is drawn: line widths in px.
+/// The style of a panel: line widths in px.
 struct Pen {
     id: &'static str,
     grid_m: f64,
@@ -161,7 +161,7 @@ fn bev_box(svg: &mut Svg, view: &Viewport, bev: &BevBox, style: Style<'_>) {
     svg.outline(&corners, Some(tick), style);
 }
 
-/// A vehicle is an arrow head that points where it heads; a roadside unit is a diamond.
+/// A vehicle is an arrow head in the direction of its heading, a roadside unit is a diamond.
 fn marker(svg: &mut Svg, view: &Viewport, agent: &SceneAgent, pose: &Pose, colour: &str) {
     let (x, y) = view.px((pose.x, pose.y));
     let (sin, cos) = libm::sincos(pose.yaw);
@@ -175,7 +175,7 @@ fn marker(svg: &mut Svg, view: &Viewport, agent: &SceneAgent, pose: &Pose, colou
     svg.text((x + 18.0, y - 12.0), agent.id.as_str(), font(19.0, true));
 }
 
-/// The longest of 1, 2, 5, 10 … m that takes at most a quarter of the panel.
+/// The longest of 1, 2, 5, 10 … m that is at most a quarter of the panel.
 fn scale_bar(svg: &mut Svg, view: &Viewport) {
     let lengths = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
     let length_m = lengths.into_iter().rfind(|length| *length <= view.half_m / 2.0).unwrap_or(1.0);
@@ -214,7 +214,7 @@ fn legend(svg: &mut Svg, scene: &BevScene) {
 #[expect(clippy::cast_precision_loss, reason = "counts of rows and letters")]
 fn legend_rows(svg: &mut Svg, rows: &[(Style<'_>, String)]) {
     let pitch = (LEGEND.h / rows.len() as f64).min(40.0);
-    // Letters of these fonts are 0.6 em wide at most on average: long names get smaller ones.
+    // Letters of these fonts are on average at most 0.6 em wide: long names get a smaller font.
     let longest = rows.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(1);
     let size = (pitch * 0.55).min(21.0).min((LEGEND.w - 64.0) / (0.6 * longest as f64));
     let mut middle = LEGEND.y + pitch / 2.0;

@@ -12,14 +12,13 @@ const LEFT: f64 = 62.0;
 const TOP: f64 = 52.0;
 const CHARACTER: f64 = 6.6;
 const LEGEND_LINE: f64 = 19.0;
-/// A curve that goes beyond so many times the median of all points is cut off there: one that explodes would flatten
-/// all others.
+/// Curves are cut off at this multiple of the median of all points: a diverging curve would flatten all others.
 const CUT_AT_MEDIANS: f64 = 4.0;
 
 /// How a curve is drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Style {
-    /// In the legend.
+pub(crate) struct Style {
+    /// Name in the legend.
     pub name: String,
     /// Its colour.
     pub colour: Colour,
@@ -31,47 +30,47 @@ pub struct Style {
 
 /// A point with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    /// Where.
+pub(crate) struct Point {
+    /// Coordinate on the level axis.
     pub x: f64,
-    /// How much.
+    /// The value.
     pub y: f64,
-    /// As far to either side.
+    /// Half of the length of its bar.
     pub spread: f64,
 }
 
-/// How far an upright axis reaches.
+/// The end of an upright axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Top {
-    /// So far.
+pub(crate) enum Top {
+    /// This value.
     At(f64),
-    /// As far as the curves do.
+    /// The highest value of all curves.
     Whole,
-    /// Far enough for most: a curve that explodes is cut off.
+    /// A multiple of the median: diverging curves are cut off.
     Most,
 }
 
 /// One quantity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Panel {
-    /// What is on its upright axis.
+pub(crate) struct Panel {
+    /// Label of its upright axis.
     pub label: String,
     /// By style.
     pub curves: Vec<Vec<Point>>,
-    /// What its upright axis reaches.
+    /// The end of its upright axis.
     pub top: Top,
 }
 
 /// Curves of several quantities.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CurvePlot {
+pub(crate) struct CurvePlot {
     /// Its heading.
     pub title: String,
-    /// What is on the level axis.
+    /// Label of the level axis.
     pub x_label: String,
-    /// Names of places on the level axis, where they are no numbers.
+    /// Names of the values on the level axis, where they are no numbers.
     pub x_names: Option<Vec<String>>,
-    /// What is compared.
+    /// The styles of the curves.
     pub styles: Vec<Style>,
     /// The quantities.
     pub panels: Vec<Panel>,
@@ -79,7 +78,7 @@ pub struct CurvePlot {
 
 impl CurvePlot {
     /// The finished drawing.
-    pub fn sheet(&self) -> Sheet {
+    pub(crate) fn sheet(&self) -> Sheet {
         let longest = self.styles.iter().map(|style| style.name.chars().count()).max().unwrap_or(0);
         let legend = 60.0 + CHARACTER * longest as f64;
         let width = LEFT + (PANEL_WIDTH + GAP) * self.panels.len() as f64 + legend;
@@ -195,7 +194,7 @@ impl Style {
             if point.spread > 0.0 {
                 sheet.line(&[(px(point.x), py(low)), (px(point.x), py(high))], (self.colour, 1.0));
             }
-            // A distribution has too many points to mark each.
+            // The points of a distribution are not marked: there are too many.
             if self.is_dotted {
                 diamond(sheet, at(point), self.colour);
             } else if curve.len() <= 15 {
@@ -210,7 +209,7 @@ impl Style {
     }
 }
 
-/// The part of a piece that lies below the upper border.
+/// The part of a line that is below the upper border.
 fn below(from: Point, to: Point, top: f64) -> Option<(Point, Point)> {
     let crossing = || {
         let share = (top - from.y) / (to.y - from.y);
@@ -243,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_names_and_every_piece_are_on_the_sheet() {
+    fn labels_names_and_every_curve_are_in_the_figure() {
         let svg = plot(&[0.1, 0.2, 0.3]).sheet().svg();
         for text in ["Error", "delay, ms", "mATE (m)", "ours"] {
             assert!(svg.contains(text), "{text}");
@@ -251,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_that_explodes_is_cut_off_at_the_border() {
+    fn a_curve_beyond_the_range_is_clipped_at_the_border() {
         let top = 4.0;
         let point = |x: f64, y: f64| Point { x, y, spread: 0.0 };
         let (from, to) = below(point(0.0, 2.0), point(1.0, 10.0), top).unwrap();
@@ -262,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_without_points_is_drawn_all_the_same() {
+    fn a_plot_without_points_is_valid() {
         assert!(plot(&[]).sheet().svg().contains("mATE"));
         assert!(plot(&[f64::NAN]).sheet().svg().contains("mATE"));
     }

@@ -4,28 +4,28 @@ use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, Type, corners};
 use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::ticks;
 
-/// Colours that people tell apart who see few (Okabe & Ito), black and grey.
-pub const PALETTE: [Colour; 9] =
+/// Colours that colour-blind readers can distinguish (Okabe & Ito), black and grey.
+pub(crate) const PALETTE: [Colour; 9] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000", "#999999"];
 pub(super) const INK: Colour = "#222222";
 pub(super) const FAINT: Colour = "#dddddd";
 pub(super) const MUTED: Colour = "#666666";
 
-/// What is marked at a place.
+/// A mean with its spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dot {
+pub(crate) struct Dot {
     /// The mean.
     pub mean: f64,
-    /// As far to either side.
+    /// Half of the length of its bar.
     pub spread: f64,
-    /// What others have published, for comparison.
+    /// The published value, for comparison.
     pub published: Option<f64>,
 }
 
 /// One metric.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Panel {
-    /// What is on its axis.
+pub(crate) struct Panel {
+    /// Label of its axis.
     pub label: String,
     /// By category and series.
     pub dots: Vec<Vec<Option<Dot>>>,
@@ -33,12 +33,12 @@ pub struct Panel {
 
 /// A plot of several metrics.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DotPlot {
+pub(crate) struct DotPlot {
     /// Its heading.
     pub title: String,
     /// Names of the rows.
     pub categories: Vec<String>,
-    /// Names and colours of what stands in each row.
+    /// Names and colours of the series.
     pub series: Vec<(String, Colour)>,
     /// The metrics.
     pub panels: Vec<Panel>,
@@ -51,7 +51,7 @@ const CHARACTER: f64 = 6.6;
 
 impl DotPlot {
     /// The finished drawing.
-    pub fn sheet(&self) -> Sheet {
+    pub(crate) fn sheet(&self) -> Sheet {
         let row_height = (13.0 * self.series.len() as f64).max(20.0) + 4.0;
         let longest = self.categories.iter().map(|name| name.chars().count()).max().unwrap_or(0);
         let left = 24.0 + CHARACTER * longest as f64;
@@ -146,7 +146,7 @@ pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Pa
     sheet.path(&(0..CORNERS).map(corner).collect::<Vec<_>>(), true, paint);
 }
 
-/// The mark of what others have published.
+/// The mark of a published value.
 pub(super) fn diamond(sheet: &mut Sheet, (x, y): (f64, f64), colour: Colour) {
     let r = 5.0;
     sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, Paint::line(colour, 1.4));

@@ -1,4 +1,4 @@
-//! Pictures: of a run from above, and of figures.
+//! Figures: a bird's-eye view of a run, curves and dot plots.
 
 pub(crate) mod bev;
 pub(crate) mod curves;

@@ -1,4 +1,4 @@
-//! Sheets as PDF, with the fonts that every reader has.
+//! Sheets as PDF, with the standard fonts.
 
 use crate::report::plot::sheet::{Anchor, Colour, Paint, Shape, Sheet, Type};
 use pdf_writer::types::LineJoinStyle;
@@ -15,14 +15,14 @@ const WIDTHS: [u16; 95] = [
     556, 333, 556, 556, 500, 556, 556, 278, 556, 556, 222, 222, 500, 222, 833, 556, 556, 556, 556, 333, 500,
     278, 556, 500, 722, 500, 500, 500, 334, 260, 334, 584,
 ];
-/// Of all others, about.
+/// Approximate width of all other characters.
 const OTHER_WIDTH: u16 = 556;
-/// Bold is wider, about.
+/// Approximate ratio of the widths of bold and regular characters.
 const BOLD_WIDENS: f64 = 1.06;
 
 impl Sheet {
     /// As a PDF document of one page.
-    pub fn pdf(&self) -> Vec<u8> {
+    pub(crate) fn pdf(&self) -> Vec<u8> {
         document(self)
     }
 }
@@ -76,7 +76,7 @@ fn opacities(sheet: &Sheet) -> Vec<f64> {
 
 fn content(sheet: &Sheet, opacities: &[f64]) -> Vec<u8> {
     let mut content = Content::new();
-    // PDF's y runs up.
+    // PDF's y axis points up.
     content.transform([1.0, 0.0, 0.0, -1.0, 0.0, sheet.height as f32]);
     content.set_line_join(LineJoinStyle::RoundJoin);
     for shape in &sheet.shapes {
@@ -133,7 +133,7 @@ fn write(content: &mut Content, (x, y): (f64, f64), text: &str, set: Type) {
     content.set_parameters(Name(state_name(0).as_bytes()));
     content.begin_text().set_fill_rgb(r, g, b);
     content.set_font(if set.bold { BOLD } else { REGULAR }, set.size as f32);
-    // Upright again.
+    // The text is not mirrored.
     content.set_text_matrix([1.0, 0.0, 0.0, -1.0, (x - shift) as f32, y as f32]);
     content.show(Str(&encoded)).end_text();
 }
@@ -147,7 +147,7 @@ fn width(encoded: &[u8], set: Type) -> f64 {
     encoded.iter().map(of).sum::<f64>() * set.size / 1000.0 * widen
 }
 
-/// A character in WinAnsiEncoding, which for most of Latin is its code point.
+/// A character in WinAnsiEncoding, which is the code point for most Latin characters.
 fn win_ansi(c: char) -> u8 {
     match c {
         '–' => 0x96,
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_are_read_by_their_parts() {
+    fn colours_are_parsed_by_component() {
         assert_eq!(rgb("#ff0080"), [1.0, 0.0, 128.0 / 255.0]);
     }
 
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_document_has_one_page_with_everything_on_it() {
+    fn a_document_has_one_page_with_all_elements() {
         let mut sheet = Sheet::new(200, 100);
         sheet.line(&[(0.0, 0.0), (200.0, 100.0)], ("#ff0000", 2.0));
         sheet.shade(&[(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)], "#00ff00", 0.25);

@@ -1,4 +1,4 @@
-//! One moment of a run: truth, every agent's detections and the fused list.
+//! One time of a run: true objects, every agent's detections and the fused objects.
 
 use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::data::truth::Truth;
@@ -9,16 +9,16 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
 use v2x_common::time::{Span, Timestamp};
 
-/// What a picture shows, all in the map frame.
+/// The contents of a bird's-eye view, in the map frame.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct BevScene {
-    /// What it is a picture of.
+pub(crate) struct BevScene {
+    /// Title.
     pub title: String,
-    /// What else is to be known of it.
+    /// Subtitle.
     pub subtitle: String,
     /// True objects.
     pub truth: Vec<TrueBox>,
-    /// Agents with what they saw.
+    /// Agents with their detections.
     pub agents: Vec<SceneAgent>,
     /// Fused objects.
     pub fused: Vec<BevBox>,
@@ -26,30 +26,30 @@ pub struct BevScene {
 
 /// A true object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrueBox {
-    /// Where it is.
+pub(crate) struct TrueBox {
+    /// Its box.
     pub bev: BevBox,
-    /// Whether the fused list is expected to hold it.
+    /// Whether any agent covers it.
     pub is_covered: bool,
 }
 
-/// An agent with what it saw.
+/// An agent with its detections.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SceneAgent {
+pub(crate) struct SceneAgent {
     /// Which agent.
     pub id: AgentId,
-    /// What carries its sensor.
+    /// The kind of its sensor.
     pub kind: SensorKind,
-    /// Where its sensor is.
+    /// Pose of its sensor.
     pub pose: Option<Pose>,
-    /// Its detections in the frame that was captured nearest to the moment.
+    /// Its detections in the frame that was captured nearest to the time.
     pub detections: Vec<BevBox>,
-    /// From the moment to that frame's capture; negative where it was earlier.
+    /// From the time to that frame's capture; negative where it was earlier.
     pub offset: Option<Span>,
 }
 
-/// The scored moment whose fused error is the median; `None` where no fused frame has an error.
-pub fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
+/// The scored fused frame with the median error; `None` where no fused frame has an error.
+pub(crate) fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
     let place = scored.median_frame()?;
     let frame = &log.fused.get(place)?.frame;
     let error_m = scored.frame_errors.iter().find(|(of, _)| *of == place).map(|(_, ate_m)| *ate_m)?;
@@ -90,7 +90,7 @@ mod tests {
     use crate::score::run::test_run::{pose, run, scored, world};
 
     #[test]
-    fn the_typical_moment_shows_truth_fused_list_and_each_agents_nearest_frame() {
+    fn the_median_frame_shows_truth_fused_objects_and_the_nearest_frame_of_each_agent() {
         let (mut log, facts) = run();
         // 23 ms after its neighbours' capture; the agents' frame before it is nearer than the one after.
         log.fused.iter_mut().for_each(|received| received.frame.fused_at += Span::from_millis(23));

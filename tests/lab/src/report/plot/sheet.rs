@@ -4,11 +4,11 @@
 use crate::report::plot::svg::{Font, Rect, Style, Svg};
 
 /// A colour, `#rrggbb`.
-pub type Colour = &'static str;
+pub(crate) type Colour = &'static str;
 
 /// The side of a text's anchor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub(crate) enum Anchor {
     /// The text begins there.
     Start,
     /// Its middle is there.
@@ -19,7 +19,7 @@ pub enum Anchor {
 
 /// How a text is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Type {
+pub(crate) struct Type {
     /// Font size.
     pub size: f64,
     /// Whether it is bold.
@@ -32,99 +32,99 @@ pub struct Type {
 
 /// How an outline is painted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Paint {
+pub(crate) struct Paint {
     /// Colour and width of the line.
     pub stroke: Option<(Colour, f64)>,
-    /// What is inside.
+    /// Colour of the inside.
     pub fill: Option<Colour>,
 }
 
 impl Paint {
-    /// A line around nothing.
-    pub const fn line(colour: Colour, width: f64) -> Self {
+    /// A line without a fill.
+    pub(crate) const fn line(colour: Colour, width: f64) -> Self {
         Self { stroke: Some((colour, width)), fill: None }
     }
 }
 
 /// A shape.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub(crate) enum Shape {
     /// Straight lines from point to point.
     Path {
         /// The points.
         points: Vec<(f64, f64)>,
-        /// Whether the last is joined with the first.
+        /// Whether the last point is joined with the first.
         is_closed: bool,
         /// Colour and width of the line.
         stroke: Option<(Colour, f64)>,
-        /// What is inside.
+        /// Colour of the inside.
         fill: Option<Colour>,
         /// Lengths of dash and gap; 0 for a solid line.
         dash: f64,
-        /// 1 for opaque.
+        /// Opacity; 1 is opaque.
         opacity: f64,
     },
     /// A text on one line.
     Text {
         /// The anchor, on the base line.
         at: (f64, f64),
-        /// What it says.
+        /// The text.
         text: String,
-        /// How it is set.
+        /// Its style.
         set: Type,
     },
 }
 
 /// A drawing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sheet {
+pub(crate) struct Sheet {
     /// Width.
     pub width: u32,
     /// Height.
     pub height: u32,
-    /// What is on it, the later ones over the earlier ones.
+    /// Its shapes, later ones over earlier ones.
     pub shapes: Vec<Shape>,
 }
 
 impl Sheet {
     /// An empty white sheet.
-    pub const fn new(width: u32, height: u32) -> Self {
+    pub(crate) const fn new(width: u32, height: u32) -> Self {
         Self { width, height, shapes: Vec::new() }
     }
 
     /// Draws a line from point to point.
-    pub fn line(&mut self, points: &[(f64, f64)], stroke: (Colour, f64)) {
+    pub(crate) fn line(&mut self, points: &[(f64, f64)], stroke: (Colour, f64)) {
         self.path(points, false, Paint { stroke: Some(stroke), fill: None });
     }
 
     /// Draws a dashed line.
-    pub fn dashed(&mut self, points: &[(f64, f64)], stroke: (Colour, f64), dash: f64) {
+    pub(crate) fn dashed(&mut self, points: &[(f64, f64)], stroke: (Colour, f64), dash: f64) {
         let points = points.to_vec();
         let stroke = Some(stroke);
         self.shapes.push(Shape::Path { points, is_closed: false, stroke, fill: None, dash, opacity: 1.0 });
     }
 
     /// Draws an outline, or fills it, or both.
-    pub fn path(&mut self, points: &[(f64, f64)], is_closed: bool, paint: Paint) {
+    pub(crate) fn path(&mut self, points: &[(f64, f64)], is_closed: bool, paint: Paint) {
         let Paint { stroke, fill } = paint;
         let points = points.to_vec();
         self.shapes.push(Shape::Path { points, is_closed, stroke, fill, dash: 0.0, opacity: 1.0 });
     }
 
-    /// Fills an outline so that what is below shines through.
-    pub fn shade(&mut self, points: &[(f64, f64)], fill: Colour, opacity: f64) {
+    /// Fills an outline with a transparent colour.
+    pub(crate) fn shade(&mut self, points: &[(f64, f64)], fill: Colour, opacity: f64) {
         let points = points.to_vec();
         let fill = Some(fill);
         self.shapes.push(Shape::Path { points, is_closed: true, stroke: None, fill, dash: 0.0, opacity });
     }
 
     /// Writes a text.
-    pub fn text(&mut self, at: (f64, f64), text: &str, set: Type) {
+    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, set: Type) {
         self.shapes.push(Shape::Text { at, text: text.to_owned(), set });
     }
 
     /// As a self-contained SVG document.
-    pub fn svg(&self) -> String {
+    pub(crate) fn svg(&self) -> String {
         let mut svg = Svg::new(self.width, self.height);
         for shape in &self.shapes {
             match shape {

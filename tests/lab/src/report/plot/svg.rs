@@ -19,7 +19,7 @@ pub(super) struct Style<'a> {
 }
 
 impl<'a> Style<'a> {
-    /// A solid line around nothing.
+    /// A solid line without a fill.
     pub(super) const fn line(stroke: &'a str, width: f64) -> Self {
         Self { stroke, width, fill: "none", dashes: "", opacity: 1.0 }
     }
@@ -79,7 +79,7 @@ impl Svg {
         self.body.push('\n');
     }
 
-    /// Everything until [`Svg::end_clip`] is seen only within the rectangle.
+    /// Everything until [`Svg::end_clip`] is clipped at the rectangle.
     pub(super) fn begin_clip(&mut self, id: &str, Rect { x, y, w, h }: Rect) {
         self.push(format_args!(
             r#"<clipPath id="{id}"><rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}"/></clipPath>"#
@@ -119,7 +119,7 @@ impl Svg {
         self.push(format_args!(r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" {style}/>"#));
     }
 
-    /// A text with a white rim, so that it can be read on anything.
+    /// A text with a white outline, readable on any background.
     pub(super) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
         let Font { size, colour, bold, anchor } = font;
         let weight = if bold { "bold" } else { "normal" };
@@ -130,7 +130,7 @@ impl Svg {
     }
 }
 
-/// From the first point straight to all others.
+/// Straight lines through all points.
 fn path_data(points: &[(f64, f64)]) -> String {
     let mut path = String::new();
     for (index, (x, y)) in points.iter().enumerate() {
@@ -140,7 +140,7 @@ fn path_data(points: &[(f64, f64)]) -> String {
     path
 }
 
-/// Text that may hold `<`, `&` and control characters.
+/// Text that may contain `<`, `&` and control characters.
 struct Escaped<'a>(&'a str);
 
 impl Display for Escaped<'_> {

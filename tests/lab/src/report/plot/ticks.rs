@@ -1,6 +1,6 @@
 //! Round numbers along an axis.
 
-/// Round numbers, evenly apart.
+/// Equidistant round numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Ticks {
     /// The numbers, rising.
@@ -22,7 +22,7 @@ pub(super) fn ticks(low: f64, high: f64, n: u32) -> Ticks {
 }
 
 impl Ticks {
-    /// A number with as many digits as tell it from its neighbours.
+    /// A number with enough digits to distinguish it from its neighbours.
     pub(super) fn label(&self, value: f64) -> String {
         format!("{value:.*}", self.digits)
     }

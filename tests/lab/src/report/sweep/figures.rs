@@ -14,7 +14,7 @@ pub(crate) struct Figure {
     pub(crate) plot: CurvePlot,
 }
 
-/// Dashes of one family after another: all methods keep their colours.
+/// Dashes by family. Methods have the same colour in all families.
 const DASHES: [f64; 4] = [0.0, 7.0, 4.0, 2.0];
 
 /// A quantity and its label.
@@ -28,7 +28,7 @@ const MATE: Quantity =
     ("mATE (m)", |row| row.mate_m.map(|m| (m, row.mate_trial_std.unwrap_or(0.0))), Top::Most);
 const MAOE: Quantity = ("mAOE (°)", |row| bare(row.maoe_deg), Top::Most);
 
-/// All figures of these results; several sets of them (virtual, live) share each.
+/// All figures of these results. Results of virtual time and of the network are in the same figures.
 pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     let families = families(rows);
     let Some(plan) = results.first().map(|results| &results.plan) else { return Vec::new() };
@@ -61,7 +61,7 @@ pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     ];
     figures.push(Figure {
         name: "frames",
-        plot: plot("What becomes of the other agents' frames", Subset::All, &fates),
+        plot: plot("Outcome of the other agents' frames", Subset::All, &fates),
     });
     let consistency: [Quantity; 2] = [
         ("position NEES / 2 (1 is consistent)", |row| bare(row.nees_position), Top::Most),
@@ -99,7 +99,7 @@ pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     figures
 }
 
-/// A colour for each method; a kind of line for each family, where there are several.
+/// A colour for each method, and a kind of line for each family.
 fn styles(families: &[Family<'_>]) -> Vec<Style> {
     let style = |(place, family): (usize, &Family<'_>)| {
         let several = families.len() > 1;
@@ -122,7 +122,7 @@ fn colour(method: &str) -> &'static str {
     PALETTE[COLOURS[place]]
 }
 
-/// By method: the baselines grey-brown and muted, what matters in the strongest colours.
+/// Places in the palette by method: muted colours for the baselines.
 const COLOURS: [usize; 9] = [7, 5, 3, 6, 4, 2, 1, 8, 0];
 
 fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
@@ -135,7 +135,7 @@ fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity)
     Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top }
 }
 
-/// How old what is told is: distributions at each value, of one method.
+/// Distributions of the age of information at each value, of one method.
 fn ages(results: &[Results]) -> CurvePlot {
     let mut styles = Vec::new();
     let mut panels = [Vec::new(), Vec::new()];
@@ -166,7 +166,7 @@ fn ages(results: &[Results]) -> CurvePlot {
     let panels = labels.into_iter().zip(panels);
     let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Top::At(1.0) });
     CurvePlot {
-        title: "Age of information in an object when it is told".to_owned(),
+        title: "Age of information of a fused object when it is published".to_owned(),
         x_label: "age, ms".to_owned(),
         x_names: None,
         styles,
@@ -174,7 +174,7 @@ fn ages(results: &[Results]) -> CurvePlot {
     }
 }
 
-/// Whether any method gets more at one value than at another, by a twentieth.
+/// Whether the bytes of any method differ between values by more than 5 %.
 fn bytes_differ(rows: &[Row]) -> bool {
     SweepMethod::ALL.iter().any(|method| {
         let of_method = rows.iter().filter(|row| row.method == method.key()).map(|row| row.bytes_per_s);
@@ -183,7 +183,7 @@ fn bytes_differ(rows: &[Row]) -> bool {
     })
 }
 
-/// What the bytes buy.
+/// Error against bytes.
 fn bytes(families: &[Family<'_>]) -> CurvePlot {
     let curve = |family: &Family<'_>, method: &str| {
         let point = |row: &Row| row.mate_m.map(|y| Point { x: row.bytes_per_s / 1e3, y, spread: 0.0 });
@@ -194,7 +194,7 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
     let curves =
         |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
     CurvePlot {
-        title: "What the bytes buy".to_owned(),
+        title: "Error against bytes".to_owned(),
         x_label: "detections that arrive, kB/s".to_owned(),
         x_names: None,
         styles: styles(families),

@@ -14,9 +14,9 @@ use crate::report::table::{Table, escaped};
 use clap::ValueEnum;
 use std::path::Path;
 
-/// The first columns; all others follow by name.
+/// The first columns. All others follow by name.
 const FIRST_COLUMNS: [&str; 8] = ["method", "axis", "x", "x_text", "axis_2", "y", "delta_max_ms", "subset"];
-/// Rows that stand out.
+/// Highlighted rows.
 const MARKED: [&str; 2] = ["replay", "ours"];
 
 /// Writes the report, its figures as SVG and PDF, and the rows as CSV, JSON and Markdown.
@@ -80,7 +80,7 @@ fn methods(rows: &[Row]) -> Table {
     Table { header: ["method", "what it does"].map(str::to_owned).to_vec(), rows }
 }
 
-/// From capture to the consumer.
+/// Latency by stage, from capture to the consumer.
 fn stages(rows: &[&Row]) -> Table {
     let header = ["method", "value", "capture → send", "send → arrive", "arrive → fused", "fused → consumed"];
     let cell = |stage: Option<Stage>| {

@@ -1,20 +1,20 @@
-//! What a sweep came to.
+//! The results of a sweep.
 
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Plan, Point};
 use crate::report::sweep::rows::{Group, Row, note_kept, rows};
 use crate::score::sweep::record::Record;
-/// What one place with one Δmax came to.
+/// The results at one point of the grid and one Δmax.
 #[derive(Debug)]
-pub struct Place {
-    /// Of the first seed.
+pub(crate) struct Place {
+    /// The point with the first seed.
     pub point: Point,
     /// By method, then by seed.
     pub records: Vec<(SweepMethod, Vec<Record>)>,
 }
 
 impl Place {
-    /// Borrowed, as rows want it.
+    /// The records by method, borrowed.
     fn group(&self) -> Group<'_> {
         self.records.iter().map(|(method, records)| (*method, records.iter().collect())).collect()
     }
@@ -22,8 +22,8 @@ impl Place {
 
 /// A sweep's results.
 #[derive(Debug)]
-pub struct Results {
-    /// What was run.
+pub(crate) struct Results {
+    /// The plan.
     pub plan: Plan,
     /// By value, then by Δmax.
     pub places: Vec<Place>,
@@ -31,7 +31,7 @@ pub struct Results {
 
 impl Results {
     /// From the records of every point, in the plan's order.
-    pub fn of(plan: &Plan, points: Vec<Point>, records: Vec<Vec<Record>>) -> Self {
+    pub(crate) fn of(plan: &Plan, points: Vec<Point>, records: Vec<Vec<Record>>) -> Self {
         let n_seeds = plan.seeds.len().max(1);
         let mut places: Vec<Place> = Vec::new();
         for (number, (point, records)) in points.into_iter().zip(records).enumerate() {
@@ -48,7 +48,7 @@ impl Results {
     }
 
     /// The rows of all places.
-    pub fn rows(&self) -> Vec<Row> {
+    pub(crate) fn rows(&self) -> Vec<Row> {
         let of_place = |place: &Place| rows(&self.plan, &place.point, &place.group());
         let mut rows: Vec<Row> = self.places.iter().flat_map(of_place).collect();
         note_kept(&mut rows);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// A ratio of errors with its 95 % interval (paired bootstrap over seeds, and stretches of 5 s of each, on common
 /// random numbers).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Interval {
+pub(crate) struct Interval {
     /// The ratio.
     pub ratio: f64,
     /// Lower end.
@@ -21,7 +21,7 @@ pub struct Interval {
 
 /// Three percentiles, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// The median.
     pub p50: f64,
     /// 95 %.
@@ -30,18 +30,18 @@ pub struct Stage {
     pub p99: f64,
 }
 
-/// One method at one place, for one subset of objects. Means are over seeds; what has no data is `None`.
+/// One method at one point, for one subset of objects. Means are over seeds. A figure without data is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Row {
-    /// What is compared.
+pub(crate) struct Row {
+    /// The method.
     pub method: &'static str,
-    /// What is varied.
+    /// The axis.
     pub axis: String,
-    /// Its value; its place in the list where it is no number.
+    /// Its value, or the place in the list if it is no number.
     pub x: f64,
     /// Its value as typed.
     pub x_text: String,
-    /// What else is varied.
+    /// The second axis.
     pub axis_2: Option<String>,
     /// Its value.
     pub y: Option<f64>,
@@ -49,11 +49,11 @@ pub struct Row {
     pub y_text: Option<String>,
     /// Δmax of the hub, ms.
     pub delta_max_ms: f64,
-    /// Which objects.
+    /// The subset of objects.
     pub subset: &'static str,
-    /// Mean time of the other agents' frames from capture to the hub, as drawn, ms.
+    /// Mean time of the other agents' frames from capture to the hub, ms.
     pub delay_ms: Option<f64>,
-    /// Mean distance of fused objects from the truth, m, matched by identity; of several boxes of one object all errors
+    /// Mean distance of fused objects from the truth, m, matched by provenance. All errors of several boxes of one object
     /// count.
     pub mate_m: Option<f64>,
     /// Standard deviation of that over seeds.
@@ -62,7 +62,7 @@ pub struct Row {
     pub made_m: Option<f64>,
     /// Mean error of headings, degrees.
     pub maoe_deg: Option<f64>,
-    /// Share of fused objects that are right. What is of no object counts among all, and in no subset.
+    /// Share of fused objects that are right. False objects count among all objects, and in no subset.
     pub precision: Option<f64>,
     /// Share of objects that are found.
     pub recall: Option<f64>,
@@ -70,9 +70,9 @@ pub struct Row {
     pub versus_alone: Option<Interval>,
     /// The same against a rollback that loses newer data; of `replay` only.
     pub versus_rollback_literal: Option<Interval>,
-    /// What is left of what the partner brings at the first value, against the first agent alone.
+    /// The gain over the first agent alone, relative to the gain at the first value of the axis.
     pub kept: Option<f64>,
-    /// Mean distance where matched by place within 4 m (all objects only).
+    /// Mean distance where matched by position within 4 m (all objects only).
     pub mate_by_place_m: Option<f64>,
     /// Precision of that.
     pub precision_by_place: Option<f64>,
@@ -84,19 +84,19 @@ pub struct Row {
     pub nees_position: Option<f64>,
     /// Mean normalised innovation squared over its degrees of freedom.
     pub nis: Option<f64>,
-    /// Of the other agents' frames that arrived: stamped no earlier than what had come before (less ε_s).
+    /// Share of the other agents' frames that arrived with a stamp not earlier than those before (less ε_s).
     pub on_time: Option<f64>,
-    /// Stamped earlier.
+    /// Share with an earlier stamp.
     pub late: Option<f64>,
-    /// Taken in at an earlier time than what was in.
+    /// Share accepted out of sequence.
     pub rolled_back: Option<f64>,
-    /// Refused.
+    /// Share refused.
     pub refused: Option<f64>,
     /// The first agent's frames that were refused, all seeds together.
     pub frames_refused_of_first: u64,
-    /// Detections that arrive, bytes a second.
+    /// Detections that arrive, bytes per second.
     pub bytes_per_s: f64,
-    /// Age of the newest detection in a found object when the frame is told, ms.
+    /// Age of the newest detection in a found object when the frame is published, ms.
     pub age_ms: Option<Stage>,
     /// Age of the other agents' newest one.
     pub other_age_ms: Option<Stage>,
@@ -116,12 +116,12 @@ pub struct Row {
     pub live: bool,
 }
 
-/// Of fewer stretches of 5 s there is no interval.
+/// An interval needs at least this many stretches of 5 s.
 const FEWEST_STRETCHES: usize = 8;
 
 impl Row {
-    /// One that has every part: it tells which columns there are.
-    pub fn full() -> Self {
+    /// A row with every field: it defines the columns.
+    pub(crate) fn full() -> Self {
         let (interval, stage) = (Some(Interval::default()), Some(Stage::default()));
         Self {
             versus_alone: interval,
@@ -137,11 +137,11 @@ impl Row {
     }
 }
 
-/// The records of a place and Δmax: by method, then by seed.
-pub type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;
+/// The records of a point: by method, then by seed.
+pub(crate) type Group<'a> = BTreeMap<SweepMethod, Vec<&'a Record>>;
 
-/// All rows of a place.
-pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
+/// All rows of a point.
+pub(crate) fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
     let of_method = |method: &SweepMethod| {
         let records = &group[method];
         let of = |other: Option<SweepMethod>| other.and_then(|other| group.get(&other)).map(Vec::as_slice);
@@ -152,7 +152,7 @@ pub fn rows(plan: &Plan, point: &Point, group: &Group<'_>) -> Vec<Row> {
     plan.methods.iter().filter(|method| group.contains_key(method)).flat_map(of_method).collect()
 }
 
-/// The runs of a method at a place, by seed, and those that it is compared with.
+/// The runs of a method at a point, by seed, and those that it is compared with.
 #[derive(Clone, Copy, Debug)]
 struct Runs<'a> {
     method: SweepMethod,
@@ -228,7 +228,7 @@ fn row(plan: &Plan, point: &Point, runs: &Runs<'_>, subset: Subset) -> Row {
 }
 
 /// All stretches of a run together.
-pub fn total(record: &Record, subset: Subset) -> Errors {
+pub(crate) fn total(record: &Record, subset: Subset) -> Errors {
     let mut total = Errors::default();
     record.blocks.iter().for_each(|block| total.add(&block[subset as usize]));
     total
@@ -248,8 +248,8 @@ fn versus(baseline: &[&Record], records: &[&Record], subset: Subset) -> Option<I
     ratio.ratio.is_finite().then_some(Interval { ratio: ratio.ratio, low: ratio.low, high: ratio.high })
 }
 
-/// Fills in what is kept of a partner's gain along the axis: its first value is the reference.
-pub fn note_kept(rows: &mut [Row]) {
+/// Fills in `kept`: the gain over the first agent alone, relative to that at the first value of the axis.
+pub(crate) fn note_kept(rows: &mut [Row]) {
     let gain = |row: &Row| Some(row.mate_m? / row.versus_alone?.ratio - row.mate_m?);
     let is_family = |a: &Row, b: &Row| {
         (a.method, a.subset, a.live) == (b.method, b.subset, b.live)
@@ -269,7 +269,7 @@ pub fn note_kept(rows: &mut [Row]) {
 }
 
 /// A distribution's percentiles, averaged over runs.
-pub fn mean_distribution(records: &[&Record], of: impl Fn(&Record) -> &Vec<f64>) -> Option<Vec<f64>> {
+pub(crate) fn mean_distribution(records: &[&Record], of: impl Fn(&Record) -> &Vec<f64>) -> Option<Vec<f64>> {
     let full: Vec<&Vec<f64>> =
         records.iter().map(|record| of(record)).filter(|values| !values.is_empty()).collect();
     if full.is_empty() {
@@ -297,7 +297,7 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     ratio(sum, n)
 }
 
-/// Standard deviation of a sample; `None` of fewer than two.
+/// Standard deviation of a sample; `None` with fewer than two values.
 fn std(values: impl Iterator<Item = f64>) -> Option<f64> {
     let values: Vec<f64> = values.collect();
     let mean = mean(values.iter().copied())?;

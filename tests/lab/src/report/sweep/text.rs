@@ -1,4 +1,4 @@
-//! A sweep's results for people: matrices of methods against values.
+//! A sweep's results as text: matrices of methods against values.
 
 use crate::drive::sweep::method::SweepMethod;
 use crate::report::sweep::rows::Row;
@@ -13,7 +13,7 @@ pub(crate) struct Quantity {
     digits: usize,
 }
 
-/// What is printed. More is in the files.
+/// The printed quantities. The files have more.
 pub(crate) const QUANTITIES: [Quantity; 12] = [
     Quantity { title: "mATE, all objects (m)", subset: Subset::All, value: |row| row.mate_m, digits: 3 },
     Quantity {
@@ -68,7 +68,7 @@ pub(crate) struct Family<'a> {
 }
 
 impl Family<'_> {
-    /// What it is called among others.
+    /// Its name.
     pub(crate) fn name(&self) -> String {
         let second = self.rows.first().and_then(|row| row.axis_2.as_deref().zip(row.y_text.as_deref()));
         let parts = [
@@ -104,13 +104,13 @@ impl Family<'_> {
             let cells = self.of(method, quantity.subset).map(cell);
             std::iter::once((*method).to_owned()).chain(cells).collect::<Vec<_>>()
         };
-        // Without any number it is no row.
+        // Rows without any number are left out.
         let rows = methods.iter().map(line).filter(|row| row[1..].iter().any(|cell| cell != "–")).collect();
         Table { header, rows }
     }
 }
 
-/// All families, in the order of the rows. Where Δmax is what is varied, it is no family's.
+/// All families, in the order of the rows. Where Δmax is the axis, it is the same family.
 pub(crate) fn families(rows: &[Row]) -> Vec<Family<'_>> {
     let mut families: Vec<Family<'_>> = Vec::new();
     for row in rows {
@@ -132,7 +132,7 @@ pub(crate) fn terminal(rows: &[Row]) -> String {
     in_families(rows, "", |table| table.text())
 }
 
-/// For a page or a paper.
+/// As Markdown.
 pub(crate) fn markdown(rows: &[Row]) -> String {
     in_families(rows, "## ", |table| format!("\n{}", table.markdown()))
 }

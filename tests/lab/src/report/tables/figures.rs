@@ -40,7 +40,7 @@ pub(crate) fn figures(tables: &Tables) -> Vec<Figure> {
     figures
 }
 
-/// The tables that there are, in order.
+/// The computed tables, in order.
 pub(crate) fn kinds(tables: &Tables) -> Vec<Table> {
     let mut kinds: Vec<Table> = tables.blocks.iter().map(|block| block.table).collect();
     kinds.dedup();
@@ -57,7 +57,7 @@ fn dot(row: &Row, metric: usize) -> Option<Dot> {
     value.mean.map(|mean| Dot { mean, spread, published: row.paper.0[metric] })
 }
 
-/// The row of all objects, as the paper's tables count.
+/// The row of all objects, with the counting of the paper's tables.
 fn row_of<'a>(tables: &'a Tables, block: &'a Block, key: &str) -> Option<&'a Row> {
     let is_it =
         |row: &&Row| row.method == key && row.subset == Subset::All && row.counting == Counting::Table;

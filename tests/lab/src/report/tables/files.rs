@@ -7,8 +7,8 @@ use crate::report::tables::results::Tables;
 use crate::report::tables::{html, latex, text};
 use std::path::Path;
 
-/// Writes the report, its figures as SVG and PDF, and the tables as Markdown, CSV, LaTeX and JSON into a folder,
-/// which is made where there is none.
+/// Writes the report, its figures as SVG and PDF, and the tables as Markdown, CSV, LaTeX and JSON into a folder, which
+/// is made if it is missing.
 pub(crate) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
     let figures = figures(tables);
     let files = vec![
@@ -21,11 +21,11 @@ pub(crate) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
     folder::write(folder, files, figures.iter().map(|Figure { name, plot, .. }| (name.clone(), plot.sheet())))
 }
 
-/// The first columns; all others follow by name.
+/// The first columns. All others follow by name.
 const FIRST_COLUMNS: [&str; 9] =
     ["table", "noise", "shape", "method", "counting", "subset", "class", "trials", "told"];
 
-/// All rows, with the names of the JSON ones.
+/// All rows, with the names of the JSON fields.
 pub(crate) fn table_csv(tables: &Tables) -> anyhow::Result<String> {
     rows_csv(&tables.rows, &FIRST_COLUMNS, None)
 }

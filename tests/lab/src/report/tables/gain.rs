@@ -1,4 +1,4 @@
-//! By how much one method beats another, with an interval.
+//! Ratios of two methods' errors, with intervals.
 
 use crate::drive::keyframes::setting::Setting;
 use crate::report::tables::results::Tables;
@@ -7,8 +7,8 @@ use crate::score::keyframes::counting::{Counting, Subset};
 use crate::score::keyframes::experiments::Cell;
 use crate::score::moments::Moments;
 
-/// mATE, mADE and mAOE of `worse` over those of `better`, counted as the paper's tables are, with the interval of a
-/// paired bootstrap over scenes on common random numbers; `None` where a method was not computed.
+/// mATE, mADE and mAOE of `worse` over those of `better`, counted as in the paper's tables, with the interval of a paired
+/// bootstrap over scenes on common random numbers; `None` where a method was not computed.
 pub(crate) fn gains(
     tables: &Tables,
     setting: Setting,

@@ -1,4 +1,4 @@
-//! The report: one page that needs nothing else.
+//! The report as a self-contained page.
 
 use crate::report::page::page;
 use crate::report::table::escaped;
@@ -8,7 +8,7 @@ use crate::report::tables::results::Tables;
 use crate::report::tables::text;
 use crate::score::keyframes::counting::{Counting, Subset};
 
-/// Rows that stand out.
+/// Highlighted rows.
 const MARKED: [&str; 2] = ["csba-wls", "ours"];
 
 /// The page.

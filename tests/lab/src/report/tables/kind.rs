@@ -1,4 +1,4 @@
-//! Which tables and figures there are.
+//! The tables and figures.
 
 use serde::Serialize;
 
@@ -18,26 +18,26 @@ pub enum Table {
     #[serde(rename = "fig3")]
     #[value(name = "fig3")]
     Fig3,
-    /// The paper's Fig. 4: what association does
+    /// The paper's Fig. 4: influence of association
     #[serde(rename = "fig4")]
     #[value(name = "fig4")]
     Fig4,
-    /// Errors of other shapes and the same standard deviations
+    /// Errors of other shapes with the same standard deviations
     #[serde(rename = "robustness")]
     Robustness,
-    /// Whether claimed accuracies are true, by category
+    /// Consistency of published covariances (NEES), by category
     #[serde(rename = "nees")]
     Nees,
-    /// Ours without its parts
+    /// Ours without each of its parts
     #[serde(rename = "ablation")]
     Ablation,
-    /// With misses, clutter and views that overlap partly
+    /// With missed detections, clutter and partly overlapping views
     #[serde(rename = "sensors")]
     Sensors,
 }
 
 impl Table {
-    /// The beginning of names of files.
+    /// The beginning of file names.
     pub const fn stem(self) -> &'static str {
         match self {
             Self::II => "table-2",

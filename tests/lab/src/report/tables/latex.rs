@@ -44,7 +44,7 @@ fn figures(row: &Row, rows: &[&Row]) -> String {
         let best = others.fold(None, |best: Option<f64>, value| {
             Some(best.map_or(value, |best| if is_error { best.min(value) } else { best.max(value) }))
         });
-        // Bold is what reads the same as the best.
+        // All values that are printed like the best one are bold.
         let is_best = best.is_some_and(|best| {
             shown(row) == figure_mean(&Value { mean: Some(best), ..Value::default() }, is_error)
         });

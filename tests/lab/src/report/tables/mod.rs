@@ -1,4 +1,4 @@
-//! The paper's tables and figures, ours beside them.
+//! The paper's tables and figures: computed values beside the paper's.
 
 pub(crate) mod figures;
 pub(crate) mod files;

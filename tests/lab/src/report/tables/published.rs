@@ -1,4 +1,4 @@
-//! What the paper's tables say. For comparison only: nothing is checked against it.
+//! The values of the paper's tables. For comparison only: nothing is checked against them.
 
 #![expect(clippy::approx_constant, reason = "the paper's figures")]
 
@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 /// A row of the paper: mATE (m), mADE (m), mAOE (degrees), precision and recall (fractions), where given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Published(pub [Option<f64>; 5]);
+pub(crate) struct Published(pub [Option<f64>; 5]);
 
 impl Serialize for Published {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -31,9 +31,13 @@ const fn errors([ate, ade, aoe]: [Option<f64>; 3]) -> Published {
     Published([ate, ade, aoe, None, None])
 }
 
-/// What the paper says in one of its tables or figures of a method, and beside ours what it says of CSBA+UniKF, which
-/// ours goes beyond.
-pub fn published(table: Table, noise: NoisePair, method: Method, counting: Counting) -> Option<Published> {
+/// The paper's value of a method in one of its tables or figures. Beside ours it is that of CSBA+UniKF.
+pub(crate) fn published(
+    table: Table,
+    noise: NoisePair,
+    method: Method,
+    counting: Counting,
+) -> Option<Published> {
     match (table, counting) {
         (Table::II | Table::III, Counting::Table) => table_2(noise, method),
         (Table::IV, Counting::FirstBoxes) => table_4_sota(noise, method),
@@ -56,7 +60,7 @@ fn table_4_sota(noise: NoisePair, method: Method) -> Option<Published> {
     })
 }
 
-/// Of Fig. 4 what the text names.
+/// The values of Fig. 4 that the text names.
 fn fig_4(noise: NoisePair, method: Method) -> Option<Published> {
     Some(match (method, noise) {
         (Method::UnikfPaper | Method::Ours, NoisePair::N1N1) => errors([Some(0.51), Some(0.56), None]),
@@ -70,7 +74,7 @@ fn fig_4(noise: NoisePair, method: Method) -> Option<Published> {
 fn table_2(noise: NoisePair, method: Method) -> Option<Published> {
     use NoisePair as N;
     Some(match (method, noise) {
-        // Table III. Alone, the first agent of N1-N3 is a detector of Noise 1.
+        // Table III. The first agent of N1-N3 is a detector of Noise 1.
         (Method::Single1, N::N1N1 | N::N1N3) => single([0.72, 0.79, 3.14]),
         (Method::Single1, N::N2N2) => single([1.10, 1.85, 6.95]),
         (Method::Single1, N::N3N3) => single([1.73, 3.28, 11.08]),
@@ -111,8 +115,8 @@ fn table_2(noise: NoisePair, method: Method) -> Option<Published> {
     })
 }
 
-/// Where the paper cannot be matched by any reading of its rules, and why (METHODS.md 12b and 13.2).
-pub const FOOTNOTES: [&str; 4] = [
+/// Where no reading of the paper's rules gives its values, and why (METHODS.md 12b and 13.2).
+pub(crate) const FOOTNOTES: [&str; 4] = [
     "nms at N1-N1: the paper's 100 % precision cannot come from an overlap threshold of 0.5; its values there are \
      those of a single detector.",
     "N1-N3, mADE: the paper's rows were made with both agents' size noise at 0.2; here agent 2 has 1.0, as Noise 3 \

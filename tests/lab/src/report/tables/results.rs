@@ -7,7 +7,7 @@ use crate::report::tables::rows::{Row, rows};
 use crate::report::tables::study::{Block, Study};
 use crate::score::keyframes::experiments::{Plan, RunError, Scores};
 /// Everything that was computed.
-pub struct Tables {
+pub(crate) struct Tables {
     pub(crate) blocks: Vec<Block>,
     pub(crate) plan: Plan,
     pub(crate) statistics: Statistics,
@@ -24,7 +24,7 @@ impl Tables {
         mut progress: impl FnMut(usize, usize),
     ) -> Result<Self, RunError> {
         let blocks = study.blocks();
-        // In scenes: a contender that is looked at as a tracker plays all of them once more for each trial.
+        // In scenes: tracking metrics need another run over all scenes for each trial.
         let again = trackers(&blocks).count() * plan.trials as usize * scenes.len();
         let mut first_part = 0;
         let scores = plan.run(scenes, |done, of| {
@@ -48,13 +48,13 @@ impl Tables {
     }
 }
 
-/// Who is looked at as a tracker, and where.
+/// The contenders with tracking metrics, and their settings.
 fn trackers(blocks: &[Block]) -> impl Iterator<Item = (Setting, &str)> {
     let blocks = blocks.iter().filter(|block| block.table == Table::Sensors);
     blocks.flat_map(|block| block.contenders.iter().map(|one| (block.setting, one.key())))
 }
 
-/// Completes the rows of [`Table::Sensors`] by what `track` tells of contenders as trackers.
+/// Adds the tracking metrics to the rows of [`Table::Sensors`].
 fn note_trackers(
     rows: &mut [Row],
     blocks: &[Block],

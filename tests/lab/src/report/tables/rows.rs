@@ -16,10 +16,10 @@ use crate::score::tracking::nees::Consistency;
 use serde::Serialize;
 use v2x_common::class::Class;
 
-/// The mean of a metric, and how it varies.
+/// The mean of a metric, with standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Value {
-    /// Over frames; `None` where there was nothing to measure.
+pub(crate) struct Value {
+    /// Mean over frames; `None` without data.
     pub mean: Option<f64>,
     /// Standard deviation over frames: the paper's ±.
     pub std: Option<f64>,
@@ -39,45 +39,45 @@ impl Nees {
 
 /// One row of `--json`. Precision and recall are fractions; `_std` is over frames, `_trial_std` over trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
-    /// Of which table.
+pub(crate) struct Row {
+    /// The table.
     pub table: Table,
     /// Levels of noise of both agents.
     pub noise: NoisePair,
     /// The shape of the errors.
     pub shape: Shape,
-    /// Which method.
+    /// The method.
     pub method: String,
-    /// What the errors are divided by.
+    /// The divisor of the errors.
     pub counting: Counting,
-    /// Which objects.
+    /// The subset of objects.
     pub subset: Subset,
-    /// Only those of this class.
+    /// Only objects of this class.
     pub class: Option<Class>,
     /// The metrics.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// Number of trials.
     pub trials: u32,
-    /// What the method is given apart from boxes and classes.
+    /// The method's inputs apart from boxes and classes.
     #[serde(rename = "told")]
     pub inputs: String,
-    /// What the paper says.
+    /// The paper's values.
     #[serde(flatten)]
     pub paper: Published,
-    /// 1 − IoU of boxes with those of their objects, laid over each other (nuScenes' ASE).
+    /// 1 − IoU of aligned boxes with those of their objects (nuScenes' ASE).
     pub ase: Option<f64>,
-    /// Squared errors over claimed variances, per degree of freedom.
+    /// NEES per degree of freedom.
     #[serde(flatten)]
     pub nees: Nees,
-    /// As a tracker; of [`Table::Sensors`] only.
+    /// Tracking metrics; of [`Table::Sensors`] only.
     #[serde(flatten)]
     pub tracker: TrackerScore,
 }
 
-/// Squared errors over claimed variances, per degree of freedom; 1 where claims are true on average.
+/// NEES per degree of freedom; 1 is consistent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Nees {
+pub(crate) struct Nees {
     /// Of the position.
     pub nees_position: Option<f64>,
     /// Of the heading.
@@ -88,7 +88,7 @@ pub struct Nees {
 
 /// mATE (m), mADE (m), mAOE (degrees), precision and recall (fractions).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Metrics(pub [Value; 5]);
+pub(crate) struct Metrics(pub [Value; 5]);
 
 const NAMES: [[&str; 3]; 5] = [
     ["mate_m", "mate_m_std", "mate_m_trial_std"],
@@ -100,7 +100,7 @@ const NAMES: [[&str; 3]; 5] = [
 
 impl Metrics {
     /// Every number with its name.
-    pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+    pub(crate) fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
         let values = self.0.map(|value| [value.mean, value.std, value.trial_std]);
         NAMES.into_iter().flatten().zip(values.into_iter().flatten())
     }
@@ -113,7 +113,7 @@ impl Serialize for Metrics {
 }
 
 /// All rows of a block.
-pub fn rows(block: &Block, plan: &Plan, scores: &Scores) -> Vec<Row> {
+pub(crate) fn rows(block: &Block, plan: &Plan, scores: &Scores) -> Vec<Row> {
     let mut rows = Vec::new();
     for contender in &block.contenders {
         let Some(cell) = plan.cell(block.setting, contender.key()) else { continue };
@@ -195,7 +195,7 @@ fn values<const N: usize>(by_trial: &[[Moments; N]]) -> [Value; N] {
 }
 
 impl Row {
-    /// With the paper's values.
+    /// Adds the paper's values.
     fn beside_the_paper(self) -> Self {
         // The paper has no subsets.
         let is_comparable = self.subset == Subset::All && self.shape == Shape::Gaussian;

@@ -1,4 +1,4 @@
-//! Which experiments the tables need.
+//! The experiments that the tables need.
 
 use crate::data::conditions::Conditions;
 use crate::data::noise::{NoisePair, Shape};
@@ -8,29 +8,29 @@ use crate::drive::keyframes::setting::Setting;
 use crate::report::tables::kind::Table;
 use crate::score::keyframes::experiments::Experiment;
 
-/// What is asked for.
+/// The requested tables.
 #[derive(Clone, Debug)]
-pub struct Study {
-    /// These tables.
+pub(crate) struct Study {
+    /// The tables.
     pub tables: Vec<Table>,
-    /// At these levels of noise, as far as a table has them.
+    /// The levels of noise, as far as a table has them.
     pub noise: Vec<NoisePair>,
-    /// Only these methods; all of a table's where there are none.
+    /// The methods; all of a table if this is empty.
     pub methods: Vec<Method>,
-    /// The shape of the errors, but for [`Table::Robustness`], which has them all.
+    /// The shape of the errors; [`Table::Robustness`] has all shapes.
     pub shape: Shape,
     /// Further rows of every table.
     pub further: Vec<Contender>,
-    /// Whether robustness is shown at the lowest and the highest level only: it takes all shapes.
+    /// Whether robustness is computed at the lowest and the highest level only: it needs all shapes.
     pub is_brief: bool,
 }
 
 /// One block of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
-    /// Of which table.
+pub(crate) struct Block {
+    /// The table.
     pub table: Table,
-    /// What detections are like.
+    /// Noise and conditions of detections.
     pub setting: Setting,
     /// Its rows.
     pub contenders: Vec<Contender>,
@@ -38,7 +38,7 @@ pub struct Block {
 
 impl Study {
     /// The blocks of all tables, in order.
-    pub fn blocks(&self) -> Vec<Block> {
+    pub(crate) fn blocks(&self) -> Vec<Block> {
         self.tables.iter().flat_map(|table| self.blocks_of(*table)).collect()
     }
 
@@ -70,14 +70,14 @@ impl Study {
         noise.flat_map(setting).map(block).collect()
     }
 
-    /// Those who have anything to say in a block.
+    /// The further contenders that can run in a block.
     fn further_in(&self, table: Table, setting: Setting) -> impl Iterator<Item = &Contender> {
         let claims = move |contender: &&Contender| table != Table::Nees || contender.claims_accuracy();
         self.further.iter().filter(move |contender| contender.has_output_for(&setting)).filter(claims)
     }
 
-    /// Every setting once, with all that compete in it in any table.
-    pub fn experiments(&self) -> Vec<Experiment> {
+    /// Every setting once, with all contenders that any table needs.
+    pub(crate) fn experiments(&self) -> Vec<Experiment> {
         let mut experiments: Vec<Experiment> = Vec::new();
         for Block { setting, contenders, .. } in self.blocks() {
             let place = experiments.iter().position(|one| one.setting == setting).unwrap_or_else(|| {
@@ -125,7 +125,7 @@ impl Table {
                 Method::OursCsba,
                 Method::OursForgetful,
             ],
-            // With clutter there are no true identities to be told.
+            // With clutter there are no true identities as input.
             Self::Sensors => Method::TABLE_II.split_at(20).0,
         }
     }
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_several_tables_need_is_computed_once() {
+    fn experiments_shared_by_several_tables_run_once() {
         let experiments = study(&[Table::II, Table::III, Table::IV, Table::Fig3], &[]).experiments();
         assert_eq!(experiments.len(), 4);
         assert!(experiments.iter().all(|one| one.contenders.len() == Method::TABLE_II.len()));
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_told_true_identities_under_sensors() {
+    fn no_method_receives_true_identities_under_sensors() {
         let truth = |method: &&Method| method.inputs().contains("identities");
         assert_eq!(Table::Sensors.methods().iter().filter(truth).count(), 0);
         assert_eq!(Table::Sensors.methods().len(), Method::TABLE_II.len() - 1);

@@ -1,4 +1,4 @@
-//! The tables for people: terminal and Markdown.
+//! The tables as text: terminal and Markdown.
 
 use crate::data::noise::Shape;
 use crate::drive::keyframes::setting::Setting;
@@ -11,6 +11,7 @@ use crate::report::tables::rows::Row;
 use crate::report::tables::study::Block;
 use crate::score::bootstrap::Ratio;
 use crate::score::keyframes::counting::{Counting, Subset};
+use v2x_fusion_hub::parameters;
 
 /// Metrics and their digits.
 pub(crate) const COLUMNS: [(&str, usize); 5] =
@@ -67,7 +68,7 @@ pub(crate) fn markdown(tables: &Tables) -> String {
     joined(parts) + "\n"
 }
 
-/// What else there is to show of a block, with names.
+/// Further parts of a block, with names.
 pub(crate) fn parts_of(block: &Block) -> &'static [((Subset, Counting), &'static str)] {
     match block.table {
         Kind::II => &[
@@ -99,7 +100,7 @@ pub(crate) fn headline(tables: &Tables) -> String {
         tables.statistics.text(),
         plan.trials,
         plan.seed,
-        v2x_fusion_hub::parameters::DATE,
+        parameters::DATE,
     )
 }
 
@@ -136,7 +137,7 @@ fn by_method(tables: &Tables, block: &Block, (subset, counting): (Subset, Counti
     Table { header, rows: tables.rows_of(block).filter(is_shown).map(row).collect() }
 }
 
-/// Of a metric: the value, the paper's, and for errors the difference.
+/// Columns of a metric: the value, the paper's, and for errors the difference.
 const fn n_columns(metric: usize) -> usize {
     if metric < 3 { 3 } else { 2 }
 }
@@ -149,7 +150,7 @@ fn cells(row: &Row) -> Vec<String> {
     let mut cells = vec![row.method.clone()];
     for (place, ((_, digits), value)) in COLUMNS.into_iter().zip(row.metrics.0).enumerate() {
         let coarse = digits - 1;
-        // Precision and recall vary little: the deviation over frames is in the files.
+        // Precision and recall vary little. Their deviation over frames is in the files.
         let own = match (value.mean, value.std) {
             (Some(mean), Some(std)) if place < 3 => format!("{mean:.digits$}±{std:.coarse$}"),
             (mean, _) => figure(mean, digits),
@@ -163,7 +164,7 @@ fn cells(row: &Row) -> Vec<String> {
     cells
 }
 
-/// Errors without the paper's, which has no such table, and figures of trackers.
+/// Errors and tracking metrics. The paper has no such table.
 fn of_trackers(tables: &Tables, block: &Block, (subset, counting): (Subset, Counting)) -> Table {
     let errors = COLUMNS.into_iter().map(|(name, _)| name);
     let names = ["GOSPA m", "HOTA", "AssA", "MOTA", "IDF1", "switches", "AMOTA"];
@@ -212,7 +213,7 @@ fn by_class(tables: &Tables, block: &Block) -> Table {
     Table { header, rows: classes.into_iter().map(line).collect() }
 }
 
-/// What ours gains over least squares, alone and filtered, for all objects and for parts of them.
+/// The gain of ours over least squares, alone and filtered, for all objects and for subsets.
 pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
     if block.table == Kind::Sensors {
         return "Methods without memory name every box anew in every frame: of them HOTA, AssA, IDF1, switches and AMOTA \

@@ -41,7 +41,7 @@ fn errors_are_means_over_the_pairs_of_the_frame() {
 }
 
 #[test]
-fn heading_errors_take_the_shorter_way_and_reach_180_degrees() {
+fn heading_errors_are_the_shorter_angle_up_to_180_degrees() {
     let truth = [TrueBox { bev: BevBox { yaw: PI - 0.05, ..predicted(0.0, 0.0) }, ..car(0, 0.0) }];
     let across = of_box(BevBox { yaw: -PI + 0.05, ..predicted(0.0, 0.0) });
     let frame = scored(&[across], &truth, &[Matched(0)], &[]);
@@ -65,7 +65,7 @@ fn correlated_position_errors_are_weighted_by_the_whole_covariance() {
 }
 
 #[test]
-fn what_counts_neither_way_enters_no_figure() {
+fn ignored_estimates_enter_no_metric() {
     let truth = [car(0, 0.0), car(1, 9.0), car(2, 90.0)];
     let says = [predicted(0.0, 0.0), predicted(90.9, 0.0), predicted(50.0, 0.0)].map(of_box);
     let frame = scored(&says, &truth, &[Matched(0), Ignored, False], &[1]);

@@ -1,4 +1,4 @@
-//! Boxes of a method that names no measurements, matched by position.
+//! Matching by position, for methods that name no measurements.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::scene::Keyframe;
@@ -10,7 +10,7 @@ use v2x_fusion_hub::association::assignment::Assigner;
 const RULE: PositionRule = PositionRule { radius_m: None, is_class_aware: true };
 
 /// Sets the object of each box of a keyframe by its position.
-pub fn assign_objects(boxes: &mut [FusedBox], keyframe: &Keyframe, assigner: &mut Assigner) {
+pub(crate) fn assign_objects(boxes: &mut [FusedBox], keyframe: &Keyframe, assigner: &mut Assigner) {
     let estimates: Vec<_> = boxes.iter().map(Estimate::from).collect();
     let counts = vec![true; keyframe.objects.len()];
     let frame = Frame { estimates: &estimates, truth: &keyframe.objects, counts: &counts };
@@ -32,8 +32,8 @@ mod tests {
         let mut boxes = [9.0, 11.0, 500.0, 0.0, 90.0].map(|x| fused_car(7, x, 0.0));
         (boxes[3].class, boxes[4].class) = (Class::Truck, Class::Unknown);
         assign_objects(&mut boxes, &scene.keyframes[0], &mut Assigner::default());
-        // Three objects for four boxes that may be cars: the least total distance decides which is of none. A truck is
-        // no car.
+        // Three objects for four boxes that may be cars: the least total distance decides which one is of no object. A
+        // truck is no car.
         assert_eq!(boxes.map(|one| one.object.map(|id| id.0)), [Some(0), Some(1), None, None, Some(2)]);
     }
 }

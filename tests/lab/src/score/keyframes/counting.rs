@@ -1,26 +1,26 @@
-//! How errors are counted: by identity, false positives included (paper, section II-C; METHODS.md 0).
+//! How the tables count errors: by provenance, false positives included (paper, section II-C; METHODS.md 0).
 
 use crate::score::frame_errors::{ErrorSums, mean};
 use crate::score::moments::Moments;
 use serde::Serialize;
 
-/// What the errors are divided by.
+/// The divisor of the errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Counting {
-    /// The errors of all boxes over the number of true positives: what the paper's tables hold.
+pub(crate) enum Counting {
+    /// Errors of all boxes over the number of true positives: the values of the paper's tables.
     Table,
-    /// Over the number of all boxes: the formula as the paper prints it (eq. 5-7).
+    /// Errors of all boxes over the number of all boxes: the formula as printed in the paper (eq. 5-7).
     Printed,
-    /// Of the first box of each object only: what the paper's Table IV calls SOTA.
+    /// Errors of the first box of each object only: "SOTA" in the paper's Table IV.
     FirstBoxes,
 }
 
 impl Counting {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Table, Self::Printed, Self::FirstBoxes];
+    /// All countings.
+    pub(crate) const ALL: [Self; 3] = [Self::Table, Self::Printed, Self::FirstBoxes];
     /// The name in tables.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Table => "table",
             Self::Printed => "printed",
@@ -28,29 +28,29 @@ impl Counting {
         }
     }
 
-    /// The two readings of the paper's own metrics.
-    pub const OF_THE_PAPER: [Self; 2] = [Self::Table, Self::Printed];
+    /// The two countings of the paper's own metrics.
+    pub(crate) const OF_THE_PAPER: [Self; 2] = [Self::Table, Self::Printed];
 }
 
-/// Which objects are looked at.
+/// Which objects count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Subset {
-    /// All.
+pub(crate) enum Subset {
+    /// All objects.
     All,
-    /// Those that stay within 1 m of where they were first.
+    /// Objects that stay within 1 m of their first position.
     Static,
-    /// The others.
+    /// All other objects.
     Moving,
 }
 
 impl Subset {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::All, Self::Static, Self::Moving];
+    /// All subsets.
+    pub(crate) const ALL: [Self; 3] = [Self::All, Self::Static, Self::Moving];
 }
 
 /// The mean errors of a frame; `None` where nothing was found.
-pub fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
+pub(crate) fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
     match counting {
         Counting::Table => mean(sums.all, sums.true_positives),
         Counting::Printed => mean(sums.all, sums.estimates()),
@@ -60,7 +60,7 @@ pub fn mean_errors(sums: &ErrorSums, counting: Counting) -> Option<[f64; 3]> {
 
 /// Moments over frames of one subset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SubsetScore {
+pub(crate) struct SubsetScore {
     /// By [`Counting`]: translation (m), dimension (m), orientation (degrees).
     errors: [[Moments; 3]; 3],
     /// Fractions.
@@ -70,7 +70,7 @@ pub struct SubsetScore {
 
 impl SubsetScore {
     /// Adds a frame.
-    pub fn add(&mut self, frame: &ErrorSums) {
+    pub(crate) fn add(&mut self, frame: &ErrorSums) {
         for (moments, counting) in self.errors.iter_mut().zip(Counting::ALL) {
             let means = mean_errors(frame, counting);
             for (axis, moments) in moments.iter_mut().enumerate() {
@@ -81,8 +81,8 @@ impl SubsetScore {
         self.recall.add(frame.recall());
     }
 
-    /// Adds another one's frames.
-    pub fn merge(&mut self, other: &Self) {
+    /// Adds the frames of another score.
+    pub(crate) fn merge(&mut self, other: &Self) {
         let (ours, theirs) = (self.errors.as_flattened_mut(), other.errors.as_flattened());
         ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| ours.merge(theirs));
         self.precision.merge(&other.precision);
@@ -90,7 +90,7 @@ impl SubsetScore {
     }
 
     /// mATE (m), mADE (m), mAOE (degrees), precision, recall.
-    pub fn metrics(&self, counting: Counting) -> [Moments; 5] {
+    pub(crate) fn metrics(&self, counting: Counting) -> [Moments; 5] {
         let [ate, ade, aoe] = self.errors[counting as usize];
         [ate, ade, aoe, self.precision, self.recall]
     }

@@ -1,4 +1,4 @@
-//! Many scenes, trials and experiments, on several threads.
+//! Experiments: methods over many scenes and trials, on several threads.
 
 use crate::data::noise::{NoisePair, Realisation};
 use crate::data::observation::Protocol;
@@ -10,32 +10,32 @@ use crate::drive::parallel;
 use crate::score::keyframes::method_score::MethodScore;
 use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 
-/// A setting, and who competes in it; all see the same errors.
+/// A setting, and the methods that are compared in it. All get the same errors.
 #[derive(Clone, Debug)]
-pub struct Experiment {
-    /// What detections are like.
+pub(crate) struct Experiment {
+    /// Noise and conditions of detections.
     pub setting: Setting,
-    /// Who competes.
+    /// The compared methods.
     pub contenders: Vec<Contender>,
 }
 
-/// What is to be computed.
+/// A set of experiments.
 #[derive(Clone, Debug)]
-pub struct Plan {
-    /// What detections are like, and who competes.
+pub(crate) struct Plan {
+    /// The experiments.
     pub experiments: Vec<Experiment>,
     /// Number of realisations of the noise.
     pub trials: u32,
-    /// The seed of them all.
+    /// The seed of all trials.
     pub seed: u64,
-    /// Number of threads; of no influence on the results.
+    /// Number of threads. It does not change the results.
     pub threads: usize,
 }
 
 /// A method failed on a scene.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{method} on {scene}, {}", .noise.name())]
-pub struct RunError {
+pub(crate) struct RunError {
     method: String,
     scene: String,
     noise: NoisePair,
@@ -44,7 +44,7 @@ pub struct RunError {
 
 /// Scores by experiment, trial, scene, contender.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scores {
+pub(crate) struct Scores {
     n_trials: usize,
     n_scenes: usize,
     by_task: Vec<Vec<MethodScore>>,
@@ -52,38 +52,38 @@ pub struct Scores {
 
 /// Which scores: the places of an experiment in the plan, and of a contender in that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cell {
-    /// Of the experiment.
+pub(crate) struct Cell {
+    /// Place of the experiment.
     pub experiment: usize,
-    /// Of the contender.
+    /// Place of the contender.
     pub contender: usize,
 }
 
 impl Scores {
-    /// Of one scene in one trial.
-    pub fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &MethodScore {
+    /// The score of one scene in one trial.
+    pub(crate) fn scene(&self, cell: Cell, trial: usize, scene: usize) -> &MethodScore {
         &self.by_task[(cell.experiment * self.n_trials + trial) * self.n_scenes + scene][cell.contender]
     }
 
-    /// Of all scenes in one trial.
-    pub fn trial(&self, cell: Cell, trial: usize) -> MethodScore {
+    /// The score of all scenes in one trial.
+    pub(crate) fn trial(&self, cell: Cell, trial: usize) -> MethodScore {
         let mut total = MethodScore::default();
         (0..self.n_scenes).for_each(|scene| total.merge(self.scene(cell, trial, scene)));
         total
     }
 
     /// Number of trials.
-    pub const fn n_trials(&self) -> usize {
+    pub(crate) const fn n_trials(&self) -> usize {
         self.n_trials
     }
 
     /// Number of scenes.
-    pub const fn n_scenes(&self) -> usize {
+    pub(crate) const fn n_scenes(&self) -> usize {
         self.n_scenes
     }
 }
 
-/// One scene, once.
+/// One trial of one scene.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     experiment: usize,
@@ -92,30 +92,34 @@ struct Task {
 }
 
 impl Plan {
-    /// The places of a setting and of a contender in it.
-    pub fn cell(&self, setting: Setting, key: &str) -> Option<Cell> {
+    /// The places of a setting, and of a contender in it.
+    pub(crate) fn cell(&self, setting: Setting, key: &str) -> Option<Cell> {
         let experiment = self.experiments.iter().position(|one| one.setting == setting)?;
         let contenders = &self.experiments[experiment].contenders;
         let contender = contenders.iter().position(|one| one.key() == key)?;
         Some(Cell { experiment, contender })
     }
 
-    /// Computes all; `progress` is told of every finished part how many of how many are done.
-    pub fn run(&self, scenes: &[Scene], progress: impl FnMut(usize, usize)) -> Result<Scores, RunError> {
+    /// Computes all scores. After every finished part `progress` gets the number of finished parts and of all parts.
+    pub(crate) fn run(
+        &self,
+        scenes: &[Scene],
+        progress: impl FnMut(usize, usize),
+    ) -> Result<Scores, RunError> {
         let tasks = self.tasks(scenes.len());
         let scores = |place: usize| self.scores(&scenes[tasks[place].scene], tasks[place]);
         let by_task = parallel::map(tasks.len(), self.threads, scores, progress)?;
         Ok(Scores { n_trials: self.trials as usize, n_scenes: scenes.len(), by_task })
     }
 
-    /// By experiment, trial and scene.
+    /// All tasks by experiment, trial and scene.
     fn tasks(&self, n_scenes: usize) -> Vec<Task> {
         let trials = |experiment| (0..self.trials).map(move |trial| (experiment, trial));
         let scenes = |(experiment, trial)| (0..n_scenes).map(move |scene| Task { experiment, trial, scene });
         (0..self.experiments.len()).flat_map(trials).flat_map(scenes).collect()
     }
 
-    /// All contenders on one scene, each beginning anew.
+    /// The scores of all contenders on one scene.
     fn scores(&self, scene: &Scene, task: Task) -> Result<Vec<MethodScore>, RunError> {
         let Task { experiment, trial, .. } = task;
         let Experiment { setting, contenders } = &self.experiments[experiment];
@@ -125,7 +129,7 @@ impl Plan {
         Ok(scores)
     }
 
-    /// Has contenders tell of a scene; `see` is shown every keyframe of each, with the contender's place.
+    /// Runs contenders on a scene. `visit` gets every keyframe of each, with the contender's place.
     pub(super) fn run_scene(
         &self,
         scene: &Scene,
@@ -210,8 +214,8 @@ mod tests {
     }
 
     #[test]
-    fn a_single_detector_errs_as_the_closed_forms_say() {
-        // Of a normal in the plane the mean length is √(π/2) σ, on a line √(2/π) σ; σ at the true range.
+    fn the_errors_of_a_single_detector_equal_the_closed_forms() {
+        // The mean length of a normal in the plane is √(π/2) σ, on a line √(2/π) σ; σ at the true range.
         let scenes: Vec<Scene> = (0..150).step_by(6).map(synthetic::scene).collect();
         for noise in NoisePair::ALL {
             let model = noise.levels()[0].model();
@@ -240,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_both_agents_know_is_better_than_what_one_knows() {
+    fn fusing_two_agents_is_more_accurate_than_one_agent() {
         let scores = plan(2).run(&[parking(30)], |_, _| {}).unwrap();
         let ate = |method| {
             scores.trial(Cell { contender: method, ..FIRST }, 0).of(Subset::All).metrics(Counting::Table)[0]

@@ -1,4 +1,4 @@
-//! How a method did: sums over keyframes that add up.
+//! The score of a method over keyframes. Scores are merged by adding.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::scene::TrueBox;
@@ -12,30 +12,30 @@ use crate::score::tracking::scale::scale_error;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 
-/// How a method did on one class.
+/// The score of a method on one class.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClassScore {
-    /// Which class.
+pub(crate) struct ClassScore {
+    /// The class.
     pub class: Class,
-    /// Translation (m), dimension (m), orientation (degrees), per frame, counted as the paper's tables are.
+    /// Translation (m), dimension (m), orientation (degrees), per frame, counted as in the paper's tables.
     pub errors: [Moments; 3],
-    /// 1 − IoU of the boxes, laid over each other (nuScenes' ASE).
+    /// 1 − IoU of the aligned boxes (nuScenes' ASE).
     pub scale: Moments,
-    /// Whether claimed variances are those of the errors.
+    /// Consistency of the published covariances with the errors.
     pub consistency: Consistency,
 }
 
-/// Sums over keyframes, of one method.
+/// The score of a method.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MethodScore {
+pub(crate) struct MethodScore {
     subsets: [SubsetScore; 3],
-    /// By class.
+    /// The scores by class.
     classes: Vec<ClassScore>,
 }
 
 impl MethodScore {
     /// Adds a keyframe.
-    pub fn add(&mut self, keyframe: &ScoredKeyframe<'_>) {
+    pub(crate) fn add(&mut self, keyframe: &ScoredKeyframe<'_>) {
         let errors = FrameErrors::of(&keyframe.frame(), &keyframe.matching, SizeNorm::RootOfSquares);
         let of_objects = |is_meant: &dyn Fn(&TrueBox) -> bool| {
             errors.sums(|place| place.is_some_and(|place| is_meant(&keyframe.truth[place])))
@@ -54,7 +54,7 @@ impl MethodScore {
         for (fused, truth) in keyframe.pairs() {
             let score = self.class_mut(truth.class);
             score.scale.add(Some(scale_error(&fused.bev, &truth.bev)));
-            // A method that claims no covariance claims nothing of its errors.
+            // A method without valid covariances has no NEES.
             let _ = score.consistency.add(&BoxError::between(&fused.bev, &truth.bev), &claim(fused));
         }
     }
@@ -72,8 +72,8 @@ impl MethodScore {
         &mut self.classes[place]
     }
 
-    /// Adds another one's frames.
-    pub fn merge(&mut self, other: &Self) {
+    /// Adds the frames of another score.
+    pub(crate) fn merge(&mut self, other: &Self) {
         self.subsets.iter_mut().zip(&other.subsets).for_each(|(ours, theirs)| ours.merge(theirs));
         for theirs in &other.classes {
             let ours = self.class_mut(theirs.class);
@@ -83,20 +83,20 @@ impl MethodScore {
         }
     }
 
-    /// Of one subset.
-    pub const fn of(&self, subset: Subset) -> &SubsetScore {
+    /// The score of one subset.
+    pub(crate) const fn of(&self, subset: Subset) -> &SubsetScore {
         &self.subsets[subset as usize]
     }
 
-    /// 1 − IoU of all boxes with those of their objects, laid over each other (nuScenes' ASE).
-    pub fn scale(&self) -> Moments {
+    /// 1 − IoU of all boxes with those of their objects, aligned (nuScenes' ASE).
+    pub(crate) fn scale(&self) -> Moments {
         let mut scale = Moments::default();
         self.classes.iter().for_each(|class| scale.merge(&class.scale));
         scale
     }
 
     /// By class.
-    pub fn classes(&self) -> &[ClassScore] {
+    pub(crate) fn classes(&self) -> &[ClassScore] {
         &self.classes
     }
 }
@@ -107,7 +107,7 @@ fn add_means(moments: &mut [Moments; 3], means: Option<[f64; 3]>) {
     }
 }
 
-/// What is claimed of a box's error.
+/// The published covariance of a box.
 fn claim(fused: &FusedBox) -> Claim {
     let BoxCovariance { position, ww, dd, yaw } = fused.covariance;
     Claim { position, yaw, size: Covariance2 { xx: ww, xy: 0.0, yy: dd } }
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_in_which_nothing_was_found_has_recall_0_and_no_errors() {
+    fn a_frame_without_matches_has_recall_zero_and_no_errors() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let mut score = MethodScore::default();
         add(&mut score, &[], &scene, 0);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn elsewhere_only_the_first_box_of_an_object_is_looked_at() {
+    fn with_the_first_rule_only_the_first_box_of_an_object_is_scored() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0)]]);
         let mut score = MethodScore::default();
         add(
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_of_nothing_costs_precision_only() {
+    fn a_false_object_lowers_precision_only() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let mut score = MethodScore::default();
         let clutter = FusedBox { object: None, ..fused_car(0, 50.0, 0.0) };
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn claims_are_held_against_the_errors_of_their_class() {
+    fn reported_accuracies_are_compared_with_the_errors_of_their_class() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0)]]);
         let mut score = MethodScore::default();
         // σ 0.5 m: 1 m off along one axis is 4 over 2 degrees of freedom.

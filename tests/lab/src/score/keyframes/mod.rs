@@ -1,4 +1,4 @@
-//! How methods do over keyframes: the paper's errors, and tracking metrics, of many scenes and trials.
+//! Scores over keyframes: the paper's errors, and tracking metrics, of many scenes and trials.
 
 pub(crate) mod by_position;
 pub(crate) mod counting;

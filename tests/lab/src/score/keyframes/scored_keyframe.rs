@@ -1,4 +1,4 @@
-//! One keyframe, matched: what was to be found, and what a method published.
+//! One keyframe: true objects and published boxes, matched.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::scene::{Scene, TrueBox};
@@ -9,23 +9,23 @@ use v2x_fusion_hub::association::assignment::Assigner;
 
 /// One keyframe.
 #[derive(Clone, Debug)]
-pub struct ScoredKeyframe<'a> {
-    /// The scene that it is of.
+pub(crate) struct ScoredKeyframe<'a> {
+    /// Its scene.
     pub scene: &'a Scene,
     /// All objects of the keyframe.
     pub truth: &'a [TrueBox],
-    /// What the method published.
+    /// The published boxes.
     pub boxes: &'a [FusedBox],
-    /// Which box is of which object, by the provenance of its measurements.
+    /// The pairs, by the provenance of measurements.
     pub matching: Matching,
     estimates: Vec<Estimate>,
     is_in_view: &'a [bool],
 }
 
 impl<'a> ScoredKeyframe<'a> {
-    /// A keyframe of a scene; `is_in_view` says of each of its objects whether it was to be found. What is of another
-    /// object counts neither way.
-    pub fn new(scene: &'a Scene, frame: usize, is_in_view: &'a [bool], boxes: &'a [FusedBox]) -> Self {
+    /// A keyframe of a scene; `is_in_view` says of each object whether any agent covers it. Boxes of other objects are
+    /// ignored.
+    pub(crate) fn new(scene: &'a Scene, frame: usize, is_in_view: &'a [bool], boxes: &'a [FusedBox]) -> Self {
         let truth = &scene.keyframes[frame].objects;
         let mut place_of = vec![None; scene.n_objects()];
         for (place, object) in truth.iter().enumerate() {
@@ -40,13 +40,13 @@ impl<'a> ScoredKeyframe<'a> {
         Self { matching, ..unmatched }
     }
 
-    /// As it is matched.
-    pub fn frame(&self) -> Frame<'_> {
+    /// The frame that is matched.
+    pub(crate) fn frame(&self) -> Frame<'_> {
         Frame { estimates: &self.estimates, truth: self.truth, counts: self.is_in_view }
     }
 
-    /// The objects that were to be found.
-    pub fn objects(&self) -> impl Iterator<Item = &'a TrueBox> + use<'a> {
+    /// The objects that count.
+    pub(crate) fn objects(&self) -> impl Iterator<Item = &'a TrueBox> + use<'a> {
         self.truth
             .iter()
             .zip(self.is_in_view)
@@ -55,13 +55,13 @@ impl<'a> ScoredKeyframe<'a> {
     }
 
     /// The boxes that count.
-    pub fn counted_boxes(&self) -> impl Iterator<Item = &'a FusedBox> {
+    pub(crate) fn counted_boxes(&self) -> impl Iterator<Item = &'a FusedBox> {
         let counted = self.boxes.iter().zip(&self.matching.outcomes);
         counted.filter(|(_, outcome)| **outcome != Outcome::Ignored).map(|(one, _)| one)
     }
 
-    /// The boxes that are of an object that counts, with that object.
-    pub fn pairs(&self) -> impl Iterator<Item = (&'a FusedBox, &'a TrueBox)> {
+    /// The boxes of objects that count, with the objects.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (&'a FusedBox, &'a TrueBox)> {
         let pairs = self.boxes.iter().zip(&self.matching.outcomes);
         pairs.filter_map(|(one, outcome)| Some((one, &self.truth[outcome.place()?])))
     }
@@ -73,7 +73,7 @@ mod tests {
     use crate::data::test_scenes::{car, fused_car, scene_of};
 
     #[test]
-    fn what_was_not_to_be_found_counts_neither_way() {
+    fn estimates_of_uncounted_objects_are_ignored() {
         let scene = scene_of(&[&[car(0, 0.0, 0.0), car(1, 20.0, 0.0), car(2, 40.0, 0.0)]]);
         let gone = FusedBox { object: Some(ObjectId(9)), ..fused_car(0, 0.0, 0.0) };
         let clutter = FusedBox { object: None, ..fused_car(0, 0.0, 0.0) };

@@ -1,4 +1,4 @@
-//! Contenders as trackers: who is who over time.
+//! Tracking metrics of contenders.
 
 use crate::data::scene::Scene;
 use crate::drive::parallel;
@@ -20,17 +20,16 @@ use v2x_fusion_hub::association::assignment::Assigner;
 /// GOSPA's cut-off: a miss and a false object cost as much as a pair this far apart, m.
 const GOSPA_CUTOFF_M: f64 = 5.0;
 
-/// A contender's figures as a tracker, over all scenes of a trial, then averaged over trials. Boxes are matched by
-/// place, not by identity.
+/// A contender's tracking metrics, over all scenes of a trial, then averaged over trials. Boxes are matched by position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct TrackerScore {
+pub(crate) struct TrackerScore {
     /// GOSPA (p 2, α 2, cut-off 5 m), mean over frames, m.
     pub gospa_m: Option<f64>,
     /// HOTA over positions (similarity 1 − distance / 4 m).
     pub hota: Option<f64>,
-    /// Its part by detection.
+    /// HOTA's detection accuracy.
     pub deta: Option<f64>,
-    /// Its part by association.
+    /// HOTA's association accuracy.
     pub assa: Option<f64>,
     /// CLEAR MOT's accuracy, pairs within 2 m.
     pub mota: Option<f64>,
@@ -38,9 +37,9 @@ pub struct TrackerScore {
     pub motp_m: Option<f64>,
     /// Share of boxes with the right identity.
     pub idf1: Option<f64>,
-    /// Changes of identity.
+    /// Identity switches.
     pub id_switches: Option<f64>,
-    /// Interruptions.
+    /// Fragmentations.
     pub fragmentations: Option<f64>,
     /// nuScenes' AMOTA, mean over its classes.
     pub amota: Option<f64>,
@@ -49,8 +48,8 @@ pub struct TrackerScore {
 }
 
 impl Plan {
-    /// The figures of these cells as trackers, in this order.
-    pub fn track(
+    /// The tracking metrics of these cells, in this order.
+    pub(crate) fn track(
         &self,
         scenes: &[Scene],
         cells: &[Cell],
@@ -83,7 +82,7 @@ impl Plan {
             })?;
             match Sequence::new(instants) {
                 Ok(sequence) => sequences.push(sequence),
-                // Somebody's method that tells a track twice is no tracker.
+                // A user's method that publishes a track twice in a frame is no tracker.
                 Err(error) => {
                     tracing::warn!(method = contender.key(), scene = scene.name, %error, "no tracker's figures");
                     return Ok(TrackerScore { gospa_m: gospa_m.mean(), ..TrackerScore::default() });
@@ -129,7 +128,7 @@ impl TrackerScore {
         }
     }
 
-    /// Over trials.
+    /// The mean over trials.
     fn mean(trials: &[Self]) -> Self {
         let of =
             |figure: fn(&Self) -> Option<f64>| trials.iter().filter_map(figure).collect::<Moments>().mean();

@@ -1,6 +1,6 @@
-//! One agent's raw detections against the truth at `captured_at`, by identity.
+//! One agent's raw detections against the truth at `captured_at`, matched by provenance.
 //!
-//! A vehicle's report of itself counts neither way: it comes from its pose, not from its sensor.
+//! A vehicle's report of itself is ignored: it comes from its pose, not from its sensor.
 
 use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::data::scene::TrueBox;
@@ -13,8 +13,8 @@ use crate::score::run::window::Window;
 use v2x_agent::truth::TrueObject;
 use v2x_fusion_hub::association::assignment::Assigner;
 
-/// Judges every detection frame of the window that the observer at `place` sent: over all objects that
-/// it covers, and over those that all agents cover.
+/// Scores every detection frame of the window that the observer at `place` sent: over all objects that it covers, and
+/// over those that all agents cover.
 pub(super) fn score(
     log: &RunLog,
     place: usize,

@@ -6,17 +6,17 @@ use v2x_common::time::Timestamp;
 
 /// Why a run cannot be scored.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ScoreError {
+pub(crate) enum ScoreError {
     /// No agents to compare with.
     #[error("the scenario has no agents")]
     NoAgents,
     /// An agent without a field of view.
     #[error("no sensor description of agent {0} was received")]
     NoDescription(AgentId),
-    /// An agent that was never heard.
+    /// An agent without any detection frame.
     #[error("no detection frame of agent {0} was received")]
     NoDetections(AgentId),
-    /// Nothing fused after the start of scoring.
+    /// No fused frame after the start of scoring.
     #[error(
         "no fused frame was received after scoring began at {start}, 2 s after every agent's first frame"
     )]
@@ -24,22 +24,22 @@ pub enum ScoreError {
         /// When scoring began.
         start: Timestamp,
     },
-    /// Detections and their side table do not belong together.
+    /// Detections and simulation truth have different lengths.
     #[error("frame {sequence} of agent {agent} has {detections} detections and {identities} identities")]
     Identities {
-        /// Whose.
+        /// The agent.
         agent: AgentId,
-        /// Which frame.
+        /// The frame's sequence number.
         sequence: u64,
-        /// How many detections.
+        /// Number of detections.
         detections: usize,
-        /// How many identities.
+        /// Number of identities.
         identities: usize,
     },
-    /// The side table names an object that the world does not have then.
+    /// The simulation truth names an object that the world does not have at that time.
     #[error("agent {agent} detected object {} at {at}, where the world has none", object.0)]
     NotInTruth {
-        /// Whose detection.
+        /// The agent.
         agent: AgentId,
         /// The object's identity.
         object: ObjectId,

@@ -11,13 +11,13 @@ use crate::score::run::summary::FusedSummary;
 use crate::score::run::window::Window;
 use v2x_fusion_hub::association::assignment::Assigner;
 
-/// What came of the fused frames.
+/// The score of the fused frames.
 pub(super) struct FusedScore {
     pub(super) summary: FusedSummary,
     pub(super) frame_errors: Vec<(usize, f64)>,
 }
 
-/// Judges every fused frame of the window.
+/// Scores every fused frame of the window.
 pub(super) fn score(
     fused: &[ReceivedFused],
     window: Window,

@@ -1,4 +1,4 @@
-//! How a simulated or recorded run did.
+//! The score of a simulated or recorded run.
 
 mod agent;
 pub(crate) mod error;

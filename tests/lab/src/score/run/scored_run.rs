@@ -1,8 +1,8 @@
-//! From a recorded run and the truth to its summary.
+//! From a run and the truth to its summary.
 //!
-//! Scoring starts 2 s after the consumer had a first frame of every agent (of the scenario) and ends
-//! with the last fused frame, at its `fused_at`. The fused list is judged at `fused_at`, in every fused
-//! frame of that time; raw detections at `captured_at`, in every detection frame of that time.
+//! Scoring starts 2 s after the consumer received a first frame of every agent (of the scenario), and ends with the last
+//! fused frame, at its `fused_at`. Fused objects are scored at `fused_at`, in every fused frame of that time; raw
+//! detections at `captured_at`, in every detection frame of that time.
 
 use crate::data::run_log::RunLog;
 use crate::data::simulation::AgentFacts;
@@ -19,34 +19,34 @@ use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
 /// From every agent's first frame to the start of scoring.
-pub const SETTLE: Span = Span::from_millis(2000);
-/// The match radius is never smaller, m.
-pub const MIN_MATCH_RADIUS_M: f64 = 2.0;
+pub(crate) const SETTLE: Span = Span::from_millis(2000);
+/// Least match radius, m.
+pub(crate) const MIN_MATCH_RADIUS_M: f64 = 2.0;
 /// The match radius over the largest reported standard deviation.
-pub const MATCH_RADIUS_SIGMAS: f64 = 4.0;
+pub(crate) const MATCH_RADIUS_SIGMAS: f64 = 4.0;
 
-/// What the launcher knows of a run beside its recording.
+/// The facts of a run that are not in its recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RunFacts {
+pub(crate) struct RunFacts {
     /// Name of the scenario.
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// How long it ran, s.
+    /// Its duration, s.
     pub duration_s: f64,
-    /// How many operating-system processes ran.
+    /// Number of operating-system processes.
     pub processes: usize,
     /// The agents of the scenario.
     pub agents: Vec<AgentFacts>,
     /// From the hub's status: frame received → first fused frame put that contains it, ms.
     pub latency_ms: Option<Percentiles>,
-    /// From the hub's status: the part in which it worked, ms.
+    /// From the hub's status: the computing time in it, ms.
     pub compute_ms: Option<Percentiles>,
 }
 
-/// A run's summary, and how each scored fused frame did.
+/// A run's summary, and the error of each scored fused frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ScoredRun {
+pub(crate) struct ScoredRun {
     /// The summary.
     pub summary: Summary,
     /// Fused frames that have an error: place in the log and ATE (m), in order of arrival.
@@ -57,7 +57,7 @@ pub struct ScoredRun {
 
 impl ScoredRun {
     /// Place in the log of the fused frame with the median error; `None` where no frame has one.
-    pub fn median_frame(&self) -> Option<usize> {
+    pub(crate) fn median_frame(&self) -> Option<usize> {
         let mut by_error = self.frame_errors.clone();
         by_error.sort_by(|(_, a), (_, b)| a.total_cmp(b));
         nearest_rank(&by_error, 50).map(|(place, _)| *place)
@@ -65,7 +65,7 @@ impl ScoredRun {
 }
 
 /// Scores a run.
-pub fn score(log: &RunLog, truth: Truth<'_>, facts: &RunFacts) -> Result<ScoredRun, ScoreError> {
+pub(crate) fn score(log: &RunLog, truth: Truth<'_>, facts: &RunFacts) -> Result<ScoredRun, ScoreError> {
     let observers = observers(log, &facts.agents)?;
     let window = window(log, &observers)?;
     let match_radius_m = match_radius_m(log, &observers);

@@ -6,7 +6,7 @@ use crate::score::run::error::ScoreError;
 use crate::score::run::scored_run::{RunFacts, ScoredRun, score};
 
 /// Scores a run in its world.
-pub fn score_in_world(
+pub(crate) fn score_in_world(
     simulation: &Simulation<'_>,
     log: &RunLog,
     facts: &RunFacts,
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_clock_makes_nothing_younger() {
+    fn clock_errors_do_not_reduce_the_age_of_information() {
         let (right, wrong) = (ages_ms(""), ages_ms("clock = { offset_ms = 200 }"));
         assert!((right.0 - wrong.0).abs() < 1.0 && (right.1 - wrong.1).abs() < 1.0, "{right:?} {wrong:?}");
     }

@@ -1,4 +1,4 @@
-//! What a run came to: the contents of `summary.json`.
+//! The summary of a run: the contents of `summary.json`.
 
 use crate::score::continuity::TrackSummary;
 use crate::score::frame_metrics::Metrics;
@@ -10,19 +10,19 @@ use v2x_common::sensor::SensorKind;
 /// The score of a run. A figure without data is null, never 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// Whether fusion paid, and if not, why.
+    /// Whether fusion beats every agent, and if not, why.
     pub verdict: Verdict,
     /// Name of the scenario.
     pub scenario: String,
     /// Seed of the world and of every agent's noise.
     pub seed: u64,
-    /// How many operating-system processes ran.
+    /// Number of operating-system processes.
     pub processes: usize,
-    /// How long the run was, s.
+    /// Duration of the run, s.
     pub duration_s: f64,
-    /// How much of it was scored, s: from 2 s after every agent's first frame to the last fused frame.
+    /// Duration of the scored part, s: from 2 s after every agent's first frame to the last fused frame.
     pub scored_s: f64,
-    /// Within which distance a fused object is matched to a true one, m.
+    /// Match radius of fused objects, m.
     pub match_radius_m: f64,
     /// The fused list.
     pub fused: FusedSummary,
@@ -32,9 +32,9 @@ pub struct Summary {
     pub ate_ratio_to_best_agent: Option<f64>,
     /// Detection frame received by the hub → first fused frame put that contains it, ms.
     pub latency_ms: Option<Percentiles>,
-    /// The part of it in which the hub worked, ms.
+    /// The hub's computing time in it, ms.
     pub compute_ms: Option<Percentiles>,
-    /// Captured by the agent → the consumer has the first fused frame that contains it, ms.
+    /// Captured by the agent → received by the consumer in the first fused frame that contains it, ms.
     pub end_to_end_ms: Option<Percentiles>,
     /// At the consumer, every 10 ms: now less the newest contained `captured_at`, ms.
     pub age_of_information_ms: Option<Percentiles>,
@@ -43,48 +43,48 @@ pub struct Summary {
 /// The score of the fused list.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FusedSummary {
-    /// Over the objects that any agent covers, agents among them.
+    /// Over the objects that any agent covers, agents included.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// Over the objects that all agents cover at that moment.
     pub common: Metrics,
-    /// How well tracks keep to their objects.
+    /// Track continuity.
     pub tracks: TrackSummary,
 }
 
-/// The score of one agent's raw detections, and how its frames fared at the hub.
+/// The score of one agent's raw detections, and the hub's counts of its frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentSummary {
     /// Which agent.
     pub id: AgentId,
-    /// What carries its sensor.
+    /// The kind of its sensor.
     pub kind: SensorKind,
-    /// Over the objects that this agent covers, itself not among them.
+    /// Over the objects that this agent covers, without itself.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// Over the objects that all agents cover at that moment.
     pub common: Metrics,
-    /// Frames that the agent says it sent.
+    /// Frames that the agent reports as sent.
     pub frames_sent: Option<u64>,
     /// Frames that reached the hub, accepted or refused.
     pub frames_received: Option<u64>,
     /// Frames that the hub refused, for any reason.
     pub frames_refused: Option<u64>,
-    /// Frames that the hub accepted although something newer was already fused.
+    /// Frames that the hub accepted out of sequence.
     pub frames_late: Option<u64>,
 }
 
-/// Whether the run shows what it is to show.
+/// Whether the run passes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// No reason speaks against it.
+    /// There are no reasons against it.
     pub passed: bool,
-    /// Everything that speaks against it.
+    /// The reasons against it.
     pub reasons: Vec<String>,
 }
 
 impl Verdict {
-    /// Fused error on common objects below every agent's: `None` on either side is a reason too.
+    /// It passes if the fused error on common objects is below every agent's. A missing error is a reason against it.
     pub fn of(fused: &FusedSummary, agents: &[AgentSummary]) -> Self {
         let mut verdict = Self { passed: true, reasons: Vec::new() };
         let Some(fused_m) = fused.common.ate_m else {
@@ -110,8 +110,8 @@ impl Verdict {
     }
 }
 
-/// The fused common error over the best agent's; `None` where either is missing.
-pub fn ratio_to_best_agent(fused: &FusedSummary, agents: &[AgentSummary]) -> Option<f64> {
+/// The fused error on common objects over the best agent's; `None` where either is missing.
+pub(crate) fn ratio_to_best_agent(fused: &FusedSummary, agents: &[AgentSummary]) -> Option<f64> {
     let best = agents.iter().filter_map(|agent| agent.common.ate_m).min_by(f64::total_cmp)?;
     (best > 0.0).then_some(fused.common.ate_m? / best)
 }
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn fusion_must_beat_every_agent_and_says_which_it_does_not() {
+    fn fusion_must_be_better_than_every_agent_and_the_summary_names_exceptions() {
         assert!(verdict_of(Some(0.3), [Some(0.5), Some(0.4)]).passed);
         let lost = verdict_of(Some(0.4), [Some(0.5), Some(0.4)]);
         assert!(!lost.passed);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_compare_is_no_success() {
+    fn a_run_without_data_to_compare_does_not_pass() {
         assert!(!verdict_of(None, [Some(0.5), Some(0.4)]).passed);
         assert!(!verdict_of(Some(0.1), [None, Some(0.4)]).passed);
     }
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn json_has_the_field_names_that_users_read() {
+    fn json_has_the_documented_field_names() {
         let json = serde_json::to_value(summary()).unwrap();
         for pointer in [
             "/fused/ate_m",

@@ -22,7 +22,7 @@ const COMMON: u32 = 2;
 const OF_EGO: u32 = 3;
 const UNSEEN: u32 = 4;
 
-/// The ego vehicle stands at the origin and sees 50 m, the roadside unit at (30, 0) and sees 60 m.
+/// The ego vehicle is at the origin with a range of 50 m, the roadside unit at (30, 0) with a range of 60 m.
 pub(crate) fn world(_: Timestamp, out: &mut Vec<TrueObject>) {
     let places = [(UNSEEN, 200.0, 0.0), (EGO, 0.0, 0.0), (COMMON, 10.0, 5.0), (OF_EGO, -40.0, 0.0)];
     out.extend(places.map(|(id, x, y)| parked(id, x, y)));
@@ -112,12 +112,12 @@ fn fused(ms: i64, objects: &[(u32, f64, f64)]) -> ReceivedFused {
     ReceivedFused { received_at: at_ms(ms + 1), frame }
 }
 
-/// Five seconds. Scoring starts at 2.22 s, for the roadside unit comes 200 ms later than the ego vehicle.
+/// Five seconds. Scoring starts at 2.22 s: the roadside unit starts 200 ms later than the ego vehicle.
 pub(crate) fn run() -> (RunLog, RunFacts) {
     let mut log = RunLog::default();
     for ms in (0..5_000).step_by(100) {
-        // Two objects 0.4 m and 0.8 m off, clutter where only the ego vehicle sees, and itself, which
-        // counts neither way.
+        // Two objects with errors of 0.4 m and 0.8 m, clutter in the ego vehicle's view only, and itself, which is
+        // ignored.
         let seen = [
             (Some(OF_EGO), -40.8, 0.0),
             (None, -45.0, 0.0),
@@ -128,7 +128,7 @@ pub(crate) fn run() -> (RunLog, RunFacts) {
         if ms >= 200 {
             log.detections.push(detections("rsu", ms, &[(Some(COMMON), 10.0, 5.5), (Some(EGO), 0.0, 0.2)]));
         }
-        // All three covered objects, the unseen one, and from 4 s on a ghost where everybody sees.
+        // All three covered objects, the uncovered one, and from 4 s on a false object in every agent's view.
         let mut objects = vec![(1, 0.0, 0.0), (2, 10.0, 5.1), (3, -40.0, 0.2), (4, 200.0, 1.0)];
         objects.extend((ms >= 4_000).then_some((5, 20.0, -20.0)));
         log.fused.push(fused(ms, &objects));

@@ -1,4 +1,4 @@
-//! Scoring that run.
+//! Scores of the test run.
 
 use crate::data::fixture::{agent, at_ms};
 use crate::score::run::error::ScoreError;
@@ -14,12 +14,12 @@ fn assert_close(value: Option<f64>, expected: f64) {
 }
 
 #[test]
-fn scores_all_covered_objects_and_the_common_ones_apart() {
+fn covered_objects_and_common_objects_are_scored_separately() {
     let (log, facts) = run();
     let Summary { fused, agents, match_radius_m, scored_s, .. } = scored(&log, &facts).unwrap().summary;
     assert_close(Some(match_radius_m), 2.4);
     assert_close(Some(scored_s), 4.9 - 2.22);
-    // 27 frames from 2.3 s to 4.9 s, the last 10 with a ghost.
+    // 27 frames from 2.3 s to 4.9 s, the last 10 with a false object.
     assert_eq!(fused.metrics.frames, 27);
     assert_close(fused.metrics.ate_m, 0.1);
     assert_close(fused.metrics.aoe_deg, 0.1f64.to_degrees());
@@ -41,7 +41,7 @@ fn scores_all_covered_objects_and_the_common_ones_apart() {
 }
 
 #[test]
-fn passes_where_fusion_beats_every_agent() {
+fn a_run_passes_if_fusion_is_better_than_every_agent() {
     let (log, facts) = run();
     let summary = scored(&log, &facts).unwrap().summary;
     assert_eq!(summary.verdict, Verdict { passed: true, reasons: vec![] });
@@ -49,7 +49,7 @@ fn passes_where_fusion_beats_every_agent() {
 }
 
 #[test]
-fn the_hub_tells_how_each_agents_frames_fared() {
+fn the_summary_holds_accepted_and_refused_frames_of_each_agent() {
     let (log, facts) = run();
     let summary = scored(&log, &facts).unwrap().summary;
     let [ego, rsu] = &summary.agents[..] else { panic!() };
@@ -80,7 +80,7 @@ fn a_lost_object_costs_recall_and_no_error() {
 }
 
 #[test]
-fn the_median_frame_is_the_one_in_the_middle_by_error() {
+fn the_median_frame_has_the_median_error() {
     let (mut log, facts) = run();
     for (place, received) in log.fused.iter_mut().enumerate() {
         // Errors fall from frame to frame: the middle one of 27 is the 14th, place 23 + 13.
@@ -98,7 +98,7 @@ fn raw_errors_are_not_cut_off_at_the_match_radius() {
 }
 
 #[test]
-fn runs_that_cannot_be_scored_say_why() {
+fn runs_that_cannot_be_scored_are_errors_with_a_reason() {
     let (log, facts) = run();
     let mut silent = log.clone();
     silent.detections.retain(|received| received.frame.id.agent != agent("rsu"));
@@ -115,6 +115,6 @@ fn runs_that_cannot_be_scored_say_why() {
     let mut shorter = log;
     shorter.detections.iter_mut().for_each(|received| received.identities.objects.truncate(1));
     assert!(matches!(scored(&shorter, &facts), Err(ScoreError::Identities { identities: 1, .. })));
-    let nobody = RunFacts { agents: vec![], ..facts };
-    assert_eq!(scored(&shorter, &nobody), Err(ScoreError::NoAgents));
+    let no_agents = RunFacts { agents: vec![], ..facts };
+    assert_eq!(scored(&shorter, &no_agents), Err(ScoreError::NoAgents));
 }

@@ -1,4 +1,4 @@
-//! How one run of a sweep did, so that it can be kept and averaged.
+//! The score of one run of a sweep, to be stored and averaged.
 
 pub(crate) mod provenance;
 pub(crate) mod record;

@@ -1,4 +1,4 @@
-//! Of which true object each detection is, and who reported it.
+//! The provenance of detections: agent, time of capture and true object.
 
 use std::collections::BTreeMap;
 use v2x_agent::truth::ObjectId;
@@ -6,13 +6,13 @@ use v2x_common::fused::FusedObject;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Timestamp;
 
-/// The true objects behind all detections of a run.
+/// The provenance of all detections of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Provenance {
+pub(crate) struct Provenance {
     agents: BTreeMap<AgentId, BTreeMap<(u64, u64), SideTable>>,
 }
 
-/// What the simulation knows of one frame.
+/// The simulation truth of one frame.
 #[derive(Clone, Debug)]
 struct SideTable {
     captured_at: Timestamp,
@@ -21,8 +21,8 @@ struct SideTable {
 
 /// A detection in a fused object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contribution {
-    /// Who reported it.
+pub(crate) struct Contribution {
+    /// Its agent.
     pub agent: AgentId,
     /// When it was captured, in true time.
     pub captured_at: Timestamp,
@@ -32,13 +32,13 @@ pub struct Contribution {
 
 impl Provenance {
     /// Adds the side table of a frame.
-    pub fn insert(&mut self, frame: FrameId, captured_at: Timestamp, objects: Vec<Option<ObjectId>>) {
+    pub(crate) fn insert(&mut self, frame: FrameId, captured_at: Timestamp, objects: Vec<Option<ObjectId>>) {
         let FrameId { agent, epoch, sequence } = frame;
         self.agents.entry(agent).or_default().insert((epoch, sequence), SideTable { captured_at, objects });
     }
 
     /// The detections in a fused object, as far as they are known.
-    pub fn of<'a>(&'a self, object: &'a FusedObject) -> impl Iterator<Item = Contribution> + 'a {
+    pub(crate) fn of<'a>(&'a self, object: &'a FusedObject) -> impl Iterator<Item = Contribution> + 'a {
         object.contributors.iter().filter_map(|used| {
             let FrameId { agent, epoch, sequence } = used.frame;
             let frame = self.agents.get(&agent)?.get(&(epoch, sequence))?;
@@ -49,7 +49,7 @@ impl Provenance {
 
     /// The true object that a fused object is scored against: that of the first agent's last detection in it, else of
     /// the newest detection.
-    pub fn object(&self, fused: &FusedObject, first: AgentId) -> Option<ObjectId> {
+    pub(crate) fn object(&self, fused: &FusedObject, first: AgentId) -> Option<ObjectId> {
         let by_first = self.of(fused).find(|contribution| contribution.agent == first);
         let newest = || self.of(fused).max_by_key(|contribution| contribution.captured_at);
         by_first.or_else(newest).and_then(|contribution| contribution.object)

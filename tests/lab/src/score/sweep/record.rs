@@ -1,37 +1,37 @@
-//! The results of one run of one method, so that they can be kept and averaged.
+//! The results of one run of one method.
 
 use crate::score::frame_errors::ErrorSums;
 use serde::{Deserialize, Serialize};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
-/// Errors are kept by stretches of this length: what intervals are made of.
-pub const BLOCK: Span = Span::from_millis(5000);
+/// Errors are stored by stretches of this length. Confidence intervals are made of them.
+pub(crate) const BLOCK: Span = Span::from_millis(5000);
 
-/// Percentages at which distributions are kept.
-pub const PERCENTS: [u32; 23] =
+/// Percentages at which distributions are stored.
+pub(crate) const PERCENTS: [u32; 23] =
     [1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 98, 99];
 
 /// Which objects count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Subset {
-    /// All that count.
+pub(crate) enum Subset {
+    /// All objects that count.
     All,
-    /// Those that stay within 1 m of where they were first.
+    /// Objects that stay within 1 m of their first position.
     Static,
-    /// The others.
+    /// All other objects.
     Moving,
-    /// Those that go faster than 3 m/s at the time.
+    /// Objects faster than 3 m/s at the time.
     Fast,
 }
 
 impl Subset {
-    /// All four.
-    pub const ALL: [Self; 4] = [Self::All, Self::Static, Self::Moving, Self::Fast];
+    /// All subsets.
+    pub(crate) const ALL: [Self; 4] = [Self::All, Self::Static, Self::Moving, Self::Fast];
 
     /// The name in rows.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::All => "all",
             Self::Static => "static",
@@ -43,12 +43,12 @@ impl Subset {
 
 /// Errors over a stretch of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// Objects found, once for each fused frame.
     pub found: u64,
     /// Objects not found.
     pub missed: u64,
-    /// Estimates that are of no object, or repeat another one.
+    /// Estimates of no object, and repeated ones.
     pub false_: u64,
     /// Sum of distances, m.
     pub ate_m: f64,
@@ -60,19 +60,19 @@ pub struct Errors {
 
 impl Errors {
     /// Adds a frame.
-    pub fn add_frame(&mut self, sums: &ErrorSums) {
+    pub(crate) fn add_frame(&mut self, sums: &ErrorSums) {
         let [ate_m, ade_m, aoe_deg] = sums.all;
         self.add(&Self { ade_m, aoe_deg, ate_m, ..Self::of_translations(sums) });
     }
 
     /// Counts and translation errors of a frame.
-    pub fn of_translations(sums: &ErrorSums) -> Self {
+    pub(crate) fn of_translations(sums: &ErrorSums) -> Self {
         let ErrorSums { all: [ate_m, ..], true_positives, false_positives, missed, .. } = *sums;
         Self { found: true_positives, missed, false_: false_positives, ate_m, ..Self::default() }
     }
 
     /// Adds another stretch.
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.found += other.found;
         self.missed += other.missed;
         self.false_ += other.false_;
@@ -84,7 +84,7 @@ impl Errors {
 
 /// Matched by position instead of provenance, in a part of the frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ByPosition {
+pub(crate) struct ByPosition {
     /// By distance within the match radius, only sums of `ate_m` and counts.
     pub errors: Errors,
     /// Sum of GOSPA, m.
@@ -95,12 +95,12 @@ pub struct ByPosition {
 
 /// Frames of the agents other than the first that arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FrameCounts {
-    /// All.
+pub(crate) struct FrameCounts {
+    /// All arrived frames.
     pub arrived: u64,
-    /// Of them, stamped earlier than something that had arrived before, of any agent that the hub listens to.
+    /// Of them, with a stamp earlier than that of a frame that arrived before, of any agent that the hub listens to.
     pub late: u64,
-    /// Accepted or refused by the hub; live, a few more come after the end.
+    /// Accepted or refused by the hub. Live, a few more arrive after the end.
     pub handled: u64,
     /// Accepted out of sequence: the hub rolled back for them.
     pub rolled_back: u64,
@@ -112,7 +112,7 @@ pub struct FrameCounts {
 
 impl FrameCounts {
     /// Adds another agent's, or another run's.
-    pub const fn add(&mut self, other: &Self) {
+    pub(crate) const fn add(&mut self, other: &Self) {
         self.arrived += other.arrived;
         self.late += other.late;
         self.handled += other.handled;
@@ -122,25 +122,25 @@ impl FrameCounts {
     }
 }
 
-/// Whose frames are examined.
+/// The agent whose frames are examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reference {
+pub(crate) struct Reference {
     /// The agent that the others are compared with.
     pub agent: AgentId,
-    /// Whether the hub hears no other.
+    /// Whether the hub accepts no other agent.
     pub is_alone: bool,
 }
 
 impl Reference {
-    /// Whether this agent's frames are examined: the reference's own only where it is alone.
-    pub fn examines(&self, agent: &AgentId) -> bool {
+    /// Whether the frames of this agent are examined. Those of the reference are examined only if it is alone.
+    pub(crate) fn examines(&self, agent: &AgentId) -> bool {
         self.is_alone || *agent != self.agent
     }
 }
 
 /// One run of one method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub(crate) struct Record {
     /// By stretch of [`BLOCK`] and [`Subset`].
     pub blocks: Vec<[Errors; 4]>,
     /// Matched by position.
@@ -159,10 +159,10 @@ pub struct Record {
     pub bytes_per_s: f64,
     /// Age of information of found objects at `fused_at`, ms, at [`PERCENTS`].
     pub age_ms: Vec<f64>,
-    /// Age of the other agents' newest detection in them, ms, where they saw them.
+    /// Age of the other agents' newest detection in them, ms, where there is one.
     pub other_age_ms: Vec<f64>,
-    /// Of frames of the other agents, or of the first one where it is alone: from capture to the detector's result,
-    /// which is when a frame can be sent, ms; likewise the others.
+    /// From capture to the detector's result, which is when a frame can be sent, ms. Of the other agents' frames, or of the
+    /// first agent's where it is alone, as the following.
     pub capture_to_send_ms: Vec<f64>,
     /// From there to the hub.
     pub send_to_arrive_ms: Vec<f64>,
@@ -176,7 +176,7 @@ pub struct Record {
 
 /// The hub's statistics of one agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AgentStatistics {
+pub(crate) struct AgentStatistics {
     /// Whether it is the first agent.
     pub is_first: bool,
     /// Frames accepted.
@@ -191,7 +191,7 @@ pub struct AgentStatistics {
 
 impl Record {
     /// Adds the hub's statistics of an agent. Innovations weigh by frames.
-    pub fn add_statistics(&mut self, agent: &AgentStatistics) {
+    pub(crate) fn add_statistics(&mut self, agent: &AgentStatistics) {
         if let Some(nis) = agent.nis_per_dof {
             self.nis = (self.nis.0 + nis * agent.accepted as f64, self.nis.1 + agent.accepted);
         }
@@ -206,9 +206,9 @@ impl Record {
 }
 
 /// Values at [`PERCENTS`], by nearest rank; empty where there are none.
-pub fn distribution(mut values: Vec<f64>) -> Vec<f64> {
+pub(crate) fn distribution(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
-    // To the microsecond: what is kept is read by people, too.
+    // Rounded to the microsecond.
     let at = |percent: &u32| crate::score::percentiles::nearest_rank(&values, *percent as usize);
     PERCENTS.iter().filter_map(at).map(|value| libm::round(value * 1e3) / 1e3).collect()
 }
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_survives_being_kept() {
+    fn a_record_is_read_as_stored() {
         let errors = Errors { found: 3, ate_m: 0.1 + 0.2, ..Errors::default() };
         let record = Record { blocks: vec![[errors; 4]], cpu_share: Some(0.25), ..Record::default() };
         let text = serde_json::to_string(&record).unwrap();

@@ -1,4 +1,4 @@
-//! Fused frames against the truth: by provenance, as the tables count, and by position as a second opinion.
+//! Fused frames against the truth: matched by provenance, as in the tables, and in a part of the frames by position.
 
 use crate::data::run_log::ReceivedFused;
 use crate::score::errors::{SizeNorm, half_nees};
@@ -13,31 +13,33 @@ use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::association::assignment::Assigner;
 
-/// Of how many fused frames one is matched by position, too.
+/// One of this many fused frames is matched by position, too.
 const BY_POSITION_EVERY: usize = 5;
-/// Pairs that are further apart are of different objects, by position, m. Also where GOSPA is cut off.
+/// Match radius by position, m. Also the cut-off of GOSPA.
 const MATCH_RADIUS_M: f64 = 4.0;
 const BY_POSITION: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: false };
 
-/// What is scored of a run.
+/// The scored part of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct Scope {
+pub(crate) struct Scope {
     /// The agent that the others are compared with.
     pub reference: Reference,
     /// Fused frames count from this time on.
     pub start: Timestamp,
-    /// And up to this one.
+    /// Fused frames count up to this time.
     pub end: Timestamp,
 }
 
 /// Scores the fused frames of one method.
 #[derive(Debug)]
-pub struct Scorer<'a, 'b> {
+pub(crate) struct Scorer<'a, 'b> {
     snapshots: &'a mut Snapshots<'b>,
     provenance: &'a Provenance,
     scope: Scope,
     assigner: Assigner,
     record: Record,
+    /// Of the frames that are matched by position.
+    sums_by_position: ErrorSums,
     ages_ms: Vec<f64>,
     other_ages_ms: Vec<f64>,
     to_fused_ms: Vec<f64>,
@@ -47,13 +49,14 @@ pub struct Scorer<'a, 'b> {
 
 impl<'a, 'b> Scorer<'a, 'b> {
     /// A scorer that has no frames yet.
-    pub fn new(snapshots: &'a mut Snapshots<'b>, provenance: &'a Provenance, scope: Scope) -> Self {
+    pub(crate) fn new(snapshots: &'a mut Snapshots<'b>, provenance: &'a Provenance, scope: Scope) -> Self {
         Self {
             snapshots,
             provenance,
             scope,
             assigner: Assigner::default(),
             record: Record::default(),
+            sums_by_position: ErrorSums::default(),
             ages_ms: Vec::new(),
             other_ages_ms: Vec::new(),
             to_fused_ms: Vec::new(),
@@ -63,7 +66,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
     }
 
     /// Adds a fused frame.
-    pub fn add(&mut self, received: &ReceivedFused) {
+    pub(crate) fn add(&mut self, received: &ReceivedFused) {
         let frame = &received.frame;
         if frame.fused_at < self.scope.start || frame.fused_at > self.scope.end {
             return;
@@ -83,7 +86,7 @@ impl<'a, 'b> Scorer<'a, 'b> {
         self.to_consumed_ms.push((received.received_at - frame.fused_at).as_millis_f64());
     }
 
-    /// As the paper's tables count: of several boxes of one object all errors add up, and all but one are false.
+    /// Counts as the paper's tables do: of several boxes of one object all errors add up, and all but one are false.
     fn by_provenance(
         &mut self,
         objects: &[FusedObject],
@@ -98,13 +101,13 @@ impl<'a, 'b> Scorer<'a, 'b> {
         };
         let places: Vec<_> = objects.iter().map(place).collect();
         let rule = MatchingRule::ByProvenance { places: &places, repeats: Repeats::ErrorsAddUp };
-        // What is of no object counts only where both agents see.
+        // An estimate of no object counts only where both agents cover.
         let matching = frame
             .matched(rule, &mut self.assigner)
             .restricted_to(|_| true, |index| self.is_in_view(frame, snapshot, index));
         let errors = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares);
         let sums = Subset::ALL.map(|subset| {
-            // What is of no object is of no subset.
+            // An estimate of no object is in no other subset.
             errors.sums(|place| {
                 place.map_or(subset == Subset::All, |place| snapshot.subsets[place][subset as usize])
             })
@@ -148,21 +151,24 @@ impl<'a, 'b> Scorer<'a, 'b> {
     fn by_position(&mut self, frame: &Frame<'_>, snapshot: &Snapshot) {
         let matching = frame.matched(MatchingRule::ByPosition(BY_POSITION), &mut self.assigner);
         let matching = matching.restricted_to(|_| true, |index| self.is_in_view(frame, snapshot, index));
-        let sums = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares).sums(|_| true);
+        let errors = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares);
+        errors.add_to(&mut self.sums_by_position, |_| true);
         let outcomes = frame.estimates.iter().zip(&matching.outcomes);
         let counted = outcomes.filter(|(_, outcome)| **outcome != Outcome::Ignored);
         let estimates: Vec<_> = counted.map(|(estimate, _)| estimate.bev).collect();
         let truth = frame.truth.iter().zip(frame.counts).filter(|(_, counts)| **counts);
         let truth: Vec<_> = truth.map(|(object, _)| object.bev).collect();
         let by_position = &mut self.record.by_position;
-        by_position.errors.add(&Errors::of_translations(&sums));
         by_position.gospa_m += gospa(&estimates, &truth, MATCH_RADIUS_M, &mut self.assigner).distance_m();
         by_position.frames += 1;
     }
 
-    /// The record; what is known of frames in transit is still to be filled in.
-    pub fn finish(self) -> Record {
-        let Self { mut record, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, .. } = self;
+    /// The record, without the figures of frames in transit.
+    pub(crate) fn finish(self) -> Record {
+        let Self {
+            mut record, sums_by_position, ages_ms, other_ages_ms, to_fused_ms, to_consumed_ms, ..
+        } = self;
+        record.by_position.errors = Errors::of_translations(&sums_by_position);
         record.age_ms = distribution(ages_ms);
         record.other_age_ms = distribution(other_ages_ms);
         record.arrive_to_fused_ms = distribution(to_fused_ms);

@@ -1,4 +1,4 @@
-//! What was to be known at each time: shared by all methods of a point, which publish at the same times.
+//! The true objects that count, by time. All methods of a point publish at the same times and share them.
 
 use crate::data::scene::TrueBox;
 use crate::score::coverage::Coverage;
@@ -9,7 +9,7 @@ use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::geometry::Pose;
 use v2x_common::time::{Span, Timestamp};
 
-/// Objects that stay this near to where they were first are static, m.
+/// Objects that stay within this distance of their first position are static, m.
 const STATIC_M: f64 = 1.0;
 /// Faster ones are fast, m/s.
 const FAST_MPS: f64 = 3.0;
@@ -18,19 +18,19 @@ const LIFE_STEP: Span = Span::from_millis(500);
 
 /// The world at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
+pub(crate) struct Snapshot {
     /// All objects, by id.
     pub objects: Vec<TrueBox>,
-    /// Whether each counts: for the last second in view of the first two agents.
+    /// Whether each counts: covered by the first two agents.
     pub counts: Vec<bool>,
-    /// Which subsets each is in.
+    /// The subsets of each.
     pub subsets: Vec<[bool; 4]>,
     poses: Vec<Option<Pose>>,
 }
 
 /// Snapshots, each computed once.
 #[derive(Debug)]
-pub struct Snapshots<'a> {
+pub(crate) struct Snapshots<'a> {
     coverage: Coverage<'a>,
     bodies: BTreeSet<ObjectId>,
     movers: BTreeSet<ObjectId>,
@@ -38,8 +38,8 @@ pub struct Snapshots<'a> {
 }
 
 impl<'a> Snapshots<'a> {
-    /// Of a run between two times. Agents' own `bodies` never count.
-    pub fn new(
+    /// The snapshots of a run between two times. Agents' own `bodies` never count.
+    pub(crate) fn new(
         mut coverage: Coverage<'a>,
         bodies: BTreeSet<ObjectId>,
         start: Timestamp,
@@ -62,7 +62,7 @@ impl<'a> Snapshots<'a> {
     }
 
     /// The world at a time.
-    pub fn at(&mut self, at: Timestamp) -> Rc<Snapshot> {
+    pub(crate) fn at(&mut self, at: Timestamp) -> Rc<Snapshot> {
         if let Some(snapshot) = self.snapshots.get(&at) {
             return snapshot.clone();
         }
@@ -87,8 +87,8 @@ impl<'a> Snapshots<'a> {
         })
     }
 
-    /// Whether both agents see the place then, m.
-    pub fn is_in_view(&self, snapshot: &Snapshot, x: f64, y: f64) -> bool {
+    /// Whether both agents cover the point (m) at this time.
+    pub(crate) fn is_in_view(&self, snapshot: &Snapshot, x: f64, y: f64) -> bool {
         self.coverage
             .observers()
             .iter()

@@ -1,19 +1,19 @@
-//! What befell the frames on their times: the same for every method, whatever it makes of them.
+//! Frames in transit: delay, order and size. They are the same for every method.
 
 use crate::drive::traffic::SendTimes;
 use crate::score::sweep::record::{Record, Reference, distribution};
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Nearer to the newest stamp a frame is not late (ε_s of the paper).
+/// A frame within this time of the newest stamp is not late (ε_s of the paper).
 const SYNCHRONOUS: Span = Span::from_millis(10);
 
 /// One frame that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArrivedFrame {
-    /// Whose.
+pub(crate) struct ArrivedFrame {
+    /// Its agent.
     pub agent: AgentId,
-    /// By its sender's clock.
+    /// Time stamp by the agent's clock.
     pub stamp: Timestamp,
     /// When it was captured and sent.
     pub times: SendTimes,
@@ -23,8 +23,8 @@ pub struct ArrivedFrame {
     pub bytes: usize,
 }
 
-/// Notes the frames of a run of this duration that a hub heard, in the order in which they arrived.
-pub fn add_transit(record: &mut Record, heard: &[ArrivedFrame], reference: Reference, duration: Span) {
+/// Adds the frames that a hub received in a run of this duration, in order of arrival.
+pub(crate) fn add_transit(record: &mut Record, heard: &[ArrivedFrame], reference: Reference, duration: Span) {
     let mut newest_stamp = None;
     for frame in heard {
         if frame.agent != reference.agent {
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn late_is_what_is_stamped_before_something_that_came_before() {
+    fn a_frame_is_late_if_its_stamp_is_before_that_of_an_earlier_arrival() {
         let heard = [
             arrived("rsu", 0, 0, 0),
             arrived("car", 0, 0, 50),

@@ -10,7 +10,7 @@ const TINY: f64 = 1e-300;
 
 /// The value below which a share `probability` in (0, 1) of the χ² with `dof` > 0 degrees of freedom lies.
 pub(super) fn quantile(probability: f64, dof: f64) -> f64 {
-    // Ten standard deviations above the mean, and some: far beyond any tail that is asked for.
+    // More than ten standard deviations above the mean: beyond any requested quantile.
     let (mut low, mut high) = (0.0, dof + 10.0 * libm::sqrt(2.0 * dof) + 50.0);
     while high - low > 1e-12 * high {
         let middle = 0.5 * (low + high);

@@ -1,7 +1,7 @@
 //! CLEAR MOT: MOTA, MOTP, identity switches, fragmentations (Bernardin & Stiefelhagen 2008), as py-motmetrics
 //! counts them.
 //!
-//! Everything is a sum over instants, so scenes combine by adding the sums before any ratio is taken.
+//! All counts are sums over instants: scenes are combined by adding the sums before any ratio is taken.
 
 use crate::score::tracking::sequence::ratio;
 
@@ -10,15 +10,15 @@ use crate::score::tracking::sequence::ratio;
 pub struct Clear {
     /// True boxes.
     pub objects: u64,
-    /// Those that a track was found for, by the same track as before or another one.
+    /// True boxes with a track.
     pub found: u64,
-    /// Those found by another track than the one that found the object before.
+    /// True boxes with another track than the object had before.
     pub switches: u64,
-    /// Reported boxes that are of nothing.
+    /// Reported boxes without an object.
     pub false_positives: u64,
-    /// How often an object was lost while it was there, and found again.
+    /// How often an object lost its track while it was there, and got one again.
     pub fragmentations: u64,
-    /// Distances of what was found, m.
+    /// Sum of the distances of pairs, m.
     pub distance_sum_m: f64,
 }
 
@@ -33,12 +33,12 @@ impl Clear {
         self.distance_sum_m += other.distance_sum_m;
     }
 
-    /// Objects found by the same track as before, or for the first time.
+    /// True boxes with the same track as before, or with a first one.
     pub const fn matches(&self) -> u64 {
         self.found - self.switches
     }
 
-    /// True boxes that no track was found for.
+    /// True boxes without a track.
     pub const fn misses(&self) -> u64 {
         self.objects - self.found
     }
@@ -49,18 +49,18 @@ impl Clear {
         ratio(self.misses() + self.false_positives + self.switches, self.objects).map(|errors| 1.0 - errors)
     }
 
-    /// Mean distance of what was found, m; `None` where nothing was.
+    /// Mean distance of pairs, m; `None` without pairs.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn motp_m(&self) -> Option<f64> {
         (self.found > 0).then(|| self.distance_sum_m / self.found as f64)
     }
 
-    /// Share of the objects that was found; `None` without objects.
+    /// Share of the true boxes with a track; `None` without true boxes.
     pub fn recall(&self) -> Option<f64> {
         ratio(self.found, self.objects)
     }
 
-    /// Share of what was reported that is of something; `None` where nothing was reported.
+    /// Share of the reported boxes with an object; `None` without reported boxes.
     pub fn precision(&self) -> Option<f64> {
         ratio(self.found, self.found + self.false_positives)
     }
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_stays_with_its_track_though_another_one_comes_nearer() {
+    fn an_object_keeps_its_track_although_another_one_is_nearer() {
         let clear = of(&[(&[(0, 0.0)], &[(7, 1.0)]), (&[(0, 0.0)], &[(8, 0.1), (7, 1.5)])]);
         assert_eq!((clear.matches(), clear.switches, clear.false_positives), (2, 0, 1));
         assert_eq!(clear.motp_m(), Some(1.25));
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_objects_that_remember_one_track_the_first_listed_has_it() {
+    fn of_two_objects_with_the_same_last_track_the_first_one_keeps_it() {
         let before: [Xs; 2] = [(&[(0, 0.0)], &[(7, 0.0)]), (&[(1, 0.5)], &[(7, 0.5)])];
         for (objects, motp_m) in [([(0, 0.0), (1, 0.5)], 0.2), ([(1, 0.5), (0, 0.0)], 0.3)] {
             let clear = of(&[before[0], before[1], (&objects, &[(7, 0.2)])]);

@@ -1,9 +1,9 @@
-//! CLEAR MOT's matching: an object stays with its track as long as that is near it, the rest is assigned.
+//! CLEAR MOT's matching: an object keeps its track as long as that is within the gate, the rest is assigned.
 //!
 //! Bernardin & Stiefelhagen, "Evaluating multiple object tracking performance", EURASIP JIVP 2008, as
-//! py-motmetrics does it (`MOTAccumulator.update`): an object remembers its last track through absence and
-//! misses; where two objects remember one track, the one that is listed first has it; what is left is assigned
-//! to give the most pairs and, among those, the least total distance.
+//! py-motmetrics does it (`MOTAccumulator.update`): an object keeps its last track through absence and misses; where two
+//! objects have the same last track, the first in the list keeps it; the rest is assigned to give the most pairs and,
+//! among those, the least total distance.
 
 use crate::score::tracking::clear::Clear;
 use crate::score::tracking::indexed::{Indexed, IndexedInstant};
@@ -13,7 +13,7 @@ use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 /// An object and a track that correspond at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Correspondence {
-    /// Of the sequence.
+    /// Number of the instant in the sequence.
     pub instant: usize,
     /// Places in the instant's lists.
     pub object: usize,
@@ -22,27 +22,27 @@ pub(super) struct Correspondence {
     pub is_switch: bool,
 }
 
-/// What is known of an object.
+/// The state of an object.
 #[derive(Clone, Copy, Debug, Default)]
 struct Followed {
     last_track: Option<u32>,
-    /// Since it was followed.
+    /// Whether it has lost its track since.
     is_lost: bool,
 }
 
 struct Matcher {
-    /// Reported boxes of a lower score are not there.
+    /// Reported boxes with a lower score are left out.
     min_score: f64,
     gate_m: f64,
     followed: Vec<Followed>,
-    /// By place in the instant: the reported box of an object, with the distance; and whether a reported box is taken.
+    /// By place in the instant: the reported box of an object with the distance, and whether a reported box is taken.
     found: Vec<Option<(u32, f64)>>,
     is_taken: Vec<bool>,
     candidates: Vec<Candidate>,
     assigner: Assigner,
 }
 
-/// Counts, and shows every correspondence. `indexed` has the pairs nearer than `gate_m`.
+/// Counts, and calls `visit` with every correspondence. `indexed` has the pairs nearer than `gate_m`.
 pub(super) fn correspond(
     indexed: &Indexed,
     gate_m: f64,
@@ -68,7 +68,7 @@ pub(super) fn correspond(
 }
 
 impl Clear {
-    /// Of a scene, where pairs nearer than `gate_m` may correspond ([`GATE_M`](super::GATE_M)).
+    /// The counts of a scene. Pairs nearer than `gate_m` may correspond ([`GATE_M`](super::GATE_M)).
     pub fn of(sequence: &Sequence, gate_m: f64) -> Self {
         correspond(&Indexed::of(sequence, gate_m), gate_m, f64::NEG_INFINITY, |_| ())
     }
@@ -111,7 +111,7 @@ impl Matcher {
         if self.candidates.is_empty() {
             return;
         }
-        // An object left alone costs more than any detour of the others.
+        // One object without a pair costs more than any other pairs can save.
         #[expect(clippy::cast_precision_loss, reason = "counts of objects")]
         let alone = self.gate_m * (instant.objects.len() + 1) as f64;
         let columns =

@@ -1,16 +1,16 @@
 //! HOTA: detection, association and localisation in balance (Luiten et al., IJCV 2021), as TrackEval
 //! (`metrics/hota.py`) computes it.
 //!
-//! TrackEval has no similarity of rotated boxes; of points it has max(0, 1 − distance / zero distance), with
-//! 2 m for pedestrians (MOT15-3D). Here it is that, of the centres, with [`ZERO_M`] unless reported otherwise, so
-//! that α = 0.5 stands for nuScenes' 2 m. Scenes combine as in TrackEval's `COMBINED`: counts and weighted sums
-//! are added up for each α before any ratio, and the mean over α comes last.
+//! TrackEval has no similarity of rotated boxes. For points it has max(0, 1 − distance / zero distance), with 2 m for
+//! pedestrians (MOT15-3D). Here this is used for the centres, with [`ZERO_M`] by default, so that α = 0.5 is nuScenes'
+//! 2 m. Scenes are combined as in TrackEval's `COMBINED`: counts and weighted sums are added for each α before any ratio,
+//! and the mean over α comes last.
 
 use crate::score::tracking::indexed::{Indexed, IndexedInstant};
 use crate::score::tracking::sequence::Sequence;
 use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 
-/// The distance at which two boxes have nothing in common, m: twice [`super::GATE_M`].
+/// The distance of similarity 0, m: twice [`super::GATE_M`].
 pub const ZERO_M: f64 = 4.0;
 
 const N_ALPHAS: usize = 19;
@@ -33,7 +33,8 @@ pub struct Hota {
 struct Sums {
     true_positives: u64,
     similarity: f64,
-    /// Over true positives: how much their object and track have in common, of either, of the object, of the track.
+    /// Sums over true positives of the overlap of their object and track in time: as a share of both, of the object, of the
+    /// track.
     association: f64,
     association_recall: f64,
     association_precision: f64,
@@ -46,11 +47,11 @@ pub struct HotaScore {
     pub hota: f64,
     /// True positives over true positives, misses and false positives.
     pub det_a: f64,
-    /// Share of the true boxes that were found.
+    /// Share of the true boxes with a pair.
     pub det_re: f64,
-    /// Share of the reported boxes that are of something.
+    /// Share of the reported boxes with a pair.
     pub det_pr: f64,
-    /// Mean over true positives of how much their object and track have in common.
+    /// Mean over true positives of the overlap of their object and track in time.
     pub ass_a: f64,
     /// The same, as a share of the object.
     pub ass_re: f64,
@@ -61,7 +62,7 @@ pub struct HotaScore {
 }
 
 impl Hota {
-    /// Of a scene; boxes at `zero_m` have nothing in common ([`ZERO_M`]).
+    /// The sums of a scene; boxes at a distance of `zero_m` have similarity 0 ([`ZERO_M`]).
     pub fn of(sequence: &Sequence, zero_m: f64) -> Self {
         let indexed = Indexed::of(sequence, zero_m);
         let lengths = Lengths::of(&indexed);
@@ -133,7 +134,7 @@ impl HotaScore {
     }
 }
 
-/// In how many instants each object and track is.
+/// Number of instants of each object and track.
 struct Lengths {
     objects: Vec<f64>,
     tracks: Vec<f64>,
@@ -150,7 +151,7 @@ impl Lengths {
     }
 }
 
-/// What matched.
+/// The pairs.
 struct Together {
     /// By couple and α, in instants.
     instants: Vec<[u32; N_ALPHAS]>,
@@ -158,7 +159,7 @@ struct Together {
     similarity: [f64; N_ALPHAS],
 }
 
-/// Matches each instant by similarity times alignment of the whole tracks; the same pairs for all α.
+/// Matches each instant by similarity times alignment of the whole tracks. The pairs are the same for all α.
 fn matched(indexed: &Indexed, lengths: &Lengths, zero_m: f64) -> Together {
     let alignment = alignment(indexed, lengths, zero_m);
     let mut together =
@@ -183,8 +184,8 @@ fn matched(indexed: &Indexed, lengths: &Lengths, zero_m: f64) -> Together {
     together
 }
 
-/// For each couple, how much object and track have in common before anything is matched: a Jaccard index of
-/// instants, each weighed by how similar the two are among all that they are similar to.
+/// For each couple the alignment of object and track before matching: a Jaccard index of instants, each weighed by the
+/// couple's similarity relative to all similarities of both.
 fn alignment(indexed: &Indexed, lengths: &Lengths, zero_m: f64) -> Vec<f64> {
     let mut potential = vec![0.0; indexed.couples.len()];
     let (mut of_objects, mut of_reported) = (vec![], vec![]);
@@ -226,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_exactly_scores_1_in_all() {
+    fn estimates_equal_to_the_truth_score_1_in_every_part() {
         let score = of(&[(&[(0, 0.0), (1, 9.0)], &[(7, 9.0), (8, 0.0)]), (&[(0, 1.0)], &[(8, 1.0)])]);
         let HotaScore { hota, det_a, ass_a, loc_a, .. } = score;
         for figure in [hota, det_a, ass_a, loc_a] {
@@ -241,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn two_halves_of_a_track_are_found_but_half_associated() {
+    fn a_track_in_two_halves_is_detected_but_half_associated() {
         let score = of(&[(&[(0, 0.0)], &[(7, 0.0)]), (&[(0, 0.0)], &[(8, 0.0)])]);
         assert_eq!((score.det_a, score.ass_a), (1.0, 0.5));
         assert!((score.hota - libm::sqrt(0.5)).abs() < 1e-12);
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_tracks_decide_where_an_instant_alone_would_not() {
+    fn whole_tracks_decide_an_ambiguous_instant() {
         // Track 7 follows object 0; once, track 8 of object 1 is nearer to object 0 than track 7 is.
         let apart: Xs = (&[(0, 0.0), (1, 3.0)], &[(7, 0.0), (8, 3.0)]);
         let close: Xs = (&[(0, 0.0)], &[(7, 0.15), (8, 0.1)]);
@@ -258,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_against_nothing_is_located_perfectly_and_0_otherwise() {
+    fn without_objects_and_estimates_localisation_is_1_and_all_else_is_0() {
         for score in [of(&[]), of(&[(&[(0, 0.0)], &[])]), of(&[(&[], &[(7, 0.0)])])] {
             assert_eq!(score, HotaScore { loc_a: 1.0, ..HotaScore::default() });
         }

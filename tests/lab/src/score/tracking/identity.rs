@@ -1,8 +1,8 @@
-//! IDF1, IDP, IDR: how well one track tells of one object all along.
+//! IDF1, IDP, IDR: identity over the whole scene.
 //!
 //! Ristani et al., "Performance measures and a data set for multi-target, multi-camera tracking", ECCVW 2016:
-//! objects and tracks of a scene are assigned to each other once, such that the fewest boxes are wrong; as
-//! py-motmetrics counts it (`id_global_assignment`). Scenes combine by adding the counts.
+//! objects and tracks of a scene are assigned once, such that the fewest boxes are wrong, as in py-motmetrics
+//! (`id_global_assignment`). Scenes are combined by adding the counts.
 
 use crate::score::tracking::indexed::Indexed;
 use crate::score::tracking::sequence::{Sequence, ratio};
@@ -11,7 +11,7 @@ use v2x_fusion_hub::association::assignment::{Assigner, Candidate};
 /// Counts of boxes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Identity {
-    /// Instants at which an object and its track are near each other.
+    /// Instants at which an object and its assigned track are within the gate.
     pub true_positives: u64,
     /// True boxes.
     pub objects: u64,
@@ -20,14 +20,14 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Of a scene, where boxes nearer than `gate_m` may be of each other ([`super::GATE_M`]).
+    /// The counts of a scene. Boxes nearer than `gate_m` may be pairs ([`super::GATE_M`]).
     pub fn of(sequence: &Sequence, gate_m: f64) -> Self {
         let indexed = Indexed::of(sequence, gate_m);
         let mut together = vec![0_u32; indexed.couples.len()];
         for pair in indexed.instants.iter().flat_map(|instant| &instant.pairs) {
             together[pair.couple as usize] += 1;
         }
-        // A couple takes as many false boxes and as many misses off as it is together.
+        // Assigning a couple removes one false box and one miss for each common instant.
         let candidate = |(&(row, col), together): (&(u32, u32), &u32)| Candidate {
             row,
             col,
@@ -52,22 +52,22 @@ impl Identity {
         self.reported += other.reported;
     }
 
-    /// Reported boxes that are not of their track's object.
+    /// Reported boxes that are no pair with their track's object.
     pub const fn false_positives(&self) -> u64 {
         self.reported - self.true_positives
     }
 
-    /// True boxes that their object's track does not tell of.
+    /// True boxes that are no pair with their object's track.
     pub const fn false_negatives(&self) -> u64 {
         self.objects - self.true_positives
     }
 
-    /// Precision; `None` where nothing was reported.
+    /// Precision; `None` without reported boxes.
     pub fn idp(&self) -> Option<f64> {
         ratio(self.true_positives, self.reported)
     }
 
-    /// Recall; `None` where nothing was there.
+    /// Recall; `None` without true boxes.
     pub fn idr(&self) -> Option<f64> {
         ratio(self.true_positives, self.objects)
     }
@@ -85,7 +85,7 @@ mod tests {
     use crate::score::tracking::testing::{Xs, sequence};
 
     #[test]
-    fn a_track_that_changes_its_object_is_right_on_the_longer_one_only() {
+    fn a_track_that_changes_its_object_counts_for_the_longer_part_only() {
         let on: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 0.0)]);
         let off: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 9.0)]);
         let identity = Identity::of(&sequence(&[on, off, off]), GATE_M);
@@ -98,8 +98,8 @@ mod tests {
     }
 
     #[test]
-    fn the_assignment_is_the_best_of_all_not_the_longest_first() {
-        // Track 7 is 3 times on object 0 and 2 times on object 1; track 8 is 2 times on object 0.
+    fn the_assignment_is_the_global_optimum() {
+        // Track 7 is on object 0 three times and on object 1 twice; track 8 is on object 0 twice.
         let both: Xs = (&[(0, 0.0), (1, 1.0)], &[(7, 0.5)]);
         let swapped: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 0.0), (8, 0.5)]);
         let other: Xs = (&[(0, 0.0), (1, 9.0)], &[(8, 0.5)]);

@@ -1,17 +1,17 @@
-//! A sequence made ready for counting: ids numbered from 0, and only the pairs that are near enough.
+//! A sequence prepared for counting: ids numbered from 0, and the pairs within a radius.
 
 use crate::data::scene::TrueBox;
 use crate::score::tracking::sequence::{Instant, ReportedBox, Sequence};
 use std::collections::BTreeMap;
 
-/// A box as far as matching is concerned.
+/// The parts of a box that matching needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spot {
-    /// Object or track.
+    /// The object or track.
     pub id: u64,
-    /// m.
+    /// Position, m.
     pub at: [f64; 2],
-    /// Of a reported box; a true one has 0.
+    /// Score of a reported box; 0 for a true one.
     pub score: f64,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct Pair {
     pub object: u32,
     pub reported: u32,
     pub distance_m: f64,
-    /// Which object and track: a place in [`Indexed::couples`].
+    /// The object and track: a place in [`Indexed::couples`].
     pub couple: u32,
 }
 
@@ -52,7 +52,7 @@ impl Pair {
 /// One instant.
 #[derive(Clone, Debug)]
 pub(super) struct IndexedInstant {
-    /// Which instant of the sequence.
+    /// Number of the instant in the sequence.
     pub number: usize,
     /// Numbers of the objects.
     pub objects: Vec<u32>,
@@ -61,18 +61,18 @@ pub(super) struct IndexedInstant {
     pub pairs: Vec<Pair>,
 }
 
-/// A sequence.
+/// An indexed sequence.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Indexed {
     pub n_objects: usize,
     pub n_tracks: usize,
-    /// Those in which there is anything.
+    /// The instants with any box.
     pub instants: Vec<IndexedInstant>,
-    /// Objects and tracks that are near each other at some time, sorted.
+    /// Objects and tracks that are a pair at some time, sorted.
     pub couples: Vec<(u32, u32)>,
 }
 
-/// Numbers ids in the order in which they come.
+/// Numbers ids in order of appearance.
 #[derive(Default)]
 struct Numbers(BTreeMap<u64, u32>);
 
@@ -92,7 +92,7 @@ impl Indexed {
         Self::of_spots(sequence.instants().iter().map(spots), radius_m)
     }
 
-    /// Of true and reported boxes, instant by instant.
+    /// From true and reported boxes, instant by instant.
     pub(super) fn of_spots(instants: impl Iterator<Item = (Vec<Spot>, Vec<Spot>)>, radius_m: f64) -> Self {
         let (mut objects, mut tracks) = (Numbers::default(), Numbers::default());
         let mut indexed = Self::default();

@@ -1,12 +1,11 @@
-//! Metrics of tracking and detection: what was there against what was reported, instant by instant.
+//! Metrics of tracking and detection: true against reported boxes, instant by instant.
 //!
-//! One data model, [`Sequence`], for all of them: [`clear`] (CLEAR MOT), [`identity`] (IDF1), [`hota`],
-//! [`amota`] (nuScenes' tracking metrics), [`scale`] (nuScenes' ASE); [`nees`] asks whether covariances are
-//! honest. Each gives the figures of the implementation that its field compares with, to 1e-6
-//! (`tests/it/oracles`), and says how scenes combine.
+//! All metrics have one data model, [`Sequence`]: [`clear`] (CLEAR MOT), [`identity`] (IDF1), [`hota`], [`amota`]
+//! (nuScenes' tracking metrics), [`scale`] (nuScenes' ASE); [`nees`] tests the consistency of covariances. Each gives the
+//! figures of the field's reference implementation, to 1e-6 (`tests/it/oracles`), and documents how scenes are combined.
 //!
-//! No metric but [`amota`] looks at classes: a car reported as a truck at the right place is a classification
-//! error, not a miss and a false object. Restrict a sequence by [`Sequence::of_classes`] for figures by class.
+//! Only [`amota`] uses classes: a car reported as a truck at the right position is a classification error, not a miss and
+//! a false object. Restrict a sequence by [`Sequence::of_classes`] for figures by class.
 
 pub mod amota;
 mod chi2;

@@ -1,15 +1,15 @@
-//! NEES: are the errors as large as the covariances say?
+//! NEES: consistency of covariances with errors.
 //!
-//! The normalised estimation error squared eᵀ S⁻¹ e has a mean of its degrees of freedom where S is honest
-//! (Bar-Shalom, Li & Kirubarajan 2001, section 5.4.2). Divided by them, 1 is honest, more is overconfident, less
-//! is cautious. Sums add up over scenes, classes and levels of noise.
+//! The normalised estimation error squared eᵀ S⁻¹ e has a mean of its degrees of freedom where S is right (Bar-Shalom,
+//! Li & Kirubarajan 2001, section 5.4.2). Divided by them, 1 is consistent, more is overconfident, less is conservative.
+//! Sums are merged over scenes, classes and levels of noise.
 
 use crate::score::errors::{BoxError, nees};
 use crate::score::moments::Moments;
 use crate::score::tracking::chi2;
 use v2x_common::covariance::Covariance2;
 
-/// A covariance that is none.
+/// An invalid covariance.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the covariance of the {of} is not finite and positive definite")]
 pub struct NotACovariance {
@@ -17,12 +17,12 @@ pub struct NotACovariance {
     pub of: &'static str,
 }
 
-/// What a box says of its own error.
+/// The reported covariance of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
-    /// m².
+    /// Of the position, m².
     pub position: Covariance2,
-    /// rad².
+    /// Of the heading, rad².
     pub yaw: f64,
     /// Of width (x) and depth (y), m².
     pub size: Covariance2,
@@ -33,18 +33,18 @@ pub struct Claim {
 pub struct Nees {
     /// Of eᵀ S⁻¹ e / dof.
     moments: Moments,
-    /// Over all errors.
+    /// Degrees of freedom of all errors.
     dof: u64,
 }
 
 impl Nees {
-    /// One degree of freedom.
+    /// Adds an error of one degree of freedom.
     fn add_scalar(&mut self, error: f64, variance: f64) {
         self.moments.add(Some(error * error / variance));
         self.dof += 1;
     }
 
-    /// Two.
+    /// Adds an error of two degrees of freedom.
     fn add_vector(&mut self, error: [f64; 2], s: &Covariance2) {
         self.moments.add(Some(nees(error, s) / 2.0));
         self.dof += 2;
@@ -66,9 +66,8 @@ impl Nees {
         self.moments.mean()
     }
 
-    /// Where the mean lies with 95 % if covariances are honest, errors Gaussian and all of them independent: the
-    /// central quantiles of χ². Errors of one track at neighbouring times are not independent; then it is too
-    /// narrow. `None` without errors.
+    /// The 95 % interval of the mean if covariances are right and errors are Gaussian and independent: the central quantiles
+    /// of χ². Errors of one track at neighbouring times are not independent: then it is too narrow. `None` without errors.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn honest_95(&self) -> Option<[f64; 2]> {
         let dof = self.dof as f64;
@@ -91,7 +90,7 @@ impl Consistency {
     /// Adds a box.
     ///
     /// # Errors
-    /// Where something of the claim is no covariance; then nothing is added.
+    /// If a part of the claim is no valid covariance; then nothing is added.
     pub fn add(&mut self, error: &BoxError, claim: &Claim) -> Result<(), NotACovariance> {
         let is_variance = claim.yaw > 0.0 && claim.yaw.is_finite();
         for (is_valid, of) in
@@ -136,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_covariance_is_refused_whole() {
+    fn an_invalid_covariance_has_no_nees() {
         let mut consistency = Consistency::default();
         let error = BoxError::between(&at(1.0), &at(0.0));
         for (claim, of) in [

@@ -1,7 +1,7 @@
-//! ASE: what is wrong with a size alone, 1 − IoU of two boxes laid on each other.
+//! ASE, the error of size alone: 1 − IoU of two aligned boxes.
 //!
 //! nuScenes' scale error (`eval/common/utils.py`, `scale_iou`) with bird's-eye boxes' width and depth instead of
-//! its three sizes: equal heights drop out. A mean over all correspondences; scenes combine by adding moments.
+//! its three sizes: equal heights cancel. A mean over all correspondences; scenes are combined by adding moments.
 
 use crate::score::moments::Moments;
 use crate::score::tracking::correspondence::correspond;
@@ -16,7 +16,7 @@ pub fn scale_error(reported: &BevBox, truth: &BevBox) -> f64 {
     if union > 0.0 { 1.0 - intersection / union } else { 1.0 }
 }
 
-/// Of the correspondences of a scene that CLEAR MOT finds within `gate_m`.
+/// The scale errors of CLEAR MOT's correspondences of a scene within `gate_m`.
 pub fn scale_errors(sequence: &Sequence, gate_m: f64) -> Moments {
     let mut errors = Moments::default();
     correspond(&Indexed::of(sequence, gate_m), gate_m, f64::NEG_INFINITY, |pair| {
@@ -33,7 +33,7 @@ mod tests {
     use crate::score::tracking::testing::{at, instant, sequence};
 
     #[test]
-    fn neither_place_nor_heading_matters() {
+    fn the_scale_error_ignores_position_and_heading() {
         let turned = BevBox { x: 9.0, yaw: 2.0, ..at(0.0) };
         assert_eq!(scale_error(&turned, &at(0.0)), 0.0);
         assert_eq!(scale_error(&BevBox { d: 3.0, ..at(0.0) }, &at(0.0)), 0.25);
@@ -41,13 +41,13 @@ mod tests {
     }
 
     #[test]
-    fn boxes_without_area_have_nothing_in_common() {
+    fn boxes_without_area_have_no_overlap() {
         let line = BevBox { w: 0.0, ..at(0.0) };
         assert_eq!((scale_error(&line, &line), scale_error(&line, &at(0.0))), (1.0, 1.0));
     }
 
     #[test]
-    fn only_what_corresponds_counts() {
+    fn only_matched_boxes_count() {
         let mut short = instant(&[(0, 0.0), (1, 9.0)], &[(7, 0.1), (8, 30.0)]);
         short.reported[0].bev.d = 3.0;
         let scene = Sequence::new(vec![Instant::default(), short]).unwrap();

@@ -6,29 +6,28 @@ use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::geometry::BevBox;
 
-/// Pairs at this distance of centres or further are no match, m: nuScenes' for tracking
-/// (`tracking_nips_2019.json`).
+/// Pairs must be nearer than this, m: nuScenes' distance for tracking (`tracking_nips_2019.json`).
 pub const GATE_M: f64 = 2.0;
 
-/// A box that a method tells of.
+/// A box that a method reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReportedBox {
-    /// Whose it is: the same over time as far as the method knows.
+    /// Its track.
     pub track: u64,
-    /// What it is said to be.
+    /// The reported class.
     pub class: Class,
-    /// How sure of it the method is; only the order counts, higher is surer.
+    /// Confidence; only the order counts.
     pub score: f64,
-    /// Where, how large (m), and which way (rad).
+    /// Position and size (m), heading (rad).
     pub bev: BevBox,
 }
 
-/// What was there and what was reported of one time.
+/// True and reported boxes of one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instant {
-    /// What was there.
+    /// The true boxes.
     pub truth: Vec<TrueBox>,
-    /// What was reported.
+    /// The reported boxes.
     pub reported: Vec<ReportedBox>,
 }
 
@@ -45,7 +44,7 @@ pub enum SequenceError {
     ObjectTwice {
         /// Number of the instant, from 0.
         instant: usize,
-        /// Which object.
+        /// The object.
         object: ObjectId,
     },
     /// Two boxes of one track.
@@ -53,10 +52,10 @@ pub enum SequenceError {
     TrackTwice {
         /// Number of the instant, from 0.
         instant: usize,
-        /// Which track.
+        /// The track.
         track: u64,
     },
-    /// A place, size, heading or score that is no number.
+    /// A position, size, heading or score that is not finite.
     #[error("instant {instant}: a box or score is not finite")]
     NotFinite {
         /// Number of the instant, from 0.
@@ -65,10 +64,10 @@ pub enum SequenceError {
 }
 
 impl Sequence {
-    /// Of these instants.
+    /// A sequence of these instants.
     ///
     /// # Errors
-    /// Where an object or track is in an instant twice, or a number is none.
+    /// If an object or track is in an instant twice, or a number is not finite.
     pub fn new(instants: Vec<Instant>) -> Result<Self, SequenceError> {
         for (instant, Instant { truth, reported }) in instants.iter().enumerate() {
             let is_finite =
@@ -104,13 +103,13 @@ impl Sequence {
     }
 }
 
-/// The first that was there before.
+/// The first repeated id.
 fn twice<T: Ord + Copy>(ids: impl Iterator<Item = T>) -> Option<T> {
     let mut seen = BTreeSet::new();
     ids.into_iter().find(|id| !seen.insert(*id))
 }
 
-/// `None` where there is nothing to divide by.
+/// `None` if the divisor is 0.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 pub(super) fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
@@ -122,7 +121,7 @@ mod tests {
     use crate::score::tracking::testing::{at, instant, reported, truth};
 
     #[test]
-    fn nothing_is_in_an_instant_twice() {
+    fn ids_are_unique_in_each_instant() {
         let object_twice = Sequence::new(vec![Instant::default(), instant(&[(3, 0.0), (3, 9.0)], &[])]);
         assert_eq!(object_twice, Err(SequenceError::ObjectTwice { instant: 1, object: ObjectId(3) }));
         let track_twice = Sequence::new(vec![instant(&[], &[(5, 0.0), (4, 1.0), (5, 9.0)])]);
@@ -141,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_class_takes_its_boxes_and_leaves_the_instants() {
+    fn selecting_a_class_keeps_its_boxes_and_all_instants() {
         let bus = TrueBox { class: Class::RigidBus, bev: at(9.0), ..truth(1, 0.0) };
         let both = Instant { truth: vec![truth(0, 0.0), bus], reported: vec![reported(7, 0.1)] };
         let sequence = Sequence::new(vec![both, instant(&[(0, 1.0)], &[])]).unwrap();

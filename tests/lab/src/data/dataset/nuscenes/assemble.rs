@@ -11,13 +11,13 @@ use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::time::Timestamp;
 
-/// The sensor whose sweeps make keyframes.
+/// The sensor whose sweeps define keyframes.
 const LIDAR: &str = "LIDAR_TOP";
 
-/// Which scene, and which keyframe of it.
+/// Place of a scene, and of a keyframe in it.
 type Place = (usize, usize);
 
-/// Scenes that are being put together. Hash maps are looked up only, never walked through.
+/// Scenes under construction. Hash maps are only looked up, never iterated.
 #[derive(Debug, Default)]
 pub(super) struct Assembly {
     /// By instance token.
@@ -93,7 +93,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Of the lidar's key frames.
+    /// Reads the ego poses of the lidar's key frames.
     pub(super) fn read_ego_poses(&mut self, folder: &Path) -> Result<(), TableError> {
         let (mut sensors, mut lidars) = (HashSet::new(), HashSet::new());
         each(folder, "sensor", |record| {
@@ -163,7 +163,7 @@ fn keyframes(samples: Vec<Sample>) -> Result<Vec<Keyframe>, TableError> {
 fn pose(record: &Record) -> Result<Pose, TableError> {
     let [x, y, _] = record.numbers("translation", "3 numbers")?;
     let [w, i, j, k] = record.numbers("rotation", "a quaternion of 4 numbers")?;
-    // The direction of the turned x axis, as the devkit's `quaternion_yaw`.
+    // The direction of the rotated x axis, as in the devkit's `quaternion_yaw`.
     let yaw = libm::atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k));
     Ok(Pose { x, y, yaw: wrap_angle(yaw) })
 }

@@ -10,12 +10,12 @@ pub enum NuscenesError {
     /// A table.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// No scene to evaluate.
+    /// The split has no scene.
     #[error("no scene of split {split} is in {}", .folder.display())]
     NoScenes {
-        /// Where the tables are.
+        /// Folder of the tables.
         folder: PathBuf,
-        /// What was asked for.
+        /// The requested split.
         split: Split,
     },
 }

@@ -1,7 +1,7 @@
 //! Scenes from nuScenes' own tables: `ROOT/VERSION/scene.json` and so on, as its devkit reads them.
 //!
-//! The big tables are read record by record, and only what belongs to the chosen scenes is kept. Times, ego poses
-//! and boxes are the recorded ones; a keyframe's ego pose is that of its lidar sweep.
+//! The large tables are read record by record. Only the records of the chosen scenes stay in memory. Times, ego poses and
+//! boxes are the recorded ones; a keyframe's ego pose is that of its lidar sweep.
 
 mod assemble;
 mod error;
@@ -10,15 +10,15 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use error::NuscenesError;
-pub use split::Split;
+pub(crate) use error::NuscenesError;
+pub(crate) use split::Split;
 
 use crate::data::scene::Scene;
 use assemble::Assembly;
 use std::path::Path;
 
 /// Reads the scenes of a split.
-pub fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
+pub(crate) fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
     let folder = root.join(version);
     let mut assembly = Assembly::default();
     assembly.read_classes(&folder)?;

@@ -1,4 +1,4 @@
-//! Which scenes.
+//! A choice of scenes of nuScenes.
 
 use std::fmt;
 use std::str::FromStr;
@@ -36,16 +36,16 @@ const VAL: [(u16, u16); 26] = [
 /// A choice of scenes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// Those of the official validation list.
+    /// The scenes of the official validation list.
     Val,
-    /// All that there are.
+    /// All scenes.
     All,
-    /// These.
+    /// The scenes with these names.
     Named(Vec<String>),
 }
 
 impl Split {
-    /// Whether a scene of this name is in it.
+    /// Whether it contains a scene of this name.
     pub fn has(&self, name: &str) -> bool {
         match self {
             Self::All => true,

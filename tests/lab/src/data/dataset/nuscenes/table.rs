@@ -1,4 +1,4 @@
-//! One JSON table: a long list of records, of which one at a time is in memory.
+//! One JSON table: a long list of records. One record at a time is in memory.
 
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde_json::Value;
@@ -10,27 +10,27 @@ use std::path::{Path, PathBuf};
 /// Why a table cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// No such file, most likely.
+    /// The file cannot be opened.
     #[error("cannot read table {table} ({})", .path.display())]
     Open {
         /// Its name.
         table: &'static str,
-        /// Where it should be.
+        /// Its path.
         path: PathBuf,
         /// Why.
         source: std::io::Error,
     },
-    /// Not a list in JSON.
+    /// It is no JSON list.
     #[error("table {table}, record {record} (counted from 0)")]
     Json {
         /// Its name.
         table: &'static str,
-        /// The first one that could not be read.
+        /// The first record that could not be read.
         record: usize,
         /// Where and why.
         source: serde_json::Error,
     },
-    /// A field that is not there, or that cannot be.
+    /// A field is missing or invalid.
     #[error("table {table}, record {record}, field {field}: {value}, expected {expected}")]
     Field {
         /// The table's name.
@@ -39,9 +39,9 @@ pub enum TableError {
         record: String,
         /// The field's name.
         field: &'static str,
-        /// What stands there.
+        /// The value.
         value: Value,
-        /// What may stand there.
+        /// What is valid.
         expected: &'static str,
     },
     /// A keyframe without a lidar sweep.
@@ -87,7 +87,7 @@ impl Record {
         self.value.get(field).and_then(Value::as_i64).ok_or_else(|| self.wrong(field, "a whole number"))
     }
 
-    /// So many numbers.
+    /// A list of N numbers.
     pub(super) fn numbers<const N: usize>(
         &self,
         field: &'static str,
@@ -120,7 +120,7 @@ pub(super) fn each(
     }
 }
 
-/// The list, as serde walks through it.
+/// The list, as serde visits it.
 struct Records<'a> {
     table: &'static str,
     number: usize,

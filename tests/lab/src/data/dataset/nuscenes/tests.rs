@@ -1,4 +1,4 @@
-//! Tiny tables, and what is wrong with them.
+//! Small tables, and errors in them.
 
 use super::*;
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ struct Tables(PathBuf);
 
 impl Drop for Tables {
     fn drop(&mut self) {
-        // The temporary folder outlives a test at worst.
+        // At worst a temporary folder is left.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

@@ -1,4 +1,4 @@
-//! One object of a scene, and how it moves.
+//! One object of a scene, and its motion.
 
 use crate::data::dataset::synthetic::body::Body;
 use std::sync::Arc;
@@ -7,12 +7,12 @@ use v2x_agent::world::profile::Profile;
 use v2x_common::geometry::Pose;
 use v2x_common::time::Span;
 
-/// How something moves.
+/// The motion of an object.
 #[derive(Clone, Debug)]
 pub(super) enum Motion {
-    /// It stands.
+    /// It is parked or stands.
     Standing(Pose),
-    /// It follows a path; its distance along it at time 0, m, and what it covers from then on.
+    /// It follows a path: its distance along the path at time 0, m, and its profile of distance over time.
     Following(Arc<Path>, f64, Arc<Profile>),
 }
 
@@ -21,7 +21,7 @@ pub(super) enum Motion {
 pub(super) struct Actor {
     pub(super) body: Body,
     pub(super) motion: Motion,
-    /// To the left of its path, m.
+    /// Offset to the left of its path, m.
     pub(super) aside_m: f64,
 }
 

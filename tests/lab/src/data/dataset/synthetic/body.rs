@@ -1,4 +1,4 @@
-//! What objects are, and how large.
+//! Classes and sizes of objects.
 
 use rand_chacha::ChaCha8Rng;
 use v2x_agent::random::{standard_normal, weighted};
@@ -15,7 +15,7 @@ pub(super) struct Body {
     pub(super) size_m: [f64; 2],
 }
 
-/// What drives, by weight.
+/// Classes of driving vehicles, by weight.
 const DRIVING: [(Class, f64); 8] = [
     (Class::Car, 84.0),
     (Class::Truck, 7.0),
@@ -27,7 +27,7 @@ const DRIVING: [(Class, f64); 8] = [
     (Class::Ambulance, 0.4),
 ];
 
-/// What is parked, by weight.
+/// Classes of parked vehicles, by weight.
 const PARKED: [(Class, f64); 5] = [
     (Class::Car, 86.0),
     (Class::Truck, 6.0),
@@ -36,7 +36,7 @@ const PARKED: [(Class, f64); 5] = [
     (Class::ConstructionVehicle, 2.0),
 ];
 
-/// Who walks, by weight.
+/// Classes of pedestrians, by weight.
 const WALKING: [(Class, f64); 7] = [
     (Class::Adult, 88.0),
     (Class::ConstructionWorker, 5.0),
@@ -47,9 +47,9 @@ const WALKING: [(Class, f64); 7] = [
     (Class::Wheelchair, 1.0),
 ];
 
-/// Mean width and depth, m, with the standard deviations of their logarithms. The means are the anchor sizes that
-/// detectors for nuScenes are published with (OpenPCDet, cbgs configurations); they are not the engine's own
-/// typical sizes. Where there is no anchor: round numbers.
+/// Mean width and depth, m, with the standard deviations of their logarithms. The means are the anchor sizes of published
+/// detectors for nuScenes (OpenPCDet, cbgs configurations), not the engine's typical sizes. Classes without an anchor
+/// have round numbers.
 const fn sizes(class: Class) -> ([f64; 2], [f64; 2]) {
     match class {
         Class::Car | Class::PoliceCar => ([1.97, 4.63], [0.07, 0.09]),
@@ -70,13 +70,13 @@ const fn sizes(class: Class) -> ([f64; 2], [f64; 2]) {
 }
 
 impl Body {
-    /// Of this class; the larger one dimension, the larger the other tends to be.
+    /// A body of this class. Width and depth are correlated.
     pub(super) fn of(class: Class, rng: &mut ChaCha8Rng) -> Self {
         let (means, spreads) = sizes(class);
         let common = standard_normal(rng);
         let size_m = std::array::from_fn(|axis| {
             let own = standard_normal(rng);
-            // Equal parts: correlation one half.
+            // Equal parts give a correlation of one half.
             let deviation = (common + own) / libm::sqrt(2.0);
             means[axis] * libm::exp(spreads[axis] * deviation.clamp(-2.5, 2.5))
         });
@@ -98,7 +98,7 @@ impl Body {
         Self::of(class, rng)
     }
 
-    /// m; people turn about themselves.
+    /// Distance from the rear axle to the centre, m. Pedestrians turn about their centre.
     pub(super) fn axle_to_centre_m(&self) -> f64 {
         if self.class.is_pedestrian() { 0.0 } else { AXLE_TO_CENTRE * self.size_m[1] }
     }

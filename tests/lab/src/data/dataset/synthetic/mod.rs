@@ -1,9 +1,8 @@
-//! Scenes that nobody recorded: city streets as nuScenes has them, in its mix of classes, ranges and motions.
+//! Synthetic scenes: city streets with the mix of classes, ranges and motions of nuScenes.
 //!
 //! A main road with a crossing, seen from a vehicle on it: traffic in lanes that drives, turns, stops, waits and
-//! starts; parked cars; people on foot; cyclists; works with cones and barriers. 40 keyframes at 2 Hz. The world is
-//! the same in every run: the table's seed is for noise only. What annotators cannot do is not imitated: boxes are
-//! exact.
+//! starts; parked cars; pedestrians; cyclists; works with cones and barriers. 40 keyframes at 2 Hz. The world is the same
+//! in every run: the seed of a table is for noise only. Boxes are exact: errors of annotation are not simulated.
 
 mod actor;
 mod body;
@@ -22,18 +21,18 @@ use v2x_agent::truth::ObjectId;
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::time::Span;
 
-/// Scenes, as many as nuScenes' validation split has.
+/// Number of scenes: that of nuScenes' validation split.
 pub const N_SCENES: u32 = 150;
 const N_KEYFRAMES: i64 = 40;
 const KEYFRAME_MS: i64 = 500;
-/// What lies further from agent 1 is not annotated, m.
+/// Objects further from agent 1 are not annotated, m.
 const RANGE_M: f64 = 64.0;
-/// Of the world; another one makes other scenes, and other tables.
+/// Seed of the world. Another seed gives other scenes and other tables.
 const WORLD_SEED: u64 = 20_260_722;
-/// Scenes lie somewhere in a map of this size, m.
+/// Scenes are placed in a map of this size, m.
 const MAP_M: f64 = 2000.0;
 
-/// Parts of a scene, each with random numbers of its own.
+/// Parts of a scene, each with its own random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     Place,
@@ -87,7 +86,7 @@ fn keyframe(frame: i64, ego: &Actor, actors: &[Actor], map: &Pose) -> Keyframe {
     Keyframe { at, ego, objects: (0..).zip(actors).filter_map(annotated).collect() }
 }
 
-/// A pose of the scene in the map.
+/// A pose of the scene in the map frame.
 fn placed(pose: &Pose, map: &Pose) -> Pose {
     let (x, y) = map.offset(pose.x, pose.y);
     Pose { x, y, yaw: wrap_angle(pose.yaw + map.yaw) }
@@ -100,7 +99,7 @@ mod tests {
     use v2x_fusion_hub::values::overlap::iou;
 
     #[test]
-    fn the_world_is_as_nuscenes_in_numbers_and_never_changes() {
+    fn the_world_has_the_statistics_of_nuscenes_and_never_changes() {
         let scenes = scenes();
         let statistics = Statistics::of(&scenes);
         assert_eq!((statistics.scenes, statistics.keyframes), (150, 6000));
@@ -130,12 +129,12 @@ mod tests {
                 }
             }
         }
-        // Annotated boxes of people in a group may touch; hardly any others do.
+        // Boxes of pedestrians in a group may touch; hardly any others do.
         assert!(pairs * 200 < boxes, "{pairs} overlapping pairs of {boxes} boxes");
     }
 
     #[test]
-    fn nothing_jumps_and_everything_heads_where_it_goes() {
+    fn objects_move_continuously_and_head_along_their_velocity() {
         for number in (0..N_SCENES).step_by(25) {
             let scene = scene(number);
             for frames in scene.keyframes.windows(2) {

@@ -1,4 +1,4 @@
-//! What is beside the lanes: parked vehicles, people, cyclists, works.
+//! Objects beside the lanes: parked vehicles, pedestrians, cyclists, works.
 
 use crate::data::dataset::synthetic::actor::{Actor, Motion};
 use crate::data::dataset::synthetic::body::Body;
@@ -12,15 +12,15 @@ use v2x_agent::world::profile::Profile;
 use v2x_common::class::Class;
 use v2x_common::geometry::Pose;
 
-/// How far along the roads there is anything beside them, m from the crossing.
+/// Objects beside the roads are within this distance of the crossing, m.
 const REACH_M: f64 = 260.0;
-/// From the kerb to the middle of the parked ones, the cyclists and the pavement, m.
+/// Distance from the kerb to the middle of parked vehicles, cyclists and the pavement, m.
 const PARKING_M: f64 = 1.3;
 const CYCLING_M: f64 = 3.4;
 const PAVEMENT_M: f64 = 6.0;
 /// Length of a parking place, m.
 const PARKING_PLACE_M: f64 = 7.0;
-/// Longer ones do not park here, m.
+/// Longer vehicles do not park here, m.
 const LONGEST_PARKED_M: f64 = 6.4;
 /// Longer than every scene, s.
 const LONG_S: f64 = 1000.0;
@@ -47,7 +47,7 @@ pub(super) fn parked(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     actors
 }
 
-/// People on the pavements: alone or in small groups, walking or standing.
+/// Pedestrians on the pavements: alone or in small groups, walking or standing.
 pub(super) fn people(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     let mut actors = Vec::new();
     // Per 100 m of pavement; some scenes are crowded.
@@ -71,7 +71,7 @@ pub(super) fn people(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     actors
 }
 
-/// Side by side along a path that bends a little.
+/// Pedestrians side by side along a slightly bent path.
 fn walkers(place: Pose, size: u32, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     let back = if chance(rng, 0.5) { PI } else { 0.0 };
     let mut path = Path::from(Pose { yaw: place.yaw + back, ..place });
@@ -94,7 +94,7 @@ fn walkers(place: Pose, size: u32, rng: &mut ChaCha8Rng) -> Vec<Actor> {
         .collect()
 }
 
-/// In a circle, each heading its own way.
+/// Pedestrians in a circle, each with its own heading.
 fn standers(place: Pose, size: u32, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     let first = between(rng, (0.0, TAU));
     (0..size)
@@ -106,13 +106,13 @@ fn standers(place: Pose, size: u32, rng: &mut ChaCha8Rng) -> Vec<Actor> {
         .collect()
 }
 
-/// Between the parked ones and the pavement; some bicycles stand.
+/// Cyclists between the parked vehicles and the pavement, and some parked bicycles.
 pub(super) fn cyclists(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     let mut actors = Vec::new();
     for approach in 0..4 {
         let aside_m = -(streets.kerb_m(approach) + CYCLING_M);
         let path = Arc::new(Path::from(rotated(-REACH_M, aside_m, approach)).line(4.0 * REACH_M));
-        // All at one pace, so that nobody overtakes.
+        // All have the same speed, so that none overtakes.
         let profile = Arc::new(Profile::from(0.0, between(rng, (3.0, 6.5))).hold(LONG_S));
         let mut along_m = between(rng, (0.0, 250.0));
         while along_m < 2.0 * REACH_M {
@@ -133,7 +133,7 @@ pub(super) fn cyclists(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     actors
 }
 
-/// In some scenes: a row of barriers, a row of cones, people who work.
+/// In some scenes: a row of barriers, a row of cones, construction workers.
 pub(super) fn works(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     let mut actors = Vec::new();
     if chance(rng, 0.55) {
@@ -146,7 +146,7 @@ pub(super) fn works(streets: &Streets, rng: &mut ChaCha8Rng) -> Vec<Actor> {
     for _ in 0..poisson(rng, 11.0) {
         let body = Body::of(Class::Barrier, rng);
         let pose = rotated(along_m, aside_m + 0.1 * standard_normal(rng).clamp(-2.0, 2.0), approach);
-        // Its width lies along the road.
+        // Its width is along the road.
         let yaw = pose.yaw + PI / 2.0 + 0.05 * standard_normal(rng).clamp(-2.0, 2.0);
         actors.push(Actor::standing(body, Pose { yaw, ..pose }));
         along_m += 3.4 + between(rng, (0.0, 0.6));

@@ -1,4 +1,4 @@
-//! A crossing of two roads: lanes, and who may go.
+//! A crossing of two roads: lanes and signal phases.
 
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
@@ -7,14 +7,14 @@ use v2x_agent::world::path::Path;
 use v2x_common::geometry::Pose;
 
 pub(super) const LANE_M: f64 = 3.5;
-/// From the outer lane to where the crossing's corners end, m.
+/// From the outer lane to the end of the crossing's corners, m.
 const CORNER_M: f64 = 4.0;
-/// Lanes begin so far before the crossing, m.
+/// Lanes begin this far before the crossing, m.
 pub(super) const APPROACH_M: f64 = 250.0;
-/// And end so far after it, m.
+/// Lanes end this far after the crossing, m.
 const EXIT_M: f64 = 400.0;
 
-/// What the signals let happen.
+/// The phase of the signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// The main road drives.
@@ -29,7 +29,7 @@ pub(super) enum Phase {
     MainStops,
 }
 
-/// Where a lane goes.
+/// The turn of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     Left,
@@ -40,7 +40,7 @@ pub(super) enum Turn {
 /// The roads of a scene: the main road along x, the other one along y, crossing in the origin.
 #[derive(Clone, Debug)]
 pub(super) struct Streets {
-    /// Lanes in each direction of both roads.
+    /// Number of lanes in each direction of both roads.
     n_lanes: [u32; 2],
     pub(super) phase: Phase,
 }
@@ -74,17 +74,17 @@ impl Streets {
         self.n_lanes[(approach % 2) as usize]
     }
 
-    /// From a road's middle to its kerb, m.
+    /// Distance from a road's middle to its kerb, m.
     pub(super) fn kerb_m(&self, approach: u32) -> f64 {
         LANE_M * f64::from(self.lanes_of(approach))
     }
 
-    /// From the crossing's middle to where an approach ends, m.
+    /// Distance from the crossing's middle to the end of an approach, m.
     pub(super) fn junction_m(&self, approach: u32) -> f64 {
         self.kerb_m(approach + 1) + CORNER_M
     }
 
-    /// Where along its path the first one waits, m.
+    /// Position of the stop line along the path of a lane, m.
     pub(super) fn stop_line_m(&self, lane: Lane) -> f64 {
         APPROACH_M - self.junction_m(lane.approach) - 1.0
     }
@@ -111,7 +111,7 @@ pub(super) fn rotated(along_m: f64, left_m: f64, approach: u32) -> Pose {
     Pose { x, y, yaw: frame.yaw }
 }
 
-/// A length between two.
+/// A uniform length between two.
 pub(super) fn between(rng: &mut ChaCha8Rng, (low, high): (f64, f64)) -> f64 {
     uniform(rng, low, high)
 }

@@ -1,4 +1,4 @@
-//! Vehicles in lanes. All vehicles of a lane drive alike, one behind the other, so that none meets another.
+//! Vehicles in lanes. All vehicles of a lane have the same motion, one behind the other, so that they never collide.
 
 use crate::data::dataset::synthetic::actor::{Actor, Motion};
 use crate::data::dataset::synthetic::body::Body;
@@ -9,27 +9,27 @@ use v2x_agent::random::{chance, standard_normal, weighted};
 use v2x_agent::world::profile::{Profile, speed_change_distance_m};
 use v2x_common::class::Class;
 
-/// How far before the crossing's middle agent 1 is at the beginning, m.
+/// Range of agent 1's initial distance to the crossing's middle, m.
 const EGO_BEFORE_M: (f64, f64) = (15.0, 110.0);
 const EGO_SIZE_M: [f64; 2] = [1.73, 4.08];
-/// Where vehicles are at the beginning, along their lanes, m.
+/// Range of the vehicles' initial positions along their lanes, m.
 const FIRST_M: f64 = 60.0;
 const LAST_M: f64 = 400.0;
-/// Standard deviation of where in its lane a vehicle drives, m.
+/// Standard deviation of a vehicle's lateral offset in its lane, m.
 const ASIDE_M: f64 = 0.15;
-/// Longest wait at a signal within a scene, s.
+/// Longer than every scene, s.
 const LONG_S: f64 = 1000.0;
 
-/// How a whole lane drives.
+/// The motion of all vehicles of a lane.
 #[derive(Clone, Debug)]
 struct Flow {
     turn: Turn,
     profile: Profile,
-    /// Between the vehicles, m.
+    /// Range of the gaps between vehicles, m.
     gaps_m: (f64, f64),
-    /// Share of the places that are taken.
+    /// Share of occupied places.
     density: f64,
-    /// Where the first vehicle ends up, if the lane waits: m along the path, and how far it drives until then.
+    /// Where the first vehicle stops, if the lane waits: m along the path, and the distance driven until then.
     waits_at: Option<(f64, f64)>,
 }
 
@@ -77,7 +77,7 @@ fn flow(streets: &Streets, lane: Lane, rng: &mut ChaCha8Rng) -> Flow {
 
 fn driving(streets: &Streets, lane: Lane, density: f64, rng: &mut ChaCha8Rng) -> Flow {
     let is_outermost = lane.place + 1 == streets.lanes_of(lane.approach);
-    // Who turns left cuts opposite traffic: only where that waits.
+    // A left turn crosses opposite traffic: it is allowed only while that waits.
     let turns_left = streets.phase == Phase::OwnGreen && lane.place == 0 && chance(rng, 0.5);
     if turns_left || (is_outermost && chance(rng, 0.25)) {
         let turn = if turns_left { Turn::Left } else { Turn::Right };
@@ -103,8 +103,8 @@ fn stopping(streets: &Streets, lane: Lane, density: f64, rng: &mut ChaCha8Rng) -
     Flow { turn: Turn::Straight, profile, gaps_m: (2.5, 6.0), density, waits_at }
 }
 
-/// The vehicles of a lane; agent 1 first, where it is there, `own` m along the path or, in a lane that waits, not
-/// further than the line lets it.
+/// The vehicles of a lane. Agent 1 is the first where it is in this lane: `own` m along the path, or behind the stop line
+/// in a lane that waits.
 fn platoon(
     streets: &Streets,
     lane: Lane,
@@ -125,7 +125,7 @@ fn platoon(
     if let Some(own_m) = own {
         actors.push(place(ego_body, own_m, rng));
     }
-    // From the front backwards; what would touch agent 1 is left out.
+    // From the front backwards. A vehicle that would touch agent 1 is left out.
     let mut front_m = front_m;
     while front_m > FIRST_M {
         let body = Body::driving(rng);

@@ -3,7 +3,7 @@ use crate::data::fixture::agent;
 use crate::report::plot::scene::TrueBox;
 use v2x_common::time::Span;
 
-/// A crossing with parked and driving cars, made up by a small generator.
+/// A synthetic crossing with parked and driving cars.
 fn scene() -> BevScene {
     let mut state = 12_345u64;
     let mut noise = |scale: f64| {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 
-/// What nuScenes evaluates tracking on, in its order.
+/// The classes of nuScenes' tracking evaluation, in its order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TrackingClass {
@@ -15,7 +15,7 @@ pub enum TrackingClass {
     Car,
     /// Motorcycles.
     Motorcycle,
-    /// People on foot.
+    /// Pedestrians.
     Pedestrian,
     /// Trailers.
     Trailer,
@@ -24,7 +24,7 @@ pub enum TrackingClass {
 }
 
 impl TrackingClass {
-    /// All seven.
+    /// All classes.
     pub const ALL: [Self; 7] =
         [Self::Bicycle, Self::Bus, Self::Car, Self::Motorcycle, Self::Pedestrian, Self::Trailer, Self::Truck];
 

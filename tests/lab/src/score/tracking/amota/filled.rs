@@ -1,4 +1,4 @@
-//! Scenes as the devkit loads them: one score for each track, holes filled.
+//! Scenes as the devkit loads them: one score for each track, gaps interpolated.
 
 use crate::score::tracking::amota::TrackingClass;
 use crate::score::tracking::indexed::{Indexed, Spot};
@@ -41,7 +41,7 @@ impl Filled {
         Self { truth, reported }
     }
 
-    /// One class.
+    /// The boxes of one class.
     pub(super) fn indexed(&self, class: TrackingClass, radius_m: f64) -> Indexed {
         let spots = |boxes: &Vec<Classed>| {
             boxes.iter().filter(|one| one.class == class).map(|one| one.spot).collect::<Vec<_>>()
@@ -67,7 +67,7 @@ fn average_scores(instants: &mut [Vec<Classed>]) {
     }
 }
 
-/// Puts boxes between where an id is lost and where it is found again, after those that are there.
+/// Adds boxes between the end of an id and its next beginning, after the other boxes.
 fn fill(instants: &mut [Vec<Classed>]) {
     let mut by_id: BTreeMap<u64, (usize, Vec<(usize, Classed)>)> = BTreeMap::new();
     for (instant, one) in
@@ -76,7 +76,7 @@ fn fill(instants: &mut [Vec<Classed>]) {
         let n_ids = by_id.len();
         by_id.entry(one.spot.id).or_insert_with(|| (n_ids, vec![])).1.push((instant, *one));
     }
-    // In the order in which ids come first: where two objects remember one track, it decides.
+    // In the order of first appearance: it decides where two objects have the same last track.
     let mut lives: Vec<_> = by_id.into_values().collect();
     lives.sort_unstable_by_key(|(number, _)| *number);
     for ends in lives.iter().flat_map(|(_, life)| life.windows(2)) {
@@ -87,12 +87,12 @@ fn fill(instants: &mut [Vec<Classed>]) {
     }
 }
 
-/// The devkit weighs the *right* end by how far it is away (`interpolate_tracks`), which turns a hole of two instants
-/// or more around. Its figures are the ones to be had, so this does it too.
+/// The devkit weighs the right end by its distance (`interpolate_tracks`), which reverses a gap of two instants or more.
+/// This does the same, so that the figures agree with the devkit's.
 #[expect(clippy::cast_precision_loss, reason = "numbers of instants")]
 fn between(left: (usize, Classed), right: (usize, Classed), instant: usize) -> Classed {
     let weight = (right.0 - instant) as f64 / (right.0 - left.0) as f64;
-    // Of equal scores, too: a threshold is often just a track's score, and rounding then decides.
+    // Also for equal scores: a threshold is often exactly a track's score, so that rounding decides.
     let mixed = |left: f64, right: f64| (1.0 - weight) * left + weight * right;
     let (from, to) = (&left.1.spot, &right.1.spot);
     let spot = Spot {

@@ -2,9 +2,9 @@
 //!
 //! nuscenes-devkit, `eval/tracking/{evaluate,algo,loaders}.py` with `tracking_nips_2019.json`; AMOTA is of Weng et
 //! al., "3D multi-object tracking: a baseline and new evaluation metrics", IROS 2020. Each track has the mean of its
-//! scores; the scores of what is matched without any threshold give a threshold for each of 40 recalls; CLEAR MOT is
-//! counted at each. Of all scenes at once: counts add up at each threshold, means over thresholds and classes come
-//! last. What the devkit leaves out for the range or for want of lidar points, the caller leaves out.
+//! scores. The scores of boxes that are matched without a threshold give a threshold for each of 40 recalls. CLEAR MOT is
+//! counted at each, over all scenes. Means over thresholds and classes come last. The caller leaves out the boxes that
+//! the devkit leaves out for range or missing lidar points.
 
 mod classes;
 mod filled;
@@ -19,7 +19,7 @@ use crate::score::tracking::sequence::{GATE_M, Sequence};
 use filled::Filled;
 use thresholds::{N_RECALLS, score_thresholds};
 
-/// What AMOTP takes for a recall that is not achieved, m (`metric_worst` of the devkit's configuration).
+/// AMOTP's value for a recall that is not achieved, m (`metric_worst` of the devkit's configuration).
 const WORST_MOTP_M: f64 = 2.0;
 
 /// Figures of one class.
@@ -35,7 +35,7 @@ pub struct ClassScore {
     pub best: Option<Clear>,
 }
 
-/// Figures of the classes of which there is anything.
+/// Figures of the classes with true boxes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NuscenesScore {
     /// In nuScenes' order.
@@ -43,7 +43,7 @@ pub struct NuscenesScore {
 }
 
 impl NuscenesScore {
-    /// Of these scenes.
+    /// The figures of these scenes.
     pub fn of(scenes: &[Sequence]) -> Self {
         let filled: Vec<Filled> = scenes.iter().map(Filled::of).collect();
         let class = |class| class_score(&filled, class).map(|score| (class, score));
@@ -90,7 +90,7 @@ impl ClassScore {
     }
 }
 
-/// `None` where nothing of the class is there.
+/// `None` if the class has no true boxes.
 #[expect(clippy::cast_precision_loss, reason = "40 recalls")]
 fn class_score(scenes: &[Filled], class: TrackingClass) -> Option<ClassScore> {
     let scenes: Vec<Indexed> = scenes.iter().map(|scene| scene.indexed(class, GATE_M)).collect();
@@ -104,7 +104,7 @@ fn class_score(scenes: &[Filled], class: TrackingClass) -> Option<ClassScore> {
     for clear in counts {
         motar_sum += clear.as_ref().map_or(0.0, motar);
         motp_sum += clear.as_ref().map_or(WORST_MOTP_M, motp_m);
-        // Of equally good ones the first, which has the highest recall.
+        // The first of equal ones has the highest recall.
         let mota = |clear: &Option<Clear>| clear.as_ref().map(clipped_mota);
         if mota(&clear) > mota(&best) {
             best = clear;
@@ -121,7 +121,7 @@ fn counts_at(scenes: &[Indexed], thresholds: &[Option<f64>; N_RECALLS]) -> [Opti
         let mut last: Option<(f64, Clear)> = None;
         for (sum, threshold) in counts.iter_mut().zip(thresholds) {
             let (Some(sum), Some(threshold)) = (sum, threshold) else { continue };
-            // Neighbouring recalls often have one threshold.
+            // Neighbouring recalls often have the same threshold.
             let clear = match last {
                 Some((same, clear)) if same == *threshold => clear,
                 _ => correspond(scene, GATE_M, *threshold, |_| ()),
@@ -133,7 +133,7 @@ fn counts_at(scenes: &[Indexed], thresholds: &[Option<f64>; N_RECALLS]) -> [Opti
     counts
 }
 
-/// The scores of what is matched without a threshold; as in the devkit, switches are left out.
+/// The scores of boxes that are matched without a threshold. Switches are left out, as in the devkit.
 fn matched_scores(scenes: &[Indexed]) -> Vec<f64> {
     let mut scores = vec![];
     for scene in scenes {
@@ -156,8 +156,8 @@ fn motp_m(clear: &Clear) -> f64 {
     clear.motp_m().unwrap_or(WORST_MOTP_M)
 }
 
-/// MOTA among what is recalled, not below 0: max(0, 1 − (IDS + FP + FN − (1 − r) P) / (r P)) with the recall r of
-/// matches. (1 − r) P is FN + IDS, so only false positives are left.
+/// MOTA relative to the recall r of matches, not below 0: max(0, 1 − (IDS + FP + FN − (1 − r) P) / (r P)). (1 − r) P is
+/// FN + IDS, so that only false positives are left.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 fn motar(clear: &Clear) -> f64 {
     if clear.matches() == 0 {

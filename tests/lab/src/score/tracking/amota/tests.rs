@@ -6,7 +6,7 @@ use v2x_common::class::Class;
 const CAR: TrackingClass = TrackingClass::Car;
 
 #[test]
-fn what_is_told_exactly_scores_1() {
+fn estimates_equal_to_the_truth_score_1() {
     let exact: Xs = (&[(0, 0.0), (1, 9.0)], &[(7, 0.0), (8, 9.0)]);
     let scene = sequence(&[exact; 10]);
     let score = NuscenesScore::of(&[scene.clone(), scene]);
@@ -16,7 +16,7 @@ fn what_is_told_exactly_scores_1() {
 }
 
 #[test]
-fn recalls_that_are_not_achieved_cost_all_of_motar_and_two_metres() {
+fn recalls_that_are_not_reached_count_with_motar_zero_and_two_metres() {
     let missed: Xs = (&[(0, 0.0)], &[]);
     let found: Xs = (&[(0, 0.0)], &[(7, 1.0)]);
     // Recall 0.5: of the 40 recalls from 0.1 by 0.9 / 39 the first 18.
@@ -34,7 +34,7 @@ fn a_false_track_of_low_score_costs_only_the_recalls_that_need_it() {
         reported: vec![scored(7, 0.0, 0.9), scored(8, 9.0, 0.3), scored(9, 30.0, 0.5)],
     };
     let score = NuscenesScore::of(&[Sequence::new(vec![both; 4]).unwrap()]);
-    // Up to recall 0.5 the second object's track is not needed, beyond it the false one costs a half.
+    // Up to recall 0.5 the second object's track is not needed. Beyond it the false track costs a half.
     let amota = score.amota().unwrap();
     assert!((0.5 * 22.0 / 40.0 + 18.0 / 40.0 - amota).abs() < 0.05, "{amota}");
     assert!(amota < 1.0 && amota > 0.5);
@@ -48,7 +48,7 @@ fn the_score_of_a_track_is_the_mean_of_its_boxes() {
     };
     let of = |scores: [f64; 2]| {
         let mut instants: Vec<_> = scores.map(|score| scored(0.0, score)).to_vec();
-        // A false track of score 0.5, always.
+        // A false track with a score of 0.5 at both instants.
         instants
             .iter_mut()
             .for_each(|one| one.reported.push(ReportedBox { score: 0.5, ..reported(8, 50.0) }));
@@ -59,7 +59,7 @@ fn the_score_of_a_track_is_the_mean_of_its_boxes() {
 }
 
 #[test]
-fn holes_in_tracks_are_filled_whatever_class_they_end_in() {
+fn gaps_in_tracks_are_filled_whatever_the_class_after_them() {
     let mut bus = instant(&[(0, 0.0)], &[(7, 0.0)]);
     bus.reported[0].class = Class::RigidBus;
     let car = instant(&[(0, 0.0)], &[(7, 0.0)]);

@@ -1,8 +1,8 @@
-//! Which scores give which recalls.
+//! Score thresholds by recall.
 
 /// Recalls that AMOTA is a mean over.
 pub(super) const N_RECALLS: usize = 40;
-/// The lowest of them; below, figures are noise.
+/// The lowest of them. Figures at lower recalls are noisy.
 const MIN_RECALL: f64 = 0.1;
 
 /// The recalls: from 0.1 to 1 in equal steps, to twelve digits.
@@ -12,8 +12,8 @@ fn recall(place: usize) -> f64 {
     libm::rint((MIN_RECALL + step * place as f64) * 1e12) / 1e12
 }
 
-/// For each recall, highest first, the score from which boxes are to be kept; `None` for those that are not
-/// achieved. `scores` are those of matched boxes among `objects` true ones.
+/// For each recall, highest first, the score threshold; `None` if the recall is not achieved. `scores` are those of
+/// matched boxes, `objects` is the number of true ones.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 pub(super) fn score_thresholds(mut scores: Vec<f64>, objects: u64) -> [Option<f64>; N_RECALLS] {
     scores.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -25,7 +25,7 @@ pub(super) fn score_thresholds(mut scores: Vec<f64>, objects: u64) -> [Option<f6
         if recall > achieved(last) {
             return None;
         }
-        // The first that has more: it lies between that one and the one before.
+        // The first one with a higher recall: the threshold is between that one and the one before.
         let mut after = (recall * objects as f64) as usize;
         while after > 0 && achieved(after - 1) > recall {
             after -= 1;
@@ -37,7 +37,7 @@ pub(super) fn score_thresholds(mut scores: Vec<f64>, objects: u64) -> [Option<f6
             return Some(scores[0]);
         }
         let (before, from) = (scores[after - 1], achieved(after - 1));
-        // As numpy interpolates: equal scores are to give just that score.
+        // Interpolated as in numpy, so that equal scores give exactly that score.
         Some(if after > last || from == recall {
             before
         } else {
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recall_is_given_by_the_score_of_the_box_that_reaches_it() {
+    fn the_threshold_of_a_recall_is_the_score_of_the_box_that_reaches_it() {
         // Ten objects, all matched, with scores 1, 0.9, … 0.1.
         let scores = (1..=10).map(|k| f64::from(k) / 10.0).collect();
         let thresholds = score_thresholds(scores, 10);

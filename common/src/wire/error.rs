@@ -1,0 +1,98 @@
+//! Errors of encoding and decoding.
+
+use crate::detection::InvalidValue;
+use crate::id::NameError;
+use crate::sensor::InvalidDescription;
+
+/// The version that this code writes. A hub reads this one and the one before, where there is one.
+pub const VERSION: u8 = 1;
+
+/// Why a payload cannot be decoded, or a frame cannot be encoded.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WireError {
+    /// The payload ends too early.
+    #[error("truncated payload")]
+    Truncated,
+    /// Bytes remain after the end of the payload.
+    #[error("{0} bytes trail the payload")]
+    Trailing(usize),
+    /// A version that this code does not read.
+    #[error("wire version {0}, this end reads version {VERSION}")]
+    UnknownVersion(u8),
+    /// Another kind of payload than expected.
+    #[error("payload kind {0:#04x} where {1:?} was expected")]
+    WrongKind(u8, char),
+    /// A flag that this version does not define.
+    #[error("unknown flags {0:#04x}")]
+    UnknownFlags(u8),
+    /// A class byte beyond the table.
+    #[error("unknown class byte {0}")]
+    UnknownClass(u8),
+    /// An integer or a text is not valid postcard.
+    #[error("malformed postcard: {0}")]
+    Postcard(postcard::Error),
+    /// Not a valid name.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// A list longer than allowed.
+    #[error("{count} {what}, at most {limit}")]
+    TooMany {
+        /// The kind of item.
+        what: &'static str,
+        /// The number found.
+        count: u64,
+        /// The largest number allowed.
+        limit: usize,
+    },
+    /// A number in a frame that is not finite or outside of its limits.
+    #[error(transparent)]
+    InvalidValue(#[from] InvalidValue),
+    /// A number in a sensor description that is not finite or outside of its limits.
+    #[error(transparent)]
+    Description(#[from] InvalidDescription),
+    /// A reference to an agent that the frame does not list.
+    #[error("reference to an agent that the frame does not list")]
+    UnlistedAgent,
+    /// Not JSON, or a field is missing, unknown or of the wrong type.
+    #[error("JSON: {0}")]
+    Json(String),
+    /// A value that the wire cannot represent.
+    #[error("{field} = {value} does not fit on the wire")]
+    NotEncodable {
+        /// The field's name.
+        field: &'static str,
+        /// The value found.
+        value: f64,
+    },
+}
+
+impl WireError {
+    /// A short name of the cause, for counting. Names do not change.
+    pub const fn reason(&self) -> &'static str {
+        match self {
+            Self::Truncated => "truncated",
+            Self::Trailing(_) => "trailing_bytes",
+            Self::UnknownVersion(_) => "unknown_version",
+            Self::WrongKind(..) => "wrong_kind",
+            Self::UnknownFlags(_) => "unknown_flags",
+            Self::UnknownClass(_) => "unknown_class",
+            Self::Postcard(_) => "malformed",
+            Self::Name(_) => "bad_name",
+            Self::TooMany { .. } => "too_many",
+            Self::InvalidValue(_) => "absurd_value",
+            Self::Description(_) => "bad_description",
+            Self::UnlistedAgent => "unlisted_agent",
+            Self::Json(_) => "bad_json",
+            Self::NotEncodable { .. } => "not_encodable",
+        }
+    }
+}
+
+impl From<postcard::Error> for WireError {
+    fn from(error: postcard::Error) -> Self {
+        match error {
+            postcard::Error::DeserializeUnexpectedEnd => Self::Truncated,
+            other => Self::Postcard(other),
+        }
+    }
+}
