@@ -119,7 +119,7 @@ fn the_nis_of_an_agent_that_states_half_its_error_is_larger() {
     let mut engine = engine();
     for k in 0..400_u32 {
         let ms = 50 * i64::from(k);
-        for (name, true_sigma) in [("correct", SIGMA_M), ("bold", 2.0 * SIGMA_M)] {
+        for (name, true_sigma) in [("correct", SIGMA_M), ("biased", 2.0 * SIGMA_M)] {
             let errors = [0, 1, 2]
                 .map(|object| (object, (true_sigma * normal(&mut rng), true_sigma * normal(&mut rng))));
             let detections = errors.map(|(object, error)| detection(object, at(ms), error)).to_vec();
@@ -127,7 +127,7 @@ fn the_nis_of_an_agent_that_states_half_its_error_is_larger() {
         }
     }
     let nis = |name| engine.agents().record(&agent(name)).and_then(|record| record.statistics.nis_per_dof());
-    let (consistent, overconfident) = (nis("correct").expect("measured"), nis("bold").expect("measured"));
+    let (consistent, overconfident) = (nis("correct").expect("measured"), nis("biased").expect("measured"));
     // Below 1: these cars keep their speed better than the model assumes.
     assert!((0.5..1.2).contains(&consistent), "{consistent}");
     assert!(overconfident > 1.8 * consistent, "{overconfident} against {consistent}");

@@ -154,22 +154,22 @@ fn admission_uses_the_corrected_time_and_keeps_ids_and_stamps() {
     let again = traffic.engine.handle_frame(&shifted, latest);
     assert!(matches!(again, Disposition::Refused(Refusal::Duplicate { .. })), "{again:?}");
     let includes = &traffic.engine.fused(latest).includes;
-    let named = includes.iter().find(|one| one.frame == shifted.id).expect("it was let in");
+    let named = includes.iter().find(|one| one.frame == shifted.id).expect("it was accepted");
     assert_eq!(named.captured_at, shifted.captured_at);
 }
 
 #[test]
 fn an_absurd_declaration_keeps_all_estimates_finite() {
     let absurd = Accuracy { position_m: 1e300, yaw_rad: f64::MAX, clock_s: f64::INFINITY };
-    let liar = Observer { accuracy: absurd, ..Observer::vehicle("liar", ALL) };
-    let observers = vec![Observer::unit(), liar, Observer::vehicle("car", Bias::ZERO)];
+    let extreme = Observer { accuracy: absurd, ..Observer::vehicle("extreme", ALL) };
+    let observers = vec![Observer::unit(), extreme, Observer::vehicle("car", Bias::ZERO)];
     let mut traffic = Traffic::new(Registration::Correct, rings(10), observers, 10);
     traffic.run(10);
     let car = traffic.registration_of("car");
     assert!(car.observable.position && car.applied == Bias::ZERO, "{car:?}");
-    let liar = traffic.registration_of("liar");
-    assert!((liar.bias.clock_s - ALL.clock_s).abs() < 3.0 * liar.sigma.clock_s, "{liar:?}");
-    assert!(liar.sigma.dx_m < 0.5, "{liar:?}");
+    let extreme = traffic.registration_of("extreme");
+    assert!((extreme.bias.clock_s - ALL.clock_s).abs() < 3.0 * extreme.sigma.clock_s, "{extreme:?}");
+    assert!(extreme.sigma.dx_m < 0.5, "{extreme:?}");
 }
 
 fn assert_within_declared(traffic: &Traffic) {

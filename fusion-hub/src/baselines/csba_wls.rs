@@ -4,7 +4,7 @@
 //! least combined cost. Its window of 100 ms is the caller's: its frames are one instant here.
 
 use super::pairing::fold;
-use super::{Fused, Report};
+use super::report::{Fused, Report};
 use crate::association::csba::{CsbaWeights, pair_cost};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};

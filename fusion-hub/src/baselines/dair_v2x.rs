@@ -2,7 +2,7 @@
 
 use super::mean::mean;
 use super::pairing::{distance_within, fold};
-use super::{Fused, Report};
+use super::report::{Fused, Report};
 
 /// Largest distance of centres in a pair, m (paper, Table I; the code has none).
 const REACH_M: f64 = 3.0;

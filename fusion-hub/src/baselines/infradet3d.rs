@@ -2,7 +2,7 @@
 
 use super::mean::mean;
 use super::pairing::{distance_within, fold};
-use super::{Fused, Report};
+use super::report::{Fused, Report};
 use crate::values::Measurement;
 
 /// Largest distance of centres in a pair, m (the authors' default, and the paper's).

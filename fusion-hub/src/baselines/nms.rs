@@ -1,6 +1,6 @@
 //! Non-maximum suppression (METHODS.md 1 and 4): OpenCOOD's `nms_rotated`, with IoU or GIoU.
 
-use super::{Fused, Report, bev, pooled};
+use super::report::{Fused, Report, bev, pooled};
 use crate::values::overlap::Footprint;
 
 /// How overlap is measured.

@@ -1,6 +1,6 @@
 //! Pairs of two lists: as many as there can be, then at least cost.
 
-use super::{Fused, Member, Report, listed};
+use super::report::{Fused, Member, Report, listed};
 use crate::association::assignment::{Assigner, Candidate};
 
 /// Cost of a forbidden pair, which the authors of InfraDet3D (999999) and of DAIR-V2X (1e6) give to scipy's

@@ -1,6 +1,6 @@
 //! Promotion-suppression aggregation (Xu 2023; METHODS.md 2): model_anostic's `aggregation`.
 
-use super::{Fused, Member, Report, bev, listed};
+use super::report::{Fused, Member, Report, bev, listed};
 use crate::values::overlap::Footprint;
 
 /// Boxes whose centres are this far apart are not compared, m.

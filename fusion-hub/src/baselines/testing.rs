@@ -1,6 +1,6 @@
 //! Reports for the tests of the rules.
 
-use super::Report;
+use super::report::Report;
 use crate::values::Measurement;
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;

@@ -1,7 +1,7 @@
 //! Weighted box fusion (Solovyev 2021; METHODS.md 3): `ensemble_boxes_wbf.py`, over rotated boxes.
 
 use super::mean::mean;
-use super::{Fused, Report, bev, pooled};
+use super::report::{Fused, Report, bev, pooled};
 use crate::values::overlap::Footprint;
 
 /// A cluster of reports.

@@ -7,7 +7,7 @@ use crate::tracker::{Assigned, TrackStore};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
-/// A track with more candidates in a frame than this says nothing about duplicates.
+/// A track with more candidates in a frame than this gives no evidence of duplicates.
 const MAX_CANDIDATES: usize = 8;
 /// How often pairs of deleted tracks are forgotten. Track ids never come back, so it only saves memory.
 const FORGET_EVERY: Span = Span::from_millis(5000);
@@ -28,7 +28,7 @@ impl Default for Duplicates {
 }
 
 impl Duplicates {
-    /// Takes in an assignment.
+    /// Adds the evidence of an assignment.
     ///
     /// Two tracks compete where a detection of one could have been of the other. Their distance does not matter: two
     /// tracks that share the detections of one object, each taking the nearer ones, drift further apart than their

@@ -2,8 +2,8 @@
 //!
 //! An outlying detection initiates a second track beside that of its object, and from then on the two share the object's
 //! detections. A frame that covers two objects mostly holds a detection of each; a frame that covers one object with two
-//! tracks holds one. A track that is unlikely to be detected, since its object seems to be gone, says nothing: it must
-//! not take over the object that has come to its place.
+//! tracks holds one. A track that is unlikely to be detected, since its object seems to be gone, adds no evidence: it
+//! must not take over an object that has come to its place.
 
 use crate::track::FrameSlot;
 use crate::values::AgentSlot;
@@ -42,7 +42,7 @@ impl Weights {
         let at_least_one = 1.0 - (1.0 - p) * (1.0 - q);
         let both_of_two = p * q / at_least_one;
         Self {
-            // Whatever a sensor declares, one detection never speaks for two objects, nor two for one.
+            // For any declared sensor, one detection is no evidence for two objects, nor two for one.
             one_detected: libm::log((1.0 - BOTH_DETECTED_OF_ONE) / (1.0 - both_of_two)).max(0.0),
             both_detected: libm::log(BOTH_DETECTED_OF_ONE / both_of_two).min(0.0),
         }
@@ -56,7 +56,7 @@ pub(super) struct CompetingPair {
     pub(super) tracks: [TrackId; 2],
     /// Whether the frame holds a detection of each.
     pub(super) both_detected: bool,
-    /// What that says.
+    /// The evidence of the frame.
     pub(super) weights: Weights,
 }
 
@@ -97,7 +97,7 @@ struct Noted {
 }
 
 impl SequentialTest {
-    /// Takes in what a frame holds of two competing tracks, both covered. The pair, the older track first, if it is one
+    /// Adds the evidence of a frame about two competing tracks, both covered. The pair, the older track first, if it is one
     /// object by now.
     ///
     /// An agent that mostly detects both has a veto: to other agents one of two objects may be occluded by the other in

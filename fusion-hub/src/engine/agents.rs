@@ -10,7 +10,7 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
 
-/// Most agents that a hub knows.
+/// Most agents of a hub.
 pub const MAX_AGENTS: usize = 1024;
 /// Most frames of one agent within Δmax.
 pub const MAX_FRAMES_WITHIN_DELTA_MAX: usize = 4096;
@@ -70,7 +70,7 @@ impl AgentRecord {
         }
     }
 
-    /// What a fused frame says of it.
+    /// Its entry in a fused frame.
     pub fn health(&self, agent: AgentId) -> AgentHealth {
         AgentHealth {
             agent,

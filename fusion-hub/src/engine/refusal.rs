@@ -13,9 +13,9 @@ pub enum Refusal {
     /// The payload names another agent than the key.
     #[error("the payload names agent {payload}, the key names {key}")]
     AgentMismatch {
-        /// Who the payload says sent it.
+        /// The agent in the payload.
         payload: AgentId,
-        /// Who the key says sent it.
+        /// The agent in the key.
         key: AgentId,
     },
     /// The positions are in another coordinate frame.

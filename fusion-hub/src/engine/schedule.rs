@@ -12,7 +12,7 @@ pub enum PublishMode {
         /// Shortest time between two: updates that come faster share one.
         min_interval: Span,
     },
-    /// At a fixed rate, whatever comes.
+    /// At a fixed rate.
     Fixed {
         /// Time between two fused frames.
         interval: Span,

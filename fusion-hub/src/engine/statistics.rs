@@ -36,8 +36,8 @@ impl AgentStatistics {
     }
 
     /// Mean normalised innovation squared of its positions for each degree of freedom, since the start: 1 where the
-    /// agent's stated covariance and the tracks' are honest, more where it states too small ones. Only innovations
-    /// within the gate are associated and counted, so even honest agents stay slightly below.
+    /// agent's stated covariance and the tracks' are consistent, more where it states too small ones. Only innovations
+    /// within the gate are associated and counted, so even consistent agents stay slightly below.
     pub fn nis_per_dof(&self) -> Option<f64> {
         per_dof(&self.innovations)
     }

@@ -1,27 +1,17 @@
 //! Smoothing of the constant-velocity filter: exactly (Rauch, Tung & Striebel 1965).
 
 use super::retrodiction::{Later, Square, retrodicted};
-use super::{Cross, Heading, Kinematic, Size, State};
+use super::{Cross, Heading, Kinematic, Size};
 use v2x_common::covariance::Covariance2;
 use v2x_common::fused::KINEMATIC_INDEX;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
-/// The smoothed state, given the state `predicted` from it for a later time and the smoothed state of that time.
-pub(super) fn smoothed(filtered: &State, predicted: &State, later: &State) -> State {
-    State {
-        at: filtered.at,
-        kinematic: kinematic(
-            &filtered.kinematic,
-            (predicted.at - filtered.at).as_secs_f64(),
-            (&predicted.kinematic, &later.kinematic),
-        ),
-        width: size(&filtered.width, &predicted.width, &later.width),
-        depth: size(&filtered.depth, &predicted.depth, &later.depth),
-        heading: heading(&filtered.heading, &predicted.heading, &later.heading),
-    }
-}
-
-fn kinematic(filtered: &Kinematic, dt_s: f64, (predicted, later): (&Kinematic, &Kinematic)) -> Kinematic {
+/// The smoothed position and velocity, given those `predicted` for a time `dt_s` later and the smoothed ones of that time.
+pub(super) fn kinematic(
+    filtered: &Kinematic,
+    dt_s: f64,
+    (predicted, later): (&Kinematic, &Kinematic),
+) -> Kinematic {
     let covariance = dense(filtered);
     // P Fᵀ with x' = x + T v.
     let cross = covariance.map(|[x, y, vx, vy]| [x + dt_s * vx, y + dt_s * vy, vx, vy]);
@@ -68,13 +58,15 @@ fn walk(variance: f64, predicted: f64, (shift, later): (f64, f64)) -> (f64, f64)
     (gain * shift, variance * (1.0 - gain) + gain * gain * later)
 }
 
-fn size(filtered: &Size, predicted: &Size, later: &Size) -> Size {
+/// The smoothed size.
+pub(super) fn size(filtered: &Size, predicted: &Size, later: &Size) -> Size {
     let known = (later.mean - predicted.mean, later.variance);
     let (shift, variance) = walk(filtered.variance, predicted.variance, known);
     Size { mean: filtered.mean + shift, variance }
 }
 
-fn heading(filtered: &Heading, predicted: &Heading, later: &Heading) -> Heading {
+/// The smoothed heading.
+pub(super) fn heading(filtered: &Heading, predicted: &Heading, later: &Heading) -> Heading {
     let known = (angle_difference(later.mean, predicted.mean), later.variance);
     let (shift, variance) = walk(filtered.variance, predicted.variance, known);
     Heading { mean: wrap_angle(filtered.mean + shift), variance }
@@ -83,7 +75,7 @@ fn heading(filtered: &Heading, predicted: &Heading, later: &Heading) -> Heading 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::filter::{Filter, MotionParams};
+    use crate::filter::{Filter, MotionParams, State};
     use crate::values::Measurement;
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;

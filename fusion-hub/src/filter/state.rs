@@ -90,7 +90,18 @@ impl Filter for State {
         if later.at == self.at {
             return *later;
         }
-        smoothing::smoothed(self, &self.predicted(later.at, class), later)
+        let predicted = self.predicted(later.at, class);
+        Self {
+            at: self.at,
+            kinematic: smoothing::kinematic(
+                &self.kinematic,
+                (predicted.at - self.at).as_secs_f64(),
+                (&predicted.kinematic, &later.kinematic),
+            ),
+            width: smoothing::size(&self.width, &predicted.width, &later.width),
+            depth: smoothing::size(&self.depth, &predicted.depth, &later.depth),
+            heading: smoothing::heading(&self.heading, &predicted.heading, &later.heading),
+        }
     }
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! What every way of fusing is to the engine.
+//! The interface of fusion methods to the engine.
 
 use crate::publish::ObjectList;
 use crate::registration::{SharedObject, Source};
@@ -8,7 +8,7 @@ use crate::values::{AgentNames, AgentSlot, Coverage, SensorModel};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::time::Timestamp;
 
-/// A way of making one list of objects of what agents detect: tracking, a rule for the frames of one window, or a
+/// A method that makes one list of objects from the agents' detections: tracking, a rule for the frames of one window, or a
 /// method of your own ([`Engine::with_method`](crate::engine::Engine::with_method)).
 ///
 /// Time comes in as an argument. A method that reads no clock and draws no unseeded random numbers gives the same bits

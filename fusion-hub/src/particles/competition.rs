@@ -1,6 +1,6 @@
 //! Which tracks compete for which reports: connected components of the candidate pairs.
 
-use super::{NONE, as_u32, length};
+use super::places::{NONE, as_u32, length};
 
 /// A pair and its cost (−2 ln p), below 0.
 #[derive(Clone, Copy, Debug)]

@@ -3,13 +3,18 @@
 use super::ancestors::Ancestors;
 use super::chance::Chance;
 use super::competition::{Competition, Edge, Row};
-use super::{NONE, Outcome, PATIENCE, Version, as_index, as_u32};
+use super::hypothesis::{Outcome, Version};
+use super::places::{NONE, as_index, as_u32};
 use crate::association::assignment::Assigner;
 use crate::values::ParticleSet;
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
 /// How far a draw strays from the optimum: the scale of a Gumbel variable in −ln p (METHODS.md 14).
 const TEMPERATURE: f64 = 0.8;
+
+/// Time without evidence between hypotheses after which only the leading one is kept: reports do not show their
+/// difference.
+const PATIENCE: Span = Span::from_millis(2000);
 
 /// The component and its buffers. Tables have a line for each particle and a column for each row.
 #[derive(Debug)]

@@ -38,37 +38,31 @@ mod ancestors;
 mod chance;
 mod competition;
 mod component;
+mod hypothesis;
+mod places;
+
+pub(crate) use hypothesis::{Outcome, Version};
 
 use crate::association::{Associator, likelihood};
 use crate::values::{MAX_PARTICLES, Measurement, ParticleSet, PredictedMeasurement};
 use chance::Chance;
 use competition::{Competition, Edge};
 use component::Component;
-use v2x_common::id::{FrameId, TrackId};
-use v2x_common::time::{Span, Timestamp};
+use places::{as_index, as_u32};
+use v2x_common::id::FrameId;
+use v2x_common::time::Timestamp;
 
-/// A version of a track that the frame can concern.
+/// A frame and what the tracks predict of it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Version {
-    /// The track.
-    pub(crate) track: TrackId,
-    /// The particles that hold it.
-    pub(crate) holders: ParticleSet,
-    /// Time of the last change of hypotheses of the track.
-    pub(crate) disputed_at: Timestamp,
-}
-
-/// Particles that hold a version, and the report that they assign to it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Outcome {
-    /// The version's place among those expected.
-    pub(crate) col: u32,
-    /// Its report in the frame.
-    pub(crate) report: Option<u16>,
-    /// The particles that hold it after the frame.
-    pub(crate) holders: ParticleSet,
-    /// Time of the last change of hypotheses of the track.
-    pub(crate) disputed_at: Timestamp,
+pub(crate) struct PredictedFrame<'a> {
+    /// Id of the frame: it seeds the random numbers.
+    pub(crate) id: &'a FrameId,
+    /// Capture time of the frame.
+    pub(crate) captured_at: Timestamp,
+    /// The frame's detections.
+    pub(crate) measurements: &'a [Measurement],
+    /// The predicted measurement of each version.
+    pub(crate) expected: &'a [PredictedMeasurement],
 }
 
 /// Associates frames in all particles; holds the buffers.
@@ -83,12 +77,6 @@ pub(crate) struct Particles {
     /// For each measurement the version that the leading particle assigns it to.
     track_of: Vec<Option<u32>>,
 }
-
-/// Time without evidence between hypotheses after which only the leading one is kept: reports do not show their
-/// difference.
-const PATIENCE: Span = Span::from_millis(2000);
-
-const NONE: u32 = u32::MAX;
 
 impl Particles {
     /// With `n` particles; `None` where there is only one hypothesis.
@@ -112,9 +100,8 @@ impl Particles {
     /// Finds the assignment of a frame's reports in each particle. `associator` holds the candidates.
     pub(crate) fn associate(
         &mut self,
-        (frame, captured_at): (&FrameId, Timestamp),
+        frame: &PredictedFrame<'_>,
         versions: impl Iterator<Item = Version>,
-        (measurements, expected): (&[Measurement], &[PredictedMeasurement]),
         associator: &Associator,
     ) {
         self.versions.clear();
@@ -122,9 +109,9 @@ impl Particles {
         self.outcomes.clear();
         self.initiations.clear();
         self.track_of.clear();
-        self.track_of.resize(measurements.len(), None);
-        self.list_competition((measurements, expected), associator);
-        self.decide(&Chance::of(frame), captured_at);
+        self.track_of.resize(frame.measurements.len(), None);
+        self.list_competition(frame, associator);
+        self.decide(&Chance::of(frame.id), frame.captured_at);
         for (index, found) in (0..).zip(&self.track_of) {
             // Reports in a component were assigned there.
             if found.is_none() && !self.competition.is_about(index) {
@@ -134,11 +121,8 @@ impl Particles {
     }
 
     /// Makes pairs that compete with no others; lists what does compete.
-    fn list_competition(
-        &mut self,
-        (measurements, expected): (&[Measurement], &[PredictedMeasurement]),
-        associator: &Associator,
-    ) {
+    fn list_competition(&mut self, frame: &PredictedFrame<'_>, associator: &Associator) {
+        let PredictedFrame { measurements, expected, .. } = *frame;
         let cost = |col: usize, place: u32| {
             likelihood::pair_cost(&measurements[place as usize], &expected[col]) - likelihood::COST_ALONE
         };
@@ -207,16 +191,4 @@ fn uncontested(associator: &Associator, col: usize, is_pair: impl Fn(u32) -> boo
         [only] if associator.rivals(*only) == 1 => Some(is_pair(*only).then_some(*only)),
         _ => None,
     }
-}
-
-fn as_u32(place: usize) -> u32 {
-    u32::try_from(place).expect("numbered in 32 bits")
-}
-
-fn as_index(place: u32) -> u16 {
-    u16::try_from(place).expect("validated frames hold at most 4096 detections")
-}
-
-fn length<T>(list: &[T]) -> u32 {
-    as_u32(list.len())
 }

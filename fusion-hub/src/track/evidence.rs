@@ -1,4 +1,4 @@
-//! What one frame says of one track.
+//! Evidence: the detection or missed detection of one track in one frame.
 
 use v2x_common::time::Timestamp;
 
@@ -16,7 +16,7 @@ impl FrameSlot {
 /// In place of a detection's index: the frame holds no detection of the track.
 const MISSED: u16 = u16::MAX;
 
-/// What one frame says of one track: a detection that was associated with it, or a missed detection.
+/// The evidence of one frame about one track: a detection that was associated with it, or a missed detection.
 ///
 /// A missed detection counts only where the track was in the sensor's field of view. That is decided when the evidence
 /// is evaluated, with the state of that moment.

@@ -24,7 +24,7 @@ pub struct StoredFrame {
     pub agent: AgentSlot,
     /// Reported velocities, by the detection's index.
     velocities: Vec<(u16, Velocity)>,
-    /// What each detection says of existence.
+    /// Each detection's evidence of existence.
     pub model: DetectionModel,
     /// What the sensor covered; `None` where its missed detections do not count.
     pub coverage: Option<Coverage>,

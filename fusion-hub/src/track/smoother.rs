@@ -13,8 +13,8 @@ use v2x_common::time::{Span, Timestamp};
 pub struct SmoothedTrack<F> {
     /// The smoothed state.
     pub state: F,
-    /// The probability that the object existed then. A detection that revived a track counts as of the same object, as
-    /// the track's id says.
+    /// The probability that the object existed then. A detection that revived a track counts as of the same object, like
+    /// the track's id.
     pub existence: f64,
     /// Capture time of its newest detection by then.
     pub last_measured_at: Timestamp,

@@ -5,7 +5,7 @@ use super::predict::{FrameView, Predictions};
 use super::store::TrackStore;
 use crate::association::{AssociationConfig, AssociationCost, Associator};
 use crate::filter::Filter;
-use crate::particles::{Outcome, Particles, Version};
+use crate::particles::{Outcome, Particles, PredictedFrame, Version};
 use crate::track::Track;
 use crate::values::{ParticleSet, PositionInnovation};
 use v2x_common::covariance::Covariance2;
@@ -109,15 +109,20 @@ impl Assigning {
                 Version { track: id, holders, disputed_at }
             };
             let versions = predictions.tracks().iter().map(version);
-            let id = (&frame.stored.id, frame.stored.captured_at);
-            particles.associate(id, versions, (frame.measurements, predicted), &self.associator);
+            let predicted_frame = PredictedFrame {
+                id: &frame.stored.id,
+                captured_at: frame.stored.captured_at,
+                measurements: frame.measurements,
+                expected: predicted,
+            };
+            particles.associate(&predicted_frame, versions, &self.associator);
         } else {
             self.associator.associate(frame.measurements, predicted, &self.config);
         }
         self.list(frame, predictions, assignment);
     }
 
-    /// Writes down the detection of each track, and the detections of none.
+    /// Lists the detection of each track, and the detections of none.
     fn list<F: Filter>(
         &self,
         frame: &FrameView<'_>,

@@ -1,7 +1,6 @@
 //! Normal distributions of the leading 3, 4 or 5 components of (x, y, θ, v, ω).
 
 use super::likelihood::{Factored, Likelihood, sum};
-use super::params::Motion;
 use std::f64::consts::{PI, TAU};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::MAX_SPEED_MPS;
@@ -19,6 +18,17 @@ pub(super) const TURN: usize = 4;
 pub(super) struct Gaussian<const N: usize, const T: usize> {
     pub(super) mean: [f64; N],
     pub(super) covariance: [f64; T],
+}
+
+/// Speed and turn rate of what is about to move, independent of each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    /// Mean speed, m/s.
+    pub(super) speed: f64,
+    /// Variance of the speed, m²/s².
+    pub(super) speed_variance: f64,
+    /// Variance of the turn rate about 0, rad²/s².
+    pub(super) turn_variance: f64,
 }
 
 /// See [`apart`], m.

@@ -8,9 +8,11 @@
 mod displacement;
 mod gaussian;
 mod likelihood;
+mod model;
 mod motion;
 mod output;
 mod params;
+mod passage;
 mod smoothing;
 mod transitions;
 mod velocity;
@@ -20,23 +22,14 @@ pub use output::{Moments, Place};
 use crate::values::{Measurement, PositionInnovation};
 use gaussian::{Full, Smooth, Still};
 use likelihood::{Likelihood, nearest, scaled};
+use model::{MANOEUVRE, PARKED, SMOOTH, STOPPED};
 use motion::Step;
+use output::Kinematic;
 use params::Params;
+use passage::Passage;
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::wrap_angle;
-
-/// The models, in the order of all arrays.
-const PARKED: usize = 0;
-const STOPPED: usize = 1;
-const SMOOTH: usize = 2;
-const MANOEUVRE: usize = 3;
-
-/// Longest step in which a change of model is taken to come at its beginning, s.
-const LONGEST_STEP_S: f64 = 0.25;
-
-/// Most steps of a prediction: a longer prediction takes longer steps.
-const MOST_STEPS: f64 = 16.0;
 
 /// A model less probable than this after an update gets probability 0, until a transition from another one.
 const NEGLIGIBLE: f64 = 1e-12;
@@ -53,26 +46,6 @@ pub struct Inflation {
 impl Inflation {
     /// Track and report are independent: the Kalman update.
     pub const NONE: Self = Self { prior: 1.0, report: 1.0 };
-}
-
-/// A prediction in equal steps. Each step first changes models, then moves.
-struct Passage {
-    n_steps: u32,
-    step: Step,
-    /// `None` for what never changes its model.
-    transitions: Option<[[f64; 4]; 4]>,
-    params: &'static Params,
-}
-
-impl Passage {
-    #[inline(always)]
-    fn of(dt_s: f64, class: Class, length_m: f64) -> Self {
-        let params = Params::of(class);
-        let steps = libm::ceil(dt_s.abs() / LONGEST_STEP_S).clamp(1.0, MOST_STEPS);
-        let step = Step::of(dt_s / steps, params.lever * length_m);
-        let transitions = (!class.is_immobile()).then(|| transitions::within(step.duration_s));
-        Self { n_steps: steps as u32, step, transitions, params }
-    }
 }
 
 /// One object under four models of motion.
@@ -261,7 +234,13 @@ impl Imm {
 
     /// Mean and covariance of position, velocity and heading, all models together.
     pub fn moments(&self) -> Moments {
-        output::moments(self)
+        let models = [
+            Kinematic::standing(&self.parked),
+            Kinematic::standing(&self.stopped),
+            Kinematic::moving(&self.smooth.with_turn(0.0), self.lever_m),
+            Kinematic::moving(&self.manoeuvre, self.lever_m),
+        ];
+        output::moments(&models, &self.places())
     }
 
     /// Mean and covariance of the velocity and of the turn rate, all models together.

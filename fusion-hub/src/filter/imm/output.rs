@@ -2,7 +2,8 @@
 
 use super::gaussian::{self, Still, YAW, apart, at};
 use super::likelihood::sum;
-use super::{Imm, MANOEUVRE, SMOOTH, velocity};
+use super::model::{MANOEUVRE, SMOOTH};
+use super::velocity;
 use v2x_common::covariance::Covariance2;
 use v2x_common::fused::{KINEMATIC_INDEX, KinematicCovariance};
 use v2x_common::geometry::{angle_difference, wrap_angle};
@@ -44,20 +45,20 @@ pub struct Place {
 }
 
 /// One model's (x, y, vx, vy).
-struct Kinematic {
+pub(super) struct Kinematic {
     mean: [f64; 4],
     covariance: KinematicCovariance,
 }
 
 impl Kinematic {
-    fn standing(state: &Still) -> Self {
+    pub(super) fn standing(state: &Still) -> Self {
         let [x, y, _] = state.mean;
         let [xx, xy, yy, ..] = state.covariance;
         let vv = velocity::slipping(&Covariance2::default());
         Self { mean: [x, y, 0.0, 0.0], covariance: [xx, xy, 0.0, 0.0, yy, 0.0, 0.0, vv.xx, vv.xy, vv.yy] }
     }
 
-    fn moving(state: &gaussian::Full, lever_m: f64) -> Self {
+    pub(super) fn moving(state: &gaussian::Full, lever_m: f64) -> Self {
         let velocity::Velocity { mean: [vx, vy], covariance: vv, cross } = velocity::velocity(state, lever_m);
         let [x, y, ..] = state.mean;
         let [xx, xy, yy, ..] = state.covariance;
@@ -71,15 +72,10 @@ pub(super) fn likeliest(weights: &[f64; 4]) -> usize {
     (1..4).fold(0, |best, model| if weights[model] > weights[best] { model } else { best })
 }
 
-pub(super) fn moments(imm: &Imm) -> Moments {
-    let weights = imm.weights;
+/// The mixture of the models; `places` are their weights, positions and headings.
+pub(super) fn moments(models: &[Kinematic; 4], places: &[(f64, Still); 4]) -> Moments {
+    let weights = places.map(|(weight, _)| weight);
     let own = likeliest(&weights);
-    let models = [
-        Kinematic::standing(&imm.parked),
-        Kinematic::standing(&imm.stopped),
-        Kinematic::moving(&imm.smooth.with_turn(0.0), imm.lever_m),
-        Kinematic::moving(&imm.manoeuvre, imm.lever_m),
-    ];
     let reference = models[own].mean;
     let mut shift = [0.0; 4];
     for (model, weight) in models.iter().zip(weights) {
@@ -95,7 +91,7 @@ pub(super) fn moments(imm: &Imm) -> Moments {
         }
     }
     let [x, y, vx, vy] = std::array::from_fn(|i| reference[i] + shift[i]);
-    let (yaw, yaw_variance) = heading(&imm.places(), own);
+    let (yaw, yaw_variance) = heading(places, own);
     Moments {
         position: [x, y],
         velocity: [vx, vy],

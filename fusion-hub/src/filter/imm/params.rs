@@ -1,18 +1,8 @@
 //! How each class of object moves (METHODS.md, section 14), with all noise as densities over time.
 
+use super::gaussian::Motion;
 use super::motion::{Drive, Rest};
 use v2x_common::class::Class;
-
-/// Speed and turn rate of what is about to move, independent of each other.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Motion {
-    /// Mean speed, m/s.
-    pub(super) speed: f64,
-    /// Variance of the speed, m²/s².
-    pub(super) speed_variance: f64,
-    /// Variance of the turn rate about 0, rad²/s².
-    pub(super) turn_variance: f64,
-}
 
 /// What is assumed of an object at its first measurement (the birth model).
 #[derive(Clone, Copy, Debug)]

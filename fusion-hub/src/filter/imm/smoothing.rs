@@ -4,8 +4,10 @@
 //! Tung & Striebel 1965), weighed by how probable that change of model was, and mixed again (Kim 1994; Koch 2000).
 
 use super::gaussian::{self, Full, Gaussian, Still, YAW, apart, at};
+use super::model::{MANOEUVRE, PARKED, SMOOTH, STOPPED};
 use super::motion::{cross_covariance, moved};
-use super::{Imm, MANOEUVRE, MOST_STEPS, PARKED, Passage, SMOOTH, STOPPED, output};
+use super::passage::{MOST_STEPS, Passage};
+use super::{Imm, output};
 use crate::filter::retrodiction::{Later, Square, retrodicted};
 use v2x_common::class::Class;
 
