@@ -75,11 +75,12 @@ fn the_main_agent_comes_first_whatever_its_name() {
 }
 
 #[test]
-fn every_method_tells_of_a_car_that_two_agents_report() {
+fn every_method_publishes_a_car_that_two_agents_report() {
     for method in PRESETS.iter().map(|preset| preset.key) {
         let frames = [(0, one_car("a", 0, 0, 0.1)), (0, one_car("b", 0, 0, -0.1))];
-        let fused = after(method, &frames, 0);
-        // Suppression by ties tells it twice.
+        let lag_ms = preset(method).unwrap().fusion().lag().as_nanos() / 1_000_000;
+        let fused = after(method, &frames, lag_ms);
+        // Suppression by ties publishes it twice.
         let n = if method == "psa" { 2 } else { 1 };
         assert_eq!(fused.objects.len(), n, "{method}");
         for FusedObject { bev, class, kinematic_covariance: covariance, .. } in &fused.objects {

@@ -40,7 +40,7 @@ impl HighwayConfig {
         InvalidParameter::check_count("parked", self.parked, MAX_PARKED)?;
         InvalidParameter::check_count("works", self.works, MAX_WORKS)?;
         let lanes = self.lanes;
-        InvalidParameter::check("lanes", lanes, (1..=4).contains(&lanes), "1 to 4 (in each direction)")
+        InvalidParameter::check("lanes", &lanes, (1..=4).contains(&lanes), "1 to 4 (in each direction)")
     }
 }
 

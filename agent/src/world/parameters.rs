@@ -45,7 +45,7 @@ impl WorldParameters {
     pub fn validate(&self) -> Result<(), InvalidParameter> {
         let loop_s = self.loop_length.as_secs_f64();
         let is_valid = (100.0..=3600.0).contains(&loop_s);
-        InvalidParameter::check("loop_length", self.loop_length, is_valid, "100 to 3600 s")?;
+        InvalidParameter::check("loop_length", &self.loop_length, is_valid, "100 to 3600 s")?;
         match &self.config {
             WorldConfig::Crossing(config) => config.validate()?,
             WorldConfig::Highway(config) => config.validate()?,
@@ -53,11 +53,11 @@ impl WorldParameters {
         for (index, agent) in self.agents.iter().enumerate() {
             let others = &self.agents[..index];
             let is_new = others.iter().all(|other| other.id != agent.id);
-            InvalidParameter::check("agents", agent.id, is_new, "an id that no other agent has")?;
+            InvalidParameter::check("agents", &agent.id, is_new, "an id that no other agent has")?;
             let Station::Driving(route) = agent.station else { continue };
             let n_before = others.iter().filter(|other| other.station == agent.station).count();
             let fits = route.is_of(&self.config) && n_before < route.capacity();
-            InvalidParameter::check("route", agent.id, fits, "a route of these roads, with room")?;
+            InvalidParameter::check("route", &agent.id, fits, "a route of these roads, with room")?;
         }
         Ok(())
     }

@@ -55,7 +55,7 @@ fn density(scenario: &Scenario, world: &World, agent: usize) -> Density {
         times(0.5).flat_map(|t| objects_at(world, t)).filter(is_moving).map(|object| object.id).collect();
     let mut boxes = Vec::new();
     for t in times(0.5) {
-        let pose = pose(&world, agent, t);
+        let pose = pose(world, agent, t);
         let seen =
             |o: &TrueObject| scenario.agents[agent].sensor.field_of_view.contains(&pose, o.bev.x, o.bev.y);
         boxes.extend(
@@ -316,13 +316,13 @@ fn parameters_of_which_no_world_can_be_made_are_refused_by_name() {
         ("loop_length", |world| world.loop_length = Span::ZERO),
         ("traffic", |world| {
             world.config =
-                WorldConfig::Crossing(CrossingConfig { traffic: f64::NAN, ..CrossingConfig::default() })
+                WorldConfig::Crossing(CrossingConfig { traffic: f64::NAN, ..CrossingConfig::default() });
         }),
         ("parked", |world| {
-            world.config = WorldConfig::Crossing(CrossingConfig { parked: 121, ..CrossingConfig::default() })
+            world.config = WorldConfig::Crossing(CrossingConfig { parked: 121, ..CrossingConfig::default() });
         }),
         ("lanes", |world| {
-            world.config = WorldConfig::Highway(HighwayConfig { lanes: 5, ..HighwayConfig::default() })
+            world.config = WorldConfig::Highway(HighwayConfig { lanes: 5, ..HighwayConfig::default() });
         }),
         ("route", |world| world.config = WorldConfig::Highway(HighwayConfig::default())),
         ("route", |world| world.agents[0].station = Station::Driving(Route::Block(4))),

@@ -145,17 +145,17 @@ impl EngineRun {
         self.identities.push(reports.iter().map(|report| report.identities.clone()).collect());
         self.driver.publishing_mut().ask(now);
         let Ok(()) = self.driver.publish_through(now, &mut published);
-        Ok(self.outputs(published))
+        Ok(self.outputs(&published))
     }
 
     /// The keyframes that are not published yet, by all reports.
     pub fn finish(&mut self) -> Vec<KeyframeOutput> {
         let mut published = Published::default();
         let Ok(()) = self.driver.publish_through(Timestamp::MAX, &mut published);
-        self.outputs(published)
+        self.outputs(&published)
     }
 
-    fn outputs(&mut self, published: Published) -> Vec<KeyframeOutput> {
+    fn outputs(&mut self, published: &Published) -> Vec<KeyframeOutput> {
         let n = published.0.len();
         let frames: Vec<usize> = self.pending.drain(..n).collect();
         frames.into_iter().zip(&published.0).map(|(frame, objects)| self.output(frame, objects)).collect()

@@ -12,12 +12,12 @@ pub(crate) struct Path(Vec<String>);
 pub enum OverrideError {
     /// Names are missing.
     #[error("{0:?} is no path: write names with a dot between them, such as world.traffic")]
-    NoPath(String),
+    Malformed(String),
     /// There are no such agents.
     #[error(
         "{path}: the scenario has no agent {agent:?}; it has {known}, and `*` is all of them, `others` all but the first"
     )]
-    NoAgent {
+    UnknownAgent {
         /// The path.
         path: String,
         /// The unknown agent.
@@ -29,7 +29,7 @@ pub enum OverrideError {
     #[error(
         "{path}: {part} is {value} in the scenario, which has no parts; write it as a table there, or vary it whole: {path_of_part}=NAME;NAME:loss=0.1"
     )]
-    NoTable {
+    NotATable {
         /// The path.
         path: String,
         /// The name of the value.
@@ -47,7 +47,7 @@ impl FromStr for Path {
     fn from_str(text: &str) -> Result<Self, OverrideError> {
         let names: Vec<String> = text.split('.').map(str::to_owned).collect();
         if names.len() < 2 || names.iter().any(String::is_empty) {
-            return Err(OverrideError::NoPath(text.to_owned()));
+            return Err(OverrideError::Malformed(text.to_owned()));
         }
         Ok(Self(names))
     }
@@ -87,7 +87,7 @@ impl Path {
             return Ok(());
         }
         let known = known.join(", ");
-        Err(OverrideError::NoAgent { path: self.to_string(), agent: selector.clone(), known })
+        Err(OverrideError::UnknownAgent { path: self.to_string(), agent: selector.clone(), known })
     }
 
     fn set_in(
@@ -106,7 +106,7 @@ impl Path {
                 let part = table.entry(name.clone()).or_insert_with(|| toml::Table::new().into());
                 match part {
                     toml::Value::Table(part) => self.set_in(part, rest, value),
-                    other => Err(OverrideError::NoTable {
+                    other => Err(OverrideError::NotATable {
                         path: self.to_string(),
                         part: name.clone(),
                         value: other.to_string(),

@@ -10,6 +10,7 @@ pub enum Table {
     II,
     /// The paper's Table III: one agent against two
     #[value(name = "III")]
+    #[expect(clippy::upper_case_acronyms, reason = "a Roman numeral")]
     III,
     /// The paper's Table IV: others' metrics against the paper's
     #[value(name = "IV")]
