@@ -264,12 +264,29 @@ mod tests {
         is_candidate || frame.stored.coverage.is_some_and(|coverage| coverage.may_cover(track.position))
     }
 
+    /// The state of a track at first: m, m/s, m.
+    #[derive(Clone, Copy, Debug)]
+    struct Start {
+        position: [f64; 2],
+        velocity: [f64; 2],
+        sigma_m: f64,
+    }
+
+    fn starts() -> impl Strategy<Value = Start> {
+        let position = [-1500.0..1500.0_f64, -1500.0..1500.0];
+        let velocity = [-50.0..50.0_f64, -50.0..50.0];
+        let sigma_m = prop_oneof![0.05..2.0_f64, 2.0..60.0];
+        (position, velocity, sigma_m).prop_map(|(position, velocity, sigma_m)| Start {
+            position,
+            velocity,
+            sigma_m,
+        })
+    }
+
     proptest! {
         #[test]
         fn a_track_outside_of_the_region_cannot_be_detected_or_missed_by_the_frame(
-            start in [-1500.0..1500.0_f64, -1500.0..1500.0],
-            velocity in [-50.0..50.0_f64, -50.0..50.0],
-            sigma_m in prop_oneof![0.05..2.0_f64, 2.0..60.0],
+            start in starts(),
             frame_ms in -400..2000_i64,
             detections in prop::collection::vec(([-400.0..400.0_f64, -400.0..400.0], 0.05..30.0_f64), 0..6),
             range_m in prop::option::of(10.0..300.0_f64),
@@ -278,8 +295,8 @@ mod tests {
             let stored = stored(at(frame_ms), range_m.map(coverage));
             let frame = FrameView { slot: FrameSlot(0), stored: &stored, measurements: &measurements };
             let away_s = (at(frame_ms) - at(100)).abs().as_secs_f64();
-            let cv: State = state(start, velocity, sigma_m);
-            let imm: ImmState = state(start, velocity, sigma_m);
+            let cv: State = state(start.position, start.velocity, start.sigma_m);
+            let imm: ImmState = state(start.position, start.velocity, start.sigma_m);
             let (holds_cv, holds_imm) = Region::of(&frame).map_or((false, false), |region| {
                 (region.may_hold(&cv, away_s), region.may_hold(&imm, away_s))
             });
