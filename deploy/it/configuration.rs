@@ -217,3 +217,11 @@ fn at_highway(scenario: &Table, world: &Table) -> Table {
     }
     scenario
 }
+
+#[test]
+fn every_method_of_the_hub_is_on_the_page_of_methods() {
+    let page = include_str!("../docs/methods.md");
+    for preset in v2x_fusion_hub::fusion::PRESETS {
+        assert!(page.contains(&format!("`{}`", preset.key)), "methods.md does not name {}", preset.key);
+    }
+}

@@ -17,7 +17,7 @@ pub enum SettingsError {
     #[error("[hub]: {0}")]
     Table(String),
     /// There is no such field.
-    #[error("hub.{key} is no setting; there are: {known}")]
+    #[error("[hub]: unknown field `{key}`, expected one of {known}")]
     Unknown {
         /// The field.
         key: String,

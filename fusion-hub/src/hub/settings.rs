@@ -146,7 +146,8 @@ impl HubSettings {
         let window: WindowTable = read(take(&mut table, WindowTable::KEYS))?;
         let hub = take(&mut table, HubTable::KEYS);
         if let Some(key) = table.keys().next() {
-            let known = [HubTable::KEYS, TrackingTable::KEYS, WindowTable::KEYS].concat().join(", ");
+            let known = [HubTable::KEYS, TrackingTable::KEYS, WindowTable::KEYS].concat();
+            let known = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
             return Err(SettingsError::Unknown { key: key.clone(), known });
         }
         read::<HubTable>(hub)?.check(&tracking, &window)
