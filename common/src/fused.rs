@@ -89,6 +89,24 @@ impl FusedObject {
         matrix
     }
 
+    /// The whole state [x, y, vx, vy, w, d, θ] as in the paper (eq. 7); m, m/s, m and rad in the map frame.
+    #[cfg(feature = "nalgebra")]
+    pub fn state(&self) -> nalgebra::SVector<f64, 7> {
+        let BevBox { x, y, w, d, yaw } = self.bev;
+        nalgebra::SVector::from([x, y, self.velocity.0, self.velocity.1, w, d, yaw])
+    }
+
+    /// The covariance of [`Self::state`]. Sizes and heading are correlated with nothing else.
+    #[cfg(feature = "nalgebra")]
+    pub fn covariance_matrix(&self) -> nalgebra::SMatrix<f64, 7, 7> {
+        let mut matrix = nalgebra::SMatrix::zeros();
+        matrix.fixed_view_mut::<4, 4>(0, 0).copy_from(&self.kinematic_covariance_matrix());
+        for (place, variance) in (4..).zip([self.ww, self.dd, self.yaw_variance]) {
+            matrix[(place, place)] = variance;
+        }
+        matrix
+    }
+
     /// The classes as both codecs write them: [`Self::class`] first, then the others as they are listed.
     ///
     /// A class that the list lacks has the probability 1 where the list is empty, 0 elsewhere.
@@ -165,5 +183,17 @@ mod tests {
         assert_eq!((matrix[(0, 3)], matrix[(3, 0)], matrix[(2, 2)], matrix[(3, 2)]), (4.0, 4.0, 8.0, 9.0));
         object.velocity = (3.0, -1.0);
         assert_eq!(object.kinematic_state().as_slice(), [0.0, 0.0, 3.0, -1.0]);
+    }
+
+    #[test]
+    fn the_whole_state_has_the_order_of_the_paper() {
+        let bev = BevBox { x: 1.0, y: 2.0, w: 5.0, d: 6.0, yaw: 0.7 };
+        let mut object = FusedObject::from_box(TrackId::default(), Class::Car, bev);
+        object.velocity = (3.0, 4.0);
+        (object.ww, object.dd, object.yaw_variance) = (55.0, 66.0, 77.0);
+        assert_eq!(object.state().as_slice(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.7]);
+        let covariance = object.covariance_matrix();
+        assert_eq!(covariance.diagonal().as_slice(), [1.0, 1.0, 900.0, 900.0, 55.0, 66.0, 77.0]);
+        assert_eq!((covariance[(0, 4)], covariance[(6, 5)]), (0.0, 0.0));
     }
 }
