@@ -8,7 +8,7 @@ use super::model::NoiseModel;
 const POSITION_PER_M: f64 = 0.01;
 /// Growth of the heading's σ with range, degrees per m (paper, section II).
 const YAW_DEG_PER_M: f64 = 0.1;
-/// Smallest size factor; the paper names none, 0.05 to 0.1 fits its tables (METHODS.md 13.1).
+/// Smallest size factor; the paper names none, 0.05 to 0.1 fits its tables (deploy/docs/methods.md).
 pub const DEFAULT_SIZE_LOWER: f64 = 0.1;
 
 /// The paper's three levels of noise.

@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn size_factors_have_the_moments_of_the_truncated_normal() {
-        // Mean and coefficient of variation for lower bound 0.1: METHODS.md, section 12.
+        // Mean and coefficient of variation for lower bound 0.1: deploy/docs/methods.md.
         for (level, mean, variation) in
             [(NoiseLevel::N1, 1.000, 0.200), (NoiseLevel::N2, 1.041, 0.442), (NoiseLevel::N3, 1.326, 0.584)]
         {

@@ -31,7 +31,7 @@ pub struct AssociationConfig {
 }
 
 impl Default for AssociationConfig {
-    /// The gate is that of METHODS.md 7: 0.9997 of true pairs are within it.
+    /// The gate is that of deploy/docs/methods.md: 0.9997 of true pairs are within it.
     fn default() -> Self {
         Self { cost: AssociationCost::default(), gate: 16.2, class_aware: true }
     }

@@ -2,7 +2,7 @@
 //!
 //! The weights are those of the authors' sister paper (arXiv 2507.02430: 0.2 dimension, 0.5 centre, 0.3
 //! orientation). The three scores' formulas are not public; here each is the probability that a true pair
-//! would differ at least that much, given both covariances (METHODS.md 7, assumptions A1-A5).
+//! would differ at least that much, given both covariances (deploy/docs/methods.md).
 
 use super::gate::Separation;
 use super::tail::{exp_minus, normal_tail};

@@ -1,6 +1,6 @@
 //! The negative log-likelihood of a pair: unbounded, so that a distant box with a similar heading is never preferred.
 //!
-//! C = m² + ln det S + min(Δθ², 12) + min(Δd², 12), in units of −2 ln p (METHODS.md 7). The caps keep one
+//! C = m² + ln det S + min(Δθ², 12) + min(Δd², 12), in units of −2 ln p (deploy/docs/methods.md). The caps keep one
 //! outlying heading or size from outweighing the position.
 
 use super::csba::dimension_distance2;
@@ -12,7 +12,7 @@ use v2x_common::geometry::angle_difference;
 /// Upper limit of the cost of a heading, a size or a low report probability.
 const CUE_CAP: f64 = 12.0;
 
-/// What a detection without a track costs (METHODS.md 14).
+/// What a detection without a track costs (deploy/docs/methods.md).
 pub const COST_ALONE: f64 = 24.0;
 
 /// What a track's report costs beside the pair, where several tracks compete for it: −2 ln of the odds that the

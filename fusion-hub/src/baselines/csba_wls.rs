@@ -1,4 +1,4 @@
-//! CSBA association and weighted least squares (Fadili 2025; METHODS.md 7 and 8).
+//! CSBA association and weighted least squares (Fadili 2025; deploy/docs/methods.md).
 //!
 //! The association is that of the engine between two frames of one instant: class and χ² gate, then the pairs of
 //! least combined cost. Its window of 100 ms is the caller's: its frames are one instant here.
@@ -11,7 +11,7 @@ use crate::values::{Measurement, PositionInnovation};
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
-/// The gate on the squared Mahalanobis distance of centres: 0.9997 of true pairs (METHODS.md 7, A5).
+/// The gate on the squared Mahalanobis distance of centres: 0.9997 of true pairs (deploy/docs/methods.md).
 const GATE: f64 = 16.2;
 
 /// Pairs by CSBA, merged by least squares.
@@ -31,7 +31,7 @@ fn cost(one: &Fused, report: &Report) -> Option<f64> {
 }
 
 /// A box as the predicted measurement of the other one. Both size errors are relative to the mean of both sizes
-/// (METHODS.md 7, A3).
+/// (deploy/docs/methods.md).
 fn expected(z: &Measurement, other: &Measurement) -> PredictedMeasurement {
     let variance = |axis: usize| {
         let middle = (z.size[axis] + other.size[axis]) / 2.0;
@@ -51,7 +51,7 @@ fn expected(z: &Measurement, other: &Measurement) -> PredictedMeasurement {
 }
 
 /// Both boxes weighted by the inverse of their covariances. Sizes are weighted by their relative variances: with
-/// the measured size in the weight, sizes measured too small would have more weight (METHODS.md 8).
+/// the measured size in the weight, sizes measured too small would have more weight (deploy/docs/methods.md).
 fn least_squares(a: &Measurement, b: &Measurement) -> Measurement {
     let (position, r) = weighted_position(a, b);
     let mut z = *a;

@@ -1,4 +1,4 @@
-//! DAIR-V2X-Late (Yu 2022; METHODS.md 6): `late_fusion_utils.py`, in the plane.
+//! DAIR-V2X-Late (Yu 2022; deploy/docs/methods.md): `late_fusion_utils.py`, in the plane.
 
 use super::mean::mean;
 use super::pairing::{distance_within, fold};

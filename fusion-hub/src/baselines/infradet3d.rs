@@ -1,4 +1,4 @@
-//! InfraDet3D-Late (Zimmer 2023; METHODS.md 5): `merge_boxes_late_fusion.py` of the TUM Traffic kit, in the plane.
+//! InfraDet3D-Late (Zimmer 2023; deploy/docs/methods.md): `merge_boxes_late_fusion.py` of the TUM Traffic kit, in the plane.
 
 use super::mean::mean;
 use super::pairing::{distance_within, fold};

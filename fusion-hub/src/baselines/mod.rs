@@ -1,7 +1,7 @@
 //! Late fusion of a single instant, the published rules: the reports of several agents at one time become one list,
-//! without memory and without motion. The rules of the paper's comparison (Table II; METHODS.md 1-8).
+//! without memory and without motion. The rules of the paper's comparison (Table II; deploy/docs/methods.md).
 //!
-//! All rules are class-aware: reports of incompatible classes are never of one object (METHODS.md 0). Where a
+//! All rules are class-aware: reports of incompatible classes are never of one object (deploy/docs/methods.md). Where a
 //! rule takes two lists, further agents are fused one after another into the list so far.
 
 pub mod csba_wls;

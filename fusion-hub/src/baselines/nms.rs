@@ -1,4 +1,4 @@
-//! Non-maximum suppression (METHODS.md 1 and 4): OpenCOOD's `nms_rotated`, with IoU or GIoU.
+//! Non-maximum suppression (deploy/docs/methods.md): OpenCOOD's `nms_rotated`, with IoU or GIoU.
 
 use super::report::{Fused, Report, bev, pooled};
 use crate::values::overlap::Footprint;

@@ -1,4 +1,4 @@
-//! Promotion-suppression aggregation (Xu 2023; METHODS.md 2): model_anostic's `aggregation`.
+//! Promotion-suppression aggregation (Xu 2023; deploy/docs/methods.md): model_anostic's `aggregation`.
 
 use super::report::{Fused, Member, Report, bev, listed};
 use crate::values::overlap::Footprint;

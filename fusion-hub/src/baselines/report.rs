@@ -55,7 +55,7 @@ pub(super) fn listed(agent: usize, reports: &[Report]) -> impl Iterator<Item = (
     reports.iter().enumerate().map(move |(index, report)| (Member { agent, index }, report))
 }
 
-/// All reports, highest score first; of equal ones the earlier agent's first (METHODS.md 1).
+/// All reports, highest score first; of equal ones the earlier agent's first (deploy/docs/methods.md).
 pub(super) fn pooled<'a>(agents: &[&'a [Report]]) -> Vec<(Member, &'a Report)> {
     let mut pool: Vec<_> =
         agents.iter().enumerate().flat_map(|(agent, reports)| listed(agent, reports)).collect();

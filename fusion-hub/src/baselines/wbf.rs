@@ -1,4 +1,4 @@
-//! Weighted box fusion (Solovyev 2021; METHODS.md 3): `ensemble_boxes_wbf.py`, over rotated boxes.
+//! Weighted box fusion (Solovyev 2021; deploy/docs/methods.md): `ensemble_boxes_wbf.py`, over rotated boxes.
 
 use super::mean::mean;
 use super::report::{Fused, Report, bev, pooled};

@@ -173,8 +173,7 @@ impl Engine {
     /// Takes in a frame that was received at `now` by the hub's clock. A frame with an invalid value is refused as it is
     /// when it comes by wire.
     pub fn handle_frame(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
-        // A frame that waited while the hub published is as old as it is now: what it is older than may be folded
-        // already.
+        // The age of a frame includes its waiting time: history may have been folded meanwhile.
         self.now = self.now.max(now);
         if let Err(invalid) = frame.validate() {
             return self.refuse(frame.id.agent, WireError::from(invalid).into());
@@ -282,9 +281,9 @@ impl Engine {
     /// The list of objects as of `now`, and what is new in it since the last call. Times never go back: an earlier `now`
     /// than that of another call counts as that.
     ///
-    /// With a lag, the objects are as they stood so long before, by everything known by now, and `fused_at` says when
-    /// that was (under overload history may be shorter than the lag: then it is as old as history). What is new in the
-    /// list may then have been captured after `fused_at`.
+    /// With a lag, the list holds the objects as they were that long before, by all later evidence, and `fused_at` is that
+    /// time. Under overload history can be shorter than the lag; then the list is as old as history. Frames that are new
+    /// in the list can have been captured after `fused_at`.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
         self.advance(now);
         let lag = self.config.fusion.lag();

@@ -27,7 +27,7 @@ impl Size {
     /// Updates by a measurement whose standard deviation is proportional to the true size.
     ///
     /// The proportion is taken of the estimate, not of the measurement: weighting by the measured size would
-    /// favour what was measured too small (METHODS: the relative information form).
+    /// favour what was measured too small (the relative information form).
     #[inline]
     pub fn update(&mut self, z: f64, relative_variance: f64) {
         let r = relative_variance * self.mean * self.mean;

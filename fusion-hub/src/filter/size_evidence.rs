@@ -1,6 +1,6 @@
 //! Width or depth from many reports whose errors are proportional to the true size.
 //!
-//! A report is z = f·s with f ~ N(1, σ²), cut off below at `lower` (METHODS.md, sections 0 and 13.1). In s
+//! A report is z = f·s with f ~ N(1, σ²), cut off below at `lower` (deploy/docs/methods.md). In s
 //! the likelihood of all reports together is exp(−(A/s² − 2B/s)/2)/sⁿ for s ≤ min(z/lower), with
 //! A = Σ z²/σ², B = Σ z/σ²: four numbers that add up in any order without loss.
 

@@ -1,6 +1,6 @@
 //! Size priors of classes, learnt from the tracks.
 //!
-//! Empirical Bayes in two levels (METHODS.md, section 14): ln s of an object is normal about its class's mean
+//! Empirical Bayes in two levels (deploy/docs/methods.md): ln s of an object is normal about its class's mean
 //! with a known spread, the class's mean normal about a typical one. Every track adds a pseudo-observation:
 //! its own evidence, without the prior under which it was interpreted.
 
@@ -33,7 +33,7 @@ impl Spread {
         Self { tau: [tau_width, tau_depth], rho }
     }
 
-    /// METHODS.md, section 14; classes that are not in its table use those of a similar class.
+    /// deploy/docs/methods.md; classes that are not in its table use those of a similar class.
     const fn of(class: Class) -> Self {
         match class {
             Class::Car | Class::PoliceCar => Self::new(0.08, 0.08, 0.5),

@@ -8,6 +8,7 @@ mod late;
 mod method;
 mod presets;
 mod start;
+#[cfg(feature = "net")]
 pub(crate) mod table;
 mod tracking;
 mod window;
@@ -18,5 +19,6 @@ pub use config::{Fusion, MotionModel, TrackingConfig};
 pub use late::LateFrames;
 pub use method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
 pub use presets::{DEFAULT_OVERLAP, EPSILON_S, PRESETS, Preset, PresetKey, preset};
+#[cfg(feature = "net")]
 pub use table::SettingsError;
 pub use window::{MAX_WINDOW_BOXES, WindowConfig, WindowFusion};

@@ -8,7 +8,7 @@ use crate::filter::{ImmState, State};
 use crate::tracker::Lifetimes;
 
 impl Fusion {
-    /// The method, without tracks or objects; the ids of these will be of this lineage.
+    /// Starts the method, without tracks. Its track ids are of this lineage.
     pub(crate) fn start(&self, lifetimes: Lifetimes, lineage: u32) -> Box<dyn FusionMethod> {
         match *self {
             Self::Window(window) => Box::new(WindowFusion::new(window, lineage, lifetimes.coast)),

@@ -28,7 +28,7 @@ pub(super) struct Tracking<F> {
 }
 
 impl<F: Filter> Tracking<F> {
-    /// Without tracks; their ids will be of this lineage.
+    /// A method without tracks yet. Its track ids are of this lineage.
     pub(super) fn new(config: TrackingConfig, lifetimes: Lifetimes, lineage: u32) -> Self {
         let publish = PublishConfig {
             existence: config.publish_existence,

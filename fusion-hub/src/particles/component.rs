@@ -9,7 +9,7 @@ use crate::association::assignment::Assigner;
 use crate::values::ParticleSet;
 use v2x_common::time::{Span, Timestamp};
 
-/// How far a draw strays from the optimum: the scale of a Gumbel variable in −ln p (METHODS.md 14).
+/// How far a draw strays from the optimum: the scale of a Gumbel variable in −ln p (deploy/docs/methods.md).
 const TEMPERATURE: f64 = 0.8;
 
 /// Time without evidence between hypotheses after which only the leading one is kept: reports do not show their

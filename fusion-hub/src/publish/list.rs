@@ -53,7 +53,7 @@ impl Drop for ObjectList<'_> {
     }
 }
 
-/// An object of nothing, to be filled in.
+/// An empty object, to be filled in.
 fn blank() -> FusedObject {
     FusedObject {
         track: TrackId::default(),

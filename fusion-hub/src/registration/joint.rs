@@ -107,7 +107,7 @@ impl Joint {
         self.is_gathering = true;
     }
 
-    /// Lets `dt_s` go by and takes in what was gathered. Numbers that cannot be are dropped with all that was gathered.
+    /// Predicts over `dt_s`, then applies the gathered information. If that is not positive definite, it is dropped.
     pub(super) fn advance(&mut self, dt_s: f64) -> Result<(), NotPositiveDefinite> {
         if !self.is_gathering && !self.has_learnt {
             return Ok(());

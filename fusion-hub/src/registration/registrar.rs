@@ -214,7 +214,7 @@ impl Registrar {
         }
     }
 
-    /// Batches that were dropped because their numbers could not be.
+    /// How many times gathered information was dropped because it was not positive definite.
     pub fn n_dropped(&self) -> u64 {
         self.n_dropped
     }

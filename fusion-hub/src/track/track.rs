@@ -19,7 +19,7 @@ const CHECKPOINT_EVERY: usize = 4;
 const GATHERED: usize = 16;
 /// Room for items of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
 const EVIDENCE_AT_FIRST: usize = 64;
-/// How much older than the horizon evidence may be kept, so that it can be folded at a checkpoint without a replay.
+/// Evidence can stay this much longer than the horizon. It is then folded at a checkpoint, without a replay.
 pub const FOLD_SLACK: Span = Span::from_millis(250);
 
 /// From when on history is held.

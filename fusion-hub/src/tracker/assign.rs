@@ -15,7 +15,7 @@ use v2x_common::covariance::Covariance2;
 pub(crate) struct Assignment {
     /// For each track the index of its detection.
     detections: Vec<Option<u16>>,
-    /// Detections of no known track.
+    /// Detections that match no known track.
     initiations: Vec<Initiation>,
     innovations: Innovations,
 }
@@ -25,7 +25,7 @@ pub(crate) struct Assignment {
 pub(super) struct Initiation {
     /// Index of the detection.
     pub(super) index: u16,
-    /// The particles to which it is of no known track.
+    /// The particles in which it matches no known track.
     pub(super) holders: ParticleSet,
 }
 

@@ -28,8 +28,8 @@ pub struct TrackerConfig {
 pub enum Hypotheses {
     /// One.
     Single {
-        /// Fixed lag: objects are published as of so long ago, by everything known since (Rauch, Tung & Striebel
-        /// 1965). Zero: as of now.
+        /// Fixed lag: objects are published as they were this long ago, by all later evidence (Rauch, Tung & Striebel
+        /// 1965). Zero: as they are now.
         lag: Span,
     },
     /// Several ([`crate::particles`]); their cost is the likelihood, whatever the association's is.

@@ -82,8 +82,8 @@ impl<F: Filter> NewestInstant<F> {
         tracks.restore(&mut self.before);
     }
 
-    /// Notes frames that are to be associated again, in this order, with the ids of tracks that were initiated in this
-    /// instant: initiated again by a detection that they had, they keep their ids.
+    /// Notes frames that are to be associated again, in this order. It keeps the ids of the tracks that were initiated in
+    /// this instant: a track that one of its detections initiates again gets its id back.
     pub(super) fn retract(&mut self, frames: &[FrameSlot], tracks: &TrackStore<F>) {
         self.retracted.extend(frames.iter().rev());
         for track in tracks.all().iter().filter(|track| track.initiated_at() == self.at) {
@@ -110,7 +110,7 @@ impl<F: Filter> NewestInstant<F> {
         self.ids.retain(|(.., id)| tracks.all().iter().all(|track| track.id != *id));
     }
 
-    /// The id of the track that this detection initiated, or was associated with soon after; once.
+    /// The id of the track that had this detection before it was retracted. It is returned once.
     pub(super) fn take_id(&mut self, first: &Evidence) -> Option<TrackId> {
         let is_it =
             |(frame, index, _): &&(FrameSlot, u16, TrackId)| (*frame, *index) == (first.frame, first.index());

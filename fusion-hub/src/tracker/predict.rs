@@ -7,10 +7,11 @@ use crate::track::{FrameSlot, StoredFrame, Track, TrackContext};
 use crate::values::{Coverage, Measurement, PredictedMeasurement};
 use v2x_common::time::{Span, Timestamp};
 
-/// No object that a frame could detect or miss lies further outside of its region than this, m, with this much more
-/// for each second since its state, m/s, and for each metre of its and the measurements' standard deviation.
+/// An object that a frame can detect or miss is at most this far outside of the frame's region, m.
 const REGION_MARGIN_M: f64 = 100.0;
+/// And for each second between the track's state and the frame, this much further, m/s.
 const REGION_SPEED_MPS: f64 = 150.0;
+/// And this many standard deviations of the track's and of the measurements' positions.
 const REGION_SIGMAS: f64 = 10.0;
 
 /// A stored frame with its measurements, without velocities.
@@ -38,10 +39,10 @@ impl<F> Default for Predictions<F> {
 /// Which tracks are predicted at all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PredictionLimits {
-    /// A track further away in time than this is of no frame: as long as a track is kept, so that a gap may be bridged
-    /// by data that is still to come.
+    /// A track is not predicted over more than this. It is the time for which a track is kept, so that late data can
+    /// bridge a gap.
     memory: Span,
-    /// Tracks last detected before are of no frame any more: with a lag they are kept for publishing only.
+    /// A track whose last detection is older is not predicted. With a lag it is kept for publishing only.
     last_detected_from: Timestamp,
 }
 

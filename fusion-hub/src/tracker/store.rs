@@ -22,7 +22,7 @@ pub(crate) struct TrackStore<F> {
 }
 
 impl<F: Filter> TrackStore<F> {
-    /// An empty store; its track ids are of this lineage.
+    /// An empty store, which makes track ids of this lineage.
     pub(crate) const fn new(lineage: u32) -> Self {
         Self { tracks: Vec::new(), spare: Vec::new(), lineage, next_counter: 0, initiations_refused: 0 }
     }
@@ -125,7 +125,7 @@ impl<F: Filter> TrackStore<F> {
         }
     }
 
-    /// Puts copies in the place of the tracks of their ids.
+    /// Replaces tracks by the copies that have their ids.
     pub(crate) fn restore(&mut self, copies: &mut Vec<Track<F>>) {
         if copies.is_empty() {
             return;

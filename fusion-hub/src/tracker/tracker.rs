@@ -219,8 +219,8 @@ impl<F: Filter> Tracker<F> {
         true
     }
 
-    /// Replays late evidence, folds what is older than the horizon, and deletes tracks that nothing can be of any more;
-    /// `on_deleted` is called with each of these first.
+    /// Replays late evidence, folds what is older than the horizon, and deletes tracks that no admitted detection can
+    /// match any more. `on_deleted` is called with each of these first.
     pub(crate) fn maintain(
         &mut self,
         now: Timestamp,

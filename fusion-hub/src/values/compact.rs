@@ -34,7 +34,7 @@ pub struct CompactMeasurement {
 pub struct SizeLaws(Vec<SizeLaw>);
 
 impl SizeLaws {
-    /// The place of a law; without room for it, the place of no law.
+    /// The place of a law; `None` where the list is full.
     fn place(&mut self, law: &SizeLaw) -> Option<u8> {
         let known = self.0.iter().position(|known| known == law);
         let place = known.unwrap_or(self.0.len());
@@ -63,8 +63,8 @@ impl CompactMeasurement {
         has_law: [false; 2],
     };
 
-    /// From a measurement and its evidence of existence (m²). With more laws than 256 in use, the last ones
-    /// hold by their first two moments.
+    /// From a measurement and its evidence of existence (m²). If more than 256 laws are in use,
+    /// only mean and variance of the further ones count.
     #[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
     pub fn new(z: &Measurement, detection_over_clutter: f64, laws: &mut SizeLaws) -> Self {
         let law = z.size_law.iter().flatten().next().and_then(|law| laws.place(law));

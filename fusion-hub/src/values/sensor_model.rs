@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn the_size_laws_moments_are_those_of_the_truncated_normal() {
-        // METHODS.md 12: mean and coefficient of variation of N1, N2, N3 with lower bound 0.1.
+        // deploy/docs/methods.md: mean and coefficient of variation of N1, N2, N3 with lower bound 0.1.
         for (sigma, mean, cv) in [(0.2, 1.000, 0.200), (0.5, 1.041, 0.442), (1.0, 1.326, 0.584)] {
             let SizeLaw { mean: m, relative_variance, .. } = moments(&SizeNoiseLaw { sigma, lower: 0.1 });
             assert!((m - mean).abs() < 1e-3, "mean {m} at sigma {sigma}");

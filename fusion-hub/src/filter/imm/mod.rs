@@ -2,8 +2,7 @@
 //!
 //! State (x, y, θ, v, ω): centre, heading, speed along it, turn rate. Mixing and mode probabilities are
 //! those of Bar-Shalom, Li & Kirubarajan 2001, section 11.6.6; everything is continuous in time, so that
-//! steps of 10 ms and of 0.5 s describe the same object. The parameters are those of METHODS.md,
-//! section 14.
+//! steps of 10 ms and of 0.5 s describe the same object. The parameters are those of deploy/docs/methods.md.
 
 mod displacement;
 mod gaussian;

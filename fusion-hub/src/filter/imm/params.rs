@@ -1,4 +1,4 @@
-//! How each class of object moves (METHODS.md, section 14), with all noise as densities over time.
+//! How each class of object moves (deploy/docs/methods.md), with all noise as densities over time.
 
 use super::gaussian::Motion;
 use super::motion::{Drive, Rest};

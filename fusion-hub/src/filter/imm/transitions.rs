@@ -4,7 +4,7 @@ use crate::values::share_lost;
 
 type Matrix = [[f64; 4]; 4];
 
-/// Rates (1/s) whose chain, sampled every 0.5 s, has the probabilities of METHODS.md, section 14.
+/// Rates (1/s) whose chain, sampled every 0.5 s, has the probabilities of deploy/docs/methods.md.
 ///
 /// Parked to moving .001; stopped to moving .03 and back .008: −2 ln(1 − .038) shared out 30 : 8; smooth to
 /// manoeuvre .06 and back .3: −2 ln(1 − .008 − .36), less the rate of stopping, shared out 1 : 5.

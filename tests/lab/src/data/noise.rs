@@ -1,4 +1,4 @@
-//! The paper's noise (METHODS.md 0), in several shapes, keyed by scene, frame, agent and object.
+//! The paper's noise (deploy/docs/methods.md), in several shapes, keyed by scene, frame, agent and object.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -214,7 +214,7 @@ pub(crate) fn perturb(
     }
 }
 
-/// A factor for a true width or depth (m): eq. (5)-(6), truncated below (METHODS.md 13.1), and above at the limit of the
+/// A factor for a true width or depth (m): eq. (5)-(6), truncated below (deploy/docs/methods.md), and above at the limit of the
 /// wire format. Values outside are drawn again.
 fn size_factor(size_m: f64, (model, shape): (&NoiseModel, Shape), rng: &mut ChaCha8Rng) -> f64 {
     let bounds = model.size.lower.max(MIN_SIZE_M / size_m)..=MAX_SIZE_M / size_m;

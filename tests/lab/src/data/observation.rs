@@ -13,7 +13,7 @@ use v2x_common::detection::Detection;
 use v2x_common::geometry::{BevBox, Pose};
 
 /// The place of agent 2 is drawn for every frame from a disc of this radius around agent 1, m: its mean range in the
-/// paper equals agent 1's (METHODS.md 0).
+/// paper equals agent 1's (deploy/docs/methods.md).
 const DISC_RADIUS_M: f64 = 15.0;
 /// The paper's detectors have no confidence scores.
 const SCORE: f64 = 1.0;

@@ -5,7 +5,7 @@ use v2x_common::class::Class;
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::time::Span;
 
-/// An object is moving if it gets further than this from its first position, m (METHODS.md 13).
+/// An object is moving if it gets further than this from its first position, m (deploy/docs/methods.md).
 const MOVED_M: f64 = 1.0;
 
 /// One true object at one time.

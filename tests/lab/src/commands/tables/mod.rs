@@ -22,7 +22,7 @@ pub fn tables_with(args: &TablesArgs, further: Vec<Contender>) -> anyhow::Result
     tables_of(args, &args.draws().scenes()?, further)
 }
 
-/// Like [`run_with`], for scenes in memory.
+/// Like [`tables_with`], for scenes in memory.
 #[expect(clippy::print_stderr, reason = "what people read while the JSON goes elsewhere")]
 pub(crate) fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Contender>) -> anyhow::Result<()> {
     let mut progress = Progress::begin("scenes × trials × noise");

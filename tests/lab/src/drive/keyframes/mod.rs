@@ -1,4 +1,4 @@
-//! The paper's protocol: two agents report keyframe after keyframe to each of the compared methods (METHODS.md 0).
+//! The paper's protocol: two agents report keyframe after keyframe to each of the compared methods (deploy/docs/methods.md).
 
 pub(crate) mod contender;
 pub(crate) mod engine_run;

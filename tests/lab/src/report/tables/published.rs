@@ -115,7 +115,7 @@ fn table_2(noise: NoisePair, method: Method) -> Option<Published> {
     })
 }
 
-/// Where no reading of the paper's rules gives its values, and why (METHODS.md 12b and 13.2).
+/// Where no reading of the paper's rules gives its values, and why (deploy/docs/methods.md).
 pub(crate) const FOOTNOTES: [&str; 4] = [
     "nms at N1-N1: the paper's 100 % precision cannot come from an overlap threshold of 0.5; its values there are \
      those of a single detector.",

@@ -1,4 +1,4 @@
-//! How the tables count errors: by provenance, false positives included (paper, section II-C; METHODS.md 0).
+//! How the tables count errors: by provenance, false positives included (paper, section II-C; deploy/docs/methods.md).
 
 use crate::score::frame_errors::{ErrorSums, mean};
 use crate::score::moments::Moments;
