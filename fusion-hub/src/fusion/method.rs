@@ -9,7 +9,7 @@ use v2x_common::detection::DetectionFrame;
 use v2x_common::time::Timestamp;
 
 /// A method that makes one list of objects from the agents' detections: tracking, a rule for the frames of one window, or a
-/// method of your own ([`Engine::with_method`](crate::engine::Engine::with_method)).
+/// method of your own ([`Engine::with_fusion`](crate::engine::Engine::with_fusion)).
 ///
 /// Time comes in as an argument. A method that reads no clock and draws no unseeded random numbers gives the same bits
 /// for the same input, live and in the laboratory.

@@ -13,7 +13,7 @@ use std::str::FromStr;
 pub enum Source {
     /// The synthetic scenes of [`crate::data::dataset::synthetic`].
     Synthetic,
-    /// A table in the columns of [`crate::data::dataset::csv_file`].
+    /// A table in the columns of `data::dataset::csv_file`.
     Csv(PathBuf),
     /// nuScenes' tables below this folder.
     NuScenes(PathBuf),
