@@ -181,7 +181,7 @@ fn the_papers_literal_text_loses_measurements_newer_than_a_late_one() {
     };
     let late = frame(agent("rsu"), 0, 150, vec![detection(0, at(150), (-0.3, 0.0))]);
     let run = |method: &str, frames: &[&DetectionFrame]| {
-        let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
+        let mut engine = Engine::new(config().with_preset(preset(method).expect("a preset of the hub")));
         frames.iter().for_each(|frame| {
             engine.handle_frame(frame, at(NOW_MS));
         });

@@ -21,7 +21,7 @@ fn engine(lag_ms: i64, motion: MotionModel) -> Engine {
         tracking.tracker.hypotheses = Hypotheses::Single { lag: Span::from_millis(lag_ms) };
     }));
     AGENTS.iter().for_each(|name| {
-        engine.handle_description(agent(name), description(1e-5)).expect("a valid description")
+        engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
     });
     engine
 }

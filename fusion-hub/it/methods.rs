@@ -23,7 +23,7 @@ fn one_car(name: &str, sequence: u64, captured_ms: i64, error_m: f64) -> Detecti
 }
 
 fn after(method: &str, frames: &[(i64, DetectionFrame)], now_ms: i64) -> FusedFrame {
-    let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
+    let mut engine = Engine::new(config().with_preset(preset(method).expect("a preset of the hub")));
     for (arrival_ms, frame) in frames {
         assert!(matches!(engine.handle_frame(frame, at(*arrival_ms)), Disposition::Accepted { .. }));
     }

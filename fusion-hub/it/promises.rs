@@ -85,7 +85,7 @@ fn in_time(reports: &[Report]) -> Vec<(i64, DetectionFrame)> {
 /// The objects at the end, but for their numbers, of a hub that publishes every so many ms.
 fn run(mut frames: Vec<(i64, DetectionFrame)>, every_ms: i64, method: &str) -> Vec<FusedObject> {
     frames.sort_by_key(|(arrival, frame)| (*arrival, frame.captured_at, frame.id));
-    let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
+    let mut engine = Engine::new(config().with_preset(preset(method).expect("a preset of the hub")));
     for name in AGENTS {
         engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
     }
@@ -197,7 +197,7 @@ fn the_literal_method_lists_only_measurements_that_it_still_holds() {
 fn foreign_tracks_without_velocity_are_published_with_a_consistent_velocity_covariance() {
     for method in ["ours", "unikf-paper"] {
         for n_agents in [1u32, 3, 10] {
-            let mut engine = Engine::new(config().with_preset(preset(method).unwrap()));
+            let mut engine = Engine::new(config().with_preset(preset(method).expect("a preset of the hub")));
             for k in 0..20 * n_agents {
                 let ms = i64::from(100 * k / n_agents);
                 let foreign = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };

@@ -82,7 +82,7 @@ pub const PRESETS: &[Preset] = &[
     // Variants, to show what each part is worth.
     Preset::new("ours-particles", "ours with 8 hypotheses of association", |_| {
         ours(|ours| {
-            ours.tracker.hypotheses = ParticleCount::new(8).map_or(Hypotheses::ONE, Hypotheses::Particles)
+            ours.tracker.hypotheses = ParticleCount::new(8).map_or(Hypotheses::ONE, Hypotheses::Particles);
         })
     }),
     Preset::new("ours-lag-0.5s", "ours, published half a second later", |_| ours(lag(500))),
