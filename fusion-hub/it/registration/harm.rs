@@ -160,7 +160,7 @@ fn admission_uses_the_corrected_time_and_keeps_ids_and_stamps() {
 
 #[test]
 fn an_absurd_declaration_keeps_all_estimates_finite() {
-    let absurd = Accuracy { position_m: 1e300, yaw_rad: f64::MAX, clock_s: f64::INFINITY };
+    let absurd = Accuracy { position_m: 1e300, yaw_rad: f64::MAX, clock_s: f64::MAX };
     let extreme = Observer { accuracy: absurd, ..Observer::vehicle("extreme", ALL) };
     let observers = vec![Observer::unit(), extreme, Observer::vehicle("car", Bias::ZERO)];
     let mut traffic = Traffic::new(Registration::Correct, rings(10), observers, 10);
