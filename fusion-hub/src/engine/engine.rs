@@ -32,7 +32,7 @@ pub struct Engine {
     method: Box<dyn FusionMethod>,
     /// How detections are read of agents that describe no sensor.
     undescribed: SensorModel,
-    /// A frame with its agent's errors taken out; its buffers are used again.
+    /// A frame, corrected for its agent's errors; its buffers are used again.
     corrected: Option<DetectionFrame>,
     /// The newest time that any call named.
     now: Timestamp,

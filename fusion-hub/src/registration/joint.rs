@@ -9,7 +9,7 @@ use super::slot::RegistrationSlot;
 
 /// Mean and covariance of every agent's four errors, each N(0, 1) without data.
 ///
-/// A batch of differences gathers as information until it is taken in.
+/// Differences are gathered as information until they are applied.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Joint {
     /// Four for each agent.
@@ -25,7 +25,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    /// Makes room for one more agent, of whom nothing is known.
+    /// Adds an agent, with its prior.
     pub(super) fn grow(&mut self) {
         let (old, n) = (self.n, self.n + 4);
         let mut covariance = identity(n);
@@ -95,7 +95,7 @@ impl Joint {
         }
     }
 
-    /// Adds what a frame and a partner say.
+    /// Adds the information of one frame and one partner.
     pub(super) fn gather(&mut self, own: RegistrationSlot, partner: RegistrationSlot, group: &Group) {
         let places = joined_places(own, partner);
         for (row, place) in places.into_iter().enumerate() {

@@ -15,9 +15,9 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::{Span, Timestamp};
 
-/// What was gathered is taken in this often.
+/// The gathered information is applied this often.
 const STEP: Span = Span::from_millis(500);
-/// Who has been silent for so long makes room for a newcomer: nothing is known of him any more.
+/// An agent that was silent for this long makes room for another one: its estimate has decayed.
 const SILENT_FOR_GOOD: Span = Span::from_millis(180_000);
 
 /// Estimates the clock and pose errors of all agents that describe their accuracy.
@@ -34,7 +34,7 @@ pub struct Registrar {
 }
 
 impl Registrar {
-    /// One that knows nobody.
+    /// Without agents.
     pub fn new(mode: Registration) -> Self {
         Self { mode, ..Self::default() }
     }
@@ -99,8 +99,8 @@ impl Registrar {
             .map(|(slot, _)| slot)
     }
 
-    /// The sender of a frame that came at `now`, and what is to be taken out of the frame; `None` where the sender is
-    /// not estimated, or tells no sensor pose, or where all are references: then nothing could come of it.
+    /// The agent of a frame that arrived at `now`, and the correction of the frame. `None` where the agent is not
+    /// estimated, where the frame has no sensor pose, or where all agents are references.
     pub fn source_of(&mut self, frame: &DetectionFrame, now: Timestamp) -> Option<Source> {
         let pose = frame.sensor_pose?;
         let slot = self.slot_of(frame.id.agent)?;
@@ -115,7 +115,7 @@ impl Registrar {
         Some(Source { slot, is_reference: registered.is_reference(), sensor, applied })
     }
 
-    /// Takes in the objects that one frame shares with others.
+    /// Takes in the objects of one frame that other agents detect, too.
     pub fn observe(&mut self, shared: &[SharedObject]) {
         let mut met = [false; MAX_REGISTERED];
         for one in shared {
@@ -158,8 +158,8 @@ impl Registrar {
         joined([own; 4], [partner; 4])
     }
 
-    /// Takes in what was gathered, twice a second, and decides what is taken out from now on. A time before the newest
-    /// one that was told changes nothing.
+    /// Applies the gathered information, twice a second, and decides the corrections from then on. A time before the
+    /// newest one changes nothing.
     pub fn advance(&mut self, now: Timestamp) {
         let before = *self.advanced_at.get_or_insert(now);
         if now - before < STEP || self.registered.is_empty() {
@@ -184,7 +184,7 @@ impl Registrar {
         }
     }
 
-    /// What is believed of every agent, in the order in which they came.
+    /// The estimate of every agent, in the order in which they were described first.
     pub fn report(&self) -> impl Iterator<Item = AgentRegistration> {
         (0..)
             .map(RegistrationSlot)
