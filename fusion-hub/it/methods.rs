@@ -166,5 +166,8 @@ fn a_single_frame_rule_is_bounded_and_leaves_out_the_longest_frames_first() {
             "{}: {refused} boxes counted",
             preset.key
         );
+        engine.handle_frame(&crowd("later", 1), at(2));
+        engine.fused(at(3));
+        assert_eq!(engine.counts().births_refused, refused, "{}: a frame is counted once", preset.key);
     }
 }

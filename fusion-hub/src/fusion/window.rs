@@ -55,6 +55,8 @@ struct Newest {
     /// the window.
     counts_at: Timestamp,
     reports: Vec<Report>,
+    /// It was left out for lack of room, and is counted.
+    is_left_out: bool,
 }
 
 impl Newest {
@@ -88,7 +90,7 @@ impl WindowFusion {
         let Some(instant) = self.newest.iter().map(|newest| newest.counts_at).max() else { return };
         let is_in = |newest: &&Newest| instant - newest.counts_at <= self.config.window;
         let mut in_window: Vec<&Newest> = self.newest.iter().filter(is_in).collect();
-        self.boxes_refused += leave_out_longest(&mut in_window);
+        let left_out = leave_out_longest(&mut in_window);
         // The first place is the main agent's, whether it reports or not.
         let is_main_there = self
             .config
@@ -104,16 +106,26 @@ impl WindowFusion {
             self.next_counter = self.next_counter.wrapping_add(1);
             self.objects.push(object(&fused, track, &sources));
         }
+        self.count_left_out(&left_out);
+    }
+
+    /// Counts the boxes of frames that were left out, once for each frame.
+    fn count_left_out(&mut self, left_out: &[FrameId]) {
+        for newest in self.newest.iter_mut().filter(|newest| left_out.contains(&newest.frame)) {
+            if !std::mem::replace(&mut newest.is_left_out, true) {
+                self.boxes_refused += newest.reports.len() as u64;
+            }
+        }
     }
 }
 
-/// Leaves out the longest frames until [`MAX_WINDOW_BOXES`] hold the rest; the number of boxes that are left out.
-fn leave_out_longest(frames: &mut Vec<&Newest>) -> u64 {
-    let mut left_out = 0;
+/// Leaves out the longest frames until the rest has at most [`MAX_WINDOW_BOXES`]; the frames that are left out.
+fn leave_out_longest(frames: &mut Vec<&Newest>) -> Vec<FrameId> {
+    let mut left_out = Vec::new();
     while frames.iter().map(|newest| newest.reports.len()).sum::<usize>() > MAX_WINDOW_BOXES {
         let longest = frames.iter().enumerate().max_by_key(|(_, newest)| newest.reports.len());
         let Some((place, _)) = longest else { break };
-        left_out += frames.remove(place).reports.len() as u64;
+        left_out.push(frames.remove(place).frame);
     }
     left_out
 }
@@ -126,6 +138,7 @@ impl FusionMethod for WindowFusion {
             captured_at: frame.captured_at,
             counts_at: frame.captured_at.min(received_at),
             reports: Vec::new(),
+            is_left_out: false,
         };
         let rank = self.rank(frame.id.agent);
         let place = match self.newest.binary_search_by_key(&rank, |newest| self.rank(newest.frame.agent)) {

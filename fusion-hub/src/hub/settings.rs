@@ -2,7 +2,7 @@
 
 use crate::engine::{EngineConfig, PublishMode};
 use crate::fusion::table::{TrackingTable, WindowTable, within};
-use crate::fusion::{Fusion, LateFrames, PresetKey, SettingsError};
+use crate::fusion::{Fusion, LateFrames, PresetKey, SettingsError, TrackingConfig};
 use crate::track::Rollback;
 use crate::values::SensingDefaults;
 use serde::Deserialize;
@@ -217,10 +217,8 @@ impl HubTable {
         window.check()?;
         match self.method.preset().fusion_at(window.overlap) {
             Fusion::Window(method) => {
-                let Fusion::Tracking(unused) = Fusion::default() else {
-                    return Err(SettingsError::LagWithoutMemory);
-                };
-                tracking.over(unused)?;
+                // Without effect here, but a wrong value is an error all the same.
+                tracking.over(TrackingConfig::default())?;
                 if tracking.has_lag() {
                     return Err(SettingsError::LagWithoutMemory);
                 }
@@ -278,7 +276,7 @@ fn check_report_defaults(defaults: &ReportDefaults) -> Result<(), SettingsError>
 mod tests {
     use super::*;
     use crate::baselines::Rule;
-    use crate::fusion::{Hypotheses, PRESETS, TrackingConfig, WindowConfig};
+    use crate::fusion::{Hypotheses, PRESETS, WindowConfig};
     use crate::registration::Registration;
 
     fn settings(text: &str) -> Result<HubSettings, SettingsError> {
