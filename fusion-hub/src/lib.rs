@@ -47,6 +47,7 @@ pub mod filter;
 pub mod fusion;
 #[cfg(feature = "net")]
 pub mod hub;
+mod learning;
 #[doc(hidden)]
 pub mod parameters;
 #[doc(hidden)]

@@ -256,6 +256,7 @@ impl Engine {
             frame,
             received_at: self.now,
             sensor: if record.description.is_some() { &record.sensor } else { &self.undescribed },
+            is_described: record.description.is_some(),
             coverage: record.coverage(frame),
             agent,
             agents: self.agents.names(),

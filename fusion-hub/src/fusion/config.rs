@@ -51,6 +51,9 @@ pub struct TrackingConfig {
     pub class_size_priors: bool,
     /// What is done about clock and pose errors of agents ([`crate::registration`]).
     pub registration: Registration,
+    /// Whether it is learnt what each agent's sensor is like: what an agent declares is then held against what is seen, and
+    /// frames of agents that declare nothing are evidence, too.
+    pub learning: bool,
     /// Least probability of existence of a published object.
     pub publish_existence: f64,
 }
@@ -74,6 +77,7 @@ impl Default for TrackingConfig {
             resolve_duplicates: true,
             class_size_priors: true,
             registration: Registration::default(),
+            learning: true,
             publish_existence: 0.5,
         }
     }

@@ -50,6 +50,8 @@ pub struct AdmittedFrame<'a> {
     pub received_at: Timestamp,
     /// How its detections become measurements, by what the agent declares ([`SensorModel::measurement`]).
     pub sensor: &'a SensorModel,
+    /// Whether the agent describes its sensor.
+    pub is_described: bool,
     /// What the sensor covered; `None` where the agent describes no sensor.
     pub coverage: Option<Coverage>,
     /// Slot of the agent.

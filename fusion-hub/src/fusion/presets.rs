@@ -163,6 +163,7 @@ fn paper() -> TrackingConfig {
         },
         resolve_duplicates: false,
         registration: Registration::Off,
+        learning: false,
         ..ours
     }
 }

@@ -74,6 +74,7 @@ pub(crate) struct TrackingTable {
     class_priors: Option<bool>,
     class_size_priors: Option<bool>,
     registration: Option<Registration>,
+    learning: Option<bool>,
     publish_existence: Option<f64>,
 }
 
@@ -91,6 +92,7 @@ impl TrackingTable {
         "class_priors",
         "class_size_priors",
         "registration",
+        "learning",
         "publish_existence",
     ];
 
@@ -126,6 +128,7 @@ impl TrackingTable {
             resolve_duplicates: self.resolve_duplicates.unwrap_or(method.resolve_duplicates),
             class_size_priors: class_motion && class_sizes,
             registration: self.registration.unwrap_or(method.registration),
+            learning: self.learning.unwrap_or(method.learning),
             publish_existence,
         })
     }

@@ -4,6 +4,7 @@ use super::config::TrackingConfig;
 use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
 use crate::duplicates::Duplicates;
 use crate::filter::Filter;
+use crate::learning::{FrameReading, FrameSource, Learner, Prior};
 use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, TrackList};
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
@@ -20,9 +21,11 @@ pub(super) struct Tracking<F> {
     pairs: PairFinder,
     duplicates: Duplicates,
     found: Vec<(TrackId, TrackId)>,
+    delta_max: Span,
     merges: u64,
     /// With a lag: merged tracks, as they were before.
     pre_merge: PreMergeTracks<F>,
+    learner: Option<Learner>,
     publisher: Publisher,
     smoother: FixedLagSmoother<F>,
 }
@@ -42,8 +45,10 @@ impl<F: Filter> Tracking<F> {
             pairs: PairFinder::default(),
             duplicates: Duplicates::default(),
             found: Vec::new(),
+            delta_max: lifetimes.delta_max,
             merges: 0,
             pre_merge: PreMergeTracks::default(),
+            learner: config.learning.then(|| Learner::new(lifetimes.delta_max)),
             publisher: Publisher::new(publish),
             smoother: FixedLagSmoother::default(),
         }
@@ -58,10 +63,33 @@ impl<F: Filter> Tracking<F> {
         }
     }
 
+    /// How a frame is read as evidence of existence.
+    fn read(&mut self, admitted: &AdmittedFrame<'_>) -> FrameReading {
+        let AdmittedFrame { frame, sensor, coverage, is_described, agent, agents, .. } = *admitted;
+        let declared = FrameReading { model: sensor.model(), coverage };
+        let Some(learner) = &mut self.learner else { return declared };
+        let source = FrameSource {
+            agent,
+            captured_at: frame.captured_at,
+            pose: frame.sensor_pose,
+            declared: is_described.then_some(declared),
+        };
+        learner.read(&source, &Prior::UNDESCRIBED, agents)
+    }
+
     fn observe_duplicates(&mut self, slot: FrameSlot) {
         if self.config.resolve_duplicates {
             self.duplicates.observe(&self.tracker.assigned(slot));
         }
+    }
+
+    /// Learns from what cannot change any more; from when on evidence is still needed.
+    fn learn(&mut self, now: Timestamp, horizon: &Horizon, agents: &AgentNames) -> Horizon {
+        let Some(learner) = &mut self.learner else { return *horizon };
+        self.tracker.replay(agents);
+        let final_before = horizon.at.max(now - self.delta_max);
+        learner.advance(self.tracker.tracks().all(), final_before, &self.tracker.context(agents));
+        Horizon { at: horizon.at.min(learner.needs_from()), ..*horizon }
     }
 
     fn merge_duplicates(&mut self, captured_at: Timestamp, agents: &AgentNames) {
@@ -80,8 +108,9 @@ impl<F: Filter> Tracking<F> {
 
 impl<F: Filter + Send> FusionMethod for Tracking<F> {
     fn handle_frame(&mut self, admitted: &AdmittedFrame<'_>) -> FrameOutcome<'_> {
-        let AdmittedFrame { frame, sensor, coverage, agent, agents, source, .. } = *admitted;
-        let slot = self.tracker.store(&SensedFrame { frame, agent, sensor, coverage });
+        let AdmittedFrame { frame, sensor, agent, agents, source, .. } = *admitted;
+        let FrameReading { model, coverage } = self.read(admitted);
+        let slot = self.tracker.store(&SensedFrame { frame, agent, sensor, model: &model, coverage });
         self.pairs.begin_frame(slot, source, frame.detections.len());
         self.tracker.associate(slot, agents);
         self.pairs.observe(&self.tracker.assigned(slot));
@@ -120,10 +149,11 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     }
 
     fn maintain(&mut self, now: Timestamp, horizon: &Horizon, agents: &AgentNames) {
+        let held = self.learn(now, horizon, agents);
         let publisher = &mut self.publisher;
-        self.tracker.maintain(now, horizon, agents, |track| publisher.note_deleted(track));
-        self.pre_merge.maintain(horizon, &self.tracker.context(agents));
-        self.tracker.forget_frames(horizon);
+        self.tracker.maintain(now, horizon, &held, agents, |track| publisher.note_deleted(track));
+        self.pre_merge.maintain(&held, &self.tracker.context(agents));
+        self.tracker.forget_frames(&held);
         self.duplicates.maintain(now, self.tracker.tracks());
     }
 

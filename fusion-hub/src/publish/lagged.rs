@@ -34,7 +34,11 @@ impl Publisher {
         for track in leading() {
             let Some(smoothed) = smoother.smooth(track, at, context) else { continue };
             let SmoothedTrack { state, existence, last_measured_at } = smoothed;
-            if existence < self.config.existence || at - last_measured_at > self.config.coast {
+            let is_supported = track.latest().support.is_for_a_real_object();
+            if existence < self.config.existence
+                || at - last_measured_at > self.config.coast
+                || !is_supported
+            {
                 continue;
             }
             let estimate = state.estimate(track.latest().class(), &priors);

@@ -83,7 +83,11 @@ impl Publisher {
         let last_measured_at = track.last_measured_at();
         let exists_by = |track: &Track<F>| track.latest().existence_at(now);
         let existence = mixtures.of_track(track).map(|(share, version)| share * exists_by(version)).sum();
-        if existence < self.config.existence || now - last_measured_at > self.config.coast {
+        let is_supported = track.latest().support.is_for_a_real_object();
+        if existence < self.config.existence
+            || now - last_measured_at > self.config.coast
+            || !is_supported
+        {
             return None;
         }
         let estimate = |track: &Track<F>| {

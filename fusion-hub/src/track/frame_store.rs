@@ -10,8 +10,12 @@ use std::cmp::Ordering;
 use std::collections::VecDeque;
 use v2x_common::covariance::Velocity;
 use v2x_common::detection::DetectionFrame;
+use v2x_common::geometry::Pose;
 use v2x_common::id::FrameId;
 use v2x_common::time::Timestamp;
+
+/// Least and greatest of no scores.
+const NO_SCORES: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 /// A frame that can still matter.
 #[derive(Clone, Debug)]
@@ -24,10 +28,14 @@ pub struct StoredFrame {
     pub agent: AgentSlot,
     /// Reported velocities, by the detection's index.
     velocities: Vec<(u16, Velocity)>,
-    /// Each detection's evidence of existence.
+    /// How it is read as evidence of existence.
     pub model: DetectionModel,
     /// What the sensor covered; `None` where its missed detections do not count.
     pub coverage: Option<Coverage>,
+    /// Pose of the sensor, where it is known.
+    pub pose: Option<Pose>,
+    /// Least and greatest score; where there are none, ∞ and -∞.
+    pub scores: [f64; 2],
 }
 
 #[cfg(test)]
@@ -40,7 +48,16 @@ impl StoredFrame {
         model: DetectionModel,
         coverage: Option<Coverage>,
     ) -> Self {
-        Self { captured_at, id, agent, velocities: Vec::new(), model, coverage }
+        Self {
+            captured_at,
+            id,
+            agent,
+            velocities: Vec::new(),
+            model,
+            coverage,
+            pose: None,
+            scores: NO_SCORES,
+        }
     }
 }
 
@@ -63,8 +80,10 @@ pub struct SensedFrame<'a> {
     pub frame: &'a DetectionFrame,
     /// Slot of its agent.
     pub agent: AgentSlot,
-    /// How its detections are read.
+    /// How its detections are read as measurements.
     pub sensor: &'a SensorModel,
+    /// How they are read as evidence of existence.
+    pub model: &'a DetectionModel,
     /// What the sensor covered; `None` where its missed detections do not count.
     pub coverage: Option<Coverage>,
 }
@@ -72,21 +91,24 @@ pub struct SensedFrame<'a> {
 impl FrameStore {
     /// Stores a frame.
     pub fn insert(&mut self, sensed: &SensedFrame<'_>) -> FrameSlot {
-        let SensedFrame { frame, agent, sensor, coverage } = *sensed;
+        let SensedFrame { frame, agent, sensor, model, coverage } = *sensed;
         let slot = self.vacant_slot(frame.id);
         let stored = &mut self.slots[slot.index()];
         stored.captured_at = frame.captured_at;
         stored.id = frame.id;
         stored.agent = agent;
-        stored.model = sensor.model();
+        stored.model = *model;
         stored.coverage = coverage;
+        stored.pose = frame.sensor_pose;
+        let scores = frame.detections.iter().map(|detection| detection.score);
+        stored.scores = scores.fold(NO_SCORES, |[least, most], score| [least.min(score), most.max(score)]);
         stored.velocities.clear();
         let measurements = &mut self.measurements[slot.index()];
         measurements.clear();
         for (index, detection) in (0..).zip(&frame.detections) {
             let z = sensor.measurement(detection);
-            let over_clutter = stored.model.detection_over_clutter;
-            measurements.push(CompactMeasurement::new(&z, over_clutter, &mut self.laws));
+            let evidence = model.evidence(detection, frame.sensor_pose.as_ref());
+            measurements.push(CompactMeasurement::new(&z, &evidence, &mut self.laws));
             stored.velocities.extend(z.velocity.map(|velocity| (index, velocity)));
         }
         let key = (frame.captured_at, slot);
@@ -105,6 +127,8 @@ impl FrameStore {
                 velocities: Vec::new(),
                 model: DetectionModel::default(),
                 coverage: None,
+                pose: None,
+                scores: NO_SCORES,
             });
             self.measurements.push(Vec::new());
             FrameSlot(slot)
@@ -123,6 +147,11 @@ impl FrameStore {
     /// The measurements of a frame, without velocities.
     pub fn measurements(&self, slot: FrameSlot) -> impl Iterator<Item = Measurement> {
         self.compact(slot).iter().map(|compact| compact.expanded(&self.laws))
+    }
+
+    /// The positions of a frame's measurements, m.
+    pub fn positions(&self, slot: FrameSlot) -> impl Iterator<Item = [f64; 2]> {
+        self.compact(slot).iter().map(CompactMeasurement::position)
     }
 
     fn compact(&self, slot: FrameSlot) -> &[CompactMeasurement] {

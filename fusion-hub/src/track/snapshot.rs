@@ -3,7 +3,8 @@
 use crate::filter::Filter;
 use crate::values::Coverage;
 use crate::values::Existence;
-use crate::values::Measurement;
+use crate::values::{DetectionModel, Measurement, ScoreEvidence, Support};
+use crate::values::AgentSlot;
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
@@ -27,23 +28,58 @@ pub struct Snapshot<F> {
     pub initiated_at: Timestamp,
     /// Number of detections.
     pub n_reports: u32,
+    /// What the agents have shown of it.
+    pub support: Support,
     class: Class,
     /// Whether the class selects the motion parameters.
     class_motion: bool,
     counts: [(Class, u32); MAX_CLASSES],
 }
 
+/// A frame's evidence of existence of one track.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameEvidence<'a> {
+    /// Capture time.
+    pub at: Timestamp,
+    /// The agent.
+    pub agent: AgentSlot,
+    /// How its frame is read.
+    pub model: &'a DetectionModel,
+}
+
+/// A detection's evidence of existence of one track.
+#[derive(Clone, Copy, Debug)]
+pub struct ReportEvidence {
+    /// Detection probability over clutter density, m²; ∞ without clutter.
+    pub over_clutter: f64,
+    /// The evidence of its score.
+    pub score: ScoreEvidence,
+    /// Distance from the sensor, m; 0 where that is not known.
+    pub range_m: f64,
+}
+
 impl<F: Filter> Snapshot<F> {
     /// After the first detection. Without `class_motion` every object has the motion parameters of a car.
-    pub fn initial(at: Timestamp, z: &Measurement, birth_odds: f64, class_motion: bool) -> Self {
+    pub fn initial(
+        frame: &FrameEvidence<'_>,
+        z: &Measurement,
+        score: ScoreEvidence,
+        class_motion: bool,
+    ) -> Self {
+        let at = frame.at;
+        let mut support = Support::default();
+        if frame.model.keeps_support {
+            support.note_detection(frame.agent, at, score);
+        }
         let mut counts = [(Class::Unknown, 0); MAX_CLASSES];
         counts[0] = (z.class, 1);
         Self {
             state: F::initial(at, &Measurement { class: motion_class(z.class, class_motion), ..*z }),
-            existence: Existence::from_odds(birth_odds),
+            existence: Existence::from_odds(frame.model.birth_odds * score.factor()),
             at,
             initiated_at: at,
             n_reports: 1,
+            support,
             class: z.class,
             class_motion,
             counts,
@@ -64,21 +100,31 @@ impl<F: Filter> Snapshot<F> {
         self.existence.survived(at - self.at).probability()
     }
 
-    /// Applies a detection at the state's own time, or taken as simultaneous, with the detection probability over the
-    /// clutter density (m²) and the odds that such a detection is of a new object.
+    /// Whether it is rather a real object than clutter, and than a false object that an agent sees persistently.
+    pub fn is_rather_real(&self) -> bool {
+        !self.existence.is_unlikely() && self.support.is_for_a_real_object()
+    }
+
+    /// Applies a detection at the state's own time, or taken as simultaneous.
     #[inline(always)]
     pub fn add_detection(
         &mut self,
-        at: Timestamp,
+        frame: &FrameEvidence<'_>,
         z: &Measurement,
-        (detection_over_clutter, birth_odds): (f64, impl FnOnce() -> f64),
+        report: impl FnOnce() -> ReportEvidence,
     ) {
+        let FrameEvidence { at, agent, model } = *frame;
         self.survive_to(at);
         let innovation = self.state.update(z);
         let is_unlikely = self.existence.is_unlikely();
-        self.existence = self.existence.reported(&innovation, detection_over_clutter);
+        let ReportEvidence { mut over_clutter, score, range_m } = report();
+        if model.keeps_support {
+            over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));
+            self.support.note_detection(agent, at, score);
+        }
+        self.existence = self.existence.reported(&innovation, over_clutter);
         if is_unlikely {
-            self.existence = self.existence.or_initiated(birth_odds());
+            self.existence = self.existence.or_initiated(model.birth_odds * score.factor());
         }
         self.n_reports += 1;
         self.count_class(z.class);
@@ -93,7 +139,13 @@ impl<F: Filter> Snapshot<F> {
     }
 
     /// Applies a missed detection; no effect where the object was not covered.
-    pub fn add_missed_detection(&mut self, at: Timestamp, coverage: &Coverage, synchronous: Span) {
+    pub fn add_missed_detection(
+        &mut self,
+        frame: &FrameEvidence<'_>,
+        coverage: &Coverage,
+        synchronous: Span,
+    ) {
+        let FrameEvidence { at, agent, model } = *frame;
         // At the least existence there is, only a detection changes it.
         if self.existence.is_least() {
             return;
@@ -103,7 +155,14 @@ impl<F: Filter> Snapshot<F> {
         let (position, sigma_m) = self.state.place_at(predicted_at, self.motion_class());
         if coverage.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
-            self.existence = self.existence.missed(coverage.miss_probability);
+            let range_m = coverage.range_to(position);
+            let mut probability = coverage.profile.probability(range_m);
+            if model.keeps_support {
+                let given = coverage.profile.given(range_m, self.support.last(agent));
+                self.support.note_missed(agent, at, probability);
+                probability = given;
+            }
+            self.existence = self.existence.missed(1.0 - probability);
         }
     }
 

@@ -1,7 +1,8 @@
 //! A track: its evidence in the order of capture times, with rollback and replay of late evidence.
 
 use super::evidence::{Evidence, FrameSlot};
-use super::frame_store::FrameStore;
+use super::frame_store::{FrameStore, StoredFrame};
+use super::snapshot::{FrameEvidence, ReportEvidence};
 use super::{Contributors, Snapshot};
 use crate::filter::Filter;
 
@@ -420,6 +421,17 @@ impl<F: Filter> Track<F> {
         self.evidence.iter()
     }
 
+    /// The evidence that is not folded, captured at a time or later, in order.
+    pub fn evidence_since(&self, at: Timestamp) -> impl Iterator<Item = &Evidence> {
+        self.evidence.range(self.evidence.partition_point(|item| item.captured_at < at)..)
+    }
+
+    /// The filtered estimate by the evidence before a time; `None` before the first detection.
+    pub fn before(&self, at: Timestamp, context: &TrackContext<'_>) -> Option<Snapshot<F>> {
+        let count = self.evidence.partition_point(|item| item.captured_at < at);
+        (self.initiated_at < at).then(|| self.after(count, context))
+    }
+
     /// The oldest evidence that is not folded.
     pub fn oldest(&self) -> Option<&Evidence> {
         self.evidence.front()
@@ -436,9 +448,10 @@ fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, item: &Evidence, context:
 }
 
 fn initial<F: Filter>(item: &Evidence, context: &TrackContext<'_>) -> Option<Snapshot<F>> {
-    let z = context.frames.expanded(item, context.frames.held(item)?);
-    let birth_odds = context.frames.get(item.frame).model.birth_odds;
-    Some(Snapshot::initial(item.captured_at, &z, birth_odds, context.class_motion))
+    let held = context.frames.held(item)?;
+    let z = context.frames.expanded(item, held);
+    let frame = frame_evidence(item, context.frames.get(item.frame));
+    Some(Snapshot::initial(&frame, &z, held.score(), context.class_motion))
 }
 
 /// Applies an item, with its measurement as it is held where it is a detection.
@@ -450,18 +463,25 @@ pub(super) fn apply<F: Filter>(
     context: &TrackContext<'_>,
 ) {
     let at = item.captured_at;
+    let stored = context.frames.get(item.frame);
+    let frame = frame_evidence(item, stored);
     if let Some(held) = held {
         match predicted {
             Some(predicted) => known.state = *predicted,
             None => known.predict(at, context.synchronous),
         }
-        let birth_odds = || context.frames.get(item.frame).model.birth_odds;
-        known.add_detection(
-            at,
-            &context.frames.expanded(item, held),
-            (held.detection_over_clutter(), birth_odds),
-        );
-    } else if let Some(coverage) = &context.frames.get(item.frame).coverage {
-        known.add_missed_detection(at, coverage, context.synchronous);
+        let z = context.frames.expanded(item, held);
+        let range_m = || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_to(z.position));
+        known.add_detection(&frame, &z, || ReportEvidence {
+            over_clutter: held.detection_over_clutter(),
+            score: held.score(),
+            range_m: range_m(),
+        });
+    } else if let Some(coverage) = &stored.coverage {
+        known.add_missed_detection(&frame, coverage, context.synchronous);
     }
+}
+
+fn frame_evidence<'a>(item: &Evidence, stored: &'a StoredFrame) -> FrameEvidence<'a> {
+    FrameEvidence { at: item.captured_at, agent: stored.agent, model: &stored.model }
 }

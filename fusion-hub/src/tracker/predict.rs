@@ -111,7 +111,8 @@ impl<F: Filter> Predictions<F> {
         if let Some(coverage) = &frame.stored.coverage
             && coverage.covers(predicted.position, 0.0)
         {
-            predicted.report_probability = estimate.existence_at(at) * (1.0 - coverage.miss_probability);
+            let probability = coverage.profile.probability(coverage.range_to(predicted.position));
+            predicted.report_probability = estimate.existence_at(at) * probability;
         }
         self.measurements.push(predicted);
     }

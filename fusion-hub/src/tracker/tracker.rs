@@ -219,12 +219,19 @@ impl<F: Filter> Tracker<F> {
         true
     }
 
+    /// Replays late evidence.
+    pub(crate) fn replay(&mut self, agents: &AgentNames) {
+        let context = context(&self.config, &self.frames, agents);
+        self.tracks.iter_mut().for_each(|track| track.replay(&context));
+    }
+
     /// Replays late evidence, folds what is older than the horizon, and deletes tracks that no admitted detection can
     /// match any more. `on_deleted` is called with each of these first.
     pub(crate) fn maintain(
         &mut self,
         now: Timestamp,
         horizon: &Horizon,
+        held: &Horizon,
         agents: &AgentNames,
         on_deleted: impl FnMut(&Track<F>),
     ) {
@@ -232,8 +239,8 @@ impl<F: Filter> Tracker<F> {
         let context = context(&self.config, &self.frames, agents);
         let deleted_before = horizon.at - coast;
         self.deleted_before = horizon.at.max(now - delta_max) - coast;
-        self.tracks.maintain(horizon, deleted_before, &context, on_deleted);
-        self.instant.maintain(horizon, deleted_before, &context);
+        self.tracks.maintain(held, deleted_before, &context, on_deleted);
+        self.instant.maintain(held, deleted_before, &context);
     }
 
     /// Forgets frames that no track refers to any more.

@@ -1,6 +1,6 @@
 //! A measurement in one cache line: what tracks replay.
 
-use super::{Measurement, SizeLaw};
+use super::{Measurement, ScoreEvidence, SizeLaw};
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 
@@ -20,6 +20,7 @@ pub struct CompactMeasurement {
     yaw_variance: f32,
     detection_over_clutter: f32,
     class: Class,
+    score: ScoreEvidence,
     /// Whether a velocity was reported; it is held elsewhere.
     pub has_velocity: bool,
     /// Whether it is an agent's own track.
@@ -27,6 +28,15 @@ pub struct CompactMeasurement {
     /// Place in the list of laws, and whether it holds for width and depth.
     law: u8,
     has_law: [bool; 2],
+}
+
+/// A detection's evidence of existence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectionEvidence {
+    /// Detection probability over clutter density, with the evidence of the score, m²; ∞ without clutter.
+    pub over_clutter: f64,
+    /// The evidence of its score.
+    pub score: ScoreEvidence,
 }
 
 /// The laws that sensors have declared: few, so that a measurement names its own in one byte.
@@ -57,16 +67,17 @@ impl CompactMeasurement {
         yaw_variance: 0.0,
         detection_over_clutter: 0.0,
         class: Class::Unknown,
+        score: ScoreEvidence::NONE,
         has_velocity: false,
         is_track: false,
         law: 0,
         has_law: [false; 2],
     };
 
-    /// From a measurement and its evidence of existence (m²). If more than 256 laws are in use,
+    /// From a measurement and its evidence of existence. If more than 256 laws are in use,
     /// only mean and variance of the further ones count.
     #[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
-    pub fn new(z: &Measurement, detection_over_clutter: f64, laws: &mut SizeLaws) -> Self {
+    pub fn new(z: &Measurement, evidence: &DetectionEvidence, laws: &mut SizeLaws) -> Self {
         let law = z.size_law.iter().flatten().next().and_then(|law| laws.place(law));
         let single = |[a, b]: [f64; 2]| [a as f32, b as f32];
         Self {
@@ -76,8 +87,9 @@ impl CompactMeasurement {
             relative_variance: single(z.relative_variance),
             yaw: z.yaw as f32,
             yaw_variance: z.yaw_variance as f32,
-            detection_over_clutter: detection_over_clutter as f32,
+            detection_over_clutter: evidence.over_clutter as f32,
             class: z.class,
+            score: evidence.score,
             has_velocity: z.velocity.is_some(),
             is_track: z.is_track,
             law: law.unwrap_or(0),
@@ -104,6 +116,18 @@ impl CompactMeasurement {
         }
     }
 
+    /// Position, m.
+    #[inline]
+    pub const fn position(&self) -> [f64; 2] {
+        self.position
+    }
+
+    /// The evidence of its score.
+    #[inline]
+    pub fn score(&self) -> ScoreEvidence {
+        self.score
+    }
+
     /// Detection probability over clutter density, m²; ∞ without clutter.
     #[inline]
     pub fn detection_over_clutter(&self) -> f64 {
@@ -114,6 +138,9 @@ impl CompactMeasurement {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const CERTAIN: DetectionEvidence =
+        DetectionEvidence { over_clutter: f64::INFINITY, score: ScoreEvidence::NONE };
 
     #[test]
     fn a_measurement_is_one_cache_line_and_keeps_six_digits() {
@@ -131,7 +158,7 @@ mod tests {
             is_track: false,
         };
         let mut laws = SizeLaws::default();
-        let back = CompactMeasurement::new(&z, f64::INFINITY, &mut laws).expanded(&laws);
+        let back = CompactMeasurement::new(&z, &CERTAIN, &mut laws).expanded(&laws);
         assert_eq!((back.position, back.class), (z.position, z.class));
         for (a, b) in [(back.r.xx, z.r.xx), (back.r.xy, z.r.xy), (back.yaw, z.yaw), (back.size[1], z.size[1])]
         {
@@ -159,7 +186,7 @@ mod tests {
                 is_track: false,
             };
             assert!(
-                r.is_valid() && CompactMeasurement::new(&z, 1.0, &mut laws).expanded(&laws).r.is_valid(),
+                r.is_valid() && CompactMeasurement::new(&z, &CERTAIN, &mut laws).expanded(&laws).r.is_valid(),
                 "{k}"
             );
         }

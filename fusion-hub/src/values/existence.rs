@@ -5,13 +5,13 @@ use super::share_lost;
 use std::f64::consts::PI;
 use v2x_common::time::Span;
 
-/// Upper limit, odds of 0.999: missed detections can still delete a track in time.
-const MAX_ODDS: f64 = 999.0;
+/// Upper limit, odds of 0.9999: missed detections can still delete a track in time.
+const MAX_ODDS: f64 = 1e4;
 /// Lower limit: a detection can still confirm the track again.
 const MIN_ODDS: f64 = 1e-12;
 
 /// Mean survival time of an object without coverage, s.
-pub const SURVIVAL_TIME_S: f64 = 10.0;
+pub const SURVIVAL_TIME_S: f64 = 60.0;
 
 /// A squared Mahalanobis distance, and something below e^(−½ of it).
 const NEAR: f64 = 18.0;

@@ -6,6 +6,7 @@
 
 mod agents;
 mod compact;
+mod detection_profile;
 mod existence;
 mod exponential;
 mod innovation;
@@ -13,17 +14,22 @@ mod measurement;
 pub mod overlap;
 mod particle_set;
 mod predicted;
+mod score_model;
 mod sensor_model;
+mod support;
 
 pub use agents::{AgentNames, AgentSlot};
-pub use compact::{CompactMeasurement, SizeLaws};
+pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
+pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
 pub use existence::{Existence, SURVIVAL_TIME_S};
 pub(crate) use exponential::share_lost;
 pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
 pub use particle_set::{MAX_PARTICLES, ParticleSet};
 pub use predicted::PredictedMeasurement;
+pub use score_model::{ScoreEvidence, ScoreModel, logit};
 pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
+pub use support::Support;
 
 #[cfg(test)]
 pub(crate) use existence::listed as existence_listed;

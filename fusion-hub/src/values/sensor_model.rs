@@ -1,7 +1,10 @@
 //! An agent's sensor model, from what it declares.
 
+use super::compact::DetectionEvidence;
+use super::detection_profile::DetectionProfile;
 use super::existence::SURVIVAL_TIME_S;
 use super::measurement::{Measurement, SizeLaw};
+use super::score_model::ScoreModel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::detection::Detection;
@@ -38,17 +41,34 @@ impl Default for SensingDefaults {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorModel {
     model: DetectionModel,
-    miss_probability: f64,
     size_law: Option<SizeLaw>,
 }
 
-/// A detection's evidence of existence.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// How the frames of a sensor are read as evidence of existence.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectionModel {
-    /// Detection probability over clutter density, m²; ∞ without clutter.
-    pub detection_over_clutter: f64,
+    /// Detection probabilities.
+    pub profile: DetectionProfile,
+    /// Expected false detections in a frame, per m².
+    pub clutter_per_m2: f64,
     /// Odds that a detection of no known track is of a real object.
     pub birth_odds: f64,
+    /// How scores are read.
+    pub scores: ScoreModel,
+    /// Whether an object's history by this sensor counts: whether its last frame held it, and how well it supports it.
+    pub keeps_support: bool,
+}
+
+impl Default for DetectionModel {
+    fn default() -> Self {
+        Self {
+            profile: DetectionProfile::uniform(1.0),
+            clutter_per_m2: 0.0,
+            birth_odds: 0.0,
+            scores: ScoreModel::Ignored,
+            keeps_support: false,
+        }
+    }
 }
 
 impl DetectionModel {
@@ -63,9 +83,23 @@ impl DetectionModel {
     ) -> Self {
         let births_per_m2 = defaults.births_per_m2_s / rate_hz.max(1.0 / SURVIVAL_TIME_S);
         Self {
-            detection_over_clutter: limited(detection_probability) / clutter_per_m2,
+            profile: DetectionProfile::uniform(limited(detection_probability)),
+            clutter_per_m2,
             birth_odds: births_per_m2 / clutter_per_m2,
+            ..Self::default()
         }
+    }
+
+    /// Detection probability over clutter density of a detection at this range (m), m²; ∞ without clutter.
+    pub fn detection_over_clutter(&self, range_m: f64) -> f64 {
+        self.profile.probability(range_m) / self.clutter_per_m2
+    }
+
+    /// A detection's evidence of existence, by its distance from the sensor, where that is known, and its score.
+    pub fn evidence(&self, detection: &Detection, sensor: Option<&Pose>) -> DetectionEvidence {
+        let range_m = sensor.map_or(0.0, |pose| pose.distance_to(detection.bev.x, detection.bev.y));
+        let score = self.scores.evidence(detection.score);
+        DetectionEvidence { over_clutter: self.detection_over_clutter(range_m) * score.factor(), score }
     }
 }
 
@@ -82,8 +116,8 @@ pub struct Coverage {
     pub field_of_view: FieldOfView,
     /// The body of the vehicle that carries it, inside which it detects nothing.
     pub body: Option<Body>,
-    /// Probability that an object in the field of view is missed.
-    pub miss_probability: f64,
+    /// Probabilities that an object in the field of view is detected.
+    pub profile: DetectionProfile,
 }
 
 impl Coverage {
@@ -93,6 +127,12 @@ impl Coverage {
             && !self.body.is_some_and(|body| {
                 self.pose.distance_to(x, y) < body.at(&self.pose).circumradius() + margin_m
             })
+    }
+
+    /// Distance of a position (m) from the sensor, m.
+    #[inline]
+    pub fn range_to(&self, [x, y]: [f64; 2]) -> f64 {
+        self.pose.distance_to(x, y)
     }
 
     /// Whether an object near this position (m) was covered, or may have been after late data has moved
@@ -114,7 +154,7 @@ impl SensorModel {
         let SensingDefaults { detection_probability, clutter_per_m2, .. } = *defaults;
         let model =
             DetectionModel::new((detection_probability, clutter_per_m2), UNDECLARED_RATE_HZ, defaults);
-        Self::new(detection_probability, model, None)
+        Self::new(model, None)
     }
 
     /// Of a described sensor.
@@ -122,12 +162,11 @@ impl SensorModel {
         let SensorDescription { detection_probability, clutter_per_m2, size_noise, rate_hz, .. } =
             *description;
         let model = DetectionModel::new((detection_probability, clutter_per_m2), rate_hz, defaults);
-        Self::new(detection_probability, model, size_noise)
+        Self::new(model, size_noise)
     }
 
-    fn new(detection_probability: f64, model: DetectionModel, size_noise: Option<SizeNoiseLaw>) -> Self {
-        let miss_probability = 1.0 - limited(detection_probability);
-        Self { model, miss_probability, size_law: size_noise.as_ref().map(moments) }
+    fn new(model: DetectionModel, size_noise: Option<SizeNoiseLaw>) -> Self {
+        Self { model, size_law: size_noise.as_ref().map(moments) }
     }
 
     /// Each detection's evidence of existence.
@@ -160,7 +199,7 @@ impl SensorModel {
             pose,
             field_of_view: description.field_of_view,
             body: description.body,
-            miss_probability: self.miss_probability,
+            profile: self.model.profile,
         }
     }
 }

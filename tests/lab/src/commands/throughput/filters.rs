@@ -117,7 +117,8 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
             map_frame: None,
             detections: vec![detection(step)],
         };
-        let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, coverage: None };
+        let model = sensing.model();
+        let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, model: &model, coverage: None };
         Evidence::detection(captured_at, frames.insert(&sensed), 0)
     };
     let n_in_time = u32::try_from(2 * NEWER)?;

@@ -1,0 +1,249 @@
+//! Learns from the tracks, epoch after epoch.
+
+use super::detection_counts::{DetectionCounts, ProfilePrior};
+use super::epoch::{EPOCH, Epoch};
+use super::reading::{FrameReading, LearntSensor, Prior};
+use super::sensor_statistics::SensorStatistics;
+use super::track_memory::{TrackMemory, WaitingMiss};
+use crate::filter::Filter;
+use crate::track::{Evidence, StoredFrame, Track, TrackContext};
+use crate::values::{AgentNames, AgentSlot, RANGE_BINS, range_bin};
+use std::collections::{BTreeMap, VecDeque};
+use v2x_common::geometry::Pose;
+use v2x_common::id::{AgentId, TrackId};
+use v2x_common::time::{Span, Timestamp};
+
+/// What was seen counts less with time, s.
+const MEMORY_S: f64 = 120.0;
+/// A frame is read by what had been learnt so long before Δmax before its capture: maintenance is not immediate, and clocks
+/// of agents may be a little ahead.
+const SETTLED: Span = Span::from_millis(500);
+/// An object counts as missed where it is inside of the view by this much, m.
+const VIEW_MARGIN_M: f64 = 2.0;
+
+/// Learns of the agents of one hub.
+#[derive(Debug)]
+pub(crate) struct Learner {
+    delta_max: Span,
+    /// By slot.
+    agents: Vec<AgentLearning>,
+    tracks: BTreeMap<TrackId, TrackMemory>,
+    /// The first epoch that is not learnt yet.
+    next: Option<Epoch>,
+}
+
+/// What is learnt of one agent.
+#[derive(Clone, Debug)]
+struct AgentLearning {
+    name: Option<AgentId>,
+    /// What is assumed or declared.
+    prior: ProfilePrior,
+    is_described: bool,
+    counts: DetectionCounts,
+    statistics: SensorStatistics,
+    /// What was learnt by the begin of an epoch, in order.
+    learnt: VecDeque<(Epoch, LearntSensor)>,
+}
+
+impl Default for AgentLearning {
+    fn default() -> Self {
+        Self {
+            name: None,
+            prior: Prior::UNDESCRIBED.profile,
+            is_described: false,
+            counts: DetectionCounts::default(),
+            statistics: SensorStatistics::default(),
+            learnt: VecDeque::new(),
+        }
+    }
+}
+
+/// A frame of an agent, as far as it decides how the frame is read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameSource {
+    pub(crate) agent: AgentSlot,
+    pub(crate) captured_at: Timestamp,
+    /// Pose of the sensor.
+    pub(crate) pose: Option<Pose>,
+    /// How it is read by what the agent declares; `None` where it declares nothing.
+    pub(crate) declared: Option<FrameReading>,
+}
+
+impl Learner {
+    pub(crate) const fn new(delta_max: Span) -> Self {
+        Self { delta_max, agents: Vec::new(), tracks: BTreeMap::new(), next: None }
+    }
+
+    /// How a frame is read.
+    pub(crate) fn read(&mut self, source: &FrameSource, prior: &Prior, agents: &AgentNames) -> FrameReading {
+        let FrameSource { agent, captured_at, pose, declared } = *source;
+        let settled = Epoch::of(captured_at - self.delta_max - SETTLED);
+        let known = self.agent(agent, agents.name(agent));
+        known.is_described = declared.is_some();
+        known.prior = declared.map_or(prior.profile, |reading| ProfilePrior {
+            probability: reading.model.profile.probability(0.0),
+            correlation: 0.0,
+        });
+        let learnt = known.as_of(settled);
+        match declared {
+            Some(declared) => learnt.described(&declared),
+            None => learnt.undescribed(prior, pose),
+        }
+    }
+
+    fn agent(&mut self, slot: AgentSlot, name: AgentId) -> &mut AgentLearning {
+        if self.agents.len() <= slot.index() {
+            self.agents.resize(slot.index() + 1, AgentLearning::default());
+        }
+        let known = &mut self.agents[slot.index()];
+        if known.name != Some(name) {
+            *known = AgentLearning { name: Some(name), ..AgentLearning::default() };
+        }
+        known
+    }
+
+    /// Learns from all epochs that end before `until`, after which nothing older can arrive. Evidence since
+    /// [`Self::needs_from`] must still be held, and late evidence must have been replayed.
+    pub(crate) fn advance<F: Filter>(
+        &mut self,
+        tracks: &[Track<F>],
+        until: Timestamp,
+        context: &TrackContext<'_>,
+    ) {
+        let end = Epoch::of(until);
+        while let Some(epoch) = self.next_with_frames(context).filter(|epoch| *epoch < end) {
+            self.learn(epoch, tracks, context);
+            self.next = Some(epoch.next());
+        }
+        self.next = self.next.max(Some(end));
+    }
+
+    fn next_with_frames(&self, context: &TrackContext<'_>) -> Option<Epoch> {
+        let from = self.next.map_or(Timestamp::MIN, Epoch::begin);
+        context.frames.since(from).next().map(|(_, frame)| Epoch::of(frame.captured_at))
+    }
+
+    /// Evidence captured before this is not needed any more.
+    pub(crate) fn needs_from(&self) -> Timestamp {
+        self.next.map_or(Timestamp::MIN, Epoch::begin)
+    }
+
+    fn learn<F: Filter>(&mut self, epoch: Epoch, tracks: &[Track<F>], context: &TrackContext<'_>) {
+        self.fade(epoch);
+        let (begin, end) = (epoch.begin(), epoch.next().begin());
+        for (slot, frame) in context.frames.since(begin).take_while(|(_, frame)| frame.captured_at < end) {
+            let statistics = &mut self.agent(frame.agent, frame.id.agent).statistics;
+            statistics.add_frame(frame.captured_at);
+            for position in context.frames.positions(slot) {
+                let [x, y] = position;
+                statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
+            }
+            statistics.add_scores(frame.scores);
+        }
+        for track in tracks.iter().filter(|track| track.holders.leads()) {
+            self.learn_from(epoch, track, context);
+        }
+        for agent in &mut self.agents {
+            agent.settle(epoch.next(), self.delta_max);
+        }
+        self.tracks.retain(|id, _| tracks.binary_search_by_key(id, |track| track.id).is_ok());
+    }
+
+    fn fade(&mut self, epoch: Epoch) {
+        let since = self.next.map_or(epoch, |next| next.min(epoch));
+        let passed_s = (epoch.next().begin() - since.begin()).as_secs_f64();
+        let factor = libm::exp(-passed_s / MEMORY_S);
+        for agent in &mut self.agents {
+            agent.counts.scale(factor);
+            agent.statistics.scale(factor);
+        }
+    }
+
+    fn learn_from<F: Filter>(&mut self, epoch: Epoch, track: &Track<F>, context: &TrackContext<'_>) {
+        let (begin, end) = (epoch.begin(), epoch.next().begin());
+        let mut items = track.evidence_since(begin).take_while(|item| item.captured_at < end).peekable();
+        if items.peek().is_none() {
+            return;
+        }
+        let mut memory = self.tracks.remove(&track.id).unwrap_or_default();
+        if epoch.is_turn(Epoch::of(track.initiated_at())) || memory.is_new() {
+            memory.is_real = track.before(begin, context).is_some_and(|estimate| estimate.is_rather_real());
+        }
+        for item in items {
+            self.observe(&mut memory, item, context);
+        }
+        self.tracks.insert(track.id, memory);
+    }
+
+    fn observe(&mut self, memory: &mut TrackMemory, item: &Evidence, context: &TrackContext<'_>) {
+        let frame = context.frames.get(item.frame);
+        let Some(held) = context.frames.held(item) else {
+            self.observe_missed(memory, frame);
+            return;
+        };
+        let position = held.position();
+        memory.position = Some(position);
+        let before = memory.note(frame.agent, true);
+        if !memory.counts() {
+            memory.waiting.clear();
+            return;
+        }
+        for WaitingMiss { agent, range_bin, before } in memory.waiting.drain(..) {
+            if let Some(known) = self.agents.get_mut(agent.index()) {
+                known.counts.add(range_bin, before, false);
+            }
+        }
+        if let Some(coverage) = &frame.coverage
+            && let Some(known) = self.agents.get_mut(frame.agent.index())
+        {
+            known.counts.add(range_bin(coverage.range_to(position)), before, true);
+        }
+    }
+
+    /// A miss waits until the object is detected again: before that it may have gone.
+    fn observe_missed(&self, memory: &mut TrackMemory, frame: &StoredFrame) {
+        let (Some(coverage), Some(position)) = (&frame.coverage, memory.position) else { return };
+        if coverage.covers(position, VIEW_MARGIN_M) {
+            let before = memory.note(frame.agent, false);
+            let range_bin = range_bin(coverage.range_to(position));
+            memory.wait(WaitingMiss { agent: frame.agent, range_bin, before });
+        }
+    }
+}
+
+impl AgentLearning {
+    /// What had been learnt by the begin of an epoch.
+    fn as_of(&self, epoch: Epoch) -> LearntSensor {
+        let known = self.learnt.partition_point(|(by, _)| *by <= epoch);
+        known.checked_sub(1).map(|place| self.learnt[place].1).unwrap_or_default()
+    }
+
+    /// Notes what is learnt by the begin of an epoch, and forgets what no frame is read by any more.
+    fn settle(&mut self, by: Epoch, delta_max: Span) {
+        let reach_bin = self.statistics.reach_m().map_or(RANGE_BINS, range_bin);
+        let holds = self.is_described && !self.counts.contradict(self.prior.probability);
+        let learnt = LearntSensor {
+            profile: (!holds).then(|| self.counts.profile(self.prior, reach_bin)),
+            view_m: self.statistics.view_m(),
+            interval_s: self.statistics.interval_s(),
+            scores_differ: self.statistics.scores_differ(),
+        };
+        let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);
+        while self.learnt.get(1).is_some_and(|(next, _)| *next <= oldest) {
+            self.learnt.pop_front();
+        }
+        if self.learnt.back().is_none_or(|(_, last)| *last != learnt) {
+            self.learnt.push_back((by, learnt));
+        }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("learning.epoch_s", EPOCH.as_secs_f64().to_string()),
+        ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
+        ("learning.memory_s", MEMORY_S.to_string()),
+    ]
+}

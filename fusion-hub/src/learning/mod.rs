@@ -1,0 +1,23 @@
+//! What is learnt of each agent's sensor while tracks are kept: how far and how surely it detects, how often it sends, and
+//! whether its scores say anything.
+//!
+//! Learning goes by capture time, one epoch of a quarter of a second after the other, each when nothing of it can arrive
+//! any more. A frame is read by what had been learnt a fixed time before its capture ([`Learner::as_of`]). So what is
+//! learnt, and how each frame is read, is a function of the evidence and not of the order in which it arrived, as long as
+//! the assignments are.
+
+mod detection_counts;
+mod epoch;
+mod learner;
+mod reading;
+mod sensor_statistics;
+mod track_memory;
+
+pub(crate) use learner::{FrameSource, Learner};
+pub(crate) use reading::{FrameReading, Prior};
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    [learner::listed(), detection_counts::listed(), sensor_statistics::listed(), reading::listed()].concat()
+}

@@ -1,0 +1,113 @@
+//! How a frame is read as evidence, by what its agent declares and by what was learnt of it.
+
+use super::detection_counts::ProfilePrior;
+use crate::values::{Coverage, DetectionModel, DetectionProfile, ScoreModel};
+use v2x_common::geometry::Pose;
+use v2x_common::sensor::FieldOfView;
+
+/// Slope of the odds of a real object over the odds that a score states, and the score that is no evidence. One fixed law
+/// did as well as one learnt for each agent on the development data.
+const SCORE_SLOPE: f64 = 2.0;
+const NEUTRAL_SCORE_LN: f64 = -0.847_297_860_387_203_7;
+/// Odds of a new object that an undescribed agent's detection has at least and at most.
+const BIRTH_ODDS: [f64; 2] = [0.05, 1.0];
+
+/// What is assumed of an agent that describes no sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Prior {
+    /// Detection probabilities.
+    pub(crate) profile: ProfilePrior,
+    /// Expected false detections in a frame, per m².
+    pub(crate) clutter_per_m2: f64,
+    /// Odds that a detection is of a new object, for each second since the agent's last frame.
+    pub(crate) birth_odds_per_s: f64,
+    /// Time between frames, s, until it is known.
+    pub(crate) interval_s: f64,
+}
+
+impl Prior {
+    /// Of an agent whose detection probability and rate nothing is known of.
+    pub(crate) const UNDESCRIBED: Self = Self {
+        profile: ProfilePrior { probability: 0.7, correlation: 0.5 },
+        clutter_per_m2: 1e-3,
+        birth_odds_per_s: 1.0,
+        interval_s: 0.1,
+    };
+}
+
+/// What was learnt of an agent by some time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LearntSensor {
+    /// Detection probabilities; `None` where those declared hold.
+    pub(super) profile: Option<DetectionProfile>,
+    /// How far its view reaches, m.
+    pub(super) view_m: Option<f64>,
+    /// Time between frames, s.
+    pub(super) interval_s: Option<f64>,
+    /// Whether its scores differ.
+    pub(super) scores_differ: bool,
+}
+
+/// How a frame is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FrameReading {
+    /// As evidence of existence.
+    pub(crate) model: DetectionModel,
+    /// What it covers; `None` where its missed detections do not count.
+    pub(crate) coverage: Option<Coverage>,
+}
+
+impl LearntSensor {
+    /// Reads a frame of an agent that describes its sensor.
+    pub(super) fn described(&self, declared: &FrameReading) -> FrameReading {
+        let mut reading = *declared;
+        reading.model.keeps_support = true;
+        reading.model.scores = self.scores();
+        if let Some(profile) = self.profile {
+            reading.model.profile = profile;
+            if let Some(coverage) = &mut reading.coverage {
+                coverage.profile = profile;
+            }
+        }
+        reading
+    }
+
+    /// Reads a frame of an agent that describes no sensor, from a pose where that is known.
+    pub(super) fn undescribed(&self, prior: &Prior, pose: Option<Pose>) -> FrameReading {
+        let ProfilePrior { probability, .. } = prior.profile;
+        let profile = self.profile.unwrap_or(DetectionProfile::uniform(probability));
+        let interval_s = self.interval_s.unwrap_or(prior.interval_s);
+        let [least, most] = BIRTH_ODDS;
+        let model = DetectionModel {
+            profile,
+            clutter_per_m2: prior.clutter_per_m2,
+            birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
+            scores: self.scores(),
+            keeps_support: true,
+        };
+        let view = |(pose, view_m)| Coverage {
+            pose,
+            field_of_view: FieldOfView::omnidirectional(0.0, view_m),
+            body: None,
+            profile,
+        };
+        FrameReading { model, coverage: pose.zip(self.view_m).map(view) }
+    }
+
+    fn scores(&self) -> ScoreModel {
+        match self.scores_differ {
+            true => ScoreModel::Logistic { neutral: NEUTRAL_SCORE_LN, slope: SCORE_SLOPE },
+            false => ScoreModel::Ignored,
+        }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("learning.undescribed", format!("{:?}", Prior::UNDESCRIBED)),
+        ("learning.birth_odds", format!("{BIRTH_ODDS:?}")),
+        ("learning.score", format!("slope {SCORE_SLOPE} about ln odds {NEUTRAL_SCORE_LN}")),
+    ]
+}

@@ -1,0 +1,61 @@
+//! What learning remembers of a track between two epochs.
+
+use crate::values::AgentSlot;
+
+/// Detections from which on a track is taken for a real object: fewer may be clutter.
+const LEAST_DETECTIONS: u32 = 4;
+/// Misses that wait for the object to be detected again; more of one agent are not counted.
+const MOST_WAITING: usize = 64;
+
+/// A miss that counts once the object is detected again: until then it may have gone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct WaitingMiss {
+    pub(super) agent: AgentSlot,
+    pub(super) range_bin: usize,
+    /// What the agent's frame before held.
+    pub(super) before: Option<bool>,
+}
+
+/// What is remembered of one track.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct TrackMemory {
+    n_detections: u32,
+    /// Whether it was taken for a real object when that was last decided.
+    pub(super) is_real: bool,
+    /// Position of its last detection, m.
+    pub(super) position: Option<[f64; 2]>,
+    /// What each agent's last frame held.
+    last: Vec<(AgentSlot, bool)>,
+    pub(super) waiting: Vec<WaitingMiss>,
+}
+
+impl TrackMemory {
+    /// Whether nothing of it was noted yet.
+    pub(super) fn is_new(&self) -> bool {
+        self.n_detections == 0
+    }
+
+    /// Whether what happens to it now says something about sensors.
+    pub(super) fn counts(&self) -> bool {
+        self.is_real && self.n_detections >= LEAST_DETECTIONS
+    }
+
+    /// Notes a frame of an agent; what its frame before held.
+    pub(super) fn note(&mut self, agent: AgentSlot, is_detected: bool) -> Option<bool> {
+        self.n_detections += u32::from(is_detected);
+        match self.last.iter_mut().find(|(known, _)| *known == agent) {
+            Some((_, last)) => Some(std::mem::replace(last, is_detected)),
+            None => {
+                self.last.push((agent, is_detected));
+                None
+            }
+        }
+    }
+
+    /// Lets a miss wait.
+    pub(super) fn wait(&mut self, miss: WaitingMiss) {
+        if self.waiting.len() < MOST_WAITING {
+            self.waiting.push(miss);
+        }
+    }
+}

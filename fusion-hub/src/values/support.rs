@@ -1,0 +1,168 @@
+//! How well the agents support that a track is of a real object, apart from its existence probability.
+//!
+//! The frames of one agent are no independent evidence: a false detection persists (a bush is taken for a car in every
+//! frame), and so does an occlusion. So the mean of an agent's evidence over about a second counts, once, and not its
+//! sum; and what one agent's silence can cost is bounded.
+
+use super::{AgentSlot, ScoreEvidence};
+use v2x_common::time::Timestamp;
+
+/// Agents whose support is held; the frames of others count as if each were their first.
+const MAX_AGENTS: usize = 8;
+/// An agent that has not observed a track for this long makes room for another one, s.
+const FORGOTTEN_AFTER_S: f64 = 3.0;
+/// An agent's evidence is averaged over this time, s.
+const AVERAGED_OVER_S: f32 = 1.0;
+/// A false object is detected with this share of the probability of a real one.
+const GHOST_SHARE: f64 = 0.4;
+/// ln of a real object's share over that of a false one: what a detection is worth.
+const LN_ODDS_OF_DETECTION: f64 = 0.916_290_731_874_155;
+/// What a real object has in advance.
+const IN_ADVANCE: f32 = 0.3;
+/// The most that one agent's silence can cost.
+const MOST_AGAINST: f32 = -1.2;
+
+/// What one agent has shown of a track.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct AgentSupport {
+    agent: AgentSlot,
+    /// Whether its last frame held the object.
+    was_detected: bool,
+    /// Mean evidence, ln.
+    mean: f32,
+    /// For how long it has observed it, s.
+    observed_s: f32,
+    at: Option<Timestamp>,
+}
+
+/// What the agents have shown of a track.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Support {
+    agents: [AgentSupport; MAX_AGENTS],
+}
+
+impl Support {
+    /// Whether the agent's last frame held the object; `None` before its first one.
+    pub fn last(&self, agent: AgentSlot) -> Option<bool> {
+        self.agents.iter().find(|known| known.agent == agent && known.at.is_some()).map(|known| known.was_detected)
+    }
+
+    /// Notes a detection with the evidence of its score.
+    pub fn note_detection(&mut self, agent: AgentSlot, at: Timestamp, score: ScoreEvidence) {
+        self.note(agent, at, (true, score.ln() + LN_ODDS_OF_DETECTION));
+    }
+
+    /// Notes a frame that covered the object and held no detection of it, where that has this probability (of a
+    /// detection).
+    pub fn note_missed(&mut self, agent: AgentSlot, at: Timestamp, probability: f64) {
+        self.note(agent, at, (false, libm::log((1.0 - probability) / (1.0 - GHOST_SHARE * probability))));
+    }
+
+    fn note(&mut self, agent: AgentSlot, at: Timestamp, (was_detected, evidence): (bool, f64)) {
+        let Some(place) = self.place_for(agent, at) else { return };
+        let known = &mut self.agents[place];
+        #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
+        let evidence = evidence as f32;
+        match known.at {
+            Some(last) if known.agent == agent => {
+                #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
+                let dt_s = (at - last).abs().as_secs_f64() as f32;
+                if dt_s > 0.0 {
+                    let held_s = known.observed_s.min(AVERAGED_OVER_S);
+                    known.mean += (evidence - known.mean) * (dt_s / (held_s + dt_s));
+                    known.observed_s += dt_s;
+                }
+                known.at = Some(last.max(at));
+                known.was_detected = was_detected;
+            }
+            _ => *known = AgentSupport { agent, was_detected, mean: evidence, observed_s: 0.0, at: Some(at) },
+        }
+    }
+
+    /// The place of an agent; else a free one, or that of an agent that has not observed the track for long.
+    fn place_for(&self, agent: AgentSlot, at: Timestamp) -> Option<usize> {
+        let is_it = |known: &AgentSupport| known.agent == agent && known.at.is_some();
+        self.agents.iter().position(is_it).or_else(|| {
+            self.agents.iter().position(|known| {
+                known.at.is_none_or(|last| (at - last).as_secs_f64() > FORGOTTEN_AFTER_S)
+            })
+        })
+    }
+
+    /// Whether the track is rather of a real object than of a false one that an agent sees persistently.
+    pub fn is_for_a_real_object(&self) -> bool {
+        let of_agents = self.agents.iter().filter(|known| known.at.is_some()).map(|known| {
+            let weight = (known.observed_s / AVERAGED_OVER_S).min(1.0);
+            known.mean.max(MOST_AGAINST) * libm::sqrtf(weight)
+        });
+        IN_ADVANCE + of_agents.sum::<f32>() >= 0.0
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("support.averaged_over_s", AVERAGED_OVER_S.to_string()),
+        ("support.ghost_share", GHOST_SHARE.to_string()),
+        ("support.in_advance", IN_ADVANCE.to_string()),
+        ("support.most_against", MOST_AGAINST.to_string()),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::values::{AgentNames, ScoreModel};
+    use v2x_common::id::AgentId;
+    use v2x_common::time::Span;
+
+    fn agents() -> [AgentSlot; 2] {
+        let mut names = AgentNames::default();
+        ["a", "b"].map(|name| names.slot_for(AgentId::new(name).unwrap()))
+    }
+
+    fn at(frame: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(100 * frame)
+    }
+
+    #[test]
+    fn what_one_agent_reports_with_a_low_score_and_another_misses_is_no_real_object() {
+        let [a, b] = agents();
+        let scores = ScoreModel::Logistic { neutral: -0.85, slope: 2.0 };
+        let after = |score: f64, b_misses: bool| {
+            let mut support = Support::default();
+            for frame in 0..20 {
+                support.note_detection(a, at(frame), scores.evidence(score));
+                if b_misses {
+                    support.note_missed(b, at(frame), 0.9);
+                }
+            }
+            support.is_for_a_real_object()
+        };
+        assert!(after(0.6, false) && after(0.6, true) && after(0.3, false));
+        assert!(!after(0.15, true) && !after(0.15, false));
+    }
+
+    #[test]
+    fn silence_of_one_agent_costs_a_bounded_amount() {
+        let [a, b] = agents();
+        let scores = ScoreModel::Logistic { neutral: -0.85, slope: 2.0 };
+        let mut support = Support::default();
+        for frame in 0..1000 {
+            support.note_detection(a, at(frame), scores.evidence(0.5));
+            support.note_missed(b, at(frame), 0.999);
+        }
+        assert!(support.is_for_a_real_object());
+    }
+
+    #[test]
+    fn the_last_frame_of_each_agent_is_remembered() {
+        let [a, b] = agents();
+        let mut support = Support::default();
+        support.note_detection(a, at(0), crate::values::ScoreEvidence::default());
+        assert_eq!((support.last(a), support.last(b)), (Some(true), None));
+        support.note_missed(a, at(1), 0.5);
+        assert_eq!(support.last(a), Some(false));
+    }
+}
