@@ -30,6 +30,19 @@ const MAX_YAW_RAD: f64 = std::f64::consts::PI + 1e-9;
 /// Largest reported speed along one axis, m/s.
 pub const MAX_SPEED_MPS: f64 = 150.0;
 
+/// What is known of a heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum HeadingKind {
+    /// The front is at this heading.
+    #[default]
+    Known,
+    /// The front is at this heading or at the opposite one.
+    Axis,
+    /// Nothing is known of the heading.
+    Unknown,
+}
+
 /// One object as one sensor reports it at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {

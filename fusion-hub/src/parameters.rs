@@ -14,7 +14,7 @@ mod tests {
     use super::*;
     use crate::engine::EngineConfig;
     use crate::fusion::{Fusion, TrackingConfig, preset};
-    use crate::{association, duplicates, filter, registration, values};
+    use crate::{association, duplicates, filter, learning, registration, values};
     use v2x_common::id::HubId;
 
     fn listed() -> String {
@@ -30,12 +30,14 @@ mod tests {
             ("association.gate", format!("{} (unikf-paper: {})", gate("ours"), gate("unikf-paper"))),
             ("sensing.defaults", format!("{:?}", ours.sensing)),
             ("publish.existence", tracking("ours").publish_existence.to_string()),
-            ("publish.coast_s", ours.coast.as_secs_f64().to_string()),
         ];
         let parts = [
             engine.to_vec(),
             association::likelihood::listed(),
             values::existence_listed(),
+            values::coast_listed(),
+            values::support_listed(),
+            learning::listed(),
             duplicates::listed(),
             filter::listed(),
             registration::listed(),

@@ -26,6 +26,9 @@ pub struct AssociationConfig {
     /// The largest squared Mahalanobis distance of positions (χ² with 2 degrees of freedom) of a pair; of no
     /// effect on the costs that have a gate of their own.
     pub gate: f64,
+    /// Whether reported headings may be turned by half a turn or a quarter, or be worthless; without, they err by a normal
+    /// distribution.
+    pub turned_headings: bool,
     /// Whether only compatible classes make a pair.
     pub class_aware: bool,
 }
@@ -33,6 +36,6 @@ pub struct AssociationConfig {
 impl Default for AssociationConfig {
     /// The gate is that of deploy/docs/methods.md: 0.9997 of true pairs are within it.
     fn default() -> Self {
-        Self { cost: AssociationCost::default(), gate: 16.2, class_aware: true }
+        Self { cost: AssociationCost::default(), gate: 16.2, turned_headings: false, class_aware: true }
     }
 }

@@ -7,6 +7,7 @@ use super::csba::dimension_distance2;
 use super::gate::Separation;
 use crate::values::Measurement;
 use crate::values::PredictedMeasurement;
+use std::f64::consts::{FRAC_PI_2, PI};
 use v2x_common::geometry::angle_difference;
 
 /// Upper limit of the cost of a heading, a size or a low report probability.
@@ -23,13 +24,40 @@ pub fn report_cost(probability: f64) -> f64 {
     (-2.0 * libm::log(odds)).min(CUE_CAP)
 }
 
-/// The cost of a pair. The position's density has its constant 2 ln 2π left out.
-pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement) -> f64 {
+/// What a heading costs that is turned by half a turn, or by a quarter with width and depth exchanged: -2 ln of their
+/// probabilities, about.
+const REVERSED_COST: f64 = 7.8;
+const SWAPPED_COST: f64 = 10.0;
+
+/// The cost of a pair, where headings may be turned or not. The position's density has its constant 2 ln 2π left out.
+pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, turned_headings: bool) -> f64 {
     let separation = Separation::of(z, track);
     let position = separation.mahalanobis2() + libm::log(separation.determinant);
     let turn = angle_difference(z.yaw, track.yaw);
     let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
-    position + heading.min(CUE_CAP) + dimension_distance2(z, track).min(CUE_CAP)
+    let size = dimension_distance2(z, track).min(CUE_CAP);
+    let cues = heading.min(CUE_CAP) + size;
+    if turned_headings && heading > REVERSED_COST {
+        return position + turned_cost(z, track, turn.abs(), size).min(cues);
+    }
+    position + cues
+}
+
+/// The cost of heading and size, where the heading is turned.
+#[cold]
+fn turned_cost(z: &Measurement, track: &PredictedMeasurement, turn: f64, size: f64) -> f64 {
+    let variance = z.yaw_variance + track.yaw_variance;
+    let (back, quarter) = (PI - turn, FRAC_PI_2 - turn);
+    let reversed = (back * back / variance + REVERSED_COST).min(CUE_CAP) + size;
+    let exchanged = Measurement {
+        size: [z.size[1], z.size[0]],
+        relative_variance: [z.relative_variance[1], z.relative_variance[0]],
+        ..*z
+    };
+    let swapped = (quarter * quarter / variance).min(CUE_CAP)
+        + SWAPPED_COST
+        + dimension_distance2(&exchanged, track).min(CUE_CAP);
+    reversed.min(swapped)
 }
 
 /// Every number, for [`crate::parameters`].

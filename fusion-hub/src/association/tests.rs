@@ -58,7 +58,7 @@ fn cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfi
     let within_gate = Separation::of(z, track).is_within(config.gate);
     let (is_near, cost) = match config.cost {
         AssociationCost::Csba => (within_gate, csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)),
-        AssociationCost::Likelihood => (within_gate, likelihood::pair_cost(z, track)),
+        AssociationCost::Likelihood => (within_gate, likelihood::pair_cost(z, track, config.turned_headings)),
         AssociationCost::Iou => (iou > 0.0, 1.0 - iou),
         AssociationCost::Euclidean => (distance2 <= 9.0, libm::sqrt(distance2)),
     };

@@ -1,7 +1,7 @@
 //! The engine's settings.
 
 use crate::fusion::{EPSILON_S, Fusion, LateFrames, Lifetimes, Preset, TrackingConfig};
-use crate::values::SensingDefaults;
+use crate::values::{Coast, SensingDefaults};
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
 
@@ -18,7 +18,7 @@ pub struct EngineConfig {
     /// Δmax: frames older, or further in the future, are refused.
     pub delta_max: Span,
     /// How long an object is published without being detected.
-    pub coast: Span,
+    pub coast: Coast,
     /// ε_s: frames this near to the newest one count as synchronous.
     pub synchronous: Span,
     /// What becomes of frames that arrive after newer ones.
@@ -40,7 +40,7 @@ impl EngineConfig {
             lineage,
             map_frame: None,
             delta_max: Span::from_millis(500),
-            coast: Span::from_millis(1500),
+            coast: Coast::default(),
             synchronous: EPSILON_S,
             late_frames: LateFrames::default(),
             sensing: SensingDefaults::default(),

@@ -102,7 +102,7 @@ impl Engine {
         Self {
             config,
             admission: Admission::new(&config),
-            agents: AgentRegistry::new(config.coast + config.delta_max + config.memory()),
+            agents: AgentRegistry::new(config.coast.longest() + config.delta_max + config.memory()),
             history: History::new(config.memory(), config.delta_max),
             registrar: Registrar::new(registration),
             method,

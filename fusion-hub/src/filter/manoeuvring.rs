@@ -4,7 +4,7 @@ use super::imm::{Imm, Inflation};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::SizePriors;
 use super::state::GREATEST_WEIGHT;
-use super::{Estimate, Filter, Heading, Motion, intersection_weight};
+use super::{Course, Estimate, Filter, Heading, Motion, Shape, intersection_weight};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
@@ -103,6 +103,26 @@ impl Filter for ImmState {
             yaw_variance: place.yaw_variance,
             report_probability: 0.5,
         }
+    }
+
+    fn shape(&self, class: Class) -> Shape {
+        let (yaw, yaw_variance) = self.motion.heading();
+        let [width, depth] = self.sizes.map(|size| size.roughly());
+        Shape {
+            class,
+            yaw,
+            yaw_variance,
+            size: [width.mean, depth.mean],
+            size_variance: [width.variance, depth.variance],
+        }
+    }
+
+    fn turn_round(&mut self) {
+        self.motion.turn_round();
+    }
+
+    fn redirect(&mut self, course: &Course) {
+        self.motion.redirect(course);
     }
 
     fn motion(&self) -> Motion {

@@ -70,6 +70,15 @@ pub trait Filter: Copy + Debug + PartialEq {
     /// What association needs.
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement;
 
+    /// Heading and size, approximately and cheaply.
+    fn shape(&self, class: Class) -> Shape;
+
+    /// Turns the object round: the front is at the other end. Position and velocity stay.
+    fn turn_round(&mut self);
+
+    /// Sets heading and speed to a course; what is correlated with them is not any more.
+    fn redirect(&mut self, course: &Course);
+
     /// Velocity and turn rate at the state's own time.
     fn motion(&self) -> Motion;
 
@@ -78,6 +87,34 @@ pub trait Filter: Copy + Debug + PartialEq {
 
     /// The published estimate of an object of this class.
     fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate;
+}
+
+/// Heading and size of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Its class.
+    pub class: Class,
+    /// Heading, rad.
+    pub yaw: f64,
+    /// rad².
+    pub yaw_variance: f64,
+    /// Width and depth, m.
+    pub size: [f64; 2],
+    /// m².
+    pub size_variance: [f64; 2],
+}
+
+/// The direction of a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Direction, rad.
+    pub yaw: f64,
+    /// Its variance, rad².
+    pub yaw_variance: f64,
+    /// m/s.
+    pub speed: f64,
+    /// m²/s².
+    pub speed_variance: f64,
 }
 
 /// How an object moves.

@@ -3,12 +3,15 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::SizePriors;
 use super::{
-    Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Size, intersection_weight, smoothing,
+    Course, Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Shape, Size, intersection_weight,
+    smoothing,
 };
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
+use std::f64::consts::PI;
 use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
+use v2x_common::geometry::wrap_angle;
 use v2x_common::time::Timestamp;
 
 /// Standard deviation of the turn rate, which a random-walk heading does not estimate, rad/s: everyday traffic.
@@ -144,6 +147,25 @@ impl Filter for State {
             yaw_variance: self.heading.variance,
             report_probability: 0.5,
         }
+    }
+
+    #[inline]
+    fn shape(&self, class: Class) -> Shape {
+        Shape {
+            class,
+            yaw: self.heading.mean,
+            yaw_variance: self.heading.variance,
+            size: [self.width.mean, self.depth.mean],
+            size_variance: [self.width.variance, self.depth.variance],
+        }
+    }
+
+    fn turn_round(&mut self) {
+        self.heading.mean = wrap_angle(self.heading.mean + PI);
+    }
+
+    fn redirect(&mut self, course: &Course) {
+        self.heading = Heading { mean: course.yaw, variance: course.yaw_variance };
     }
 
     #[inline]

@@ -66,6 +66,7 @@ impl Default for TrackingConfig {
                 association: AssociationConfig {
                     cost: AssociationCost::Likelihood,
                     gate: WIDE_GATE,
+                    turned_headings: true,
                     ..AssociationConfig::default()
                 },
                 hypotheses: Hypotheses::ONE,

@@ -74,6 +74,7 @@ pub(crate) struct TrackingTable {
     class_priors: Option<bool>,
     class_size_priors: Option<bool>,
     registration: Option<Registration>,
+    turned_headings: Option<bool>,
     learning: Option<bool>,
     publish_existence: Option<f64>,
 }
@@ -92,6 +93,7 @@ impl TrackingTable {
         "class_priors",
         "class_size_priors",
         "registration",
+        "turned_headings",
         "learning",
         "publish_existence",
     ];
@@ -109,10 +111,11 @@ impl TrackingTable {
         within("publish_existence", publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let class_motion = self.class_priors.unwrap_or(tracker.class_motion);
         let class_sizes = self.class_size_priors.unwrap_or(method.class_size_priors);
-        let AssociationConfig { cost, gate, class_aware } = tracker.association;
+        let AssociationConfig { cost, gate, turned_headings, class_aware } = tracker.association;
         let association = AssociationConfig {
             cost: self.association.unwrap_or(cost),
             gate: self.gate.unwrap_or(gate),
+            turned_headings: self.turned_headings.unwrap_or(turned_headings),
             class_aware: self.class_aware.unwrap_or(class_aware),
         };
         within("gate", association.gate, 0.1..=1e4, "0.1 to 10000")?;

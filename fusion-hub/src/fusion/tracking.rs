@@ -9,7 +9,7 @@ use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, TrackList
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
 use crate::tracker::{Lifetimes, Tracker};
-use crate::values::AgentNames;
+use crate::values::{AgentNames, HeadingLaw};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -66,7 +66,11 @@ impl<F: Filter> Tracking<F> {
     /// How a frame is read as evidence of existence.
     fn read(&mut self, admitted: &AdmittedFrame<'_>) -> FrameReading {
         let AdmittedFrame { frame, sensor, coverage, is_described, agent, agents, .. } = *admitted;
-        let declared = FrameReading { model: sensor.model(), coverage };
+        let mut model = sensor.model();
+        if self.config.tracker.association.turned_headings {
+            model.headings = HeadingLaw::UNKNOWN;
+        }
+        let declared = FrameReading { model, coverage };
         let Some(learner) = &mut self.learner else { return declared };
         let source = FrameSource {
             agent,
@@ -74,7 +78,11 @@ impl<F: Filter> Tracking<F> {
             pose: frame.sensor_pose,
             declared: is_described.then_some(declared),
         };
-        learner.read(&source, &Prior::UNDESCRIBED, agents)
+        let mut reading = learner.read(&source, &Prior::UNDESCRIBED, agents);
+        if !self.config.tracker.association.turned_headings {
+            reading.model.headings = HeadingLaw::AsReported;
+        }
+        reading
     }
 
     fn observe_duplicates(&mut self, slot: FrameSlot) {

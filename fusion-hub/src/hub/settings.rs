@@ -4,7 +4,7 @@ use crate::engine::{EngineConfig, PublishMode};
 use crate::fusion::table::{TrackingTable, WindowTable, within};
 use crate::fusion::{Fusion, LateFrames, PresetKey, SettingsError, TrackingConfig};
 use crate::track::Rollback;
-use crate::values::SensingDefaults;
+use crate::values::{Coast, SensingDefaults};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, MapFrame};
@@ -18,7 +18,7 @@ struct HubTable {
     id: HubId,
     map_frame: Option<MapFrame>,
     delta_max_ms: f64,
-    coast_ms: f64,
+    coast_ms: Option<f64>,
     method: PresetKey,
     late_data: Option<LateData>,
     only_agents: Vec<AgentId>,
@@ -99,7 +99,7 @@ impl Default for HubTable {
             id: engine.hub,
             map_frame: engine.map_frame,
             delta_max_ms: engine.delta_max.as_millis_f64(),
-            coast_ms: engine.coast.as_millis_f64(),
+            coast_ms: None,
             method: PresetKey::default(),
             late_data: None,
             only_agents: Vec::new(),
@@ -179,7 +179,7 @@ fn read<T: for<'de> Deserialize<'de>>(table: toml::Table) -> Result<T, SettingsE
 impl HubTable {
     fn check(self, tracking: &TrackingTable, window: &WindowTable) -> Result<HubSettings, SettingsError> {
         within("delta_max_ms", self.delta_max_ms, 1.0..=60_000.0, "1 to 60000")?;
-        within("coast_ms", self.coast_ms, 0.0..=60_000.0, "0 to 60000")?;
+        within("coast_ms", self.coast_ms.unwrap_or(0.0), 0.0..=60_000.0, "0 to 60000")?;
         let sensing = &self.sensing;
         within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
         within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
@@ -190,7 +190,7 @@ impl HubTable {
         let mut engine = EngineConfig {
             map_frame: self.map_frame,
             delta_max: Span::from_secs_f64(self.delta_max_ms * 1e-3),
-            coast: Span::from_secs_f64(self.coast_ms * 1e-3),
+            coast: self.coast_ms.map_or(defaults.coast, |ms| Coast::Fixed(Span::from_secs_f64(ms * 1e-3))),
             sensing: self.sensing,
             debias_sizes: self.debias_sizes.unwrap_or(defaults.debias_sizes),
             fusion: self.fusion(tracking, window)?,

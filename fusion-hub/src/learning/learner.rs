@@ -2,6 +2,7 @@
 
 use super::detection_counts::{DetectionCounts, ProfilePrior};
 use super::epoch::{EPOCH, Epoch};
+use super::heading_counts::{HeadingCounts, Report};
 use super::reading::{FrameReading, LearntSensor, Prior};
 use super::sensor_statistics::SensorStatistics;
 use super::track_memory::{TrackMemory, WaitingMiss};
@@ -41,6 +42,7 @@ struct AgentLearning {
     is_described: bool,
     counts: DetectionCounts,
     statistics: SensorStatistics,
+    headings: HeadingCounts,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
 }
@@ -53,6 +55,7 @@ impl Default for AgentLearning {
             is_described: false,
             counts: DetectionCounts::default(),
             statistics: SensorStatistics::default(),
+            headings: HeadingCounts::default(),
             learnt: VecDeque::new(),
         }
     }
@@ -156,6 +159,7 @@ impl Learner {
         for agent in &mut self.agents {
             agent.counts.scale(factor);
             agent.statistics.scale(factor);
+            agent.headings.scale(factor);
         }
     }
 
@@ -183,6 +187,9 @@ impl Learner {
         };
         let position = held.position();
         memory.position = Some(position);
+        if !held.class().is_immobile() {
+            self.compare_heading(memory, frame.agent, Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) });
+        }
         let before = memory.note(frame.agent, true);
         if !memory.counts() {
             memory.waiting.clear();
@@ -197,6 +204,15 @@ impl Learner {
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
             known.counts.add(range_bin(coverage.range_to(position)), before, true);
+        }
+    }
+
+    fn compare_heading(&mut self, memory: &mut TrackMemory, agent: AgentSlot, report: Report) {
+        if let Some(difference) = memory.compare_heading(agent, report)
+            && memory.counts()
+            && let Some(known) = self.agents.get_mut(agent.index())
+        {
+            known.headings.add(difference);
         }
     }
 
@@ -226,6 +242,7 @@ impl AgentLearning {
             profile: (!holds).then(|| self.counts.profile(self.prior, reach_bin)),
             view_m: self.statistics.view_m(),
             interval_s: self.statistics.interval_s(),
+            headings: Some(self.headings.law()),
             scores_differ: self.statistics.scores_differ(),
         };
         let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);

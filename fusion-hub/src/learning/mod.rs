@@ -8,6 +8,7 @@
 
 mod detection_counts;
 mod epoch;
+mod heading_counts;
 mod learner;
 mod reading;
 mod sensor_statistics;
@@ -19,5 +20,5 @@ pub(crate) use reading::{FrameReading, Prior};
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    [learner::listed(), detection_counts::listed(), sensor_statistics::listed(), reading::listed()].concat()
+    [learner::listed(), detection_counts::listed(), heading_counts::listed(), sensor_statistics::listed(), reading::listed()].concat()
 }

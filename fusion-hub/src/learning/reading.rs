@@ -1,7 +1,7 @@
 //! How a frame is read as evidence, by what its agent declares and by what was learnt of it.
 
 use super::detection_counts::ProfilePrior;
-use crate::values::{Coverage, DetectionModel, DetectionProfile, ScoreModel};
+use crate::values::{Coverage, DetectionModel, DetectionProfile, HeadingLaw, ScoreModel};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
 
@@ -44,6 +44,8 @@ pub(crate) struct LearntSensor {
     pub(super) view_m: Option<f64>,
     /// Time between frames, s.
     pub(super) interval_s: Option<f64>,
+    /// How its headings err.
+    pub(super) headings: Option<HeadingLaw>,
     /// Whether its scores differ.
     pub(super) scores_differ: bool,
 }
@@ -63,6 +65,8 @@ impl LearntSensor {
         let mut reading = *declared;
         reading.model.keeps_support = true;
         reading.model.scores = self.scores();
+        reading.model.headings = self.headings();
+        reading.model.interval_s = self.interval_s.unwrap_or(declared.model.interval_s);
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
             if let Some(coverage) = &mut reading.coverage {
@@ -82,7 +86,9 @@ impl LearntSensor {
             profile,
             clutter_per_m2: prior.clutter_per_m2,
             birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
+            interval_s,
             scores: self.scores(),
+            headings: self.headings(),
             keeps_support: true,
         };
         let view = |(pose, view_m)| Coverage {
@@ -92,6 +98,10 @@ impl LearntSensor {
             profile,
         };
         FrameReading { model, coverage: pose.zip(self.view_m).map(view) }
+    }
+
+    fn headings(&self) -> HeadingLaw {
+        self.headings.unwrap_or(HeadingLaw::UNKNOWN)
     }
 
     fn scores(&self) -> ScoreModel {

@@ -1,5 +1,6 @@
 //! What learning remembers of a track between two epochs.
 
+use super::heading_counts::{Report, compare, is_due};
 use crate::values::AgentSlot;
 
 /// Detections from which on a track is taken for a real object: fewer may be clutter.
@@ -26,6 +27,8 @@ pub(super) struct TrackMemory {
     pub(super) position: Option<[f64; 2]>,
     /// What each agent's last frame held.
     last: Vec<(AgentSlot, bool)>,
+    /// A report of each agent that a later one is to be compared with.
+    reports: Vec<(AgentSlot, Report)>,
     pub(super) waiting: Vec<WaitingMiss>,
 }
 
@@ -50,6 +53,17 @@ impl TrackMemory {
                 None
             }
         }
+    }
+
+    /// Compares a report's heading with the way since an earlier report of the agent, where there is one; else it waits.
+    pub(super) fn compare_heading(&mut self, agent: AgentSlot, report: Report) -> Option<f64> {
+        let Some((_, earlier)) = self.reports.iter_mut().find(|(known, _)| *known == agent) else {
+            self.reports.push((agent, report));
+            return None;
+        };
+        let is_comparable = is_due(earlier, report.at)?;
+        let earlier = std::mem::replace(earlier, report);
+        if is_comparable { compare(&earlier, &report) } else { None }
     }
 
     /// Lets a miss wait.

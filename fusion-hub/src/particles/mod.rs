@@ -69,6 +69,8 @@ pub(crate) struct PredictedFrame<'a> {
 #[derive(Debug)]
 pub(crate) struct Particles {
     n: u32,
+    /// Whether reported headings may be turned.
+    turned_headings: bool,
     versions: Vec<Version>,
     competition: Competition,
     component: Component,
@@ -80,9 +82,10 @@ pub(crate) struct Particles {
 
 impl Particles {
     /// With `n` particles; `None` where there is only one hypothesis.
-    pub(crate) fn new(n: u32) -> Option<Self> {
+    pub(crate) fn new(n: u32, turned_headings: bool) -> Option<Self> {
         (n > 1).then(|| Self {
             n: n.min(MAX_PARTICLES),
+            turned_headings,
             versions: Vec::new(),
             competition: Competition::default(),
             component: Component::new(n.min(MAX_PARTICLES)),
@@ -123,8 +126,10 @@ impl Particles {
     /// Makes pairs that compete with no others; lists what does compete.
     fn list_competition(&mut self, frame: &PredictedFrame<'_>, associator: &Associator) {
         let PredictedFrame { measurements, expected, .. } = *frame;
+        let turned_headings = self.turned_headings;
         let cost = |col: usize, place: u32| {
-            likelihood::pair_cost(&measurements[place as usize], &expected[col]) - likelihood::COST_ALONE
+            let z = &measurements[place as usize];
+            likelihood::pair_cost(z, &expected[col], turned_headings) - likelihood::COST_ALONE
         };
         let Self { versions, competition, outcomes, track_of, .. } = self;
         competition.begin(measurements.len());

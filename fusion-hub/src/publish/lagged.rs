@@ -36,7 +36,7 @@ impl Publisher {
             let SmoothedTrack { state, existence, last_measured_at } = smoothed;
             let is_supported = track.latest().support.is_for_a_real_object();
             if existence < self.config.existence
-                || at - last_measured_at > self.config.coast
+                || at - last_measured_at > self.config.coast.of(track.latest().interval_s)
                 || !is_supported
             {
                 continue;

@@ -6,7 +6,7 @@ use super::object::{PublishedEstimate, fill, fill_contributors};
 use crate::filter::Filter;
 use crate::filter::size_priors::SizePriors;
 use crate::track::Track;
-use crate::values::AgentNames;
+use crate::values::{AgentNames, Coast};
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -18,7 +18,7 @@ pub(crate) struct PublishConfig {
     /// Least probability of existence.
     pub(crate) existence: f64,
     /// Longest time since the last detection.
-    pub(crate) coast: Span,
+    pub(crate) coast: Coast,
     /// Whether the sizes of all objects of a class are a prior of each.
     pub(crate) class_size_priors: bool,
     /// Within this of a track's own time it is not predicted.
@@ -85,7 +85,7 @@ impl Publisher {
         let existence = mixtures.of_track(track).map(|(share, version)| share * exists_by(version)).sum();
         let is_supported = track.latest().support.is_for_a_real_object();
         if existence < self.config.existence
-            || now - last_measured_at > self.config.coast
+            || now - last_measured_at > self.config.coast.of(track.latest().interval_s)
             || !is_supported
         {
             return None;

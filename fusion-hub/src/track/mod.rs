@@ -3,6 +3,7 @@
 mod contributors;
 mod evidence;
 mod frame_store;
+mod orientation;
 mod pre_merge;
 mod smoother;
 mod snapshot;

@@ -25,8 +25,8 @@ pub struct SmoothedTrack<F> {
 pub struct FixedLagSmoother<F> {
     /// The filtered state before each later prediction, with the class whose motion parameters it has.
     states: Vec<(F, Class)>,
-    /// The filtered existence before each later prediction, and the length of that.
-    existences: Vec<(Existence, Span)>,
+    /// The filtered existence before each later prediction, the length of that, and the mean survival time, s.
+    existences: Vec<(Existence, Span, f64)>,
     contributors: Contributors,
 }
 
@@ -65,20 +65,22 @@ impl<F: Filter> FixedLagSmoother<F> {
         self.existences.clear();
         for item in after {
             let (state, class) = (estimate.state, estimate.motion_class());
-            let (existence, since) = (estimate.existence, estimate.at);
+            let (existence, since, survival_s) = (estimate.existence, estimate.at, estimate.survival_time_s());
             apply(&mut estimate, (item, context.frames.held(item)), None, context);
             if estimate.state.at() != state.at() {
                 self.states.push((state, class));
             }
             if estimate.at != since {
-                self.existences.push((existence, estimate.at - since));
+                self.existences.push((existence, estimate.at - since, survival_s));
             }
         }
         let states = self.states.iter().rev();
         let state = states.fold(estimate.state, |later, (state, class)| state.smoothed(*class, &later));
         let existences = self.existences.iter().rev();
         let existence = existences
-            .fold(estimate.existence.probability(), |later, (existence, dt)| existence.existed(*dt, later));
+            .fold(estimate.existence.probability(), |later, (existence, dt, survival_s)| {
+                existence.existed(*dt, *survival_s, later)
+            });
         Some(SmoothedTrack { state, existence, last_measured_at })
     }
 

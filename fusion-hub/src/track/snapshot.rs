@@ -2,8 +2,9 @@
 
 use crate::filter::Filter;
 use crate::values::Coverage;
-use crate::values::Existence;
-use crate::values::{DetectionModel, Measurement, ScoreEvidence, Support};
+use crate::values::{Existence, survival_time_s};
+use super::orientation::{Action, Orientation, Read, first_read};
+use crate::values::{DetectionModel, HeadingLaw, Measurement, PositionInnovation, ScoreEvidence, Support};
 use crate::values::AgentSlot;
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
@@ -14,6 +15,9 @@ const VIEW_MARGIN_SIGMAS: f64 = 3.0;
 const VIEW_MARGIN_M: f64 = 0.5;
 /// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
+
+/// Probability of a turned heading where headings are as reported; of no effect.
+const NEVER: f64 = 0.5;
 
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +32,10 @@ pub struct Snapshot<F> {
     pub initiated_at: Timestamp,
     /// Number of detections.
     pub n_reports: u32,
+    /// Mean time between frames of the agent that detected it last, s.
+    pub interval_s: f64,
+    /// What is known of its orientation beside the state.
+    pub orientation: Orientation,
     /// What the agents have shown of it.
     pub support: Support,
     class: Class,
@@ -67,6 +75,11 @@ impl<F: Filter> Snapshot<F> {
         class_motion: bool,
     ) -> Self {
         let at = frame.at;
+        let (z, reversed) = match frame.model.headings {
+            HeadingLaw::AsReported => (*z, NEVER),
+            HeadingLaw::Mixture { reversed, .. } => (first_read(z), reversed),
+        };
+        let z = &z;
         let mut support = Support::default();
         if frame.model.keeps_support {
             support.note_detection(frame.agent, at, score);
@@ -79,6 +92,8 @@ impl<F: Filter> Snapshot<F> {
             at,
             initiated_at: at,
             n_reports: 1,
+            interval_s: frame.model.interval_s,
+            orientation: Orientation::initial(at, z, reversed),
             support,
             class: z.class,
             class_motion,
@@ -97,7 +112,7 @@ impl<F: Filter> Snapshot<F> {
 
     /// The probability that it still exists at another time.
     pub fn existence_at(&self, at: Timestamp) -> f64 {
-        self.existence.survived(at - self.at).probability()
+        self.existence.survived(at - self.at, self.survival_time_s()).probability()
     }
 
     /// Whether it is rather a real object than clutter, and than a false object that an agent sees persistently.
@@ -115,7 +130,10 @@ impl<F: Filter> Snapshot<F> {
     ) {
         let FrameEvidence { at, agent, model } = *frame;
         self.survive_to(at);
-        let innovation = self.state.update(z);
+        let innovation = match model.headings {
+            HeadingLaw::AsReported => self.state.update(z),
+            HeadingLaw::Mixture { reversed, .. } => self.update_turned(at, z, reversed),
+        };
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
         if model.keeps_support {
@@ -127,7 +145,20 @@ impl<F: Filter> Snapshot<F> {
             self.existence = self.existence.or_initiated(model.birth_odds * score.factor());
         }
         self.n_reports += 1;
+        self.interval_s = model.interval_s;
         self.count_class(z.class);
+    }
+
+    /// Updates by a measurement whose heading may be turned.
+    fn update_turned(&mut self, at: Timestamp, z: &Measurement, reversed: f64) -> PositionInnovation {
+        let shape = self.state.shape(self.motion_class());
+        let Read { z, first } = self.orientation.read(at, z, &shape, reversed);
+        match first {
+            Action::Nothing => {}
+            Action::TurnRound => self.state.turn_round(),
+            Action::Redirect(course) => self.state.redirect(&course),
+        }
+        self.state.update(&z)
     }
 
     /// Moves the state to another time. Within `synchronous` of it, it stays.
@@ -166,10 +197,15 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
+    /// Mean survival time, s.
+    pub fn survival_time_s(&self) -> f64 {
+        survival_time_s(self.interval_s)
+    }
+
     /// Predicts the existence to another time: the object may have gone meanwhile.
     #[inline(always)]
     pub fn survive_to(&mut self, at: Timestamp) {
-        self.existence = self.existence.survived(at - self.at);
+        self.existence = self.existence.survived(at - self.at, self.survival_time_s());
         self.at = at;
     }
 

@@ -72,7 +72,7 @@ pub(crate) struct Assigning {
 
 impl Assigning {
     pub(crate) fn new(config: &TrackerConfig) -> Self {
-        let particles = Particles::new(config.hypotheses.count());
+        let particles = Particles::new(config.hypotheses.count(), config.association.turned_headings);
         let cost = if particles.is_some() { AssociationCost::Likelihood } else { config.association.cost };
         let config = AssociationConfig { cost, ..config.association };
         Self { config, associator: Associator::default(), particles }

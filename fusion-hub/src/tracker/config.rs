@@ -2,7 +2,7 @@
 
 use crate::association::AssociationConfig;
 use crate::track::Rollback;
-use crate::values::MAX_PARTICLES;
+use crate::values::{Coast, MAX_PARTICLES};
 use v2x_common::time::Span;
 
 /// How tracks are kept.
@@ -79,5 +79,5 @@ pub struct Lifetimes {
     /// Δmax: nothing that was captured longer ago is admitted.
     pub delta_max: Span,
     /// How long an object is published without being detected.
-    pub coast: Span,
+    pub coast: Coast,
 }

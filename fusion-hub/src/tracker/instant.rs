@@ -5,10 +5,10 @@
 
 use super::assign::Assigning;
 use super::predict::Predictions;
-use super::store::TrackStore;
+use super::store::{KeptTracks, TrackStore};
 use crate::filter::Filter;
 use crate::particles::Outcome;
-use crate::track::{Evidence, FrameSlot, Horizon, Track, TrackContext};
+use crate::track::{Evidence, FrameSlot, Track, TrackContext};
 use v2x_common::id::TrackId;
 use v2x_common::time::Timestamp;
 
@@ -127,14 +127,13 @@ impl<F: Filter> NewestInstant<F> {
     /// Maintains the copies as the tracks are ([`TrackStore::maintain`]).
     pub(super) fn maintain(
         &mut self,
-        horizon: &Horizon,
-        deleted_before: Timestamp,
+        kept: &KeptTracks,
         context: &TrackContext<'_>,
     ) {
-        self.before.retain(|track| track.last_measured_at() >= deleted_before);
+        self.before.retain(|track| track.last_measured_at() >= kept.detected_from(track));
         for track in &mut self.before {
             track.replay(context);
-            track.fold(horizon, context);
+            track.fold(&kept.evidence, context);
         }
     }
 }

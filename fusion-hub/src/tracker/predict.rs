@@ -51,7 +51,7 @@ impl PredictionLimits {
     pub(crate) fn new(config: &TrackerConfig, lifetimes: &Lifetimes, deleted_before: Timestamp) -> Self {
         let has_lag = config.hypotheses.lag() > Span::ZERO;
         Self {
-            memory: lifetimes.coast + lifetimes.delta_max,
+            memory: lifetimes.coast.longest() + lifetimes.delta_max,
             last_detected_from: if has_lag { deleted_before } else { Timestamp::MIN },
         }
     }
@@ -259,7 +259,7 @@ mod tests {
             AssociationCost::Euclidean,
         ];
         let is_candidate = costs.into_iter().any(|cost| {
-            let config = AssociationConfig { cost, gate: 25.0, class_aware: true };
+            let config = AssociationConfig { cost, gate: 25.0, turned_headings: true, class_aware: true };
             associator.find_candidates(frame.measurements, &[track], &config);
             !associator.candidates_of(0).is_empty()
         });

@@ -2,7 +2,7 @@
 
 use crate::filter::Filter;
 use crate::track::{Evidence, Horizon, Track, TrackContext};
-use crate::values::ParticleSet;
+use crate::values::{Coast, ParticleSet};
 use v2x_common::id::TrackId;
 use v2x_common::time::Timestamp;
 
@@ -10,6 +10,24 @@ use v2x_common::time::Timestamp;
 const MAX_TRACKS: usize = 65_536;
 /// Most deleted tracks whose memory is kept for new ones.
 const MAX_SPARE: usize = 4096;
+
+/// What is kept of tracks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KeptTracks {
+    /// Evidence since then is not folded.
+    pub(crate) evidence: Horizon,
+    /// Tracks detected since then are kept, and for the time of coasting.
+    pub(crate) detected_from: Timestamp,
+    /// How long objects coast.
+    pub(crate) coast: Coast,
+}
+
+impl KeptTracks {
+    /// When a track must have been detected last to be kept.
+    pub(super) fn detected_from<F: Filter>(&self, track: &Track<F>) -> Timestamp {
+        self.detected_from - self.coast.of(track.latest().interval_s)
+    }
+}
 
 /// All tracks, by id. Where association particles differ about a track it has several versions, next to each other.
 #[derive(Debug)]
@@ -151,12 +169,11 @@ impl<F: Filter> TrackStore<F> {
         Some((older, self.tracks.remove(younger)))
     }
 
-    /// Replays late evidence, folds what is older than the horizon, and deletes tracks whose last detection is older
-    /// than `deleted_before`; `on_deleted` is called with each of them first.
+    /// Replays late evidence, folds what is older than the horizon, and deletes tracks that were detected too long ago;
+    /// `on_deleted` is called with each of them first.
     pub(crate) fn maintain(
         &mut self,
-        horizon: &Horizon,
-        deleted_before: Timestamp,
+        kept_tracks: &KeptTracks,
         context: &TrackContext<'_>,
         mut on_deleted: impl FnMut(&Track<F>),
     ) {
@@ -164,7 +181,8 @@ impl<F: Filter> TrackStore<F> {
         for index in 0..self.tracks.len() {
             let track = &mut self.tracks[index];
             track.replay(context);
-            track.fold(horizon, context);
+            track.fold(&kept_tracks.evidence, context);
+            let deleted_before = kept_tracks.detected_from(track);
             let last_measured_at = track.last_measured_at();
             track.forget_contributors(deleted_before);
             // However low its existence: late data can still be of it, and how often the hub publishes must not matter.

@@ -4,7 +4,7 @@ use super::assign::{Assigning, Assignment};
 use super::config::{Lifetimes, TrackerConfig};
 use super::instant::NewestInstant;
 use super::predict::{FrameView, PredictionLimits, Predictions};
-use super::store::TrackStore;
+use super::store::{KeptTracks, TrackStore};
 use super::update::{AssociatedFrame, initiate, split_versions, update};
 use crate::filter::Filter;
 use crate::track::{Evidence, FrameSlot, FrameStore, Horizon, SensedFrame, StoredFrame, Track, TrackContext};
@@ -237,10 +237,10 @@ impl<F: Filter> Tracker<F> {
     ) {
         let Lifetimes { delta_max, coast } = self.lifetimes;
         let context = context(&self.config, &self.frames, agents);
-        let deleted_before = horizon.at - coast;
-        self.deleted_before = horizon.at.max(now - delta_max) - coast;
-        self.tracks.maintain(held, deleted_before, &context, on_deleted);
-        self.instant.maintain(held, deleted_before, &context);
+        self.deleted_before = horizon.at.max(now - delta_max) - coast.longest();
+        let kept = KeptTracks { evidence: *held, detected_from: horizon.at, coast };
+        self.tracks.maintain(&kept, &context, on_deleted);
+        self.instant.maintain(&kept, &context);
     }
 
     /// Forgets frames that no track refers to any more.

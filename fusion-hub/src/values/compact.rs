@@ -3,6 +3,7 @@
 use super::{Measurement, ScoreEvidence, SizeLaw};
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
+use v2x_common::detection::HeadingKind;
 
 /// Correlations are cut by this share before they are rounded, so that no covariance becomes indefinite.
 const CORRELATION_KEPT: f64 = 1.0 - 1.0 / (1 << 20) as f64;
@@ -20,6 +21,7 @@ pub struct CompactMeasurement {
     yaw_variance: f32,
     detection_over_clutter: f32,
     class: Class,
+    heading: HeadingKind,
     score: ScoreEvidence,
     /// Whether a velocity was reported; it is held elsewhere.
     pub has_velocity: bool,
@@ -67,6 +69,7 @@ impl CompactMeasurement {
         yaw_variance: 0.0,
         detection_over_clutter: 0.0,
         class: Class::Unknown,
+        heading: HeadingKind::Known,
         score: ScoreEvidence::NONE,
         has_velocity: false,
         is_track: false,
@@ -89,6 +92,7 @@ impl CompactMeasurement {
             yaw_variance: z.yaw_variance as f32,
             detection_over_clutter: evidence.over_clutter as f32,
             class: z.class,
+            heading: z.heading,
             score: evidence.score,
             has_velocity: z.velocity.is_some(),
             is_track: z.is_track,
@@ -110,10 +114,23 @@ impl CompactMeasurement {
             relative_variance: double(self.relative_variance),
             yaw: f64::from(self.yaw),
             yaw_variance: f64::from(self.yaw_variance),
+            heading: self.heading,
             size_law: self.has_law.map(|holds| holds.then(|| laws.0[usize::from(self.law)])),
             velocity: None,
             is_track: self.is_track,
         }
+    }
+
+    /// Heading as reported, rad.
+    #[inline]
+    pub fn yaw(&self) -> f64 {
+        f64::from(self.yaw)
+    }
+
+    /// Class as reported.
+    #[inline]
+    pub const fn class(&self) -> Class {
+        self.class
     }
 
     /// Position, m.

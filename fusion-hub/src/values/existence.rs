@@ -10,8 +10,15 @@ const MAX_ODDS: f64 = 1e4;
 /// Lower limit: a detection can still confirm the track again.
 const MIN_ODDS: f64 = 1e-12;
 
-/// Mean survival time of an object without coverage, s.
+/// Mean survival time of an object without coverage, s, at least.
 pub const SURVIVAL_TIME_S: f64 = 60.0;
+/// And this many intervals of the frames that detect it: between two frames little must be lost at any rate.
+const SURVIVAL_FRAMES: f64 = 600.0;
+
+/// Mean survival time (s) of an object that an agent with this interval of frames (s) detected last.
+pub fn survival_time_s(interval_s: f64) -> f64 {
+    SURVIVAL_TIME_S.max(SURVIVAL_FRAMES * interval_s)
+}
 
 /// A squared Mahalanobis distance, and something below e^(−½ of it).
 const NEAR: f64 = 18.0;
@@ -37,18 +44,18 @@ impl Existence {
         self.0 / (1.0 + self.0)
     }
 
-    /// After a time in which the object may have gone: r' = r (1 − lost).
+    /// After a time in which the object may have gone, with this mean survival time (s): r' = r (1 − lost).
     #[inline(always)]
-    pub fn survived(self, dt: Span) -> Self {
-        let lost = share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
+    pub fn survived(self, dt: Span, survival_time_s: f64) -> Self {
+        let lost = share_lost(dt.abs().as_secs_f64() / survival_time_s);
         Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
     }
 
     /// The smoothed probability that it existed, given that of a time `dt` later: that it still existed then, or
     /// had gone in the meantime.
-    pub fn existed(self, dt: Span, existed_later: f64) -> f64 {
+    pub fn existed(self, dt: Span, survival_time_s: f64, existed_later: f64) -> f64 {
         let before = self.probability();
-        let gone = before * share_lost(dt.abs().as_secs_f64() / SURVIVAL_TIME_S);
+        let gone = before * share_lost(dt.abs().as_secs_f64() / survival_time_s);
         existed_later + (1.0 - existed_later) * gone / (gone + 1.0 - before)
     }
 
@@ -98,7 +105,7 @@ impl Existence {
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("existence.odds", format!("{MIN_ODDS} to {MAX_ODDS}")),
-        ("existence.survival_time_s", SURVIVAL_TIME_S.to_string()),
+        ("existence.survival_time_s", format!("{SURVIVAL_TIME_S}, at least {SURVIVAL_FRAMES} frames")),
         ("existence.near", format!("{NEAR}, {DENSITY_AT_NEAR}")),
     ]
 }
@@ -118,8 +125,8 @@ mod tests {
     #[test]
     fn survival_does_not_depend_on_how_the_time_is_split() {
         let start = Existence::from_probability(0.9);
-        let whole = start.survived(Span::from_millis(400));
-        let split = start.survived(Span::from_millis(150)).survived(Span::from_millis(250));
+        let whole = start.survived(Span::from_millis(400), 10.0);
+        let split = start.survived(Span::from_millis(150), 10.0).survived(Span::from_millis(250), 10.0);
         assert!((whole.probability() - 0.9 * libm::exp(-0.04)).abs() < 1e-12);
         assert!((whole.probability() - split.probability()).abs() < 1e-12);
     }

@@ -2,6 +2,7 @@
 
 use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
+use v2x_common::detection::HeadingKind;
 
 /// One report of one object: sizes debiased where the sensor declares a law, with variances relative to the
 /// true size.
@@ -23,6 +24,8 @@ pub struct Measurement {
     pub yaw: f64,
     /// Variance of the heading, rad².
     pub yaw_variance: f64,
+    /// What is known of the heading.
+    pub heading: HeadingKind,
     /// Velocity, where it was measured.
     pub velocity: Option<Velocity>,
     /// Whether it is a track of the agent: its error then depends on earlier ones of that track.

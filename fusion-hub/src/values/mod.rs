@@ -5,10 +5,12 @@
 //! a track is of a real object.
 
 mod agents;
+mod coast;
 mod compact;
 mod detection_profile;
 mod existence;
 mod exponential;
+mod heading_law;
 mod innovation;
 mod measurement;
 pub mod overlap;
@@ -19,10 +21,12 @@ mod sensor_model;
 mod support;
 
 pub use agents::{AgentNames, AgentSlot};
+pub use coast::Coast;
 pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
-pub use existence::{Existence, SURVIVAL_TIME_S};
+pub use existence::{Existence, SURVIVAL_TIME_S, survival_time_s};
 pub(crate) use exponential::share_lost;
+pub use heading_law::HeadingLaw;
 pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
 pub use particle_set::{MAX_PARTICLES, ParticleSet};
@@ -32,4 +36,4 @@ pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::Support;
 
 #[cfg(test)]
-pub(crate) use existence::listed as existence_listed;
+pub(crate) use {coast::listed as coast_listed, existence::listed as existence_listed, support::listed as support_listed};

@@ -2,12 +2,13 @@
 
 use super::compact::DetectionEvidence;
 use super::detection_profile::DetectionProfile;
+use super::heading_law::HeadingLaw;
 use super::existence::SURVIVAL_TIME_S;
 use super::measurement::{Measurement, SizeLaw};
 use super::score_model::ScoreModel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-use v2x_common::detection::Detection;
+use v2x_common::detection::{Detection, HeadingKind};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
 
@@ -53,8 +54,12 @@ pub struct DetectionModel {
     pub clutter_per_m2: f64,
     /// Odds that a detection of no known track is of a real object.
     pub birth_odds: f64,
+    /// Mean time between frames, s.
+    pub interval_s: f64,
     /// How scores are read.
     pub scores: ScoreModel,
+    /// How headings err.
+    pub headings: HeadingLaw,
     /// Whether an object's history by this sensor counts: whether its last frame held it, and how well it supports it.
     pub keeps_support: bool,
 }
@@ -65,7 +70,9 @@ impl Default for DetectionModel {
             profile: DetectionProfile::uniform(1.0),
             clutter_per_m2: 0.0,
             birth_odds: 0.0,
+            interval_s: 1.0 / UNDECLARED_RATE_HZ,
             scores: ScoreModel::Ignored,
+            headings: HeadingLaw::AsReported,
             keeps_support: false,
         }
     }
@@ -86,6 +93,7 @@ impl DetectionModel {
             profile: DetectionProfile::uniform(limited(detection_probability)),
             clutter_per_m2,
             birth_odds: births_per_m2 / clutter_per_m2,
+            interval_s: 1.0 / rate_hz,
             ..Self::default()
         }
     }
@@ -188,6 +196,7 @@ impl SensorModel {
             size_law: [w.law, d.law],
             yaw: bev.yaw,
             yaw_variance: covariance.yaw,
+            heading: HeadingKind::Known,
             velocity: detection.velocity,
             is_track: detection.source_track.is_some(),
         }

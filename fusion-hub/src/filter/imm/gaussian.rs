@@ -1,6 +1,7 @@
 //! Normal distributions of the leading 3, 4 or 5 components of (x, y, θ, v, ω).
 
 use super::likelihood::{Factored, Likelihood, sum};
+use crate::filter::Course;
 use std::f64::consts::{PI, TAU};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::MAX_SPEED_MPS;
@@ -88,6 +89,44 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
     /// Keeps the heading in [-π, π].
     pub(super) fn wrap(&mut self) {
         self.mean[YAW] = wrapped(self.mean[YAW]);
+    }
+
+    /// Heading (rad) and its variance (rad²).
+    pub(super) fn heading(&self) -> (f64, f64) {
+        (self.mean[YAW], self.entry(YAW, YAW))
+    }
+
+    /// The same object with its front at the other end: heading by half a turn, speed with the other sign.
+    pub(super) fn turn_round(&mut self) {
+        self.mean[YAW] = wrapped(self.mean[YAW] + PI);
+        if SPEED < N {
+            self.mean[SPEED] = -self.mean[SPEED];
+            for other in (0..N).filter(|other| *other != SPEED) {
+                self.covariance[at(SPEED, other)] = -self.covariance[at(SPEED, other)];
+            }
+        }
+    }
+
+    /// With heading and speed of a course, correlated with nothing.
+    pub(super) fn redirect(&mut self, course: &Course) {
+        self.mean[YAW] = course.yaw;
+        self.set_alone(YAW, course.yaw_variance);
+        if SPEED < N {
+            self.mean[SPEED] = course.speed;
+            self.set_alone(SPEED, course.speed_variance);
+        }
+        if TURN < N {
+            self.mean[TURN] = 0.0;
+            self.set_alone(TURN, self.entry(TURN, TURN));
+        }
+    }
+
+    /// A component with this variance that is correlated with no other one.
+    fn set_alone(&mut self, component: usize, variance: f64) {
+        for other in 0..N {
+            self.covariance[at(component, other)] = 0.0;
+        }
+        self.covariance[at(component, component)] = variance;
     }
 
     pub(super) fn inflate(&mut self, factor: f64) {

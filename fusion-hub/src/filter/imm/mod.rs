@@ -226,6 +226,32 @@ impl Imm {
         output::place(&self.places())
     }
 
+    /// Heading of the likeliest model (rad), and its variance (rad²).
+    pub fn heading(&self) -> (f64, f64) {
+        match output::likeliest(&self.weights) {
+            PARKED => self.parked.heading(),
+            STOPPED => self.stopped.heading(),
+            SMOOTH => self.smooth.heading(),
+            _ => self.manoeuvre.heading(),
+        }
+    }
+
+    /// Turns the object round: the front is at the other end, and it moves backwards if it moved forwards.
+    pub fn turn_round(&mut self) {
+        self.parked.turn_round();
+        self.stopped.turn_round();
+        self.smooth.turn_round();
+        self.manoeuvre.turn_round();
+    }
+
+    /// Sets heading and speed to a course.
+    pub fn redirect(&mut self, course: &super::Course) {
+        self.parked.redirect(course);
+        self.stopped.redirect(course);
+        self.smooth.redirect(course);
+        self.manoeuvre.redirect(course);
+    }
+
     /// Probabilities of being parked, stopped, in smooth motion and manoeuvring; they sum to 1.
     pub fn model_probabilities(&self) -> [f64; 4] {
         self.weights

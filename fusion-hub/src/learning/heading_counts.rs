@@ -1,0 +1,148 @@
+//! How an agent's headings differ from the course of what moves.
+//!
+//! The course is the way between two reports of one agent about one object, about a second apart: it needs no filter, and
+//! the agent's own error of position cancels.
+
+use crate::values::HeadingLaw;
+use std::f64::consts::{FRAC_PI_2, PI};
+use v2x_common::geometry::angle_difference;
+use v2x_common::time::{Span, Timestamp};
+
+/// Two reports are compared after this time, and forgotten after the other.
+const APART: Span = Span::from_millis(900);
+const FORGOTTEN: Span = Span::from_millis(3000);
+/// The object must have moved so far, m: then the way's direction is known better than a heading.
+const LEAST_WAY_M: f64 = 4.0;
+/// And it must not have turned by more than this, rad.
+const MOST_TURN: f64 = 0.2;
+/// What is assumed in advance: one heading in fifty is turned round, with the weight of so many.
+const PRIOR: f64 = 10.0;
+const PRIOR_REVERSED: f64 = 0.02;
+/// Probabilities are kept from being certain.
+const LIMITS: [f64; 2] = [0.002, 0.98];
+/// A constant error counts from so many comparisons on, where it exceeds this, rad, and where headings agree about it: the
+/// length of their mean vector.
+const LEAST_COMPARISONS: f64 = 50.0;
+const LEAST_OFFSET: f64 = 0.15;
+const LEAST_AGREEMENT: f64 = 0.9;
+/// Unit of sums: whole numbers add up to the same in any order.
+const UNITS: f64 = 4096.0;
+
+/// A report of one object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Report {
+    pub(super) at: Timestamp,
+    pub(super) position: [f64; 2],
+    pub(super) yaw: f64,
+}
+
+/// The difference of a heading from the course between two reports.
+pub(super) fn compare(earlier: &Report, later: &Report) -> Option<f64> {
+    let [dx, dy] = [later.position[0] - earlier.position[0], later.position[1] - earlier.position[1]];
+    let is_straight = libm::sin(angle_difference(later.yaw, earlier.yaw)).abs() <= libm::sin(MOST_TURN);
+    let is_far = dx * dx + dy * dy >= LEAST_WAY_M * LEAST_WAY_M;
+    (is_straight && is_far).then(|| angle_difference(later.yaw, libm::atan2(dy, dx)))
+}
+
+/// Whether a report is to be compared with an earlier one, or to take its place.
+pub(super) fn is_due(earlier: &Report, at: Timestamp) -> Option<bool> {
+    let apart = at - earlier.at;
+    (apart >= APART).then_some(apart <= FORGOTTEN)
+}
+
+/// Comparisons of one agent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct HeadingCounts {
+    all: f64,
+    reversed: f64,
+    /// Sums of cosine and sine of twice the difference: of axes.
+    axis: [f64; 2],
+}
+
+impl HeadingCounts {
+    /// Adds a difference, rad.
+    pub(super) fn add(&mut self, difference: f64) {
+        self.all += 1.0;
+        self.reversed += f64::from(u8::from(difference.abs() > FRAC_PI_2));
+        self.axis[0] += libm::round(libm::cos(2.0 * difference) * UNITS);
+        self.axis[1] += libm::round(libm::sin(2.0 * difference) * UNITS);
+    }
+
+    /// Lets what was counted fade.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.all *= factor;
+        self.reversed *= factor;
+        self.axis = self.axis.map(|sum| sum * factor);
+    }
+
+    /// How the headings err.
+    pub(super) fn law(&self) -> HeadingLaw {
+        let [least, most] = LIMITS;
+        let reversed = (self.reversed + PRIOR * PRIOR_REVERSED) / (self.all + PRIOR);
+        HeadingLaw::Mixture { reversed: reversed.clamp(least, most), offset: self.offset() }
+    }
+
+    /// The constant error of the axes, rad in [-π/2, π/2]; 0 where it is not significant.
+    fn offset(&self) -> f64 {
+        let [cos, sin] = self.axis;
+        let agreement = libm::hypot(cos, sin) / (UNITS * self.all.max(1.0));
+        let offset = libm::atan2(sin, cos) / 2.0;
+        let is_significant =
+            self.all >= LEAST_COMPARISONS && agreement >= LEAST_AGREEMENT && offset.abs() >= LEAST_OFFSET;
+        if is_significant { offset.clamp(-PI / 2.0, PI / 2.0) } else { 0.0 }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("learning.heading_prior", format!("{PRIOR_REVERSED} with weight {PRIOR}, within {LIMITS:?}")),
+        (
+            "learning.heading_offset",
+            format!("{LEAST_OFFSET} rad after {LEAST_COMPARISONS}, agreement {LEAST_AGREEMENT}"),
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(ms: i64, x: f64, yaw: f64) -> Report {
+        Report { at: Timestamp::EPOCH + Span::from_millis(ms), position: [x, 0.0], yaw }
+    }
+
+    #[test]
+    fn only_what_moved_straight_ahead_is_compared() {
+        assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.1)), Some(0.1));
+        assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 1.0, 0.1)), None, "too near");
+        assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.6)), None, "turned");
+        let flipped = compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.1 - PI)).unwrap();
+        assert!((flipped.abs() - PI + 0.1).abs() < 1e-12, "of a turned heading the axis is the same");
+    }
+
+    #[test]
+    fn the_share_of_turned_headings_is_learnt() {
+        let mut counts = HeadingCounts::default();
+        let HeadingLaw::Mixture { reversed, offset } = counts.law() else { panic!() };
+        assert!((reversed - 0.02).abs() < 1e-12 && offset == 0.0);
+        (0..300).for_each(|k| counts.add(if k % 3 == 0 { PI - 0.02 } else { 0.03 }));
+        let HeadingLaw::Mixture { reversed, offset } = counts.law() else { panic!() };
+        assert!((reversed - 0.33).abs() < 0.02 && offset == 0.0, "{reversed} {offset}");
+    }
+
+    #[test]
+    fn a_constant_error_is_learnt_and_a_small_or_scattered_one_is_not() {
+        let offset_of = |differences: fn(i32) -> f64| {
+            let mut counts = HeadingCounts::default();
+            (0..100).for_each(|k| counts.add(differences(k)));
+            let HeadingLaw::Mixture { offset, .. } = counts.law() else { panic!() };
+            offset
+        };
+        assert!((offset_of(|_| 0.5) - 0.5).abs() < 1e-3);
+        assert!((offset_of(|_| 0.5 - PI) - 0.5).abs() < 1e-3, "and turned round");
+        assert_eq!(offset_of(|_| 0.1), 0.0);
+        assert_eq!(offset_of(|k| f64::from(k % 10) * 0.3), 0.0);
+    }
+}

@@ -1,0 +1,56 @@
+//! How long an object is published without being detected.
+
+use v2x_common::time::Span;
+
+/// Frames of the agent that detected an object last, for which it is published without another detection.
+const FRAMES: f64 = 5.0;
+/// At least and at most.
+const SHORTEST: Span = Span::from_millis(1000);
+const LONGEST: Span = Span::from_millis(5000);
+
+/// How long an object is published without being detected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coast {
+    /// As long as the agent that detected it last needs for five frames, but 1 to 5 s: a parked car does not vanish between
+    /// two frames of a slow sensor.
+    #[default]
+    ByRate,
+    /// The same for all.
+    Fixed(Span),
+}
+
+impl Coast {
+    /// For an object whose last detection is of an agent with this interval of frames, s.
+    pub fn of(self, interval_s: f64) -> Span {
+        match self {
+            Self::ByRate => Span::from_secs_f64(FRAMES * interval_s).clamp(SHORTEST, LONGEST),
+            Self::Fixed(coast) => coast,
+        }
+    }
+
+    /// For any object at most.
+    pub const fn longest(self) -> Span {
+        match self {
+            Self::ByRate => LONGEST,
+            Self::Fixed(coast) => coast,
+        }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![("coast.by_rate", format!("{FRAMES} frames, {SHORTEST} to {LONGEST}"))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_sensors_let_objects_coast_longer_and_a_fixed_time_holds_for_all() {
+        let ms = |interval_s| Coast::ByRate.of(interval_s).as_millis_f64();
+        assert_eq!((ms(0.05), ms(0.5), ms(2.0)), (1000.0, 2500.0, 5000.0));
+        assert_eq!(Coast::Fixed(Span::from_millis(700)).of(2.0), Span::from_millis(700));
+    }
+}

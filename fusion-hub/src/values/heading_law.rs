@@ -1,0 +1,42 @@
+//! How an agent's headings err: they may be turned round, or off by a constant.
+
+use super::Measurement;
+use v2x_common::geometry::wrap_angle;
+
+/// An agent's headings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum HeadingLaw {
+    /// They err by a normal distribution, as declared.
+    #[default]
+    AsReported,
+    /// They may also be turned by half a turn, or by a quarter where width and depth are exchanged.
+    Mixture {
+        /// Probability of half a turn.
+        reversed: f64,
+        /// Constant error, rad.
+        offset: f64,
+    },
+}
+
+impl HeadingLaw {
+    /// Of an agent that nothing is known of: one heading in fifty is turned round.
+    pub const UNKNOWN: Self = Self::Mixture { reversed: 0.02, offset: 0.0 };
+
+    /// A heading (rad) as it was reported, before it was corrected.
+    pub fn reported(&self, yaw: f64) -> f64 {
+        match *self {
+            Self::Mixture { offset, .. } => yaw + offset,
+            Self::AsReported => yaw,
+        }
+    }
+
+    /// A measurement without the constant error.
+    pub fn corrected(&self, z: Measurement) -> Measurement {
+        match *self {
+            Self::Mixture { offset, .. } if offset != 0.0 => {
+                Measurement { yaw: wrap_angle(z.yaw - offset), ..z }
+            }
+            _ => z,
+        }
+    }
+}
