@@ -59,6 +59,21 @@ classes! {
     Truck = 23, "vehicle.truck", [2.5, 7.5];
 }
 
+/// Classes that detectors confuse with each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClassGroup {
+    /// Of no known class.
+    Unknown,
+    /// People on foot, and animals.
+    Pedestrian,
+    /// Bicycles and motorcycles.
+    TwoWheeled,
+    /// Cars and larger vehicles.
+    FourWheeled,
+    /// What does not move by itself.
+    Immobile,
+}
+
 /// Names that other data sets and detectors use, in lower case with `_` for spaces and dashes.
 const FOREIGN_NAMES: &[(&str, Class)] = &[
     ("adult", Class::Adult),
@@ -122,6 +137,21 @@ impl Class {
     #[inline]
     pub fn is_compatible_with(self, other: Self) -> bool {
         self == other || self == Self::Unknown || other == Self::Unknown
+    }
+
+    /// The group of classes that detectors confuse with each other.
+    pub const fn group(self) -> ClassGroup {
+        if matches!(self, Self::Unknown) {
+            ClassGroup::Unknown
+        } else if self.is_pedestrian() || matches!(self, Self::Animal) {
+            ClassGroup::Pedestrian
+        } else if self.is_two_wheeler() {
+            ClassGroup::TwoWheeled
+        } else if self.is_immobile() {
+            ClassGroup::Immobile
+        } else {
+            ClassGroup::FourWheeled
+        }
     }
 
     /// People on foot, and strollers and wheelchairs.

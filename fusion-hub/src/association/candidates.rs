@@ -1,6 +1,7 @@
 //! The candidate pairs of a frame, listed by track.
 
-use super::config::{AssociationConfig, AssociationCost, EUCLIDEAN_REACH_M};
+use super::class_cost::class_cost;
+use super::config::{AssociationConfig, AssociationCost, ClassRule, EUCLIDEAN_REACH_M};
 use super::gate::Separation;
 use super::gate::distance2;
 use super::grid::{Grid, Pairs, Spot};
@@ -77,9 +78,12 @@ impl Candidates {
         expected: &[PredictedMeasurement],
         config: &AssociationConfig,
     ) {
+        let ignores_class = config.classes == ClassRule::Ignored;
+        let confusable = config.classes == ClassRule::Evidence && config.cost == AssociationCost::Likelihood;
         // Here and below `&` for `&&`: an unpredictable condition should not be a branch.
         let fits_class = |z: &Measurement, track: &PredictedMeasurement| {
-            !config.class_aware | z.class.is_compatible_with(track.class)
+            let is_confused = || confusable && class_cost(z.class, track.class).is_some();
+            ignores_class || z.class.is_compatible_with(track.class) || is_confused()
         };
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);
         match config.cost {

@@ -18,6 +18,19 @@ pub enum AssociationCost {
     Euclidean,
 }
 
+/// What classes say of a pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClassRule {
+    /// Nothing.
+    Ignored,
+    /// Only equal classes, or an unknown one, make a pair.
+    #[default]
+    Exact,
+    /// Classes that detectors confuse cost, others make no pair; with a cost other than the likelihood as [`Self::Exact`].
+    Evidence,
+}
+
 /// How pairs are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AssociationConfig {
@@ -29,13 +42,13 @@ pub struct AssociationConfig {
     /// Whether reported headings may be turned by half a turn or a quarter, or be worthless; without, they err by a normal
     /// distribution.
     pub turned_headings: bool,
-    /// Whether only compatible classes make a pair.
-    pub class_aware: bool,
+    /// What classes say of a pair.
+    pub classes: ClassRule,
 }
 
 impl Default for AssociationConfig {
     /// The gate is that of deploy/docs/methods.md: 0.9997 of true pairs are within it.
     fn default() -> Self {
-        Self { cost: AssociationCost::default(), gate: 16.2, turned_headings: false, class_aware: true }
+        Self { cost: AssociationCost::default(), gate: 16.2, turned_headings: false, classes: ClassRule::Exact }
     }
 }

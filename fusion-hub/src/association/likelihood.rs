@@ -3,6 +3,7 @@
 //! C = m² + ln det S + min(Δθ², 12) + min(Δd², 12), in units of −2 ln p (deploy/docs/methods.md). The caps keep one
 //! outlying heading or size from outweighing the position.
 
+use super::class_cost::class_cost;
 use super::csba::dimension_distance2;
 use super::gate::Separation;
 use crate::values::Measurement;
@@ -36,6 +37,8 @@ pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, turned_headings:
     let turn = angle_difference(z.yaw, track.yaw);
     let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
     let size = dimension_distance2(z, track).min(CUE_CAP);
+    // Pairs of classes that make no pair have been left out, or classes are ignored.
+    let size = size + class_cost(z.class, track.class).unwrap_or(0.0);
     let cues = heading.min(CUE_CAP) + size;
     if turned_headings && heading > REVERSED_COST {
         return position + turned_cost(z, track, turn.abs(), size).min(cues);

@@ -3,6 +3,7 @@
 pub mod assignment;
 mod associator;
 mod candidates;
+mod class_cost;
 mod config;
 pub mod csba;
 mod gate;
@@ -13,4 +14,4 @@ mod tail;
 mod tests;
 
 pub use associator::Associator;
-pub use config::{AssociationConfig, AssociationCost, EUCLIDEAN_REACH_M};
+pub use config::{AssociationConfig, AssociationCost, ClassRule, EUCLIDEAN_REACH_M};

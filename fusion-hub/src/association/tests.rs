@@ -62,7 +62,7 @@ fn cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfi
         AssociationCost::Iou => (iou > 0.0, 1.0 - iou),
         AssociationCost::Euclidean => (distance2 <= 9.0, libm::sqrt(distance2)),
     };
-    (is_near && (!config.class_aware || z.class.is_compatible_with(track.class))).then_some(cost)
+    (is_near && (config.classes == ClassRule::Ignored || z.class.is_compatible_with(track.class))).then_some(cost)
 }
 
 fn cost_alone(cost: AssociationCost) -> f64 {
@@ -133,9 +133,9 @@ fn one_for_all(
 }
 
 fn config() -> impl Strategy<Value = AssociationConfig> {
-    (prop::sample::select(COSTS.to_vec()), any::<bool>()).prop_map(|(cost, class_aware)| AssociationConfig {
+    (prop::sample::select(COSTS.to_vec()), any::<bool>()).prop_map(|(cost, is_exact)| AssociationConfig {
         cost,
-        class_aware,
+        classes: if is_exact { ClassRule::Exact } else { ClassRule::Ignored },
         ..Default::default()
     })
 }

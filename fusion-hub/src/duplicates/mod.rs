@@ -3,10 +3,15 @@
 //! [`Duplicates`] reads every assignment for tracks that compete for a detection, and [`SequentialTest`] sums up over
 //! frames and agents whether the two are one object. The tracker then merges them.
 
+mod exclusion;
 mod observer;
 mod sequential_test;
 
+pub(crate) use exclusion::Exclusion;
 pub(crate) use observer::Duplicates;
 
+/// Every number, for [`crate::parameters`].
 #[cfg(test)]
-pub(crate) use sequential_test::listed;
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    [sequential_test::listed(), exclusion::listed()].concat()
+}

@@ -1,7 +1,7 @@
 //! How a hub fuses.
 
 use super::window::WindowConfig;
-use crate::association::{AssociationConfig, AssociationCost};
+use crate::association::{AssociationConfig, AssociationCost, ClassRule};
 use crate::registration::Registration;
 use crate::track::Rollback;
 use crate::tracker::{Hypotheses, TrackerConfig};
@@ -67,6 +67,7 @@ impl Default for TrackingConfig {
                     cost: AssociationCost::Likelihood,
                     gate: WIDE_GATE,
                     turned_headings: true,
+                    classes: ClassRule::Evidence,
                     ..AssociationConfig::default()
                 },
                 hypotheses: Hypotheses::ONE,
@@ -74,8 +75,10 @@ impl Default for TrackingConfig {
                 rollback: Rollback::Replay,
                 synchronous: Span::ZERO,
                 class_motion: true,
+                exclusion: true,
             },
             resolve_duplicates: true,
+
             class_size_priors: true,
             registration: Registration::default(),
             learning: true,

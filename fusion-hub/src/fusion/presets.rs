@@ -158,6 +158,7 @@ fn paper() -> TrackingConfig {
         tracker: TrackerConfig {
             association: AssociationConfig::default(),
             reassociate: false,
+            exclusion: false,
             synchronous: EPSILON_S,
             ..ours.tracker
         },

@@ -2,7 +2,7 @@
 
 use super::config::{MotionModel, TrackingConfig};
 use super::window::WindowConfig;
-use crate::association::{AssociationConfig, AssociationCost};
+use crate::association::{AssociationConfig, AssociationCost, ClassRule};
 use crate::baselines::Rule;
 use crate::registration::Registration;
 use crate::tracker::{Hypotheses, ParticleCount, TrackerConfig};
@@ -68,9 +68,10 @@ pub(crate) struct TrackingTable {
     association: Option<AssociationCost>,
     association_particles: Option<u32>,
     resolve_duplicates: Option<bool>,
+    exclusion: Option<bool>,
     reconsider: Option<bool>,
     gate: Option<f64>,
-    class_aware: Option<bool>,
+    classes: Option<ClassRule>,
     class_priors: Option<bool>,
     class_size_priors: Option<bool>,
     registration: Option<Registration>,
@@ -87,9 +88,10 @@ impl TrackingTable {
         "association",
         "association_particles",
         "resolve_duplicates",
+        "exclusion",
         "reconsider",
         "gate",
-        "class_aware",
+        "classes",
         "class_priors",
         "class_size_priors",
         "registration",
@@ -111,12 +113,12 @@ impl TrackingTable {
         within("publish_existence", publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let class_motion = self.class_priors.unwrap_or(tracker.class_motion);
         let class_sizes = self.class_size_priors.unwrap_or(method.class_size_priors);
-        let AssociationConfig { cost, gate, turned_headings, class_aware } = tracker.association;
+        let AssociationConfig { cost, gate, turned_headings, classes } = tracker.association;
         let association = AssociationConfig {
             cost: self.association.unwrap_or(cost),
             gate: self.gate.unwrap_or(gate),
             turned_headings: self.turned_headings.unwrap_or(turned_headings),
-            class_aware: self.class_aware.unwrap_or(class_aware),
+            classes: self.classes.unwrap_or(classes),
         };
         within("gate", association.gate, 0.1..=1e4, "0.1 to 10000")?;
         Ok(TrackingConfig {
@@ -126,6 +128,7 @@ impl TrackingTable {
                 hypotheses: self.hypotheses(tracker.hypotheses)?,
                 reassociate: self.reconsider.unwrap_or(tracker.reassociate),
                 class_motion,
+                exclusion: self.exclusion.unwrap_or(tracker.exclusion),
                 ..tracker
             },
             resolve_duplicates: self.resolve_duplicates.unwrap_or(method.resolve_duplicates),

@@ -2,7 +2,7 @@
 
 use super::config::TrackingConfig;
 use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
-use crate::duplicates::Duplicates;
+use crate::duplicates::{Duplicates, Exclusion};
 use crate::filter::Filter;
 use crate::learning::{FrameReading, FrameSource, Learner, Prior};
 use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, TrackList};
@@ -20,6 +20,7 @@ pub(super) struct Tracking<F> {
     tracker: Tracker<F>,
     pairs: PairFinder,
     duplicates: Duplicates,
+    exclusion: Exclusion,
     found: Vec<(TrackId, TrackId)>,
     delta_max: Span,
     merges: u64,
@@ -44,6 +45,7 @@ impl<F: Filter> Tracking<F> {
             tracker: Tracker::new(config.tracker, lifetimes, lineage),
             pairs: PairFinder::default(),
             duplicates: Duplicates::default(),
+            exclusion: Exclusion::default(),
             found: Vec::new(),
             delta_max: lifetimes.delta_max,
             merges: 0,
@@ -101,8 +103,11 @@ impl<F: Filter> Tracking<F> {
     }
 
     fn merge_duplicates(&mut self, captured_at: Timestamp, agents: &AgentNames) {
-        let Self { config, tracker, duplicates, found, pre_merge, .. } = self;
+        let Self { config, tracker, duplicates, exclusion, found, pre_merge, .. } = self;
         duplicates.take_found(found);
+        if config.tracker.exclusion {
+            exclusion.observe(captured_at, tracker.tracks().all(), found);
+        }
         for pair in found.drain(..) {
             let is_merged = tracker.merge(pair, agents, |older, younger| {
                 if config.tracker.hypotheses.lag() > Span::ZERO {
@@ -140,7 +145,8 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
 
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
-        self.publisher.write(objects, &TrackList { tracks, n_hypotheses, agents }, now);
+        let hidden = &|track| self.exclusion.hides(track);
+        self.publisher.write(objects, &TrackList { tracks, n_hypotheses, agents, hidden }, now);
     }
 
     fn write_objects_as_of(

@@ -7,6 +7,7 @@ use crate::filter::Filter;
 use crate::filter::size_priors::SizePriors;
 use crate::track::Track;
 use crate::values::{AgentNames, Coast};
+use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -26,7 +27,7 @@ pub(crate) struct PublishConfig {
 }
 
 /// The tracks to be published.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) struct TrackList<'a, F> {
     /// Every track, all versions of it, by id.
     pub(crate) tracks: &'a [Track<F>],
@@ -34,6 +35,8 @@ pub(crate) struct TrackList<'a, F> {
     pub(crate) n_hypotheses: u32,
     /// Names of the agents.
     pub(crate) agents: &'a AgentNames,
+    /// Tracks that are not published, because an older one is at their place.
+    pub(crate) hidden: &'a dyn Fn(TrackId) -> bool,
 }
 
 /// Makes lists of objects.
@@ -60,7 +63,7 @@ impl Publisher {
         let leading = || list.tracks.iter().filter(|track| track.holders.leads());
         let priors = self.size_priors(leading());
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
-        for track in leading() {
+        for track in leading().filter(|track| !(list.hidden)(track.id)) {
             let Some(published) = self.published(track, &mixtures, &priors, now) else { continue };
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);

@@ -36,8 +36,8 @@ const REPORT_WEIGHT: f64 = 0.1;
 const MOST_BY_REPORTS: f64 = 4.0;
 const MOST_BY_MOTION: f64 = 6.0;
 /// Evidence of motion in a second, at the speed at which it counts in full, m/s.
-const MOTION_PER_S: f64 = 3.0;
-const FULL_SPEED_MPS: f64 = 4.0;
+const MOTION_PER_S: f64 = 10.0;
+const FULL_SPEED_MPS: f64 = 1.5;
 /// The track turns round where the evidence is against its front by this much.
 const TURN_ROUND: f64 = -1.0;
 

@@ -57,6 +57,8 @@ pub struct TrackContext<'a> {
     pub keeps_folded: bool,
     /// Whether the class of a track selects its motion parameters.
     pub class_motion: bool,
+    /// Whether two vehicles cannot be at one place.
+    pub exclusion: bool,
 }
 
 /// The estimate after the first items of evidence.

@@ -20,6 +20,8 @@ pub struct TrackerConfig {
     pub synchronous: Span,
     /// Whether the class of a track selects its motion parameters; without, every object moves as a car does.
     pub class_motion: bool,
+    /// Whether two vehicles cannot be at one place: of several boxes there, one is taken, and tracks there are one.
+    pub exclusion: bool,
 }
 
 /// How many hypotheses of association there are, where it is ambiguous. Several cannot be smoothed together, so that

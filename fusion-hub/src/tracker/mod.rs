@@ -7,6 +7,7 @@
 mod assign;
 mod config;
 mod instant;
+mod occupied;
 mod predict;
 mod store;
 #[expect(clippy::module_inception, reason = "the tracker of the layer of the tracker")]

@@ -189,7 +189,7 @@ fn squared_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::association::{AssociationConfig, AssociationCost, Associator};
+    use crate::association::{AssociationConfig, AssociationCost, Associator, ClassRule};
     use crate::filter::{ImmState, State};
     use crate::values::{AgentSlot, DetectionModel, SensorModel};
     use proptest::prelude::*;
@@ -259,7 +259,7 @@ mod tests {
             AssociationCost::Euclidean,
         ];
         let is_candidate = costs.into_iter().any(|cost| {
-            let config = AssociationConfig { cost, gate: 25.0, turned_headings: true, class_aware: true };
+            let config = AssociationConfig { cost, gate: 25.0, turned_headings: true, classes: ClassRule::Evidence };
             associator.find_candidates(frame.measurements, &[track], &config);
             !associator.candidates_of(0).is_empty()
         });

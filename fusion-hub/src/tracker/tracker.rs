@@ -265,7 +265,7 @@ impl<F: Filter> Tracker<F> {
 }
 
 fn context<'a>(config: &TrackerConfig, frames: &'a FrameStore, agents: &'a AgentNames) -> TrackContext<'a> {
-    let TrackerConfig { synchronous, rollback, class_motion, hypotheses, .. } = *config;
+    let TrackerConfig { synchronous, rollback, class_motion, exclusion, hypotheses, .. } = *config;
     TrackContext {
         frames,
         agents,
@@ -273,5 +273,6 @@ fn context<'a>(config: &TrackerConfig, frames: &'a FrameStore, agents: &'a Agent
         rollback,
         keeps_folded: hypotheses.lag() > Span::ZERO,
         class_motion,
+        exclusion,
     }
 }

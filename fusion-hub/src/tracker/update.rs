@@ -2,6 +2,7 @@
 
 use super::assign::{Assigning, Assignment};
 use super::instant::NewestInstant;
+use super::occupied::Occupied;
 use super::predict::{FrameView, Predictions};
 use super::store::TrackStore;
 use crate::filter::Filter;
@@ -83,7 +84,13 @@ pub(super) fn initiate<F: Filter>(
     context: &TrackContext<'_>,
 ) {
     let AssociatedFrame { frame, assignment, .. } = associated;
+    let is_exclusive = context.exclusion && !assignment.initiations().is_empty();
+    let mut occupied = is_exclusive.then(|| Occupied::by(associated, tracks));
     for initiation in assignment.initiations() {
+        let z = &frame.measurements[usize::from(initiation.index)];
+        if occupied.as_mut().is_some_and(|occupied| !occupied.admits(z)) {
+            continue;
+        }
         let detection = Evidence::detection(frame.stored.captured_at, frame.slot, initiation.index);
         let id = || instant.take_id(&detection);
         if let Some(track) = tracks.initiate(detection, id, context) {

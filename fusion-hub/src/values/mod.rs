@@ -8,6 +8,7 @@ mod agents;
 mod coast;
 mod compact;
 mod detection_profile;
+mod exclusion;
 mod existence;
 mod exponential;
 mod heading_law;
@@ -26,6 +27,7 @@ pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
 pub use existence::{Existence, SURVIVAL_TIME_S, survival_time_s};
 pub(crate) use exponential::share_lost;
+pub use exclusion::Body;
 pub use heading_law::HeadingLaw;
 pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
@@ -36,4 +38,4 @@ pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::Support;
 
 #[cfg(test)]
-pub(crate) use {coast::listed as coast_listed, existence::listed as existence_listed, support::listed as support_listed};
+pub(crate) use {coast::listed as coast_listed, exclusion::listed as exclusion_listed, existence::listed as existence_listed, support::listed as support_listed};

@@ -40,6 +40,11 @@ impl Footprint {
         }
     }
 
+    /// The circle around it: centre and radius, m.
+    pub const fn circle(&self) -> ([f64; 2], f64) {
+        (self.centre, self.radius)
+    }
+
     /// m².
     pub fn area(&self) -> f64 {
         4.0 * self.half[0] * self.half[1]
