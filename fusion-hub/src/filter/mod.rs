@@ -149,6 +149,15 @@ pub struct Estimate {
     pub heading: Heading,
 }
 
+impl Estimate {
+    /// Adds a variance (m²) to the position along each axis.
+    pub(crate) fn add_position_variance(&mut self, variance: f64) {
+        for place in [0, 4] {
+            self.covariance[place] += variance;
+        }
+    }
+}
+
 /// Every number of the filters, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {

@@ -146,7 +146,9 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
-        self.publisher.write(objects, &TrackList { tracks, n_hypotheses, agents, hidden }, now);
+        let lasting = &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, now));
+        let list = TrackList { tracks, n_hypotheses, agents, hidden, lasting };
+        self.publisher.write(objects, &list, now);
     }
 
     fn write_objects_as_of(

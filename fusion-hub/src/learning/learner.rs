@@ -3,13 +3,15 @@
 use super::detection_counts::{DetectionCounts, ProfilePrior};
 use super::epoch::{EPOCH, Epoch};
 use super::heading_counts::{HeadingCounts, Report};
+use super::innovation_counts::{Innovation, InnovationCounts};
 use super::reading::{FrameReading, LearntSensor, Prior};
 use super::sensor_statistics::SensorStatistics;
 use super::track_memory::{TrackMemory, WaitingMiss};
 use crate::filter::Filter;
-use crate::track::{Evidence, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, AgentSlot, RANGE_BINS, range_bin};
+use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
+use crate::values::{AgentNames, AgentSlot, PositionErrors, RANGE_BINS, range_bin};
 use std::collections::{BTreeMap, VecDeque};
+use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::Pose;
 use v2x_common::id::{AgentId, TrackId};
 use v2x_common::time::{Span, Timestamp};
@@ -43,6 +45,7 @@ struct AgentLearning {
     counts: DetectionCounts,
     statistics: SensorStatistics,
     headings: HeadingCounts,
+    innovations: InnovationCounts,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
 }
@@ -56,6 +59,7 @@ impl Default for AgentLearning {
             counts: DetectionCounts::default(),
             statistics: SensorStatistics::default(),
             headings: HeadingCounts::default(),
+            innovations: InnovationCounts::default(),
             learnt: VecDeque::new(),
         }
     }
@@ -126,6 +130,12 @@ impl Learner {
         context.frames.since(from).next().map(|(_, frame)| Epoch::of(frame.captured_at))
     }
 
+    /// The variance (m²) of the part of an agent's errors of position that lasts, as known at a time.
+    pub(crate) fn lasting_variance(&self, agent: AgentSlot, now: Timestamp) -> f64 {
+        let settled = Epoch::of(now - self.delta_max - SETTLED);
+        self.agents.get(agent.index()).map_or(0.0, |known| known.as_of(settled).errors.lasting)
+    }
+
     /// Evidence captured before this is not needed any more.
     pub(crate) fn needs_from(&self) -> Timestamp {
         self.next.map_or(Timestamp::MIN, Epoch::begin)
@@ -160,6 +170,7 @@ impl Learner {
             agent.counts.scale(factor);
             agent.statistics.scale(factor);
             agent.headings.scale(factor);
+            agent.innovations.scale(factor);
         }
     }
 
@@ -172,6 +183,12 @@ impl Learner {
         let mut memory = self.tracks.remove(&track.id).unwrap_or_default();
         if epoch.is_turn(Epoch::of(track.initiated_at())) || memory.is_new() {
             memory.is_real = track.before(begin, context).is_some_and(|estimate| estimate.is_rather_real());
+        }
+        let is_due = epoch.is_long_turn(Epoch::of(track.initiated_at())) || self.needs_innovations(track, [begin, end], context);
+        if memory.counts() && is_due {
+            track.visit_detections([begin, end], context, |before, item| {
+                self.observe_innovation(&mut memory, before, item, context);
+            });
         }
         for item in items {
             self.observe(&mut memory, item, context);
@@ -204,6 +221,42 @@ impl Learner {
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
             known.counts.add(range_bin(coverage.range_to(position)), before, true);
+        }
+    }
+
+    /// Whether an agent that detected a track in an epoch is not known well enough: then every epoch is evaluated.
+    fn needs_innovations<F: Filter>(
+        &self,
+        track: &Track<F>,
+        [begin, end]: [Timestamp; 2],
+        context: &TrackContext<'_>,
+    ) -> bool {
+        let items = track.evidence_since(begin).take_while(|item| item.captured_at < end);
+        items.filter(|item| item.is_detection()).any(|item| {
+            let agent = context.frames.get(item.frame).agent;
+            self.agents.get(agent.index()).is_some_and(|known| known.innovations.are_few())
+        })
+    }
+
+    fn observe_innovation<F: Filter>(
+        &mut self,
+        memory: &mut TrackMemory,
+        before: &Snapshot<F>,
+        item: &Evidence,
+        context: &TrackContext<'_>,
+    ) {
+        let at = item.captured_at;
+        let frame = context.frames.get(item.frame);
+        let Some(z) = context.frames.measurement(item) else { return };
+        let state = before.state_at(at, context.synchronous);
+        let predicted = state.predicted_measurement(before.class());
+        let difference = [z.position[0] - predicted.position[0], z.position[1] - predicted.position[1]];
+        let mean = |covariance: &Covariance2| (covariance.xx + covariance.yy) / 2.0;
+        let declared = mean(&z.r) / frame.model.errors.scale;
+        let own = Innovation { at, difference, predicted: mean(&predicted.position_covariance), declared };
+        let earlier = memory.replace_innovation(frame.agent, own);
+        if let Some(known) = self.agents.get_mut(frame.agent.index()) {
+            known.innovations.add(&own, earlier.as_ref());
         }
     }
 
@@ -243,6 +296,10 @@ impl AgentLearning {
             view_m: self.statistics.view_m(),
             interval_s: self.statistics.interval_s(),
             headings: Some(self.headings.law()),
+            errors: PositionErrors {
+                scale: self.innovations.variance_scale(),
+                lasting: self.innovations.lasting_variance(),
+            },
             scores_differ: self.statistics.scores_differ(),
         };
         let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);

@@ -9,6 +9,7 @@
 mod detection_counts;
 mod epoch;
 mod heading_counts;
+mod innovation_counts;
 mod learner;
 mod reading;
 mod sensor_statistics;
@@ -20,5 +21,5 @@ pub(crate) use reading::{FrameReading, Prior};
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    [learner::listed(), detection_counts::listed(), heading_counts::listed(), sensor_statistics::listed(), reading::listed()].concat()
+    [learner::listed(), detection_counts::listed(), heading_counts::listed(), innovation_counts::listed(), sensor_statistics::listed(), reading::listed()].concat()
 }

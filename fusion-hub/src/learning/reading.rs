@@ -1,7 +1,7 @@
 //! How a frame is read as evidence, by what its agent declares and by what was learnt of it.
 
 use super::detection_counts::ProfilePrior;
-use crate::values::{Coverage, DetectionModel, DetectionProfile, HeadingLaw, ScoreModel};
+use crate::values::{Coverage, DetectionModel, DetectionProfile, HeadingLaw, PositionErrors, ScoreModel};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
 
@@ -46,6 +46,8 @@ pub(crate) struct LearntSensor {
     pub(super) interval_s: Option<f64>,
     /// How its headings err.
     pub(super) headings: Option<HeadingLaw>,
+    /// How its errors of position are.
+    pub(super) errors: PositionErrors,
     /// Whether its scores differ.
     pub(super) scores_differ: bool,
 }
@@ -66,6 +68,7 @@ impl LearntSensor {
         reading.model.keeps_support = true;
         reading.model.scores = self.scores();
         reading.model.headings = self.headings();
+        reading.model.errors = self.errors;
         reading.model.interval_s = self.interval_s.unwrap_or(declared.model.interval_s);
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
@@ -89,6 +92,7 @@ impl LearntSensor {
             interval_s,
             scores: self.scores(),
             headings: self.headings(),
+            errors: self.errors,
             keeps_support: true,
         };
         let view = |(pose, view_m)| Coverage {

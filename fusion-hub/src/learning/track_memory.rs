@@ -1,6 +1,7 @@
 //! What learning remembers of a track between two epochs.
 
 use super::heading_counts::{Report, compare, is_due};
+use super::innovation_counts::Innovation;
 use crate::values::AgentSlot;
 
 /// Detections from which on a track is taken for a real object: fewer may be clutter.
@@ -30,6 +31,8 @@ pub(super) struct TrackMemory {
     /// A report of each agent that a later one is to be compared with.
     reports: Vec<(AgentSlot, Report)>,
     pub(super) waiting: Vec<WaitingMiss>,
+    /// The last innovation of each agent.
+    innovations: Vec<(AgentSlot, Innovation)>,
 }
 
 impl TrackMemory {
@@ -64,6 +67,17 @@ impl TrackMemory {
         let is_comparable = is_due(earlier, report.at)?;
         let earlier = std::mem::replace(earlier, report);
         if is_comparable { compare(&earlier, &report) } else { None }
+    }
+
+    /// Takes the place of the agent's last innovation, which is returned.
+    pub(super) fn replace_innovation(&mut self, agent: AgentSlot, own: Innovation) -> Option<Innovation> {
+        match self.innovations.iter_mut().find(|(known, _)| *known == agent) {
+            Some((_, last)) => Some(std::mem::replace(last, own)),
+            None => {
+                self.innovations.push((agent, own));
+                None
+            }
+        }
     }
 
     /// Lets a miss wait.

@@ -17,6 +17,16 @@ pub struct Contributor {
 }
 
 impl Contributor {
+    /// The agent.
+    pub const fn agent(&self) -> AgentSlot {
+        self.agent
+    }
+
+    /// When it was captured.
+    pub const fn captured_at(&self) -> Timestamp {
+        self.captured_at
+    }
+
     /// The detection.
     pub fn measurement(&self, agents: &AgentNames) -> MeasurementId {
         let frame = FrameId { agent: agents.name(self.agent), epoch: self.epoch, sequence: self.sequence };

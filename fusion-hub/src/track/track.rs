@@ -434,6 +434,24 @@ impl<F: Filter> Track<F> {
         (self.initiated_at < at).then(|| self.after(count, context))
     }
 
+    /// Calls `visit` with each detection captured from `begin` on and before `end`, and with the estimate before it.
+    pub fn visit_detections(
+        &self,
+        [begin, end]: [Timestamp; 2],
+        context: &TrackContext<'_>,
+        mut visit: impl FnMut(&Snapshot<F>, &Evidence),
+    ) {
+        let mut known = self.before(begin, context);
+        for item in self.evidence_since(begin).take_while(|item| item.captured_at < end) {
+            if let Some(known) = &known
+                && item.is_detection()
+            {
+                visit(known, item);
+            }
+            advance(&mut known, item, context);
+        }
+    }
+
     /// The oldest evidence that is not folded.
     pub fn oldest(&self) -> Option<&Evidence> {
         self.evidence.front()

@@ -108,7 +108,8 @@ impl<F: Filter> Tracker<F> {
         let Self { config, frames, tracks, predictions, assigning, assignment, instant, .. } = self;
         let context = context(config, frames, agents);
         self.measurements.clear();
-        self.measurements.extend(frames.measurements(slot));
+        let errors = frames.get(slot).model.errors;
+        self.measurements.extend(frames.measurements(slot).map(|z| errors.whole(z)));
         let frame = FrameView { slot, stored: frames.get(slot), measurements: &self.measurements };
         let limits = PredictionLimits::new(config, &self.lifetimes, self.deleted_before);
         predictions.predict(tracks, &frame, &limits, &context);

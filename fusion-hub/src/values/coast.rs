@@ -5,13 +5,13 @@ use v2x_common::time::Span;
 /// Frames of the agent that detected an object last, for which it is published without another detection.
 const FRAMES: f64 = 5.0;
 /// At least and at most.
-const SHORTEST: Span = Span::from_millis(1000);
+const SHORTEST: Span = Span::from_millis(700);
 const LONGEST: Span = Span::from_millis(5000);
 
 /// How long an object is published without being detected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coast {
-    /// As long as the agent that detected it last needs for five frames, but 1 to 5 s: a parked car does not vanish between
+    /// As long as the agent that detected it last needs for five frames, but 0.7 to 5 s: a parked car does not vanish between
     /// two frames of a slow sensor.
     #[default]
     ByRate,
@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn slow_sensors_let_objects_coast_longer_and_a_fixed_time_holds_for_all() {
         let ms = |interval_s| Coast::ByRate.of(interval_s).as_millis_f64();
-        assert_eq!((ms(0.05), ms(0.5), ms(2.0)), (1000.0, 2500.0, 5000.0));
+        assert_eq!((ms(0.05), ms(0.5), ms(2.0)), (700.0, 2500.0, 5000.0));
         assert_eq!(Coast::Fixed(Span::from_millis(700)).of(2.0), Span::from_millis(700));
     }
 }

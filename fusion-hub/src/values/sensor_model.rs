@@ -5,6 +5,7 @@ use super::detection_profile::DetectionProfile;
 use super::heading_law::HeadingLaw;
 use super::existence::SURVIVAL_TIME_S;
 use super::measurement::{Measurement, SizeLaw};
+use super::position_errors::PositionErrors;
 use super::score_model::ScoreModel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -60,6 +61,8 @@ pub struct DetectionModel {
     pub scores: ScoreModel,
     /// How headings err.
     pub headings: HeadingLaw,
+    /// How errors of position differ from what is declared.
+    pub errors: PositionErrors,
     /// Whether an object's history by this sensor counts: whether its last frame held it, and how well it supports it.
     pub keeps_support: bool,
 }
@@ -73,6 +76,7 @@ impl Default for DetectionModel {
             interval_s: 1.0 / UNDECLARED_RATE_HZ,
             scores: ScoreModel::Ignored,
             headings: HeadingLaw::AsReported,
+            errors: PositionErrors::AS_DECLARED,
             keeps_support: false,
         }
     }

@@ -18,7 +18,9 @@ const GHOST_SHARE: f64 = 0.4;
 /// ln of a real object's share over that of a false one: what a detection is worth.
 const LN_ODDS_OF_DETECTION: f64 = 0.916_290_731_874_155;
 /// What a real object has in advance.
-const IN_ADVANCE: f32 = 0.3;
+const IN_ADVANCE: f32 = 0.0;
+/// Weight of an agent's evidence at its first frame.
+const LEAST_WEIGHT: f32 = 0.3;
 /// The most that one agent's silence can cost.
 const MOST_AGAINST: f32 = -1.2;
 
@@ -93,7 +95,7 @@ impl Support {
     pub fn is_for_a_real_object(&self) -> bool {
         let of_agents = self.agents.iter().filter(|known| known.at.is_some()).map(|known| {
             let weight = (known.observed_s / AVERAGED_OVER_S).min(1.0);
-            known.mean.max(MOST_AGAINST) * libm::sqrtf(weight)
+            known.mean.max(MOST_AGAINST) * libm::sqrtf(weight).max(LEAST_WEIGHT)
         });
         IN_ADVANCE + of_agents.sum::<f32>() >= 0.0
     }

@@ -132,6 +132,7 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
         rollback: Rollback::Replay,
         keeps_folded: false,
         class_motion: true,
+        exclusion: true,
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &context);
     in_time[1..].iter().for_each(|item| track.insert(*item, None, &context));

@@ -16,7 +16,7 @@ use v2x_common::geometry::BevBox;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::association::{AssociationConfig, AssociationCost};
+use v2x_fusion_hub::association::{AssociationConfig, AssociationCost, ClassRule};
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::engine::{Disposition, Refusal};

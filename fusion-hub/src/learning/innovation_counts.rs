@@ -1,0 +1,156 @@
+//! Whether an agent's errors of position are white, and whether they are as large as declared.
+//!
+//! An error that lasts for seconds (a box is drawn around the seen side of a car, a pose drifts) shows in successive
+//! innovations of one agent about one object: they are alike. It does not average out over frames, so it belongs into the
+//! published covariance, once for each agent.
+
+use v2x_common::time::{Span, Timestamp};
+
+/// Innovations further apart are not compared.
+const FORGOTTEN: Span = Span::from_millis(3000);
+/// Pairs from which on something is concluded.
+const LEAST_PAIRS: f64 = 50.0;
+/// And with which it is known well.
+const ENOUGH_PAIRS: f64 = 500.0;
+/// Errors are coloured where successive innovations have more than this correlation.
+const COLOURED: f64 = 0.2;
+/// The lasting part of an error shows by half in the innovations of a filter that follows it.
+const LASTING_SHARE: f64 = 2.0;
+/// A declared variance is corrected where it is wrong by more than this factor, e^0.7, and within these limits.
+const WRONG_BY: f64 = 0.7;
+const SCALE_LIMITS: [f64; 2] = [0.02, 50.0];
+/// Unit of sums, m²: whole numbers add up to the same in any order.
+const UNITS: f64 = 65_536.0;
+/// Most that one innovation adds, m².
+const MOST: f64 = 100.0;
+
+/// An innovation of a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Innovation {
+    pub(super) at: Timestamp,
+    /// m.
+    pub(super) difference: [f64; 2],
+    /// Mean variance of the prediction along an axis, m².
+    pub(super) predicted: f64,
+    /// The same of the measurement, as it was declared.
+    pub(super) declared: f64,
+}
+
+/// Sums over the innovations of one agent, m².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct InnovationCounts {
+    all: f64,
+    squares: f64,
+    predicted: f64,
+    declared: f64,
+    pairs: f64,
+    pair_squares: f64,
+    products: f64,
+}
+
+fn units(m2: f64) -> f64 {
+    libm::round(m2.clamp(-MOST, MOST) * UNITS)
+}
+
+fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) / 2.0
+}
+
+impl InnovationCounts {
+    /// Adds an innovation, with the agent's earlier one about the same object.
+    pub(super) fn add(&mut self, own: &Innovation, earlier: Option<&Innovation>) {
+        self.all += 1.0;
+        self.squares += units(product(own.difference, own.difference));
+        self.predicted += units(own.predicted);
+        self.declared += units(own.declared);
+        if let Some(earlier) = earlier.filter(|earlier| own.at - earlier.at <= FORGOTTEN) {
+            self.pairs += 1.0;
+            self.pair_squares += units(product(own.difference, own.difference));
+            self.products += units(product(own.difference, earlier.difference));
+        }
+    }
+
+    /// Lets what was counted fade.
+    pub(super) fn scale(&mut self, factor: f64) {
+        for sum in [
+            &mut self.all,
+            &mut self.squares,
+            &mut self.predicted,
+            &mut self.declared,
+            &mut self.pairs,
+            &mut self.pair_squares,
+            &mut self.products,
+        ] {
+            *sum *= factor;
+        }
+    }
+
+    /// Whether more are needed.
+    pub(super) fn are_few(&self) -> bool {
+        self.pairs < ENOUGH_PAIRS
+    }
+
+    fn is_coloured(&self) -> bool {
+        self.pairs >= LEAST_PAIRS && self.products > COLOURED * self.pair_squares
+    }
+
+    /// Variance along an axis of the part that lasts, m²; 0 where errors are white.
+    pub(super) fn lasting_variance(&self) -> f64 {
+        if self.is_coloured() { LASTING_SHARE * self.products / (UNITS * self.pairs) } else { 0.0 }
+    }
+
+    /// Factor on declared variances; 1 where they are about right. What lasts does not make them smaller.
+    pub(super) fn variance_scale(&self) -> f64 {
+        if self.all < 2.0 * LEAST_PAIRS || self.declared <= 0.0 {
+            return 1.0;
+        }
+        let [least, most] = SCALE_LIMITS;
+        let scale = ((self.squares - self.predicted) / self.declared).clamp(least, most);
+        let is_wrong = libm::log(scale).abs() > WRONG_BY;
+        if !is_wrong || (self.is_coloured() && scale < 1.0) { 1.0 } else { scale }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("learning.coloured", format!("correlation {COLOURED} of {LEAST_PAIRS} pairs, times {LASTING_SHARE}")),
+        ("learning.variance_scale", format!("beyond e^{WRONG_BY}, within {SCALE_LIMITS:?}")),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts of innovations of a declared variance of 0.25 m², along x.
+    fn counts(differences: impl Iterator<Item = f64>) -> InnovationCounts {
+        let mut counts = InnovationCounts::default();
+        let mut earlier = None;
+        for (second, x) in (0..).zip(differences) {
+            let at = Timestamp::EPOCH + Span::from_millis(1000 * second);
+            let own = Innovation { at, difference: [x, x], predicted: 0.05, declared: 0.25 };
+            counts.add(&own, earlier.as_ref());
+            earlier = Some(own);
+        }
+        counts
+    }
+
+    #[test]
+    fn what_lasts_is_told_from_what_changes_with_each_frame() {
+        let lasting = counts((0..200).map(|_| 0.4)).lasting_variance();
+        assert!((lasting - 2.0 * 0.16).abs() < 0.01, "{lasting}");
+        let alternating = counts((0..200).map(|k| if k % 2 == 0 { 0.5 } else { -0.5 }));
+        assert_eq!(alternating.lasting_variance(), 0.0);
+        assert_eq!(counts((0..20).map(|_| 0.4)).lasting_variance(), 0.0, "too few");
+    }
+
+    #[test]
+    fn a_declared_variance_that_is_about_right_stays_and_a_wrong_one_is_scaled() {
+        let alternating = |sigma: f64| counts((0..200).map(move |k| if k % 2 == 0 { sigma } else { -sigma }));
+        assert_eq!(alternating(0.55).variance_scale(), 1.0);
+        assert!((alternating(1.5).variance_scale() - 8.8).abs() < 0.1, "{}", alternating(1.5).variance_scale());
+        assert!(alternating(0.3).variance_scale() < 0.3);
+    }
+}
