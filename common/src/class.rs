@@ -154,6 +154,11 @@ impl Class {
         }
     }
 
+    /// Whether it has a front that a detector can take for its back: vehicles, and what is not known. People turn round.
+    pub const fn has_front(self) -> bool {
+        matches!(self.group(), ClassGroup::FourWheeled | ClassGroup::TwoWheeled | ClassGroup::Unknown)
+    }
+
     /// People on foot, and strollers and wheelchairs.
     #[inline]
     pub const fn is_pedestrian(self) -> bool {

@@ -48,6 +48,7 @@ fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<PredictedMeasurement
             yaw: near(yaw, 0.1),
             yaw_variance: 0.01,
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
         });

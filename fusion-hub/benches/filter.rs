@@ -25,6 +25,7 @@ fn report(step: u32) -> Measurement {
         yaw: 0.02,
         yaw_variance: 0.0025,
         size_law: [None; 2],
+        heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
     }

@@ -60,6 +60,7 @@ impl Truth {
             yaw: self.yaw + 0.1 * normal(rng),
             yaw_variance: 0.01,
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
         }

@@ -47,6 +47,7 @@ fn measurement(rng: &mut ChaCha8Rng, class: Class, origin: f64) -> Measurement {
         yaw: signed(rng, std::f64::consts::PI),
         yaw_variance: log_uniform(rng, 1e-8, 49.0),
         size_law: [None; 2],
+        heading: v2x_common::detection::HeadingKind::Known,
         velocity,
         is_track: unit(rng) < 0.1,
     }

@@ -46,6 +46,7 @@ impl Truth {
             yaw: self.yaw + SIGMA_YAW * normal(rng),
             yaw_variance: SIGMA_YAW * SIGMA_YAW,
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
         }

@@ -30,6 +30,7 @@ impl Box {
                 size: [y2 - y1, x2 - x1],
                 relative_variance: [0.04; 2],
                 size_law: [None; 2],
+                heading: v2x_common::detection::HeadingKind::Known,
                 yaw: 0.0,
                 yaw_variance: 0.1,
                 velocity: None,

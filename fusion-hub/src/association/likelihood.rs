@@ -40,7 +40,7 @@ pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, turned_headings:
     // Pairs of classes that make no pair have been left out, or classes are ignored.
     let size = size + class_cost(z.class, track.class).unwrap_or(0.0);
     let cues = heading.min(CUE_CAP) + size;
-    if turned_headings && heading > REVERSED_COST {
+    if turned_headings && heading > REVERSED_COST && track.class.has_front() {
         return position + turned_cost(z, track, turn.abs(), size).min(cues);
     }
     position + cues

@@ -30,6 +30,7 @@ fn measurement(extent: f64) -> impl Strategy<Value = Measurement> {
             yaw,
             yaw_variance: 0.02,
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
         },
@@ -194,6 +195,7 @@ fn a_track_of_low_existence_loses_its_report_only_to_a_competing_track() {
         yaw: 0.0,
         yaw_variance: 0.02,
         size_law: [None; 2],
+        heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
     };

@@ -15,6 +15,7 @@ pub(super) fn report(x: f64, y: f64) -> Report {
             size: [2.0, 4.0],
             relative_variance: [0.04; 2],
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             yaw: 0.0,
             yaw_variance: 0.01,
             velocity: None,

@@ -61,8 +61,8 @@ impl EngineConfig {
     /// With a preset: how it fuses, what becomes of late frames, and whether sizes are debiased.
     #[must_use]
     pub fn with_preset(self, preset: &Preset) -> Self {
-        let Preset { late_frames, debias_sizes, .. } = *preset;
-        Self { fusion: preset.fusion(), late_frames, debias_sizes, ..self }
+        let Preset { coast, late_frames, debias_sizes, .. } = *preset;
+        Self { fusion: preset.fusion(), coast, late_frames, debias_sizes, ..self }
     }
 
     /// How long history is held: late data may arrive within Δmax, and what is published may be a lag old.

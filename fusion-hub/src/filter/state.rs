@@ -213,6 +213,7 @@ mod tests {
             yaw: 0.3,
             yaw_variance: 0.01,
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             velocity: Some(Velocity { x: 3.0, y: 0.0, covariance: Covariance2::isotropic(0.4) }),
             is_track,
         }

@@ -37,6 +37,17 @@ pub enum MotionModel {
     Imm,
 }
 
+/// What the first detection of an object is worth, by an agent that describes no sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Births {
+    /// It is published once there is evidence that it exists: a second detection, mostly.
+    #[default]
+    Cautious,
+    /// It is published at once: for sensors that report nothing false.
+    AtOnce,
+}
+
 /// How objects are tracked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackingConfig {
@@ -51,6 +62,8 @@ pub struct TrackingConfig {
     pub class_size_priors: bool,
     /// What is done about clock and pose errors of agents ([`crate::registration`]).
     pub registration: Registration,
+    /// What the first detection of an agent that describes no sensor is worth.
+    pub births: Births,
     /// Whether it is learnt what each agent's sensor is like: what an agent declares is then held against what is seen, and
     /// frames of agents that declare nothing are evidence, too.
     pub learning: bool,
@@ -81,6 +94,7 @@ impl Default for TrackingConfig {
 
             class_size_priors: true,
             registration: Registration::default(),
+            births: Births::Cautious,
             learning: true,
             publish_existence: 0.5,
         }

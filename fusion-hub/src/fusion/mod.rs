@@ -15,7 +15,7 @@ mod window;
 
 pub use crate::publish::ObjectList;
 pub use crate::tracker::{Hypotheses, Innovations, Lifetimes, ParticleCount, TrackerConfig};
-pub use config::{Fusion, MotionModel, TrackingConfig};
+pub use config::{Births, Fusion, MotionModel, TrackingConfig};
 pub use late::LateFrames;
 pub use method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
 pub use presets::{DEFAULT_OVERLAP, EPSILON_S, PRESETS, Preset, PresetKey, preset};

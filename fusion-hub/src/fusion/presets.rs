@@ -1,12 +1,13 @@
 //! Named configurations: the methods that a hub, the tables and the sweeps share.
 
-use super::config::{Fusion, MotionModel, TrackingConfig};
+use super::config::{Births, Fusion, MotionModel, TrackingConfig};
 use super::late::LateFrames;
 use super::window::WindowConfig;
 use crate::association::{AssociationConfig, AssociationCost};
 use crate::baselines::{Rule, Ties, dair_v2x, infradet3d};
 use crate::registration::Registration;
 use crate::track::Rollback;
+use crate::values::Coast;
 use crate::tracker::{Hypotheses, ParticleCount, TrackerConfig};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::{Serialize, Serializer};
@@ -26,6 +27,8 @@ pub struct Preset {
     pub summary: &'static str,
     /// How it fuses; rules that go by overlap (IoU or GIoU) use this threshold.
     fusion: fn(overlap: f64) -> Fusion,
+    /// How long objects coast.
+    pub coast: Coast,
     /// What becomes of late frames.
     pub late_frames: LateFrames,
     /// Whether a declared law of size errors is corrected.
@@ -34,7 +37,12 @@ pub struct Preset {
 
 impl Preset {
     const fn new(key: &'static str, summary: &'static str, fusion: fn(f64) -> Fusion) -> Self {
-        Self { key, summary, fusion, late_frames: LateFrames::Fuse, debias_sizes: true }
+        Self { key, summary, fusion, coast: Coast::ByRate, late_frames: LateFrames::Fuse, debias_sizes: true }
+    }
+
+    /// Without learning: objects coast for a fixed time.
+    const fn unlearnt(key: &'static str, summary: &'static str, fusion: fn(f64) -> Fusion) -> Self {
+        Self { coast: Coast::Fixed(Span::from_millis(1500)), ..Self::new(key, summary, fusion) }
     }
 
     /// How it fuses, with the paper's overlap where it uses one.
@@ -51,12 +59,12 @@ impl Preset {
 /// All presets; the default first.
 pub const PRESETS: &[Preset] = &[
     Preset::new("ours", "the best we know", |_| Fusion::default()),
-    Preset::new(
+    Preset::unlearnt(
         "unikf-paper",
         "UniKF as in the paper: constant velocity, CSBA, ε_s = 10 ms; late data replayed",
         |_| Fusion::Tracking(paper()),
     ),
-    Preset::new(
+    Preset::unlearnt(
         "unikf-literal",
         "the same as the paper's text reads: what is newer than late data is lost",
         |_| tracking(paper(), |literal| literal.tracker.rollback = Rollback::Only),
@@ -104,24 +112,24 @@ pub const PRESETS: &[Preset] = &[
     Preset::new("ours-uncorrected", "ours without correction of clocks and poses", |_| {
         ours(|ours| ours.registration = Registration::Off)
     }),
-    Preset::new("unikf-paper-iou", "unikf-paper, associating by overlap", |_| {
+    Preset::unlearnt("unikf-paper-iou", "unikf-paper, associating by overlap", |_| {
         tracking(paper(), |paper| paper.tracker.association.cost = AssociationCost::Iou)
     }),
-    Preset::new("unikf-paper-euclidean", "unikf-paper, associating by distance", |_| {
+    Preset::unlearnt("unikf-paper-euclidean", "unikf-paper, associating by distance", |_| {
         tracking(paper(), |paper| paper.tracker.association.cost = AssociationCost::Euclidean)
     }),
     // One constant-velocity filter with our association, that differs in its treatment of late data alone.
-    Preset::new("replay", "constant velocity, late data replayed", |_| late_data(Rollback::Replay)),
-    Preset::new("rollback-literal", "constant velocity, what is newer than late data is lost", |_| {
+    Preset::unlearnt("replay", "constant velocity, late data replayed", |_| late_data(Rollback::Replay)),
+    Preset::unlearnt("rollback-literal", "constant velocity, what is newer than late data is lost", |_| {
         late_data(Rollback::Only)
     }),
     Preset {
         late_frames: LateFrames::Drop,
-        ..Preset::new("drop-late", "constant velocity, late frames dropped", |_| late_data(Rollback::Replay))
+        ..Preset::unlearnt("drop-late", "constant velocity, late frames dropped", |_| late_data(Rollback::Replay))
     },
     Preset {
         late_frames: LateFrames::IgnoreDelay,
-        ..Preset::new("ignore-delay", "constant velocity, delays ignored", |_| late_data(Rollback::Replay))
+        ..Preset::unlearnt("ignore-delay", "constant velocity, delays ignored", |_| late_data(Rollback::Replay))
     },
 ];
 
@@ -147,6 +155,8 @@ fn late_data(rollback: Rollback) -> Fusion {
         ours.motion = MotionModel::Cv;
         ours.registration = Registration::Off;
         ours.tracker.rollback = rollback;
+        ours.learning = false;
+        ours.births = Births::AtOnce;
     })
 }
 
@@ -164,6 +174,7 @@ fn paper() -> TrackingConfig {
         },
         resolve_duplicates: false,
         registration: Registration::Off,
+        births: Births::AtOnce,
         learning: false,
         ..ours
     }

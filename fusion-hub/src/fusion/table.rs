@@ -1,6 +1,6 @@
 //! The settings of tracking and of single-frame rules, as they are typed in the `[hub]` table, and what they mean.
 
-use super::config::{MotionModel, TrackingConfig};
+use super::config::{Births, MotionModel, TrackingConfig};
 use super::window::WindowConfig;
 use crate::association::{AssociationConfig, AssociationCost, ClassRule};
 use crate::baselines::Rule;
@@ -76,6 +76,7 @@ pub(crate) struct TrackingTable {
     class_size_priors: Option<bool>,
     registration: Option<Registration>,
     turned_headings: Option<bool>,
+    births: Option<Births>,
     learning: Option<bool>,
     publish_existence: Option<f64>,
 }
@@ -96,6 +97,7 @@ impl TrackingTable {
         "class_size_priors",
         "registration",
         "turned_headings",
+        "births",
         "learning",
         "publish_existence",
     ];
@@ -134,6 +136,7 @@ impl TrackingTable {
             resolve_duplicates: self.resolve_duplicates.unwrap_or(method.resolve_duplicates),
             class_size_priors: class_motion && class_sizes,
             registration: self.registration.unwrap_or(method.registration),
+            births: self.births.unwrap_or(method.births),
             learning: self.learning.unwrap_or(method.learning),
             publish_existence,
         })

@@ -1,6 +1,6 @@
 //! Tracking as a fusion method: the tracker, readers of its assignments, and publishing.
 
-use super::config::TrackingConfig;
+use super::config::{Births, TrackingConfig};
 use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
 use crate::duplicates::{Duplicates, Exclusion};
 use crate::filter::Filter;
@@ -73,16 +73,24 @@ impl<F: Filter> Tracking<F> {
             model.headings = HeadingLaw::UNKNOWN;
         }
         let declared = FrameReading { model, coverage };
-        let Some(learner) = &mut self.learner else { return declared };
+        let Some(learner) = &mut self.learner else { return self.at_birth(declared, is_described) };
         let source = FrameSource {
             agent,
             captured_at: frame.captured_at,
             pose: frame.sensor_pose,
             declared: is_described.then_some(declared),
         };
-        let mut reading = learner.read(&source, &Prior::UNDESCRIBED, agents);
+        let mut reading = learner.read(&source, &Prior::of(&sensor.model()), agents);
         if !self.config.tracker.association.turned_headings {
             reading.model.headings = HeadingLaw::AsReported;
+        }
+        self.at_birth(reading, is_described)
+    }
+
+    /// With the odds of a new object.
+    fn at_birth(&self, mut reading: FrameReading, is_described: bool) -> FrameReading {
+        if self.config.births == Births::AtOnce && !is_described {
+            reading.model.birth_odds = f64::INFINITY;
         }
         reading
     }

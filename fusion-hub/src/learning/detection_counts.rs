@@ -49,7 +49,7 @@ pub(super) struct DetectionCounts {
 }
 
 /// What is known of detection probabilities in advance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ProfilePrior {
     /// Probability.
     pub(crate) probability: f64,

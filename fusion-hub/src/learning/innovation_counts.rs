@@ -23,6 +23,13 @@ const SCALE_LIMITS: [f64; 2] = [0.02, 50.0];
 const UNITS: f64 = 65_536.0;
 /// Most that one innovation adds, m².
 const MOST: f64 = 100.0;
+/// An innovation counts for no more than so many standard deviations: it may be of a manoeuvre, or of another object.
+const CLIPPED_AT: f64 = 3.0;
+/// Mean of the logarithm of a squared innovation of two axes over twice its variance: -γ (Euler) of an exponential law. The
+/// logarithm is robust against outliers.
+const MEAN_LN: f64 = -0.577_215_664_901_532_9;
+/// The smallest such ratio.
+const LEAST_RATIO: f64 = 1e-6;
 
 /// An innovation of a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,11 +43,22 @@ pub(super) struct Innovation {
     pub(super) declared: f64,
 }
 
+impl Innovation {
+    /// The difference, no longer than is credible.
+    fn clipped(&self) -> [f64; 2] {
+        let most2 = CLIPPED_AT * CLIPPED_AT * (self.predicted + self.declared);
+        let length2 = product(self.difference, self.difference);
+        let factor = if length2 > most2 { libm::sqrt(most2 / length2) } else { 1.0 };
+        self.difference.map(|axis| axis * factor)
+    }
+}
+
 /// Sums over the innovations of one agent, m².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct InnovationCounts {
     all: f64,
-    squares: f64,
+    /// Of logarithms of squared innovations over their expected variance.
+    logarithms: f64,
     predicted: f64,
     declared: f64,
     pairs: f64,
@@ -60,13 +78,16 @@ impl InnovationCounts {
     /// Adds an innovation, with the agent's earlier one about the same object.
     pub(super) fn add(&mut self, own: &Innovation, earlier: Option<&Innovation>) {
         self.all += 1.0;
-        self.squares += units(product(own.difference, own.difference));
+        let expected = own.predicted + own.declared;
+        let ratio = product(own.difference, own.difference) / expected;
+        self.logarithms += libm::round(libm::log(ratio.max(LEAST_RATIO)) * UNITS);
         self.predicted += units(own.predicted);
         self.declared += units(own.declared);
         if let Some(earlier) = earlier.filter(|earlier| own.at - earlier.at <= FORGOTTEN) {
             self.pairs += 1.0;
-            self.pair_squares += units(product(own.difference, own.difference));
-            self.products += units(product(own.difference, earlier.difference));
+            let (own, earlier) = (own.clipped(), earlier.clipped());
+            self.pair_squares += units(product(own, own));
+            self.products += units(product(own, earlier));
         }
     }
 
@@ -74,7 +95,7 @@ impl InnovationCounts {
     pub(super) fn scale(&mut self, factor: f64) {
         for sum in [
             &mut self.all,
-            &mut self.squares,
+            &mut self.logarithms,
             &mut self.predicted,
             &mut self.declared,
             &mut self.pairs,
@@ -105,7 +126,9 @@ impl InnovationCounts {
             return 1.0;
         }
         let [least, most] = SCALE_LIMITS;
-        let scale = ((self.squares - self.predicted) / self.declared).clamp(least, most);
+        let overall = libm::exp(self.logarithms / (UNITS * self.all) - MEAN_LN);
+        let scale = overall + (overall - 1.0) * self.predicted / self.declared;
+        let scale = scale.clamp(least, most);
         let is_wrong = libm::log(scale).abs() > WRONG_BY;
         if !is_wrong || (self.is_coloured() && scale < 1.0) { 1.0 } else { scale }
     }
@@ -148,9 +171,17 @@ mod tests {
 
     #[test]
     fn a_declared_variance_that_is_about_right_stays_and_a_wrong_one_is_scaled() {
-        let alternating = |sigma: f64| counts((0..200).map(move |k| if k % 2 == 0 { sigma } else { -sigma }));
-        assert_eq!(alternating(0.55).variance_scale(), 1.0);
-        assert!((alternating(1.5).variance_scale() - 8.8).abs() < 0.1, "{}", alternating(1.5).variance_scale());
-        assert!(alternating(0.3).variance_scale() < 0.3);
+        // Quantiles of an exponential law, with alternating signs.
+        let errors = |sigma: f64| {
+            counts((0..400_i32).map(move |k| {
+                let share = (f64::from(k) + 0.5) / 400.0;
+                let size = sigma * libm::sqrt(-libm::log(share));
+                if k % 2 == 0 { size } else { -size }
+            }))
+        };
+        let scale = |sigma: f64| errors(sigma).variance_scale();
+        assert_eq!(scale(libm::sqrt(0.3)), 1.0);
+        assert!((scale(libm::sqrt(1.05)) - 4.0).abs() < 0.2, "{}", scale(libm::sqrt(1.05)));
+        assert!((scale(libm::sqrt(0.1)) - 0.2).abs() < 0.05, "{}", scale(libm::sqrt(0.1)));
     }
 }

@@ -54,7 +54,7 @@ impl Default for AgentLearning {
     fn default() -> Self {
         Self {
             name: None,
-            prior: Prior::UNDESCRIBED.profile,
+            prior: ProfilePrior::default(),
             is_described: false,
             counts: DetectionCounts::default(),
             statistics: SensorStatistics::default(),

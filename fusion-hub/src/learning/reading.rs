@@ -1,7 +1,7 @@
 //! How a frame is read as evidence, by what its agent declares and by what was learnt of it.
 
 use super::detection_counts::ProfilePrior;
-use crate::values::{Coverage, DetectionModel, DetectionProfile, HeadingLaw, PositionErrors, ScoreModel};
+use crate::values::{Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PositionErrors, ScoreModel};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
 
@@ -9,6 +9,8 @@ use v2x_common::sensor::FieldOfView;
 /// did as well as one learnt for each agent on the development data.
 const SCORE_SLOPE: f64 = 2.0;
 const NEUTRAL_SCORE_LN: f64 = -0.847_297_860_387_203_7;
+/// Correlation of successive frames of an undescribed sensor, until it is learnt.
+const UNDESCRIBED_CORRELATION: f64 = 0.5;
 /// Odds of a new object that an undescribed agent's detection has at least and at most.
 const BIRTH_ODDS: [f64; 2] = [0.05, 1.0];
 
@@ -26,13 +28,18 @@ pub(crate) struct Prior {
 }
 
 impl Prior {
-    /// Of an agent whose detection probability and rate nothing is known of.
-    pub(crate) const UNDESCRIBED: Self = Self {
-        profile: ProfilePrior { probability: 0.7, correlation: 0.5 },
-        clutter_per_m2: 1e-3,
-        birth_odds_per_s: 1.0,
-        interval_s: 0.1,
-    };
+    /// By what is assumed of a sensor in the settings. Misses come in runs.
+    pub(crate) fn of(model: &DetectionModel) -> Self {
+        Self {
+            profile: ProfilePrior {
+                probability: model.profile.probability(0.0),
+                correlation: UNDESCRIBED_CORRELATION,
+            },
+            clutter_per_m2: model.clutter_per_m2,
+            birth_odds_per_s: model.birth_odds / model.interval_s,
+            interval_s: model.interval_s,
+        }
+    }
 }
 
 /// What was learnt of an agent by some time.
@@ -69,7 +76,9 @@ impl LearntSensor {
         reading.model.scores = self.scores();
         reading.model.headings = self.headings();
         reading.model.errors = self.errors;
-        reading.model.interval_s = self.interval_s.unwrap_or(declared.model.interval_s);
+        let interval_s = self.interval_s.unwrap_or(declared.model.interval_s);
+        reading.model.interval_s = interval_s;
+        reading.model.persistence = Persistence::by_rate(interval_s);
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
             if let Some(coverage) = &mut reading.coverage {
@@ -90,6 +99,7 @@ impl LearntSensor {
             clutter_per_m2: prior.clutter_per_m2,
             birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
             interval_s,
+            persistence: Persistence::by_rate(interval_s),
             scores: self.scores(),
             headings: self.headings(),
             errors: self.errors,
@@ -120,7 +130,7 @@ impl LearntSensor {
 #[cfg(test)]
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("learning.undescribed", format!("{:?}", Prior::UNDESCRIBED)),
+        ("learning.undescribed_correlation", UNDESCRIBED_CORRELATION.to_string()),
         ("learning.birth_odds", format!("{BIRTH_ODDS:?}")),
         ("learning.score", format!("slope {SCORE_SLOPE} about ln odds {NEUTRAL_SCORE_LN}")),
     ]

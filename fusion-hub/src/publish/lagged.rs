@@ -33,12 +33,9 @@ impl Publisher {
         let priors = self.size_priors(leading());
         for track in leading() {
             let Some(smoothed) = smoother.smooth(track, at, context) else { continue };
-            let SmoothedTrack { state, existence, last_measured_at } = smoothed;
-            let is_supported = track.latest().support.is_for_a_real_object();
-            if existence < self.config.existence
-                || at - last_measured_at > self.config.coast.of(track.latest().interval_s)
-                || !is_supported
-            {
+            let SmoothedTrack { state, existence, is_supported, interval_s, last_measured_at } = smoothed;
+            let coasts_for = self.config.coast.of(interval_s);
+            if existence < self.config.existence || at - last_measured_at > coasts_for || !is_supported {
                 continue;
             }
             let estimate = state.estimate(track.latest().class(), &priors);

@@ -19,8 +19,6 @@ const SWAPPED: f64 = 0.0025;
 const NEAR: f64 = 4.0;
 /// Upper limit of the cost of a size.
 const SIZE_CAP: f64 = 12.0;
-/// A report further than this (χ²) from every hypothesis is worthless.
-const WORTHLESS: f64 = 30.0;
 /// Variance of a heading of which nothing is known, rad².
 const UNKNOWN_VARIANCE: f64 = 9.0;
 
@@ -32,12 +30,13 @@ const SLIP: f64 = 0.1;
 
 /// Weight of a report's evidence of the front: reports of one object err alike.
 const REPORT_WEIGHT: f64 = 0.1;
-/// What reports and motion can bring about at most.
-const MOST_BY_REPORTS: f64 = 4.0;
-const MOST_BY_MOTION: f64 = 6.0;
+/// What motion can bring about at most. All reports together count as one that errs independently.
+const MOST_BY_MOTION: f64 = 5.0;
 /// Evidence of motion in a second, at the speed at which it counts in full, m/s.
 const MOTION_PER_S: f64 = 10.0;
 const FULL_SPEED_MPS: f64 = 1.5;
+/// A single report is no evidence of motion for longer than this, s: it may be of another object.
+const MOST_AT_ONCE_S: f64 = 0.1;
 /// The track turns round where the evidence is against its front by this much.
 const TURN_ROUND: f64 = -1.0;
 
@@ -122,7 +121,10 @@ impl Orientation {
         if let Some(velocity) = &z.velocity {
             self.path.update_velocity(velocity);
         }
-        let course = if shape.class.is_immobile() { None } else { self.course() };
+        if !shape.class.has_front() {
+            return Read { z: *z, first: Action::Nothing };
+        }
+        let course = self.course();
         if z.heading == HeadingKind::Unknown {
             return Read { z: self.without_heading(z, course.as_ref()), first: Action::Nothing };
         }
@@ -195,12 +197,14 @@ impl Orientation {
     ) {
         let weight = report_weight(reversed);
         let for_front = if chosen.is_reversed { -weight } else { weight };
-        self.by_reports = (self.by_reports + for_front).clamp(-MOST_BY_REPORTS, MOST_BY_REPORTS);
+        // What a better agent has reported is not lost.
+        let most = (weight / REPORT_WEIGHT).abs().max(self.by_reports.abs());
+        self.by_reports = (self.by_reports + for_front).clamp(-most, most);
         self.conflict = CONFLICT_KEPT * self.conflict + f64::from(u8::from(chosen.is_reversed));
         if let Some((course, dt_s)) = motion {
             let along = libm::cos(angle_difference(front, course.yaw));
             let full = ((course.speed - LEAST_SPEED_MPS) / FULL_SPEED_MPS).clamp(0.0, 1.0);
-            let evidence = MOTION_PER_S * dt_s.abs().min(1.0) * full * along;
+            let evidence = MOTION_PER_S * dt_s.abs().min(MOST_AT_ONCE_S) * full * along;
             self.by_motion = (self.by_motion + evidence).clamp(-MOST_BY_MOTION, MOST_BY_MOTION);
         }
     }
@@ -236,9 +240,7 @@ fn axis_difference(a: f64, b: f64) -> f64 {
 /// A report as it is taken under a hypothesis.
 fn taken(z: &Measurement, chosen: &Hypothesis) -> Measurement {
     let mut read = Measurement { yaw: chosen.yaw, ..*z };
-    if chosen.cost > WORTHLESS {
-        read.yaw_variance = UNKNOWN_VARIANCE;
-    } else if chosen.is_swapped {
+    if chosen.is_swapped {
         read = exchanged(&read);
     }
     read

@@ -4,7 +4,7 @@
 use super::contributors::Contributors;
 use super::track::{Track, TrackContext, apply};
 use crate::filter::Filter;
-use crate::values::Existence;
+use crate::values::{Existence, Persistence};
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
@@ -16,6 +16,10 @@ pub struct SmoothedTrack<F> {
     /// The probability that the object existed then. A detection that revived a track counts as of the same object, like
     /// the track's id.
     pub existence: f64,
+    /// Whether it was rather of a real object than of a false one, by then.
+    pub is_supported: bool,
+    /// Mean time between frames of the agent that had detected it last by then, s.
+    pub interval_s: f64,
     /// Capture time of its newest detection by then.
     pub last_measured_at: Timestamp,
 }
@@ -25,8 +29,8 @@ pub struct SmoothedTrack<F> {
 pub struct FixedLagSmoother<F> {
     /// The filtered state before each later prediction, with the class whose motion parameters it has.
     states: Vec<(F, Class)>,
-    /// The filtered existence before each later prediction, the length of that, and the mean survival time, s.
-    existences: Vec<(Existence, Span, f64)>,
+    /// The filtered existence before each later prediction, the length of that, and what bounds it.
+    existences: Vec<(Existence, Span, Persistence)>,
     contributors: Contributors,
 }
 
@@ -59,29 +63,30 @@ impl<F: Filter> FixedLagSmoother<F> {
             self.contributors.note(item, context.frames.get(item.frame), context.agents);
         }
         let last_measured_at = self.contributors.last_measured_at().max(estimate.state.at());
+        let (is_supported, interval_s) = (estimate.support.is_for_a_real_object(), estimate.interval_s);
         estimate.predict(at, context.synchronous);
         estimate.survive_to(at);
         self.states.clear();
         self.existences.clear();
         for item in after {
             let (state, class) = (estimate.state, estimate.motion_class());
-            let (existence, since, survival_s) = (estimate.existence, estimate.at, estimate.survival_time_s());
+            let (existence, since, bounds) = (estimate.existence, estimate.at, estimate.persistence);
             apply(&mut estimate, (item, context.frames.held(item)), None, context);
             if estimate.state.at() != state.at() {
                 self.states.push((state, class));
             }
             if estimate.at != since {
-                self.existences.push((existence, estimate.at - since, survival_s));
+                self.existences.push((existence, estimate.at - since, bounds));
             }
         }
         let states = self.states.iter().rev();
         let state = states.fold(estimate.state, |later, (state, class)| state.smoothed(*class, &later));
         let existences = self.existences.iter().rev();
         let existence = existences
-            .fold(estimate.existence.probability(), |later, (existence, dt, survival_s)| {
-                existence.existed(*dt, *survival_s, later)
+            .fold(estimate.existence.probability(), |later, (existence, dt, bounds)| {
+                existence.existed(*dt, bounds, later)
             });
-        Some(SmoothedTrack { state, existence, last_measured_at })
+        Some(SmoothedTrack { state, existence, is_supported, interval_s, last_measured_at })
     }
 
     /// The newest detection of each agent by then, of the track smoothed last.

@@ -2,7 +2,7 @@
 
 use crate::filter::Filter;
 use crate::values::Coverage;
-use crate::values::{Existence, survival_time_s};
+use crate::values::{Existence, Persistence};
 use super::orientation::{Action, Orientation, Read, first_read};
 use crate::values::{DetectionModel, HeadingLaw, Measurement, PositionInnovation, ScoreEvidence, Support};
 use crate::values::AgentSlot;
@@ -34,6 +34,8 @@ pub struct Snapshot<F> {
     pub n_reports: u32,
     /// Mean time between frames of the agent that detected it last, s.
     pub interval_s: f64,
+    /// What bounds its existence.
+    pub persistence: Persistence,
     /// What is known of its orientation beside the state.
     pub orientation: Orientation,
     /// What the agents have shown of it.
@@ -88,11 +90,12 @@ impl<F: Filter> Snapshot<F> {
         counts[0] = (z.class, 1);
         Self {
             state: F::initial(at, &Measurement { class: motion_class(z.class, class_motion), ..*z }),
-            existence: Existence::from_odds(frame.model.birth_odds * score.factor()),
+            existence: Existence::from_odds(frame.model.birth_odds * score.factor()).within(&frame.model.persistence),
             at,
             initiated_at: at,
             n_reports: 1,
             interval_s: frame.model.interval_s,
+            persistence: frame.model.persistence,
             orientation: Orientation::initial(at, z, reversed),
             support,
             class: z.class,
@@ -112,7 +115,7 @@ impl<F: Filter> Snapshot<F> {
 
     /// The probability that it still exists at another time.
     pub fn existence_at(&self, at: Timestamp) -> f64 {
-        self.existence.survived(at - self.at, self.survival_time_s()).probability()
+        self.existence.survived(at - self.at, &self.persistence).probability()
     }
 
     /// Whether it is rather a real object than clutter, and than a false object that an agent sees persistently.
@@ -140,12 +143,14 @@ impl<F: Filter> Snapshot<F> {
             over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));
             self.support.note_detection(agent, at, score);
         }
-        self.existence = self.existence.reported(&innovation, over_clutter);
+        self.existence = self.existence.reported(&innovation, over_clutter).within(&model.persistence);
         if is_unlikely {
-            self.existence = self.existence.or_initiated(model.birth_odds * score.factor());
+            let birth_odds = model.birth_odds * score.factor();
+            self.existence = self.existence.or_initiated(birth_odds).within(&model.persistence);
         }
         self.n_reports += 1;
         self.interval_s = model.interval_s;
+        self.persistence = model.persistence;
         self.count_class(z.class);
     }
 
@@ -197,15 +202,10 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
-    /// Mean survival time, s.
-    pub fn survival_time_s(&self) -> f64 {
-        survival_time_s(self.interval_s)
-    }
-
     /// Predicts the existence to another time: the object may have gone meanwhile.
     #[inline(always)]
     pub fn survive_to(&mut self, at: Timestamp) {
-        self.existence = self.existence.survived(at - self.at, self.survival_time_s());
+        self.existence = self.existence.survived(at - self.at, &self.persistence);
         self.at = at;
     }
 

@@ -211,6 +211,7 @@ mod tests {
             size: [1.8, 4.5],
             relative_variance: [0.04; 2],
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             yaw: 0.3,
             yaw_variance: 0.01,
             velocity: None,

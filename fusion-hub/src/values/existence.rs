@@ -5,7 +5,7 @@ use super::share_lost;
 use std::f64::consts::PI;
 use v2x_common::time::Span;
 
-/// Upper limit, odds of 0.9999: missed detections can still delete a track in time.
+/// Upper limit, odds of 0.9999.
 const MAX_ODDS: f64 = 1e4;
 /// Lower limit: a detection can still confirm the track again.
 const MIN_ODDS: f64 = 1e-12;
@@ -15,9 +15,29 @@ pub const SURVIVAL_TIME_S: f64 = 60.0;
 /// And this many intervals of the frames that detect it: between two frames little must be lost at any rate.
 const SURVIVAL_FRAMES: f64 = 600.0;
 
-/// Mean survival time (s) of an object that an agent with this interval of frames (s) detected last.
-pub fn survival_time_s(interval_s: f64) -> f64 {
-    SURVIVAL_TIME_S.max(SURVIVAL_FRAMES * interval_s)
+/// What bounds existence: how certain it can be, and how soon it fades.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Persistence {
+    /// Greatest odds.
+    most_odds: f64,
+    /// Mean survival time of an object, s.
+    survival_time_s: f64,
+}
+
+impl Default for Persistence {
+    fn default() -> Self {
+        Self::BRIEF
+    }
+}
+
+impl Persistence {
+    /// Odds of 0.999 and 10 s: one missed detection of a sensor that hardly ever misses makes a track unlikely.
+    pub const BRIEF: Self = Self { most_odds: 999.0, survival_time_s: 10.0 };
+
+    /// Of what is detected by frames with this interval, s.
+    pub fn by_rate(interval_s: f64) -> Self {
+        Self { most_odds: MAX_ODDS, survival_time_s: SURVIVAL_TIME_S.max(SURVIVAL_FRAMES * interval_s) }
+    }
 }
 
 /// A squared Mahalanobis distance, and something below e^(−½ of it).
@@ -34,6 +54,11 @@ impl Existence {
         Self(odds.clamp(MIN_ODDS, MAX_ODDS))
     }
 
+    /// At most what these limits allow.
+    pub fn within(self, persistence: &Persistence) -> Self {
+        Self(self.0.min(persistence.most_odds))
+    }
+
     /// From a probability.
     pub fn from_probability(probability: f64) -> Self {
         Self::from_odds(probability / (1.0 - probability))
@@ -44,18 +69,18 @@ impl Existence {
         self.0 / (1.0 + self.0)
     }
 
-    /// After a time in which the object may have gone, with this mean survival time (s): r' = r (1 − lost).
+    /// After a time in which the object may have gone: r' = r (1 − lost).
     #[inline(always)]
-    pub fn survived(self, dt: Span, survival_time_s: f64) -> Self {
-        let lost = share_lost(dt.abs().as_secs_f64() / survival_time_s);
+    pub fn survived(self, dt: Span, persistence: &Persistence) -> Self {
+        let lost = share_lost(dt.abs().as_secs_f64() / persistence.survival_time_s);
         Self::from_odds(self.0 * (1.0 - lost) / (1.0 + self.0 * lost))
     }
 
     /// The smoothed probability that it existed, given that of a time `dt` later: that it still existed then, or
     /// had gone in the meantime.
-    pub fn existed(self, dt: Span, survival_time_s: f64, existed_later: f64) -> f64 {
+    pub fn existed(self, dt: Span, persistence: &Persistence, existed_later: f64) -> f64 {
         let before = self.probability();
-        let gone = before * share_lost(dt.abs().as_secs_f64() / survival_time_s);
+        let gone = before * share_lost(dt.abs().as_secs_f64() / persistence.survival_time_s);
         existed_later + (1.0 - existed_later) * gone / (gone + 1.0 - before)
     }
 
@@ -104,7 +129,7 @@ impl Existence {
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("existence.odds", format!("{MIN_ODDS} to {MAX_ODDS}")),
+        ("existence.odds", format!("{MIN_ODDS} to {MAX_ODDS}; {:?} without learning", Persistence::BRIEF)),
         ("existence.survival_time_s", format!("{SURVIVAL_TIME_S}, at least {SURVIVAL_FRAMES} frames")),
         ("existence.near", format!("{NEAR}, {DENSITY_AT_NEAR}")),
     ]
@@ -125,16 +150,16 @@ mod tests {
     #[test]
     fn survival_does_not_depend_on_how_the_time_is_split() {
         let start = Existence::from_probability(0.9);
-        let whole = start.survived(Span::from_millis(400), 10.0);
-        let split = start.survived(Span::from_millis(150), 10.0).survived(Span::from_millis(250), 10.0);
+        let whole = start.survived(Span::from_millis(400), &Persistence::BRIEF);
+        let split = start.survived(Span::from_millis(150), &Persistence::BRIEF).survived(Span::from_millis(250), &Persistence::BRIEF);
         assert!((whole.probability() - 0.9 * libm::exp(-0.04)).abs() < 1e-12);
         assert!((whole.probability() - split.probability()).abs() < 1e-12);
     }
 
     #[test]
-    fn three_missed_detections_make_a_certain_track_unlikely() {
+    fn four_missed_detections_make_a_certain_track_unlikely() {
         let mut existence = Existence::from_odds(f64::INFINITY);
-        for _ in 0..3 {
+        for _ in 0..4 {
             existence = existence.missed(0.05);
         }
         assert!(existence.probability() < 0.2);

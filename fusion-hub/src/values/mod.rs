@@ -26,7 +26,7 @@ pub use agents::{AgentNames, AgentSlot};
 pub use coast::Coast;
 pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
-pub use existence::{Existence, SURVIVAL_TIME_S, survival_time_s};
+pub use existence::{Existence, Persistence, SURVIVAL_TIME_S};
 pub(crate) use exponential::share_lost;
 pub use exclusion::Body;
 pub use heading_law::HeadingLaw;

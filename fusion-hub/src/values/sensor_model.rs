@@ -3,7 +3,7 @@
 use super::compact::DetectionEvidence;
 use super::detection_profile::DetectionProfile;
 use super::heading_law::HeadingLaw;
-use super::existence::SURVIVAL_TIME_S;
+use super::existence::{Persistence, SURVIVAL_TIME_S};
 use super::measurement::{Measurement, SizeLaw};
 use super::position_errors::PositionErrors;
 use super::score_model::ScoreModel;
@@ -24,7 +24,8 @@ const COVERAGE_SLACK_M: f64 = 20.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensingDefaults {
-    /// Detection probability of an agent that declares none (its misses count for nothing).
+    /// Detection probability of an agent that declares none, until it is learnt; without learning its misses count for
+    /// nothing.
     pub detection_probability: f64,
     /// Expected false detections of such an agent in a frame, per m².
     pub clutter_per_m2: f64,
@@ -35,7 +36,7 @@ pub struct SensingDefaults {
 
 impl Default for SensingDefaults {
     fn default() -> Self {
-        Self { detection_probability: 0.9, clutter_per_m2: 1e-6, births_per_m2_s: 1e-4 }
+        Self { detection_probability: 0.7, clutter_per_m2: 1e-3, births_per_m2_s: 1e-3 }
     }
 }
 
@@ -57,6 +58,8 @@ pub struct DetectionModel {
     pub birth_odds: f64,
     /// Mean time between frames, s.
     pub interval_s: f64,
+    /// What bounds existence.
+    pub persistence: Persistence,
     /// How scores are read.
     pub scores: ScoreModel,
     /// How headings err.
@@ -74,6 +77,7 @@ impl Default for DetectionModel {
             clutter_per_m2: 0.0,
             birth_odds: 0.0,
             interval_s: 1.0 / UNDECLARED_RATE_HZ,
+            persistence: Persistence::default(),
             scores: ScoreModel::Ignored,
             headings: HeadingLaw::AsReported,
             errors: PositionErrors::AS_DECLARED,

@@ -25,6 +25,7 @@ pub(super) fn report(position: [f64; 2], yaw: f64) -> Measurement {
         yaw,
         yaw_variance: 0.0025,
         size_law: [None; 2],
+        heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
     }
@@ -250,6 +251,7 @@ pub(super) fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
         yaw: between(random, -PI, PI),
         yaw_variance: sigma_yaw * sigma_yaw,
         size_law: [None; 2],
+        heading: v2x_common::detection::HeadingKind::Known,
         velocity,
         is_track: false,
     }

@@ -177,6 +177,7 @@ mod tests {
                 yaw,
                 yaw_variance: 0.05,
                 size_law: [None; 2],
+                heading: v2x_common::detection::HeadingKind::Known,
                 velocity: None,
                 is_track: false,
             },
