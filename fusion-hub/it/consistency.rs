@@ -115,9 +115,25 @@ fn the_nees_follows_its_chi_squared_distribution() {
 
 #[test]
 fn the_nis_of_an_agent_that_states_half_its_error_is_larger() {
-    use crate::world::{SIGMA_M, agent, at, detection, engine, frame};
+    let (consistent, overconfident) = nis_of_correct_and_biased(false);
+    // Below 1: these cars keep their speed better than the model assumes.
+    assert!((0.5..1.2).contains(&consistent), "{consistent}");
+    assert!(overconfident > 1.8 * consistent, "{overconfident} against {consistent}");
+}
+
+#[test]
+fn an_accuracy_that_is_false_by_a_factor_is_learnt() {
+    let (_, without) = nis_of_correct_and_biased(false);
+    let (consistent, learnt) = nis_of_correct_and_biased(true);
+    assert!((0.5..1.2).contains(&consistent), "{consistent}");
+    assert!(learnt < 0.75 * without, "{learnt} with learning, {without} without");
+}
+
+/// NIS per degree of freedom of an agent that states its accuracy, and of one that states half its error.
+fn nis_of_correct_and_biased(learning: bool) -> (f64, f64) {
+    use crate::world::{SIGMA_M, agent, at, config, detection, frame};
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let mut engine = engine();
+    let mut engine = Engine::new(config().with_tracking(|tracking| tracking.learning = learning));
     for k in 0..400_u32 {
         let ms = 50 * i64::from(k);
         for (name, true_sigma) in [("correct", SIGMA_M), ("biased", 2.0 * SIGMA_M)] {
@@ -128,8 +144,5 @@ fn the_nis_of_an_agent_that_states_half_its_error_is_larger() {
         }
     }
     let nis = |name| engine.agents().record(&agent(name)).and_then(|record| record.statistics.nis_per_dof());
-    let (consistent, overconfident) = (nis("correct").expect("measured"), nis("biased").expect("measured"));
-    // Below 1: these cars keep their speed better than the model assumes.
-    assert!((0.5..1.2).contains(&consistent), "{consistent}");
-    assert!(overconfident > 1.8 * consistent, "{overconfident} against {consistent}");
+    (nis("correct").expect("measured"), nis("biased").expect("measured"))
 }

@@ -70,7 +70,7 @@ fn an_object_without_coverage_is_published_for_the_coasting_time_only() {
     let mut engine = engine();
     engine.handle_frame(&frame(agent("rsu"), 0, 0, vec![detection(0, at(0), (0.0, 0.0))]), at(0));
     let count = |engine: &mut Engine, ms| engine.fused(at(ms)).objects.len();
-    assert_eq!((count(&mut engine, 1400), count(&mut engine, 1600)), (1, 0));
+    assert_eq!((count(&mut engine, 1900), count(&mut engine, 2100)), (1, 0));
     engine.fused(at(3100));
     assert_eq!(engine.counts().tracks, 0, "and is forgotten");
 }

@@ -167,7 +167,8 @@ fn a_missed_detection_outside_the_final_coverage_has_no_effect() {
 
 #[test]
 fn two_objects_that_are_always_reported_together_stay_two_for_any_stated_accuracy() {
-    let mut engine = engine();
+    // Their bodies overlap: without the exclusion of bodies it is the evidence of the frames alone that decides.
+    let mut engine = Engine::new(config().with_tracking(|tracking| tracking.tracker.exclusion = false));
     let mut modest = description(1e-6);
     modest.detection_probability = 0.01;
     engine.handle_description(agent("cam"), modest).expect("a valid description");

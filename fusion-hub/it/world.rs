@@ -8,7 +8,7 @@ use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
-use v2x_fusion_hub::fusion::{Hypotheses, ParticleCount};
+use v2x_fusion_hub::fusion::{Births, Hypotheses, ParticleCount};
 
 pub(crate) const SIGMA_M: f64 = 0.3;
 
@@ -16,8 +16,10 @@ pub(crate) fn at(ms: i64) -> Timestamp {
     Timestamp::EPOCH + Span::from_millis(1_000_000 + ms)
 }
 
+/// Sensors report nothing false: the first detection counts.
 pub(crate) fn config() -> EngineConfig {
-    EngineConfig::new(HubId::new("hub").expect("test input"), 1)
+    let config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
+    config.with_tracking(|tracking| tracking.births = Births::AtOnce)
 }
 
 pub(crate) fn engine() -> Engine {
@@ -26,7 +28,7 @@ pub(crate) fn engine() -> Engine {
 
 /// An engine with this many hypotheses.
 pub(crate) fn engine_of_particles(n: u32) -> Engine {
-    let config = EngineConfig::new(HubId::new("hub").expect("test input"), 1);
+    let config = config();
     let hypotheses = ParticleCount::new(n).map_or(Hypotheses::ONE, Hypotheses::Particles);
     Engine::new(config.with_tracking(|tracking| tracking.tracker.hypotheses = hypotheses))
 }

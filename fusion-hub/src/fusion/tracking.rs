@@ -5,7 +5,7 @@ use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCo
 use crate::duplicates::{Duplicates, Exclusion};
 use crate::filter::Filter;
 use crate::learning::{FrameReading, FrameSource, Learner, Prior};
-use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, TrackList};
+use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, Readings, TrackList};
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
 use crate::tracker::{Lifetimes, Tracker};
@@ -155,7 +155,8 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
         let lasting = &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, now));
-        let list = TrackList { tracks, n_hypotheses, agents, hidden, lasting };
+        let readings = &Readings { hidden, lasting };
+        let list = TrackList { tracks, n_hypotheses, agents, readings };
         self.publisher.write(objects, &list, now);
     }
 
@@ -167,7 +168,10 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     ) -> Result<(), NoMemory> {
         let context = self.tracker.context(agents);
         let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);
-        let past = PastTracks { tracks: &tracks, at, context: &context };
+        let hidden = &|track| self.exclusion.hides(track);
+        let lasting = &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, at));
+        let readings = &Readings { hidden, lasting };
+        let past = PastTracks { tracks: &tracks, at, context: &context, readings };
         self.publisher.write_as_of(objects, &past, &mut self.smoother);
         Ok(())
     }

@@ -11,7 +11,7 @@ const FORGOTTEN: Span = Span::from_millis(3000);
 /// Pairs from which on something is concluded.
 const LEAST_PAIRS: f64 = 50.0;
 /// And with which it is known well.
-const ENOUGH_PAIRS: f64 = 500.0;
+const ENOUGH_PAIRS: f64 = 200.0;
 /// Errors are coloured where successive innovations have more than this correlation.
 const COLOURED: f64 = 0.2;
 /// The lasting part of an error shows by half in the innovations of a filter that follows it.

@@ -9,6 +9,8 @@ use v2x_common::sensor::FieldOfView;
 /// did as well as one learnt for each agent on the development data.
 const SCORE_SLOPE: f64 = 2.0;
 const NEUTRAL_SCORE_LN: f64 = -0.847_297_860_387_203_7;
+/// Time between frames until it is known, s: objects of a slow sensor are not to vanish before its second frame.
+const UNKNOWN_INTERVAL_S: f64 = 0.4;
 /// Correlation of successive frames of an undescribed sensor, until it is learnt.
 const UNDESCRIBED_CORRELATION: f64 = 0.5;
 /// Odds of a new object that an undescribed agent's detection has at least and at most.
@@ -23,8 +25,6 @@ pub(crate) struct Prior {
     pub(crate) clutter_per_m2: f64,
     /// Odds that a detection is of a new object, for each second since the agent's last frame.
     pub(crate) birth_odds_per_s: f64,
-    /// Time between frames, s, until it is known.
-    pub(crate) interval_s: f64,
 }
 
 impl Prior {
@@ -37,7 +37,6 @@ impl Prior {
             },
             clutter_per_m2: model.clutter_per_m2,
             birth_odds_per_s: model.birth_odds / model.interval_s,
-            interval_s: model.interval_s,
         }
     }
 }
@@ -92,7 +91,7 @@ impl LearntSensor {
     pub(super) fn undescribed(&self, prior: &Prior, pose: Option<Pose>) -> FrameReading {
         let ProfilePrior { probability, .. } = prior.profile;
         let profile = self.profile.unwrap_or(DetectionProfile::uniform(probability));
-        let interval_s = self.interval_s.unwrap_or(prior.interval_s);
+        let interval_s = self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S);
         let [least, most] = BIRTH_ODDS;
         let model = DetectionModel {
             profile,

@@ -2,13 +2,13 @@
 
 use super::list::ObjectList;
 use super::object::{PublishedEstimate, fill, fill_contributors};
-use super::publisher::Publisher;
+use super::publisher::{Publisher, Readings, lasting_variance};
 use crate::filter::Filter;
 use crate::track::{FixedLagSmoother, SmoothedTrack, Track, TrackContext};
 use v2x_common::time::Timestamp;
 
 /// Tracks at an earlier time, and what their evidence refers to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) struct PastTracks<'a, F> {
     /// All tracks of that time, by id.
     pub(crate) tracks: &'a [&'a Track<F>],
@@ -16,6 +16,8 @@ pub(crate) struct PastTracks<'a, F> {
     pub(crate) at: Timestamp,
     /// What their evidence refers to.
     pub(crate) context: &'a TrackContext<'a>,
+    /// Tracks that are not published, and errors that last.
+    pub(crate) readings: &'a Readings<'a>,
 }
 
 impl Publisher {
@@ -28,17 +30,18 @@ impl Publisher {
         past: &PastTracks<'_, F>,
         smoother: &mut FixedLagSmoother<F>,
     ) {
-        let PastTracks { tracks, at, context } = *past;
+        let PastTracks { tracks, at, context, readings } = *past;
         let leading = || tracks.iter().copied().filter(|track| track.holders.leads());
         let priors = self.size_priors(leading());
-        for track in leading() {
+        for track in leading().filter(|track| !(readings.hidden)(track.id)) {
             let Some(smoothed) = smoother.smooth(track, at, context) else { continue };
             let SmoothedTrack { state, existence, is_supported, interval_s, last_measured_at } = smoothed;
             let coasts_for = self.config.coast.of(interval_s);
             if existence < self.config.existence || at - last_measured_at > coasts_for || !is_supported {
                 continue;
             }
-            let estimate = state.estimate(track.latest().class(), &priors);
+            let mut estimate = state.estimate(track.latest().class(), &priors);
+            estimate.add_position_variance(lasting_variance(smoother.contributors(), readings, at));
             let published = PublishedEstimate { estimate, existence, at, last_measured_at };
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);

@@ -8,4 +8,4 @@ mod publisher;
 
 pub(crate) use lagged::PastTracks;
 pub use list::ObjectList;
-pub(crate) use publisher::{PublishConfig, Publisher, TrackList};
+pub(crate) use publisher::{PublishConfig, Publisher, Readings, TrackList};

@@ -5,7 +5,7 @@ use super::mixture::{HypothesisMixtures, mixture_moments};
 use super::object::{PublishedEstimate, fill, fill_contributors};
 use crate::filter::Filter;
 use crate::filter::size_priors::SizePriors;
-use crate::track::Track;
+use crate::track::{Contributors, Track};
 use crate::values::{AgentNames, AgentSlot, Coast};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -35,7 +35,14 @@ pub(crate) struct TrackList<'a, F> {
     pub(crate) n_hypotheses: u32,
     /// Names of the agents.
     pub(crate) agents: &'a AgentNames,
-    /// Tracks that are not published, because an older one is at their place.
+    /// Tracks that are not published, and errors that last.
+    pub(crate) readings: &'a Readings<'a>,
+}
+
+/// What others know of tracks and agents.
+#[derive(Clone, Copy)]
+pub(crate) struct Readings<'a> {
+    /// Whether a track is not published, because an older one is at its place.
     pub(crate) hidden: &'a dyn Fn(TrackId) -> bool,
     /// Variance (m²) of the part of an agent's errors of position that lasts.
     pub(crate) lasting: &'a dyn Fn(AgentSlot) -> f64,
@@ -55,14 +62,11 @@ const LASTING_FOR: Span = Span::from_millis(1000);
 const ALIKE: f64 = 0.5;
 
 /// The variance (m²) of an estimate's error that lasts: of the mean of the agents' errors.
-fn lasting_variance<F>(track: &Track<F>, list: &TrackList<'_, F>, now: Timestamp) -> f64
-where
-    F: Filter,
-{
-    let recent = track.contributors().iter().filter(|newest| newest.captured_at() >= now - LASTING_FOR);
+pub(super) fn lasting_variance(contributors: &Contributors, readings: &Readings<'_>, now: Timestamp) -> f64 {
+    let recent = contributors.iter().filter(|newest| newest.captured_at() >= now - LASTING_FOR);
     let (mut count, mut variances, mut sigmas) = (0.0, 0.0, 0.0);
     for newest in recent {
-        let variance = (list.lasting)(newest.agent());
+        let variance = (readings.lasting)(newest.agent());
         count += 1.0;
         variances += variance;
         sigmas += libm::sqrt(variance);
@@ -89,9 +93,10 @@ impl Publisher {
         let leading = || list.tracks.iter().filter(|track| track.holders.leads());
         let priors = self.size_priors(leading());
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
-        for track in leading().filter(|track| !(list.hidden)(track.id)) {
+        for track in leading().filter(|track| !(list.readings.hidden)(track.id)) {
             let Some(mut published) = self.published(track, &mixtures, &priors, now) else { continue };
-            published.estimate.add_position_variance(lasting_variance(track, list, now));
+            let lasting = lasting_variance(track.contributors(), list.readings, now);
+            published.estimate.add_position_variance(lasting);
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);
                 if is_filled {

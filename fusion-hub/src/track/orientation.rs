@@ -41,9 +41,9 @@ const MOST_AT_ONCE_S: f64 = 0.1;
 const TURN_ROUND: f64 = -1.0;
 
 /// A reversed report leaves the front undecided for so many reports.
-const CONFLICT_KEPT: f64 = 0.98;
+const CONFLICT_KEPT: f32 = 0.98;
 /// Reversed reports, each counting less with every later one, from which on the front may be undecided.
-const IN_CONFLICT: f64 = 0.9;
+const IN_CONFLICT: f32 = 0.9;
 /// ln odds from which on the front is decided.
 const DECIDED: f64 = 3.0;
 
@@ -61,12 +61,12 @@ pub struct Orientation {
     path: Kinematic,
     at: Timestamp,
     /// ln odds that the front is where the filter has it, by reports and by motion.
-    by_reports: f64,
-    by_motion: f64,
+    by_reports: f32,
+    by_motion: f32,
     /// Reversed reports of late.
-    conflict: f64,
+    conflict: f32,
     /// ln odds that reported headings are worthless.
-    unreliable: f64,
+    unreliable: f32,
 }
 
 /// What a report does to the filter.
@@ -105,10 +105,10 @@ impl Orientation {
         Self {
             path: Kinematic::initial(z.position, z.r, sigma, z.velocity.as_ref()),
             at,
-            by_reports: 3.0 * report_weight(reversed),
+            by_reports: single(3.0 * report_weight(reversed)),
             by_motion: 0.0,
             conflict: 0.0,
-            unreliable: -MOST_UNRELIABLE,
+            unreliable: single(-MOST_UNRELIABLE),
         }
     }
 
@@ -143,7 +143,7 @@ impl Orientation {
         }
         self.weigh_front(&chosen, reversed, shape.yaw, course.as_ref().map(|course| (course, dt_s)));
         let mut read = Read { z: taken(z, &chosen), first: Action::Nothing };
-        if self.by_reports + self.by_motion < TURN_ROUND {
+        if f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
             self.by_reports = -self.by_reports;
             self.by_motion = -self.by_motion;
             read.z.yaw = wrap_angle(read.z.yaw + PI);
@@ -184,8 +184,8 @@ impl Orientation {
         let evidence = -libm::log(PI) + libm::log(TAU * expected) / 2.0 + off * off / (2.0 * expected);
         let [least, most] = MOST_BY_ONE;
         let weight = (dt_s.abs() / INDEPENDENT_AFTER_S).min(1.0);
-        let unreliable = self.unreliable + weight * evidence.clamp(least, most);
-        self.unreliable = unreliable.clamp(-MOST_UNRELIABLE, MOST_UNRELIABLE);
+        let unreliable = f64::from(self.unreliable) + weight * evidence.clamp(least, most);
+        self.unreliable = single(unreliable.clamp(-MOST_UNRELIABLE, MOST_UNRELIABLE));
     }
 
     fn weigh_front(
@@ -198,26 +198,34 @@ impl Orientation {
         let weight = report_weight(reversed);
         let for_front = if chosen.is_reversed { -weight } else { weight };
         // What a better agent has reported is not lost.
-        let most = (weight / REPORT_WEIGHT).abs().max(self.by_reports.abs());
-        self.by_reports = (self.by_reports + for_front).clamp(-most, most);
-        self.conflict = CONFLICT_KEPT * self.conflict + f64::from(u8::from(chosen.is_reversed));
+        let before = f64::from(self.by_reports);
+        let most = (weight / REPORT_WEIGHT).abs().max(before.abs());
+        self.by_reports = single((before + for_front).clamp(-most, most));
+        self.conflict = CONFLICT_KEPT * self.conflict + f32::from(u8::from(chosen.is_reversed));
         if let Some((course, dt_s)) = motion {
             let along = libm::cos(angle_difference(front, course.yaw));
             let full = ((course.speed - LEAST_SPEED_MPS) / FULL_SPEED_MPS).clamp(0.0, 1.0);
             let evidence = MOTION_PER_S * dt_s.abs().min(MOST_AT_ONCE_S) * full * along;
-            self.by_motion = (self.by_motion + evidence).clamp(-MOST_BY_MOTION, MOST_BY_MOTION);
+            let by_motion = f64::from(self.by_motion) + evidence;
+            self.by_motion = single(by_motion.clamp(-MOST_BY_MOTION, MOST_BY_MOTION));
         }
     }
 
     /// What is known of the heading, and the probability that the front is at the other end.
     pub fn heading(&self) -> (HeadingKind, f64) {
-        let front = self.by_reports + self.by_motion;
+        let front = f64::from(self.by_reports + self.by_motion);
         if self.conflict > IN_CONFLICT && front < DECIDED {
             (HeadingKind::Axis, 1.0 / (1.0 + libm::exp(front.abs())))
         } else {
             (HeadingKind::Known, 0.0)
         }
     }
+}
+
+/// In single precision, which is enough for evidence.
+#[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
+const fn single(evidence: f64) -> f32 {
+    evidence as f32
 }
 
 /// Evidence of a report for the front, ln odds.

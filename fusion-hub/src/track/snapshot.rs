@@ -140,6 +140,10 @@ impl<F: Filter> Snapshot<F> {
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
         if model.keeps_support {
+            if is_unlikely {
+                // It may be of a new object.
+                self.support = Support::default();
+            }
             over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));
             self.support.note_detection(agent, at, score);
         }

@@ -4,10 +4,12 @@ use crate::filter::Filter;
 use crate::track::{Evidence, Horizon, Track, TrackContext};
 use crate::values::{Coast, ParticleSet};
 use v2x_common::id::TrackId;
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
 /// Most tracks, published or not.
 const MAX_TRACKS: usize = 65_536;
+/// Contributors are named for this long after their last detection, at least.
+const CONTRIBUTORS_NAMED_FOR: Span = Span::from_millis(1500);
 /// Most deleted tracks whose memory is kept for new ones.
 const MAX_SPARE: usize = 4096;
 
@@ -184,7 +186,7 @@ impl<F: Filter> TrackStore<F> {
             track.fold(&kept_tracks.evidence, context);
             let deleted_before = kept_tracks.detected_from(track);
             let last_measured_at = track.last_measured_at();
-            track.forget_contributors(deleted_before);
+            track.forget_contributors(deleted_before.min(kept_tracks.detected_from - CONTRIBUTORS_NAMED_FOR));
             // However low its existence: late data can still be of it, and how often the hub publishes must not matter.
             if last_measured_at >= deleted_before {
                 if kept < index {

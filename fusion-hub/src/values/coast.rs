@@ -8,6 +8,9 @@ const FRAMES: f64 = 5.0;
 const SHORTEST: Span = Span::from_millis(700);
 const LONGEST: Span = Span::from_millis(5000);
 
+/// Where no rate is known.
+const WITHOUT_RATE: Span = Span::from_millis(1500);
+
 /// How long an object is published without being detected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coast {
@@ -24,6 +27,14 @@ impl Coast {
     pub fn of(self, interval_s: f64) -> Span {
         match self {
             Self::ByRate => Span::from_secs_f64(FRAMES * interval_s).clamp(SHORTEST, LONGEST),
+            Self::Fixed(coast) => coast,
+        }
+    }
+
+    /// For a list of objects that no rates are known of.
+    pub const fn without_rate(self) -> Span {
+        match self {
+            Self::ByRate => WITHOUT_RATE,
             Self::Fixed(coast) => coast,
         }
     }

@@ -274,10 +274,10 @@ mod tests {
     #[test]
     fn the_birth_intensity_per_second_does_not_depend_on_the_frame_rate() {
         let odds =
-            |rate_hz| DetectionModel::new((0.9, 1e-5), rate_hz, &SensingDefaults::default()).birth_odds;
-        assert!((odds(10.0) - 1.0).abs() < 1e-12);
-        assert!((odds(2.0) - 5.0).abs() < 1e-12);
-        assert!((odds(0.001) / odds(0.1) - 1.0).abs() < 1e-12, "no longer than the survival time");
+            |rate_hz| DetectionModel::new((0.9, 1e-3), rate_hz, &SensingDefaults::default()).birth_odds;
+        assert!((odds(10.0) - 0.1).abs() < 1e-12);
+        assert!((odds(2.0) - 0.5).abs() < 1e-12);
+        assert!((odds(0.001) / odds(0.01) - 1.0).abs() < 1e-12, "no longer than the survival time");
     }
 
     #[test]

@@ -8,9 +8,9 @@ use super::{AgentSlot, ScoreEvidence};
 use v2x_common::time::Timestamp;
 
 /// Agents whose support is held; the frames of others count as if each were their first.
-const MAX_AGENTS: usize = 8;
+const MAX_AGENTS: usize = 6;
 /// An agent that has not observed a track for this long makes room for another one, s.
-const FORGOTTEN_AFTER_S: f64 = 3.0;
+const FORGOTTEN_AFTER_S: f32 = 3.0;
 /// An agent's evidence is averaged over this time, s.
 const AVERAGED_OVER_S: f32 = 1.0;
 /// A false object is detected with this share of the probability of a real one.
@@ -24,17 +24,18 @@ const LEAST_WEIGHT: f32 = 0.3;
 /// The most that one agent's silence can cost.
 const MOST_AGAINST: f32 = -1.2;
 
-/// What one agent has shown of a track.
+/// What one agent has shown of a track, in 16 bytes: checkpoints hold many of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct AgentSupport {
-    agent: AgentSlot,
-    /// Whether its last frame held the object.
-    was_detected: bool,
     /// Mean evidence, ln.
     mean: f32,
     /// For how long it has observed it, s.
     observed_s: f32,
-    at: Option<Timestamp>,
+    /// Its last frame, ms after an epoch of its own; the difference of two is right for three weeks.
+    at_ms: u32,
+    agent: AgentSlot,
+    /// Whether its last frame held the object; `None` for a free place.
+    last: Option<bool>,
 }
 
 /// What the agents have shown of a track.
@@ -43,10 +44,22 @@ pub struct Support {
     agents: [AgentSupport; MAX_AGENTS],
 }
 
+/// Milliseconds, modulo 2³².
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "modulo 2^32 is intended")]
+fn milliseconds(at: Timestamp) -> u32 {
+    at.as_nanos().div_euclid(1_000_000) as u32
+}
+
+/// From an earlier time to a later one, s.
+#[expect(clippy::cast_precision_loss, reason = "single precision is enough")]
+fn passed_s(from_ms: u32, to_ms: u32) -> f32 {
+    to_ms.wrapping_sub(from_ms).cast_signed() as f32 * 1e-3
+}
+
 impl Support {
     /// Whether the agent's last frame held the object; `None` before its first one.
     pub fn last(&self, agent: AgentSlot) -> Option<bool> {
-        self.agents.iter().find(|known| known.agent == agent && known.at.is_some()).map(|known| known.was_detected)
+        self.agents.iter().find(|known| known.agent == agent && known.last.is_some())?.last
     }
 
     /// Notes a detection with the evidence of its score.
@@ -60,40 +73,38 @@ impl Support {
         self.note(agent, at, (false, libm::log((1.0 - probability) / (1.0 - GHOST_SHARE * probability))));
     }
 
-    fn note(&mut self, agent: AgentSlot, at: Timestamp, (was_detected, evidence): (bool, f64)) {
-        let Some(place) = self.place_for(agent, at) else { return };
-        let known = &mut self.agents[place];
+    fn note(&mut self, agent: AgentSlot, at: Timestamp, (is_detected, evidence): (bool, f64)) {
+        let at_ms = milliseconds(at);
+        let Some(known) = self.place_for(agent, at_ms) else { return };
         #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
         let evidence = evidence as f32;
-        match known.at {
-            Some(last) if known.agent == agent => {
-                #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
-                let dt_s = (at - last).abs().as_secs_f64() as f32;
-                if dt_s > 0.0 {
-                    let held_s = known.observed_s.min(AVERAGED_OVER_S);
-                    known.mean += (evidence - known.mean) * (dt_s / (held_s + dt_s));
-                    known.observed_s += dt_s;
-                }
-                known.at = Some(last.max(at));
-                known.was_detected = was_detected;
-            }
-            _ => *known = AgentSupport { agent, was_detected, mean: evidence, observed_s: 0.0, at: Some(at) },
+        if known.last.is_none() || known.agent != agent {
+            *known = AgentSupport { mean: evidence, observed_s: 0.0, at_ms, agent, last: Some(is_detected) };
+            return;
         }
+        let dt_s = passed_s(known.at_ms, at_ms);
+        if dt_s > 0.0 {
+            let held_s = known.observed_s.min(AVERAGED_OVER_S);
+            known.mean += (evidence - known.mean) * (dt_s / (held_s + dt_s));
+            known.observed_s += dt_s;
+            known.at_ms = at_ms;
+        }
+        known.last = Some(is_detected);
     }
 
     /// The place of an agent; else a free one, or that of an agent that has not observed the track for long.
-    fn place_for(&self, agent: AgentSlot, at: Timestamp) -> Option<usize> {
-        let is_it = |known: &AgentSupport| known.agent == agent && known.at.is_some();
-        self.agents.iter().position(is_it).or_else(|| {
-            self.agents.iter().position(|known| {
-                known.at.is_none_or(|last| (at - last).as_secs_f64() > FORGOTTEN_AFTER_S)
-            })
-        })
+    fn place_for(&mut self, agent: AgentSlot, at_ms: u32) -> Option<&mut AgentSupport> {
+        let is_it = |known: &AgentSupport| known.agent == agent && known.last.is_some();
+        let is_free = |known: &AgentSupport| {
+            known.last.is_none() || passed_s(known.at_ms, at_ms) > FORGOTTEN_AFTER_S
+        };
+        let place = self.agents.iter().position(is_it).or_else(|| self.agents.iter().position(is_free))?;
+        Some(&mut self.agents[place])
     }
 
     /// Whether the track is rather of a real object than of a false one that an agent sees persistently.
     pub fn is_for_a_real_object(&self) -> bool {
-        let of_agents = self.agents.iter().filter(|known| known.at.is_some()).map(|known| {
+        let of_agents = self.agents.iter().filter(|known| known.last.is_some()).map(|known| {
             let weight = (known.observed_s / AVERAGED_OVER_S).min(1.0);
             known.mean.max(MOST_AGAINST) * libm::sqrtf(weight).max(LEAST_WEIGHT)
         });
