@@ -93,6 +93,26 @@ impl TruthScore {
             figure(m.recall, 4),
             figure(m.gospa_m, 3)
         )?;
+        let t = &self.tracking;
+        writeln!(
+            out,
+            "  F1 {}   MOTA {}   IDF1 {}   HOTA {}   AMOTA {}   NEES/dof {}",
+            figure(self.f1, 4),
+            figure(t.mota, 4),
+            figure(t.idf1, 4),
+            figure(t.hota, 4),
+            figure(t.amota, 4),
+            figure(m.nees_position, 2)
+        )?;
+        let h = &self.headings;
+        let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 1);
+        writeln!(
+            out,
+            "  headings turned by more than 90° {} %   moving (above 1 m/s): median {}°, turned {} %",
+            percent(h.turned_share),
+            figure(h.moving_heading_median_deg, 2),
+            percent(h.moving_turned_share)
+        )?;
         let (switches, ids) = (self.id_switches, figure(self.ids_per_object, 2));
         writeln!(out, "  ID switches {switches}   tracks per object {ids}")?;
         if self.unknown_classes > 0 {

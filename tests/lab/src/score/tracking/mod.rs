@@ -11,6 +11,7 @@ pub mod amota;
 mod chi2;
 pub mod clear;
 mod correspondence;
+pub mod figures;
 pub mod hota;
 pub mod identity;
 mod indexed;

@@ -1,5 +1,10 @@
 //! The score of fused objects against a table of true objects.
 
+mod headings;
+mod tracks;
+
+pub(crate) use headings::HeadingScore;
+
 use crate::data::scene::TrueBox;
 use crate::data::truth_table::Truth;
 use crate::score::continuity::TrackContinuity;
@@ -7,6 +12,10 @@ use crate::score::estimate::Estimate;
 use crate::score::frame_metrics::{Metrics, Tally, frame_metrics};
 use crate::score::matching::{Frame, MatchingRule, Outcome, PositionRule};
 use crate::score::moments::Moments;
+use crate::score::offline::headings::Headings;
+use crate::score::offline::tracks::Tracks;
+use crate::score::tracking::figures::TrackingFigures;
+use crate::score::tracking::sequence::ratio;
 use serde::Serialize;
 use v2x_common::fused::FusedObject;
 use v2x_common::time::Timestamp;
@@ -16,12 +25,20 @@ use v2x_fusion_hub::association::assignment::Assigner;
 pub(crate) const MATCH_RADIUS_M: f64 = 2.0;
 const RULE: PositionRule = PositionRule { radius_m: Some(MATCH_RADIUS_M), is_class_aware: true };
 
-/// The score: means over ticks.
+/// The score: means over ticks, but for F1, headings and the tracking metrics, which are over all boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct TruthScore {
     /// Errors, precision, recall and GOSPA.
     #[serde(flatten)]
     pub metrics: Metrics,
+    /// The harmonic mean of precision and recall over all boxes: 2 TP / (2 TP + FP + FN).
+    pub f1: Option<f64>,
+    /// Errors of headings.
+    #[serde(flatten)]
+    pub headings: HeadingScore,
+    /// HOTA, MOTA, IDF1 and AMOTA. Classes count for AMOTA only. Null where a method reports a track twice at one time.
+    #[serde(flatten)]
+    pub tracking: TrackingFigures,
     /// Mean length of the error of the matched objects' velocities, m/s.
     pub velocity_error_mps: Option<f64>,
     /// How often the track of a true object changed.
@@ -40,6 +57,8 @@ pub(crate) struct TruthScorer {
     truth: Truth,
     tally: Tally,
     velocity: Moments,
+    headings: Headings,
+    tracks: Tracks,
     continuity: TrackContinuity,
     assigner: Assigner,
 }
@@ -51,6 +70,8 @@ impl TruthScorer {
             truth,
             tally: Tally::default(),
             velocity: Moments::default(),
+            headings: Headings::default(),
+            tracks: Tracks::default(),
             continuity: TrackContinuity::default(),
             assigner: Assigner::default(),
         }
@@ -79,15 +100,21 @@ impl TruthScorer {
             let Outcome::Matched(place) = *outcome else { continue };
             let error = |(x, y)| libm::hypot(fused.velocity.0 - x, fused.velocity.1 - y);
             velocity.add(there.velocities[place].map(error));
+            self.headings.add(&fused.bev, &truth[place].bev, there.velocities[place]);
         }
+        self.tracks.add(objects, truth);
         self.velocity.add(velocity.mean());
     }
 
     /// The means so far.
     pub(crate) fn score(&self) -> TruthScore {
-        let tracks = self.continuity.summary();
+        let (tracks, metrics) = (self.continuity.summary(), self.tally.metrics());
+        let found = 2 * metrics.true_positives;
         TruthScore {
-            metrics: self.tally.metrics(),
+            metrics,
+            f1: ratio(found, found + metrics.false_positives + metrics.false_negatives),
+            headings: self.headings.score(),
+            tracking: self.tracks.figures(),
             velocity_error_mps: self.velocity.mean(),
             id_switches: tracks.id_switches,
             ids_per_object: tracks.ids_per_object,
@@ -149,6 +176,19 @@ mod tests {
             scorer.add(at_ms(ms), &[fused(track, Class::Car, predicted(0.0, 0.0))]);
         }
         assert_eq!((scorer.score().id_switches, scorer.score().ids_per_object), (2, Some(2.0)));
+    }
+
+    #[test]
+    fn f1_and_mota_are_over_all_boxes_and_not_means_over_ticks() {
+        let mut scorer = scorer();
+        // One of two objects is found; then both, and two false ones: 3 right, 2 false, 1 missed.
+        scorer.add(at_ms(0), &[fused(1, Class::Car, predicted(0.0, 0.0))]);
+        let all =
+            [(1, Class::Car, 0.0), (2, Class::Adult, 20.0), (3, Class::Car, 50.0), (4, Class::Car, 60.0)];
+        scorer.add(at_ms(100), &all.map(|(id, class, x)| fused(id, class, predicted(x, 0.0))));
+        let score = scorer.score();
+        assert_eq!((score.f1, score.tracking.mota), (Some(6.0 / 9.0), Some(1.0 - 3.0 / 4.0)));
+        assert_eq!(score.tracking.idf1, Some(6.0 / 9.0));
     }
 
     #[test]
