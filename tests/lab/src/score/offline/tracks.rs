@@ -1,6 +1,8 @@
-//! The ticks of a log as a sequence for the tracking metrics.
+//! The ticks of a log as a sequence for the metrics of tracking and detection.
 
 use crate::data::scene::TrueBox;
+use crate::score::detection::Velocities;
+use crate::score::offline::detections::DetectionScore;
 use crate::score::tracking::figures::TrackingFigures;
 use crate::score::tracking::{Instant, ReportedBox, Sequence};
 use v2x_common::fused::FusedObject;
@@ -9,31 +11,47 @@ use v2x_common::fused::FusedObject;
 #[derive(Debug, Default)]
 pub(super) struct Tracks {
     instants: Vec<Instant>,
+    velocities: Vec<Velocities>,
 }
 
 impl Tracks {
-    /// Adds the objects of one tick.
-    pub(super) fn add(&mut self, objects: &[FusedObject], truth: Vec<TrueBox>) {
-        // A log may have gaps of years. Instants without any box count for nothing.
-        if objects.is_empty() && truth.is_empty() {
-            return;
+    /// Adds the boxes of one tick: the true ones with their velocities (m/s) where these are known, and the objects.
+    pub(super) fn add<'a>(
+        &mut self,
+        truth: impl Iterator<Item = (TrueBox, Option<[f64; 2]>)>,
+        objects: impl Iterator<Item = &'a FusedObject>,
+    ) {
+        let (mut instant, mut velocities) = (Instant::default(), Velocities::default());
+        for (one, velocity) in truth {
+            instant.truth.push(one);
+            velocities.truth.push(velocity);
         }
-        let reported = objects.iter().map(|object| ReportedBox {
-            track: object.track.0,
-            class: object.class,
-            score: object.existence,
-            bev: object.bev,
-        });
-        self.instants.push(Instant { truth, reported: reported.collect() });
+        for FusedObject { track, class, bev, velocity, existence, .. } in objects {
+            instant.reported.push(ReportedBox {
+                track: track.0,
+                class: *class,
+                score: *existence,
+                bev: *bev,
+            });
+            velocities.reported.push(Some([velocity.0, velocity.1]));
+        }
+        // A log may have gaps of years. Instants without any box count for nothing.
+        if !instant.reported.is_empty() || !instant.truth.is_empty() {
+            self.instants.push(instant);
+            self.velocities.push(velocities);
+        }
     }
 
     /// The figures so far; none where a method reports a track twice at one time.
-    pub(super) fn figures(&self) -> TrackingFigures {
+    pub(super) fn figures(&self) -> (TrackingFigures, DetectionScore) {
         match Sequence::new(self.instants.clone()) {
-            Ok(sequence) => TrackingFigures::of(&[sequence]),
+            Ok(sequence) => {
+                let detection = DetectionScore::of(&sequence, &self.velocities);
+                (TrackingFigures::of(&[sequence]), detection)
+            }
             Err(error) => {
                 tracing::warn!(%error, "no tracker's figures");
-                TrackingFigures::default()
+                Default::default()
             }
         }
     }

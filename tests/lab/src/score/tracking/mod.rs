@@ -20,6 +20,6 @@ pub mod scale;
 pub mod sequence;
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use sequence::{GATE_M, Instant, ReportedBox, Sequence, SequenceError};
