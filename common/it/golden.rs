@@ -59,7 +59,7 @@ fn the_golden_json_is_read_and_written_the_same() {
     let sender = AgentId::new("another").unwrap();
     let decoded =
         json::decode_detections(DETECTIONS_JSON.as_bytes(), sender, &ReportDefaults::default()).unwrap();
-    assert_eq!(decoded.unmapped_classes, 0);
+    assert_eq!(decoded.unmapped_classes.total(), 0);
     assert_near(&json::encode_detections(&decoded.frame).unwrap(), DETECTIONS_JSON.as_bytes());
     let description = json::decode_sensor(SENSOR_JSON.as_bytes()).unwrap();
     assert_near(&json::encode_sensor(&description).unwrap(), SENSOR_JSON.as_bytes());

@@ -77,6 +77,15 @@ fn bad_detection_payloads_are_refused_by_reason() {
 }
 
 #[test]
+fn an_impossible_detection_leaves_the_frame_readable_as_sent() {
+    let frame = detections::decode_as_sent(&plain_detection(5, 0)).unwrap();
+    assert_eq!(frame.validate_head(), Ok(()));
+    let invalid = frame.detections[0].validate(None).unwrap_err();
+    assert_eq!((invalid.field, invalid.value, invalid.cause()), ("w", 0.0, "out of range"));
+    assert_eq!(detections::decode_as_sent(&plain_frame(&[4, 0])).unwrap_err().reason(), "unknown_flags");
+}
+
+#[test]
 fn bad_sensor_payloads_are_refused_by_reason() {
     let mut good = Vec::new();
     sensor::encode(&fixture::sensor_description(), &mut good).unwrap();
@@ -252,8 +261,9 @@ fn bad_json_is_refused_by_reason() {
         ("bad_json", "[]"),
         ("bad_json", r#"{"captured_at": 1, "detections": []} x"#),
         ("bad_json", r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1e999, "y": 0}]}"#),
-        ("bad_json", r#"{"captured_at": 1, "detections": [{"class": "car", "x": null, "y": 0}]}"#),
-        ("bad_json", r#"{"captured_at": 9223372036854775807, "detections": []}"#),
+        ("absurd_value", r#"{"captured_at": 1, "detections": [{"class": "car", "x": null, "y": 0}]}"#),
+        ("bad_json", r#"{"captured_at": 1, "detections": [{"class": "car", "x": "1", "y": 0}]}"#),
+        ("wrong_time_unit", r#"{"captured_at": 9223372036854775807, "detections": []}"#),
         ("bad_json", r#"{"captured_at": 1, "sequence": "-1", "detections": []}"#),
         ("absurd_value", r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1e300, "y": 0}]}"#),
         (

@@ -74,39 +74,157 @@ pub enum ClassGroup {
     Immobile,
 }
 
-/// Names that other data sets and detectors use, in lower case with `_` for spaces and dashes.
+/// Names that other data sets, simulators, messages and detectors use, in lower case with `_` for spaces and dashes: those
+/// of Argoverse 2, Autoware, DAIR-V2X, KITTI, nuScenes and Waymo, of CARLA's `base_type` and semantic tags, and of the
+/// station and object types of ETSI's CPM and of SAE's SDSM. What has no obvious counterpart is left out: `vru` can be a
+/// person or a bicycle.
 const FOREIGN_NAMES: &[(&str, Class)] = &[
     ("adult", Class::Adult),
     ("ambulance", Class::Ambulance),
+    ("ananimal", Class::Animal),
+    ("animal", Class::Animal),
+    ("apedalcyclist", Class::Bicycle),
+    ("apedestrian", Class::Adult),
+    ("apublicsafetyworker", Class::PoliceOfficer),
+    ("articulated_bus", Class::BendyBus),
     ("barrier", Class::Barrier),
+    ("bendy_bus", Class::BendyBus),
     ("bicycle", Class::Bicycle),
+    ("bicycle_rack", Class::BicycleRack),
     ("bicyclist", Class::Bicycle),
+    ("bicyclist_and_light_vru_vehicle", Class::Bicycle),
+    ("bicyclistandlightvruvehicle", Class::Bicycle),
     ("bike", Class::Bicycle),
+    ("box_truck", Class::Truck),
     ("bus", Class::RigidBus),
     ("car", Class::Car),
     ("child", Class::Child),
     ("cone", Class::TrafficCone),
+    ("construction_cone", Class::TrafficCone),
     ("construction_vehicle", Class::ConstructionVehicle),
+    ("construction_worker", Class::ConstructionWorker),
     ("cyclist", Class::Bicycle),
+    ("debris", Class::Debris),
+    ("dog", Class::Animal),
+    ("dontcare", Class::Unknown),
     ("emergency_vehicle", Class::Ambulance),
+    ("first_responder", Class::PoliceOfficer),
+    ("heavy_truck", Class::Truck),
+    ("heavytruck", Class::Truck),
     ("human", Class::Adult),
+    ("large_vehicle", Class::Truck),
+    ("light_truck", Class::Truck),
+    ("light_vru_vehicle", Class::PersonalMobility),
+    ("lighttruck", Class::Truck),
+    ("lightvruvehicle", Class::PersonalMobility),
+    ("lorry", Class::Truck),
+    ("minivan", Class::Car),
+    ("misc", Class::Unknown),
+    ("moped", Class::Motorcycle),
     ("motorbike", Class::Motorcycle),
     ("motorcycle", Class::Motorcycle),
     ("motorcyclist", Class::Motorcycle),
+    ("ordinary_pedestrian", Class::Adult),
     ("other", Class::Unknown),
     ("passenger_car", Class::Car),
+    ("passengercar", Class::Car),
     ("pedestrian", Class::Adult),
+    ("pedestrians", Class::Adult),
     ("person", Class::Adult),
+    ("person_sitting", Class::Adult),
+    ("personal_mobility", Class::PersonalMobility),
+    ("pickup", Class::Truck),
+    ("pickup_truck", Class::Truck),
     ("police_car", Class::PoliceCar),
+    ("police_officer", Class::PoliceOfficer),
+    ("pushable_pullable", Class::PushablePullable),
+    ("regular_vehicle", Class::Car),
+    ("rigid_bus", Class::RigidBus),
+    ("road_worker", Class::ConstructionWorker),
+    ("roadworker", Class::ConstructionWorker),
+    ("school_bus", Class::RigidBus),
     ("scooter", Class::Motorcycle),
+    ("stroller", Class::Stroller),
+    ("suv", Class::Car),
+    ("taxi", Class::Car),
     ("traffic_cone", Class::TrafficCone),
     ("trafficcone", Class::TrafficCone),
     ("trailer", Class::Trailer),
+    ("train", Class::BendyBus),
     ("tram", Class::BendyBus),
+    ("tricyclist", Class::Motorcycle),
     ("truck", Class::Truck),
+    ("truck_cab", Class::Truck),
+    ("type_bicycle", Class::Bicycle),
+    ("type_bus", Class::RigidBus),
+    ("type_car", Class::Car),
+    ("type_cyclist", Class::Bicycle),
+    ("type_motorcycle", Class::Motorcycle),
+    ("type_motorcyclist", Class::Motorcycle),
+    ("type_pedestrian", Class::Adult),
+    ("type_truck", Class::Truck),
+    ("type_unknown", Class::Unknown),
+    ("type_vehicle", Class::Car),
     ("van", Class::Car),
     ("vehicle", Class::Car),
+    ("vehicles", Class::Car),
+    ("vehicular_trailer", Class::Trailer),
+    ("walker", Class::Adult),
+    ("wheelchair", Class::Wheelchair),
+    ("wheeled_device", Class::PersonalMobility),
 ];
+
+/// Makers in the names of CARLA's vehicles (`vehicle.<maker>.<model>`), of which some make cars only.
+const CARLA_MAKERS: &[&str] = &[
+    "audi",
+    "bmw",
+    "chevrolet",
+    "citroen",
+    "dodge",
+    "ford",
+    "jeep",
+    "lincoln",
+    "mercedes",
+    "mercedes_benz",
+    "micro",
+    "mini",
+    "nissan",
+    "seat",
+    "tesla",
+    "toyota",
+    "volkswagen",
+];
+
+/// CARLA's vehicles that are no cars (<https://carla.readthedocs.io/en/latest/catalogue_vehicles/>), without `vehicle.`.
+const CARLA_OTHERS: &[(&str, Class)] = &[
+    ("bh.crossbike", Class::Bicycle),
+    ("carlamotors.carlacola", Class::Truck),
+    ("carlamotors.european_hgv", Class::Truck),
+    ("carlamotors.firetruck", Class::Truck),
+    ("diamondback.century", Class::Bicycle),
+    ("ford.ambulance", Class::Ambulance),
+    ("gazelle.omafiets", Class::Bicycle),
+    ("harley_davidson.low_rider", Class::Motorcycle),
+    ("kawasaki.ninja", Class::Motorcycle),
+    ("mitsubishi.fusorosa", Class::RigidBus),
+    ("vespa.zx125", Class::Motorcycle),
+    ("yamaha.yzf", Class::Motorcycle),
+];
+
+/// The class of one of CARLA's blueprints, in lower case with `_`.
+fn of_carla(folded: &str) -> Option<Class> {
+    if folded.starts_with("walker.pedestrian.") {
+        return Some(Class::Adult);
+    }
+    let model = folded.strip_prefix("vehicle.")?;
+    let (maker, _) = model.split_once('.')?;
+    let other = CARLA_OTHERS.iter().find(|(name, _)| model.starts_with(name)).map(|(_, class)| *class);
+    other.or_else(|| {
+        let is_police = model.ends_with("police") || model.contains("police_");
+        let of_maker = if is_police { Class::PoliceCar } else { Class::Car };
+        CARLA_MAKERS.contains(&maker).then_some(of_maker)
+    })
+}
 
 impl Class {
     /// The class of a wire byte.
@@ -130,7 +248,8 @@ impl Class {
             .chars()
             .map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_lowercase() })
             .collect();
-        FOREIGN_NAMES.iter().find(|(foreign, _)| *foreign == folded).map(|(_, class)| *class)
+        let foreign = FOREIGN_NAMES.iter().find(|(foreign, _)| *foreign == folded).map(|(_, class)| *class);
+        foreign.or_else(|| of_carla(&folded))
     }
 
     /// Whether two detections can be of one object: equal classes, or one is unknown.
@@ -229,6 +348,32 @@ mod tests {
         assert_eq!(Class::from_name("Car"), Some(Class::Car));
         assert_eq!(Class::from_name("Traffic-Cone"), Some(Class::TrafficCone));
         assert_eq!(Class::from_name("spaceship"), None);
+        for name in ["vru", "3", "vehicle.spaceship", "vehicle.spaceship.x", "walker"] {
+            assert_eq!(Class::from_name(name).is_some(), name == "walker", "{name}");
+        }
         assert!(FOREIGN_NAMES.is_sorted_by_key(|(name, _)| *name));
+    }
+
+    #[test]
+    fn names_of_simulators_messages_and_data_sets_are_mapped() {
+        for (name, class) in [
+            ("vehicle.tesla.model3", Class::Car),
+            ("vehicle.mercedes-benz.coupe", Class::Car),
+            ("vehicle.dodge.charger_police", Class::PoliceCar),
+            ("vehicle.harley-davidson.low_rider", Class::Motorcycle),
+            ("vehicle.mitsubishi.fusorosa", Class::RigidBus),
+            ("walker.pedestrian.0012", Class::Adult),
+            ("passengerCar", Class::Car),
+            ("heavyTruck", Class::Truck),
+            ("bicyclistAndLightVruVehicle", Class::Bicycle),
+            ("aPEDALCYCLIST", Class::Bicycle),
+            ("PEDESTRIAN", Class::Adult),
+            ("Person_sitting", Class::Adult),
+            ("TYPE_CYCLIST", Class::Bicycle),
+            ("construction worker", Class::ConstructionWorker),
+            ("REGULAR_VEHICLE", Class::Car),
+        ] {
+            assert_eq!(Class::from_name(name), Some(class), "{name}");
+        }
     }
 }

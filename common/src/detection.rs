@@ -92,6 +92,13 @@ pub struct InvalidValue {
     pub expected: &'static str,
 }
 
+impl InvalidValue {
+    /// The cause in two words, for counting beside the field's name.
+    pub const fn cause(&self) -> &'static str {
+        if self.value.is_finite() { "out of range" } else { "not finite" }
+    }
+}
+
 impl Detection {
     /// Checks every number against the limits of this module.
     ///
@@ -171,11 +178,17 @@ impl DetectionFrame {
     /// These are the limits of the wire's decoders: what passes here is as safe as what was decoded. Allocates
     /// nothing. The error is of the first value that fails.
     pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.validate_head()?;
+        validate_all(&self.detections, self.sensor_pose.as_ref())
+    }
+
+    /// Checks what is of the frame and not of one detection: the pose and the number of detections. Without these no
+    /// detection of the frame can be used.
+    pub fn validate_head(&self) -> Result<(), InvalidValue> {
         let count = self.detections.len();
         #[expect(clippy::cast_precision_loss, reason = "only printed")]
         check("number of detections", count as f64, count <= MAX_DETECTIONS, "at most 4096")?;
-        validate_pose(self.sensor_pose.as_ref())?;
-        validate_all(&self.detections, self.sensor_pose.as_ref())
+        validate_pose(self.sensor_pose.as_ref())
     }
 }
 
@@ -298,8 +311,11 @@ mod tests {
             let error = bad.validate().unwrap_err();
             assert_eq!((error.field, error.index), (field, None));
         }
-        let too_many = frame(vec![detection(); MAX_DETECTIONS + 1]).validate().unwrap_err();
+        let too_many = frame(vec![detection(); MAX_DETECTIONS + 1]).validate_head().unwrap_err();
         assert_eq!(too_many.field, "number of detections");
+        let mut bad = frame(vec![detection()]);
+        bad.detections[0].bev.w = 0.0;
+        assert_eq!(bad.validate_head(), Ok(()), "one impossible detection does not spoil the frame");
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
 //! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
 
-use crate::id::{AgentId, HubId, NetworkId};
+use crate::id::{AgentId, HubId, NameError, NetworkId};
 
 /// The keys of one network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +35,12 @@ impl Keys {
         format!("v2x/{}/agent/*/detections", self.network)
     }
 
+    /// Every agent's detection frames, those included whose name takes several chunks of the key or none: such names are
+    /// not valid, but a hub can say so.
+    pub fn any_detections(&self) -> String {
+        format!("v2x/{}/agent/**/detections", self.network)
+    }
+
     /// Where an agent publishes its sensor description.
     pub fn sensor(&self, agent: &AgentId) -> String {
         format!("v2x/{}/agent/{agent}/sensor", self.network)
@@ -45,6 +51,11 @@ impl Keys {
         format!("v2x/{}/agent/*/sensor", self.network)
     }
 
+    /// The same as [`Self::any_detections`] of sensor descriptions.
+    pub fn any_sensors(&self) -> String {
+        format!("v2x/{}/agent/**/sensor", self.network)
+    }
+
     /// An agent's liveliness token.
     pub fn agent_alive(&self, agent: &AgentId) -> String {
         format!("v2x/{}/agent/{agent}/alive", self.network)
@@ -53,6 +64,11 @@ impl Keys {
     /// Every agent's liveliness token.
     pub fn all_agents_alive(&self) -> String {
         format!("v2x/{}/agent/*/alive", self.network)
+    }
+
+    /// The same as [`Self::any_detections`] of liveliness tokens.
+    pub fn any_agents_alive(&self) -> String {
+        format!("v2x/{}/agent/**/alive", self.network)
     }
 
     /// Where a hub publishes its fused frames.
@@ -131,6 +147,23 @@ impl Topic {
     }
 }
 
+/// A key of an agent whose name is not valid.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{error}")]
+pub struct InvalidAgent {
+    /// The name, with the `/` between its chunks.
+    pub name: String,
+    /// Why it is not valid.
+    pub error: NameError,
+}
+
+/// The agent of one of the keys `v2x/{network}/agent/{agent}/{what}`. What stands between `agent` and the last chunk is
+/// taken for its name, in an error even where it takes several chunks or none.
+pub fn agent_of(key: &str) -> Result<AgentId, InvalidAgent> {
+    let name = key.splitn(4, '/').nth(3).and_then(|rest| rest.rsplit_once('/')).map_or("", |(name, _)| name);
+    AgentId::new(name).map_err(|error| InvalidAgent { name: name.to_owned(), error })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,5 +181,21 @@ mod tests {
         assert_eq!(Topic::of(&keys.truth(&agent)), Some(Topic::Truth(agent)));
         assert_eq!(Topic::of("v2x/demo/agent/ego"), None);
         assert_eq!(Topic::of("v2x/demo/agent/ego/detections/x"), None);
+    }
+
+    #[test]
+    fn a_name_that_is_not_valid_is_taken_whole_from_the_key() {
+        assert_eq!(agent_of("v2x/demo/agent/ego/detections"), Ok(AgentId::new("ego").unwrap()));
+        for (key, name, reason) in [
+            ("v2x/demo/agent/cam/north/detections", "cam/north", "holds '/'"),
+            ("v2x/demo/agent/kamera-süd/sensor", "kamera-süd", "holds 'ü'"),
+            ("v2x/demo/agent/cam north/alive", "cam north", "holds ' '"),
+            ("v2x/demo/agent/detections", "", "must not be empty"),
+            ("v2x", "", "must not be empty"),
+        ] {
+            let invalid = agent_of(key).unwrap_err();
+            assert_eq!(invalid.name, name);
+            assert!(invalid.to_string().contains(reason), "{invalid}");
+        }
     }
 }

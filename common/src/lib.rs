@@ -64,6 +64,7 @@ pub mod schemas;
 pub mod seed;
 pub mod sensor;
 pub mod time;
+pub mod unmapped_names;
 pub mod wire;
 
 pub use class::Class;

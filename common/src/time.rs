@@ -112,6 +112,46 @@ impl Span {
     }
 }
 
+/// The unit that a number of a time since 1970 is in, as far as its size shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StampUnit {
+    /// Seconds.
+    Seconds,
+    /// Milliseconds.
+    Milliseconds,
+    /// Microseconds.
+    Microseconds,
+    /// Nanoseconds.
+    Nanoseconds,
+}
+
+impl StampUnit {
+    /// The unit in which this number is a time from 2001 to 2100; `None` where there is none.
+    pub fn of(stamp: f64) -> Option<Self> {
+        /// From September 2001 to January 2100, s.
+        const PRESENT_S: std::ops::Range<f64> = 1e9..4.102e9;
+        [(1.0, Self::Seconds), (1e3, Self::Milliseconds), (1e6, Self::Microseconds), (1e9, Self::Nanoseconds)]
+            .into_iter()
+            .find(|(per_second, _)| PRESENT_S.contains(&(stamp / per_second)))
+            .map(|(_, unit)| unit)
+    }
+
+    /// Its name, such as `seconds`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Seconds => "seconds",
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
+        }
+    }
+
+    /// What a wrong stamp seems to be, in brackets for a message; empty where its size shows nothing.
+    pub(crate) fn in_words(stamp: f64) -> String {
+        Self::of(stamp).map(|unit| format!(" (it seems to be in {})", unit.name())).unwrap_or_default()
+    }
+}
+
 // Arithmetic saturates: time stamps from outside can have any value, and must not cause a panic.
 impl Sub for Timestamp {
     type Output = Span;
@@ -203,5 +243,21 @@ mod tests {
     fn a_timestamp_is_printed_in_seconds_with_microseconds() {
         assert_eq!(Timestamp::from_nanos(1_500_000_001).to_string(), "1.500000");
         assert_eq!(Span::from_micros(1500).to_string(), "1.500 ms");
+    }
+
+    #[test]
+    fn the_unit_of_a_stamp_of_the_present_is_known_by_its_size() {
+        for (stamp, unit) in [
+            (1.795e9, Some(StampUnit::Seconds)),
+            (1.795e12, Some(StampUnit::Milliseconds)),
+            (1.795e15, Some(StampUnit::Microseconds)),
+            (1.795e18, Some(StampUnit::Nanoseconds)),
+            (12.5, None),
+            (5e9, None),
+            (-1.795e9, None),
+            (f64::NAN, None),
+        ] {
+            assert_eq!(StampUnit::of(stamp), unit, "{stamp}");
+        }
     }
 }

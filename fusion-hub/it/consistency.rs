@@ -7,6 +7,7 @@ use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::{Span, Timestamp};
+use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::filter::{Filter, MotionParams, State};
 use v2x_fusion_hub::values::Measurement;
 

@@ -73,6 +73,58 @@ async fn the_log_reports_the_reason_of_refusals_once_for_each_agent() -> anyhow:
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn an_impossible_detection_is_dropped_by_name_and_the_rest_of_its_frame_is_fused() -> anyhow::Result<()>
+{
+    let lab = Lab::new("impossible")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let session = foreign_session(&hub).await?;
+    let carla = AgentId::new("carla")?;
+    let publisher = matched_publisher(&session, lab.keys().detections(&carla)).await?;
+    for _ in 0..10 {
+        // Python writes NaN, which is no JSON.
+        let text = format!(
+            r#"{{"captured_at": {}, "detections": [{{"class": "car", "x": NaN, "y": 0}}, {{"class": "hovercraft",
+            "x": 5, "y": 5}}, {{"class": "motorcycle", "x": 9, "y": 9, "w": 0.0, "d": 0.0}}]}}"#,
+            clock::now().as_micros()
+        );
+        publisher.put(text).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
+    }
+    let is_counted = |status: &_| standing(status, "carla").is_some_and(|agent| agent.accepted == 10);
+    let status = watch.status_when("all frames are accepted", is_counted).await?;
+    let agent = standing(&status, "carla").context("it was counted")?;
+    assert!(agent.refused.is_empty(), "{agent:?}");
+    let expected = [("w out of range".to_owned(), 10), ("x not finite".to_owned(), 10)];
+    assert_eq!(agent.dropped_detections, expected.into());
+    assert_eq!(agent.last_dropped.as_deref(), Some("w of detection 2 is 0, expected 0.001 to 65 m"));
+    assert_eq!(agent.unmapped_names, [("hovercraft".to_owned(), 10)].into());
+    watch.until("the good detection is fused", |frame| frame.objects.len() == 1).await?;
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_agent_whose_name_is_not_valid_is_listed_with_the_reason() -> anyhow::Result<()> {
+    let lab = Lab::new("names")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let session = foreign_session(&hub).await?;
+    let names = ["cam north", "cam/north", "kamera-süd"];
+    for name in names {
+        let publisher = matched_publisher(&session, format!("v2x/names/agent/{name}/detections")).await?;
+        publisher.put(frame_json(Span::ZERO).to_string()).await.map_err(|error| anyhow!("{error}"))?;
+    }
+    let status = watch.status_when("all are listed", |status| status.refused_unnamed == 3).await?;
+    let listed: Vec<_> = status.invalid_names.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(listed, names);
+    let reasons = ["holds ' '", "holds '/'", "holds 'ü'"];
+    for (one, reason) in status.invalid_names.iter().zip(reasons) {
+        assert!(one.reason.contains(reason) && one.samples == 1, "{one:?}");
+    }
+    assert!(status.agents.is_empty(), "{:?}", status.agents);
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn frames_of_agents_with_an_invalid_name_are_counted_too() -> anyhow::Result<()> {
     let lab = Lab::new("unnamed")?;
     let hub = lab.hub().await?;
@@ -137,13 +189,16 @@ fn bad_json() -> Vec<BadFrame> {
         }
         frame.to_string()
     };
+    let micros = clock::now().as_micros();
     let bad = [
         ("bad_json", "{\"captured_at\":".to_owned()),
         ("bad_json", with("/detections/0/theta", json!(1.0))),
         ("bad_json", with("/captured_at", json!("now"))),
-        ("absurd_value", with("/detections/0/x", json!(1e300))),
-        ("absurd_value", with("/detections/0/w", json!(-2.0))),
-        ("absurd_value", with("/detections/0/sigma", json!({ "x": 0.0 }))),
+        ("absurd_value", with("sensor_pose", json!({ "x": 1e300, "y": 0.0 }))),
+        ("wrong_time_unit", with("captured_at", json!(micros / 1000))),
+        ("wrong_time_unit", with("captured_at", json!(micros / 1_000_000))),
+        ("wrong_time_unit", with("captured_at", json!(micros * 1000))),
+        ("wrong_time_unit", with("captured_at", json!(12_500_000))),
         ("agent_mismatch", with("/agent", json!("ego"))),
         ("map_frame_mismatch", with("/map_frame", json!("EPSG:25833"))),
         ("too_late", frame_json(-MINUTE).to_string()),

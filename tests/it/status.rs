@@ -46,6 +46,7 @@ async fn the_status_query_answers_with_the_documented_fields() -> anyhow::Result
     if cfg!(target_os = "linux") {
         assert!(status["memory_bytes"].as_u64() > Some(1 << 20), "{status:#}");
     }
+    assert!(status["invalid_names"].as_array().is_some_and(Vec::is_empty), "{status:#}");
     assert_is_rsu(&status["agents"]);
     Ok(())
 }
@@ -57,6 +58,7 @@ fn assert_is_rsu(agents: &Value) {
     for field in ["accepted", "out_of_sequence", "unmapped_classes", "newest_captured_at"] {
         assert!(rsu[field].is_u64(), "{field} in {rsu:#}");
     }
+    assert!(rsu["dropped_detections"].is_object() && rsu["unmapped_names"].is_object(), "{rsu:#}");
     assert!(rsu["refused"].is_object() && rsu.get("last_refusal").is_some(), "{rsu:#}");
     assert_eq!(rsu["sensor"]["kind"], "roadside-unit");
     let registration = &rsu["registration"];

@@ -139,11 +139,26 @@ struct Head {
     map_frame: Option<MapFrame>,
 }
 
+impl Head {
+    fn with(self, detections: Vec<Detection>) -> DetectionFrame {
+        let Self { id, captured_at, sensor_pose, sensor_revision, map_frame } = self;
+        DetectionFrame { id, captured_at, sensor_pose, sensor_revision, map_frame, detections }
+    }
+}
+
 /// The frame of the bytes, validated.
 pub fn decode(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
     let mut detections = Vec::new();
-    let Head { id, captured_at, sensor_pose, sensor_revision, map_frame } = read(bytes, &mut detections)?;
-    Ok(DetectionFrame { id, captured_at, sensor_pose, sensor_revision, map_frame, detections })
+    let head = read(bytes, &mut detections)?;
+    Ok(head.with(detections))
+}
+
+/// The frame of the bytes, with its detections as they were sent: the frame itself is validated, but a detection can have
+/// a value outside of its limits ([`Detection::validate`]). For a receiver that drops single detections.
+pub fn decode_as_sent(bytes: &[u8]) -> Result<DetectionFrame, WireError> {
+    let mut detections = Vec::new();
+    let (head, _) = read_as_sent(bytes, &mut detections)?;
+    Ok(head.with(detections))
 }
 
 /// Makes `frame` the frame of the bytes, validated; allocates nothing where there is room for the detections.
@@ -162,6 +177,16 @@ pub fn decode_into(bytes: &[u8], frame: &mut DetectionFrame) -> Result<(), WireE
 
 /// Appends the detections, validated, and returns the other fields.
 fn read(bytes: &[u8], detections: &mut Vec<Detection>) -> Result<Head, WireError> {
+    let (head, are_plausible) = read_as_sent(bytes, detections)?;
+    if !are_plausible {
+        detection::validate_all(detections, head.sensor_pose.as_ref())?;
+    }
+    debug_assert_eq!(detection::validate_all(detections, head.sensor_pose.as_ref()), Ok(()));
+    Ok(head)
+}
+
+/// Appends the detections as they are, and returns the other fields, and whether the detections are surely valid.
+fn read_as_sent(bytes: &[u8], detections: &mut Vec<Detection>) -> Result<(Head, bool), WireError> {
     let mut bytes = bytes;
     take_preamble(&mut bytes, Kind::Detections)?;
     let reader = &mut Reader(bytes);
@@ -174,11 +199,7 @@ fn read(bytes: &[u8], detections: &mut Vec<Detection>) -> Result<Head, WireError
     }
     finish(reader.0)?;
     detection::validate_pose(head.sensor_pose.as_ref())?;
-    if !are_plausible {
-        detection::validate_all(detections, head.sensor_pose.as_ref())?;
-    }
-    debug_assert_eq!(detection::validate_all(detections, head.sensor_pose.as_ref()), Ok(()));
-    Ok(head)
+    Ok((head, are_plausible))
 }
 
 fn read_head(reader: &mut Reader<'_>) -> Result<(Head, usize, Origin), WireError> {

@@ -3,6 +3,7 @@
 use crate::detection::InvalidValue;
 use crate::id::NameError;
 use crate::sensor::InvalidDescription;
+use crate::time::StampUnit;
 
 /// The version that this code writes. A hub reads this one and the one before, where there is one.
 pub const VERSION: u8 = 1;
@@ -56,6 +57,12 @@ pub enum WireError {
     /// Not JSON, or a field is missing, unknown or of the wrong type.
     #[error("JSON: {0}")]
     Json(String),
+    /// A time stamp of JSON that is no integer of microseconds.
+    #[error("captured_at is {value}{}, expected whole microseconds since 1970", StampUnit::in_words(*.value))]
+    NotMicroseconds {
+        /// The value found, in its own unit.
+        value: f64,
+    },
     /// A value that the wire cannot represent.
     #[error("{field} = {value} does not fit on the wire")]
     NotEncodable {
@@ -83,6 +90,7 @@ impl WireError {
             Self::Description(_) => "bad_description",
             Self::UnlistedAgent => "unlisted_agent",
             Self::Json(_) => "bad_json",
+            Self::NotMicroseconds { .. } => "wrong_time_unit",
             Self::NotEncodable { .. } => "not_encodable",
         }
     }

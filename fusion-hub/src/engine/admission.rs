@@ -3,7 +3,7 @@
 use super::agents::{AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA_MAX};
 use super::config::EngineConfig;
 use super::history::History;
-use super::refusal::Refusal;
+use super::refusal::{Refusal, StampFault};
 use crate::fusion::LateFrames;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::MapFrame;
@@ -88,6 +88,11 @@ impl Admission {
 
     fn check_time(&self, frame: &DetectionFrame, now: Timestamp, history: &History) -> Result<(), Refusal> {
         let age = now - frame.captured_at;
+        if age.abs() > self.delta_max
+            && let Some(cause) = StampFault::of(frame.captured_at, now)
+        {
+            return Err(Refusal::WrongTimeUnit { off: -age, cause });
+        }
         if age > self.delta_max {
             return Err(Refusal::TooLate { age });
         }

@@ -5,6 +5,8 @@ use super::agents::AgentRegistry;
 use super::config::EngineConfig;
 use super::history::{History, MAX_MEASUREMENTS_OF_AGENT};
 use super::refusal::{Disposition, Refusal};
+use super::sieve::Sieve;
+use super::statistics::DroppedDetections;
 use crate::fusion::{AdmittedFrame, FusionMethod, LateFrames, ObjectList, TrackCounts};
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
@@ -12,8 +14,9 @@ use crate::values::SensorModel;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::AgentId;
-use v2x_common::sensor::{InvalidDescription, SensorDescription};
+use v2x_common::sensor::{Accuracy, InvalidDescription, SensorDescription};
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::WireError;
 
 /// Without a call for objects, history is maintained this often.
@@ -32,6 +35,7 @@ pub struct Engine {
     method: Box<dyn FusionMethod>,
     /// How detections are read of agents that describe no sensor.
     undescribed: SensorModel,
+    sieve: Sieve,
     /// A frame, corrected for its agent's errors; its buffers are used again.
     corrected: Option<DetectionFrame>,
     /// The newest time that any call named.
@@ -107,6 +111,7 @@ impl Engine {
             registrar: Registrar::new(registration),
             method,
             undescribed: SensorModel::undescribed(&config.sensing),
+            sieve: Sieve::default(),
             corrected: None,
             now: Timestamp::MIN,
             maintained_at: Timestamp::MIN,
@@ -150,6 +155,12 @@ impl Engine {
         Ok(())
     }
 
+    /// Takes in the accuracy of an agent's pose and clock, of which nothing else is known: its clock and pose are
+    /// estimated, but what it misses counts as before.
+    pub fn declare_accuracy(&mut self, agent: AgentId, accuracy: Accuracy) {
+        self.registrar.describe(agent, accuracy, self.now);
+    }
+
     /// Counts a frame that was refused before it was decoded.
     pub fn note_refusal(&mut self, agent: AgentId, refusal: Refusal) {
         self.agents.note_refusal(agent, refusal, self.now);
@@ -164,20 +175,35 @@ impl Engine {
     }
 
     /// Counts detections whose class name was not known.
-    pub fn note_unmapped_classes(&mut self, agent: AgentId, count: u64) {
+    pub fn note_unmapped_classes(&mut self, agent: AgentId, names: &UnmappedNames) {
         if let Some((_, record)) = self.agents.heard(agent, self.now) {
-            record.statistics.unmapped_classes += count;
+            record.statistics.unmapped_classes.merge(names);
         }
     }
 
-    /// Takes in a frame that was received at `now` by the hub's clock. A frame with an invalid value is refused as it is
-    /// when it comes by wire.
+    /// Takes in a frame that was received at `now` by the hub's clock. It is refused as a whole where the frame itself has
+    /// an invalid value (its pose, the number of detections); a detection with one is dropped and counted.
     pub fn handle_frame(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
         // The age of a frame includes its waiting time: history may have been folded meanwhile.
         self.now = self.now.max(now);
-        if let Err(invalid) = frame.validate() {
+        if let Err(invalid) = frame.validate_head() {
             return self.refuse(frame.id.agent, WireError::from(invalid).into());
         }
+        let mut dropped = DroppedDetections::default();
+        let Some(thin) = self.sieve.thin(frame, |invalid| dropped.note(invalid)) else {
+            return self.handle_possible(frame, now);
+        };
+        let disposition = self.handle_possible(&thin.0, now);
+        let is_accepted = matches!(disposition, Disposition::Accepted { .. });
+        if is_accepted && let Some((_, record)) = self.agents.heard(frame.id.agent, self.now) {
+            record.statistics.dropped.merge(dropped);
+        }
+        self.sieve.give_back(thin, is_accepted.then_some(self.now));
+        disposition
+    }
+
+    /// Takes in a frame without impossible values.
+    fn handle_possible(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
         let arrival = Arrival { frame, source: None, stamped_at: frame.captured_at, received_at: now };
         if self.config.late_frames == LateFrames::IgnoreDelay {
             let arrived = DetectionFrame { captured_at: self.now, ..frame.clone() };
@@ -298,6 +324,7 @@ impl Engine {
         let mut objects = ObjectList::new(&mut self.fused.objects, &mut self.spare_objects);
         self.method.write_objects(self.now, self.agents.names(), &mut objects);
         drop(objects);
+        self.sieve.name_as_sent(&mut self.fused.objects);
         &self.fused
     }
 
@@ -331,6 +358,7 @@ impl Engine {
         let mut objects = ObjectList::new(&mut self.fused.objects, &mut self.spare_objects);
         self.method.write_objects_as_of(at, self.agents.names(), &mut objects)?;
         drop(objects);
+        self.sieve.name_as_sent(&mut self.fused.objects);
         self.begin_frame(at);
         Ok(())
     }

@@ -9,6 +9,7 @@ mod engine;
 mod history;
 mod refusal;
 mod schedule;
+mod sieve;
 mod statistics;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,6 @@ pub use agents::{AgentRecord, AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA
 pub use config::EngineConfig;
 pub use engine::{Engine, HistoryError};
 pub use history::{MAX_FRAMES, MAX_MEASUREMENTS, MAX_MEASUREMENTS_OF_AGENT};
-pub use refusal::{Disposition, Refusal};
+pub use refusal::{Disposition, Refusal, StampFault};
 pub use schedule::{PublishMode, Schedule};
-pub use statistics::AgentStatistics;
+pub use statistics::{AgentStatistics, DroppedDetections};

@@ -1,7 +1,7 @@
 //! Why a frame is not taken.
 
 use v2x_common::id::{AgentId, MapFrame};
-use v2x_common::time::Span;
+use v2x_common::time::{Span, StampUnit, Timestamp};
 use v2x_common::wire::WireError;
 
 /// Why a frame was refused. Nothing is dropped without one, and every one is counted.
@@ -46,6 +46,14 @@ pub enum Refusal {
     TooEarly {
         /// How far ahead.
         ahead: Span,
+    },
+    /// Captured far from the hub's time, as by a clock of another unit or epoch.
+    #[error("captured {} {} the hub's time: {cause}", .off.abs(), if *.off < Span::ZERO { "before" } else { "ahead of" })]
+    WrongTimeUnit {
+        /// Capture time less the hub's time.
+        off: Span,
+        /// What the stamp seems to be.
+        cause: StampFault,
     },
     /// This agent's frame of this epoch and number was here before.
     #[error("duplicate of frame {sequence} of epoch {epoch}")]
@@ -92,12 +100,53 @@ impl Refusal {
             Self::OutOfSequence { .. } => "out_of_sequence",
             Self::NotListenedTo => "not_listened_to",
             Self::TooEarly { .. } => "too_early",
+            Self::WrongTimeUnit { .. } => "wrong_time_unit",
             Self::Duplicate { .. } => "duplicate",
             Self::Overloaded { .. } => "overloaded",
             Self::TooManyAgents { .. } => "too_many_agents",
             Self::TooManyDetections { .. } => "too_many_detections",
             Self::TooManyFrames { .. } => "too_many_frames",
         }
+    }
+}
+
+/// What a capture time seems to be that cannot be a time of the present.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StampFault {
+    /// A thousandth of the present.
+    #[error(
+        "the stamp seems to be in milliseconds (JSON wants microseconds) or in microseconds (the compact format wants nanoseconds)"
+    )]
+    Thousandth,
+    /// A millionth of the present.
+    #[error(
+        "the stamp seems to be in seconds (JSON wants microseconds) or in milliseconds (the compact format wants nanoseconds)"
+    )]
+    Millionth,
+    /// A billionth of the present.
+    #[error("the stamp seems to be in seconds (the compact format wants nanoseconds)")]
+    Billionth,
+    /// Within a year of 1970.
+    #[error("the stamp seems to count from the start of a simulation or of the agent, not from 1970")]
+    OtherEpoch,
+}
+
+impl StampFault {
+    /// The fault of a stamp that was refused at `now` for its age; `None` where it is just late, or the hub itself does not
+    /// count from 1970 (a simulation).
+    pub(super) fn of(captured_at: Timestamp, now: Timestamp) -> Option<Self> {
+        /// The share by which an agent's clock may err beside its unit: some years.
+        const TOLERANCE: f64 = 0.05;
+        const YEAR_NS: i64 = 365 * 86_400 * 1_000_000_000;
+        #[expect(clippy::cast_precision_loss, reason = "compared by some percent")]
+        let [stamp, present] = [captured_at, now].map(|at| at.as_nanos() as f64);
+        if StampUnit::of(present) != Some(StampUnit::Nanoseconds) {
+            return None;
+        }
+        let is_part = |part: f64| (stamp * part / present - 1.0).abs() < TOLERANCE;
+        let parts = [(1e3, Self::Thousandth), (1e6, Self::Millionth), (1e9, Self::Billionth)];
+        let part = parts.into_iter().find(|(part, _)| is_part(*part)).map(|(_, fault)| fault);
+        part.or_else(|| (captured_at.as_nanos().saturating_abs() < YEAR_NS).then_some(Self::OtherEpoch))
     }
 }
 
@@ -111,4 +160,23 @@ pub enum Disposition {
     },
     /// It is not.
     Refused(Refusal),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stamp_in_another_unit_or_epoch_is_named_and_a_late_one_is_not() {
+        let now = Timestamp::from_nanos(1_795_826_320_182_482_000);
+        let fault = |nanos: i64| StampFault::of(Timestamp::from_nanos(nanos), now);
+        assert_eq!(fault(1_795_826_320_182_482), Some(StampFault::Thousandth));
+        assert_eq!(fault(1_795_826_320_182), Some(StampFault::Millionth));
+        assert_eq!(fault(1_795_826_320), Some(StampFault::Billionth));
+        assert_eq!(fault(12_500_000_000), Some(StampFault::OtherEpoch));
+        assert_eq!(fault(-12_500_000_000), Some(StampFault::OtherEpoch));
+        assert_eq!(fault(1_700_000_000_000_000_000), None, "a clock of three years ago");
+        let simulated = Timestamp::from_nanos(90_000_000_000);
+        assert_eq!(StampFault::of(Timestamp::EPOCH, simulated), None);
+    }
 }

@@ -3,7 +3,9 @@
 use super::refusal::Refusal;
 use crate::fusion::Innovations;
 use std::collections::BTreeMap;
+use v2x_common::detection::InvalidValue;
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::unmapped_names::UnmappedNames;
 
 /// Counts of one agent since the start, and its recent innovations.
 #[derive(Clone, Debug, Default)]
@@ -20,13 +22,44 @@ pub struct AgentStatistics {
     pub refused: BTreeMap<&'static str, u64>,
     /// The newest refusal.
     pub last_refusal: Option<Refusal>,
+    /// Impossible detections of accepted frames.
+    pub dropped: DroppedDetections,
     /// Detections whose class name was not known.
-    pub unmapped_classes: u64,
+    pub unmapped_classes: UnmappedNames,
     /// Sensor descriptions refused.
     pub descriptions_refused: u64,
     /// Innovations of all its detections.
     pub innovations: Innovations,
     recent: RecentInnovations,
+}
+
+/// Impossible detections that were dropped while their frames were used.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DroppedDetections {
+    /// Their number by the first impossible field and the cause: `not finite` or `out of range`.
+    pub by_cause: BTreeMap<(&'static str, &'static str), u64>,
+    /// The newest.
+    pub last: Option<InvalidValue>,
+}
+
+impl DroppedDetections {
+    /// Counts one.
+    pub fn note(&mut self, invalid: InvalidValue) {
+        *self.by_cause.entry((invalid.field, invalid.cause())).or_default() += 1;
+        self.last = Some(invalid);
+    }
+
+    pub(super) fn merge(&mut self, other: Self) {
+        for (cause, count) in other.by_cause {
+            *self.by_cause.entry(cause).or_default() += count;
+        }
+        self.last = other.last.or_else(|| self.last.take());
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.by_cause.values().sum()
+    }
 }
 
 impl AgentStatistics {

@@ -141,21 +141,40 @@ fn car(x: f64) -> Detection {
 }
 
 #[test]
-fn an_invalid_detection_by_the_api_is_refused_by_name_and_changes_nothing() {
+fn an_impossible_detection_is_dropped_and_counted_and_its_frame_is_used() {
     let mut engine = engine();
     let with = |sequence, detections| DetectionFrame { detections, ..frame("a", sequence, 0) };
     let before = with(0, (0..2).map(|k| car(30.0 * f64::from(k))).collect());
     assert_eq!(admit(&mut engine, &before, at(0)), Ok(false));
-    let tracks = engine.counts().tracks;
-    for (sequence, x) in [(1, f64::NAN), (2, f64::INFINITY)] {
-        let refused = admit(&mut engine, &with(sequence, vec![car(0.0), car(x)]), at(0)).unwrap_err();
-        assert_eq!(refused.reason(), "absurd_value");
-        assert!(refused.to_string().contains('x'), "{refused}");
-    }
+    let mut flat = car(9.0);
+    flat.bev.w = 0.0;
     let mut indefinite = car(0.0);
     indefinite.covariance.position.xy = 1.0;
-    assert!(admit(&mut engine, &with(3, vec![indefinite]), at(0)).is_err());
-    assert_eq!((tracks, engine.counts().tracks), (2, 2));
+    let bad = [car(f64::NAN), car(f64::INFINITY), flat, indefinite];
+    for (sequence, bad) in (1..).zip(bad) {
+        assert_eq!(admit(&mut engine, &with(sequence, vec![bad, car(30.0)]), at(0)), Ok(false));
+    }
     let objects = engine.fused(at(10)).objects.clone();
-    assert!(objects.len() == 2 && objects.iter().all(|object| object.bev.x.is_finite()));
+    assert_eq!(objects.iter().filter(|object| object.bev.x.is_finite()).count(), 2, "{objects:?}");
+    let named = objects.iter().find(|object| object.bev.x > 20.0).unwrap().contributors[0];
+    assert_eq!((named.frame.sequence, named.index), (4, 1), "the place in the frame as it was sent");
+    let dropped = &engine.agents().record(&AgentId::new("a").unwrap()).unwrap().statistics.dropped;
+    let expected = [
+        (("covariance of x and y", "out of range"), 1),
+        (("w", "out of range"), 1),
+        (("x", "not finite"), 2),
+    ];
+    assert_eq!((dropped.by_cause.clone(), dropped.total()), (expected.into(), 4));
+    let last = dropped.last.as_ref().unwrap().to_string();
+    assert!(last.starts_with("covariance of x and y of detection 0 is 1"), "{last}");
+}
+
+#[test]
+fn a_frame_is_refused_where_it_is_impossible_itself() {
+    let mut engine = engine();
+    let pose = v2x_common::geometry::Pose { x: f64::NAN, y: 0.0, yaw: 0.0 };
+    let refused = admit(&mut engine, &DetectionFrame { sensor_pose: Some(pose), ..frame("a", 0, 0) }, at(0));
+    let refused = refused.unwrap_err();
+    assert_eq!(refused.reason(), "absurd_value");
+    assert!(refused.to_string().contains("sensor_pose.x"), "{refused}");
 }

@@ -5,9 +5,10 @@ use crate::hub::settings::HubSettings;
 use v2x_common::clock;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
-use v2x_common::keys::Topic;
+use v2x_common::keys::{self, InvalidAgent};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
+use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::{self, WireError};
 use zenoh::sample::Sample;
 
@@ -20,31 +21,29 @@ pub(super) struct Received {
 }
 
 impl Received {
-    /// Stamps a sample with the hub's clock; `None` where its key is not an agent's.
-    pub(super) fn stamp(sample: Sample) -> Option<Self> {
+    /// Stamps a sample under an agent's key with the hub's clock; an error where the agent's name is not valid.
+    pub(super) fn stamp(sample: Sample) -> Result<Self, InvalidAgent> {
         let received_at = clock::now();
-        match Topic::of(sample.key_expr().as_str())? {
-            Topic::Detections(agent) | Topic::Sensor(agent) => Some(Self { agent, received_at, sample }),
-            Topic::AgentAlive(_) | Topic::Fused(_) | Topic::Truth(_) => None,
-        }
+        let agent = keys::agent_of(sample.key_expr().as_str())?;
+        Ok(Self { agent, received_at, sample })
     }
 
     fn is_json(&self, bytes: &[u8]) -> bool {
         wire::is_json(&self.sample.encoding().to_string(), bytes)
     }
 
-    /// The frame, and how many of its classes had unknown names.
-    pub(super) fn frame(&self, settings: &HubSettings) -> Result<(DetectionFrame, usize), Refusal> {
+    /// The frame with its detections as they were sent, and its unknown class names.
+    pub(super) fn frame(&self, settings: &HubSettings) -> Result<(DetectionFrame, UnmappedNames), Refusal> {
         if !settings.listens_to(&self.agent) {
             return Err(Refusal::NotListenedTo);
         }
         let bytes = self.sample.payload().to_bytes();
         let (frame, unmapped_classes) = if self.is_json(&bytes) {
             let defaults = settings.report_defaults_of(&self.agent);
-            let decoded = wire::json::decode_detections(&bytes, self.agent, defaults)?;
+            let decoded = wire::json::decode_detections_as_sent(&bytes, self.agent, defaults)?;
             (decoded.frame, decoded.unmapped_classes)
         } else {
-            (wire::detections::decode(&bytes)?, 0)
+            (wire::detections::decode_as_sent(&bytes)?, UnmappedNames::default())
         };
         if frame.id.agent != self.agent {
             return Err(Refusal::AgentMismatch { payload: frame.id.agent, key: self.agent });

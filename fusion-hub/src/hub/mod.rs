@@ -12,6 +12,7 @@ mod run;
 mod settings;
 mod status;
 mod timing;
+mod unnamed;
 
 pub use crate::fusion::SettingsError;
 #[cfg(feature = "cli")]
@@ -22,3 +23,4 @@ pub use error::HubError;
 pub use run::{HubSetup, serve};
 pub use settings::HubSettings;
 pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus};
+pub use unnamed::InvalidName;

@@ -1,10 +1,11 @@
 //! The hub's declarations on the network.
 
 use super::intake::Received;
+use super::unnamed::Unnamed;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use v2x_common::id::{AgentId, HubId};
-use v2x_common::keys::{Keys, Topic};
+use v2x_common::keys::{self, Keys};
 use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
 use zenoh::Session;
@@ -35,8 +36,8 @@ pub(super) struct Network {
     pub(super) fused_json: Publisher<'static>,
     /// Whether there are subscribers to JSON.
     pub(super) json_wanted: Arc<AtomicBool>,
-    /// Samples under keys without an agent's name.
-    pub(super) unnamed: Arc<AtomicU64>,
+    /// Samples under keys without a valid agent's name.
+    pub(super) unnamed: Arc<Unnamed>,
     // Dropping these undeclares them.
     _subscribers: [Subscriber<()>; 3],
     _status: Queryable<()>,
@@ -57,32 +58,31 @@ impl Network {
             .background()
             .await?;
         // The callbacks run on Zenoh's threads: they only stamp and enqueue.
-        let unnamed = Arc::new(AtomicU64::new(0));
+        let unnamed = Arc::new(Unnamed::default());
         let named = {
             let unnamed = unnamed.clone();
-            move |sample| {
-                let received = Received::stamp(sample);
-                unnamed.fetch_add(u64::from(received.is_none()), Ordering::Relaxed);
-                received
-            }
+            move |sample| Received::stamp(sample).inspect_err(|invalid| unnamed.note(invalid, false)).ok()
         };
         let (queue, stamp) = (frames.clone(), named.clone());
-        let detections = session.declare_subscriber(keys.all_detections()).callback(move |sample| {
+        let detections = session.declare_subscriber(keys.any_detections()).callback(move |sample| {
             if let Some(received) = stamp(sample) {
                 queue.push(received);
             }
         });
         let (queue, stamp) = (control.clone(), named);
-        let sensors = session.declare_subscriber(keys.all_sensors()).callback(move |sample| {
+        let sensors = session.declare_subscriber(keys.any_sensors()).callback(move |sample| {
             if let Some(received) = stamp(sample) {
                 queue.push(Control::Description(received));
             }
         });
-        let queue = control.clone();
-        let roster = session.liveliness().declare_subscriber(keys.all_agents_alive()).history(true);
+        let (queue, nameless) = (control.clone(), unnamed.clone());
+        let roster = session.liveliness().declare_subscriber(keys.any_agents_alive()).history(true);
         let roster = roster.callback(move |sample| {
-            if let Some(Topic::AgentAlive(agent)) = Topic::of(sample.key_expr().as_str()) {
-                queue.push(Control::Alive(agent, sample.kind() == SampleKind::Put));
+            let is_alive = sample.kind() == SampleKind::Put;
+            match keys::agent_of(sample.key_expr().as_str()) {
+                Ok(agent) => queue.push(Control::Alive(agent, is_alive)),
+                Err(invalid) if is_alive => nameless.note(&invalid, true),
+                Err(_) => {}
             }
         });
         let queue = control.clone();

@@ -138,8 +138,8 @@ impl Hub {
         let begun_at = clock::now();
         match received.frame(&self.settings) {
             Ok((frame, unmapped_classes)) => {
-                if unmapped_classes > 0 {
-                    self.engine.note_unmapped_classes(received.agent, unmapped_classes as u64);
+                if unmapped_classes.total() > 0 {
+                    self.engine.note_unmapped_classes(received.agent, &unmapped_classes);
                 }
                 match self.engine.handle_frame(&frame, received.received_at) {
                     Disposition::Accepted { out_of_sequence } => {
@@ -223,7 +223,8 @@ impl Hub {
             publish_errors: self.publish_errors,
             dropped_overload: self.network.frames.dropped() + self.network.control.dropped(),
             refused_beyond_limit: self.engine.agents().refused_beyond_limit(),
-            refused_unnamed: self.network.unnamed.load(Ordering::Relaxed),
+            refused_unnamed: self.network.unnamed.samples(),
+            invalid_names: self.network.unnamed.names(),
             alive_beyond_limit: self.roster.beyond_limit(),
             births_refused: self.engine.counts().births_refused,
             merges: self.engine.counts().merges,
@@ -254,7 +255,21 @@ impl Hub {
                     .map(|(reason, count)| ((*reason).to_owned(), *count))
                     .collect(),
                 last_refusal: record.statistics.last_refusal.as_ref().map(ToString::to_string),
-                unmapped_classes: record.statistics.unmapped_classes,
+                dropped_detections: record
+                    .statistics
+                    .dropped
+                    .by_cause
+                    .iter()
+                    .map(|((field, cause), count)| (format!("{field} {cause}"), *count))
+                    .collect(),
+                last_dropped: record.statistics.dropped.last.as_ref().map(ToString::to_string),
+                unmapped_classes: record.statistics.unmapped_classes.total(),
+                unmapped_names: record
+                    .statistics
+                    .unmapped_classes
+                    .names()
+                    .map(|(name, count)| (name.to_owned(), count))
+                    .collect(),
                 descriptions_refused: record.statistics.descriptions_refused,
                 nis_per_dof: record.statistics.recent_nis_per_dof(self.engine.now()),
                 registration: self.registration_of(agent),
@@ -327,7 +342,10 @@ impl AgentStatus {
             ahead_of_time: 0,
             refused: std::collections::BTreeMap::new(),
             last_refusal: None,
+            dropped_detections: std::collections::BTreeMap::new(),
+            last_dropped: None,
             unmapped_classes: 0,
+            unmapped_names: std::collections::BTreeMap::new(),
             descriptions_refused: 0,
             nis_per_dof: None,
             registration: None,

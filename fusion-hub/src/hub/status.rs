@@ -1,5 +1,6 @@
 //! A hub's status, as JSON.
 
+use crate::hub::unnamed::InvalidName;
 use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -37,6 +38,9 @@ pub struct HubStatus {
     pub refused_beyond_limit: u64,
     /// Samples under keys without a valid agent name.
     pub refused_unnamed: u64,
+    /// These names, at most 32, each with the reason.
+    #[serde(default)]
+    pub invalid_names: Vec<InvalidName>,
     /// Liveliness tokens that appeared when there was no room for another agent.
     #[serde(default)]
     pub alive_beyond_limit: u64,
@@ -75,8 +79,17 @@ pub struct AgentStatus {
     pub refused: BTreeMap<String, u64>,
     /// The newest refusal in words.
     pub last_refusal: Option<String>,
+    /// Impossible detections of accepted frames, which were dropped, by field and cause.
+    #[serde(default)]
+    pub dropped_detections: BTreeMap<String, u64>,
+    /// The newest of them in words.
+    #[serde(default)]
+    pub last_dropped: Option<String>,
     /// Detections whose class name was not known.
     pub unmapped_classes: u64,
+    /// These class names, at most 32, each with its number of detections.
+    #[serde(default)]
+    pub unmapped_names: BTreeMap<String, u64>,
     /// Sensor descriptions refused.
     pub descriptions_refused: u64,
     /// Mean normalised innovation squared of its positions for each degree of freedom, in the last minute: 1 where its

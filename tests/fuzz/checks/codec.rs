@@ -14,6 +14,10 @@ pub(crate) fn run(bytes: &[u8]) {
         wire::detections::encode(&frame, &mut again).expect("what was decoded can be encoded");
         assert_eq!(ours, again);
     }
+    if let Ok(frame) = wire::detections::decode_as_sent(bytes) {
+        assert_eq!(frame.validate_head(), Ok(()));
+        assert_eq!(frame.validate().is_ok(), wire::detections::decode(bytes).is_ok());
+    }
     ours.clear();
     if let Ok(frame) = wire::fused::decode(bytes)
         && wire::fused::encode(&frame, &mut ours).is_ok()

@@ -1,5 +1,6 @@
 //! Tracking metrics against the reference implementations of the field. `make.py` wrote the fixtures.
 
+mod detection;
 mod errors;
 mod nuscenes;
 mod tracking;

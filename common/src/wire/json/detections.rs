@@ -1,11 +1,13 @@
 //! Detection frames as JSON.
 
-use super::values::{Id64, Micros, covariance, deviations, parse, print, variance};
+use super::values::{Id64, Stamp, covariance, deviations, number, optional_number};
+use super::values::{parse, print, variance, with_quoted_words};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
 use crate::detection::{Detection, DetectionFrame};
 use crate::geometry::{BevBox, Pose, wrap_angle};
 use crate::id::{AgentId, FrameId, MapFrame};
+use crate::unmapped_names::UnmappedNames;
 use crate::wire::error::WireError;
 use serde::{Deserialize, Serialize};
 
@@ -38,19 +40,19 @@ impl Default for ReportDefaults {
 /// Standard deviation of a heading of which nothing is known: uniform over the circle, π/√3 rad.
 const SIGMA_YAW_UNKNOWN_RAD: f64 = 1.813_799_364_234_217_8;
 
-/// A decoded frame, and the number of classes that could not be mapped.
+/// A decoded frame, and the names of classes that could not be mapped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedDetections {
     /// The frame.
     pub frame: DetectionFrame,
-    /// Number of detections with an unknown class name; they became [`Class::Unknown`].
-    pub unmapped_classes: usize,
+    /// The detections with an unknown class name; they became [`Class::Unknown`].
+    pub unmapped_classes: UnmappedNames,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JsonFrame<'a> {
-    captured_at: Micros,
+    captured_at: Stamp,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     agent: Option<AgentId>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,7 +60,7 @@ struct JsonFrame<'a> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sequence: Option<Id64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    sensor_pose: Option<Pose>,
+    sensor_pose: Option<JsonPose>,
     #[serde(default)]
     sensor_revision: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -67,20 +69,34 @@ struct JsonFrame<'a> {
     detections: Vec<JsonDetection<'a>>,
 }
 
+/// [`Pose`] with names for numbers that are not finite.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JsonPose {
+    #[serde(deserialize_with = "number")]
+    x: f64,
+    #[serde(deserialize_with = "number")]
+    y: f64,
+    #[serde(default, deserialize_with = "number")]
+    yaw: f64,
+}
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JsonDetection<'a> {
     #[serde(borrow)]
     class: std::borrow::Cow<'a, str>,
+    #[serde(deserialize_with = "number")]
     x: f64,
+    #[serde(deserialize_with = "number")]
     y: f64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     w: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     d: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     yaw: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     score: Option<f64>,
     #[serde(default)]
     sigma: JsonSigma,
@@ -93,27 +109,32 @@ struct JsonDetection<'a> {
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct JsonSigma {
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     x: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     y: Option<f64>,
+    #[serde(deserialize_with = "number")]
     rho: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     w: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     d: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     yaw: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JsonVelocity {
+    #[serde(deserialize_with = "number")]
     x: f64,
+    #[serde(deserialize_with = "number")]
     y: f64,
+    #[serde(deserialize_with = "number")]
     sigma_x: f64,
+    #[serde(deserialize_with = "number")]
     sigma_y: f64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "number")]
     rho: f64,
 }
 
@@ -127,30 +148,62 @@ pub fn decode_detections(
     agent: AgentId,
     defaults: &ReportDefaults,
 ) -> Result<DecodedDetections, WireError> {
-    let json: JsonFrame<'_> = parse(bytes)?;
-    let mut unmapped_classes = 0;
+    let decoded = decode_detections_as_sent(bytes, agent, defaults)?;
+    decoded.frame.validate()?;
+    Ok(decoded)
+}
+
+/// The same, with the detections as they were sent: the frame itself is validated, but a detection can have a value
+/// outside of its limits ([`Detection::validate`]). For a receiver that drops single detections.
+///
+/// Numbers that are not finite are read as such: `null`, and `NaN` and `Infinity` as Python writes them.
+pub fn decode_detections_as_sent(
+    bytes: &[u8],
+    agent: AgentId,
+    defaults: &ReportDefaults,
+) -> Result<DecodedDetections, WireError> {
+    match parse(bytes) {
+        Ok(json) => to_frame(&json, agent, defaults),
+        Err(error) => match with_quoted_words(bytes) {
+            Some(quoted) => to_frame(&parse(&quoted)?, agent, defaults),
+            None => Err(error),
+        },
+    }
+}
+
+fn to_frame(
+    json: &JsonFrame<'_>,
+    agent: AgentId,
+    defaults: &ReportDefaults,
+) -> Result<DecodedDetections, WireError> {
+    let mut unmapped_classes = UnmappedNames::default();
     let detections = json.detections.iter().map(|detection| {
         let class = Class::from_name(&detection.class).unwrap_or_else(|| {
-            unmapped_classes += 1;
+            unmapped_classes.add(&detection.class);
             Class::Unknown
         });
         detection.to_detection(class, defaults)
     });
     let detections = detections.collect();
-    let by_time = u64::try_from(json.captured_at.0.as_micros()).unwrap_or(0);
+    let captured_at = json.captured_at.micros()?;
+    let by_time = u64::try_from(captured_at.as_micros()).unwrap_or(0);
     let frame = DetectionFrame {
         id: FrameId {
             agent: json.agent.unwrap_or(agent),
             epoch: json.epoch.map_or(0, |id| id.0),
             sequence: json.sequence.map_or(by_time, |id| id.0),
         },
-        captured_at: json.captured_at.0,
-        sensor_pose: json.sensor_pose.map(|pose| Pose { yaw: wrap_angle(pose.yaw), ..pose }),
+        captured_at,
+        sensor_pose: json.sensor_pose.as_ref().map(|pose| Pose {
+            x: pose.x,
+            y: pose.y,
+            yaw: wrap_angle(pose.yaw),
+        }),
         sensor_revision: json.sensor_revision,
         map_frame: json.map_frame,
         detections,
     };
-    frame.validate()?;
+    frame.validate_head()?;
     Ok(DecodedDetections { frame, unmapped_classes })
 }
 
@@ -224,11 +277,11 @@ impl JsonDetection<'_> {
 pub fn encode_detections(frame: &DetectionFrame) -> Result<Vec<u8>, WireError> {
     frame.validate()?;
     print(&JsonFrame {
-        captured_at: Micros(frame.captured_at),
+        captured_at: Stamp::Micros(frame.captured_at),
         agent: Some(frame.id.agent),
         epoch: Some(Id64(frame.id.epoch)),
         sequence: Some(Id64(frame.id.sequence)),
-        sensor_pose: frame.sensor_pose,
+        sensor_pose: frame.sensor_pose.map(|Pose { x, y, yaw }| JsonPose { x, y, yaw }),
         sensor_revision: frame.sensor_revision,
         map_frame: frame.map_frame,
         detections: frame.detections.iter().map(JsonDetection::from_detection).collect(),
@@ -259,7 +312,11 @@ mod tests {
     fn an_unmapped_class_is_counted_and_kept_as_unknown() {
         let text = r#"{"captured_at": 1, "detections": [{"class": "ufo", "x": 1.0, "y": 2.0}]}"#;
         let decoded = decode(text).unwrap();
-        assert_eq!((decoded.unmapped_classes, decoded.frame.detections[0].class), (1, Class::Unknown));
+        assert_eq!(
+            (decoded.unmapped_classes.total(), decoded.frame.detections[0].class),
+            (1, Class::Unknown)
+        );
+        assert!(decoded.unmapped_classes.names().eq([("ufo", 1)]));
     }
 
     #[test]
@@ -279,6 +336,50 @@ mod tests {
         for (text, named) in cases {
             let message = decode(text).unwrap_err().to_string();
             assert!(message.contains(named), "{message:?} should name {named:?}");
+        }
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_named_by_index_and_field_and_spares_the_frame() {
+        let car = r#"{"class": "car", "x": 1.0, "y": 2.0}"#;
+        let bad = [
+            ("y", r#"{"class": "car", "x": 1.0, "y": NaN}"#),
+            ("x", r#"{"class": "car", "x": -Infinity, "y": 0}"#),
+            ("x", r#"{"class": "car", "x": null, "y": 0}"#),
+            ("w", r#"{"class": "car", "x": 1.0, "y": 2.0, "w": NaN, "d": 4}"#),
+            ("score", r#"{"class": "car", "x": 1.0, "y": 2.0, "score": NaN}"#),
+            ("variance of d", r#"{"class": "car", "x": 1.0, "y": 2.0, "sigma": {"d": Infinity}}"#),
+            (
+                "velocity x",
+                r#"{"class": "car", "x": 1, "y": 2, "velocity": {"x": NaN, "y": 0, "sigma_x": 1, "sigma_y": 1}}"#,
+            ),
+        ];
+        for (field, bad) in bad {
+            let text = format!(r#"{{"captured_at": 1, "detections": [{car}, {bad}, {car}]}}"#);
+            let message = decode(&text).unwrap_err().to_string();
+            assert!(message.starts_with(&format!("{field} of detection 1 is ")), "{message}");
+            let defaults = ReportDefaults::default();
+            let agent = AgentId::new("cam").unwrap();
+            let decoded = decode_detections_as_sent(text.as_bytes(), agent, &defaults).unwrap();
+            let valid = decoded.frame.detections.iter().map(|one| one.validate(None).is_ok());
+            assert!(valid.eq([true, false, true]), "{text}");
+        }
+        let text = r#"{"captured_at": 1, "sensor_pose": {"x": NaN, "y": 0}, "detections": []}"#;
+        assert_eq!(decode(text).unwrap_err().to_string().split(',').next(), Some("sensor_pose.x is NaN"));
+    }
+
+    #[test]
+    fn a_stamp_that_is_no_integer_of_microseconds_is_refused_with_its_likely_unit() {
+        let cases = [
+            ("1795826320182482000", "nanoseconds"),
+            ("1795826320.182", "seconds"),
+            ("1795826320182.5", "milliseconds"),
+            ("1795826320182482.5", "microseconds"),
+        ];
+        for (stamp, unit) in cases {
+            let error = decode(&format!(r#"{{"captured_at": {stamp}, "detections": []}}"#)).unwrap_err();
+            assert_eq!(error.reason(), "wrong_time_unit");
+            assert!(error.to_string().contains(&format!("(it seems to be in {unit})")), "{error}");
         }
     }
 }

@@ -10,6 +10,7 @@ mod fused;
 mod sensor;
 mod values;
 
-pub use detections::{DecodedDetections, ReportDefaults, decode_detections, encode_detections};
+pub use detections::{DecodedDetections, ReportDefaults};
+pub use detections::{decode_detections, decode_detections_as_sent, encode_detections};
 pub use fused::{decode_fused, encode_fused};
 pub use sensor::{decode_sensor, encode_sensor};

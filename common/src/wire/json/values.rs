@@ -23,6 +23,118 @@ impl<'de> Deserialize<'de> for Micros {
     }
 }
 
+/// A time stamp as an agent writes it: [`Micros`], or a number that is none, for an error in words.
+#[derive(Clone, Copy)]
+pub(super) enum Stamp {
+    Micros(Timestamp),
+    /// A fraction, or too large for microseconds.
+    Other(f64),
+}
+
+impl Stamp {
+    pub(super) const fn micros(self) -> Result<Timestamp, WireError> {
+        match self {
+            Self::Micros(at) => Ok(at),
+            Self::Other(value) => Err(WireError::NotMicroseconds { value }),
+        }
+    }
+}
+
+impl Serialize for Stamp {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Micros(at) => Micros(*at).serialize(serializer),
+            Self::Other(value) => serializer.serialize_f64(*value),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Stamp {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        #[expect(clippy::cast_precision_loss, reason = "only printed")]
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Stamp;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("whole microseconds since 1970")
+            }
+            fn visit_i64<E: serde::de::Error>(self, micros: i64) -> Result<Stamp, E> {
+                Ok(Timestamp::from_micros(micros).map_or(Stamp::Other(micros as f64), Stamp::Micros))
+            }
+            fn visit_u64<E: serde::de::Error>(self, micros: u64) -> Result<Stamp, E> {
+                i64::try_from(micros).map_or(Ok(Stamp::Other(micros as f64)), |micros| self.visit_i64(micros))
+            }
+            fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Stamp, E> {
+                Ok(Stamp::Other(value))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// The words for numbers that are not finite, as Python writes them, with their values.
+const NOT_FINITE: [(&str, f64); 3] =
+    [("NaN", f64::NAN), ("Infinity", f64::INFINITY), ("-Infinity", f64::NEG_INFINITY)];
+
+/// A number, or what stands for one that is not finite: `null`, as JavaScript writes it, or its name as a text.
+pub(super) fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(optional_number(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// The same, where `null` says that there is no number.
+pub(super) fn optional_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    struct Visitor;
+    #[expect(clippy::cast_precision_loss, reason = "as serde_json reads integers")]
+    impl serde::de::Visitor<'_> for Visitor {
+        type Value = Option<f64>;
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("a number")
+        }
+        fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Self::Value, E> {
+            Ok(Some(value))
+        }
+        fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Self::Value, E> {
+            Ok(Some(value as f64))
+        }
+        fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Self::Value, E> {
+            Ok(Some(value as f64))
+        }
+        fn visit_unit<E: serde::de::Error>(self) -> Result<Self::Value, E> {
+            Ok(None)
+        }
+        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+            let word = NOT_FINITE.into_iter().find(|(word, _)| *word == text);
+            word.map(|(_, value)| Some(value))
+                .ok_or_else(|| E::invalid_type(serde::de::Unexpected::Str(text), &self))
+        }
+    }
+    deserializer.deserialize_any(Visitor)
+}
+
+/// The text with bare words for numbers that are not finite as strings; `None` where it has none. Python's `json` writes
+/// them, although JSON does not have them.
+pub(super) fn with_quoted_words(text: &[u8]) -> Option<Vec<u8>> {
+    let (mut quoted, mut is_string, mut copied, mut place) = (Vec::new(), false, 0, 0);
+    while let Some(byte) = text.get(place) {
+        match byte {
+            b'\\' if is_string => place += 1,
+            b'"' => is_string = !is_string,
+            b'N' | b'I' | b'-' if !is_string => {
+                let starts = |(word, _): &(&str, f64)| text[place..].starts_with(word.as_bytes());
+                if let Some((word, _)) = NOT_FINITE.into_iter().find(starts) {
+                    quoted.extend_from_slice(&text[copied..place]);
+                    quoted.extend_from_slice(format!("\"{word}\"").as_bytes());
+                    copied = place + word.len();
+                    place = copied - 1;
+                }
+            }
+            _ => {}
+        }
+        place += 1;
+    }
+    (copied > 0).then(|| [quoted.as_slice(), &text[copied..]].concat())
+}
+
 /// A 64-bit number: a string, since a JSON number keeps 53 bits in many languages; small plain numbers
 /// are accepted.
 #[derive(Clone, Copy)]
@@ -77,4 +189,21 @@ pub(super) fn deviations(covariance: &Covariance2) -> (f64, f64, f64) {
     let (sigma_x, sigma_y) = (libm::sqrt(covariance.xx), libm::sqrt(covariance.yy));
     let product = sigma_x * sigma_y;
     (sigma_x, sigma_y, if product > 0.0 { covariance.xy / product } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_bare_words_are_quoted() {
+        let quoted =
+            |text: &str| with_quoted_words(text.as_bytes()).map(|one| String::from_utf8(one).unwrap());
+        assert_eq!(
+            quoted(r#"{"NaN": NaN, "a\"NaN": [-Infinity,Infinity], "b": -1}"#).as_deref(),
+            Some(r#"{"NaN": "NaN", "a\"NaN": ["-Infinity","Infinity"], "b": -1}"#)
+        );
+        assert_eq!(quoted(r#"{"NaN": 1}"#), None);
+        assert_eq!(quoted("\"\\"), None, "a text that ends within a string");
+    }
 }

@@ -117,6 +117,11 @@ impl<R: Read> CsvTable<R> {
         self.places.iter().any(|(name, _)| *name == column)
     }
 
+    /// The file, for errors.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Number of bytes read.
     pub(crate) fn n_bytes(&self) -> u64 {
         self.reader.position().byte()
@@ -175,6 +180,11 @@ impl<'a> Row<'a> {
     ) -> Result<f64, CsvError> {
         let number = self.text(column).parse().ok().filter(|value| ok(*value));
         number.ok_or_else(|| self.wrong(column, expected))
+    }
+
+    /// Any number, `nan` and `inf` included: the reader decides what can be.
+    pub(crate) fn any_number(&self, column: &'static str, expected: &str) -> Result<f64, CsvError> {
+        self.number(column, |_| true, expected)
     }
 
     /// A number, or `None` for an empty cell or `nan`.

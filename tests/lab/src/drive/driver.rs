@@ -7,7 +7,7 @@ use crate::drive::ticks::Ticks;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::AgentId;
-use v2x_common::sensor::SensorDescription;
+use v2x_common::sensor::{Accuracy, SensorDescription};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
@@ -49,6 +49,11 @@ pub trait Consumer {
 
     /// A fused frame was published at `now`.
     fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> Result<(), Self::Error>;
+
+    /// A frame arrived, accepted or not.
+    fn note_arrival(&mut self, frame: &DetectionFrame) {
+        let _ = frame;
+    }
 
     /// At these instants there are no objects.
     fn receive_nothing(&mut self, ticks: Ticks) {
@@ -103,6 +108,11 @@ impl<P: Publishing> Driver<P> {
         debug_assert!(accepted.is_ok(), "{accepted:?}");
     }
 
+    /// An agent declares the accuracy of its pose and clock, and nothing else of its sensor.
+    pub fn declare_accuracy(&mut self, agent: AgentId, accuracy: Accuracy) {
+        self.engine.declare_accuracy(agent, accuracy);
+    }
+
     /// A frame arrives. Everything that is due before is published first.
     pub fn arrive<C: Consumer>(
         &mut self,
@@ -114,6 +124,7 @@ impl<P: Publishing> Driver<P> {
         let begun = (self.stopwatch)();
         let disposition = self.engine.handle_frame(frame, received_at);
         self.engine_time = self.engine_time + ((self.stopwatch)() - begun);
+        consumer.note_arrival(frame);
         if self.publishing.on_arrival(received_at, &disposition) {
             self.publish(received_at, Asked::Now, consumer)?;
         }

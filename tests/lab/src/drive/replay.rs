@@ -2,15 +2,16 @@
 
 use crate::data::csv_table::CsvError;
 use crate::data::detection_log::{Arrival, DetectionLog};
-use crate::drive::driver::{Consumer, Driver};
+use crate::drive::driver::{Consumer, Driver, Publishing};
 use crate::drive::publishing::EveryTick;
 use crate::drive::ticks::Ticks;
 use std::collections::BTreeMap;
 use std::io::Read;
-use v2x_common::sensor::SensorDescription;
+use v2x_common::id::AgentId;
+use v2x_common::sensor::{Accuracy, SensorDescription};
 use v2x_common::time::Span;
-use v2x_fusion_hub::engine::Disposition;
-use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::{AgentRecord, Disposition, Engine};
+use v2x_fusion_hub::registration::AgentRegistration;
 
 /// Counts of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,10 +24,53 @@ pub(crate) struct Counts {
     pub ticks: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<&'static str, u64>,
+    /// The engine's statistics of each sensor.
+    pub sensors: BTreeMap<AgentId, SensorOutcome>,
     /// Computing time of the engine.
     pub core: Span,
     /// From the first to the last arrival.
     pub duration: Span,
+}
+
+/// What the engine found of a sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct SensorOutcome {
+    /// Mean normalised innovation squared of its positions for each degree of freedom.
+    pub nis_per_dof: Option<f64>,
+    /// Innovations in it.
+    pub innovations: u64,
+    /// Its clock and pose errors, where it declares its accuracy.
+    pub registration: Option<AgentRegistration>,
+}
+
+/// What is declared of the sensors of a log.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Declared {
+    /// The description of every sensor; `None` where nothing is known.
+    pub description: Option<SensorDescription>,
+    /// The accuracy of pose and clock of every sensor.
+    pub accuracy: Option<Accuracy>,
+    /// The same of single sensors.
+    pub accuracies: BTreeMap<AgentId, Accuracy>,
+}
+
+impl Declared {
+    fn accuracy_of(&self, sensor: &AgentId) -> Option<Accuracy> {
+        self.accuracies.get(sensor).copied().or(self.accuracy)
+    }
+
+    /// Declares a sensor before its first frame. An accuracy alone says nothing of what the sensor misses.
+    fn announce<P: Publishing>(&self, driver: &mut Driver<P>, sensor: AgentId) {
+        let accuracy = self.accuracy_of(&sensor);
+        match (self.description, accuracy) {
+            (Some(description), accuracy) => {
+                let accuracy = accuracy.unwrap_or(description.accuracy);
+                driver.describe(sensor, SensorDescription { accuracy, ..description });
+            }
+            (None, Some(accuracy)) => driver.declare_accuracy(sensor, accuracy),
+            (None, None) => {}
+        }
+    }
 }
 
 /// An engine that replays a log.
@@ -34,40 +78,41 @@ pub(crate) struct Counts {
 pub(crate) struct Replay {
     /// A new engine.
     pub engine: Engine,
-    /// The description of every sensor; `None` where nothing is known.
-    pub description: Option<SensorDescription>,
+    /// What is declared of the sensors.
+    pub declared: Declared,
     /// Returns the computing time used so far.
     pub stopwatch: fn() -> Span,
 }
 
 impl Replay {
-    /// Feeds the engine with the whole log. `progress` gets the number of bytes read.
+    /// Feeds the engine with the whole log. `watch` gets every frame, and the number of bytes read.
     pub(crate) fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
         self,
         log: &mut DetectionLog<R>,
         consumer: &mut C,
-        mut progress: impl FnMut(u64),
+        mut watch: impl FnMut(&Arrival, u64),
     ) -> Result<Counts, C::Error> {
-        let Self { engine, description, stopwatch } = self;
+        let Self { engine, declared, stopwatch } = self;
         let mut counts = Counts::default();
         let Some(mut arrival) = log.next_arrival()? else { return Ok(counts) };
         let begin = arrival.received_at;
         let mut driver = Driver::new(engine, EveryTick::from(begin)).timed_by(stopwatch);
         let end = loop {
-            let Arrival { received_at, mut frame } = arrival;
+            let received_at = arrival.received_at;
             driver.publish_before(received_at, consumer)?;
-            if let Some(description) = description {
-                if frame.id.sequence == 0 {
-                    driver.describe(frame.id.agent, description);
-                }
-                frame.sensor_revision = description.revision;
+            if arrival.frame.id.sequence == 0 {
+                declared.announce(&mut driver, arrival.frame.id.agent);
             }
+            if let Some(description) = declared.description {
+                arrival.frame.sensor_revision = description.revision;
+            }
+            let frame = &arrival.frame;
             counts.frames += 1;
             counts.detections += frame.detections.len() as u64;
-            if let Disposition::Refused(refusal) = driver.arrive(&frame, received_at, consumer)? {
+            if let Disposition::Refused(refusal) = driver.arrive(frame, received_at, consumer)? {
                 *counts.refused.entry(refusal.reason()).or_default() += 1;
             }
-            progress(log.n_bytes());
+            watch(&arrival, log.n_bytes());
             match log.next_arrival()? {
                 Some(next) => arrival = next,
                 None => break received_at,
@@ -77,8 +122,22 @@ impl Replay {
         counts.ticks = Ticks::within(begin, end).n();
         counts.duration = end - begin;
         counts.core = driver.engine_time();
+        counts.sensors = outcomes(&driver.into_engine());
         Ok(counts)
     }
+}
+
+fn outcomes(engine: &Engine) -> BTreeMap<AgentId, SensorOutcome> {
+    let registrations: BTreeMap<_, _> = engine.registration().map(|one| (one.agent, one)).collect();
+    let outcome = |(sensor, record): (&AgentId, &AgentRecord)| {
+        let outcome = SensorOutcome {
+            nis_per_dof: record.statistics.nis_per_dof(),
+            innovations: record.statistics.innovations.count,
+            registration: registrations.get(sensor).cloned(),
+        };
+        (*sensor, outcome)
+    };
+    engine.agents().iter().map(outcome).collect()
 }
 
 #[cfg(test)]
@@ -122,8 +181,8 @@ mod tests {
         let mut log = DetectionLog::new(text.as_bytes(), Path::new("log.csv")).unwrap();
         let engine = Engine::new(EngineConfig::new(HubId::new("lab").unwrap(), 0));
         let mut notes = Notes::default();
-        let replay = Replay { engine, description: None, stopwatch: || Span::ZERO };
-        let counts = replay.run(&mut log, &mut notes, |_| {}).unwrap();
+        let replay = Replay { engine, declared: Declared::default(), stopwatch: || Span::ZERO };
+        let counts = replay.run(&mut log, &mut notes, |_, _| {}).unwrap();
         (counts, notes)
     }
 

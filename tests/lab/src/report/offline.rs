@@ -1,9 +1,14 @@
 //! The report of `lab fuse`.
 
+use crate::data::detection_log::Dropped;
+use crate::diagnose::survey::SensorSurvey;
+use crate::drive::replay::SensorOutcome;
 use crate::score::offline::TruthScore;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use v2x_common::id::AgentId;
+use v2x_fusion_hub::hub::RegistrationStatus;
 
 /// All figures. A figure without data is null, never 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,14 +31,85 @@ pub(crate) struct Report {
     pub refused_frames: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<&'static str, u64>,
+    /// Impossible detections, which were dropped, by sensor, field and cause.
+    pub dropped_detections: Vec<Dropped>,
     /// Detections with an unknown class name.
     pub unknown_classes: u64,
+    /// These names, at most 32, each with its number of detections.
+    pub unknown_class_names: BTreeMap<String, u64>,
+    /// Each sensor by itself.
+    pub by_sensor: Vec<SensorFigures>,
+    /// What is probably wrong with the log, in words.
+    pub warnings: Vec<String>,
     /// Computing time of the engine, s.
     pub core_s: f64,
     /// Detections per second of computing time.
     pub detections_per_s: Option<f64>,
     /// The score, where the truth is known.
     pub truth: Option<TruthScore>,
+}
+
+/// The figures of one sensor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct SensorFigures {
+    /// Which sensor.
+    pub sensor: AgentId,
+    /// Frames.
+    pub frames: u64,
+    /// Frames per second of capture.
+    pub rate_hz: Option<f64>,
+    /// Detections, impossible ones left out.
+    pub detections: u64,
+    /// From capture to arrival, the shortest, ms.
+    pub delay_min_ms: f64,
+    /// From capture to arrival, the longest, ms.
+    pub delay_max_ms: f64,
+    /// Mean normalised innovation squared of positions for each degree of freedom: 1 where the stated errors are right,
+    /// more where they are too small.
+    pub nis_per_dof: Option<f64>,
+    /// Innovations in it.
+    pub innovations: u64,
+    /// The estimate of its clock and pose errors, where its accuracy is declared.
+    pub registration: Option<RegistrationStatus>,
+}
+
+impl SensorFigures {
+    /// Of the frames of a sensor, and of what the engine found of it.
+    pub(crate) fn of(sensor: AgentId, survey: &SensorSurvey, outcome: SensorOutcome) -> Self {
+        Self {
+            sensor,
+            frames: survey.frames,
+            rate_hz: survey.rate_hz(),
+            detections: survey.detections,
+            delay_min_ms: survey.delay.0.as_millis_f64(),
+            delay_max_ms: survey.delay.1.as_millis_f64(),
+            nis_per_dof: outcome.nis_per_dof,
+            innovations: outcome.innovations,
+            registration: outcome.registration.as_ref().map(RegistrationStatus::of),
+        }
+    }
+
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        let Self { sensor, frames, detections, delay_min_ms, delay_max_ms, innovations, .. } = self;
+        write!(
+            out,
+            "  {:<19} {frames} frames ({} Hz), {detections} detections, {delay_min_ms:.0} to {delay_max_ms:.0} ms late",
+            sensor.as_str(),
+            figure(self.rate_hz, 1)
+        )?;
+        match self.nis_per_dof {
+            Some(nis) => writeln!(out, ", NIS/dof {nis:.2} ({innovations})")?,
+            None => writeln!(out)?,
+        }
+        match self.registration.as_ref().and_then(RegistrationStatus::in_words) {
+            Some(words) => writeln!(out, "  {:<19} {words}", ""),
+            None => Ok(()),
+        }
+    }
+}
+
+fn figure(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 impl Report {
@@ -57,9 +133,20 @@ impl Report {
         let reasons: Vec<_> = self.refused.iter().map(|(reason, n)| format!("{reason} {n}")).collect();
         let reasons = if reasons.is_empty() { "none".to_owned() } else { reasons.join(", ") };
         writeln!(out, "  frames refused      {reasons}")?;
-        if self.unknown_classes > 0 {
-            writeln!(out, "  unknown classes     {} detections", self.unknown_classes)?;
+        for Dropped { sensor, field, cause, count, first_line, first } in &self.dropped_detections {
+            writeln!(
+                out,
+                "  dropped             {count} detections of {sensor}: {field} {cause}; the first in line {first_line}: {first}"
+            )?;
         }
+        if self.unknown_classes > 0 {
+            let names: Vec<_> =
+                self.unknown_class_names.iter().map(|(name, n)| format!("{name} {n}")).collect();
+            let (n, names) = (self.unknown_classes, names.join(", "));
+            writeln!(out, "  unknown classes     {n} detections: {names}")?;
+        }
+        self.by_sensor.iter().try_for_each(|sensor| sensor.write(out))?;
+        self.warnings.iter().try_for_each(|warning| writeln!(out, "  warning             {warning}"))?;
         match &self.truth {
             Some(score) => score.write(out),
             None => Ok(()),
@@ -69,9 +156,6 @@ impl Report {
 
 impl TruthScore {
     fn write(&self, out: &mut String) -> std::fmt::Result {
-        let figure = |value: Option<f64>, digits: usize| {
-            value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
-        };
         let m = &self.metrics;
         writeln!(
             out,
@@ -92,6 +176,47 @@ impl TruthScore {
             figure(m.precision, 4),
             figure(m.recall, 4),
             figure(m.gospa_m, 3)
+        )?;
+        let t = &self.tracking;
+        writeln!(
+            out,
+            "  F1 {}   MOTA {}   IDF1 {}   HOTA {}   AMOTA {}   NEES/dof {}",
+            figure(self.f1, 4),
+            figure(t.mota, 4),
+            figure(t.idf1, 4),
+            figure(t.hota, 4),
+            figure(t.amota, 4),
+            figure(m.nees_position, 2)
+        )?;
+        let h = &self.headings;
+        let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 1);
+        writeln!(
+            out,
+            "  headings turned by more than 90° {} %   moving (above 1 m/s): median {}°, turned {} %",
+            percent(h.turned_share),
+            figure(h.moving_heading_median_deg, 2),
+            percent(h.moving_turned_share)
+        )?;
+        let d = &self.detection;
+        let list = |values: Option<&[f64]>| match values {
+            Some(values) => values.iter().map(|value| format!("{value:.3}")).collect::<Vec<_>>().join(" "),
+            None => "-".to_owned(),
+        };
+        writeln!(
+            out,
+            "  AP at IoU .3 .5 .7: {}   at 0.5, 1, 2, 4 m: {}   mAP {}",
+            list(d.ap_iou.as_ref().map(<[f64; 3]>::as_slice)),
+            list(d.ap_distance.as_ref().map(<[f64; 4]>::as_slice)),
+            figure(d.map, 3)
+        )?;
+        writeln!(
+            out,
+            "  nuScenes at 2 m: ATE {} m   ASE {}   AOE {} rad   AVE {} m/s   NDS without attributes {}",
+            figure(d.nuscenes_ate_m, 3),
+            figure(d.nuscenes_ase, 3),
+            figure(d.nuscenes_aoe_rad, 3),
+            figure(d.nuscenes_ave_mps, 3),
+            figure(d.nds_without_attributes, 3)
         )?;
         let (switches, ids) = (self.id_switches, figure(self.ids_per_object, 2));
         writeln!(out, "  ID switches {switches}   tracks per object {ids}")?;

@@ -3,6 +3,7 @@
 pub(crate) mod bootstrap;
 pub(crate) mod continuity;
 pub(crate) mod coverage;
+pub mod detection;
 pub(crate) mod errors;
 pub(crate) mod estimate;
 #[cfg(test)]

@@ -1,8 +1,11 @@
 //! Options of `lab fuse`.
 
+use crate::drive::replay::Declared;
+use crate::score::offline::Region;
 use anyhow::{Context, ensure};
 use std::path::PathBuf;
 use v2x_agent::noise::DEFAULT_SIZE_LOWER;
+use v2x_common::id::AgentId;
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::fusion::PRESETS;
@@ -19,7 +22,9 @@ use v2x_fusion_hub::values::SensingDefaults;
 Detections: a CSV file with a row for each, in order of arrival, in the columns
   t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st      and, where known, sensor_x,sensor_y
 in seconds of any epoch, metres and radians; t_arr is when it arrived, t when it was measured, sx to st are standard
-deviations (sw and sd in metres). Rows of equal t_arr, t and sensor_id are one frame. Other columns are ignored.
+deviations (sw and sd in metres). Rows of equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
+in which the sensor saw nothing (more). Optional columns: score (0 to 1), vx,vy,svx,svy (a measured velocity), source_track
+(of a sender that tracks). Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and counted.
 
 Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an object it is interpolated.
 
@@ -29,6 +34,7 @@ Examples:
   lab fuse --detections log.csv --out fused.csv
   lab fuse --detections log.csv --out fused.csv --truth truth.csv --method csba-wls --json
   lab fuse --detections log.csv --out fused.csv --range 50 --detection-probability 0.9 --clutter-per-frame 0.5
+  lab fuse --detections log.csv --out fused.csv --accuracy 0.3,0.5,20 --accuracy rsu=0.05
   lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml")]
 pub struct FuseArgs {
     /// The detections (CSV)
@@ -40,6 +46,16 @@ pub struct FuseArgs {
     /// The ground truth (CSV)
     #[arg(long, value_name = "TRUTH.csv")]
     pub truth: Option<PathBuf>,
+    /// Where the truth is complete: a rectangle, or a distance from any sensor (needs sensor_x,sensor_y), m. Outside of it
+    /// nothing counts, neither false objects nor misses
+    #[arg(
+        long,
+        value_name = "X_MIN,Y_MIN,X_MAX,Y_MAX|R",
+        requires = "truth",
+        value_parser = region,
+        allow_hyphen_values = true
+    )]
+    pub truth_region: Option<Region>,
     /// The settings of the hub.
     #[command(flatten)]
     pub rules: RuleArgs,
@@ -72,7 +88,7 @@ pub struct RuleArgs {
 }
 
 /// One description for all sensors of a log. The settings of the hub hold the assumptions for what is not given.
-#[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct SensorArgs {
     /// Range of the sensors in all directions, m (from sensor_x,sensor_y); an object in range without a report counts
     /// as absent or as a missed detection
@@ -84,9 +100,57 @@ pub struct SensorArgs {
     /// Expected number of false detections of a sensor per frame, in its range
     #[arg(long, value_name = "N", requires = "range")]
     pub clutter_per_frame: Option<f64>,
+    /// The same as a density: false detections of a sensor per frame and m²
+    #[arg(long, value_name = "DENSITY", conflicts_with = "clutter_per_frame")]
+    pub clutter_per_m2: Option<f64>,
+    /// Accuracy (1 σ) of the sensors' pose and clock: m, degrees and ms, the last two 0 where left out; of one sensor as
+    /// SENSOR=… With it clock and pose errors are estimated and corrected (needs sensor_x,sensor_y). May be repeated
+    #[arg(long, value_name = "[SENSOR=]M[,DEG[,MS]]", value_parser = accuracy)]
+    pub accuracy: Vec<DeclaredAccuracy>,
     /// Reported sizes are true sizes times a normal factor of mean 1 and this σ, truncated below [LOWER: 0.1]
     #[arg(long, value_name = "SIGMA[:LOWER]", value_parser = size_noise)]
     pub size_noise: Option<SizeNoiseLaw>,
+}
+
+/// The accuracy of one sensor, or of all others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeclaredAccuracy {
+    /// Which sensor; `None` for those that are not named.
+    pub sensor: Option<AgentId>,
+    /// Its accuracy.
+    pub accuracy: Accuracy,
+}
+
+pub(super) fn accuracy(text: &str) -> Result<DeclaredAccuracy, String> {
+    let (sensor, figures) = match text.split_once('=') {
+        Some((sensor, figures)) => (Some(AgentId::new(sensor).map_err(|error| error.to_string())?), figures),
+        None => (None, text),
+    };
+    let number = |text: &str| {
+        let number = text.trim().parse().ok().filter(|sigma: &f64| sigma.is_finite() && *sigma >= 0.0);
+        number.ok_or_else(|| format!("{text:?} is no standard deviation of 0 or more"))
+    };
+    let figures = figures.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+    let (position_m, yaw_deg, clock_ms) = match figures.as_slice() {
+        [m] => (*m, 0.0, 0.0),
+        [m, deg] => (*m, *deg, 0.0),
+        [m, deg, ms] => (*m, *deg, *ms),
+        _ => return Err("expected metres, degrees, milliseconds, such as 0.3,0.5,20".to_owned()),
+    };
+    let accuracy = Accuracy { position_m, yaw_rad: f64::to_radians(yaw_deg), clock_s: clock_ms / 1e3 };
+    Ok(DeclaredAccuracy { sensor, accuracy })
+}
+
+fn region(text: &str) -> Result<Region, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    match numbers.as_deref() {
+        Some([radius_m]) if *radius_m > 0.0 => Ok(Region::AroundSensors { radius_m: *radius_m }),
+        Some([x_min, y_min, x_max, y_max]) if x_min < x_max && y_min < y_max => {
+            Ok(Region::Rectangle { min: [*x_min, *y_min], max: [*x_max, *y_max] })
+        }
+        _ => Err("expected X_MIN,Y_MIN,X_MAX,Y_MAX or a distance in m".to_owned()),
+    }
 }
 
 fn method_keys() -> Vec<String> {
@@ -143,23 +207,31 @@ impl RuleArgs {
 }
 
 impl SensorArgs {
-    /// The description of every sensor of the log; `None` without any option.
-    pub fn description(&self, defaults: &SensingDefaults) -> anyhow::Result<Option<SensorDescription>> {
-        if *self == Self::default() {
+    /// What is declared of the sensors of the log.
+    pub(crate) fn declared(&self, defaults: &SensingDefaults) -> anyhow::Result<Declared> {
+        let of_all = self.accuracy.iter().rev().find(|one| one.sensor.is_none());
+        let of_one = |one: &DeclaredAccuracy| Some((one.sensor?, one.accuracy));
+        Ok(Declared {
+            description: self.description(defaults)?,
+            accuracy: of_all.map(|one| one.accuracy),
+            accuracies: self.accuracy.iter().filter_map(of_one).collect(),
+        })
+    }
+
+    /// The description of every sensor of the log; `None` without any option but the accuracy.
+    fn description(&self, defaults: &SensingDefaults) -> anyhow::Result<Option<SensorDescription>> {
+        if *self == (Self { accuracy: self.accuracy.clone(), ..Self::default() }) {
             return Ok(None);
         }
         // Without a range nothing is in view.
         let field_of_view = FieldOfView::omnidirectional(0.0, self.range.unwrap_or(f64::MIN_POSITIVE));
-        let clutter_per_m2 = match self.clutter_per_frame {
-            Some(per_frame) => per_frame / field_of_view.area_m2(),
-            None => defaults.clutter_per_m2,
-        };
+        let per_frame = self.clutter_per_frame.map(|per_frame| per_frame / field_of_view.area_m2());
         let description = SensorDescription {
             revision: 1,
             kind: SensorKind::Vehicle,
             field_of_view,
             detection_probability: self.detection_probability.unwrap_or(defaults.detection_probability),
-            clutter_per_m2,
+            clutter_per_m2: per_frame.or(self.clutter_per_m2).unwrap_or(defaults.clutter_per_m2),
             size_noise: self.size_noise,
             body: None,
             accuracy: Accuracy { position_m: 0.0, yaw_rad: 0.0, clock_s: 0.0 },
@@ -230,17 +302,53 @@ mod tests {
             range: Some(10.0),
             detection_probability: Some(0.8),
             clutter_per_frame: Some(0.5),
-            size_noise: None,
+            ..SensorArgs::default()
         };
         let described = all.description(&defaults).unwrap().unwrap();
         assert!((described.clutter_per_m2 - 0.5 / (std::f64::consts::PI * 100.0)).abs() < 1e-15);
         for wrong in [
-            SensorArgs { detection_probability: Some(1.5), ..all },
-            SensorArgs { range: Some(-1.0), ..all },
+            SensorArgs { detection_probability: Some(1.5), ..all.clone() },
+            SensorArgs { range: Some(-1.0), ..all.clone() },
             SensorArgs { clutter_per_frame: Some(f64::NAN), ..all },
+            SensorArgs { clutter_per_m2: Some(-1.0), ..SensorArgs::default() },
         ] {
             assert!(wrong.description(&defaults).is_err(), "{wrong:?}");
         }
         assert!(size_noise("0.5:x").is_err() && size_noise("a").is_err());
+    }
+
+    #[test]
+    fn clutter_is_a_number_per_frame_or_a_density() {
+        let density = SensorArgs { clutter_per_m2: Some(2e-4), ..SensorArgs::default() };
+        let described = density.declared(&SensingDefaults::default()).unwrap().description.unwrap();
+        assert_eq!(described.clutter_per_m2, 2e-4);
+    }
+
+    #[test]
+    fn the_accuracy_of_a_sensor_by_name_is_before_that_of_all() {
+        let of = |text: &str| accuracy(text).unwrap();
+        let args = SensorArgs {
+            accuracy: vec![of("0.3,0.5,20"), of("rsu=0.05"), of("ego=1,2")],
+            ..SensorArgs::default()
+        };
+        let declared = args.declared(&SensingDefaults::default()).unwrap();
+        assert_eq!(declared.description, None, "an accuracy says nothing of what a sensor misses");
+        let expected = Accuracy { position_m: 0.3, yaw_rad: 0.5_f64.to_radians(), clock_s: 0.02 };
+        assert_eq!(declared.accuracy, Some(expected));
+        let rsu = declared.accuracies[&AgentId::new("rsu").unwrap()];
+        assert_eq!(rsu, Accuracy { position_m: 0.05, yaw_rad: 0.0, clock_s: 0.0 });
+        for wrong in ["", "x", "-1", "1,2,3,4", "a/b=1", "rsu=", "nan", "1,inf"] {
+            assert!(accuracy(wrong).is_err(), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn a_region_is_a_rectangle_or_a_distance() {
+        assert_eq!(region("50"), Ok(Region::AroundSensors { radius_m: 50.0 }));
+        let rectangle = Region::Rectangle { min: [-10.0, -5.5], max: [10.0, 5.0] };
+        assert_eq!(region("-10, -5.5,10,5"), Ok(rectangle));
+        for wrong in ["", "0", "-3", "1,2", "10,0,-10,5", "1,2,3,x", "nan"] {
+            assert!(region(wrong).is_err(), "{wrong:?}");
+        }
     }
 }

@@ -7,18 +7,21 @@ pub use args::FuseArgs;
 use crate::commands::cpu_time::thread_cpu_time;
 use crate::data::detection_log::DetectionLog;
 use crate::data::truth_table::Truth;
+use crate::diagnose::survey::Survey;
+use crate::diagnose::warnings;
 use crate::drive::driver::Consumer;
 use crate::drive::replay::{Counts, Replay};
 use crate::drive::ticks::Ticks;
 use crate::report::fused_table::{FusedTable, NewFile};
-use crate::report::offline::Report;
+use crate::report::offline::{Report, SensorFigures};
 use crate::report::output::print;
 use crate::report::progress::Progress;
-use crate::score::offline::TruthScorer;
+use crate::score::offline::{Region, TruthScorer};
 use anyhow::{Context, ensure};
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
+use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::engine::Engine;
@@ -38,15 +41,15 @@ struct Sink<W: Write> {
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let config = args.rules.engine()?;
-    let description = args.sensor.description(&config.sensing)?;
-    let scorer = args.truth.as_deref().map(read_truth).transpose()?;
+    let declared = args.sensor.declared(&config.sensing)?;
+    let scorer = args.truth.as_deref().map(|path| read_truth(path, args.truth_region)).transpose()?;
     let file = open(&args.detections)?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
     let mut log = DetectionLog::new(file, &args.detections)?;
-    if args.sensor.range.is_some() && !log.has_poses() {
-        tracing::warn!(
-            "without the columns sensor_x and sensor_y --range has no effect: missed detections are ignored"
-        );
+    let positions =
+        [("--range", args.sensor.range.is_some()), ("--accuracy", !args.sensor.accuracy.is_empty())];
+    for (option, _) in positions.iter().filter(|(_, is_given)| *is_given && !log.has_poses()) {
+        tracing::warn!("without the columns sensor_x and sensor_y {option} has no effect");
     }
     ensure!(!is_same(&args.detections, &args.out), "--out would overwrite the detections");
     ensure!(
@@ -55,23 +58,41 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     );
     let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
     let (mut sink, mut progress) = (Sink { table, scorer }, Progress::begin("KiB"));
-    let replay = Replay { engine: Engine::new(config), description, stopwatch: thread_cpu_time };
+    let mut survey = Survey::default();
+    let replay = Replay { engine: Engine::new(config), declared, stopwatch: thread_cpu_time };
     let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
-    let outcome = replay.run(&mut log, &mut sink, |n_bytes| progress.update(kib(n_bytes), kib(size)));
+    let outcome = replay.run(&mut log, &mut sink, |arrival, n_bytes| {
+        survey.add(arrival);
+        progress.update(kib(n_bytes), kib(size));
+    });
     progress.end();
     let counts = outcome?;
     let fused_rows = sink.table.rows();
     sink.table.into_inner().finish()?;
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
     let truth = sink.scorer.as_ref().map(TruthScorer::score);
-    let report = Report { fused_rows, truth, ..report(counts, &log) };
+    let report = Report { fused_rows, truth, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }
 
-fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>) -> Report {
+fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Survey) -> Report {
     let core_s = counts.core.as_secs_f64();
     #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
     let detections_per_s = (core_s > 0.0).then(|| counts.detections as f64 / core_s);
+    let remarks = log.remarks();
+    let by_sensor: Vec<_> = survey
+        .sensors()
+        .iter()
+        .map(|(sensor, survey)| {
+            SensorFigures::of(*sensor, survey, counts.sensors.get(sensor).copied().unwrap_or_default())
+        })
+        .collect();
+    let mut warnings = warnings::of_log(survey.sensors(), &remarks.headings, survey.offsets());
+    warnings.extend(
+        by_sensor
+            .iter()
+            .filter_map(|one| warnings::stated_errors(one.sensor, one.nis_per_dof, one.innovations)),
+    );
     Report {
         method: String::new(),
         sensors: log.n_sensors(),
@@ -82,7 +103,11 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>) -> Report {
         fused_rows: 0,
         refused_frames: counts.refused.values().sum(),
         refused: counts.refused,
-        unknown_classes: log.unknown_classes(),
+        dropped_detections: remarks.dropped().cloned().collect(),
+        unknown_classes: remarks.unmapped.total(),
+        unknown_class_names: remarks.unmapped.names().map(|(name, n)| (name.to_owned(), n)).collect(),
+        by_sensor,
+        warnings: warnings.iter().map(ToString::to_string).collect(),
         core_s,
         detections_per_s,
         truth: None,
@@ -91,6 +116,12 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>) -> Report {
 
 impl<W: Write> Consumer for Sink<W> {
     type Error = anyhow::Error;
+
+    fn note_arrival(&mut self, frame: &DetectionFrame) {
+        if let (Some(scorer), Some(pose)) = (&mut self.scorer, frame.sensor_pose) {
+            scorer.note_sensor(frame.id.agent, pose);
+        }
+    }
 
     fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
         // With a lag, fused objects are estimates for an earlier time than their publication.
@@ -113,8 +144,8 @@ fn open(path: &Path) -> anyhow::Result<File> {
     File::open(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-fn read_truth(path: &Path) -> anyhow::Result<TruthScorer> {
-    Ok(TruthScorer::new(Truth::read(open(path)?, path)?))
+fn read_truth(path: &Path, region: Option<Region>) -> anyhow::Result<TruthScorer> {
+    Ok(TruthScorer::new(Truth::read(open(path)?, path)?, region))
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {

@@ -26,6 +26,7 @@ impl Folder {
             detections: path("log.csv"),
             out: path("fused.csv"),
             truth,
+            truth_region: None,
             rules: RuleArgs::default(),
             sensor: SensorArgs::default(),
             json: false,
@@ -103,12 +104,12 @@ fn objects_that_a_described_sensor_misses_are_deleted_soon() {
             writeln!(log, "{t},{t},a,car,-20,0,2,4,0,0.3,0.3,0.1,0.1,0.1,0,0").unwrap();
         }
     }
-    let rows = |sensor| run(&FuseArgs { sensor, ..folder.args(&log, None) }).unwrap().fused_rows;
+    let rows = |sensor: SensorArgs| run(&FuseArgs { sensor, ..folder.args(&log, None) }).unwrap().fused_rows;
     let described =
         SensorArgs { range: Some(50.0), detection_probability: Some(0.99), ..SensorArgs::default() };
     // Without a sensor description, the second car is published until it has had no measurement for 1.5 s.
     assert_eq!(rows(SensorArgs::default()), 20);
-    assert!(rows(described) < 16, "{}", rows(described));
+    assert!(rows(described.clone()) < 16, "{}", rows(described));
 }
 
 #[test]
@@ -122,6 +123,80 @@ fn an_invalid_log_leaves_no_output_file() {
         std::fs::read_dir(&folder.0).unwrap().map(|one| one.unwrap().file_name()).collect();
     left.sort();
     assert_eq!(left, ["log.csv"]);
+}
+
+#[test]
+fn a_log_with_an_impossible_row_is_fused_and_the_row_is_named() {
+    let folder = Folder::new("impossible");
+    let (log, truth) = drive();
+    let flat = "1700000002.93,1700000002.9,right,motorcycle,3,5,0,0,0,0.3,0.3,0.1,0.1,0.05,\n";
+    let report = run(&folder.args(&(log + flat), Some(&truth))).unwrap();
+    assert_eq!((report.detections, report.fused_rows), (60, 29));
+    let text = report.text();
+    assert!(text.contains("1 detections of right: w out of range; the first in line 62: w is 0"), "{text}");
+    assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+}
+
+#[test]
+fn an_object_that_leaves_is_gone_soon_where_frames_say_that_nothing_is_seen() {
+    let folder = Folder::new("gone");
+    let header = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,sensor_x,sensor_y\n";
+    let log = |empty: &str| {
+        let row = |k: u32| match k {
+            0..10 => format!("{0:.1},{0:.1},a,car,20,0,2,4,0,0.3,0.3,0.1,0.1,0.1,0,0\n", f64::from(k) / 10.0),
+            _ => format!("{0:.1},{0:.1},{empty}\n", f64::from(k) / 10.0),
+        };
+        header.to_owned() + &(0..20).map(row).collect::<String>()
+    };
+    let sensor = SensorArgs { range: Some(50.0), detection_probability: Some(0.95), ..SensorArgs::default() };
+    let rows =
+        |log: &str| run(&FuseArgs { sensor: sensor.clone(), ..folder.args(log, None) }).unwrap().fused_rows;
+    let (goes_on, elsewhere) = (log("a,,,,,,,,,,,,0,0"), log("b,,,,,,,,,,,,500,500"));
+    assert!(rows(&goes_on) < 16 && rows(&elsewhere) >= 18, "{} {}", rows(&goes_on), rows(&elsewhere));
+}
+
+#[test]
+fn a_sensor_in_degrees_with_swapped_sizes_and_an_unknown_class_is_named() {
+    let folder = Folder::new("faults");
+    let (log, _) = drive();
+    let log = log.replace(",left,car", ",left,flivver").replace("1.8,4.5,0,", "4.5,1.8,225,");
+    let report = run(&folder.args(&log, None)).unwrap();
+    let text = report.text();
+    assert!(text.contains("unknown classes     30 detections: flivver 30"), "{text}");
+    for expected in ["left: the headings", "right: the headings", "right: 30 of 30 vehicles are wider"] {
+        assert!(report.warnings.iter().any(|one| one.starts_with(expected)), "{:?}", report.warnings);
+    }
+    assert_eq!(report.by_sensor.len(), 2);
+    assert!((report.by_sensor[0].rate_hz.unwrap() - 10.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_wrong_clock_is_estimated_offline_where_accuracies_are_declared() {
+    let folder = Folder::new("clock");
+    let header = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,sensor_x,sensor_y\n";
+    let mut log = header.to_owned();
+    // Cars in two directions; the stamps of the second sensor are 100 ms ahead.
+    for k in 0..400 {
+        let t = f64::from(k) / 10.0;
+        let (there, back) = (8.0 * t - 100.0, 100.0 - 9.0 * t);
+        for (sensor, stamp) in [("rsu", t), ("car", t + 0.1)] {
+            for (x, y, yaw) in [(there, 0.0, 0.0), (back, 4.0, 3.1), (y_of(t), there, 1.5)] {
+                let row = format!("{:.3},{stamp:.3},{sensor},car,{x},{y},1.8,4.5,{yaw}", t + 0.12);
+                writeln!(log, "{row},0.2,0.2,0.1,0.1,0.05,0,0").unwrap();
+            }
+        }
+    }
+    let accuracy = ["rsu=0.01", "car=0.5,1,100"].map(|text| args::accuracy(text).unwrap()).to_vec();
+    let sensor = SensorArgs { accuracy, ..SensorArgs::default() };
+    let report = run(&FuseArgs { sensor, ..folder.args(&log, None) }).unwrap();
+    let car = report.by_sensor.iter().find(|one| one.sensor.as_str() == "car").unwrap();
+    let registration = car.registration.unwrap();
+    assert!((registration.clock_ms - 100.0).abs() < 30.0, "{registration:?}");
+}
+
+/// A lane that crosses the others' ends.
+fn y_of(t: f64) -> f64 {
+    40.0 + 0.1 * t
 }
 
 #[test]
@@ -144,7 +219,9 @@ fn the_report_in_json_is_one_object_with_flat_figures() {
     let folder = Folder::new("json");
     let (log, truth) = drive();
     let json = serde_json::to_value(run(&folder.args(&log, Some(&truth))).unwrap()).unwrap();
-    for pointer in ["/detections_per_s", "/refused", "/truth/ate_m", "/truth/gospa_m", "/truth/id_switches"] {
+    for pointer in
+        ["/detections_per_s", "/refused", "/truth/ate_m", "/truth/gospa_m", "/truth/map", "/truth/f1"]
+    {
         assert!(json.pointer(pointer).is_some(), "{pointer} in {json:#}");
     }
 }

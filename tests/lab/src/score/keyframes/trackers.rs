@@ -6,11 +6,7 @@ use crate::score::gospa::gospa;
 use crate::score::keyframes::experiments::{Cell, Experiment, Plan, RunError};
 use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
 use crate::score::moments::Moments;
-use crate::score::tracking::amota::NuscenesScore;
-use crate::score::tracking::clear::Clear;
-use crate::score::tracking::hota::{Hota, ZERO_M};
-use crate::score::tracking::identity::Identity;
-use crate::score::tracking::sequence::GATE_M;
+use crate::score::tracking::figures::TrackingFigures;
 use crate::score::tracking::sequence::Instant as Tracked;
 use crate::score::tracking::sequence::{ReportedBox, Sequence};
 use serde::Serialize;
@@ -106,25 +102,19 @@ fn tracked(keyframe: &ScoredKeyframe<'_>) -> Tracked {
 impl TrackerScore {
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     fn of(sequences: &[Sequence]) -> Self {
-        let (mut clear, mut identity, mut hota) = (Clear::default(), Identity::default(), Hota::default());
-        for sequence in sequences {
-            clear.merge(&Clear::of(sequence, GATE_M));
-            identity.merge(&Identity::of(sequence, GATE_M));
-            hota.merge(&Hota::of(sequence, ZERO_M));
-        }
-        let (nuscenes, hota) = (NuscenesScore::of(sequences), hota.score());
+        let figures = TrackingFigures::of(sequences);
         Self {
             gospa_m: None,
-            hota: Some(hota.hota),
-            deta: Some(hota.det_a),
-            assa: Some(hota.ass_a),
-            mota: clear.mota(),
-            motp_m: clear.motp_m(),
-            idf1: identity.idf1(),
-            id_switches: Some(clear.switches as f64),
-            fragmentations: Some(clear.fragmentations as f64),
-            amota: nuscenes.amota(),
-            amotp_m: nuscenes.amotp_m(),
+            hota: figures.hota,
+            deta: figures.deta,
+            assa: figures.assa,
+            mota: figures.mota,
+            motp_m: figures.motp_m,
+            idf1: figures.idf1,
+            id_switches: Some(figures.id_switches as f64),
+            fragmentations: Some(figures.fragmentations as f64),
+            amota: figures.amota,
+            amotp_m: figures.amotp_m,
         }
     }
 

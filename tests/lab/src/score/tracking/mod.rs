@@ -11,6 +11,7 @@ pub mod amota;
 mod chi2;
 pub mod clear;
 mod correspondence;
+pub mod figures;
 pub mod hota;
 pub mod identity;
 mod indexed;
@@ -19,6 +20,6 @@ pub mod scale;
 pub mod sequence;
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use sequence::{GATE_M, Instant, ReportedBox, Sequence, SequenceError};

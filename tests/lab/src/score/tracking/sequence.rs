@@ -111,7 +111,7 @@ fn twice<T: Ord + Copy>(ids: impl Iterator<Item = T>) -> Option<T> {
 
 /// `None` if the divisor is 0.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
-pub(super) fn ratio(part: u64, whole: u64) -> Option<f64> {
+pub(crate) fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 

@@ -1,0 +1,160 @@
+//! A log of detections, read frame by frame in order of arrival.
+
+mod remarks;
+mod row;
+
+pub(crate) use remarks::{Dropped, RawHeadings, Remarks};
+
+use crate::data::csv_table::{CsvError, CsvTable};
+use row::{Content, OPTIONAL_COLUMNS, Optional, Report};
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Read;
+use std::path::Path;
+use v2x_common::detection::{DetectionFrame, MAX_DETECTIONS};
+use v2x_common::id::{AgentId, FrameId};
+use v2x_common::time::Timestamp;
+
+/// Required columns.
+pub(crate) const COLUMNS: [&str; 14] =
+    ["t_arr", "t", "sensor_id", "class", "x", "y", "w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
+
+/// A log has no boot epochs.
+const EPOCH: u64 = 1;
+
+/// A frame with its time of arrival.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Arrival {
+    /// By the clock of the log.
+    pub received_at: Timestamp,
+    /// The frame.
+    pub frame: DetectionFrame,
+}
+
+/// A log that is read frame by frame. It holds the frames of one time of arrival.
+#[derive(Debug)]
+pub(crate) struct DetectionLog<R> {
+    table: CsvTable<R>,
+    optional: Optional,
+    /// The frames of one time of arrival, in order.
+    ready: VecDeque<Arrival>,
+    /// The first row of the next time of arrival.
+    ahead: Option<Report>,
+    /// Number of each sensor's next frame.
+    sequences: BTreeMap<AgentId, u64>,
+    remarks: Remarks,
+}
+
+impl<R: Read> DetectionLog<R> {
+    /// A log in this table; `path` is for errors.
+    pub(crate) fn new(table: R, path: &Path) -> Result<Self, CsvError> {
+        let table = CsvTable::new(table, path, (&COLUMNS, &OPTIONAL_COLUMNS))?;
+        Ok(Self {
+            optional: Optional::of(&table)?,
+            table,
+            ready: VecDeque::new(),
+            ahead: None,
+            sequences: BTreeMap::new(),
+            remarks: Remarks::default(),
+        })
+    }
+
+    /// Whether it has the positions of sensors.
+    pub(crate) const fn has_poses(&self) -> bool {
+        self.optional.poses
+    }
+
+    /// Number of bytes read.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        self.table.n_bytes()
+    }
+
+    /// What is counted of the rows so far.
+    pub(crate) const fn remarks(&self) -> &Remarks {
+        &self.remarks
+    }
+
+    /// Number of sensors so far.
+    pub(crate) fn n_sensors(&self) -> usize {
+        self.sequences.len()
+    }
+
+    /// The next frame; `None` at the end.
+    pub(crate) fn next_arrival(&mut self) -> Result<Option<Arrival>, CsvError> {
+        if self.ready.is_empty() {
+            self.read_one_time()?;
+        }
+        Ok(self.ready.pop_front())
+    }
+
+    /// Reads the frames of the next time of arrival.
+    fn read_one_time(&mut self) -> Result<(), CsvError> {
+        let first = match self.ahead.take() {
+            Some(first) => first,
+            None => match self.read(Timestamp::MIN)? {
+                Some(first) => first,
+                None => return Ok(()),
+            },
+        };
+        let received_at = first.received_at;
+        self.sort_in(first);
+        while let Some(report) = self.read(received_at)? {
+            if report.received_at > received_at {
+                self.ahead = Some(report);
+                break;
+            }
+            self.sort_in(report);
+        }
+        Ok(())
+    }
+
+    fn sort_in(&mut self, report: Report) {
+        let Report { line, received_at, captured_at, sensor, pose, content, raw_yaw, unmapped } = report;
+        if let Some(name) = unmapped {
+            self.remarks.unmapped.add(&name);
+        }
+        if let Some(yaw) = raw_yaw {
+            self.remarks.headings.entry(sensor).or_default().note(yaw);
+        }
+        let is_its =
+            |arrival: &Arrival| arrival.frame.id.agent == sensor && arrival.frame.captured_at == captured_at;
+        let place = self.ready.iter().rposition(is_its).unwrap_or_else(|| {
+            let next = self.sequences.entry(sensor).or_default();
+            let id = FrameId { agent: sensor, epoch: EPOCH, sequence: *next };
+            *next += 1;
+            let frame = DetectionFrame { sensor_pose: pose, ..DetectionFrame::empty(id, captured_at) };
+            self.ready.push_back(Arrival { received_at, frame });
+            self.ready.len() - 1
+        });
+        match content {
+            Content::Detection(detection) => self.ready[place].frame.detections.push(detection),
+            Content::Impossible(invalid) => self.remarks.note_dropped(sensor, line, &invalid),
+            Content::Nothing => {}
+        }
+    }
+
+    /// The next row. It is an error if it arrived before the previous one.
+    fn read(&mut self, not_before: Timestamp) -> Result<Option<Report>, CsvError> {
+        let Some(row) = self.table.next_row()? else { return Ok(None) };
+        let report = Report::of(&row, self.optional)?;
+        if report.received_at < not_before {
+            return Err(row.wrong("t_arr", "no earlier time than the row's before: rows in order of arrival"));
+        }
+        let of_frame = |arrival: &&Arrival| {
+            arrival.frame.id.agent == report.sensor
+                && arrival.frame.captured_at == report.captured_at
+                && arrival.received_at == report.received_at
+        };
+        if let Some(arrival) = self.ready.iter().rev().find(of_frame) {
+            if arrival.frame.sensor_pose != report.pose {
+                return Err(row.wrong("sensor_x", "with sensor_y the place in the frame's other rows"));
+            }
+            if arrival.frame.detections.len() >= MAX_DETECTIONS {
+                return Err(row.wrong("t", "at most 4096 detections in a frame"));
+            }
+        }
+        Ok(Some(report))
+    }
+}
+
+#[cfg(test)]
+mod tests;

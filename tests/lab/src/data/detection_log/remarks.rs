@@ -1,0 +1,67 @@
+//! What is counted of a log's rows: dropped detections, unknown classes, headings as they are written.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+use v2x_common::detection::InvalidValue;
+use v2x_common::id::AgentId;
+use v2x_common::unmapped_names::UnmappedNames;
+
+/// Impossible detections of one kind, which were dropped.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct Dropped {
+    /// Which sensor's.
+    pub sensor: AgentId,
+    /// The first impossible field of each, as errors name it.
+    pub field: &'static str,
+    /// `not finite` or `out of range`.
+    pub cause: &'static str,
+    /// How many.
+    pub count: u64,
+    /// Line of the first one.
+    pub first_line: u64,
+    /// The first one in words.
+    pub first: String,
+}
+
+/// The headings of one sensor as they are written, before whole turns are taken away.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RawHeadings {
+    /// Headings.
+    pub n: u64,
+    /// Those beyond a whole turn of 2π.
+    pub beyond_a_turn: u64,
+    /// The largest magnitude.
+    pub largest: f64,
+}
+
+impl RawHeadings {
+    pub(super) fn note(&mut self, yaw: f64) {
+        self.n += 1;
+        self.beyond_a_turn += u64::from(yaw.abs() > std::f64::consts::TAU);
+        self.largest = self.largest.max(yaw.abs());
+    }
+}
+
+/// What is counted so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Remarks {
+    dropped: BTreeMap<(AgentId, &'static str, &'static str), Dropped>,
+    /// Unknown class names.
+    pub unmapped: UnmappedNames,
+    /// By sensor.
+    pub headings: BTreeMap<AgentId, RawHeadings>,
+}
+
+impl Remarks {
+    pub(super) fn note_dropped(&mut self, sensor: AgentId, line: u64, invalid: &InvalidValue) {
+        let (field, cause) = (invalid.field, invalid.cause());
+        let first =
+            || Dropped { sensor, field, cause, count: 0, first_line: line, first: invalid.to_string() };
+        self.dropped.entry((sensor, field, cause)).or_insert_with(first).count += 1;
+    }
+
+    /// The dropped detections, by sensor, field and cause.
+    pub(crate) fn dropped(&self) -> impl Iterator<Item = &Dropped> {
+        self.dropped.values()
+    }
+}

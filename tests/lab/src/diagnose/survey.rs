@@ -1,0 +1,118 @@
+//! Statistics of the sensors of a log, gathered frame by frame.
+
+use crate::data::detection_log::Arrival;
+use crate::diagnose::offset::{Offset, OffsetSearch};
+use std::collections::BTreeMap;
+use v2x_common::class::Class;
+use v2x_common::detection::Detection;
+use v2x_common::id::AgentId;
+use v2x_common::time::{Span, Timestamp};
+
+/// Statistics of one sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SensorSurvey {
+    /// Frames.
+    pub frames: u64,
+    /// Detections, impossible ones left out.
+    pub detections: u64,
+    /// Capture times, the earliest and the latest.
+    pub captured: (Timestamp, Timestamp),
+    /// From capture to arrival, the shortest and the longest.
+    pub delay: (Span, Span),
+    /// Detections of vehicles.
+    pub vehicles: u64,
+    /// Those that are wider than they are long.
+    pub wide_vehicles: u64,
+}
+
+/// All sensors of a log.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Survey {
+    sensors: BTreeMap<AgentId, SensorSurvey>,
+    offsets: OffsetSearch,
+}
+
+impl Survey {
+    /// Adds a frame.
+    pub(crate) fn add(&mut self, arrival: &Arrival) {
+        let Arrival { received_at, frame } = arrival;
+        let (at, delay) = (frame.captured_at, *received_at - frame.captured_at);
+        let sensor = self.sensors.entry(frame.id.agent).or_insert(SensorSurvey {
+            frames: 0,
+            detections: 0,
+            captured: (at, at),
+            delay: (delay, delay),
+            vehicles: 0,
+            wide_vehicles: 0,
+        });
+        sensor.frames += 1;
+        sensor.detections += frame.detections.len() as u64;
+        sensor.captured = (sensor.captured.0.min(at), sensor.captured.1.max(at));
+        sensor.delay = (sensor.delay.0.min(delay), sensor.delay.1.max(delay));
+        let vehicles = || frame.detections.iter().filter(|one| is_vehicle(one));
+        sensor.vehicles += vehicles().count() as u64;
+        sensor.wide_vehicles += vehicles().filter(|one| one.bev.w > one.bev.d).count() as u64;
+        self.offsets.add(frame);
+    }
+
+    /// The sensors by name.
+    pub(crate) const fn sensors(&self) -> &BTreeMap<AgentId, SensorSurvey> {
+        &self.sensors
+    }
+
+    /// The sensors whose objects lie beside those of another one.
+    pub(crate) fn offsets(&self) -> Vec<Offset> {
+        self.offsets.offsets()
+    }
+}
+
+impl SensorSurvey {
+    /// Frames per second; `None` of a single instant.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(crate) fn rate_hz(&self) -> Option<f64> {
+        let seconds = (self.captured.1 - self.captured.0).as_secs_f64();
+        (seconds > 0.0 && self.frames > 1).then(|| (self.frames - 1) as f64 / seconds)
+    }
+}
+
+/// Whether the class is of objects that are longer than wide.
+fn is_vehicle(detection: &Detection) -> bool {
+    matches!(
+        detection.class,
+        Class::Bicycle
+            | Class::BendyBus
+            | Class::RigidBus
+            | Class::Car
+            | Class::ConstructionVehicle
+            | Class::Ambulance
+            | Class::PoliceCar
+            | Class::Motorcycle
+            | Class::Trailer
+            | Class::Truck
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::detection_log::DetectionLog;
+    use std::path::Path;
+
+    #[test]
+    fn rate_delay_and_the_shape_of_vehicles_are_of_each_sensor() {
+        let text = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n\
+            0.1,0.0,a,car,0,0,4.5,1.8,0,1,1,1,1,1\n0.1,0.0,a,pedestrian,0,0,0.8,0.5,0,1,1,1,1,1\n\
+            0.3,0.1,a,car,0,0,1.8,4.5,0,1,1,1,1,1\n0.3,0.25,b,,,,,,,,,,,\n0.4,0.2,a,,,,,,,,,,,\n";
+        let mut log = DetectionLog::new(text.as_bytes(), Path::new("log.csv")).unwrap();
+        let mut survey = Survey::default();
+        while let Some(arrival) = log.next_arrival().unwrap() {
+            survey.add(&arrival);
+        }
+        let sensor = |name: &str| survey.sensors()[&AgentId::new(name).unwrap()];
+        let a = sensor("a");
+        assert_eq!((a.frames, a.detections, a.vehicles, a.wide_vehicles), (3, 3, 2, 1));
+        assert!((a.rate_hz().unwrap() - 10.0).abs() < 1e-9);
+        assert_eq!(a.delay, (Span::from_millis(100), Span::from_millis(200)));
+        assert_eq!((sensor("b").frames, sensor("b").rate_hz()), (1, None));
+    }
+}
