@@ -99,7 +99,7 @@ impl FusedObject {
     /// The covariance of [`Self::state`]. Sizes and heading are correlated with nothing else.
     #[cfg(feature = "nalgebra")]
     pub fn covariance_matrix(&self) -> nalgebra::SMatrix<f64, 7, 7> {
-        let mut matrix = nalgebra::SMatrix::zeros();
+        let mut matrix = nalgebra::SMatrix::<f64, 7, 7>::zeros();
         matrix.fixed_view_mut::<4, 4>(0, 0).copy_from(&self.kinematic_covariance_matrix());
         for (place, variance) in (4..).zip([self.ww, self.dd, self.yaw_variance]) {
             matrix[(place, place)] = variance;
