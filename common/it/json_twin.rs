@@ -136,6 +136,54 @@ fn a_json_object_without_class_probabilities_has_its_class_with_probability_1() 
     );
 }
 
+#[test]
+fn a_fused_number_outside_of_its_limits_is_refused_by_name_and_object() {
+    let cases = [
+        ("x", json!(2e8), "x"),
+        ("y", json!(-2e8), "y"),
+        ("w", json!(-0.1), "w"),
+        ("d", json!(65.6), "d"),
+        ("existence", json!(1.1), "existence"),
+        ("sigma/w", json!(-1.0), "sigma.w"),
+        ("sigma/x", json!(-1.0), "sigma.x"),
+        ("sigma/yaw", json!(1e200), "sigma.yaw"),
+        ("kinematic_covariance/0", json!(-1.0), "variance of x"),
+        ("kinematic_covariance/6", json!(1e6), "covariance of y and vy"),
+        ("class_probabilities/0/1", json!(-0.5), "class probability"),
+    ];
+    let full = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
+    let last = full["objects"].as_array().unwrap().len() - 1;
+    for (field, absurd, named) in cases {
+        let mut text = full.clone();
+        *text.pointer_mut(&format!("/objects/{last}/{field}")).unwrap() = absurd;
+        let error = json::decode_fused(text.to_string().as_bytes()).unwrap_err();
+        assert_eq!(error.reason(), "absurd_value");
+        let message = error.to_string();
+        assert!(message.starts_with(&format!("{named} of object {last} is ")), "{message:?} for {field}");
+    }
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_no_json() {
+    let text = String::from_utf8(json::encode_fused(&fixture::fused_frame()).unwrap()).unwrap();
+    for absurd in ["NaN", "1e999", "null"] {
+        let text = text.replacen("\"vx\":", &format!("\"vx\":{absurd},\"was\":"), 1);
+        assert_eq!(json::decode_fused(text.as_bytes()).unwrap_err().reason(), "bad_json");
+    }
+}
+
+#[test]
+fn a_fused_list_longer_than_a_frame_can_be_is_refused_by_name() {
+    let full = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
+    for (list, limit) in [("objects", 65_536), ("agents", 4096), ("includes", 65_536)] {
+        let mut text = full.clone();
+        let item = text[list][0].clone();
+        text[list] = vec![item; limit + 1].into();
+        let message = json::decode_fused(text.to_string().as_bytes()).unwrap_err().to_string();
+        assert!(message.contains(list), "{message:?} should name {list}");
+    }
+}
+
 fn value(text: &[u8]) -> Value {
     serde_json::from_slice(text).unwrap()
 }

@@ -4,7 +4,6 @@ use crate::output;
 use anyhow::Context;
 use serde::Serialize;
 use std::fmt::Write;
-use std::path::PathBuf;
 use v2x_agent::link::profiles::{self, PROFILES};
 use v2x_agent::link::{Link, LinkConfig, Parcel, Transit};
 use v2x_common::id::AgentId;
@@ -97,8 +96,7 @@ fn provenance(link: &str) -> &'static str {
 }
 
 fn figures(name: &str, provenance: &str, args: &LinksArgs) -> anyhow::Result<Figures> {
-    let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let config: LinkConfig = profiles::parse(name, read)?;
+    let config: LinkConfig = profiles::parse(name, |path| std::fs::read_to_string(path))?;
     let agent = AgentId::new("agent").context("a legal name")?;
     let link = Link::new(config, args.seed, agent);
     let (mut delays_ms, mut lost) = (Vec::new(), Vec::new());

@@ -25,16 +25,46 @@ pub struct Trace {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TraceError {
     /// A row that cannot be read.
-    #[error("line {line}: {reason}")]
+    #[error("line {line}: {source}")]
     Row {
         /// Its line.
         line: usize,
         /// What is wrong with it.
-        reason: String,
+        source: RowError,
     },
     /// No rows.
     #[error("no rows; expected the columns t_s, delay_s, lost")]
     Empty,
+}
+
+/// What is wrong with a row.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RowError {
+    /// The header lacks a column.
+    #[error("no column {column} in {header:?}")]
+    Column {
+        /// The column's name.
+        column: &'static str,
+        /// The header found.
+        header: String,
+    },
+    /// A cell that is no finite number.
+    #[error("{column} is {cell:?}, expected a number")]
+    Number {
+        /// The column's name.
+        column: &'static str,
+        /// The cell found.
+        cell: String,
+    },
+    /// A loss that is neither no nor yes.
+    #[error("lost is {0}, expected 0 or 1")]
+    Lost(f64),
+    /// A delay outside of its limits, s.
+    #[error("delay is {0}, expected 0 to 600 s")]
+    Delay(f64),
+    /// A time before that of the row above, s.
+    #[error("t goes back to {0}")]
+    Backward(f64),
 }
 
 /// Places of the columns in a row; other columns are ignored.
@@ -50,13 +80,12 @@ impl Trace {
     pub fn from_csv(text: &str) -> Result<Self, TraceError> {
         let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
         let (line, header) = lines.next().ok_or(TraceError::Empty)?;
-        let columns = Columns::of(header).map_err(|reason| TraceError::Row { line, reason })?;
+        let columns = Columns::of(header).map_err(|source| TraceError::Row { line, source })?;
         let mut points: Vec<TracePoint> = Vec::new();
         for (line, row) in lines {
-            let point = columns.read(row).map_err(|reason| TraceError::Row { line, reason })?;
+            let point = columns.read(row).map_err(|source| TraceError::Row { line, source })?;
             if points.last().is_some_and(|last| last.t_s > point.t_s) {
-                let reason = format!("t goes back to {}", point.t_s);
-                return Err(TraceError::Row { line, reason });
+                return Err(TraceError::Row { line, source: RowError::Backward(point.t_s) });
             }
             points.push(point);
         }
@@ -84,11 +113,12 @@ impl Trace {
 }
 
 impl Columns {
-    fn of(header: &str) -> Result<Self, String> {
+    fn of(header: &str) -> Result<Self, RowError> {
         let names: Vec<String> = header.split(',').map(|name| name.trim().to_lowercase()).collect();
         let place = |wanted: [&str; 2]| names.iter().position(|name| wanted.contains(&name.as_str()));
-        let needed =
-            |wanted: [&str; 2]| place(wanted).ok_or_else(|| format!("no column {} in {header:?}", wanted[0]));
+        let needed = |wanted: [&'static str; 2]| {
+            place(wanted).ok_or_else(|| RowError::Column { column: wanted[0], header: header.to_owned() })
+        };
         Ok(Self {
             t: needed(["t", "t_s"])?,
             delay: needed(["delay", "delay_s"])?,
@@ -96,22 +126,22 @@ impl Columns {
         })
     }
 
-    fn read(&self, row: &str) -> Result<TracePoint, String> {
+    fn read(&self, row: &str) -> Result<TracePoint, RowError> {
         let cells: Vec<&str> = row.split(',').map(str::trim).collect();
-        let number = |name: &str, place: usize| {
+        let number = |column: &'static str, place: usize| {
             let cell = cells.get(place).copied().unwrap_or_default();
             let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
-            number.ok_or_else(|| format!("{name} is {cell:?}, expected a number"))
+            number.ok_or_else(|| RowError::Number { column, cell: cell.to_owned() })
         };
         let is_lost = match self.lost.map(|place| number("lost", place)).transpose()? {
             None => false,
             Some(lost) if lost == 0.0 || lost == 1.0 => lost == 1.0,
-            Some(lost) => return Err(format!("lost is {lost}, expected 0 or 1")),
+            Some(lost) => return Err(RowError::Lost(lost)),
         };
         // A lost frame has no delay.
         let delay_s = if is_lost { 0.0 } else { number("delay", self.delay)? };
         if !(0.0..=600.0).contains(&delay_s) {
-            return Err(format!("delay is {delay_s}, expected 0 to 600 s"));
+            return Err(RowError::Delay(delay_s));
         }
         Ok(TracePoint { t_s: number("t", self.t)?, delay_s, is_lost })
     }

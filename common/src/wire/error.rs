@@ -48,6 +48,18 @@ pub enum WireError {
     /// A number in a frame that is not finite or outside of its limits.
     #[error(transparent)]
     InvalidValue(#[from] InvalidValue),
+    /// A number of a fused object that is outside of its limits.
+    #[error("{field} of object {index} is {value}, expected {expected}")]
+    FusedValue {
+        /// The field's name.
+        field: &'static str,
+        /// The object's place in the frame.
+        index: usize,
+        /// The value found, in SI units.
+        value: f64,
+        /// The allowed range, with its unit.
+        expected: &'static str,
+    },
     /// A number in a sensor description that is not finite or outside of its limits.
     #[error(transparent)]
     Description(#[from] InvalidDescription),
@@ -86,7 +98,7 @@ impl WireError {
             Self::Postcard(_) => "malformed",
             Self::Name(_) => "bad_name",
             Self::TooMany { .. } => "too_many",
-            Self::InvalidValue(_) => "absurd_value",
+            Self::InvalidValue(_) | Self::FusedValue { .. } => "absurd_value",
             Self::Description(_) => "bad_description",
             Self::UnlistedAgent => "unlisted_agent",
             Self::Json(_) => "bad_json",

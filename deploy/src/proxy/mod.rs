@@ -4,7 +4,6 @@ mod pipe;
 mod relay;
 
 use anyhow::{Context, bail};
-use std::path::PathBuf;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
@@ -90,8 +89,7 @@ impl ProxyArgs {
 
 /// A link of this name; a link that loses frames is an error, since TCP loses nothing.
 fn lossless(flag: &str, name: &str) -> anyhow::Result<LinkConfig> {
-    let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let link = profiles::parse(name, read).context(flag.to_owned())?;
+    let link = profiles::parse(name, |path| std::fs::read_to_string(path)).context(flag.to_owned())?;
     if !Pipe::can_carry(&link) {
         bail!(
             "{flag} {name}: a TCP proxy loses nothing; give the link loss=0 and no outage, \

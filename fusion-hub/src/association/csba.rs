@@ -112,4 +112,31 @@ mod tests {
         let cost = pair_cost(&turned, &expected(), &CsbaWeights::PUBLISHED);
         assert!((cost - 0.3 * (1.0 - 0.317_310_507_862_914)).abs() < 1e-9);
     }
+
+    #[test]
+    fn the_dimension_score_weighs_each_size_by_both_variances() {
+        let z = Measurement { size: [2.4, 5.0], relative_variance: [0.04, 0.09], ..measurement() };
+        // The reported variance is relative to the mean of both sizes: 2.2 m and 4.5 m.
+        let expected_distance2 = 0.4 * 0.4 / (0.04 * 2.2 * 2.2 + 0.16) + 1.0 / (0.09 * 4.5 * 4.5 + 0.64);
+        assert!((dimension_distance2(&z, &expected()) - expected_distance2).abs() < 1e-12);
+        let cost = pair_cost(&z, &expected(), &CsbaWeights::PUBLISHED);
+        assert!((cost - 0.2 * (1.0 - libm::exp(-expected_distance2 / 2.0))).abs() < 1e-9, "{cost}");
+    }
+
+    #[test]
+    fn the_centre_score_falls_by_half_the_squared_distance() {
+        // Both covariances together are 0.5 m²: the squared distance is 2.
+        let beside = Measurement { position: [1.0, 0.0], ..measurement() };
+        let cost = pair_cost(&beside, &expected(), &CsbaWeights::PUBLISHED);
+        assert!((cost - 0.5 * (1.0 - libm::exp(-1.0))).abs() < 1e-9, "{cost}");
+    }
+
+    #[test]
+    fn only_the_ratios_of_the_weights_matter() {
+        let z = Measurement { position: [1.0, 0.0], size: [2.4, 5.0], yaw: 0.2, ..measurement() };
+        let doubled = CsbaWeights { dimension: 0.4, centre: 1.0, orientation: 0.6 };
+        let [once, twice] =
+            [CsbaWeights::PUBLISHED, doubled].map(|weights| pair_cost(&z, &expected(), &weights));
+        assert!((once - twice).abs() < 1e-12);
+    }
 }

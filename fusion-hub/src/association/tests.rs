@@ -220,3 +220,95 @@ fn names_of_costs_are_in_kebab_case() {
         assert_eq!(serde_json::from_str::<AssociationCost>(&format!("\"{name}\"")).unwrap(), *cost);
     }
 }
+
+fn car_at(position: [f64; 2]) -> Measurement {
+    Measurement {
+        class: Class::Car,
+        position,
+        r: Covariance2 { xx: 0.3, xy: 0.1, yy: 0.2 },
+        size: [1.8, 4.5],
+        relative_variance: [0.04; 2],
+        yaw: 0.0,
+        yaw_variance: 0.02,
+        size_law: [None; 2],
+        velocity: None,
+        is_track: false,
+    }
+}
+
+#[test]
+fn a_separation_is_the_mahalanobis_distance_by_both_covariances() {
+    let (z, there) = (car_at([3.5, -1.0]), car_at([1.0, 2.0]));
+    let p = Covariance2 { xx: 0.5, xy: -0.2, yy: 0.9 };
+    let track = PredictedMeasurement { position_covariance: p, ..expected(&there) };
+    let s = nalgebra::Matrix2::new(0.8, -0.1, -0.1, 1.1);
+    let off = nalgebra::Vector2::new(2.5, -3.0);
+    let expected2 = (off.transpose() * s.try_inverse().unwrap() * off)[0];
+    let separation = Separation::of(&z, &track);
+    assert!((separation.mahalanobis2() - expected2).abs() < 1e-12);
+    assert!((separation.determinant - s.determinant()).abs() < 1e-12);
+    assert!((distance2(z.position, track.position) - 15.25).abs() < 1e-12);
+}
+
+#[test]
+fn the_likelihood_cost_is_minus_two_ln_of_the_density_with_capped_cues() {
+    let track = expected(&car_at([0.0, 0.0]));
+    let z = Measurement { position: [0.5, 0.2], size: [2.0, 5.0], yaw: 0.1, ..car_at([0.0, 0.0]) };
+    let separation = Separation::of(&z, &track);
+    let position = separation.mahalanobis2() + libm::log(separation.determinant);
+    // The heading's variance is 0.02 rad² on either side.
+    let (heading, sizes) = (0.1 * 0.1 / 0.04, csba::dimension_distance2(&z, &track));
+    assert!((likelihood::pair_cost(&z, &track) - (position + heading + sizes)).abs() < 1e-12);
+    let unlike = Measurement { size: [9.0, 0.5], yaw: 3.0, ..z };
+    assert!((likelihood::pair_cost(&unlike, &track) - (position + 12.0 + 12.0)).abs() < 1e-12);
+}
+
+#[test]
+fn a_pair_without_competitor_costs_no_more_by_a_low_report_probability_and_less_by_a_high_one() {
+    let config = AssociationConfig { cost: AssociationCost::Likelihood, ..Default::default() };
+    let here = car_at([0.0, 0.0]);
+    let track = |report_probability| PredictedMeasurement { report_probability, ..expected(&here) };
+    let mut associator = Associator::default();
+    let mut found = |z: Measurement, track| {
+        associator.associate(&[z], &[track], &config);
+        associator.track_of()[0]
+    };
+    // Within the limit alone, beyond it with what a low probability costs.
+    let turned = Measurement { position: [1.5, 0.0], yaw: 3.0, ..here };
+    let cost = likelihood::pair_cost(&turned, &track(0.5));
+    assert!(cost < likelihood::COST_ALONE && cost + 12.0 > likelihood::COST_ALONE, "{cost}");
+    assert_eq!(found(turned, track(0.001)), Some(0));
+    // Beyond the limit alone, within it by a high probability.
+    let unlike = Measurement { position: [1.9, 0.0], size: [9.0, 0.5], ..turned };
+    let cost = likelihood::pair_cost(&unlike, &track(0.5));
+    assert!(cost > likelihood::COST_ALONE && cost < likelihood::COST_ALONE + 9.0, "{cost}");
+    assert_eq!((found(unlike, track(0.5)), found(unlike, track(0.99))), (None, Some(0)));
+}
+
+#[test]
+fn boxes_that_overlap_at_their_far_ends_are_candidates() {
+    let config = AssociationConfig { cost: AssociationCost::Iou, class_aware: false, ..Default::default() };
+    let mut associator = Associator::default();
+    // Long and narrow ones end to end, and square ones corner to corner.
+    for (size, yaw, apart) in [([0.2, 12.0], 0.0, 11.9), ([4.0, 4.0], std::f64::consts::FRAC_PI_4, 5.6)] {
+        let z = Measurement { size, yaw, ..car_at([apart, 0.0]) };
+        let track = expected(&Measurement { size, yaw, ..car_at([0.0, 0.0]) });
+        associator.find_candidates(&[z], &[track], &config);
+        assert_eq!(associator.candidates_of(0), [0], "{size:?}");
+    }
+}
+
+#[test]
+fn the_rivals_of_a_measurement_are_the_tracks_whose_gate_it_is_in() {
+    let config = AssociationConfig { cost: AssociationCost::Likelihood, ..Default::default() };
+    let [near, between, far] = [0.0, 2.5, 90.0].map(|x| car_at([x, 0.0]));
+    let tracks = [0.0, 2.0, 5.0, 200.0].map(|x| expected(&car_at([x, 0.0])));
+    let mut associator = Associator::default();
+    associator.find_candidates(&[near, between, far], &tracks, &config);
+    assert_eq!(associator.n_expected(), 4);
+    let reached =
+        |place: u32| (0..4).filter(|track| associator.candidates_of(*track).contains(&place)).count();
+    let rivals = [0, 1, 2].map(|place| associator.rivals(place));
+    assert_eq!(rivals.map(|rivals| rivals as usize), [0, 1, 2].map(reached));
+    assert!(rivals[0] > 1 && rivals[2] == 0, "{rivals:?}");
+}

@@ -128,3 +128,25 @@ impl Admission {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::values::AgentSlot;
+    use v2x_common::id::{AgentId, FrameId, HubId};
+
+    #[test]
+    fn what_is_older_than_the_history_given_up_is_refused_as_overloaded() {
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_000_000 + ms);
+        let mut history = History::new(Span::from_millis(700), Span::from_millis(500));
+        for k in 0..8 {
+            history.note(AgentSlot::default(), at(k), 100);
+        }
+        history.give_up_quarter(at(8));
+        let admission = Admission::new(&EngineConfig::new(HubId::new("hub").unwrap(), 1));
+        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: 1, sequence: 1 };
+        let check = |ms| admission.check_time(&DetectionFrame::empty(id, at(ms)), at(8), &history);
+        assert_eq!(check(2), Ok(()));
+        assert_eq!(check(1), Err(Refusal::Overloaded { age: Span::from_millis(7) }));
+    }
+}

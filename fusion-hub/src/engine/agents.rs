@@ -175,3 +175,52 @@ impl AgentRegistry {
         (now - last_heard_at > self.silent_for_good).then_some(*agent)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(sequence: u64, ms: i64) -> DetectionFrame {
+        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: sequence / 100, sequence };
+        DetectionFrame::empty(id, at(ms))
+    }
+
+    fn at(ms: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(ms)
+    }
+
+    #[test]
+    fn duplicates_are_recognised_in_any_order_until_they_are_too_old() {
+        let mut record = AgentRecord::default();
+        for (sequence, ms) in [(5, 50), (3, 30), (9, 90), (4, 40)] {
+            record.note_accepted(&frame(sequence, ms), at(0));
+        }
+        let has = |record: &AgentRecord, sequence| record.has_accepted(&frame(sequence, 0).id);
+        assert!([3, 4, 5, 9].iter().all(|sequence| has(&record, *sequence)) && !has(&record, 6));
+        // A frame of exactly the horizon may arrive again, an older one may not.
+        record.note_accepted(&frame(10, 100), at(40));
+        assert_eq!([3, 4, 5, 9, 10].map(|sequence| has(&record, sequence)), [false, true, true, true, true]);
+    }
+
+    #[test]
+    fn health_is_of_the_newest_frame_by_capture_time() {
+        let mut record = AgentRecord::default();
+        for (sequence, ms) in [(100, 10), (300, 30), (200, 20)] {
+            record.note_accepted(&frame(sequence, ms), at(0));
+        }
+        let health = record.health(AgentId::new("a").unwrap());
+        assert_eq!((health.newest_captured_at, health.epoch), (at(30), 3));
+    }
+
+    #[test]
+    fn a_full_record_makes_room_by_what_is_too_old_wherever_it_stands() {
+        let mut record = AgentRecord::default();
+        record.note_accepted(&frame(0, 1000), at(0));
+        for sequence in 1..MAX_FRAMES_WITHIN_DELTA_MAX as u64 {
+            record.note_accepted(&frame(sequence, 0), at(0));
+        }
+        assert!(record.is_full(at(0)) && !record.is_full(at(500)));
+        record.note_accepted(&frame(1 << 20, 1000), at(500));
+        assert_eq!(record.accepted.len(), 2);
+    }
+}

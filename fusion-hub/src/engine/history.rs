@@ -136,8 +136,41 @@ mod tests {
     fn one_agent_fills_an_eighth_of_the_room_at_most() {
         let mut history = history();
         let agent = AgentSlot::default();
-        history.note(agent, at(0), MAX_MEASUREMENTS_OF_AGENT);
-        assert!(history.is_full_of(agent, 1) && !history.is_full_for(1));
+        history.note(agent, at(0), MAX_MEASUREMENTS_OF_AGENT - 1);
+        assert!(!history.is_full_of(agent, 1) && history.is_full_of(agent, 2) && !history.is_full_for(2));
+        let horizon = Horizon { at: at(2), slack: Span::from_millis(1) };
+        history.forget_before(&horizon);
+        assert!(!history.is_full_of(agent, MAX_MEASUREMENTS_OF_AGENT), "room again");
+    }
+
+    #[test]
+    fn history_is_full_by_measurements_or_by_frames() {
+        let mut history = history();
+        history.note(AgentSlot::default(), at(0), MAX_MEASUREMENTS - 1);
+        assert!(!history.is_full_for(1) && history.is_full_for(2));
+        (1..MAX_FRAMES).for_each(|_| history.note(AgentSlot::default(), at(1), 0));
+        assert!(history.is_full_for(0));
+        let mut half = self::history();
+        half.note(AgentSlot::default(), at(0), MAX_MEASUREMENTS / 2);
+        assert!(!half.is_full_for(MAX_MEASUREMENTS / 2));
+    }
+
+    #[test]
+    fn a_quarter_is_given_up_of_the_frames_and_of_the_measurements() {
+        let mut history = history();
+        for (k, n_measurements) in (0..).zip([0, 0, 0, 80, 10, 10, 10, 10]) {
+            history.note(AgentSlot::default(), at(k), n_measurements);
+        }
+        history.give_up_quarter(at(8));
+        assert_eq!(history.begins(at(8)), at(4));
+    }
+
+    #[test]
+    fn what_is_within_the_slack_is_held() {
+        let mut history = history();
+        (0..4).for_each(|k| history.note(AgentSlot::default(), at(k), 1));
+        history.forget_before(&Horizon { at: at(3), slack: Span::from_millis(2) });
+        assert_eq!(history.entries.len(), 3);
     }
 
     #[test]

@@ -66,6 +66,8 @@ fn another_map_frame_is_refused_by_name() {
     let message = admit(&mut engine, &foreign, at(0)).unwrap_err().to_string();
     assert!(message.contains("EPSG:25833") && message.contains("EPSG:32632"), "{message}");
     assert_eq!(admit(&mut engine, &frame("a", 1, 0), at(0)), Ok(false));
+    let same = DetectionFrame { map_frame, ..frame("a", 2, 0) };
+    assert_eq!(admit(&mut engine, &same, at(0)), Ok(false));
 }
 
 #[test]
@@ -101,7 +103,8 @@ fn memory_is_bounded_against_many_agents_and_many_frames() {
         admit(&mut engine, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
     }
     assert!(matches!(admit(&mut engine, &frame("z", 0, 0), at(0)), Err(Refusal::TooManyAgents { .. })));
-    assert_eq!(engine.agents().refused_beyond_limit(), 1);
+    assert!(matches!(admit(&mut engine, &frame("y", 0, 0), at(0)), Err(Refusal::TooManyAgents { .. })));
+    assert_eq!(engine.agents().refused_beyond_limit(), 2);
     for sequence in 1..MAX_FRAMES_WITHIN_DELTA_MAX as u64 {
         admit(&mut engine, &frame("a0", sequence, 0), at(0)).unwrap();
     }
@@ -127,6 +130,27 @@ fn an_agent_whose_clock_is_ahead_does_not_make_others_late() {
         admit(&mut engine, &frame("honest", 1, -60), at(30)),
         Err(Refusal::OutOfSequence { .. })
     ));
+}
+
+#[test]
+fn frames_ahead_of_the_hubs_clock_are_counted_and_refusals_say_how_far_ahead() {
+    let mut engine = engine();
+    for (sequence, captured_ms) in [(0, -20), (1, 0), (2, 5), (3, 300)] {
+        assert_eq!(admit(&mut engine, &frame("a", sequence, captured_ms), at(0)), Ok(false));
+    }
+    let refused = admit(&mut engine, &frame("a", 4, 700), at(0));
+    assert_eq!(refused, Err(Refusal::TooEarly { ahead: Span::from_millis(700) }));
+    let statistics = &engine.agents().record(&AgentId::new("a").unwrap()).unwrap().statistics;
+    assert_eq!(statistics.ahead_of_time, 2);
+}
+
+#[test]
+fn where_late_data_is_dropped_a_frame_may_be_older_than_the_newest_by_the_synchronous_span() {
+    let mut engine = Engine::new(EngineConfig { late_frames: LateFrames::Drop, ..config() });
+    assert_eq!(admit(&mut engine, &frame("a", 0, 0), at(0)), Ok(false));
+    assert_eq!(admit(&mut engine, &frame("b", 0, -10), at(0)), Ok(false));
+    let refused = admit(&mut engine, &frame("b", 1, -11), at(0));
+    assert_eq!(refused, Err(Refusal::OutOfSequence { behind: Span::from_millis(11) }));
 }
 
 fn car(x: f64) -> Detection {

@@ -334,4 +334,13 @@ mod tests {
         let taken = state.update_position([1.0, 0.0], &r);
         assert!((taken.mahalanobis2 - 1.0).abs() < 1e-12 && taken.determinant == innovation.determinant);
     }
+
+    #[test]
+    fn an_innovation_is_from_the_state_to_the_position() {
+        let mut state = Kinematic::initial([3.0, -4.0], Covariance2::isotropic(0.6), 7.0, None);
+        let r = Covariance2 { xx: 0.14, xy: 0.0, yy: 0.14 };
+        let innovation = state.innovation([4.0, -2.0], &r);
+        assert!((innovation.mahalanobis2 - 10.0).abs() < 1e-12);
+        assert!((state.update_position([4.0, -2.0], &r).mahalanobis2 - 10.0).abs() < 1e-12);
+    }
 }

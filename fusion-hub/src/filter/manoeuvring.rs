@@ -149,3 +149,75 @@ impl Filter for ImmState {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::covariance::Covariance2;
+    use v2x_common::time::Span;
+
+    fn report(is_track: bool) -> Measurement {
+        Measurement {
+            class: Class::Car,
+            position: [1.0, 2.0],
+            r: Covariance2 { xx: 0.09, xy: 0.03, yy: 0.16 },
+            size: [1.8, 4.5],
+            relative_variance: [0.01; 2],
+            yaw: 0.3,
+            yaw_variance: 0.01,
+            size_law: [None; 2],
+            velocity: None,
+            is_track,
+        }
+    }
+
+    #[test]
+    fn fifty_reports_of_one_foreign_track_count_as_one() {
+        let after_repeats = |is_track| {
+            let mut state = ImmState::initial(Timestamp::EPOCH, &report(is_track));
+            for _ in 0..50 {
+                state.update(&report(is_track));
+            }
+            state.predicted_measurement(Class::Car)
+        };
+        let (repeated, r) = (after_repeats(true), report(true).r);
+        let p = repeated.position_covariance;
+        assert!(p.xx >= 0.98 * r.xx && p.yy >= 0.98 * r.yy && p.xx <= 1.02 * r.xx, "{p:?}");
+        assert!((repeated.size_variance[0] / (0.01 * 1.8 * 1.8) - 1.0).abs() < 0.05);
+        // Independent detections, in contrast, average out.
+        assert!(after_repeats(false).position_covariance.xx < 0.03 * r.xx);
+    }
+
+    #[test]
+    fn a_place_at_another_time_is_that_of_the_predicted_state() {
+        let mut state = ImmState::initial(Timestamp::EPOCH, &report(false));
+        let to = Timestamp::EPOCH + Span::from_millis(700);
+        let (position, sigma_m) = state.place_at(to, Class::Car);
+        state.predict(to, Class::Car);
+        let place = state.motion.place();
+        assert_eq!((position, sigma_m), (place.position, place.position_covariance.max_sigma()));
+        assert_eq!((state.at(), state.model_probabilities()), (to, state.motion.model_probabilities()));
+        assert!(position != [1.0, 2.0] && sigma_m > 0.4);
+    }
+
+    #[test]
+    fn the_priors_of_its_class_learn_from_both_sizes() {
+        let state = ImmState::initial(Timestamp::EPOCH, &report(false));
+        let learnt = state.size_evidence().unwrap().map(|size| size.likeliest());
+        assert!((learnt[0] / 1.8 - 1.0).abs() < 0.02 && (learnt[1] / 4.5 - 1.0).abs() < 0.02, "{learnt:?}");
+    }
+
+    #[test]
+    fn many_reports_of_a_size_leave_half_a_percent_of_uncertainty() {
+        let z = report(false);
+        let mut state = ImmState::initial(Timestamp::EPOCH, &z);
+        (0..100_000)
+            .for_each(|_| state.sizes.iter_mut().zip(z.size).for_each(|(size, z)| size.update(z, 0.01, 0.0)));
+        let Estimate { width, depth, .. } = state.estimate(Class::Car, &SizePriors::FLAT);
+        for (size, reported) in [width, depth].into_iter().zip(z.size) {
+            assert!((size.mean / reported - 1.0).abs() < 0.02, "{size:?}");
+            let sigma_ln = libm::sqrt(size.variance) / size.mean;
+            assert!((sigma_ln - 0.005).abs() < 1e-4, "{sigma_ln}");
+        }
+    }
+}

@@ -105,4 +105,35 @@ mod tests {
         down.update(2.0, 0.04);
         assert!((up.mean - 5.0).abs() < 1e-12 && (down.mean - 3.0).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_size_diffuses_with_time_in_either_direction() {
+        for dt_s in [2.0, -2.0] {
+            let mut size = Size { mean: 4.0, variance: 0.3 };
+            size.predict(dt_s, 0.05);
+            assert!(size.mean == 4.0 && (size.variance - 0.4).abs() < 1e-15);
+            let mut heading = Heading { mean: 1.0, variance: 0.3 };
+            heading.predict(dt_s, 0.05);
+            assert!(heading.mean == 1.0 && (heading.variance - 0.4).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn an_updated_size_has_the_information_of_both() {
+        let mut size = Size { mean: 5.0, variance: 0.5 };
+        size.update(4.0, 0.04);
+        // The measurement's variance is relative to the estimate: 0.04 of 25 m².
+        assert!((size.variance - 1.0 / (1.0 / 0.5 + 1.0 / 1.0)).abs() < 1e-12);
+        assert!((size.mean - (5.0 - 1.0 / 3.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn of_two_dependent_estimates_the_more_accurate_one_holds() {
+        let start = Size { mean: 5.0, variance: 0.5 };
+        let mut size = start;
+        size.intersect(4.0, 0.04);
+        assert_eq!(size, start, "a variance of 0.64 m² is larger");
+        size.intersect(4.0, 0.03);
+        assert!(size.mean == 4.0 && (size.variance - 0.48).abs() < 1e-12);
+    }
 }

@@ -335,4 +335,40 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_rough_size_is_the_likeliest_with_the_curvature_of_the_likelihood() {
+        let reports = [(2.0, 0.3, 0.1), (2.6, 0.2, 0.1), (1.7, 0.25, 0.1)];
+        let mut evidence = SizeEvidence::initial(2.0, 0.09, 0.1);
+        evidence.update(2.6, 0.04, 0.1);
+        evidence.update(1.7, 0.0625, 0.1);
+        let ln_likelihood = |u: f64| -> f64 {
+            let of = |(z, sigma, _): &(f64, f64, f64)| (z / libm::exp(u) - 1.0) / sigma;
+            reports.iter().map(|report| -of(report) * of(report) / 2.0 - u).sum()
+        };
+        let rough = evidence.roughly();
+        let (u, h) = (libm::log(rough.mean), 1e-4);
+        let [below, at, above] = [u - h, u, u + h].map(ln_likelihood);
+        assert!(((above - below) / (2.0 * h)).abs() < 1e-6, "not at the maximum");
+        let information = -(above - 2.0 * at + below) / (h * h);
+        assert!((rough.variance * information / (rough.mean * rough.mean) - 1.0).abs() < 1e-4);
+        let (off, variance) = evidence.off(0.5);
+        assert!((off - (u - 0.5)).abs() < 1e-12 && (variance * information - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn of_two_dependent_reports_the_more_accurate_one_holds() {
+        let start = SizeEvidence::initial(4.0, 0.04, 0.0);
+        let mut evidence = start;
+        evidence.intersect(5.0, 0.05, 0.0);
+        assert_eq!(evidence, start);
+        evidence.intersect(5.0, 0.03, 0.0);
+        assert_eq!(evidence, SizeEvidence::initial(5.0, 0.03, 0.0));
+    }
+
+    #[test]
+    fn a_log_normal_size_has_a_variance_relative_to_its_median() {
+        let size = LogNormal { mean_ln: libm::log(3.0), variance_ln: 0.02 }.size();
+        assert!((size.mean - 3.0).abs() < 1e-12 && (size.variance - 9.0 * 0.02).abs() < 1e-12);
+    }
 }

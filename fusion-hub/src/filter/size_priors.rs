@@ -333,4 +333,72 @@ mod tests {
         assert!((bare.mean_ln - allowing.mean_ln).abs() < 1e-3);
         assert!((bare.variance_ln / allowing.variance_ln - 1.0).abs() < 0.15);
     }
+
+    #[test]
+    fn an_unusual_size_is_the_mixture_of_both_priors() {
+        let prior = LogNormal { mean_ln: libm::log(4.5), variance_ln: 0.01 };
+        for (z, count) in [(7.0, 1), (7.5, 2), (6.0, 8), (3.2, 4)] {
+            let evidence = reported([z, z], 0.2, count)[0];
+            let wide = LogNormal { variance_ln: 9.0 * prior.variance_ln, ..prior };
+            let (usual, unusual) = (evidence.estimate(Some(&prior)), evidence.estimate(Some(&wide)));
+            // Normal densities of how far the reports are off, without what both have in common.
+            let (off, own) = evidence.off(prior.mean_ln);
+            let density = |variance: f64| libm::exp(-off * off / (2.0 * variance)) / libm::sqrt(variance);
+            let (a, b) = (0.98 * density(prior.variance_ln + own), 0.02 * density(wide.variance_ln + own));
+            let share = b / (a + b);
+            let mean = (1.0 - share) * usual.mean_ln + share * unusual.mean_ln;
+            let second = |part: &LogNormal| part.variance_ln + part.mean_ln * part.mean_ln;
+            let variance = (1.0 - share) * second(&usual) + share * second(&unusual) - mean * mean;
+            let found = under(&evidence, &prior);
+            assert!(share > 0.03, "{z} {count}: {share} would be neglected");
+            assert!((found.mean_ln - mean).abs() < 1e-12, "{z} {count} {found:?}");
+            assert!((found.variance_ln - variance).abs() < 1e-12, "{z} {count} {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_correlated_estimate_conditions_a_prior() {
+        let prior = LogNormal { mean_ln: 0.5, variance_ln: 0.04 };
+        let other_prior = LogNormal { mean_ln: 1.5, variance_ln: 0.09 };
+        let known = LogNormal { mean_ln: 1.8, variance_ln: 0.0 };
+        // A known other dimension: the conditional normal distribution, slope ρ σ/σ'.
+        let found = given(&prior, &other_prior, &known, 0.6);
+        assert!((found.mean_ln - (0.5 + 0.6 * (0.2 / 0.3) * 0.3)).abs() < 1e-12);
+        assert!((found.variance_ln - 0.04 * (1.0 - 0.36)).abs() < 1e-12);
+        // Of which a third of the variance is left: two thirds of that reduction.
+        let found = given(&prior, &other_prior, &LogNormal { variance_ln: 0.03, ..known }, 0.6);
+        assert!((found.variance_ln - 0.04 * (1.0 - 0.36 * 2.0 / 3.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_track_adds_what_its_reports_say_without_the_reading_prior() {
+        let car = reported([2.0, 5.0], 0.1, 4);
+        let mut priors = SizePriors::default();
+        priors.note(Class::Car, &car);
+        let typical = [libm::log(1.8), libm::log(4.5)];
+        for ((evidence, typical), class) in car.iter().zip(typical).zip(priors.of(Class::Car)) {
+            let reading = LogNormal { mean_ln: typical, variance_ln: 0.25 };
+            let read = evidence.estimate(Some(&reading));
+            // In the information form: the posterior's less the prior's.
+            let own = 1.0 / (1.0 / read.variance_ln - 1.0 / 0.25);
+            let pseudo = own * (read.mean_ln / read.variance_ln - typical / 0.25);
+            let weight = 1.0 / (0.08 * 0.08 + own);
+            let precision = 16.0 + weight;
+            let mean = typical + weight * (pseudo - typical) / precision;
+            // What is added is rounded to 2⁻²⁴.
+            assert!((class.mean_ln - mean).abs() < 1e-7, "{class:?}");
+            assert!((class.variance_ln - (0.08 * 0.08 + 1.0 / precision)).abs() < 1e-7, "{class:?}");
+        }
+    }
+
+    #[test]
+    fn older_objects_count_half_once_there_are_many() {
+        let mut priors = SizePriors::default();
+        let car = usize::from(Class::Car.byte());
+        let at_limit = Information { weight: MAX_KEPT_PARTS, sum: 700 };
+        let beyond = Information { weight: 2 * MAX_KEPT_PARTS, sum: -900 };
+        priors.classes[car] = [at_limit, beyond];
+        priors.fade(Class::Car);
+        assert_eq!(priors.classes[car], [at_limit, Information { weight: MAX_KEPT_PARTS, sum: -450 }]);
+    }
 }

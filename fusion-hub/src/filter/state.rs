@@ -202,6 +202,7 @@ impl Filter for State {
 mod tests {
     use super::*;
     use v2x_common::covariance::Covariance2;
+    use v2x_common::time::Span;
 
     fn report(is_track: bool) -> Measurement {
         Measurement {
@@ -248,5 +249,29 @@ mod tests {
         state.update(&Measurement { position: [9.0, 2.0], yaw: 1.0, ..report(true) });
         assert!((state.kinematic.position[0] - 9.0).abs() < 0.2, "{:?}", state.kinematic);
         assert!((state.heading.mean - 1.0).abs() < 1e-12 && state.kinematic.pp.xx < 0.2);
+    }
+
+    #[test]
+    fn a_place_at_another_time_is_that_of_the_predicted_state() {
+        let mut state = State::initial(Timestamp::EPOCH, &report(false));
+        let to = Timestamp::EPOCH + Span::from_millis(700);
+        let (position, sigma_m) = state.place_at(to, Class::Car);
+        state.predict(to, Class::Car);
+        assert_eq!((position, sigma_m), state.rough_position());
+        assert!(sigma_m > 0.0 && position != [1.0, 2.0]);
+    }
+
+    #[test]
+    fn motion_is_the_velocity_with_its_covariances_and_an_everyday_turn_rate() {
+        let mut state = State::initial(Timestamp::EPOCH, &report(false));
+        state.predict(Timestamp::EPOCH + Span::from_millis(700), Class::Car);
+        state.update(&report(false));
+        let Motion { velocity, covariance, with_position, turn_rate, turn_rate_variance } = state.motion();
+        let [_, _, x_vx, x_vy, _, y_vx, y_vy, vxx, vxy, vyy] = state.kinematic.covariance();
+        assert_eq!((velocity, turn_rate), (state.kinematic.velocity, 0.0));
+        assert_eq!(covariance, Covariance2 { xx: vxx, xy: vxy, yy: vyy });
+        assert_eq!((with_position.xx, with_position.yy), (x_vx, y_vy));
+        assert!((with_position.xy - 0.5 * (x_vy + y_vx)).abs() < 1e-15 && x_vy != 0.0);
+        assert!((turn_rate_variance - 0.04).abs() < 1e-15);
     }
 }

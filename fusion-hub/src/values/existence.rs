@@ -178,7 +178,18 @@ mod tests {
     #[test]
     fn a_detection_is_bayes_rule_with_and_without_saturation() {
         for (odds, mahalanobis2, over_clutter) in
-            [(1e-6, 3.0, 1e3), (0.5, 0.1, 30.0), (5.0, 17.9, 1e7), (900.0, 17.9, 1e6), (0.1, 40.0, 1e9)]
+            // From the second row on: just below and far below where the upper limit is certain.
+            [
+                (1e-6, 3.0, 1e3),
+                (0.5, 0.1, 30.0),
+                (5.0, 17.9, 1e7),
+                (900.0, 17.9, 1e6),
+                (0.1, 40.0, 1e9),
+                (1.0, 17.9, 1e4),
+                (1.0, 17.9, 2.8e6),
+                (1.0, 17.9, 1.31e7),
+                (1.0, 40.0, 1e13),
+            ]
         {
             let innovation = PositionInnovation { mahalanobis2, determinant: 0.09 };
             let density = libm::exp(-mahalanobis2 / 2.0) / (2.0 * PI * 0.3);
@@ -186,5 +197,25 @@ mod tests {
             let found = Existence::from_odds(odds).reported(&innovation, over_clutter).0;
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} for {expected}");
         }
+    }
+
+    #[test]
+    fn an_object_existed_that_exists_later_or_has_gone_since() {
+        let before = Existence::from_probability(0.7);
+        let dt = Span::from_millis(4000);
+        // It had gone with 1 − e^(−0.4) where it had existed.
+        let gone = 0.7 * (1.0 - libm::exp(-0.4));
+        let absent_later = gone + 0.3;
+        for later in [0.0, 0.25, 1.0] {
+            let expected = later + (1.0 - later) * gone / absent_later;
+            assert!((before.existed(dt, later) - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn even_odds_are_not_unlikely_and_the_lower_limit_is_least() {
+        assert!(!Existence::from_probability(0.5).is_unlikely());
+        assert!(Existence::from_probability(0.49).is_unlikely());
+        assert!(Existence::from_odds(0.0).is_least() && !Existence::from_odds(2.0 * MIN_ODDS).is_least());
     }
 }

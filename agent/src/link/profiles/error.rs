@@ -4,7 +4,7 @@ use super::super::trace::TraceError;
 use std::path::PathBuf;
 
 /// Why a text does not name a link.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum ProfileError {
     /// No such link.
     #[error(
@@ -35,12 +35,12 @@ pub enum ProfileError {
         expected: &'static str,
     },
     /// A file that cannot be read.
-    #[error("trace {}: {reason}", .path.display())]
+    #[error("trace {}: {source}", .path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// The cause.
-        reason: String,
+        source: std::io::Error,
     },
     /// A recording that cannot be used.
     #[error("trace {}: {source}", .path.display())]

@@ -13,7 +13,7 @@ use super::trace::Trace;
 use super::transit::LinkConfig;
 use crate::pose_error::PoseError;
 use settings::Settings;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use error::ProfileError;
@@ -37,7 +37,7 @@ const fn log_normal(median_s: f64, sigma_ln: f64) -> Delay {
 /// be given `loss`, `burst`, `rate`, `outage-every`, `outage` and `reorder`. `read` reads a file.
 pub fn parse(
     text: &str,
-    read: impl Fn(&PathBuf) -> Result<String, String>,
+    read: impl Fn(&Path) -> std::io::Result<String>,
 ) -> Result<LinkConfig, ProfileError> {
     let (name, settings) = text.trim().split_once(':').unwrap_or((text.trim(), ""));
     if name == "trace" {
@@ -86,7 +86,7 @@ pub fn parse(
 /// A delay by a link's name, such as `custom:delay=60ms,jitter=10ms`; refused where the link does more than delay.
 pub fn parse_delay(
     text: &str,
-    read: impl Fn(&PathBuf) -> Result<String, String>,
+    read: impl Fn(&Path) -> std::io::Result<String>,
 ) -> Result<Delay, ProfileError> {
     let link = parse(text, read)?;
     let loses = matches!(&link.delay, Delay::Trace(trace) if trace.loses());
@@ -108,11 +108,11 @@ pub fn pose_error(text: &str) -> Option<PoseError> {
     })
 }
 
-fn trace(
-    path: PathBuf,
-    read: impl Fn(&PathBuf) -> Result<String, String>,
-) -> Result<LinkConfig, ProfileError> {
-    let text = read(&path).map_err(|reason| ProfileError::File { path: path.clone(), reason })?;
+fn trace(path: PathBuf, read: impl Fn(&Path) -> std::io::Result<String>) -> Result<LinkConfig, ProfileError> {
+    let text = match read(&path) {
+        Ok(text) => text,
+        Err(source) => return Err(ProfileError::File { path, source }),
+    };
     let trace = Trace::from_csv(&text).map_err(|source| ProfileError::Trace { path, source })?;
     Ok(LinkConfig { delay: Delay::Trace(Arc::new(trace)), ..LinkConfig::default() })
 }
@@ -132,6 +132,16 @@ mod tests {
             assert!(link(profile.example).is_ok(), "{}", profile.example);
         }
         assert!(matches!(link("trace:any.csv").unwrap().delay, Delay::Trace(_)));
+    }
+
+    #[test]
+    fn a_trace_that_cannot_be_read_names_the_file_and_keeps_the_systems_error() {
+        let missing = |_: &Path| Err(std::io::ErrorKind::NotFound.into());
+        let error = parse("trace:night.csv", missing).unwrap_err();
+        assert!(error.to_string().starts_with("trace night.csv: "), "{error}");
+        assert!(
+            matches!(error, ProfileError::File { source, .. } if source.kind() == std::io::ErrorKind::NotFound)
+        );
     }
 
     #[test]

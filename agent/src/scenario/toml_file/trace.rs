@@ -1,8 +1,8 @@
 //! Trace files that a scenario names.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 /// The text of a trace file.
-pub(super) fn read_trace(path: &PathBuf) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| error.to_string())
+pub(super) fn read_trace(path: &Path) -> std::io::Result<String> {
+    std::fs::read_to_string(path)
 }

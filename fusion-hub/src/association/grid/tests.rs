@@ -88,3 +88,20 @@ fn points_that_are_not_numbers_are_near_no_other() {
     assert!(pairs.as_slice().iter().all(|[_, point]| *point != 3 && *point != 4));
     assert!((6..2000).all(|place| pairs.as_slice().contains(&[place, place])));
 }
+
+#[test]
+fn a_point_exactly_at_the_reach_is_near_at_any_coordinate() {
+    for origin in [0.0, 1e8] {
+        let query = Spot { position: [origin, origin], spread: [4.0; 2] };
+        let at = |x: f64, y: f64| Spot { position: [origin + x, origin + y], spread: [0.0; 2] };
+        let mut points = vec![at(2.0, 0.0), at(-2.0, 2.0), at(2.1, 0.0)];
+        // Enough others that the grid is searched, not all points.
+        points.extend((1..60).map(|k| at(10.0 * f64::from(k), 50.0)));
+        let (mut grid, mut pairs) = (Grid::default(), Pairs::default());
+        grid.fill(1.0, &points, &[query]);
+        grid.pairs(&[query], &mut pairs);
+        let mut found: Vec<_> = pairs.as_slice().iter().map(|pair| pair[1]).collect();
+        found.sort_unstable();
+        assert_eq!(found, [0, 1], "at {origin}");
+    }
+}

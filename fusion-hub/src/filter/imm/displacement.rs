@@ -88,3 +88,56 @@ impl Displacement {
         Self { mean, covariance, cross, direction, axis }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, Vector3};
+
+    /// The trapezoidal rule over 7 standard deviations on either side: exact to rounding for such functions.
+    const STEPS: i32 = 20;
+
+    #[test]
+    fn moments_are_those_of_the_integral_over_heading_speed_and_turn_rate() {
+        // Strongly correlated, so that every term of second order counts.
+        let factor = Matrix3::new(0.5, 0.0, 0.0, 0.9, 0.8, 0.0, 0.3, -0.2, 0.25);
+        let p = factor * factor.transpose();
+        let parts = [YAW, SPEED, TURN];
+        let mut covariance = [0.0; 15];
+        for (i, row) in parts.into_iter().enumerate() {
+            for (j, column) in parts.into_iter().enumerate() {
+                covariance[at(row, column)] = p[(i, j)];
+            }
+        }
+        covariance[at(0, 0)] = 1.0;
+        covariance[at(1, 1)] = 1.0;
+        let state = Full { mean: [0.0, 0.0, 0.7, 1.5, 0.4], covariance };
+        let (along, aside, ahead) = (0.8, 0.9, 0.35);
+        let found = Displacement::of(&state, along, aside, ahead);
+        let units = || (-STEPS..=STEPS).map(|k| 7.0 * f64::from(k) / f64::from(STEPS));
+        let (mut weights, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);
+        for (a, b, c) in units().flat_map(|a| units().flat_map(move |b| units().map(move |c| (a, b, c)))) {
+            let weight = libm::exp(-(a * a + b * b + c * c) / 2.0);
+            let off = factor * Vector3::new(a, b, c);
+            let (yaw, v, turn) = (0.7 + off[0], 1.5 + off[1], 0.4 + off[2]);
+            let (sin, cos) = libm::sincos(yaw + ahead * turn);
+            let (forward, left) = (along * v, aside * turn);
+            let [x, y] = [forward * cos - left * sin, forward * sin + left * cos];
+            weights += weight;
+            first = [first[0] + weight * x, first[1] + weight * y];
+            second = [second[0] + weight * x * x, second[1] + weight * x * y, second[2] + weight * y * y];
+        }
+        let [x, y] = first.map(|sum| sum / weights);
+        let [xx, xy, yy] = second.map(|sum| sum / weights);
+        let Displacement { mean, covariance, .. } = found;
+        for (found, expected) in [
+            (mean.re, x),
+            (mean.im, y),
+            (covariance.xx, xx - x * x),
+            (covariance.xy, xy - x * y),
+            (covariance.yy, yy - y * y),
+        ] {
+            assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+        }
+    }
+}

@@ -374,4 +374,55 @@ mod tests {
         assert!((mixture.mean[YAW].abs() - PI).abs() < 1e-12, "{mixture:?}");
         assert!((mixture.covariance[at(YAW, YAW)] - 1.01).abs() < 1e-12);
     }
+
+    #[test]
+    fn speed_and_turn_rate_are_kept_within_what_a_body_can_do() {
+        let mut covariance = [0.0; 15];
+        for (i, variance) in
+            [1.0, 1.0, 0.1, 4.0 * MAX_SPEED_MPS * MAX_SPEED_MPS, 20.0].into_iter().enumerate()
+        {
+            covariance[at(i, i)] = variance;
+        }
+        covariance[at(SPEED, 0)] = 30.0;
+        covariance[at(TURN, SPEED)] = 2.0;
+        covariance[at(TURN, 0)] = 0.2;
+        let mut state = Full { mean: [1.0, 2.0, 0.3, 400.0, -9.0], covariance };
+        state.limit();
+        assert_eq!(state.mean, [1.0, 2.0, 0.3, MAX_SPEED_MPS, -MAX_TURN_RATE]);
+        // Half the standard deviation, with the same correlations; what is within the limits stays.
+        let expected = [
+            ((SPEED, SPEED), MAX_SPEED_MPS * MAX_SPEED_MPS),
+            ((SPEED, 0), 15.0),
+            ((TURN, SPEED), 1.0),
+            ((TURN, TURN), 20.0),
+            ((TURN, 0), 0.2),
+            ((0, 0), 1.0),
+        ];
+        for ((row, column), expected) in expected {
+            let found = state.covariance[at(row, column)];
+            assert!((found - expected).abs() < 1e-9 * expected, "{row} {column}: {found}");
+        }
+    }
+
+    #[test]
+    fn an_angle_of_up_to_two_turns_is_brought_within_half_a_turn() {
+        for turns in [-2.0, -1.0, 0.0, 1.0, 2.0] {
+            for angle in [-3.0, -0.4, 0.0, 1.5, 3.1] {
+                assert!((wrapped(angle + turns * TAU) - angle).abs() < 1e-12, "{turns} {angle}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_heading_stays_within_half_a_turn() {
+        let mut still = Still { mean: [0.0, 0.0, PI + 0.5], covariance: [1.0, 0.0, 1.0, 0.0, 0.0, 1.0] };
+        still.wrap();
+        assert!((still.mean[YAW] - (0.5 - PI)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_mixture_without_weight_is_none() {
+        let source = Full { mean: [1.0; 5], covariance: [1.0; 15] };
+        assert_eq!(mixed::<3, 6>(&[source; 4], 0, &[0.0; 4]), None);
+    }
 }

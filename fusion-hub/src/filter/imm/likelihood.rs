@@ -87,3 +87,28 @@ impl Factored {
 pub(super) fn sum(a: &Covariance2, b: &Covariance2) -> Covariance2 {
     Covariance2 { xx: a.xx + b.xx, xy: a.xy + b.xy, yy: a.yy + b.yy }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_density_is_that_of_the_normal_distribution_but_for_a_common_factor() {
+        let of = |mahalanobis2, determinant| Likelihood { mahalanobis2, determinant };
+        let ratio = of(3.0, 0.25).relative_to(2.0) / of(5.0, 4.0).relative_to(2.0);
+        assert!((ratio - libm::exp(1.0) * 4.0).abs() < 1e-12, "{ratio}");
+    }
+
+    #[test]
+    fn densities_are_relative_to_the_nearest_possible_model_so_that_none_underflows_alone() {
+        let likelihoods =
+            [10.0, 9000.0, 8000.0, 8500.0].map(|mahalanobis2| Likelihood { mahalanobis2, determinant: 1.0 });
+        assert_eq!(nearest(&[0.0, 0.5, 0.3, 0.2], &likelihoods), 8000.0);
+    }
+
+    #[test]
+    fn every_element_of_a_covariance_is_scaled() {
+        let covariance = Covariance2 { xx: 3.0, xy: -1.0, yy: 5.0 };
+        assert_eq!(scaled(&covariance, 2.0), Covariance2 { xx: 6.0, xy: -2.0, yy: 10.0 });
+    }
+}

@@ -297,4 +297,55 @@ mod tests {
             assert!((yaw - expected).abs() < 0.01 * expected + 1e-15 * dt, "{dt} {yaw}");
         }
     }
+
+    #[test]
+    fn a_steps_integrals_are_those_of_a_decaying_turn_rate() {
+        for dt in [0.4, -0.4] {
+            let step = Step::of(dt, 1.2);
+            let decay = |t: f64| libm::exp(-TURN_DECAY * t);
+            let turned = |t: f64| (1.0 - decay(t)) / TURN_DECAY;
+            // The midpoint rule.
+            let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
+                let parts = 4000;
+                let h = 0.4 / f64::from(parts);
+                (0..parts).map(|k| f((f64::from(k) + 0.5) * h) * h).sum()
+            };
+            let sign = 1.0f64.copysign(dt);
+            let expected = [
+                (step.left, decay(0.4)),
+                (step.turned, sign * integral(&decay)),
+                (step.ahead, sign * integral(&turned) / 0.4),
+                (step.turn_noise[0], integral(&|t| turned(t) * turned(t))),
+                (step.turn_noise[1], sign * integral(&|t| turned(t) * decay(t))),
+                (step.turn_noise[2], integral(&|t| decay(t) * decay(t))),
+            ];
+            for (place, (found, expected)) in expected.into_iter().enumerate() {
+                assert!((found - expected).abs() < 1e-7, "{dt} {place}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_stands_diffuses_on_each_axis_and_in_its_heading() {
+        let rest = Rest { position: 0.02, yaw: 0.3 };
+        let mut still = Still { mean: [1.0, 2.0, 0.5], covariance: [1.0, 0.1, 2.0, 0.2, 0.3, 3.0] };
+        rest.diffuse(&mut still, 0.5);
+        assert_eq!(still.mean, [1.0, 2.0, 0.5]);
+        for (found, expected) in still.covariance.into_iter().zip([1.01, 0.1, 2.01, 0.2, 0.3, 3.15]) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn noise_of_position_is_of_acceleration_along_the_heading_and_of_diffusion_across_it() {
+        let drive = Drive { acceleration: 6.0, lateral: 0.4, position: 0.1, ..QUIET };
+        let start = Full { mean: [0.0; 5], covariance: [0.0; 15] };
+        let after = moved(&start, &Step::of(0.5, 0.0), &drive).covariance;
+        let (along, across) = (6.0 * 0.125 / 3.0, 0.4 * 0.5);
+        let expected =
+            [((0, 0), along + 0.05), ((1, 1), across + 0.05), ((1, 0), 0.0), ((SPEED, SPEED), 3.0)];
+        for ((row, column), expected) in expected {
+            assert!((after[at(row, column)] - expected).abs() < 1e-12, "{row} {column}: {after:?}");
+        }
+    }
 }

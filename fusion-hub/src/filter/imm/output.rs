@@ -141,3 +141,125 @@ pub(super) fn place(models: &[(f64, Still); 4]) -> Place {
 }
 
 const _: () = assert!(SMOOTH == 2 && MANOEUVRE == 3, "the order of the arrays above");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    const WEIGHTS: [f64; 4] = [0.15, 0.25, 0.4, 0.2];
+
+    /// Four models at different places, with headings on both sides of π.
+    fn places() -> [(f64, Still); 4] {
+        let still = |mean, covariance| Still { mean, covariance };
+        let models = [
+            still([10.0, -3.0, PI - 0.2], [0.5, 0.1, 0.4, 0.02, 0.03, 0.04]),
+            still([10.4, -3.5, PI - 0.05], [0.7, -0.2, 0.9, 0.01, 0.02, 0.03]),
+            still([9.1, -2.2, 0.1 - PI], [0.3, 0.05, 0.6, 0.02, 0.01, 0.05]),
+            still([11.7, -4.0, 0.3 - PI], [1.5, 0.3, 1.2, 0.03, 0.04, 0.09]),
+        ];
+        std::array::from_fn(|i| (WEIGHTS[i], models[i]))
+    }
+
+    /// E[f] over the models.
+    fn mean(f: impl Fn(usize) -> f64) -> f64 {
+        (0..4).map(|model| WEIGHTS[model] * f(model)).sum()
+    }
+
+    #[track_caller]
+    fn assert_near(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-12 * (1.0 + expected.abs()), "{found} is not {expected}");
+    }
+
+    #[test]
+    fn the_likeliest_model_is_the_one_of_most_weight_wherever_it_stands() {
+        for most in 0..4 {
+            let mut weights = [0.1; 4];
+            weights[most] = 0.7;
+            assert_eq!(likeliest(&weights), most);
+        }
+    }
+
+    #[test]
+    fn a_place_has_the_moments_of_the_mixture_and_gates_by_its_widest_model() {
+        let places = places();
+        let at = |axis: usize| mean(|model| places[model].1.mean[axis]);
+        let [x, y] = [at(0), at(1)];
+        let Place { position, position_covariance: p, gate_covariance: gate, .. } = place(&places);
+        assert_near(position[0], x);
+        assert_near(position[1], y);
+        let off = |model: usize| [places[model].1.mean[0] - x, places[model].1.mean[1] - y];
+        let about = |model: usize| {
+            let ([dx, dy], [xx, xy, yy, ..]) = (off(model), places[model].1.covariance);
+            [xx + dx * dx, xy + dx * dy, yy + dy * dy]
+        };
+        for (found, entry) in [(p.xx, 0), (p.xy, 1), (p.yy, 2)] {
+            assert_near(found, mean(|model| about(model)[entry]));
+        }
+        let widest = about(3);
+        for (found, expected) in [gate.xx, gate.xy, gate.yy].into_iter().zip(widest) {
+            assert_near(found, expected);
+        }
+    }
+
+    #[test]
+    fn an_improbable_model_does_not_widen_the_gate() {
+        let mut places = places();
+        (places[2].0, places[3].0) = (0.595, 0.005);
+        let [xx, ..] = places[3].1.covariance;
+        assert!(place(&places).gate_covariance.xx < xx);
+    }
+
+    #[test]
+    fn headings_on_both_sides_of_pi_have_the_moments_of_the_mixture() {
+        let places = places();
+        // From π, counter-clockwise.
+        let turns = [-0.2, -0.05, 0.1, 0.3];
+        let turn = mean(|model| turns[model]);
+        let variance = mean(|model| {
+            places[model].1.covariance[at(YAW, YAW)] + (turns[model] - turn) * (turns[model] - turn)
+        });
+        let Place { yaw, yaw_variance, .. } = place(&places);
+        assert_near(yaw, wrap_angle(PI + turn));
+        assert_near(yaw_variance, variance);
+    }
+
+    #[test]
+    fn moments_are_those_of_the_mixture() {
+        let places = places();
+        let models: [Kinematic; 4] = std::array::from_fn(|model| {
+            let k = f64::from(u8::try_from(model).unwrap());
+            let [x, y, _] = places[model].1.mean;
+            Kinematic {
+                mean: [x, y, 3.0 - k, 0.5 * k * k],
+                covariance: std::array::from_fn(|entry| 0.1 * (k + 1.0) + entry as f64),
+            }
+        });
+        let found = moments(&models, &places);
+        let means: [f64; 4] = std::array::from_fn(|i| mean(|model| models[model].mean[i]));
+        let [x, y] = found.position;
+        let [vx, vy] = found.velocity;
+        for (found, expected) in [x, y, vx, vy].into_iter().zip(means) {
+            assert_near(found, expected);
+        }
+        for (entry, (row, column)) in KINEMATIC_INDEX.into_iter().enumerate() {
+            let expected = mean(|model| {
+                let Kinematic { mean, covariance } = &models[model];
+                covariance[entry] + (mean[row] - means[row]) * (mean[column] - means[column])
+            });
+            assert_near(found.covariance[entry], expected);
+        }
+        assert_eq!(found.model_probabilities, WEIGHTS);
+    }
+
+    #[test]
+    fn the_widest_model_is_that_of_the_largest_variance_over_both_axes() {
+        let mut places = places();
+        let standing = |xx, yy| Still { mean: [1.0, 2.0, 0.0], covariance: [xx, 0.0, yy, 0.0, 0.0, 0.1] };
+        let models = [standing(0.1, 9.0), standing(5.0, 0.1), standing(0.2, 0.2), standing(0.3, 0.3)];
+        places.iter_mut().zip(models).for_each(|(place, model)| place.1 = model);
+        let Covariance2 { xx, yy, .. } = place(&places).gate_covariance;
+        assert_near(xx, 0.1);
+        assert_near(yy, 9.0);
+    }
+}

@@ -161,6 +161,62 @@ fn a_fast_car_stays_in_the_gate() {
 }
 
 #[test]
+fn an_innovation_is_from_the_mixture_to_the_position() {
+    let imm = Imm::initial(&report([3.0, -4.0], 0.0));
+    // The variances of state and report are 0.09 m² each.
+    let innovation = imm.innovation([3.3, -3.4], &Covariance2::isotropic(0.3));
+    assert!((innovation.mahalanobis2 - (0.09 + 0.36) / 0.18).abs() < 1e-9, "{innovation:?}");
+}
+
+#[test]
+fn a_vehicle_turns_about_its_rear_axle_and_a_pedestrian_about_its_centre() {
+    let car = Imm::initial(&report([0.0, 0.0], 0.0));
+    assert!((car.lever_m - 0.27 * CAR_LENGTH_M).abs() < 1e-12);
+    let walker = Measurement { class: Class::Adult, ..report([0.0, 0.0], 0.0) };
+    assert_eq!(Imm::initial(&walker).lever_m, 0.0);
+}
+
+#[test]
+fn the_turn_rate_is_that_of_the_mixture_of_which_one_model_turns() {
+    let mut imm = driven(8.0, 0.3, 0.7);
+    imm.weights = [0.1, 0.2, 0.3, 0.4];
+    imm.manoeuvre.mean[gaussian::TURN] = 0.3;
+    imm.manoeuvre.covariance[at(gaussian::TURN, gaussian::TURN)] = 0.04;
+    let (motion, moments) = (imm.motion(), imm.moments());
+    assert!((motion.turn_rate - 0.4 * 0.3).abs() < 1e-12);
+    let second = 0.4 * (0.04 + 0.3 * 0.3);
+    assert!((motion.turn_rate_variance - (second - motion.turn_rate * motion.turn_rate)).abs() < 1e-12);
+    let [_, _, x_vx, x_vy, _, y_vx, y_vy, ..] = moments.covariance;
+    let symmetric = Covariance2 { xx: x_vx, xy: 0.5 * (x_vy + y_vx), yy: y_vy };
+    assert!((motion.with_position.xy - symmetric.xy).abs() < 1e-12 && x_vy != y_vx);
+    assert_eq!((motion.with_position.xx, motion.with_position.yy), (symmetric.xx, symmetric.yy));
+}
+
+#[test]
+fn the_neighbourhood_is_about_the_manoeuvring_model() {
+    let imm = driven(8.0, 0.3, 0.7);
+    let (at, sigma_m) = imm.neighbourhood();
+    assert_eq!(at, [imm.manoeuvre.mean[0], imm.manoeuvre.mean[1]]);
+    assert!(sigma_m > 0.0);
+}
+
+#[test]
+fn a_model_that_explains_nothing_is_given_up_and_an_unlikely_one_is_kept() {
+    let mut imm = driven(0.0, 0.0, 0.0);
+    // What all have in common does not matter: the densities are 1e10 times those of a unit covariance.
+    let alike = Likelihood { mahalanobis2: 0.0, determinant: 1e-20 };
+    let [mut far, mut off] = [[alike; 4]; 2];
+    (far[SMOOTH].mahalanobis2, off[SMOOTH].mahalanobis2) = (80.0, 10.0);
+    imm.weights = [0.25; 4];
+    let mut kept = imm;
+    imm.weigh(&far);
+    kept.weigh(&off);
+    assert_eq!(imm.weights[SMOOTH], 0.0);
+    assert!((kept.weights[SMOOTH] / kept.weights[PARKED] - libm::exp(-5.0)).abs() < 1e-12);
+    assert!((imm.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+}
+
+#[test]
 fn a_cone_stays_parked() {
     let cone = Measurement { class: Class::TrafficCone, ..report([3.0, 4.0], 0.0) };
     let mut imm = Imm::initial(&cone);

@@ -7,7 +7,6 @@ use crate::loopback::delay_queue::DelayQueue;
 use crate::loopback::error::KitError;
 use crate::loopback::script::Script;
 use crate::loopback::task_group::{TaskToken, WeakTaskToken};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -39,8 +38,7 @@ impl NewAgent {
     /// Sets the link of its frames: `lte-uu`, `its-g5:loss=0.1,burst=4`, `custom:delay=80ms,jitter=30ms` and all links
     /// of `v2x links`.
     pub fn over(mut self, link: &str) -> Self {
-        let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| error.to_string());
-        self.link = profiles::parse(link, read);
+        self.link = profiles::parse(link, |path| std::fs::read_to_string(path));
         self
     }
 

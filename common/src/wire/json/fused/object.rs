@@ -1,33 +1,38 @@
-//! Fused frames as JSON.
+//! One object of a fused frame as JSON, and the limits of its numbers.
 
-use super::values::{Id64, Micros, parse, print};
 use crate::class::Class;
-use crate::fused::{
-    AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_DIAGONAL, KinematicCovariance,
-};
-use crate::geometry::BevBox;
-use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
+use crate::detection::MAX_COORDINATE_M;
+use crate::fused::{FusedObject, KINEMATIC_DIAGONAL, KINEMATIC_INDEX, KinematicCovariance};
+use crate::geometry::{BevBox, wrap_angle};
+use crate::id::{AgentId, FrameId, MeasurementId, TrackId};
 use crate::time::Span;
 use crate::wire::error::WireError;
+use crate::wire::framing::wire_count;
+use crate::wire::fused::MAX_AGENTS;
+use crate::wire::json::values::{Id64, Micros};
 use serde::{Deserialize, Serialize};
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct JsonFused {
-    hub: HubId,
-    lineage: u32,
-    sequence: Id64,
-    fused_at: Micros,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    map_frame: Option<MapFrame>,
-    objects: Vec<JsonObject>,
-    agents: Vec<JsonAgent>,
-    includes: Vec<JsonInclusion>,
-}
+/// Largest width or depth, m: what 16 bits of the binary codec hold.
+const MAX_SIZE_M: f64 = 65.535;
+/// Names of the elements of a [`KinematicCovariance`].
+const KINEMATIC_NAMES: [&str; 10] = [
+    "variance of x",
+    "covariance of x and y",
+    "covariance of x and vx",
+    "covariance of x and vy",
+    "variance of y",
+    "covariance of y and vx",
+    "covariance of y and vy",
+    "variance of vx",
+    "covariance of vx and vy",
+    "variance of vy",
+];
+/// A correlation of exactly one is written with the rounding error of its covariance.
+const ROUNDING: f64 = 1e-9;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct JsonObject {
+pub(super) struct JsonObject {
     track: Id64,
     class: Class,
     class_probabilities: Vec<(Class, f64)>,
@@ -68,25 +73,74 @@ struct JsonMeasurement {
     index: u16,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct JsonAgent {
-    agent: AgentId,
-    epoch: Id64,
-    newest_captured_at: Micros,
-    accepted: u64,
-    refused: u64,
-    out_of_sequence: u64,
+impl JsonObject {
+    /// Checks every number against the limits of the schema. `index` is the object's place in the frame.
+    pub(super) fn check(&self, index: usize) -> Result<(), WireError> {
+        wire_count("class probabilities", self.class_probabilities.len(), Class::ALL.len())?;
+        wire_count("contributors", self.contributors.len(), MAX_AGENTS)?;
+        let check = |field, value: f64, is_valid: bool, expected| {
+            if is_valid { Ok(()) } else { Err(WireError::FusedValue { field, index, value, expected }) }
+        };
+        let finite = |field, value: f64| check(field, value, value.is_finite(), "a finite number");
+        let within = |field, value: f64, (low, high): (f64, f64), expected| {
+            check(field, value, value >= low && value <= high, expected)
+        };
+        within("x", self.x, (-MAX_COORDINATE_M, MAX_COORDINATE_M), "at most 1e8 m")?;
+        within("y", self.y, (-MAX_COORDINATE_M, MAX_COORDINATE_M), "at most 1e8 m")?;
+        within("w", self.w, (0.0, MAX_SIZE_M), "0 to 65.535 m")?;
+        within("d", self.d, (0.0, MAX_SIZE_M), "0 to 65.535 m")?;
+        [("yaw", self.yaw), ("vx", self.vx), ("vy", self.vy)]
+            .into_iter()
+            .try_for_each(|(f, v)| finite(f, v))?;
+        within("existence", self.existence, (0.0, 1.0), "0 to 1")?;
+        for &(_, probability) in &self.class_probabilities {
+            within("class probability", probability, (0.0, 1.0), "0 to 1")?;
+        }
+        for (field, sigma) in self.sigma.named() {
+            // Its square is what is kept.
+            check(
+                field,
+                sigma,
+                sigma >= 0.0 && (sigma * sigma).is_finite(),
+                "at least 0, with a finite square",
+            )?;
+        }
+        self.check_covariance(check)
+    }
+
+    /// Calls `check` with each element of the covariance: no variance is negative, no correlation beyond one.
+    fn check_covariance(
+        &self,
+        check: impl Fn(&'static str, f64, bool, &'static str) -> Result<(), WireError>,
+    ) -> Result<(), WireError> {
+        let variance = |axis: usize| self.kinematic_covariance[KINEMATIC_DIAGONAL[axis]];
+        for axis in 0..KINEMATIC_DIAGONAL.len() {
+            let (name, value) = (KINEMATIC_NAMES[KINEMATIC_DIAGONAL[axis]], variance(axis));
+            check(name, value, value >= 0.0 && value.is_finite(), "at least 0")?;
+        }
+        for ((name, value), (row, column)) in
+            KINEMATIC_NAMES.into_iter().zip(self.kinematic_covariance).zip(KINEMATIC_INDEX)
+        {
+            let most = libm::sqrt(variance(row)) * libm::sqrt(variance(column)) * (1.0 + ROUNDING);
+            check(name, value, value.abs() <= most, "a correlation of -1 to 1")?;
+        }
+        Ok(())
+    }
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct JsonInclusion {
-    agent: AgentId,
-    epoch: Id64,
-    sequence: Id64,
-    captured_at: Micros,
-    received_at: Micros,
+impl JsonObjectSigma {
+    fn named(&self) -> [(&'static str, f64); 7] {
+        let Self { x, y, vx, vy, w, d, yaw } = *self;
+        [
+            ("sigma.x", x),
+            ("sigma.y", y),
+            ("sigma.vx", vx),
+            ("sigma.vy", vy),
+            ("sigma.w", w),
+            ("sigma.d", d),
+            ("sigma.yaw", yaw),
+        ]
+    }
 }
 
 impl From<&FusedObject> for JsonObject {
@@ -136,7 +190,7 @@ impl From<JsonObject> for FusedObject {
             track: TrackId(json.track.0),
             class: json.class,
             class_probabilities: json.class_probabilities,
-            bev: BevBox { x: json.x, y: json.y, w: json.w, d: json.d, yaw: json.yaw },
+            bev: BevBox { x: json.x, y: json.y, w: json.w, d: json.d, yaw: wrap_angle(json.yaw) },
             velocity: (json.vx, json.vy),
             kinematic_covariance: json.kinematic_covariance,
             ww: json.sigma.w * json.sigma.w,
@@ -163,56 +217,8 @@ impl From<JsonObject> for FusedObject {
     }
 }
 
-impl From<&AgentHealth> for JsonAgent {
-    fn from(health: &AgentHealth) -> Self {
-        Self {
-            agent: health.agent,
-            epoch: Id64(health.epoch),
-            newest_captured_at: Micros(health.newest_captured_at),
-            accepted: health.accepted,
-            refused: health.refused,
-            out_of_sequence: health.out_of_sequence,
-        }
-    }
-}
-
-impl From<JsonAgent> for AgentHealth {
-    fn from(json: JsonAgent) -> Self {
-        Self {
-            agent: json.agent,
-            epoch: json.epoch.0,
-            newest_captured_at: json.newest_captured_at.0,
-            accepted: json.accepted,
-            refused: json.refused,
-            out_of_sequence: json.out_of_sequence,
-        }
-    }
-}
-
-impl From<&Inclusion> for JsonInclusion {
-    fn from(inclusion: &Inclusion) -> Self {
-        Self {
-            agent: inclusion.frame.agent,
-            epoch: Id64(inclusion.frame.epoch),
-            sequence: Id64(inclusion.frame.sequence),
-            captured_at: Micros(inclusion.captured_at),
-            received_at: Micros(inclusion.received_at),
-        }
-    }
-}
-
-impl From<JsonInclusion> for Inclusion {
-    fn from(json: JsonInclusion) -> Self {
-        Self {
-            frame: FrameId { agent: json.agent, epoch: json.epoch.0, sequence: json.sequence.0 },
-            captured_at: json.captured_at.0,
-            received_at: json.received_at.0,
-        }
-    }
-}
-
 /// JSON cannot represent a number that is not finite; the root of a negative variance is not a number.
-fn check_finite(object: &FusedObject) -> Result<(), WireError> {
+pub(super) fn check_finite(object: &FusedObject) -> Result<(), WireError> {
     let FusedObject { bev, velocity, .. } = object;
     let fields = [
         ("x", bev.x),
@@ -241,34 +247,4 @@ fn check_finite(object: &FusedObject) -> Result<(), WireError> {
         Some((field, value)) => Err(WireError::NotEncodable { field, value }),
         None => Ok(()),
     }
-}
-
-/// The frame as JSON.
-pub fn encode_fused(frame: &FusedFrame) -> Result<Vec<u8>, WireError> {
-    frame.objects.iter().try_for_each(check_finite)?;
-    print(&JsonFused {
-        hub: frame.hub,
-        lineage: frame.lineage,
-        sequence: Id64(frame.sequence),
-        fused_at: Micros(frame.fused_at),
-        map_frame: frame.map_frame,
-        objects: frame.objects.iter().map(JsonObject::from).collect(),
-        agents: frame.agents.iter().map(JsonAgent::from).collect(),
-        includes: frame.includes.iter().map(JsonInclusion::from).collect(),
-    })
-}
-
-/// The frame of a JSON text; times are cut to microseconds.
-pub fn decode_fused(bytes: &[u8]) -> Result<FusedFrame, WireError> {
-    let json: JsonFused = parse(bytes)?;
-    Ok(FusedFrame {
-        hub: json.hub,
-        lineage: json.lineage,
-        sequence: json.sequence.0,
-        fused_at: json.fused_at.0,
-        map_frame: json.map_frame,
-        objects: json.objects.into_iter().map(FusedObject::from).collect(),
-        agents: json.agents.into_iter().map(AgentHealth::from).collect(),
-        includes: json.includes.into_iter().map(Inclusion::from).collect(),
-    })
 }
