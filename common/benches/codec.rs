@@ -75,6 +75,7 @@ fn detection(numbers: &mut Numbers, around: Pose, has_velocity: bool) -> Detecti
         bev: numbers.bev(around),
         covariance: BoxCovariance { position, ww: 0.03 + 0.1 * numbers.unit(), dd: 0.2, yaw: 0.01 },
         velocity: has_velocity.then(|| Velocity { x: x / 3.0, y: y / 3.0, covariance: numbers.covariance() }),
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }

@@ -73,6 +73,7 @@ pub(crate) fn detection_frame() -> DetectionFrame {
             yaw: angular(139),
         },
         velocity: Some(Velocity { x: mm(13_889.0), y: mm(-250.0), covariance: covariance(150, 151, 127) }),
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     };
     let pedestrian = Detection {
@@ -86,6 +87,7 @@ pub(crate) fn detection_frame() -> DetectionFrame {
             yaw: angular(255),
         },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: Some(u64::MAX),
     };
     let cone = Detection {
@@ -99,6 +101,7 @@ pub(crate) fn detection_frame() -> DetectionFrame {
             yaw: angular(6),
         },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     };
     DetectionFrame {

@@ -77,6 +77,7 @@ fn spread(i: u8) -> Detection {
             yaw: 0.01,
         },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }

@@ -31,7 +31,8 @@ const MAX_YAW_RAD: f64 = std::f64::consts::PI + 1e-9;
 pub const MAX_SPEED_MPS: f64 = 150.0;
 
 /// What is known of a heading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[repr(u8)]
 pub enum HeadingKind {
     /// The front is at this heading.
@@ -56,6 +57,8 @@ pub struct Detection {
     pub covariance: BoxCovariance,
     /// Measured velocity, where the sensor measures it.
     pub velocity: Option<Velocity>,
+    /// What is known of the heading.
+    pub heading: HeadingKind,
     /// The sender's track number: with it this is the state of a filtered track, without it a raw detection.
     pub source_track: Option<u64>,
 }
@@ -96,6 +99,27 @@ impl InvalidValue {
     /// The cause in two words, for counting beside the field's name.
     pub const fn cause(&self) -> &'static str {
         if self.value.is_finite() { "out of range" } else { "not finite" }
+    }
+}
+
+impl HeadingKind {
+    /// The kind of a number on the wire.
+    pub const fn from_byte(byte: u32) -> Option<Self> {
+        match byte {
+            0 => Some(Self::Known),
+            1 => Some(Self::Axis),
+            2 => Some(Self::Unknown),
+            _ => None,
+        }
+    }
+
+    /// The name in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Known => "known",
+            Self::Axis => "axis",
+            Self::Unknown => "unknown",
+        }
     }
 }
 
@@ -226,6 +250,7 @@ mod tests {
             bev: BevBox { x: 1.0, y: 2.0, w: 1.8, d: 4.5, yaw: 0.3 },
             covariance: BoxCovariance { position: Covariance2::isotropic(0.3), ww: 0.1, dd: 0.1, yaw: 0.01 },
             velocity: None,
+            heading: HeadingKind::Known,
             source_track: None,
         }
     }

@@ -1,6 +1,7 @@
 //! What a hub publishes: fused objects, and the frame that contains them.
 
 use crate::class::Class;
+use crate::detection::HeadingKind;
 use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::{Span, Timestamp};
@@ -37,6 +38,8 @@ pub struct FusedObject {
     pub dd: f64,
     /// Variance of the heading, rad².
     pub yaw_variance: f64,
+    /// What is known of the heading. The variance of an axis holds that the front may be at the other end.
+    pub heading: HeadingKind,
     /// Probability that the object exists.
     pub existence: f64,
     /// Time from the first measurement to `fused_at`.
@@ -65,6 +68,7 @@ impl FusedObject {
             ww: 1.0,
             dd: 1.0,
             yaw_variance: 1.0,
+            heading: HeadingKind::Known,
             existence: 1.0,
             age: Span::ZERO,
             last_measured_at: Timestamp::EPOCH,

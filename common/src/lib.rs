@@ -27,6 +27,7 @@
 //!     bev: BevBox { x: 12.5, y: -3.25, w: 1.8, d: 4.5, yaw: 0.1 },
 //!     covariance: BoxCovariance { position: Covariance2::isotropic(0.3), ww: 0.01, dd: 0.01, yaw: 0.003 },
 //!     velocity: None,
+//!     heading: crate::detection::HeadingKind::Known,
 //!     source_track: None,
 //! });
 //! frame.validate()?;

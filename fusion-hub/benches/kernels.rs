@@ -75,7 +75,15 @@ fn detection(object: u32, round: u32, agent: u32) -> Detection {
         dd: 0.01,
         yaw: 0.001,
     };
-    Detection { class: Class::Car, score: 0.9, bev, covariance, velocity: None, source_track: None }
+    Detection {
+        class: Class::Car,
+        score: 0.9,
+        bev,
+        covariance,
+        velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
+        source_track: None,
+    }
 }
 
 fn frame(agent: u32, round: u32) -> DetectionFrame {

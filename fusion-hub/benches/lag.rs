@@ -28,6 +28,7 @@ fn frame(step: u32, captured_at: Timestamp) -> DetectionFrame {
         bev: BevBox { x: 8.0 * t, y: 20.0 * f64::from(object), w: 1.8, d: 4.5, yaw: 0.0 },
         covariance,
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     };
     let id = FrameId { agent: id, epoch: 1, sequence: u64::from(step) };

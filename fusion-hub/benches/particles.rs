@@ -62,6 +62,7 @@ fn frames(sigma_m: f64) -> Vec<DetectionFrame> {
                     yaw: SIGMA_YAW_RAD * SIGMA_YAW_RAD,
                 },
                 velocity: None,
+                heading: v2x_common::detection::HeadingKind::Known,
                 source_track: None,
             }
         });

@@ -33,6 +33,7 @@ fn frame(agent: AgentId, step: u32, sequence: u64) -> DetectionFrame {
             bev,
             covariance,
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         }],
     }

@@ -86,7 +86,15 @@ impl Source<'_> {
         });
         let source_track = (flags & 2 != 0).then(|| u64::from(self.byte()));
         let class = Class::ALL[usize::from(flags >> 3) % Class::ALL.len()];
-        Detection { class, score: 0.5, bev, covariance, velocity, source_track }
+        Detection {
+            class,
+            score: 0.5,
+            bev,
+            covariance,
+            velocity,
+            heading: v2x_common::detection::HeadingKind::Axis,
+            source_track,
+        }
     }
 
     fn frame(&mut self, now: Timestamp) -> DetectionFrame {

@@ -55,6 +55,7 @@ pub(crate) fn detection(walker: &Walker, t_s: f64, random: &mut ChaCha8Rng) -> D
             yaw: SIGMA_YAW_RAD * SIGMA_YAW_RAD,
         },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }

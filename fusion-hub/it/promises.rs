@@ -8,7 +8,7 @@ use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::engine::Disposition;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::fusion::preset;
+use v2x_fusion_hub::fusion::{Births, preset};
 
 fn is_accepted(disposition: &Disposition) -> bool {
     matches!(disposition, Disposition::Accepted { .. })
@@ -198,7 +198,8 @@ fn the_literal_method_lists_only_measurements_that_it_still_holds() {
 fn foreign_tracks_without_velocity_are_published_with_a_consistent_velocity_covariance() {
     for method in ["ours", "unikf-paper"] {
         for n_agents in [1u32, 3, 10] {
-            let mut engine = Engine::new(config().with_preset(preset(method).expect("a preset of the hub")));
+            let config = config().with_preset(preset(method).expect("a preset of the hub"));
+            let mut engine = Engine::new(config.with_tracking(|tracking| tracking.births = Births::AtOnce));
             for k in 0..20 * n_agents {
                 let ms = i64::from(100 * k / n_agents);
                 let foreign = Detection { source_track: Some(7), ..detection(0, at(ms), (0.0, 0.0)) };

@@ -66,6 +66,7 @@ pub(crate) fn detection(object: u32, captured_at: Timestamp, error: (f64, f64)) 
         },
         covariance: BoxCovariance { position: Covariance2::isotropic(SIGMA_M), ww: 0.1, dd: 0.6, yaw: 0.01 },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }

@@ -21,7 +21,7 @@
 //!     let bev = BevBox { x: f64::from(tenth), y: 5.0, w: 1.8, d: 4.5, yaw: 0.0 }; // 10 m/s east
 //!     let position = Covariance2::isotropic(0.04); // m²
 //!     let covariance = BoxCovariance { position, ww: 0.04, dd: 0.04, yaw: 0.01 };
-//!     let car = Detection { class: Class::Car, score: 0.9, bev, covariance, velocity: None, source_track: None };
+//!     let car = Detection { class: Class::Car, score: 0.9, bev, covariance, velocity: None, heading: v2x_common::detection::HeadingKind::Known, source_track: None };
 //!     let frame = DetectionFrame { detections: vec![car], ..DetectionFrame::empty(id, captured_at) };
 //!     let received_at = captured_at + Span::from_millis(60);
 //!     assert!(matches!(engine.handle_frame(&frame, received_at), Disposition::Accepted { .. }));

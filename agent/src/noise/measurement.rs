@@ -213,6 +213,7 @@ mod tests {
                 bev,
                 covariance: model.reported_covariance(&bev, &SENSOR),
                 velocity: None,
+                heading: v2x_common::detection::HeadingKind::Known,
                 source_track: None,
             };
             prop_assert_eq!(detection.validate(Some(&SENSOR)), Ok(()));

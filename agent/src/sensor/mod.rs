@@ -261,6 +261,7 @@ impl Sensor {
             bev,
             covariance: self.noise.model().reported_covariance(&bev, &pose.estimate),
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         }
     }
@@ -286,6 +287,7 @@ impl Sensor {
                 yaw: accuracy.yaw_rad * accuracy.yaw_rad,
             },
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         }
     }

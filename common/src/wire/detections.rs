@@ -6,6 +6,7 @@ use super::quantity::{self, MILLI, fixed, milli, unfixed};
 use super::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Reader, Writer, append};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
+use crate::detection::HeadingKind;
 use crate::detection::{
     self, Detection, DetectionFrame, MAX_COORDINATE_M, MAX_DETECTIONS, MAX_RANGE_M, MAX_SIZE_M,
     MAX_SPEED_MPS, MIN_SIZE_M,
@@ -18,6 +19,9 @@ const HAS_POSE: u8 = 1;
 const HAS_MAP_FRAME: u8 = 2;
 const HAS_VELOCITY: u8 = 1;
 const HAS_SOURCE_TRACK: u8 = 2;
+/// What is known of the heading; neither of the two where it is known.
+const HEADING_IS_AXIS: u8 = 4;
+const HEADING_IS_UNKNOWN: u8 = 8;
 
 /// Two names with their lengths, the preamble and flags; epoch, sequence, time; revision and count; the pose.
 const MAX_HEAD_LEN: usize =
@@ -106,7 +110,8 @@ fn write_head(frame: &DetectionFrame, writer: &mut Writer<'_>) -> Result<Origin,
 fn write_detection(detection: &Detection, origin: &Origin, writer: &mut Writer<'_>) -> Result<(), WireError> {
     let Detection { bev, covariance, .. } = detection;
     let flags = (HAS_VELOCITY * u8::from(detection.velocity.is_some()))
-        | (HAS_SOURCE_TRACK * u8::from(detection.source_track.is_some()));
+        | (HAS_SOURCE_TRACK * u8::from(detection.source_track.is_some()))
+        | heading_flag(detection.heading);
     let score = quantity::probability_byte("score", detection.score)?;
     writer.bytes([flags, detection.class.byte(), score]);
     writer.i64(origin.steps_to("x", bev.x, origin.x)?);
@@ -128,6 +133,14 @@ fn write_detection(detection: &Detection, origin: &Origin, writer: &mut Writer<'
         writer.u64(track);
     }
     Ok(())
+}
+
+const fn heading_flag(heading: HeadingKind) -> u8 {
+    match heading {
+        HeadingKind::Known => 0,
+        HeadingKind::Axis => HEADING_IS_AXIS,
+        HeadingKind::Unknown => HEADING_IS_UNKNOWN,
+    }
 }
 
 /// A frame without its detections.
@@ -239,7 +252,13 @@ fn read_detection(
     let (x, y) = (reader.i64()?, reader.i64()?);
     let (w, d, yaw) = (reader.u16()?, reader.u16()?, reader.i16()?);
     let [sx, sy, rho, sw, sd, st] = reader.bytes()?;
-    if flags & !(HAS_VELOCITY | HAS_SOURCE_TRACK) != 0 {
+    let heading = match flags & (HEADING_IS_AXIS | HEADING_IS_UNKNOWN) {
+        0 => HeadingKind::Known,
+        HEADING_IS_AXIS => HeadingKind::Axis,
+        HEADING_IS_UNKNOWN => HeadingKind::Unknown,
+        _ => return Err(WireError::UnknownFlags(flags)),
+    };
+    if flags & !(HAS_VELOCITY | HAS_SOURCE_TRACK | HEADING_IS_AXIS | HEADING_IS_UNKNOWN) != 0 {
         return Err(WireError::UnknownFlags(flags));
     }
     let is_size = |size_mm: u16| (milli(MIN_SIZE_M)..=milli(MAX_SIZE_M)).contains(&u64::from(size_mm));
@@ -267,6 +286,6 @@ fn read_detection(
         yaw: quantity::yaw_variance(st),
     };
     let score = quantity::probability(score);
-    detections.push(Detection { class, score, bev, covariance, velocity, source_track });
+    detections.push(Detection { class, score, bev, covariance, velocity, heading, source_track });
     Ok(is_plausible)
 }

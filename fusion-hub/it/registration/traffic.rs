@@ -273,6 +273,7 @@ fn detected(object: &Pose, true_pose: &Pose, estimated: &Pose, rng: &mut ChaCha8
             yaw: yaw_sigma * yaw_sigma,
         },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }

@@ -18,9 +18,8 @@ pub(super) fn class_cost(a: Class, b: Class) -> Option<f64> {
     }
     match (a.group(), b.group()) {
         (a, b) if a == b => Some(WITHIN_GROUP),
-        (ClassGroup::Pedestrian, ClassGroup::TwoWheeled) | (ClassGroup::TwoWheeled, ClassGroup::Pedestrian) => {
-            Some(RIDER)
-        }
+        (ClassGroup::Pedestrian, ClassGroup::TwoWheeled)
+        | (ClassGroup::TwoWheeled, ClassGroup::Pedestrian) => Some(RIDER),
         _ => None,
     }
 }

@@ -49,6 +49,11 @@ pub struct AssociationConfig {
 impl Default for AssociationConfig {
     /// The gate is that of deploy/docs/methods.md: 0.9997 of true pairs are within it.
     fn default() -> Self {
-        Self { cost: AssociationCost::default(), gate: 16.2, turned_headings: false, classes: ClassRule::Exact }
+        Self {
+            cost: AssociationCost::default(),
+            gate: 16.2,
+            turned_headings: false,
+            classes: ClassRule::Exact,
+        }
     }
 }

@@ -63,7 +63,8 @@ fn cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfi
         AssociationCost::Iou => (iou > 0.0, 1.0 - iou),
         AssociationCost::Euclidean => (distance2 <= 9.0, libm::sqrt(distance2)),
     };
-    (is_near && (config.classes == ClassRule::Ignored || z.class.is_compatible_with(track.class))).then_some(cost)
+    (is_near && (config.classes == ClassRule::Ignored || z.class.is_compatible_with(track.class)))
+        .then_some(cost)
 }
 
 fn cost_alone(cost: AssociationCost) -> f64 {
@@ -231,6 +232,7 @@ fn car_at(position: [f64; 2]) -> Measurement {
         yaw: 0.0,
         yaw_variance: 0.02,
         size_law: [None; 2],
+        heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
     }
@@ -258,9 +260,9 @@ fn the_likelihood_cost_is_minus_two_ln_of_the_density_with_capped_cues() {
     let position = separation.mahalanobis2() + libm::log(separation.determinant);
     // The heading's variance is 0.02 rad² on either side.
     let (heading, sizes) = (0.1 * 0.1 / 0.04, csba::dimension_distance2(&z, &track));
-    assert!((likelihood::pair_cost(&z, &track) - (position + heading + sizes)).abs() < 1e-12);
+    assert!((likelihood::pair_cost(&z, &track, false) - (position + heading + sizes)).abs() < 1e-12);
     let unlike = Measurement { size: [9.0, 0.5], yaw: 3.0, ..z };
-    assert!((likelihood::pair_cost(&unlike, &track) - (position + 12.0 + 12.0)).abs() < 1e-12);
+    assert!((likelihood::pair_cost(&unlike, &track, false) - (position + 12.0 + 12.0)).abs() < 1e-12);
 }
 
 #[test]
@@ -275,19 +277,20 @@ fn a_pair_without_competitor_costs_no_more_by_a_low_report_probability_and_less_
     };
     // Within the limit alone, beyond it with what a low probability costs.
     let turned = Measurement { position: [1.5, 0.0], yaw: 3.0, ..here };
-    let cost = likelihood::pair_cost(&turned, &track(0.5));
+    let cost = likelihood::pair_cost(&turned, &track(0.5), false);
     assert!(cost < likelihood::COST_ALONE && cost + 12.0 > likelihood::COST_ALONE, "{cost}");
     assert_eq!(found(turned, track(0.001)), Some(0));
     // Beyond the limit alone, within it by a high probability.
     let unlike = Measurement { position: [1.9, 0.0], size: [9.0, 0.5], ..turned };
-    let cost = likelihood::pair_cost(&unlike, &track(0.5));
+    let cost = likelihood::pair_cost(&unlike, &track(0.5), false);
     assert!(cost > likelihood::COST_ALONE && cost < likelihood::COST_ALONE + 9.0, "{cost}");
     assert_eq!((found(unlike, track(0.5)), found(unlike, track(0.99))), (None, Some(0)));
 }
 
 #[test]
 fn boxes_that_overlap_at_their_far_ends_are_candidates() {
-    let config = AssociationConfig { cost: AssociationCost::Iou, class_aware: false, ..Default::default() };
+    let config =
+        AssociationConfig { cost: AssociationCost::Iou, classes: ClassRule::Ignored, ..Default::default() };
     let mut associator = Associator::default();
     // Long and narrow ones end to end, and square ones corner to corner.
     for (size, yaw, apart) in [([0.2, 12.0], 0.0, 11.9), ([4.0, 4.0], std::f64::consts::FRAC_PI_4, 5.6)] {

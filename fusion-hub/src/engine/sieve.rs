@@ -118,6 +118,7 @@ mod tests {
             bev: BevBox { x: 0.0, y: 0.0, w: *w, d: 4.0, yaw: 0.0 },
             covariance: BoxCovariance { position: Covariance2::isotropic(0.1), ww: 0.1, dd: 0.1, yaw: 0.1 },
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         };
         DetectionFrame {

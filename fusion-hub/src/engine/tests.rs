@@ -1,7 +1,7 @@
 //! What the engine admits, refuses and counts.
 
 use super::*;
-use crate::fusion::LateFrames;
+use crate::fusion::{Births, LateFrames};
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::detection::{Detection, DetectionFrame};
@@ -22,8 +22,9 @@ fn config() -> EngineConfig {
     EngineConfig::new(HubId::new("hub").unwrap(), 1)
 }
 
+/// Of sensors that report nothing false: the first detection counts.
 fn engine() -> Engine {
-    Engine::new(config())
+    Engine::new(config().with_tracking(|tracking| tracking.births = Births::AtOnce))
 }
 
 /// Whether a frame is out of sequence, or why it is refused.
@@ -160,6 +161,7 @@ fn car(x: f64) -> Detection {
         bev: BevBox { x, y: 0.0, w: 1.8, d: 4.5, yaw: 0.0 },
         covariance: BoxCovariance { position: Covariance2::isotropic(0.09), ww: 0.04, dd: 0.04, yaw: 0.01 },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }

@@ -166,6 +166,7 @@ mod tests {
             yaw: 0.3,
             yaw_variance: 0.01,
             size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track,
         }

@@ -7,8 +7,8 @@ use crate::association::{AssociationConfig, AssociationCost};
 use crate::baselines::{Rule, Ties, dair_v2x, infradet3d};
 use crate::registration::Registration;
 use crate::track::Rollback;
-use crate::values::Coast;
 use crate::tracker::{Hypotheses, ParticleCount, TrackerConfig};
+use crate::values::Coast;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::{Serialize, Serializer};
 use v2x_common::time::Span;
@@ -125,11 +125,15 @@ pub const PRESETS: &[Preset] = &[
     }),
     Preset {
         late_frames: LateFrames::Drop,
-        ..Preset::unlearnt("drop-late", "constant velocity, late frames dropped", |_| late_data(Rollback::Replay))
+        ..Preset::unlearnt("drop-late", "constant velocity, late frames dropped", |_| {
+            late_data(Rollback::Replay)
+        })
     },
     Preset {
         late_frames: LateFrames::IgnoreDelay,
-        ..Preset::unlearnt("ignore-delay", "constant velocity, delays ignored", |_| late_data(Rollback::Replay))
+        ..Preset::unlearnt("ignore-delay", "constant velocity, delays ignored", |_| {
+            late_data(Rollback::Replay)
+        })
     },
 ];
 

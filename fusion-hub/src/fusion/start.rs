@@ -11,7 +11,9 @@ impl Fusion {
     /// Starts the method, without tracks. Its track ids are of this lineage.
     pub(crate) fn start(&self, lifetimes: Lifetimes, lineage: u32) -> Box<dyn FusionMethod> {
         match *self {
-            Self::Window(window) => Box::new(WindowFusion::new(window, lineage, lifetimes.coast.without_rate())),
+            Self::Window(window) => {
+                Box::new(WindowFusion::new(window, lineage, lifetimes.coast.without_rate()))
+            }
             Self::Tracking(tracking) => match tracking.motion {
                 MotionModel::Cv => Box::new(Tracking::<State>::new(tracking, lifetimes, lineage)),
                 MotionModel::Imm => Box::new(Tracking::<ImmState>::new(tracking, lifetimes, lineage)),

@@ -154,7 +154,8 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
-        let lasting = &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, now));
+        let lasting =
+            &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, now));
         let readings = &Readings { hidden, lasting };
         let list = TrackList { tracks, n_hypotheses, agents, readings };
         self.publisher.write(objects, &list, now);
@@ -169,7 +170,8 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         let context = self.tracker.context(agents);
         let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);
         let hidden = &|track| self.exclusion.hides(track);
-        let lasting = &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, at));
+        let lasting =
+            &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, at));
         let readings = &Readings { hidden, lasting };
         let past = PastTracks { tracks: &tracks, at, context: &context, readings };
         self.publisher.write_as_of(objects, &past, &mut self.smoother);

@@ -142,7 +142,9 @@ mod tests {
     #[test]
     fn nothing_seen_is_the_prior_and_much_seen_is_what_was_seen() {
         let profile = DetectionCounts::default().profile(UNKNOWN, 15);
-        assert!((profile.probability(35.0) - 0.7).abs() < 1e-12 && (profile.correlation() - 0.5).abs() < 1e-12);
+        assert!(
+            (profile.probability(35.0) - 0.7).abs() < 1e-12 && (profile.correlation() - 0.5).abs() < 1e-12
+        );
         let profile = in_runs(20_000).profile(UNKNOWN, 15);
         assert!((profile.probability(35.0) - 0.5).abs() < 0.01, "{profile:?}");
         assert!((profile.correlation() - 0.8).abs() < 0.01, "{profile:?}");

@@ -138,7 +138,10 @@ impl InnovationCounts {
 #[cfg(test)]
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("learning.coloured", format!("correlation {COLOURED} of {LEAST_PAIRS} pairs, times {LASTING_SHARE}")),
+        (
+            "learning.coloured",
+            format!("correlation {COLOURED} of {LEAST_PAIRS} pairs, times {LASTING_SHARE}"),
+        ),
         ("learning.variance_scale", format!("beyond e^{WRONG_BY}, within {SCALE_LIMITS:?}")),
     ]
 }

@@ -184,7 +184,8 @@ impl Learner {
         if epoch.is_turn(Epoch::of(track.initiated_at())) || memory.is_new() {
             memory.is_real = track.before(begin, context).is_some_and(|estimate| estimate.is_rather_real());
         }
-        let is_due = epoch.is_long_turn(Epoch::of(track.initiated_at())) || self.needs_innovations(track, [begin, end], context);
+        let is_due = epoch.is_long_turn(Epoch::of(track.initiated_at()))
+            || self.needs_innovations(track, [begin, end], context);
         if memory.counts() && is_due {
             track.visit_detections([begin, end], context, |before, item| {
                 self.observe_innovation(&mut memory, before, item, context);
@@ -205,7 +206,11 @@ impl Learner {
         let position = held.position();
         memory.position = Some(position);
         if !held.class().is_immobile() {
-            self.compare_heading(memory, frame.agent, Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) });
+            self.compare_heading(
+                memory,
+                frame.agent,
+                Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
+            );
         }
         let before = memory.note(frame.agent, true);
         if !memory.counts() {

@@ -21,5 +21,13 @@ pub(crate) use reading::{FrameReading, Prior};
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    [learner::listed(), detection_counts::listed(), heading_counts::listed(), innovation_counts::listed(), sensor_statistics::listed(), reading::listed()].concat()
+    [
+        learner::listed(),
+        detection_counts::listed(),
+        heading_counts::listed(),
+        innovation_counts::listed(),
+        sensor_statistics::listed(),
+        reading::listed(),
+    ]
+    .concat()
 }

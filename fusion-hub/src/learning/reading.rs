@@ -1,7 +1,9 @@
 //! How a frame is read as evidence, by what its agent declares and by what was learnt of it.
 
 use super::detection_counts::ProfilePrior;
-use crate::values::{Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PositionErrors, ScoreModel};
+use crate::values::{
+    Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PositionErrors, ScoreModel,
+};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
 

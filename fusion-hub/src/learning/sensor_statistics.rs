@@ -47,7 +47,11 @@ impl SensorStatistics {
     /// Counts a detection at a range (m), where that is known.
     pub(super) fn add_detection(&mut self, range_m: Option<f64>) {
         if let Some(range_m) = range_m {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the steps")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "clamped to the steps"
+            )]
             let step = (range_m / STEP_M).clamp(0.0, (STEPS - 1) as f64) as usize;
             self.ranges[step] += 1.0;
         }

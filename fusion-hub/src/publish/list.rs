@@ -1,6 +1,7 @@
 //! The list of objects of one fused frame.
 
 use v2x_common::class::Class;
+use v2x_common::detection::HeadingKind;
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
@@ -65,6 +66,7 @@ fn blank() -> FusedObject {
         ww: 0.0,
         dd: 0.0,
         yaw_variance: 0.0,
+        heading: HeadingKind::Known,
         existence: 0.0,
         age: Span::ZERO,
         last_measured_at: Timestamp::EPOCH,

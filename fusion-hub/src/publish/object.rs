@@ -3,10 +3,10 @@
 use crate::filter::{Estimate, Filter};
 use crate::track::{Contributors, Track};
 use crate::values::AgentNames;
+use std::f64::consts::PI;
 use v2x_common::detection::{MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::geometry::BevBox;
-use std::f64::consts::PI;
 use v2x_common::time::Timestamp;
 
 /// The estimate of a track at the time for which it is published.
@@ -37,7 +37,8 @@ pub(super) fn fill<F: Filter>(
     object.kinematic_covariance = estimate.covariance;
     object.ww = estimate.width.variance;
     object.dd = estimate.depth.variance;
-    let (_, reversed) = latest.orientation.heading();
+    let (heading, reversed) = latest.orientation.heading();
+    object.heading = heading;
     // The expected square of the error if the front may be at the other end.
     object.yaw_variance = estimate.heading.variance + PI * PI * reversed * (1.0 - reversed);
     object.existence = *existence;

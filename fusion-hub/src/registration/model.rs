@@ -243,6 +243,7 @@ mod tests {
             bev: BevBox { x, y, w: 1.8, d: 4.5, yaw },
             covariance: BoxCovariance { position, ww: 0.1, dd: 0.1, yaw: 0.01 },
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         };
         let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: 1, sequence: 1 };

@@ -1,11 +1,13 @@
 //! The estimate of a track after some of its evidence.
 
-use crate::filter::Filter;
-use crate::values::Coverage;
-use crate::values::{Existence, Persistence};
 use super::orientation::{Action, Orientation, Read, first_read};
-use crate::values::{DetectionModel, HeadingLaw, Measurement, PositionInnovation, ScoreEvidence, Support};
+use crate::filter::Filter;
 use crate::values::AgentSlot;
+use crate::values::Coverage;
+use crate::values::{
+    DetectionModel, HeadingLaw, Measurement, PositionInnovation, ScoreEvidence, ScoreModel, Support,
+};
+use crate::values::{Existence, Persistence};
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
@@ -90,7 +92,8 @@ impl<F: Filter> Snapshot<F> {
         counts[0] = (z.class, 1);
         Self {
             state: F::initial(at, &Measurement { class: motion_class(z.class, class_motion), ..*z }),
-            existence: Existence::from_odds(frame.model.birth_odds * score.factor()).within(&frame.model.persistence),
+            existence: Existence::from_odds(frame.model.birth_odds * score.factor())
+                .within(&frame.model.persistence),
             at,
             initiated_at: at,
             n_reports: 1,
@@ -140,8 +143,8 @@ impl<F: Filter> Snapshot<F> {
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
         if model.keeps_support {
-            if is_unlikely {
-                // It may be of a new object.
+            if is_unlikely && model.scores == ScoreModel::Ignored {
+                // It may be of a new object. Low scores, however, are of the same clutter.
                 self.support = Support::default();
             }
             over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));

@@ -125,11 +125,7 @@ impl<F: Filter> NewestInstant<F> {
     }
 
     /// Maintains the copies as the tracks are ([`TrackStore::maintain`]).
-    pub(super) fn maintain(
-        &mut self,
-        kept: &KeptTracks,
-        context: &TrackContext<'_>,
-    ) {
+    pub(super) fn maintain(&mut self, kept: &KeptTracks, context: &TrackContext<'_>) {
         self.before.retain(|track| track.last_measured_at() >= kept.detected_from(track));
         for track in &mut self.before {
             track.replay(context);

@@ -4,7 +4,7 @@ use super::config::{Lifetimes, TrackerConfig};
 use super::store::TrackStore;
 use crate::filter::Filter;
 use crate::track::{FrameSlot, StoredFrame, Track, TrackContext};
-use crate::values::{Coverage, Measurement, PredictedMeasurement};
+use crate::values::{Coast, Coverage, Measurement, PredictedMeasurement};
 use v2x_common::time::{Span, Timestamp};
 
 /// An object that a frame can detect or miss is at most this far outside of the frame's region, m.
@@ -42,18 +42,29 @@ pub(crate) struct PredictionLimits {
     /// A track is not predicted over more than this. It is the time for which a track is kept, so that late data can
     /// bridge a gap.
     memory: Span,
-    /// A track whose last detection is older is not predicted. With a lag it is kept for publishing only.
-    last_detected_from: Timestamp,
+    /// Without a lag, tracks detected since then are kept, and for the time of coasting. With a lag, older ones are kept
+    /// for publishing only, and are not predicted; `None` without a lag.
+    detected_from: Option<Timestamp>,
+    coast: Coast,
 }
 
 impl PredictionLimits {
-    /// `deleted_before` is when tracks must have been detected to be kept without a lag.
-    pub(crate) fn new(config: &TrackerConfig, lifetimes: &Lifetimes, deleted_before: Timestamp) -> Self {
+    /// `detected_from` is since when tracks must have been detected to be kept without a lag, but for coasting.
+    pub(crate) fn new(config: &TrackerConfig, lifetimes: &Lifetimes, detected_from: Timestamp) -> Self {
         let has_lag = config.hypotheses.lag() > Span::ZERO;
         Self {
             memory: lifetimes.coast.longest() + lifetimes.delta_max,
-            last_detected_from: if has_lag { deleted_before } else { Timestamp::MIN },
+            detected_from: has_lag.then_some(detected_from),
+            coast: lifetimes.coast,
         }
+    }
+}
+
+impl PredictionLimits {
+    /// Whether a track is kept for publishing only.
+    fn leave_out<F: Filter>(&self, track: &Track<F>) -> bool {
+        let coast = || self.coast.of(track.latest().interval_s);
+        self.detected_from.is_some_and(|from| track.last_measured_at() < from - coast())
     }
 }
 
@@ -73,7 +84,7 @@ impl<F: Filter> Predictions<F> {
             let away = (at - track.latest().state.at()).abs();
             let is_near = region.may_hold(&track.latest().state, away.as_secs_f64());
             // All versions of a track stay together: particles are resampled with all of theirs.
-            if (!is_near && track.holders.is_all()) || track.last_measured_at() < limits.last_detected_from {
+            if (!is_near && track.holders.is_all()) || limits.leave_out(track) {
                 continue;
             }
             self.predict_one((index, track), frame, limits, context);
@@ -260,7 +271,8 @@ mod tests {
             AssociationCost::Euclidean,
         ];
         let is_candidate = costs.into_iter().any(|cost| {
-            let config = AssociationConfig { cost, gate: 25.0, turned_headings: true, classes: ClassRule::Evidence };
+            let config =
+                AssociationConfig { cost, gate: 25.0, turned_headings: true, classes: ClassRule::Evidence };
             associator.find_candidates(frame.measurements, &[track], &config);
             !associator.candidates_of(0).is_empty()
         });

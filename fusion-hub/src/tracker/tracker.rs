@@ -29,8 +29,8 @@ pub(crate) struct Tracker<F> {
     assigning: Assigning,
     assignment: Assignment,
     instant: NewestInstant<F>,
-    /// Tracks last detected before would be deleted without a lag.
-    deleted_before: Timestamp,
+    /// Tracks last detected before would be deleted without a lag, but for coasting.
+    detected_from: Timestamp,
 }
 
 /// A frame after its association, for readers of the assignment.
@@ -90,7 +90,7 @@ impl<F: Filter> Tracker<F> {
             assigning: Assigning::new(&config),
             assignment: Assignment::default(),
             instant: NewestInstant::default(),
-            deleted_before: Timestamp::MIN,
+            detected_from: Timestamp::MIN,
         }
     }
 
@@ -111,7 +111,7 @@ impl<F: Filter> Tracker<F> {
         let errors = frames.get(slot).model.errors;
         self.measurements.extend(frames.measurements(slot).map(|z| errors.whole(z)));
         let frame = FrameView { slot, stored: frames.get(slot), measurements: &self.measurements };
-        let limits = PredictionLimits::new(config, &self.lifetimes, self.deleted_before);
+        let limits = PredictionLimits::new(config, &self.lifetimes, self.detected_from);
         predictions.predict(tracks, &frame, &limits, &context);
         assigning.assign(&frame, tracks, predictions, assignment);
         if assigning.has_particles() {
@@ -238,7 +238,7 @@ impl<F: Filter> Tracker<F> {
     ) {
         let Lifetimes { delta_max, coast } = self.lifetimes;
         let context = context(&self.config, &self.frames, agents);
-        self.deleted_before = horizon.at.max(now - delta_max) - coast.longest();
+        self.detected_from = horizon.at.max(now - delta_max);
         let kept = KeptTracks { evidence: *held, detected_from: horizon.at, coast };
         self.tracks.maintain(&kept, &context, on_deleted);
         self.instant.maintain(&kept, &context);

@@ -24,8 +24,11 @@ impl Body {
     pub fn of(class: Class, bev: &BevBox, variance: f64) -> Option<Self> {
         let width_m = bev.w.min(bev.d);
         let is_known = variance <= LEAST_KNOWN * LEAST_KNOWN * width_m * width_m;
-        (class.group() == ClassGroup::FourWheeled && is_known)
-            .then(|| Self { footprint: Footprint::of(bev), variance, width_m })
+        (class.group() == ClassGroup::FourWheeled && is_known).then(|| Self {
+            footprint: Footprint::of(bev),
+            variance,
+            width_m,
+        })
     }
 
     /// Whether two of these can only be the same body.

@@ -151,7 +151,9 @@ mod tests {
     fn survival_does_not_depend_on_how_the_time_is_split() {
         let start = Existence::from_probability(0.9);
         let whole = start.survived(Span::from_millis(400), &Persistence::BRIEF);
-        let split = start.survived(Span::from_millis(150), &Persistence::BRIEF).survived(Span::from_millis(250), &Persistence::BRIEF);
+        let split = start
+            .survived(Span::from_millis(150), &Persistence::BRIEF)
+            .survived(Span::from_millis(250), &Persistence::BRIEF);
         assert!((whole.probability() - 0.9 * libm::exp(-0.04)).abs() < 1e-12);
         assert!((whole.probability() - split.probability()).abs() < 1e-12);
     }
@@ -208,7 +210,7 @@ mod tests {
         let absent_later = gone + 0.3;
         for later in [0.0, 0.25, 1.0] {
             let expected = later + (1.0 - later) * gone / absent_later;
-            assert!((before.existed(dt, later) - expected).abs() < 1e-12);
+            assert!((before.existed(dt, &Persistence::BRIEF, later) - expected).abs() < 1e-12);
         }
     }
 

@@ -26,9 +26,9 @@ pub use agents::{AgentNames, AgentSlot};
 pub use coast::Coast;
 pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
+pub use exclusion::Body;
 pub use existence::{Existence, Persistence, SURVIVAL_TIME_S};
 pub(crate) use exponential::share_lost;
-pub use exclusion::Body;
 pub use heading_law::HeadingLaw;
 pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
@@ -40,4 +40,7 @@ pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::Support;
 
 #[cfg(test)]
-pub(crate) use {coast::listed as coast_listed, exclusion::listed as exclusion_listed, existence::listed as existence_listed, support::listed as support_listed};
+pub(crate) use {
+    coast::listed as coast_listed, exclusion::listed as exclusion_listed,
+    existence::listed as existence_listed, support::listed as support_listed,
+};

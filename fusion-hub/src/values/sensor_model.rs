@@ -2,14 +2,14 @@
 
 use super::compact::DetectionEvidence;
 use super::detection_profile::DetectionProfile;
-use super::heading_law::HeadingLaw;
 use super::existence::{Persistence, SURVIVAL_TIME_S};
+use super::heading_law::HeadingLaw;
 use super::measurement::{Measurement, SizeLaw};
 use super::position_errors::PositionErrors;
 use super::score_model::ScoreModel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-use v2x_common::detection::{Detection, HeadingKind};
+use v2x_common::detection::Detection;
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
 
@@ -204,7 +204,7 @@ impl SensorModel {
             size_law: [w.law, d.law],
             yaw: bev.yaw,
             yaw_variance: covariance.yaw,
-            heading: HeadingKind::Known,
+            heading: detection.heading,
             velocity: detection.velocity,
             is_track: detection.source_track.is_some(),
         }

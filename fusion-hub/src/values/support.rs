@@ -95,9 +95,8 @@ impl Support {
     /// The place of an agent; else a free one, or that of an agent that has not observed the track for long.
     fn place_for(&mut self, agent: AgentSlot, at_ms: u32) -> Option<&mut AgentSupport> {
         let is_it = |known: &AgentSupport| known.agent == agent && known.last.is_some();
-        let is_free = |known: &AgentSupport| {
-            known.last.is_none() || passed_s(known.at_ms, at_ms) > FORGOTTEN_AFTER_S
-        };
+        let is_free =
+            |known: &AgentSupport| known.last.is_none() || passed_s(known.at_ms, at_ms) > FORGOTTEN_AFTER_S;
         let place = self.agents.iter().position(is_it).or_else(|| self.agents.iter().position(is_free))?;
         Some(&mut self.agents[place])
     }

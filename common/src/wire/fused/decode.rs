@@ -1,7 +1,9 @@
 //! Fused frames from bytes.
 
+use super::HEADING_SHIFT;
 use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
 use crate::class::Class;
+use crate::detection::HeadingKind;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion};
 use crate::geometry::BevBox;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
@@ -118,6 +120,9 @@ fn read_object(
     let (age_ns, measured_before_fused_ns) = (reader.i64()?, reader.i64()?);
     let (n_classes, n_contributors) = (reader.u32()?, reader.u32()?);
     let n_contributors = checked_count("contributors", n_contributors, MAX_AGENTS)?;
+    let (n_classes, heading) = (n_classes & ((1 << HEADING_SHIFT) - 1), n_classes >> HEADING_SHIFT);
+    let heading = HeadingKind::from_byte(heading)
+        .ok_or(WireError::UnknownFlags(u8::try_from(heading).unwrap_or(u8::MAX)))?;
     let n_classes = checked_count("class probabilities", n_classes, Class::ALL.len())?;
     let class_probabilities = read_classes(reader, n_classes)?;
     let contributors = read_contributors(reader, n_contributors, &frame.agents)?;
@@ -137,6 +142,7 @@ fn read_object(
         ww: quantity::metric_variance(sw),
         dd: quantity::metric_variance(sd),
         yaw_variance: quantity::yaw_variance(st),
+        heading,
         existence: quantity::probability(existence),
         age: Span::from_nanos(age_ns),
         last_measured_at: frame.fused_at - Span::from_nanos(measured_before_fused_ns),

@@ -1,5 +1,6 @@
 //! Fused frames into bytes.
 
+use super::HEADING_SHIFT;
 use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
 use crate::class::Class;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject};
@@ -163,7 +164,8 @@ fn write_object(
     writer.bytes([sw, sd, st, existence]);
     writer.i64(object.age.as_nanos());
     writer.i64((frame.fused_at - object.last_measured_at).as_nanos());
-    writer.u32(wire_count("class probabilities", object.classes().count(), Class::ALL.len())?);
+    let n_classes = wire_count("class probabilities", object.classes().count(), Class::ALL.len())?;
+    writer.u32(n_classes | (object.heading as u32) << HEADING_SHIFT);
     writer.u32(wire_count("contributors", object.contributors.len(), MAX_AGENTS)?);
     Ok(())
 }

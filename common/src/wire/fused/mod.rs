@@ -4,6 +4,9 @@ mod decode;
 mod encode;
 mod limits;
 
+/// What is known of the heading stands above the number of classes, which takes this many bits.
+const HEADING_SHIFT: u32 = 6;
+
 pub use decode::decode;
 pub use encode::encode;
 pub use limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};

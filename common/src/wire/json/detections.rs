@@ -4,7 +4,7 @@ use super::values::{Id64, Stamp, covariance, deviations, number, optional_number
 use super::values::{parse, print, variance, with_quoted_words};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
-use crate::detection::{Detection, DetectionFrame};
+use crate::detection::{Detection, DetectionFrame, HeadingKind};
 use crate::geometry::{BevBox, Pose, wrap_angle};
 use crate::id::{AgentId, FrameId, MapFrame};
 use crate::unmapped_names::UnmappedNames;
@@ -98,6 +98,8 @@ struct JsonDetection<'a> {
     yaw: Option<f64>,
     #[serde(default, deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     score: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    heading: Option<HeadingKind>,
     #[serde(default)]
     sigma: JsonSigma,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -241,6 +243,10 @@ impl JsonDetection<'_> {
                 y: velocity.y,
                 covariance: covariance(velocity.sigma_x, velocity.sigma_y, velocity.rho),
             }),
+            heading: self.heading.unwrap_or(match self.yaw {
+                Some(_) => HeadingKind::Known,
+                None => HeadingKind::Unknown,
+            }),
             source_track: self.source_track.map(|id| id.0),
         }
     }
@@ -268,6 +274,7 @@ impl JsonDetection<'_> {
                 let (sigma_x, sigma_y, rho) = deviations(&velocity.covariance);
                 JsonVelocity { x: velocity.x, y: velocity.y, sigma_x, sigma_y, rho }
             }),
+            heading: Some(detection.heading).filter(|heading| *heading != HeadingKind::Known),
             source_track: detection.source_track.map(Id64),
         }
     }

@@ -166,10 +166,12 @@ impl Imm {
         self.update_velocity(z, inflation.report, &mut likelihoods);
         self.smooth.limit();
         self.manoeuvre.limit();
-        // Positions with dependent errors give no evidence about the model.
-        if inflation == Inflation::NONE || z.velocity.is_some() {
-            self.weigh(&likelihoods);
+        if inflation != Inflation::NONE && z.velocity.is_none() {
+            // Positions with dependent errors are evidence by their distances alone. By the determinants, which do not
+            // shrink, the narrower models would win at high rates; without any evidence the weights of birth would stay.
+            likelihoods.iter_mut().for_each(|likelihood| likelihood.determinant = 1.0);
         }
+        self.weigh(&likelihoods);
         innovation
     }
 

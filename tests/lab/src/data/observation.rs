@@ -122,7 +122,15 @@ impl Protocol {
         let model = self.noise.levels()[agent as usize].model();
         let bev = perturb(truth, pose, (&model, self.shape), rng);
         let covariance = model.reported_covariance(&bev, pose);
-        Detection { class, score: SCORE, bev, covariance, velocity: None, source_track: None }
+        Detection {
+            class,
+            score: SCORE,
+            bev,
+            covariance,
+            velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
+            source_track: None,
+        }
     }
 
     /// Adds clutter, uniform in the agent's field of view, at random places of the report.

@@ -197,7 +197,15 @@ fn report(truth: &BevBox, rng: &mut rand_chacha::ChaCha8Rng) -> Detection {
         dd: variance(SIGMA_SIZE * d),
         yaw: variance(SIGMA_YAW_RAD),
     };
-    Detection { class: Class::Car, score: 0.9, bev, covariance, velocity: None, source_track: None }
+    Detection {
+        class: Class::Car,
+        score: 0.9,
+        bev,
+        covariance,
+        velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
+        source_track: None,
+    }
 }
 
 #[cfg(test)]

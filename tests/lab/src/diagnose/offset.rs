@@ -207,6 +207,7 @@ mod tests {
             bev: BevBox { x: x + error, y: y - error, w: 1.8, d: 4.5, yaw: 0.0 },
             covariance: BoxCovariance { position: Covariance2::isotropic(0.04), ww: 0.1, dd: 0.1, yaw: 0.1 },
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         };
         let captured_at = Timestamp::EPOCH + Span::from_millis(100 * i64::from(k));

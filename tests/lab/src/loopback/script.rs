@@ -72,6 +72,7 @@ impl Actor {
             bev: self.bev_at(since_start),
             covariance: noise.covariance(),
             velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
             source_track: None,
         }
     }

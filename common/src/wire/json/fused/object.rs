@@ -1,7 +1,7 @@
 //! One object of a fused frame as JSON, and the limits of its numbers.
 
 use crate::class::Class;
-use crate::detection::MAX_COORDINATE_M;
+use crate::detection::{HeadingKind, MAX_COORDINATE_M};
 use crate::fused::{FusedObject, KINEMATIC_DIAGONAL, KINEMATIC_INDEX, KinematicCovariance};
 use crate::geometry::{BevBox, wrap_angle};
 use crate::id::{AgentId, FrameId, MeasurementId, TrackId};
@@ -45,6 +45,8 @@ pub(super) struct JsonObject {
     vy: f64,
     sigma: JsonObjectSigma,
     kinematic_covariance: KinematicCovariance,
+    #[serde(default)]
+    heading: HeadingKind,
     existence: f64,
     age_us: i64,
     last_measured_at: Micros,
@@ -167,6 +169,7 @@ impl From<&FusedObject> for JsonObject {
                 yaw: libm::sqrt(object.yaw_variance),
             },
             kinematic_covariance: *covariance,
+            heading: object.heading,
             existence: object.existence,
             age_us: object.age.as_nanos() / 1_000,
             last_measured_at: Micros(object.last_measured_at),
@@ -196,6 +199,7 @@ impl From<JsonObject> for FusedObject {
             ww: json.sigma.w * json.sigma.w,
             dd: json.sigma.d * json.sigma.d,
             yaw_variance: json.sigma.yaw * json.sigma.yaw,
+            heading: json.heading,
             existence: json.existence,
             age: Span::from_micros(json.age_us),
             last_measured_at: json.last_measured_at.0,

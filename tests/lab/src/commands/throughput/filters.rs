@@ -69,6 +69,7 @@ fn detection(step: u32) -> Detection {
             yaw: 0.01,
         },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     }
 }
@@ -118,7 +119,8 @@ pub(super) fn late_replay_ns<F: Filter>() -> anyhow::Result<f64> {
             detections: vec![detection(step)],
         };
         let model = sensing.model();
-        let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, model: &model, coverage: None };
+        let sensed =
+            SensedFrame { frame: &frame, agent: slot, sensor: &sensing, model: &model, coverage: None };
         Evidence::detection(captured_at, frames.insert(&sensed), 0)
     };
     let n_in_time = u32::try_from(2 * NEWER)?;

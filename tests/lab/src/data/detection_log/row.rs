@@ -4,7 +4,7 @@ use crate::data::csv_table::{CsvError, CsvTable, Row};
 use std::io::Read;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
-use v2x_common::detection::{Detection, InvalidValue, MAX_COORDINATE_M};
+use v2x_common::detection::{Detection, HeadingKind, InvalidValue, MAX_COORDINATE_M};
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
@@ -166,7 +166,8 @@ fn detection(row: &Row<'_>, class: Class, optional: Optional) -> Result<Detectio
         text => Some(text.parse().map_err(|_| row.wrong(TRACK_COLUMN, "the number of a track, or nothing"))?),
     };
     let velocity = if optional.velocities { velocity(row)? } else { None };
-    Ok(Detection { class, score, bev, covariance, velocity, source_track })
+    let heading = HeadingKind::Known;
+    Ok(Detection { class, score, bev, covariance, velocity, heading, source_track })
 }
 
 /// The measured velocity; `None` where all of its cells are empty.

@@ -178,6 +178,7 @@ fn as_report<'a>(
         bev: one.bev,
         covariance: one.covariance,
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     };
     AgentReport {

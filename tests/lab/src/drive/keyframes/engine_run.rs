@@ -244,7 +244,12 @@ fn config(setup: &Setup) -> EngineConfig {
         return config;
     }
     // A bounded cost: a detection in its own object's gate is always assigned.
-    let association = AssociationConfig { cost: AssociationCost::Csba, gate: OPEN_GATE, turned_headings: false, classes: ClassRule::Exact };
+    let association = AssociationConfig {
+        cost: AssociationCost::Csba,
+        gate: OPEN_GATE,
+        turned_headings: false,
+        classes: ClassRule::Exact,
+    };
     config.with_tracking(|tracking| {
         tracking.tracker.association = association;
         tracking.tracker.hypotheses = Hypotheses::Single { lag };

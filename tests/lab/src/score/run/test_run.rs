@@ -57,6 +57,7 @@ fn detections(name: &str, ms: i64, seen: &[(Option<u32>, f64, f64)]) -> Received
         bev: predicted(x, y),
         covariance: BoxCovariance { position: Covariance2::isotropic(0.6), ww: 0.1, dd: 0.1, yaw: 0.01 },
         velocity: None,
+        heading: v2x_common::detection::HeadingKind::Known,
         source_track: None,
     };
     let sequence = u64::try_from(ms / 100).unwrap();
