@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
-use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
 use v2x_common::fused::{
     AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_INDEX, KinematicCovariance,
 };
@@ -73,7 +73,7 @@ pub(crate) fn detection_frame() -> DetectionFrame {
             yaw: angular(139),
         },
         velocity: Some(Velocity { x: mm(13_889.0), y: mm(-250.0), covariance: covariance(150, 151, 127) }),
-        heading: v2x_common::detection::HeadingKind::Known,
+        heading: HeadingKind::Known,
         source_track: None,
     };
     let pedestrian = Detection {
@@ -87,7 +87,7 @@ pub(crate) fn detection_frame() -> DetectionFrame {
             yaw: angular(255),
         },
         velocity: None,
-        heading: v2x_common::detection::HeadingKind::Known,
+        heading: HeadingKind::Known,
         source_track: Some(u64::MAX),
     };
     let cone = Detection {
@@ -101,7 +101,7 @@ pub(crate) fn detection_frame() -> DetectionFrame {
             yaw: angular(6),
         },
         velocity: None,
-        heading: v2x_common::detection::HeadingKind::Known,
+        heading: HeadingKind::Known,
         source_track: None,
     };
     DetectionFrame {
@@ -185,6 +185,7 @@ fn revived_bus(last_measured_at: Timestamp, measured_in: FrameId) -> FusedObject
         ww: metric(90),
         dd: metric(100),
         yaw_variance: angular(80),
+        heading: HeadingKind::Known,
         existence: 1.0,
         age: Span::from_nanos(3_600_000_000_001),
         last_measured_at,
@@ -203,6 +204,7 @@ fn parked_car(last_measured_at: Timestamp, ego: FrameId, rsu: FrameId) -> FusedO
         ww: metric(0),
         dd: metric(255),
         yaw_variance: angular(255),
+        heading: HeadingKind::Axis,
         existence: 127.0 / 255.0,
         age: Span::ZERO,
         last_measured_at,

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use std::f64::consts::PI;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
-use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
 use v2x_common::fused::{
     AgentHealth, FusedFrame, FusedObject, Inclusion, KINEMATIC_INDEX, KinematicCovariance,
 };
@@ -42,16 +42,22 @@ pub(crate) fn detection(around: Pose) -> impl Strategy<Value = Detection> {
         bev(around, 9_999.0),
         box_covariance(),
         option::of(velocity),
+        heading(),
         option::of(any::<u64>()),
     )
-        .prop_map(|(class, score, bev, covariance, velocity, source_track)| Detection {
+        .prop_map(|(class, score, bev, covariance, velocity, heading, source_track)| Detection {
             class,
             score,
             bev,
             covariance,
             velocity,
+            heading,
             source_track,
         })
+}
+
+fn heading() -> impl Strategy<Value = HeadingKind> {
+    prop_oneof![Just(HeadingKind::Known), Just(HeadingKind::Axis), Just(HeadingKind::Unknown)]
 }
 
 pub(crate) fn sensor_description() -> impl Strategy<Value = SensorDescription> {
@@ -109,13 +115,13 @@ fn by_name(mut agents: Vec<AgentHealth>) -> Vec<AgentHealth> {
 
 fn fused_object(around: Pose, agents: Vec<AgentHealth>) -> impl Strategy<Value = FusedObject> {
     let kinematics = ((-150.0..150.0, -150.0..150.0), kinematic_covariance());
-    let life = (0.0..=1.0, 0..i64::from(u32::MAX), time());
+    let life = (0.0..=1.0, heading(), 0..i64::from(u32::MAX), time());
     let shape = (bev(around, 1e6), sigma_m(), sigma_m(), sigma_rad());
     let measurement = (frame_of(agents), any::<u16>());
     let measurement = measurement.prop_map(|(frame, index)| MeasurementId { frame, index });
     (any::<u64>(), classes(), shape, kinematics, life, vec(measurement, 0..4)).prop_map(
         |(track, classes, (bev, sw, sd, st), (velocity, kinematic_covariance), life, contributors)| {
-            let (existence, age_us, last_measured_at) = life;
+            let (existence, heading, age_us, last_measured_at) = life;
             FusedObject {
                 track: TrackId(track),
                 class: classes[0].0,
@@ -126,6 +132,7 @@ fn fused_object(around: Pose, agents: Vec<AgentHealth>) -> impl Strategy<Value =
                 ww: sw * sw,
                 dd: sd * sd,
                 yaw_variance: st * st,
+                heading,
                 existence,
                 age: Span::from_nanos(1000 * age_us + 1),
                 last_measured_at,

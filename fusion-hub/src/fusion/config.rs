@@ -81,7 +81,6 @@ impl Default for TrackingConfig {
                     gate: WIDE_GATE,
                     turned_headings: true,
                     classes: ClassRule::Evidence,
-                    ..AssociationConfig::default()
                 },
                 hypotheses: Hypotheses::ONE,
                 reassociate: true,

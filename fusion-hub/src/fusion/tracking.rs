@@ -8,7 +8,7 @@ use crate::learning::{FrameReading, FrameSource, Learner, Prior};
 use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, Readings, TrackList};
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
-use crate::tracker::{Lifetimes, Tracker};
+use crate::tracker::{Horizons, Lifetimes, Tracker};
 use crate::values::{AgentNames, HeadingLaw};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -181,7 +181,8 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     fn maintain(&mut self, now: Timestamp, horizon: &Horizon, agents: &AgentNames) {
         let held = self.learn(now, horizon, agents);
         let publisher = &mut self.publisher;
-        self.tracker.maintain(now, horizon, &held, agents, |track| publisher.note_deleted(track));
+        let horizons = Horizons { tracks: *horizon, evidence: held };
+        self.tracker.maintain(now, &horizons, agents, |track| publisher.note_deleted(track));
         self.pre_merge.maintain(&held, &self.tracker.context(agents));
         self.tracker.forget_frames(&held);
         self.duplicates.maintain(now, self.tracker.tracks());

@@ -36,7 +36,7 @@ pub(crate) struct Learner {
 }
 
 /// What is learnt of one agent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct AgentLearning {
     name: Option<AgentId>,
     /// What is assumed or declared.
@@ -48,21 +48,6 @@ struct AgentLearning {
     innovations: InnovationCounts,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
-}
-
-impl Default for AgentLearning {
-    fn default() -> Self {
-        Self {
-            name: None,
-            prior: ProfilePrior::default(),
-            is_described: false,
-            counts: DetectionCounts::default(),
-            statistics: SensorStatistics::default(),
-            headings: HeadingCounts::default(),
-            innovations: InnovationCounts::default(),
-            learnt: VecDeque::new(),
-        }
-    }
 }
 
 /// A frame of an agent, as far as it decides how the frame is read.

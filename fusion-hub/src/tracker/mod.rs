@@ -17,4 +17,4 @@ mod update;
 pub use assign::Innovations;
 pub use config::{Hypotheses, Lifetimes, ParticleCount, TrackerConfig};
 pub(crate) use store::TrackStore;
-pub(crate) use tracker::{Assigned, Tracker};
+pub(crate) use tracker::{Assigned, Horizons, Tracker};

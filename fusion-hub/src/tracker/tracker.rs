@@ -33,6 +33,15 @@ pub(crate) struct Tracker<F> {
     detected_from: Timestamp,
 }
 
+/// From when on history is held.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Horizons {
+    /// Of tracks: nothing that was captured earlier can still arrive, or be asked for.
+    pub(crate) tracks: Horizon,
+    /// Of evidence, which may be needed for longer.
+    pub(crate) evidence: Horizon,
+}
+
 /// A frame after its association, for readers of the assignment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assigned<'a, F> {
@@ -231,12 +240,12 @@ impl<F: Filter> Tracker<F> {
     pub(crate) fn maintain(
         &mut self,
         now: Timestamp,
-        horizon: &Horizon,
-        held: &Horizon,
+        horizons: &Horizons,
         agents: &AgentNames,
         on_deleted: impl FnMut(&Track<F>),
     ) {
         let Lifetimes { delta_max, coast } = self.lifetimes;
+        let Horizons { tracks: horizon, evidence: held } = horizons;
         let context = context(&self.config, &self.frames, agents);
         self.detected_from = horizon.at.max(now - delta_max);
         let kept = KeptTracks { evidence: *held, detected_from: horizon.at, coast };
