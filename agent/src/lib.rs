@@ -44,7 +44,7 @@
 //!
 //! 1. [`truth`], [`clock`]: true objects; errors of a clock
 //! 2. [`random`]: keyed random numbers
-//! 3. [`timing`], [`noise`], [`pose_error`]: rates and phases; errors of measurements and of poses
+//! 3. [`timing`], [`noise`], [`detector`], [`pose_error`]: rates and phases; errors of measurements, of detectors, of poses
 //! 4. [`link`], [`world`]: delays and losses; ground truth as a function of parameters, seed and time
 //! 5. [`sensor`]: detection frames
 //! 6. [`sending`]: which detections are sent, when, and when they arrive
@@ -52,6 +52,7 @@
 //! 8. `shell`: the agent as a process
 
 pub mod clock;
+pub mod detector;
 pub mod link;
 pub mod noise;
 pub mod pose_error;

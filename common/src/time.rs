@@ -146,9 +146,14 @@ impl StampUnit {
         }
     }
 
-    /// What a wrong stamp seems to be, in brackets for a message; empty where its size shows nothing.
+    /// What a stamp that is no integer of microseconds seems to be, in brackets for a message; empty where its size shows
+    /// nothing.
     pub(crate) fn in_words(stamp: f64) -> String {
-        Self::of(stamp).map(|unit| format!(" (it seems to be in {})", unit.name())).unwrap_or_default()
+        match Self::of(stamp) {
+            Some(Self::Microseconds) => " (microseconds, but a number with a fraction)".to_owned(),
+            Some(unit) => format!(" (it seems to be in {})", unit.name()),
+            None => String::new(),
+        }
     }
 }
 

@@ -57,7 +57,7 @@ fn the_correlation_falls_by_a_factor_e_in_the_correlation_time() {
 }
 
 /// Every frame is a sum of weighted independent draws; the weights give its covariances without sampling.
-fn covariance(process: &GaussMarkov, n: u64, m: u64) -> f64 {
+fn covariance(process: &GaussMarkov<3>, n: u64, m: u64) -> f64 {
     // One draw after another is 1 and all others are 0: what comes out are the weights.
     (0..=process.knot_spacing() * 2)
         .map(|one| {
@@ -69,7 +69,7 @@ fn covariance(process: &GaussMarkov, n: u64, m: u64) -> f64 {
 
 #[test]
 fn every_frame_has_variance_1_and_the_exact_exponential_correlation_also_across_knots() {
-    let process = GaussMarkov { correlation_frames: 7.0 };
+    let process = GaussMarkov::<3> { correlation_frames: 7.0 };
     assert_eq!(process.knot_spacing(), 128);
     for n in [0, 1, 63, 64, 100, 127, 128, 129, 200] {
         let variance = covariance(&process, n, n);

@@ -31,6 +31,27 @@ pub enum Purpose {
     CapturePhase,
     /// Times of its opportunities to send, where they are random.
     TransmitPhase,
+    /// How a detector with a profile errs on one object.
+    Detector(DetectorStream, ObjectId),
+    /// False objects that stay; the sequence is the first frame of their span.
+    FalseObjects,
+}
+
+/// What a detector's draws on one object are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DetectorStream {
+    /// Slow errors of its position.
+    Errors,
+    /// Whether it is detected.
+    Hits,
+    /// Whether its heading is turned.
+    Flips,
+    /// Whether its class is wrong.
+    Class,
+    /// Its score.
+    Score,
+    /// What is independent in each frame.
+    Frame,
 }
 
 /// Which part of the world is drawn.
@@ -67,6 +88,8 @@ impl Purpose {
             Self::SensorModel => (9, 0),
             Self::CapturePhase => (10, 0),
             Self::TransmitPhase => (11, 0),
+            Self::FalseObjects => (12, 0),
+            Self::Detector(stream, object) => (13 + stream as u64, object.0),
         };
         u64::from(minor) << 32 | major
     }

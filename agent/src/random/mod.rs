@@ -7,11 +7,13 @@
 //! crate of the build enables `num-traits/std`, and then give other bits on other machines.
 
 mod draws;
+mod gauss_markov;
 mod keyed;
 mod laws;
 
 pub use draws::{chance, poisson, standard_normal, truncated_normal, uniform, unit, weighted};
-pub use keyed::{Purpose, WorldDraw, keyed_rng};
+pub(crate) use gauss_markov::GaussMarkov;
+pub use keyed::{DetectorStream, Purpose, WorldDraw, keyed_rng};
 pub use laws::StandardNormal;
 
 #[cfg(test)]

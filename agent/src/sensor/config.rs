@@ -5,6 +5,7 @@ use v2x_common::sensor::{Accuracy, FieldOfView, SensorKind};
 use v2x_common::time::Timestamp;
 
 use crate::clock::ClockError;
+use crate::detector::Profile;
 use crate::noise::NoiseModel;
 use crate::pose_error::PoseError;
 use crate::timing::{Phase, Rate};
@@ -27,6 +28,8 @@ pub struct SensorConfig {
     /// Error of the agent's pose, which all parts of a frame have in common. `None`: only a vehicle's report of
     /// itself has an error, independent in each frame, by the declared accuracy.
     pub pose_error: Option<PoseError>,
+    /// How the detector errs beside the noise of its measurements.
+    pub profile: Profile,
     /// Errors of detections.
     pub noise: NoiseModel,
     /// Where it detects.

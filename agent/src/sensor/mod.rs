@@ -2,6 +2,7 @@
 
 mod clutter;
 mod config;
+mod profiled;
 
 use std::sync::Arc;
 
@@ -175,8 +176,13 @@ impl Sensor {
         let mut objects = Vec::new();
         self.objects_at_capture(sequence, &mut objects);
         let pose = self.estimated_pose(sequence);
-        let mut detected = self.detections(&objects, &pose, sequence);
-        self.add_clutter(&mut detected, &pose, sequence);
+        let mut detected = if let Some(detector) = self.detector() {
+            self.profiled_detections((&detector, &objects), &pose, sequence)
+        } else {
+            let mut detected = self.detections(&objects, &pose, sequence);
+            self.add_clutter(&mut detected, &pose, sequence);
+            detected
+        };
         if let Some(body) = self.world.agent_body(self.index) {
             detected.push((self.own_object(), self.self_report(&body, &pose.estimate)));
         }
@@ -234,15 +240,16 @@ impl Sensor {
         }
     }
 
-    /// Detections of the objects whose true centre is in the field of view, the agent itself apart.
+    /// Whether an object's true centre is in the field of view; the agent itself is not.
+    fn is_visible(&self, object: &TrueObject, pose: &EstimatedPose) -> bool {
+        let bev = &object.bev;
+        Some(object.id) != self.own_object() && self.config.field_of_view.contains(&pose.truth, bev.x, bev.y)
+    }
+
+    /// Detections of the visible objects.
     fn detections(&self, objects: &[TrueObject], pose: &EstimatedPose, sequence: u64) -> Vec<Identified> {
-        let own = self.own_object();
-        let is_visible = |object: &&TrueObject| {
-            let bev = &object.bev;
-            Some(object.id) != own && self.config.field_of_view.contains(&pose.truth, bev.x, bev.y)
-        };
         let mut detected = Vec::new();
-        for object in objects.iter().filter(is_visible) {
+        for object in objects.iter().filter(|object| self.is_visible(object, pose)) {
             let mut rng = self.rng(sequence, Purpose::Measurement(object.id));
             if chance(&mut rng, self.config.detection_probability) {
                 let measured = self.noise.measure(&object.bev, &pose.truth, &mut rng);

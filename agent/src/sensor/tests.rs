@@ -382,3 +382,29 @@ fn a_sensor_of_an_unknown_agent_or_with_a_number_beyond_its_limits_is_an_error()
     let error = with(|config| config.clutter_per_frame = f64::NAN).unwrap_err().to_string();
     assert!(error.contains("clutter_per_frame is NaN, expected 0 to 100"), "{error}");
 }
+
+#[test]
+fn a_profile_turns_headings_and_scores_true_objects_above_false_ones() {
+    let text = CROSSING.replace("id = \"rsu\"", "id = \"rsu\"\nprofile = \"lidar\"");
+    let sensor = sensor_of(&text, "rsu", BOOT);
+    let (mut turned, mut n, mut scores, mut false_scores) = (0, 0, Vec::new(), Vec::new());
+    for sequence in 0..N_FRAMES {
+        let observation = sensor.observe(sequence);
+        assert_eq!(observation.frame.validate(), Ok(()));
+        let objects = truth(&sensor, sequence);
+        for (id, detection) in named(&observation) {
+            match id {
+                Some(id) => {
+                    n += 1;
+                    turned += u32::from(wrap_angle(detection.bev.yaw - objects[&id].bev.yaw).abs() > 2.0);
+                    scores.push(detection.score);
+                }
+                None => false_scores.push(detection.score),
+            }
+        }
+    }
+    let share = f64::from(turned) / f64::from(n);
+    assert!((0.05..0.25).contains(&share), "{share}");
+    let mean = |scores: &[f64]| scores.iter().sum::<f64>() / scores.len() as f64;
+    assert!(mean(&scores) > mean(&false_scores) + 0.1, "{} {}", mean(&scores), mean(&false_scores));
+}

@@ -3,6 +3,8 @@
 use serde::Deserialize;
 use v2x_common::sensor::SensorKind;
 
+use crate::detector::Profile;
+
 use super::link::TomlLink;
 use super::noise::TomlNoise;
 use super::sending::{TomlPhase, TomlSend, TomlSensing, TomlTransmit};
@@ -19,6 +21,8 @@ pub(in crate::scenario) struct TomlAgent {
     #[serde(default)]
     pub(in crate::scenario) clock: TomlClock,
     pub(in crate::scenario) pose_error: Option<TomlPoseError>,
+    #[serde(default)]
+    pub(in crate::scenario) profile: Profile,
     pub(in crate::scenario) noise: Option<TomlNoise>,
     #[serde(default)]
     pub(in crate::scenario) field_of_view: TomlFieldOfView,

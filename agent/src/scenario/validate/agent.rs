@@ -21,7 +21,6 @@ const DEFAULT_RANGE_M: f64 = 60.0;
 /// A vehicle's own body hides what is nearer.
 const DEFAULT_VEHICLE_BLIND_ZONE_M: f64 = 2.5;
 const DEFAULT_DETECTION_PROBABILITY: f64 = 0.95;
-const DEFAULT_CLUTTER_PER_FRAME: f64 = 0.5;
 
 /// What all agents of a scenario have in common.
 pub(super) struct Surroundings {
@@ -44,7 +43,7 @@ pub(super) fn agent(
     let noise = noise::noise(&field.child("noise"), file.noise, field_of_view.range_max_m)?;
     let p = file.detection_probability.unwrap_or(DEFAULT_DETECTION_PROBABILITY);
     field.number("detection_probability", p, (0.0..=1.0).contains(&p), "0 to 1")?;
-    let clutter = file.clutter_per_frame.unwrap_or(DEFAULT_CLUTTER_PER_FRAME);
+    let clutter = file.clutter_per_frame.unwrap_or(file.profile.clutter_per_frame());
     field.number("clutter_per_frame", clutter, (0.0..=100.0).contains(&clutter), "0 to 100")?;
     let (link, links_pose_error) = link::link(&field.child("link"), file.link)?;
     let pose_error = file.pose_error.map(|error| pose::pose_error(&field.child("pose_error"), &error));
@@ -56,6 +55,7 @@ pub(super) fn agent(
         phase: sending::phase(field, "phase_ms", file.phase_ms)?,
         clock: sending::clock(&field.child("clock"), &file.clock)?,
         pose_error: pose_error.transpose()?.or(links_pose_error),
+        profile: file.profile,
         noise,
         field_of_view,
         detection_probability: p,

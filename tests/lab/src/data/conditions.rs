@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use v2x_agent::detector::Profile;
 use v2x_common::sensor::FieldOfView;
 
 /// Conditions of an evaluation.
@@ -13,6 +14,11 @@ pub enum Conditions {
     Paper,
     /// Every agent covers its own surroundings, misses one object in ten, and reports clutter
     Sensors,
+    /// The same with detectors that err as those on lidars do: misses and clutter that last, turned headings, wrong classes,
+    /// errors that are correlated over time, scores
+    Lidar,
+    /// The same as those on cameras do
+    Camera,
 }
 
 /// Beyond every object of every scene, m.
@@ -24,11 +30,23 @@ const RANGE_M: f64 = 50.0;
 const APART_M: f64 = 40.0;
 
 impl Conditions {
+    /// How the detectors err beside noise.
+    pub const fn profile(self) -> Profile {
+        match self {
+            Self::Paper | Self::Sensors => Profile::Paper,
+            Self::Lidar => Profile::Lidar,
+            Self::Camera => Profile::Camera,
+        }
+    }
+
     /// Probability that an agent reports an object in its view.
     pub const fn detection_probability(self) -> f64 {
         match self {
             Self::Paper => 1.0,
             Self::Sensors => 0.9,
+            // The mean of the profiles over the range, hidden objects included; the detectors themselves go by range.
+            Self::Lidar => 0.75,
+            Self::Camera => 0.6,
         }
     }
 
@@ -37,6 +55,7 @@ impl Conditions {
         match self {
             Self::Paper => 0.0,
             Self::Sensors => 0.5,
+            Self::Lidar | Self::Camera => self.profile().clutter_per_frame(),
         }
     }
 
@@ -44,7 +63,7 @@ impl Conditions {
     pub const fn range_m(self) -> f64 {
         match self {
             Self::Paper => UNLIMITED_M,
-            Self::Sensors => RANGE_M,
+            Self::Sensors | Self::Lidar | Self::Camera => RANGE_M,
         }
     }
 
@@ -52,7 +71,7 @@ impl Conditions {
     pub const fn apart_m(self) -> Option<f64> {
         match self {
             Self::Paper => None,
-            Self::Sensors => Some(APART_M),
+            Self::Sensors | Self::Lidar | Self::Camera => Some(APART_M),
         }
     }
 

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 use v2x_agent::noise::{NoiseLevel, NoiseModel};
-use v2x_agent::random::{standard_normal, unit};
+use v2x_agent::random::{DetectorStream, standard_normal, unit};
 use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 
@@ -146,6 +146,20 @@ pub(crate) enum Purpose {
         /// Place of the agent.
         agent: u32,
     },
+    /// How an agent's detector errs on an object.
+    Detector {
+        /// Place of the agent.
+        agent: u32,
+        /// Number of the object.
+        object: u32,
+        /// Which of its errors.
+        stream: DetectorStream,
+    },
+    /// An agent's false objects that stay.
+    FalseObjects {
+        /// Place of the agent.
+        agent: u32,
+    },
 }
 
 /// One realisation of the noise. Draws do not depend on methods, on levels of noise, or on other scenes: all methods get
@@ -167,6 +181,8 @@ impl Realisation {
             Purpose::Order { agent } => (1 << 17 | agent, 0),
             Purpose::Detection { agent, object } => (1 << 18 | agent, object),
             Purpose::Clutter { agent } => (1 << 19 | agent, 0),
+            Purpose::Detector { agent, object, stream } => (1 << 20 | (stream as u32) << 8 | agent, object),
+            Purpose::FalseObjects { agent } => (1 << 21 | agent, 0),
         };
         let words = [
             self.seed,

@@ -6,6 +6,7 @@ use crate::data::scene::{Keyframe, Scene, TrueBox};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
+use v2x_agent::detector::{Detector, ObjectReport, Sighting, hidden};
 use v2x_agent::random::{poisson, unit};
 use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
@@ -59,11 +60,20 @@ impl Protocol {
     /// true ones.
     pub(crate) fn observe(&self, scene: &Scene, frame: usize) -> [AgentReport; 2] {
         let keyframe = &scene.keyframes[frame];
-        let (scene, frame) = (scene.name.as_str(), frame_number(frame));
-        let poses = self.poses(scene, keyframe, frame);
+        let rate_hz = rate_hz(scene);
+        let (name, number) = (scene.name.as_str(), frame_number(frame));
+        let poses = self.poses(name, keyframe, number);
         [0, 1].map(|agent| {
             let pose = poses[agent as usize];
-            self.report(Observer { scene, frame, keyframe, agent, pose })
+            let observer = Observer { scene: name, frame: number, keyframe, agent, pose };
+            match self.conditions.profile().errors() {
+                None => self.report(observer),
+                Some(errors) => {
+                    self.profiled_report(observer, &Detector::new(errors, rate_hz, 1.0), |since| {
+                        self.poses(name, &scene.keyframes[since as usize], since)[agent as usize]
+                    })
+                }
+            }
         })
     }
 
@@ -113,6 +123,56 @@ impl Protocol {
         report
     }
 
+    /// The report of a detector with a profile. `pose_at` gives the agent's pose in an earlier frame.
+    fn profiled_report(
+        &self,
+        observer: Observer<'_>,
+        detector: &Detector,
+        pose_at: impl Fn(u32) -> Pose,
+    ) -> AgentReport {
+        let Observer { scene, frame, keyframe, agent, pose } = observer;
+        let rng = |frame, purpose| self.realisation.rng(scene, frame, purpose);
+        let boxes: Vec<BevBox> = keyframe.objects.iter().map(|object| object.bev).collect();
+        let model = self.noise.levels()[agent as usize].model();
+        let mut found: Vec<(Option<ObjectId>, ObjectReport)> = Vec::new();
+        for (object, is_hidden) in keyframe.objects.iter().zip(hidden(&pose, &boxes)) {
+            if !self.sees(&pose, &object.bev) {
+                continue;
+            }
+            let number = object.id.0;
+            let mut of_measurement = rng(frame, Purpose::Measurement { agent, object: number });
+            let measured = perturb(&object.bev, &pose, (&model, self.shape), &mut of_measurement);
+            let sighting = Sighting {
+                class: object.class,
+                truth: &object.bev,
+                measured: &measured,
+                sensor: &pose,
+                sigma_m: model.position_sigma_m(pose.distance_to(object.bev.x, object.bev.y)),
+                is_hidden,
+            };
+            let draws = |stream, knot: u64| {
+                let knot = u32::try_from(knot).unwrap_or(u32::MAX);
+                rng(knot, Purpose::Detector { agent, object: number, stream })
+            };
+            let reports = detector.reports(&sighting, frame.into(), &draws);
+            found.extend(reports.into_iter().map(|report| (Some(object.id), report)));
+        }
+        let since = u32::try_from(detector.ghosts_since(frame.into())).unwrap_or(frame);
+        let draws = [rng(since, Purpose::FalseObjects { agent }), rng(frame, Purpose::Clutter { agent })];
+        let view = self.conditions.field_of_view();
+        let ghosts = detector.ghosts(self.conditions.clutter_per_frame(), (&view, &pose_at(since)), draws);
+        found.extend(ghosts.into_iter().map(|ghost| (None, ghost)));
+        shuffle(&mut found, &mut rng(frame, Purpose::Order { agent }));
+        let mut report = AgentReport { pose, detections: Vec::new(), identities: Vec::new() };
+        for (id, ObjectReport { class, score, bev }) in found {
+            let covariance = model.reported_covariance(&bev, &pose);
+            let detection = Detection { class, score, bev, covariance, velocity: None, source_track: None };
+            report.detections.push(detection);
+            report.identities.push(id);
+        }
+        report
+    }
+
     fn detection(
         &self,
         (class, truth): (Class, &BevBox),
@@ -151,6 +211,14 @@ impl Protocol {
     }
 }
 
+/// Keyframes per second of a scene; 2, as in nuScenes, where it has one only.
+fn rate_hz(scene: &Scene) -> f64 {
+    match scene.keyframes.as_slice() {
+        [first, second, ..] if second.at > first.at => 1.0 / (second.at - first.at).as_secs_f64(),
+        _ => 2.0,
+    }
+}
+
 fn frame_number(frame: usize) -> u32 {
     u32::try_from(frame).expect("scenes have fewer than 2^32 keyframes")
 }
@@ -159,6 +227,7 @@ fn frame_number(frame: usize) -> u32 {
 mod tests {
     use super::*;
     use crate::data::test_scenes::{car, parking, scene_of};
+    use v2x_common::geometry::wrap_angle;
 
     pub(crate) const PROTOCOL: Protocol = Protocol {
         noise: NoisePair::N1N1,
@@ -256,5 +325,33 @@ mod tests {
             .collect();
         assert_eq!(protocol.is_in_view(&scene, 0), expected);
         assert_eq!(PROTOCOL.is_in_view(&scene, 0), [true; 4]);
+    }
+
+    #[test]
+    fn a_lidar_misses_turns_and_doubles_and_reports_scores_and_false_objects() {
+        let scene = parking(400);
+        let protocol = Protocol { conditions: Conditions::Lidar, ..PROTOCOL };
+        let (mut seen, mut found, mut turned, mut false_ones) = (0.0, 0.0, 0.0, 0.0);
+        for frame in 0..400 {
+            for report in protocol.observe(&scene, frame) {
+                let objects = &scene.keyframes[frame].objects;
+                seen += objects.iter().filter(|one| protocol.sees(&report.pose, &one.bev)).count() as f64;
+                for (detection, id) in report.detections.iter().zip(&report.identities) {
+                    assert!((0.0..1.0).contains(&detection.score) && detection.validate(None).is_ok());
+                    match id {
+                        Some(id) => {
+                            found += 1.0;
+                            let truth = objects.iter().find(|one| one.id == *id).unwrap().bev;
+                            turned +=
+                                f64::from(u8::from(wrap_angle(detection.bev.yaw - truth.yaw).abs() > 2.0));
+                        }
+                        None => false_ones += 1.0,
+                    }
+                }
+            }
+        }
+        assert!((0.4..0.97).contains(&(found / seen)), "{found} of {seen}");
+        assert!((0.05..0.25).contains(&(turned / found)), "{turned} of {found}");
+        assert!((2.5..5.5).contains(&(false_ones / 800.0)), "{false_ones}");
     }
 }

@@ -9,7 +9,7 @@ pub use args::ScoreArgs;
 use crate::commands::export::manifest::{Fingerprint, Manifest};
 use crate::commands::run_folder::rescore;
 use crate::commands::score::files::{export_folder, fused_files};
-use crate::commands::tables::{RowArgs, TablesArgs, tables_of};
+use crate::commands::tables::{Detectors, RowArgs, TablesArgs, tables_of};
 use crate::data::conditions::Conditions;
 use crate::data::exported::{reports, table};
 use crate::data::method_output::{ExportedScene, SceneOutput};
@@ -43,6 +43,7 @@ pub fn score(args: &ScoreArgs) -> anyhow::Result<()> {
     if rows.table.is_empty() && manifest.conditions == Conditions::Sensors {
         (rows.table, rows.sensors) = (vec![Table::Sensors], false);
     }
+    rows.detectors = Detectors::of(manifest.conditions);
     let further = vec![Contender::Recorded(Arc::new(method_output.output))];
     tables_of(&TablesArgs::new(draws, rows, args.json), &scenes, further)
 }

@@ -203,6 +203,7 @@ fn a_methods_output_is_scored_only_with_its_own_detections() {
         noise: manifest.noise,
         methods: vec![],
         shape: Shape::Gaussian,
+        conditions: Conditions::Paper,
         further: vec![Contender::Recorded(Arc::new(method_output.output))],
         is_brief: false,
     };

@@ -1,6 +1,7 @@
 //! Options of `lab tables`.
 
 use crate::commands::draws::DrawArgs;
+use crate::data::conditions::Conditions;
 use crate::drive::keyframes::contender::Contender;
 use crate::drive::keyframes::method::Method;
 use crate::report::tables::kind::Table;
@@ -26,6 +27,7 @@ Examples:
   lab tables --out v2x-tables                     and a report with plots, Markdown, CSV, LaTeX and JSON
   lab tables --table II,fig4                      only these
   lab tables --ablation --sensors                 ours without its parts; misses, clutter, partly overlapping views
+  lab tables --table II --detectors lidar         with detectors that err as those on lidars do
   lab tables --dataset csv:boxes.csv --trials 3   your own scenes
   lab tables --dataset nuscenes:/data/nuscenes --version v1.0-trainval --split val
   lab tables --noise N3-N3 --methods csba-wls,ours --json")]
@@ -51,6 +53,9 @@ pub struct RowArgs {
     /// Also all methods with a detection probability of 0.9, 0.5 false detections per frame and partly overlapping views
     #[arg(long)]
     pub sensors: bool,
+    /// How the agents' detectors err: as in the paper, or as those on lidars or cameras do, with the views of --sensors
+    #[arg(long, value_enum, default_value_t)]
+    pub detectors: Detectors,
     /// Only these methods
     #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
@@ -60,6 +65,38 @@ pub struct RowArgs {
     /// Folder for report.html with its plots (SVG, PDF), tables.md, tables.csv, tables.tex and tables.json
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+/// How the agents' detectors err.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Detectors {
+    /// Independent Gaussian errors, every object once, right classes and headings
+    #[default]
+    Paper,
+    /// As learnt detectors on lidars do
+    Lidar,
+    /// As learnt detectors on cameras do
+    Camera,
+}
+
+impl Detectors {
+    /// Those of detections that were made under these conditions.
+    pub(crate) const fn of(conditions: Conditions) -> Self {
+        match conditions {
+            Conditions::Paper | Conditions::Sensors => Self::Paper,
+            Conditions::Lidar => Self::Lidar,
+            Conditions::Camera => Self::Camera,
+        }
+    }
+
+    /// The conditions of the tables.
+    const fn conditions(self) -> Conditions {
+        match self {
+            Self::Paper => Conditions::Paper,
+            Self::Lidar => Conditions::Lidar,
+            Self::Camera => Conditions::Camera,
+        }
+    }
 }
 
 impl TablesArgs {
@@ -81,7 +118,8 @@ impl TablesArgs {
         tables.extend(rows.sensors.then_some(Table::Sensors));
         let (noise, methods) = (self.draws.noise.clone(), rows.methods.clone());
         let is_brief = rows.table.is_empty();
-        Study { tables, noise, methods, shape: self.draws.shape, further, is_brief }
+        let conditions = rows.detectors.conditions();
+        Study { tables, noise, methods, shape: self.draws.shape, conditions, further, is_brief }
     }
 
     /// The plan of experiments for these tables.

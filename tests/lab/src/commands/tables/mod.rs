@@ -2,8 +2,8 @@
 
 pub(crate) mod args;
 
-pub(crate) use args::RowArgs;
 pub use args::TablesArgs;
+pub(crate) use args::{Detectors, RowArgs};
 
 use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
@@ -46,6 +46,7 @@ pub(crate) fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Conten
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::conditions::Conditions;
     use crate::data::dataset::synthetic;
     use crate::data::noise::{NoisePair, Shape};
     use crate::data::test_scenes::parking;
@@ -65,6 +66,7 @@ mod tests {
             noise: vec![NoisePair::N2N2, NoisePair::N1N3],
             methods: methods.to_vec(),
             shape: Shape::Gaussian,
+            conditions: Conditions::Paper,
             further: Vec::new(),
             is_brief: false,
         };
@@ -126,6 +128,7 @@ mod tests {
             tables.rows.iter().find(|row| row.table == Table::Sensors && row.method == "ours").unwrap();
         let tracker = sensors.tracker;
         assert!(tracker.hota.unwrap() > 0.5 && tracker.gospa_m.unwrap() > 0.0 && tracker.amota.is_some());
+        assert!(tracker.map.unwrap() > 0.3 && tracker.ap_iou_50.unwrap() > 0.1, "{tracker:?}");
         let of = |table, shape| {
             let row = tables.rows.iter().find(|row| row.table == table && row.shape == shape).unwrap();
             row.metrics.0[0].mean.unwrap()

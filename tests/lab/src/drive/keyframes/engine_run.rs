@@ -164,7 +164,7 @@ impl EngineRun {
     fn output(&self, frame: usize, objects: &[FusedObject]) -> KeyframeOutput {
         let is_published = |object: &&FusedObject| match self.conditions {
             Conditions::Paper => object.contributors.iter().any(|used| keyframe(used.frame) == frame),
-            Conditions::Sensors => true,
+            Conditions::Sensors | Conditions::Lidar | Conditions::Camera => true,
         };
         KeyframeOutput {
             frame,

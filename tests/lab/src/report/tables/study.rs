@@ -19,6 +19,8 @@ pub(crate) struct Study {
     pub methods: Vec<Method>,
     /// The shape of the errors; [`Table::Robustness`] has all shapes.
     pub shape: Shape,
+    /// The conditions of all tables but [`Table::Sensors`].
+    pub conditions: Conditions,
     /// Further rows of every table.
     pub further: Vec<Contender>,
     /// Whether robustness is computed at the lowest and the highest level only: it needs all shapes.
@@ -43,7 +45,12 @@ impl Study {
     }
 
     fn blocks_of(&self, table: Table) -> Vec<Block> {
-        let is_wanted = |method: &Method| self.methods.is_empty() || self.methods.contains(method);
+        let conditions = if table == Table::Sensors { Conditions::Sensors } else { self.conditions };
+        // With clutter and misses there are no true identities as input.
+        let can_run =
+            |method: &Method| conditions == Conditions::Paper || !method.inputs().contains("identities");
+        let is_wanted =
+            |method: &Method| can_run(method) && (self.methods.is_empty() || self.methods.contains(method));
         let contenders: Vec<Contender> = table
             .methods()
             .iter()
@@ -55,7 +62,6 @@ impl Study {
             return Vec::new();
         }
         let shapes = if table == Table::Robustness { Shape::ALL.to_vec() } else { vec![self.shape] };
-        let conditions = if table == Table::Sensors { Conditions::Sensors } else { Conditions::Paper };
         let is_left_out = |noise: &NoisePair| {
             self.is_brief && table == Table::Robustness && !matches!(noise, NoisePair::N1N1 | NoisePair::N3N3)
         };
@@ -150,6 +156,7 @@ mod tests {
             noise: NoisePair::ALL.to_vec(),
             methods: methods.to_vec(),
             shape: Shape::Gaussian,
+            conditions: Conditions::Paper,
             further: Vec::new(),
             is_brief: false,
         }
@@ -170,6 +177,14 @@ mod tests {
     fn a_table_without_any_of_the_wanted_methods_is_left_out() {
         let study = study(&[Table::II, Table::Fig4], &[Method::CsbaWls]);
         assert!(study.blocks().iter().all(|block| block.table == Table::II));
+    }
+
+    #[test]
+    fn detectors_that_miss_leave_out_methods_with_true_identities() {
+        let lidar = Study { conditions: Conditions::Lidar, ..study(&[Table::II], &[]) };
+        let blocks = lidar.blocks();
+        assert!(blocks.iter().all(|block| block.setting.conditions == Conditions::Lidar));
+        assert!(blocks.iter().all(|block| block.contenders.len() == Method::TABLE_II.len() - 1));
     }
 
     #[test]

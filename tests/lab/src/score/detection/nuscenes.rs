@@ -227,11 +227,13 @@ impl Curve {
             curve
         };
         let confidence = by_recall(scores);
-        // From low to high confidence, as interpolation wants it.
-        let rising: Vec<f64> = matches.iter().rev().map(|one| one.score).collect();
         let error = |kind: usize| {
-            let mut means = cumulative_means(matches.iter().map(|one| one.errors[kind]));
-            means.reverse();
+            let means = cumulative_means(matches.iter().map(|one| one.errors[kind]));
+            // From low to high confidence, as interpolation wants it. Existence probabilities have a largest value that
+            // many boxes share: they count together, where the devkit would take the error of one of them for all.
+            let mut points: Vec<(f64, f64)> = matches.iter().map(|one| one.score).zip(means).rev().collect();
+            points.dedup_by_key(|(score, _)| *score);
+            let (rising, means): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
             let right = means.last().copied().unwrap_or(1.0);
             confidence.map(|score| interpolated(score, (&rising, &means), right))
         };
@@ -283,6 +285,12 @@ mod tests {
         assert!(ap.into_iter().zip([0.0, 0.0, 1.0, 1.0]).all(is_near), "{ap:?}");
         let twice = of(&[(&[(0, 0.0)], &[(7, 0.0), (8, 0.1)])]);
         assert!(twice.map().unwrap() < 1.0, "a second box of one object is a false one: {twice:?}");
+    }
+
+    #[test]
+    fn boxes_of_equal_scores_count_together() {
+        let figures = of(&[(&[(0, 0.0), (1, 9.0), (2, 20.0)], &[(7, 0.3), (8, 9.0), (9, 20.0)])]);
+        assert!((figures.errors()[0].unwrap() - 0.1).abs() < 1e-12, "{figures:?}");
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use crate::data::scene::Scene;
 use crate::drive::parallel;
+use crate::score::detection::nuscenes::DetectionFigures;
+use crate::score::detection::{self, overlap};
 use crate::score::gospa::gospa;
 use crate::score::keyframes::experiments::{Cell, Experiment, Plan, RunError};
 use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
@@ -41,6 +43,10 @@ pub(crate) struct TrackerScore {
     pub amota: Option<f64>,
     /// nuScenes' AMOTP, m.
     pub amotp_m: Option<f64>,
+    /// nuScenes' mAP for detection; a box's score is the existence probability of its object.
+    pub map: Option<f64>,
+    /// AP at an intersection over union of 0.5, whatever the classes.
+    pub ap_iou_50: Option<f64>,
 }
 
 impl Plan {
@@ -103,6 +109,8 @@ impl TrackerScore {
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     fn of(sequences: &[Sequence]) -> Self {
         let figures = TrackingFigures::of(sequences);
+        let scenes: Vec<_> =
+            sequences.iter().map(|sequence| detection::Scene { sequence, velocities: &[] }).collect();
         Self {
             gospa_m: None,
             hota: figures.hota,
@@ -115,6 +123,8 @@ impl TrackerScore {
             fragmentations: Some(figures.fragmentations as f64),
             amota: figures.amota,
             amotp_m: figures.amotp_m,
+            map: DetectionFigures::of(&scenes).map(),
+            ap_iou_50: overlap::average_precisions(&scenes).map(|[_, half, _]| half),
         }
     }
 
@@ -134,6 +144,8 @@ impl TrackerScore {
             fragmentations: of(|one| one.fragmentations),
             amota: of(|one| one.amota),
             amotp_m: of(|one| one.amotp_m),
+            map: of(|one| one.map),
+            ap_iou_50: of(|one| one.ap_iou_50),
         }
     }
 }
