@@ -47,7 +47,9 @@ fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
     let mut frames = FrameStore::default();
     let mut evidence = |step: u32, sequence: u64| {
         let frame = frame(name, step, sequence);
-        let sensed = SensedFrame { frame: &frame, agent: slot, sensor: &sensing, coverage: None };
+        let model = sensing.model();
+        let sensed =
+            SensedFrame { frame: &frame, agent: slot, sensor: &sensing, model: &model, coverage: None };
         Evidence::detection(frame.captured_at, frames.insert(&sensed), 0)
     };
     let in_time: Vec<_> = (0..IN_TIME).map(|step| evidence(step, u64::from(step))).collect();
@@ -60,6 +62,7 @@ fn late_report<F: Filter>(criterion: &mut Criterion, filter: &str) {
         rollback: Rollback::Replay,
         keeps_folded: false,
         class_motion: true,
+        exclusion: true,
     };
     let mut track: Track<F> = Track::new(TrackId(1), in_time[0], None, &records);
     in_time[1..].iter().for_each(|evidence| track.insert(*evidence, None, &records));

@@ -166,7 +166,15 @@ impl Protocol {
         let mut report = AgentReport { pose, detections: Vec::new(), identities: Vec::new() };
         for (id, ObjectReport { class, score, bev }) in found {
             let covariance = model.reported_covariance(&bev, &pose);
-            let detection = Detection { class, score, bev, covariance, velocity: None, source_track: None };
+            let detection = Detection {
+                class,
+                score,
+                bev,
+                covariance,
+                velocity: None,
+                heading: v2x_common::detection::HeadingKind::Known,
+                source_track: None,
+            };
             report.detections.push(detection);
             report.identities.push(id);
         }

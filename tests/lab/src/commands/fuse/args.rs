@@ -247,7 +247,9 @@ impl SensorArgs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use v2x_common::time::Span;
     use v2x_fusion_hub::fusion::{Fusion, MotionModel};
+    use v2x_fusion_hub::values::Coast;
 
     fn motion(engine: &EngineConfig) -> Option<MotionModel> {
         match engine.fusion {
@@ -273,11 +275,17 @@ mod tests {
         std::fs::write(&path, "[hub]\nmethod = \"unikf-paper\"\ncoast_ms = 700\n").unwrap();
         let of_file = RuleArgs { hub_config: Some(path), ..RuleArgs::default() };
         let engine = of_file.engine().unwrap();
-        assert_eq!((motion(&engine), engine.coast.as_millis_f64()), (Some(MotionModel::Cv), 700.0));
+        assert_eq!(
+            (motion(&engine), engine.coast),
+            (Some(MotionModel::Cv), Coast::Fixed(Span::from_millis(700)))
+        );
         assert_eq!(of_file.method_key().unwrap(), "unikf-paper");
         let both = RuleArgs { method: Some("ours".to_owned()), ..of_file };
         let engine = both.engine().unwrap();
-        assert_eq!((motion(&engine), engine.coast.as_millis_f64()), (Some(MotionModel::Imm), 700.0));
+        assert_eq!(
+            (motion(&engine), engine.coast),
+            (Some(MotionModel::Imm), Coast::Fixed(Span::from_millis(700)))
+        );
         std::fs::remove_dir_all(folder).unwrap();
     }
 

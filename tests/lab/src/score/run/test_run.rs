@@ -88,6 +88,7 @@ fn fused(ms: i64, objects: &[(u32, f64, f64)]) -> ReceivedFused {
         ww: 0.1,
         dd: 0.1,
         yaw_variance: 0.01,
+        heading: v2x_common::detection::HeadingKind::Known,
         existence: 0.99,
         age: Span::from_millis(ms),
         last_measured_at: at_ms(ms),
