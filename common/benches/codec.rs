@@ -110,6 +110,7 @@ fn fused_object(numbers: &mut Numbers, i: usize, agents: &[AgentHealth]) -> Fuse
         ww: 0.01 + 0.1 * numbers.unit(),
         dd: 0.02 + 0.1 * numbers.unit(),
         yaw_variance: 0.001 + 0.01 * numbers.unit(),
+        heading: v2x_common::detection::HeadingKind::Known,
         existence: numbers.between(0.5, 1.0),
         age: Span::from_secs_f64(numbers.between(0.0, 100.0)),
         last_measured_at: NOW - Span::from_secs_f64(numbers.between(0.01, 0.2)),

@@ -42,7 +42,7 @@ pub(crate) fn detection(around: Pose) -> impl Strategy<Value = Detection> {
         bev(around, 9_999.0),
         box_covariance(),
         option::of(velocity),
-        heading(),
+        heading_kind(),
         option::of(any::<u64>()),
     )
         .prop_map(|(class, score, bev, covariance, velocity, heading, source_track)| Detection {
@@ -56,7 +56,7 @@ pub(crate) fn detection(around: Pose) -> impl Strategy<Value = Detection> {
         })
 }
 
-fn heading() -> impl Strategy<Value = HeadingKind> {
+fn heading_kind() -> impl Strategy<Value = HeadingKind> {
     prop_oneof![Just(HeadingKind::Known), Just(HeadingKind::Axis), Just(HeadingKind::Unknown)]
 }
 
@@ -115,7 +115,7 @@ fn by_name(mut agents: Vec<AgentHealth>) -> Vec<AgentHealth> {
 
 fn fused_object(around: Pose, agents: Vec<AgentHealth>) -> impl Strategy<Value = FusedObject> {
     let kinematics = ((-150.0..150.0, -150.0..150.0), kinematic_covariance());
-    let life = (0.0..=1.0, heading(), 0..i64::from(u32::MAX), time());
+    let life = (0.0..=1.0, heading_kind(), 0..i64::from(u32::MAX), time());
     let shape = (bev(around, 1e6), sigma_m(), sigma_m(), sigma_rad());
     let measurement = (frame_of(agents), any::<u16>());
     let measurement = measurement.prop_map(|(frame, index)| MeasurementId { frame, index });

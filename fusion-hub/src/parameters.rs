@@ -4,17 +4,17 @@
 //! comes from; a test holds the code against the newest one. A change of a number needs a new dated file.
 
 /// Date of the numbers in use.
-pub const DATE: &str = "2026-11-22b";
+pub const DATE: &str = "2026-11-28";
 
 /// The dated file.
-pub const FILE: &str = include_str!("../parameters/2026-11-22b.txt");
+pub const FILE: &str = include_str!("../parameters/2026-11-28.txt");
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::engine::EngineConfig;
     use crate::fusion::{Fusion, TrackingConfig, preset};
-    use crate::{association, duplicates, filter, learning, registration, values};
+    use crate::{association, duplicates, filter, learning, registration, track, values};
     use v2x_common::id::HubId;
 
     fn listed() -> String {
@@ -38,6 +38,7 @@ mod tests {
             values::coast_listed(),
             values::exclusion_listed(),
             values::support_listed(),
+            track::listed(),
             learning::listed(),
             duplicates::listed(),
             filter::listed(),

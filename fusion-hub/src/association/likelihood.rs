@@ -66,5 +66,10 @@ fn turned_cost(z: &Measurement, track: &PredictedMeasurement, turn: f64, size: f
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    vec![("association.cue_cap", CUE_CAP.to_string()), ("association.cost_alone", COST_ALONE.to_string())]
+    let own = vec![
+        ("association.cue_cap", CUE_CAP.to_string()),
+        ("association.cost_alone", COST_ALONE.to_string()),
+        ("association.turned_headings", format!("reversed {REVERSED_COST}, swapped {SWAPPED_COST}")),
+    ];
+    [own, super::class_cost::listed()].concat()
 }

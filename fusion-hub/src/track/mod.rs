@@ -17,3 +17,6 @@ pub use pre_merge::PreMergeTracks;
 pub use smoother::{FixedLagSmoother, SmoothedTrack};
 pub use snapshot::Snapshot;
 pub use track::{FOLD_SLACK, Horizon, Rollback, Track, TrackContext};
+
+#[cfg(test)]
+pub(crate) use orientation::listed;

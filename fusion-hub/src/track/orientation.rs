@@ -323,3 +323,23 @@ pub(super) fn first_read(z: &Measurement) -> Measurement {
     }
     *z
 }
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![
+        ("orientation.swapped", format!("{SWAPPED}, as reported within {NEAR}, size at most {SIZE_CAP}")),
+        ("orientation.course", format!("{LEAST_SPEED_MPS} m/s, {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}")),
+        (
+            "orientation.front",
+            format!(
+                "reports {REPORT_WEIGHT}, motion {MOTION_PER_S}/s at {FULL_SPEED_MPS} m/s beyond that, {MOST_AT_ONCE_S} s at once, {MOST_BY_MOTION} at most, turned below {TURN_ROUND}"
+            ),
+        ),
+        ("orientation.conflict", format!("{CONFLICT_KEPT} kept, beyond {IN_CONFLICT}, decided at {DECIDED}")),
+        (
+            "orientation.unreliable",
+            format!("{MOST_UNRELIABLE} at most, {MOST_BY_ONE:?} by one in {INDEPENDENT_AFTER_S} s"),
+        ),
+    ]
+}
