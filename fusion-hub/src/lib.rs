@@ -33,7 +33,7 @@
 //! ```
 //!
 //! The crate's folders are its layers, lowest first: `values`, then `association` and `filter`, `baselines` and
-//! `particles`, `track`, `tracker`, `duplicates`, `publish` and `registration`, `fusion`, `engine`, `hub`. ARCHITECTURE.md
+//! `particles`, `track`, `tracker`, `duplicates`, `learning`, `publish` and `registration`, `fusion`, `engine`, `hub`. ARCHITECTURE.md
 //! says what is where. Modules that are hidden here serve the tests and benchmarks of this workspace.
 
 #[doc(hidden)]

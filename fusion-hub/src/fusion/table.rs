@@ -71,6 +71,7 @@ pub(crate) struct TrackingTable {
     exclusion: Option<bool>,
     reconsider: Option<bool>,
     gate: Option<f64>,
+    class_aware: Option<bool>,
     classes: Option<ClassRule>,
     class_priors: Option<bool>,
     class_size_priors: Option<bool>,
@@ -92,6 +93,7 @@ impl TrackingTable {
         "exclusion",
         "reconsider",
         "gate",
+        "class_aware",
         "classes",
         "class_priors",
         "class_size_priors",
@@ -120,7 +122,7 @@ impl TrackingTable {
             cost: self.association.unwrap_or(cost),
             gate: self.gate.unwrap_or(gate),
             turned_headings: self.turned_headings.unwrap_or(turned_headings),
-            classes: self.classes.unwrap_or(classes),
+            classes: self.classes.or(self.class_aware.map(exact_or_ignored)).unwrap_or(classes),
         };
         within("gate", association.gate, 0.1..=1e4, "0.1 to 10000")?;
         Ok(TrackingConfig {
@@ -196,6 +198,11 @@ impl WindowTable {
         within("overlap", self.overlap, -1.0..=1.0, "-1 to 1")?;
         within("window_ms", self.window_ms, 0.0..=60_000.0, "0 to 60000")
     }
+}
+
+/// What the older setting means.
+const fn exact_or_ignored(class_aware: bool) -> ClassRule {
+    if class_aware { ClassRule::Exact } else { ClassRule::Ignored }
 }
 
 #[cfg(test)]

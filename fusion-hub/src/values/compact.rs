@@ -171,7 +171,7 @@ mod tests {
             yaw: -3.101_592,
             yaw_variance: 0.0123,
             size_law: [None; 2],
-            heading: v2x_common::detection::HeadingKind::Known,
+            heading: HeadingKind::Known,
             velocity: None,
             is_track: false,
         };
@@ -200,7 +200,7 @@ mod tests {
                 yaw: 0.0,
                 yaw_variance: 0.1,
                 size_law: [None; 2],
-                heading: v2x_common::detection::HeadingKind::Known,
+                heading: HeadingKind::Known,
                 velocity: None,
                 is_track: false,
             };

@@ -172,7 +172,7 @@ mod tests {
     fn the_last_frame_of_each_agent_is_remembered() {
         let [a, b] = agents();
         let mut support = Support::default();
-        support.note_detection(a, at(0), crate::values::ScoreEvidence::default());
+        support.note_detection(a, at(0), ScoreEvidence::default());
         assert_eq!((support.last(a), support.last(b)), (Some(true), None));
         support.note_missed(a, at(1), 0.5);
         assert_eq!(support.last(a), Some(false));
