@@ -204,7 +204,7 @@ fn parked_car(last_measured_at: Timestamp, ego: FrameId, rsu: FrameId) -> FusedO
         ww: metric(0),
         dd: metric(255),
         yaw_variance: angular(255),
-        heading: HeadingKind::Axis,
+        heading: HeadingKind::Known,
         existence: 127.0 / 255.0,
         age: Span::ZERO,
         last_measured_at,

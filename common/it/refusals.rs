@@ -55,7 +55,7 @@ fn bad_detection_payloads_are_refused_by_reason() {
         bytes
     };
     let overlong_varint = [0xff; 11];
-    let cases: [(&str, Vec<u8>); 14] = [
+    let cases: [(&str, Vec<u8>); 15] = [
         ("truncated", Vec::new()),
         ("truncated", vec![1]),
         ("trailing_bytes", [detection_bytes(), vec![0]].concat()),
@@ -64,7 +64,8 @@ fn bad_detection_payloads_are_refused_by_reason() {
         ("wrong_kind", with(1, b'F')),
         ("wrong_kind", fused_bytes()),
         ("unknown_flags", plain_frame(&[4, 0])),
-        ("unknown_flags", plain_detection(0, 4)),
+        ("unknown_flags", plain_detection(0, 12)),
+        ("unknown_flags", plain_detection(0, 16)),
         ("unknown_class", plain_detection(1, 24)),
         ("absurd_value", plain_detection(5, 0)),
         ("bad_name", [&[1, b'D', 1, b'/', 0, 0, 0, 0], [0, 0].as_slice()].concat()),

@@ -3,6 +3,7 @@
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Covariance2, Velocity};
 use crate::geometry::{BevBox, Pose};
+pub use crate::heading::HeadingKind;
 use crate::id::{FrameId, MapFrame};
 use crate::time::Timestamp;
 
@@ -29,20 +30,6 @@ pub const MAX_SIGMA_YAW_RAD: f64 = 7.0;
 const MAX_YAW_RAD: f64 = std::f64::consts::PI + 1e-9;
 /// Largest reported speed along one axis, m/s.
 pub const MAX_SPEED_MPS: f64 = 150.0;
-
-/// What is known of a heading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[repr(u8)]
-pub enum HeadingKind {
-    /// The front is at this heading.
-    #[default]
-    Known,
-    /// The front is at this heading or at the opposite one.
-    Axis,
-    /// Nothing is known of the heading.
-    Unknown,
-}
 
 /// One object as one sensor reports it at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,27 +86,6 @@ impl InvalidValue {
     /// The cause in two words, for counting beside the field's name.
     pub const fn cause(&self) -> &'static str {
         if self.value.is_finite() { "out of range" } else { "not finite" }
-    }
-}
-
-impl HeadingKind {
-    /// The kind of a number on the wire.
-    pub const fn from_byte(byte: u32) -> Option<Self> {
-        match byte {
-            0 => Some(Self::Known),
-            1 => Some(Self::Axis),
-            2 => Some(Self::Unknown),
-            _ => None,
-        }
-    }
-
-    /// The name in JSON.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Known => "known",
-            Self::Axis => "axis",
-            Self::Unknown => "unknown",
-        }
     }
 }
 

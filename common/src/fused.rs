@@ -1,8 +1,8 @@
 //! What a hub publishes: fused objects, and the frame that contains them.
 
 use crate::class::Class;
-use crate::detection::HeadingKind;
 use crate::geometry::BevBox;
+use crate::heading::HeadingKind;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::{Span, Timestamp};
 

@@ -13,7 +13,8 @@
 //! ```
 //! use v2x_common::wire::{detections, json};
 //! use v2x_common::{
-//!     AgentId, BevBox, BoxCovariance, Class, Covariance2, Detection, DetectionFrame, FrameId, Pose, Timestamp,
+//!     AgentId, BevBox, BoxCovariance, Class, Covariance2, Detection, DetectionFrame, FrameId, HeadingKind, Pose,
+//!     Timestamp,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,7 +28,7 @@
 //!     bev: BevBox { x: 12.5, y: -3.25, w: 1.8, d: 4.5, yaw: 0.1 },
 //!     covariance: BoxCovariance { position: Covariance2::isotropic(0.3), ww: 0.01, dd: 0.01, yaw: 0.003 },
 //!     velocity: None,
-//!     heading: crate::detection::HeadingKind::Known,
+//!     heading: HeadingKind::Known,
 //!     source_track: None,
 //! });
 //! frame.validate()?;
@@ -56,6 +57,7 @@ pub mod covariance;
 pub mod detection;
 pub mod fused;
 pub mod geometry;
+pub mod heading;
 pub mod id;
 pub mod keys;
 #[cfg(feature = "net")]
@@ -70,7 +72,7 @@ pub mod wire;
 
 pub use class::Class;
 pub use covariance::{BoxCovariance, Covariance2, Velocity};
-pub use detection::{Detection, DetectionFrame, InvalidValue};
+pub use detection::{Detection, DetectionFrame, HeadingKind, InvalidValue};
 pub use fused::{FusedFrame, FusedObject};
 pub use geometry::{BevBox, Pose};
 pub use id::{AgentId, FrameId, TrackId};

@@ -34,7 +34,7 @@ pub struct Snapshot<F> {
     pub initiated_at: Timestamp,
     /// Number of detections.
     pub n_reports: u32,
-    /// Mean time between frames of the agent that detected it last, s.
+    /// Mean time between detections of it by the agent that detected it last, s.
     pub interval_s: f64,
     /// What bounds its existence.
     pub persistence: Persistence,
@@ -97,7 +97,7 @@ impl<F: Filter> Snapshot<F> {
             at,
             initiated_at: at,
             n_reports: 1,
-            interval_s: frame.model.interval_s,
+            interval_s: frame.model.detection_interval_s(0.0),
             persistence: frame.model.persistence,
             orientation: Orientation::initial(at, z, reversed),
             support,
@@ -156,7 +156,7 @@ impl<F: Filter> Snapshot<F> {
             self.existence = self.existence.or_initiated(birth_odds).within(&model.persistence);
         }
         self.n_reports += 1;
-        self.interval_s = model.interval_s;
+        self.interval_s = model.detection_interval_s(range_m);
         self.persistence = model.persistence;
         self.count_class(z.class);
     }

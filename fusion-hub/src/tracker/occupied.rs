@@ -1,7 +1,7 @@
 //! Where no new object can be: at the place of one that is there already.
 
+use super::predict::Predictions;
 use super::store::TrackStore;
-use super::update::AssociatedFrame;
 use crate::filter::Filter;
 use crate::values::{Body, Measurement};
 use v2x_common::geometry::BevBox;
@@ -14,8 +14,7 @@ pub(super) struct Occupied {
 
 impl Occupied {
     /// By the tracks that are rather of real objects.
-    pub(super) fn by<F: Filter>(associated: &AssociatedFrame<'_, F>, tracks: &TrackStore<F>) -> Self {
-        let predictions = associated.predictions;
+    pub(super) fn by<F: Filter>(predictions: &Predictions<F>, tracks: &TrackStore<F>) -> Self {
         let predicted = predictions.tracks().iter().zip(predictions.measurements());
         let real = predicted.filter(|(index, _)| tracks.get(**index).latest().is_rather_real());
         let bodies = real.filter_map(|(_, track)| {

@@ -85,7 +85,7 @@ pub(super) fn initiate<F: Filter>(
 ) {
     let AssociatedFrame { frame, assignment, .. } = associated;
     let is_exclusive = context.exclusion && !assignment.initiations().is_empty();
-    let mut occupied = is_exclusive.then(|| Occupied::by(associated, tracks));
+    let mut occupied = is_exclusive.then(|| Occupied::by(associated.predictions, tracks));
     for initiation in assignment.initiations() {
         let z = &frame.measurements[usize::from(initiation.index)];
         if occupied.as_mut().is_some_and(|occupied| !occupied.admits(z)) {

@@ -2,7 +2,8 @@
 
 use v2x_common::time::Span;
 
-/// Frames of the agent that detected an object last, for which it is published without another detection.
+/// Detections that the agent that detected an object last is expected to have made meanwhile, until it is not published any
+/// more.
 const FRAMES: f64 = 5.0;
 /// At least and at most.
 const SHORTEST: Span = Span::from_millis(700);
@@ -14,7 +15,7 @@ const WITHOUT_RATE: Span = Span::from_millis(1500);
 /// How long an object is published without being detected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coast {
-    /// As long as the agent that detected it last needs for five frames, but 0.7 to 5 s: a parked car does not vanish between
+    /// As long as the agent that detected it last needs for five detections of it, but 0.7 to 5 s: a parked car does not vanish between
     /// two frames of a slow sensor.
     #[default]
     ByRate,
@@ -23,7 +24,7 @@ pub enum Coast {
 }
 
 impl Coast {
-    /// For an object whose last detection is of an agent with this interval of frames, s.
+    /// For an object that the agent of its last detection detects at this interval, s.
     pub fn of(self, interval_s: f64) -> Span {
         match self {
             Self::ByRate => Span::from_secs_f64(FRAMES * interval_s).clamp(SHORTEST, LONGEST),
@@ -51,7 +52,7 @@ impl Coast {
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    vec![("coast.by_rate", format!("{FRAMES} frames, {SHORTEST} to {LONGEST}"))]
+    vec![("coast.by_rate", format!("{FRAMES} detections, {SHORTEST} to {LONGEST}"))]
 }
 
 #[cfg(test)]

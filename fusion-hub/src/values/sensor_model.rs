@@ -17,6 +17,8 @@ use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
 const MAX_DETECTION_PROBABILITY: f64 = 0.999;
 /// Frame rate of an agent that declares none, Hz.
 const UNDECLARED_RATE_HZ: f64 = 10.0;
+/// An object is expected in at least this share of the frames.
+const LEAST_REPORTED: f64 = 0.05;
 /// A track further than this beyond a sensor's range was not covered, whatever late data changes, m.
 const COVERAGE_SLACK_M: f64 = 20.0;
 
@@ -109,6 +111,13 @@ impl DetectionModel {
     /// Detection probability over clutter density of a detection at this range (m), m²; ∞ without clutter.
     pub fn detection_over_clutter(&self, range_m: f64) -> f64 {
         self.profile.probability(range_m) / self.clutter_per_m2
+    }
+
+    /// Mean time between detections of an object at this range (m), s: an agent may report a part of its objects in each
+    /// frame.
+    #[inline]
+    pub fn detection_interval_s(&self, range_m: f64) -> f64 {
+        self.interval_s / self.profile.probability(range_m).max(LEAST_REPORTED)
     }
 
     /// A detection's evidence of existence, by its distance from the sensor, where that is known, and its score.

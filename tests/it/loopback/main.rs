@@ -16,7 +16,7 @@ use v2x_common::id::FrameId;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A large Δmax: a pause of a busy machine of less than 20 s must not fail a test.
-const PATIENT_HUB: &str = "delta_max_ms = 20000\ncoast_ms = 20000";
+const PATIENT_HUB: &str = "delta_max_ms = 20000\ncoast_ms = 20000\nbirths = \"at-once\"";
 
 /// The entry of a frame in the first fused frame that contains it.
 fn inclusion(fused: &FusedFrame, frame: FrameId) -> Option<Inclusion> {

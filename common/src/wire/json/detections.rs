@@ -274,7 +274,7 @@ impl JsonDetection<'_> {
                 let (sigma_x, sigma_y, rho) = deviations(&velocity.covariance);
                 JsonVelocity { x: velocity.x, y: velocity.y, sigma_x, sigma_y, rho }
             }),
-            heading: Some(detection.heading).filter(|heading| *heading != HeadingKind::Known),
+            heading: Some(detection.heading),
             source_track: detection.source_track.map(Id64),
         }
     }

@@ -148,6 +148,7 @@ mod tests {
     use v2x_common::id::HubId;
     use v2x_common::time::Timestamp;
     use v2x_fusion_hub::engine::EngineConfig;
+    use v2x_fusion_hub::fusion::Births;
 
     const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n";
 
@@ -179,7 +180,9 @@ mod tests {
     fn replayed(rows: &str) -> (Counts, Notes) {
         let text = format!("{HEADER}{rows}");
         let mut log = DetectionLog::new(text.as_bytes(), Path::new("log.csv")).unwrap();
-        let engine = Engine::new(EngineConfig::new(HubId::new("lab").unwrap(), 0));
+        // The first detection counts.
+        let config = EngineConfig::new(HubId::new("lab").unwrap(), 0);
+        let engine = Engine::new(config.with_tracking(|tracking| tracking.births = Births::AtOnce));
         let mut notes = Notes::default();
         let replay = Replay { engine, declared: Declared::default(), stopwatch: || Span::ZERO };
         let counts = replay.run(&mut log, &mut notes, |_, _| {}).unwrap();

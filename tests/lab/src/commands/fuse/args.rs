@@ -305,7 +305,7 @@ mod tests {
         let law = SensorArgs { size_noise: Some(size_noise("0.5").unwrap()), ..SensorArgs::default() };
         let described = law.description(&defaults).unwrap().unwrap();
         assert_eq!(described.size_noise, Some(SizeNoiseLaw { sigma: 0.5, lower: 0.1 }));
-        assert_eq!(described.detection_probability, 0.9);
+        assert_eq!(described.detection_probability, 0.7);
         let all = SensorArgs {
             range: Some(10.0),
             detection_probability: Some(0.8),
