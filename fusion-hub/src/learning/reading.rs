@@ -12,7 +12,7 @@ use v2x_common::sensor::FieldOfView;
 const SCORE_SLOPE: f64 = 2.0;
 const NEUTRAL_SCORE_LN: f64 = -0.847_297_860_387_203_7;
 /// Time between frames until it is known, s: objects of a slow sensor are not to vanish before its second frame.
-const UNKNOWN_INTERVAL_S: f64 = 0.4;
+const UNKNOWN_INTERVAL_S: f64 = 0.28;
 /// Correlation of successive frames of an undescribed sensor, until it is learnt.
 const UNDESCRIBED_CORRELATION: f64 = 0.5;
 /// Odds of a new object that an undescribed agent's detection has at least and at most.
@@ -73,15 +73,14 @@ impl LearntSensor {
     /// Reads a frame of an agent that describes its sensor.
     pub(super) fn described(&self, declared: &FrameReading) -> FrameReading {
         let mut reading = *declared;
-        reading.model.keeps_support = true;
+        // Where detection probability and clutter are declared, existence holds all there is but for the scores.
+        reading.model.keeps_support = self.scores_differ;
         reading.model.scores = self.scores();
         reading.model.headings = self.headings();
         reading.model.errors = self.errors;
-        let interval_s = self.interval_s.unwrap_or(declared.model.interval_s);
-        reading.model.interval_s = interval_s;
-        reading.model.persistence = Persistence::by_rate(interval_s);
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
+            reading.model.persistence = Persistence::by_rate(declared.model.interval_s);
             if let Some(coverage) = &mut reading.coverage {
                 coverage.profile = profile;
             }

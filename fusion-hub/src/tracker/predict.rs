@@ -63,7 +63,7 @@ impl PredictionLimits {
 impl PredictionLimits {
     /// Whether a track is kept for publishing only.
     fn leave_out<F: Filter>(&self, track: &Track<F>) -> bool {
-        let coast = || self.coast.of(track.latest().interval_s);
+        let coast = || self.coast.remembered(track.latest().interval_s);
         self.detected_from.is_some_and(|from| track.last_measured_at() < from - coast())
     }
 }

@@ -27,7 +27,7 @@ pub(crate) struct KeptTracks {
 impl KeptTracks {
     /// When a track must have been detected last to be kept.
     pub(super) fn detected_from<F: Filter>(&self, track: &Track<F>) -> Timestamp {
-        self.detected_from - self.coast.of(track.latest().interval_s)
+        self.detected_from - self.coast.remembered(track.latest().interval_s)
     }
 }
 

@@ -32,6 +32,12 @@ impl Coast {
         }
     }
 
+    /// For how long its track can take detections: at least as long as where no rate is known, so that the order in which
+    /// frames arrive matters as little as it can.
+    pub fn remembered(self, interval_s: f64) -> Span {
+        self.of(interval_s).max(self.without_rate())
+    }
+
     /// For a list of objects that no rates are known of.
     pub const fn without_rate(self) -> Span {
         match self {

@@ -18,7 +18,7 @@ const MAX_DETECTION_PROBABILITY: f64 = 0.999;
 /// Frame rate of an agent that declares none, Hz.
 const UNDECLARED_RATE_HZ: f64 = 10.0;
 /// An object is expected in at least this share of the frames.
-const LEAST_REPORTED: f64 = 0.05;
+const LEAST_REPORTED: f64 = 0.333;
 /// A track further than this beyond a sensor's range was not covered, whatever late data changes, m.
 const COVERAGE_SLACK_M: f64 = 20.0;
 
