@@ -123,7 +123,7 @@ pub struct Accuracy {
 
 /// What an agent publishes about its sensor, at its start and every second (`…/agent/{agent}/sensor`).
 ///
-/// For an agent without description the hub uses defaults, and does not count missed detections.
+/// Of an agent without description the hub learns what it can.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorDescription {

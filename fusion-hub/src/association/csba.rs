@@ -42,14 +42,7 @@ pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, weights: &CsbaWe
 
 /// Squared distance of the sizes, χ² with 2 degrees of freedom.
 pub(super) fn dimension_distance2(z: &Measurement, track: &PredictedMeasurement) -> f64 {
-    let of_axis = |axis: usize| {
-        let (reported, size) = (z.size[axis], track.size[axis]);
-        let middle = (reported + size) / 2.0;
-        let difference = reported - size;
-        let variance = z.relative_variance[axis] * middle * middle + track.size_variance[axis];
-        difference * difference / variance
-    };
-    of_axis(0) + of_axis(1)
+    z.size_distance2(track.size, track.size_variance)
 }
 
 #[cfg(test)]

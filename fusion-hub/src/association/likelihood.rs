@@ -52,14 +52,9 @@ fn turned_cost(z: &Measurement, track: &PredictedMeasurement, turn: f64, size: f
     let variance = z.yaw_variance + track.yaw_variance;
     let (back, quarter) = (PI - turn, FRAC_PI_2 - turn);
     let reversed = (back * back / variance + REVERSED_COST).min(CUE_CAP) + size;
-    let exchanged = Measurement {
-        size: [z.size[1], z.size[0]],
-        relative_variance: [z.relative_variance[1], z.relative_variance[0]],
-        ..*z
-    };
     let swapped = (quarter * quarter / variance).min(CUE_CAP)
         + SWAPPED_COST
-        + dimension_distance2(&exchanged, track).min(CUE_CAP);
+        + dimension_distance2(&z.exchanged(), track).min(CUE_CAP);
     reversed.min(swapped)
 }
 

@@ -4,10 +4,11 @@ use super::imm::{Imm, Inflation};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::SizePriors;
 use super::state::GREATEST_WEIGHT;
-use super::{Course, Estimate, Filter, Heading, Motion, Shape, intersection_weight};
+use super::{Course, Estimate, Filter, Heading, Motion, intersection_weight};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
+use v2x_common::covariance::Covariance2;
 use v2x_common::time::Timestamp;
 
 /// Least standard deviation of ln size: errors of reports are correlated, so half a percent is left.
@@ -105,20 +106,21 @@ impl Filter for ImmState {
         }
     }
 
-    fn shape(&self, class: Class) -> Shape {
-        let (yaw, yaw_variance) = self.motion.heading();
+    fn heading(&self) -> (f64, f64) {
+        self.motion.heading()
+    }
+
+    fn rough_size(&self) -> ([f64; 2], [f64; 2]) {
         let [width, depth] = self.sizes.map(|size| size.roughly());
-        Shape {
-            class,
-            yaw,
-            yaw_variance,
-            size: [width.mean, depth.mean],
-            size_variance: [width.variance, depth.variance],
-        }
+        ([width.mean, depth.mean], [width.variance, depth.variance])
     }
 
     fn turn_round(&mut self) {
         self.motion.turn_round();
+    }
+
+    fn move_to(&mut self, position: [f64; 2], covariance: &Covariance2) {
+        self.motion.move_to(position, covariance);
     }
 
     fn redirect(&mut self, course: &Course) {

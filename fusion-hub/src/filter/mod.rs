@@ -70,14 +70,20 @@ pub trait Filter: Copy + Debug + PartialEq {
     /// What association needs.
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement;
 
-    /// Heading and size, approximately and cheaply.
-    fn shape(&self, class: Class) -> Shape;
+    /// Heading (rad) and its variance (rad²), approximately and cheaply.
+    fn heading(&self) -> (f64, f64);
+
+    /// Width and depth (m) and their variances (m²), approximately.
+    fn rough_size(&self) -> ([f64; 2], [f64; 2]);
 
     /// Turns the object round: the front is at the other end. Position and velocity stay.
     fn turn_round(&mut self);
 
     /// Sets heading and speed to a course; what is correlated with them is not any more.
     fn redirect(&mut self, course: &Course);
+
+    /// Sets the position with its covariance (m, m²); what is correlated with it is not any more.
+    fn move_to(&mut self, position: [f64; 2], covariance: &Covariance2);
 
     /// Velocity and turn rate at the state's own time.
     fn motion(&self) -> Motion;
@@ -87,21 +93,6 @@ pub trait Filter: Copy + Debug + PartialEq {
 
     /// The published estimate of an object of this class.
     fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate;
-}
-
-/// Heading and size of an object.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape {
-    /// Its class.
-    pub class: Class,
-    /// Heading, rad.
-    pub yaw: f64,
-    /// rad².
-    pub yaw_variance: f64,
-    /// Width and depth, m.
-    pub size: [f64; 2],
-    /// m².
-    pub size_variance: [f64; 2],
 }
 
 /// The direction of a motion.

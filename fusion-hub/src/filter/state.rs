@@ -3,8 +3,7 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::SizePriors;
 use super::{
-    Course, Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Shape, Size, intersection_weight,
-    smoothing,
+    Course, Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Size, intersection_weight, smoothing,
 };
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
@@ -150,19 +149,20 @@ impl Filter for State {
     }
 
     #[inline]
-    fn shape(&self, class: Class) -> Shape {
-        Shape {
-            class,
-            yaw: self.heading.mean,
-            yaw_variance: self.heading.variance,
-            size: [self.width.mean, self.depth.mean],
-            size_variance: [self.width.variance, self.depth.variance],
-        }
+    fn heading(&self) -> (f64, f64) {
+        (self.heading.mean, self.heading.variance)
+    }
+
+    fn rough_size(&self) -> ([f64; 2], [f64; 2]) {
+        ([self.width.mean, self.depth.mean], [self.width.variance, self.depth.variance])
     }
 
     fn turn_round(&mut self) {
         self.heading.mean = wrap_angle(self.heading.mean + PI);
     }
+
+    /// Positions are not bound to the heading: there is nothing to be set.
+    fn move_to(&mut self, _: [f64; 2], _: &Covariance2) {}
 
     fn redirect(&mut self, course: &Course) {
         self.heading = Heading { mean: course.yaw, variance: course.yaw_variance };

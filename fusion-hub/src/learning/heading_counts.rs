@@ -79,7 +79,8 @@ impl HeadingCounts {
     pub(super) fn law(&self) -> HeadingLaw {
         let [least, most] = LIMITS;
         let reversed = (self.reversed + PRIOR * PRIOR_REVERSED) / (self.all + PRIOR);
-        HeadingLaw::Mixture { reversed: reversed.clamp(least, most), offset: self.offset() }
+        let reversed = reversed.clamp(least, most);
+        HeadingLaw::Mixture { front_odds_ln: libm::log((1.0 - reversed) / reversed), offset: self.offset() }
     }
 
     /// The constant error of the axes, rad in [-π/2, π/2]; 0 where it is not significant.
@@ -113,6 +114,12 @@ mod tests {
         Report { at: Timestamp::EPOCH + Span::from_millis(ms), position: [x, 0.0], yaw }
     }
 
+    /// The probability of half a turn, and the constant error, rad.
+    fn reversed_and_offset(counts: &HeadingCounts) -> (f64, f64) {
+        let HeadingLaw::Mixture { front_odds_ln, offset } = counts.law() else { panic!("a mixture") };
+        (1.0 / (1.0 + libm::exp(front_odds_ln)), offset)
+    }
+
     #[test]
     fn only_what_moved_straight_ahead_is_compared() {
         assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.1)), Some(0.1));
@@ -125,10 +132,10 @@ mod tests {
     #[test]
     fn the_share_of_turned_headings_is_learnt() {
         let mut counts = HeadingCounts::default();
-        let HeadingLaw::Mixture { reversed, offset } = counts.law() else { panic!() };
+        let (reversed, offset) = reversed_and_offset(&counts);
         assert!((reversed - 0.02).abs() < 1e-12 && offset == 0.0);
         (0..300).for_each(|k| counts.add(if k % 3 == 0 { PI - 0.02 } else { 0.03 }));
-        let HeadingLaw::Mixture { reversed, offset } = counts.law() else { panic!() };
+        let (reversed, offset) = reversed_and_offset(&counts);
         assert!((reversed - 0.33).abs() < 0.02 && offset == 0.0, "{reversed} {offset}");
     }
 
@@ -137,8 +144,7 @@ mod tests {
         let offset_of = |differences: fn(i32) -> f64| {
             let mut counts = HeadingCounts::default();
             (0..100).for_each(|k| counts.add(differences(k)));
-            let HeadingLaw::Mixture { offset, .. } = counts.law() else { panic!() };
-            offset
+            reversed_and_offset(&counts).1
         };
         assert!((offset_of(|_| 0.5) - 0.5).abs() < 1e-3);
         assert!((offset_of(|_| 0.5 - PI) - 0.5).abs() < 1e-3, "and turned round");

@@ -21,6 +21,8 @@ const MEMORY_S: f64 = 120.0;
 /// A frame is read by what had been learnt so long before Δmax before its capture: maintenance is not immediate, and clocks
 /// of agents may be a little ahead.
 const SETTLED: Span = Span::from_millis(500);
+/// A track with so many detections is of something real for learning, whatever others miss.
+const PERSISTENT_REPORTS: u32 = 10;
 /// An object counts as missed where it is inside of the view by this much, m.
 const VIEW_MARGIN_M: f64 = 2.0;
 
@@ -167,7 +169,11 @@ impl Learner {
         }
         let mut memory = self.tracks.remove(&track.id).unwrap_or_default();
         if epoch.is_turn(Epoch::of(track.initiated_at())) || memory.is_new() {
-            memory.is_real = track.before(begin, context).is_some_and(|estimate| estimate.is_rather_real());
+            // Its existence is no measure of those whose misses reduce it: what is reported persistently counts, too.
+            memory.is_real = track.before(begin, context).is_some_and(|estimate| {
+                let is_persistent = estimate.n_reports >= PERSISTENT_REPORTS;
+                estimate.is_rather_real() || (is_persistent && estimate.support.is_for_a_real_object())
+            });
         }
         let is_due = epoch.is_long_turn(Epoch::of(track.initiated_at()))
             || self.needs_innovations(track, [begin, end], context);
@@ -309,5 +315,6 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ("learning.epoch_s", EPOCH.as_secs_f64().to_string()),
         ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
         ("learning.memory_s", MEMORY_S.to_string()),
+        ("learning.persistent_reports", PERSISTENT_REPORTS.to_string()),
     ]
 }

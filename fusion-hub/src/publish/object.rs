@@ -4,10 +4,13 @@ use crate::filter::{Estimate, Filter};
 use crate::track::{Contributors, Track};
 use crate::values::AgentNames;
 use std::f64::consts::PI;
-use v2x_common::detection::{MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
+use v2x_common::detection::{HeadingKind, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::geometry::BevBox;
 use v2x_common::time::Timestamp;
+
+/// A heading with a larger variance is not known, rad².
+const UNKNOWN_BEYOND: f64 = 1.0;
 
 /// The estimate of a track at the time for which it is published.
 pub(super) struct PublishedEstimate {
@@ -38,7 +41,7 @@ pub(super) fn fill<F: Filter>(
     object.ww = estimate.width.variance;
     object.dd = estimate.depth.variance;
     let (heading, reversed) = latest.orientation.heading();
-    object.heading = heading;
+    object.heading = if estimate.heading.variance > UNKNOWN_BEYOND { HeadingKind::Unknown } else { heading };
     // The expected square of the error if the front may be at the other end.
     object.yaw_variance = estimate.heading.variance + PI * PI * reversed * (1.0 - reversed);
     object.existence = *existence;

@@ -1,5 +1,7 @@
 //! Tracks: the evidence of each object in the order of capture times, and the estimate that follows from it.
 
+mod application;
+mod context;
 mod contributors;
 mod evidence;
 mod frame_store;
@@ -10,13 +12,14 @@ mod snapshot;
 #[expect(clippy::module_inception, reason = "the track of the layer of tracks")]
 mod track;
 
+pub use context::{FOLD_SLACK, Horizon, Rollback, TrackContext};
 pub use contributors::{Contributor, Contributors};
 pub use evidence::{Evidence, FrameSlot};
 pub use frame_store::{FrameStore, SensedFrame, StoredFrame};
 pub use pre_merge::PreMergeTracks;
 pub use smoother::{FixedLagSmoother, SmoothedTrack};
 pub use snapshot::Snapshot;
-pub use track::{FOLD_SLACK, Horizon, Rollback, Track, TrackContext};
+pub use track::Track;
 
 #[cfg(test)]
 pub(crate) use orientation::listed;

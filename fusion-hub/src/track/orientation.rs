@@ -5,10 +5,11 @@
 //! is decided apart, by what agents report and by the motion. The course of the motion is that of a filter of positions
 //! alone: where reported headings contradict it for long, they do not count any more, and heading never overrules positions.
 
-use crate::filter::{Course, Kinematic, MotionParams, Shape};
-use crate::values::Measurement;
+use crate::filter::{Course, Filter, Kinematic, MotionParams};
+use crate::values::{Measurement, PositionInnovation};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use v2x_common::class::Class;
+use v2x_common::class::{Class, ClassGroup};
+use v2x_common::covariance::Covariance2;
 use v2x_common::detection::HeadingKind;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 use v2x_common::time::Timestamp;
@@ -19,14 +20,18 @@ const SWAPPED: f64 = 0.0025;
 const NEAR: f64 = 4.0;
 /// Upper limit of the cost of a size.
 const SIZE_CAP: f64 = 12.0;
-/// Variance of a heading of which nothing is known, rad².
+/// Variance of a heading of which nothing is known, rad²; and of a report that says nothing of it, which must not add up.
 const UNKNOWN_VARIANCE: f64 = 9.0;
+const NO_REPORT_VARIANCE: f64 = 1e6;
 
 /// The course counts from this speed on, m/s, and from so many standard deviations of it.
 const LEAST_SPEED_MPS: f64 = 1.0;
 const LEAST_SPEED_SIGMAS: f64 = 4.0;
 /// Standard deviation of the angle between a body and its course, rad.
 const SLIP: f64 = 0.1;
+
+/// ln π: the axes are uniform over half a turn.
+const LN_PI: f64 = 1.144_729_885_849_400_2;
 
 /// Weight of a report's evidence of the front: reports of one object err alike.
 const REPORT_WEIGHT: f64 = 0.1;
@@ -43,16 +48,20 @@ const TURN_ROUND: f64 = -1.0;
 /// A reversed report leaves the front undecided for so many reports.
 const CONFLICT_KEPT: f32 = 0.98;
 /// Reversed reports, each counting less with every later one, from which on the front may be undecided.
-const IN_CONFLICT: f32 = 0.9;
-/// ln odds from which on the front is decided.
+const IN_CONFLICT: f32 = 1.5;
+/// ln odds by motion from which on the front is decided.
 const DECIDED: f64 = 3.0;
 
 /// What is known for and against reported headings, at most.
 const MOST_UNRELIABLE: f64 = 4.0;
 /// Evidence against them counts in full after so long, s.
 const INDEPENDENT_AFTER_S: f64 = 0.35;
+/// The filter is in doubt from here on, ln; most evidence of one report; and how far its heading is then off the course (χ²).
+const IN_DOUBT: f32 = 5.0;
+const MOST_DOUBT_BY_ONE: [f64; 2] = [-3.0, 6.0];
+const OFF_COURSE: f64 = 9.0;
 /// Most evidence of one report.
-const MOST_BY_ONE: [f64; 2] = [-2.0, 3.0];
+const MOST_BY_ONE: [f64; 2] = [-2.0, 6.0];
 
 /// What is known of an object's orientation beside its filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +76,8 @@ pub struct Orientation {
     conflict: f32,
     /// ln odds that reported headings are worthless.
     unreliable: f32,
+    /// How much better positions alone have predicted positions of late than the filter, ln; at least 0.
+    doubt: f32,
 }
 
 /// What a report does to the filter.
@@ -76,6 +87,8 @@ pub(super) struct Read {
     pub(super) z: Measurement,
     /// What is done to the state first.
     pub(super) first: Action,
+    /// What positions alone made of the report.
+    pub(super) by_positions: PositionInnovation,
 }
 
 /// What is done to the state before it is updated.
@@ -89,6 +102,21 @@ pub(super) enum Action {
     Redirect(Course),
 }
 
+/// What the filter holds of an object.
+pub(super) struct Held<'a, F> {
+    pub(super) state: &'a F,
+    /// The class whose motion it has.
+    pub(super) class: Class,
+}
+
+/// Where an object is and moves by positions alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Path {
+    pub(super) position: [f64; 2],
+    pub(super) covariance: Covariance2,
+    pub(super) course: Course,
+}
+
 /// One way to read a heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Hypothesis {
@@ -100,36 +128,48 @@ struct Hypothesis {
 
 impl Orientation {
     /// After a first report.
-    pub(super) fn initial(at: Timestamp, z: &Measurement, reversed: f64) -> Self {
+    pub(super) fn initial(at: Timestamp, z: &Measurement, front_odds_ln: f64) -> Self {
+        let is_known = z.heading == HeadingKind::Known;
         let sigma = MotionParams::of(z.class).sigma_velocity_mps;
         Self {
             path: Kinematic::initial(z.position, z.r, sigma, z.velocity.as_ref()),
             at,
-            by_reports: single(3.0 * report_weight(reversed)),
+            by_reports: if is_known { single(3.0 * REPORT_WEIGHT * front_odds_ln) } else { 0.0 },
             by_motion: 0.0,
-            conflict: 0.0,
+            conflict: if is_known { 0.0 } else { 2.0 * IN_CONFLICT },
             unreliable: single(-MOST_UNRELIABLE),
+            doubt: 0.0,
         }
     }
 
-    /// Reads a report of an object of this class and shape, by an agent that reverses headings with a probability.
-    pub(super) fn read(&mut self, at: Timestamp, z: &Measurement, shape: &Shape, reversed: f64) -> Read {
+    /// Reads a report of an object by an agent whose fronts are right with these odds.
+    pub(super) fn read<F: Filter>(
+        &mut self,
+        at: Timestamp,
+        z: &Measurement,
+        held: &Held<'_, F>,
+        front_odds_ln: f64,
+    ) -> Read {
         let dt_s = (at - self.at).as_secs_f64();
         self.at = at;
-        self.path.predict(dt_s, MotionParams::of(shape.class).accel_psd);
-        self.path.update_position(z.position, &z.r);
+        self.path.predict(dt_s, MotionParams::of(held.class).accel_psd);
+        let by_positions = self.path.update_position(z.position, &z.r);
         if let Some(velocity) = &z.velocity {
             self.path.update_velocity(velocity);
         }
-        if !shape.class.has_front() {
-            return Read { z: *z, first: Action::Nothing };
+        if !held.class.has_front() {
+            return Read { z: *z, first: Action::Nothing, by_positions };
         }
         let course = self.course();
         if z.heading == HeadingKind::Unknown {
-            return Read { z: self.without_heading(z, course.as_ref()), first: Action::Nothing };
+            if let Some(course) = &course {
+                self.weigh_motion(held.state.heading().0, course, dt_s);
+            }
+            let z = self.without_heading(z, course.as_ref());
+            return Read { z, first: Action::Nothing, by_positions };
         }
-        let reversed = if z.heading == HeadingKind::Axis { 0.5 } else { reversed };
-        let chosen = choose(z, shape, reversed);
+        let odds_ln = if z.heading == HeadingKind::Axis { 0.0 } else { front_odds_ln };
+        let chosen = choose(z, held, odds_ln);
         let was_unreliable = self.unreliable > 0.0;
         if let Some(course) = &course {
             self.weigh_reliability(chosen.yaw, z.yaw_variance, course, dt_s);
@@ -139,10 +179,13 @@ impl Orientation {
                 Some(course) if !was_unreliable => Action::Redirect(course),
                 _ => Action::Nothing,
             };
-            return Read { z: self.without_heading(z, course.as_ref()), first };
+            return Read { z: self.without_heading(z, course.as_ref()), first, by_positions };
         }
-        self.weigh_front(&chosen, reversed, shape.yaw, course.as_ref().map(|course| (course, dt_s)));
-        let mut read = Read { z: taken(z, &chosen), first: Action::Nothing };
+        self.weigh_front(&chosen, odds_ln);
+        if let Some(course) = &course {
+            self.weigh_motion(held.state.heading().0, course, dt_s);
+        }
+        let mut read = Read { z: taken(z, &chosen), first: Action::Nothing, by_positions };
         if f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
             self.by_reports = -self.by_reports;
             self.by_motion = -self.by_motion;
@@ -150,6 +193,35 @@ impl Orientation {
             read.first = Action::TurnRound;
         }
         read
+    }
+
+    /// Holds the filter, which is bound to the heading, against positions alone: by what each predicted. Where the filter is
+    /// much worse for some time and its heading is off the course, positions count: the path that the object is set to.
+    pub(super) fn overrule(
+        &mut self,
+        read: &Read,
+        by_filter: &PositionInnovation,
+        heading: (f64, f64),
+    ) -> Option<Path> {
+        let ln = |innovation: &PositionInnovation| {
+            -(innovation.mahalanobis2 + libm::log(innovation.determinant)) / 2.0
+        };
+        let [least, most] = MOST_DOUBT_BY_ONE;
+        let evidence = (ln(&read.by_positions) - ln(by_filter)).clamp(least, most);
+        self.doubt = (self.doubt + single(evidence)).max(0.0);
+        if self.doubt < IN_DOUBT || self.unreliable > 0.0 {
+            return None;
+        }
+        let course = self.course()?;
+        let (yaw, variance) = heading;
+        let off = axis_difference(yaw, course.yaw);
+        let expected = variance + course.yaw_variance + SLIP * SLIP;
+        if off * off <= OFF_COURSE * expected {
+            return None;
+        }
+        self.doubt = 0.0;
+        self.unreliable = single(MOST_UNRELIABLE / 2.0);
+        Some(Path { position: self.path.position, covariance: self.path.pp, course })
     }
 
     /// The course, where the object moves for certain.
@@ -171,7 +243,7 @@ impl Orientation {
     fn without_heading(&self, z: &Measurement, course: Option<&Course>) -> Measurement {
         let (yaw, yaw_variance) = match course {
             Some(course) => (course.yaw, course.yaw_variance + SLIP * SLIP),
-            None => (z.yaw, UNKNOWN_VARIANCE),
+            None => (z.yaw, NO_REPORT_VARIANCE),
         };
         Measurement { yaw, yaw_variance, ..*z }
     }
@@ -181,44 +253,44 @@ impl Orientation {
         let off = axis_difference(yaw, course.yaw);
         let expected = variance + course.yaw_variance + SLIP * SLIP;
         // ln of the density of any axis, 1/π, over the normal one.
-        let evidence = -libm::log(PI) + libm::log(TAU * expected) / 2.0 + off * off / (2.0 * expected);
+        let evidence = libm::log(TAU * expected) / 2.0 - LN_PI + off * off / (2.0 * expected);
         let [least, most] = MOST_BY_ONE;
         let weight = (dt_s.abs() / INDEPENDENT_AFTER_S).min(1.0);
         let unreliable = f64::from(self.unreliable) + weight * evidence.clamp(least, most);
         self.unreliable = single(unreliable.clamp(-MOST_UNRELIABLE, MOST_UNRELIABLE));
     }
 
-    fn weigh_front(
-        &mut self,
-        chosen: &Hypothesis,
-        reversed: f64,
-        front: f64,
-        motion: Option<(&Course, f64)>,
-    ) {
-        let weight = report_weight(reversed);
+    /// Holds the front against a report.
+    fn weigh_front(&mut self, chosen: &Hypothesis, odds_ln: f64) {
+        let weight = REPORT_WEIGHT * odds_ln;
         let for_front = if chosen.is_reversed { -weight } else { weight };
         // What a better agent has reported is not lost.
         let before = f64::from(self.by_reports);
-        let most = (weight / REPORT_WEIGHT).abs().max(before.abs());
+        let most = odds_ln.abs().max(before.abs());
         self.by_reports = single((before + for_front).clamp(-most, most));
-        self.conflict = CONFLICT_KEPT * self.conflict + f32::from(u8::from(chosen.is_reversed));
-        if let Some((course, dt_s)) = motion {
-            let along = libm::cos(angle_difference(front, course.yaw));
-            let full = ((course.speed - LEAST_SPEED_MPS) / FULL_SPEED_MPS).clamp(0.0, 1.0);
-            let evidence = MOTION_PER_S * dt_s.abs().min(MOST_AT_ONCE_S) * full * along;
-            let by_motion = f64::from(self.by_motion) + evidence;
-            self.by_motion = single(by_motion.clamp(-MOST_BY_MOTION, MOST_BY_MOTION));
-        }
+        let is_open = chosen.is_reversed || odds_ln == 0.0;
+        self.conflict = CONFLICT_KEPT * self.conflict + f32::from(u8::from(is_open));
+    }
+
+    /// Holds the front, rad, against the course.
+    fn weigh_motion(&mut self, front: f64, course: &Course, dt_s: f64) {
+        let along = libm::cos(angle_difference(front, course.yaw));
+        let full = ((course.speed - LEAST_SPEED_MPS) / FULL_SPEED_MPS).clamp(0.0, 1.0);
+        let evidence = MOTION_PER_S * dt_s.abs().min(MOST_AT_ONCE_S) * full * along;
+        let by_motion = f64::from(self.by_motion) + evidence;
+        self.by_motion = single(by_motion.clamp(-MOST_BY_MOTION, MOST_BY_MOTION));
     }
 
     /// What is known of the heading, and the probability that the front is at the other end.
     pub fn heading(&self) -> (HeadingKind, f64) {
         let front = f64::from(self.by_reports + self.by_motion);
-        if self.conflict > IN_CONFLICT && front < DECIDED {
-            (HeadingKind::Axis, 1.0 / (1.0 + libm::exp(front.abs())))
-        } else {
-            (HeadingKind::Known, 0.0)
+        // Where reports contradict each other, only motion decides.
+        if self.conflict <= IN_CONFLICT || f64::from(self.by_motion) >= DECIDED {
+            return (HeadingKind::Known, 0.0);
         }
+        let reversed_of_late = f64::from(self.conflict * (1.0 - CONFLICT_KEPT));
+        let by_evidence = 1.0 / (1.0 + libm::exp(front.abs()));
+        (HeadingKind::Axis, by_evidence.max(reversed_of_late).min(0.5))
     }
 }
 
@@ -226,11 +298,6 @@ impl Orientation {
 #[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
 const fn single(evidence: f64) -> f32 {
     evidence as f32
-}
-
-/// Evidence of a report for the front, ln odds.
-fn report_weight(reversed: f64) -> f64 {
-    REPORT_WEIGHT * libm::log((1.0 - reversed) / reversed)
 }
 
 /// The difference of two axes, rad in [-π/2, π/2].
@@ -249,31 +316,22 @@ fn axis_difference(a: f64, b: f64) -> f64 {
 fn taken(z: &Measurement, chosen: &Hypothesis) -> Measurement {
     let mut read = Measurement { yaw: chosen.yaw, ..*z };
     if chosen.is_swapped {
-        read = exchanged(&read);
+        read = read.exchanged();
     }
     read
 }
 
-/// With width and depth exchanged.
-fn exchanged(z: &Measurement) -> Measurement {
-    Measurement {
-        size: [z.size[1], z.size[0]],
-        relative_variance: [z.relative_variance[1], z.relative_variance[0]],
-        size_law: [z.size_law[1], z.size_law[0]],
-        ..*z
-    }
-}
-
 /// How a report's heading is read: the likeliest way.
-fn choose(z: &Measurement, shape: &Shape, reversed: f64) -> Hypothesis {
-    let variance = z.yaw_variance + shape.yaw_variance;
+fn choose<F: Filter>(z: &Measurement, held: &Held<'_, F>, odds_ln: f64) -> Hypothesis {
+    let (front, front_variance) = held.state.heading();
+    let variance = z.yaw_variance + front_variance;
     let distance2 = |yaw: f64| {
-        let off = angle_difference(yaw, shape.yaw);
+        let off = angle_difference(yaw, front);
         off * off / variance
     };
     let as_reported =
         Hypothesis { cost: distance2(z.yaw), yaw: z.yaw, is_reversed: false, is_swapped: false };
-    let reversed_cost = -2.0 * libm::log(reversed / (1.0 - reversed));
+    let reversed_cost = 2.0 * odds_ln;
     if as_reported.cost <= NEAR.min(reversed_cost) {
         return as_reported;
     }
@@ -285,12 +343,13 @@ fn choose(z: &Measurement, shape: &Shape, reversed: f64) -> Hypothesis {
         is_swapped: false,
     };
     let mut best = if back.cost < as_reported.cost { back } else { as_reported };
-    if is_four_wheeled(shape.class) {
-        let size = size_distance2(z, shape).min(SIZE_CAP);
-        let size_exchanged = size_distance2(&exchanged(z), shape).min(SIZE_CAP);
+    if is_four_wheeled(held.class) {
+        let (size, variance) = held.state.rough_size();
+        let own = z.size_distance2(size, variance).min(SIZE_CAP);
+        let exchanged = z.exchanged().size_distance2(size, variance).min(SIZE_CAP);
         for quarter in [FRAC_PI_2, -FRAC_PI_2] {
             let yaw = wrap_angle(z.yaw + quarter);
-            let cost = distance2(yaw) - 2.0 * libm::log(SWAPPED) + size_exchanged - size;
+            let cost = distance2(yaw) - 2.0 * libm::log(SWAPPED) + exchanged - own;
             if cost < best.cost {
                 best = Hypothesis { cost, yaw, is_reversed: false, is_swapped: true };
             }
@@ -300,26 +359,20 @@ fn choose(z: &Measurement, shape: &Shape, reversed: f64) -> Hypothesis {
 }
 
 fn is_four_wheeled(class: Class) -> bool {
-    !(class.is_immobile() || class.is_pedestrian() || class.is_two_wheeler() || class == Class::Animal)
+    matches!(class.group(), ClassGroup::FourWheeled | ClassGroup::Unknown)
 }
 
-/// Squared distance of the sizes.
-fn size_distance2(z: &Measurement, shape: &Shape) -> f64 {
-    let of_axis = |axis: usize| {
-        let middle = (z.size[axis] + shape.size[axis]) / 2.0;
-        let difference = z.size[axis] - shape.size[axis];
-        difference * difference / (z.relative_variance[axis] * middle * middle + shape.size_variance[axis])
-    };
-    of_axis(0) + of_axis(1)
-}
-
-/// A first report of a vehicle that is clearly wider than long has width and depth exchanged.
+/// A first report: of a heading of which nothing is known, and of a vehicle that is clearly wider than long, which has
+/// width and depth exchanged.
 pub(super) fn first_read(z: &Measurement) -> Measurement {
+    if z.heading == HeadingKind::Unknown {
+        return Measurement { yaw_variance: z.yaw_variance.max(UNKNOWN_VARIANCE), ..*z };
+    }
     let [w, d] = z.size;
     let [rw, rd] = z.relative_variance;
     let limit = 0.26 + 3.0 * libm::sqrt(rw + rd);
-    if is_four_wheeled(z.class) && z.class != Class::Unknown && libm::log(w / d) > limit {
-        return Measurement { yaw: wrap_angle(z.yaw + FRAC_PI_2), ..exchanged(z) };
+    if z.class.group() == ClassGroup::FourWheeled && libm::log(w / d) > limit {
+        return Measurement { yaw: wrap_angle(z.yaw + FRAC_PI_2), ..z.exchanged() };
     }
     *z
 }
@@ -336,6 +389,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
                 "reports {REPORT_WEIGHT}, motion {MOTION_PER_S}/s at {FULL_SPEED_MPS} m/s beyond that, {MOST_AT_ONCE_S} s at once, {MOST_BY_MOTION} at most, turned below {TURN_ROUND}"
             ),
         ),
+        ("orientation.doubt", format!("{IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}")),
         ("orientation.conflict", format!("{CONFLICT_KEPT} kept, beyond {IN_CONFLICT}, decided at {DECIDED}")),
         (
             "orientation.unreliable",

@@ -3,7 +3,8 @@
 //! With a lag, objects are published as of a time before a merge. Where a sensor had resolved the two tracks, the merge
 //! means that one object is gone, and both tracks hold for the time before.
 
-use super::track::{Horizon, Track, TrackContext};
+use super::context::{Horizon, TrackContext};
+use super::track::Track;
 use crate::filter::Filter;
 use v2x_common::time::{Span, Timestamp};
 

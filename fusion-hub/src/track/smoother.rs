@@ -1,8 +1,10 @@
 //! A track as of an earlier time, by all evidence up to the newest: the fixed-interval smoother of its state, and of
 //! its existence.
 
+use super::application::apply;
+use super::context::TrackContext;
 use super::contributors::Contributors;
-use super::track::{Track, TrackContext, apply};
+use super::track::Track;
 use crate::filter::Filter;
 use crate::values::{Existence, Persistence};
 use v2x_common::class::Class;

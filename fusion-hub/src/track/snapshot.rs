@@ -1,6 +1,6 @@
 //! The estimate of a track after some of its evidence.
 
-use super::orientation::{Action, Orientation, Read, first_read};
+use super::orientation::{Action, Held, Orientation, first_read};
 use crate::filter::Filter;
 use crate::values::AgentSlot;
 use crate::values::Coverage;
@@ -17,9 +17,6 @@ const VIEW_MARGIN_SIGMAS: f64 = 3.0;
 const VIEW_MARGIN_M: f64 = 0.5;
 /// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
-
-/// Probability of a turned heading where headings are as reported; of no effect.
-const NEVER: f64 = 0.5;
 
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,9 +76,9 @@ impl<F: Filter> Snapshot<F> {
         class_motion: bool,
     ) -> Self {
         let at = frame.at;
-        let (z, reversed) = match frame.model.headings {
-            HeadingLaw::AsReported => (*z, NEVER),
-            HeadingLaw::Mixture { reversed, .. } => (first_read(z), reversed),
+        let (z, front_odds_ln) = match frame.model.headings {
+            HeadingLaw::AsReported => (*z, 0.0),
+            HeadingLaw::Mixture { front_odds_ln, .. } => (first_read(z), front_odds_ln),
         };
         let z = &z;
         let mut support = Support::default();
@@ -99,7 +96,7 @@ impl<F: Filter> Snapshot<F> {
             n_reports: 1,
             interval_s: frame.model.detection_interval_s(0.0),
             persistence: frame.model.persistence,
-            orientation: Orientation::initial(at, z, reversed),
+            orientation: Orientation::initial(at, z, front_odds_ln),
             support,
             class: z.class,
             class_motion,
@@ -138,7 +135,7 @@ impl<F: Filter> Snapshot<F> {
         self.survive_to(at);
         let innovation = match model.headings {
             HeadingLaw::AsReported => self.state.update(z),
-            HeadingLaw::Mixture { reversed, .. } => self.update_turned(at, z, reversed),
+            HeadingLaw::Mixture { front_odds_ln, .. } => self.update_turned(at, z, front_odds_ln),
         };
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
@@ -162,15 +159,22 @@ impl<F: Filter> Snapshot<F> {
     }
 
     /// Updates by a measurement whose heading may be turned.
-    fn update_turned(&mut self, at: Timestamp, z: &Measurement, reversed: f64) -> PositionInnovation {
-        let shape = self.state.shape(self.motion_class());
-        let Read { z, first } = self.orientation.read(at, z, &shape, reversed);
-        match first {
+    fn update_turned(&mut self, at: Timestamp, z: &Measurement, front_odds_ln: f64) -> PositionInnovation {
+        let held = Held { state: &self.state, class: self.motion_class() };
+        let read = self.orientation.read(at, z, &held, front_odds_ln);
+        match read.first {
             Action::Nothing => {}
             Action::TurnRound => self.state.turn_round(),
             Action::Redirect(course) => self.state.redirect(&course),
         }
-        self.state.update(&z)
+        let innovation = self.state.update(&read.z);
+        if self.motion_class().has_front()
+            && let Some(path) = self.orientation.overrule(&read, &innovation, self.state.heading())
+        {
+            self.state.move_to(path.position, &path.covariance);
+            self.state.redirect(&path.course);
+        }
+        innovation
     }
 
     /// Moves the state to another time. Within `synchronous` of it, it stays.

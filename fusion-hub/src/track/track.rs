@@ -1,14 +1,11 @@
 //! A track: its evidence in the order of capture times, with rollback and replay of late evidence.
 
+use super::application::{advance, apply, initial};
+use super::context::{Horizon, Rollback, TrackContext};
 use super::evidence::{Evidence, FrameSlot};
-use super::frame_store::{FrameStore, StoredFrame};
-use super::snapshot::{FrameEvidence, ReportEvidence};
 use super::{Contributors, Snapshot};
 use crate::filter::Filter;
-
-use crate::values::AgentNames;
-use crate::values::CompactMeasurement;
-use crate::values::ParticleSet;
+use crate::values::{CompactMeasurement, ParticleSet};
 use std::collections::VecDeque;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -20,47 +17,6 @@ const CHECKPOINT_EVERY: usize = 4;
 const GATHERED: usize = 16;
 /// Room for items of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
 const EVIDENCE_AT_FIRST: usize = 64;
-/// Evidence can stay this much longer than the horizon. It is then folded at a checkpoint, without a replay.
-pub const FOLD_SLACK: Span = Span::from_millis(250);
-
-/// From when on history is held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Horizon {
-    /// Nothing that was captured earlier can still arrive.
-    pub at: Timestamp,
-    /// Evidence may be held for so much longer, to be folded at a checkpoint (at most [`FOLD_SLACK`]).
-    pub slack: Span,
-}
-
-/// What becomes of newer measurements when an out-of-sequence measurement is applied.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rollback {
-    /// They are applied again after it.
-    #[default]
-    Replay,
-    /// They are lost, as in the paper's text read literally.
-    Only,
-}
-
-/// What the evidence of tracks refers to, and the rules by which it is read.
-#[derive(Clone, Copy, Debug)]
-pub struct TrackContext<'a> {
-    /// Measurements and coverages.
-    pub frames: &'a FrameStore,
-    /// Names of the agents.
-    pub agents: &'a AgentNames,
-    /// ε_s: a measurement this near to the state's own time is taken as simultaneous.
-    pub synchronous: Span,
-    /// What becomes of measurements newer than a late one.
-    pub rollback: Rollback,
-    /// Whether tracks keep the contributors of folded evidence: with a lag, what is published may be older than it.
-    pub keeps_folded: bool,
-    /// Whether the class of a track selects its motion parameters.
-    pub class_motion: bool,
-    /// Whether two vehicles cannot be at one place.
-    pub exclusion: bool,
-}
-
 /// The estimate after the first items of evidence.
 #[derive(Clone, Copy, Debug)]
 struct Checkpoint<F> {
@@ -456,52 +412,4 @@ impl<F: Filter> Track<F> {
     pub fn oldest(&self) -> Option<&Evidence> {
         self.evidence.front()
     }
-}
-
-/// Applies an item to an estimate; there is none before the first detection.
-#[inline]
-fn advance<F: Filter>(known: &mut Option<Snapshot<F>>, item: &Evidence, context: &TrackContext<'_>) {
-    match known {
-        Some(known) => apply(known, (item, context.frames.held(item)), None, context),
-        None => *known = initial(item, context),
-    }
-}
-
-fn initial<F: Filter>(item: &Evidence, context: &TrackContext<'_>) -> Option<Snapshot<F>> {
-    let held = context.frames.held(item)?;
-    let z = context.frames.expanded(item, held);
-    let frame = frame_evidence(item, context.frames.get(item.frame));
-    Some(Snapshot::initial(&frame, &z, held.score(), context.class_motion))
-}
-
-/// Applies an item, with its measurement as it is held where it is a detection.
-#[inline(always)]
-pub(super) fn apply<F: Filter>(
-    known: &mut Snapshot<F>,
-    (item, held): (&Evidence, Option<&CompactMeasurement>),
-    predicted: Option<&F>,
-    context: &TrackContext<'_>,
-) {
-    let at = item.captured_at;
-    let stored = context.frames.get(item.frame);
-    let frame = frame_evidence(item, stored);
-    if let Some(held) = held {
-        match predicted {
-            Some(predicted) => known.state = *predicted,
-            None => known.predict(at, context.synchronous),
-        }
-        let z = context.frames.expanded(item, held);
-        let range_m = || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_to(z.position));
-        known.add_detection(&frame, &z, || ReportEvidence {
-            over_clutter: held.detection_over_clutter(),
-            score: held.score(),
-            range_m: range_m(),
-        });
-    } else if let Some(coverage) = &stored.coverage {
-        known.add_missed_detection(&frame, coverage, context.synchronous);
-    }
-}
-
-fn frame_evidence<'a>(item: &Evidence, stored: &'a StoredFrame) -> FrameEvidence<'a> {
-    FrameEvidence { at: item.captured_at, agent: stored.agent, model: &stored.model }
 }

@@ -3,6 +3,9 @@
 use super::Measurement;
 use v2x_common::geometry::wrap_angle;
 
+/// ln of 49 to 1.
+const LN_49: f64 = 3.891_820_298_110_627;
+
 /// An agent's headings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum HeadingLaw {
@@ -11,8 +14,8 @@ pub enum HeadingLaw {
     AsReported,
     /// They may also be turned by half a turn, or by a quarter where width and depth are exchanged.
     Mixture {
-        /// Probability of half a turn.
-        reversed: f64,
+        /// ln of the odds that a reported front is the front.
+        front_odds_ln: f64,
         /// Constant error, rad.
         offset: f64,
     },
@@ -20,7 +23,7 @@ pub enum HeadingLaw {
 
 impl HeadingLaw {
     /// Of an agent that nothing is known of: one heading in fifty is turned round.
-    pub const UNKNOWN: Self = Self::Mixture { reversed: 0.02, offset: 0.0 };
+    pub const UNKNOWN: Self = Self::Mixture { front_odds_ln: LN_49, offset: 0.0 };
 
     /// A heading (rad) as it was reported, before it was corrected.
     pub fn reported(&self, yaw: f64) -> f64 {

@@ -46,6 +46,28 @@ pub struct SizeLaw {
 }
 
 impl Measurement {
+    /// The same with width and depth exchanged.
+    pub fn exchanged(&self) -> Self {
+        let swap = |[a, b]: [f64; 2]| [b, a];
+        let [width_law, depth_law] = self.size_law;
+        Self {
+            size: swap(self.size),
+            relative_variance: swap(self.relative_variance),
+            size_law: [depth_law, width_law],
+            ..*self
+        }
+    }
+
+    /// Squared distance from a width and depth (m) with their variances (m²), χ² with 2 degrees of freedom.
+    pub fn size_distance2(&self, size: [f64; 2], variance: [f64; 2]) -> f64 {
+        let of_axis = |axis: usize| {
+            let middle = (self.size[axis] + size[axis]) / 2.0;
+            let difference = self.size[axis] - size[axis];
+            difference * difference / (self.relative_variance[axis] * middle * middle + variance[axis])
+        };
+        of_axis(0) + of_axis(1)
+    }
+
     /// What was reported of width (0) or depth (1), m, with the variance of its factor before the cut, and the
     /// cut.
     #[inline]

@@ -38,7 +38,7 @@ pub struct SensingDefaults {
 
 impl Default for SensingDefaults {
     fn default() -> Self {
-        Self { detection_probability: 0.7, clutter_per_m2: 1e-3, births_per_m2_s: 1e-3 }
+        Self { detection_probability: 0.7, clutter_per_m2: 1e-3, births_per_m2_s: 1e-4 }
     }
 }
 
@@ -283,9 +283,9 @@ mod tests {
     #[test]
     fn the_birth_intensity_per_second_does_not_depend_on_the_frame_rate() {
         let odds =
-            |rate_hz| DetectionModel::new((0.9, 1e-3), rate_hz, &SensingDefaults::default()).birth_odds;
-        assert!((odds(10.0) - 0.1).abs() < 1e-12);
-        assert!((odds(2.0) - 0.5).abs() < 1e-12);
+            |rate_hz| DetectionModel::new((0.9, 1e-5), rate_hz, &SensingDefaults::default()).birth_odds;
+        assert!((odds(10.0) - 1.0).abs() < 1e-12);
+        assert!((odds(2.0) - 5.0).abs() < 1e-12);
         assert!((odds(0.001) / odds(0.01) - 1.0).abs() < 1e-12, "no longer than the survival time");
     }
 

@@ -121,6 +121,14 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
         }
     }
 
+    /// At a position with this covariance (m, m²), correlated with nothing else.
+    pub(super) fn move_to(&mut self, [x, y]: [f64; 2], covariance: &Covariance2) {
+        (self.mean[0], self.mean[1]) = (x, y);
+        self.set_alone(0, covariance.xx);
+        self.set_alone(1, covariance.yy);
+        self.covariance[at(1, 0)] = covariance.xy;
+    }
+
     /// A component with this variance that is correlated with no other one.
     fn set_alone(&mut self, component: usize, variance: f64) {
         for other in 0..N {

@@ -246,12 +246,21 @@ impl Imm {
         self.manoeuvre.turn_round();
     }
 
-    /// Sets heading and speed to a course.
+    /// Sets the position with its covariance (m, m²).
+    pub fn move_to(&mut self, position: [f64; 2], covariance: &Covariance2) {
+        self.parked.move_to(position, covariance);
+        self.stopped.move_to(position, covariance);
+        self.smooth.move_to(position, covariance);
+        self.manoeuvre.move_to(position, covariance);
+    }
+
+    /// Sets heading and speed to a course, and takes it for moving: half smooth, half manoeuvring.
     pub fn redirect(&mut self, course: &super::Course) {
         self.parked.redirect(course);
         self.stopped.redirect(course);
         self.smooth.redirect(course);
         self.manoeuvre.redirect(course);
+        self.weights = [0.0, 0.0, 0.5, 0.5];
     }
 
     /// Probabilities of being parked, stopped, in smooth motion and manoeuvring; they sum to 1.

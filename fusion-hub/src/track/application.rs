@@ -1,0 +1,61 @@
+//! One item of evidence applied to an estimate.
+
+use super::context::TrackContext;
+use super::evidence::Evidence;
+use super::frame_store::StoredFrame;
+use super::snapshot::{FrameEvidence, ReportEvidence, Snapshot};
+use crate::filter::Filter;
+use crate::values::CompactMeasurement;
+
+/// Applies an item to an estimate; there is none before the first detection.
+#[inline]
+pub(super) fn advance<F: Filter>(
+    known: &mut Option<Snapshot<F>>,
+    item: &Evidence,
+    context: &TrackContext<'_>,
+) {
+    match known {
+        Some(known) => apply(known, (item, context.frames.held(item)), None, context),
+        None => *known = initial(item, context),
+    }
+}
+
+/// The estimate after a first detection; `None` of a missed one.
+pub(super) fn initial<F: Filter>(item: &Evidence, context: &TrackContext<'_>) -> Option<Snapshot<F>> {
+    let held = context.frames.held(item)?;
+    let z = context.frames.expanded(item, held);
+    let frame = frame_evidence(item, context.frames.get(item.frame));
+    Some(Snapshot::initial(&frame, &z, held.score(), context.class_motion))
+}
+
+/// Applies an item, with its measurement as it is held where it is a detection.
+#[inline(always)]
+pub(super) fn apply<F: Filter>(
+    known: &mut Snapshot<F>,
+    (item, held): (&Evidence, Option<&CompactMeasurement>),
+    predicted: Option<&F>,
+    context: &TrackContext<'_>,
+) {
+    let at = item.captured_at;
+    let stored = context.frames.get(item.frame);
+    let frame = frame_evidence(item, stored);
+    if let Some(held) = held {
+        match predicted {
+            Some(predicted) => known.state = *predicted,
+            None => known.predict(at, context.synchronous),
+        }
+        let z = context.frames.expanded(item, held);
+        let range_m = || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_to(z.position));
+        known.add_detection(&frame, &z, || ReportEvidence {
+            over_clutter: held.detection_over_clutter(),
+            score: held.score(),
+            range_m: range_m(),
+        });
+    } else if let Some(coverage) = &stored.coverage {
+        known.add_missed_detection(&frame, coverage, context.synchronous);
+    }
+}
+
+fn frame_evidence<'a>(item: &Evidence, stored: &'a StoredFrame) -> FrameEvidence<'a> {
+    FrameEvidence { at: item.captured_at, agent: stored.agent, model: &stored.model }
+}
