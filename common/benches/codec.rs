@@ -104,6 +104,7 @@ fn fused_object(numbers: &mut Numbers, i: usize, agents: &[AgentHealth]) -> Fuse
         track: TrackId::new(0xdead_beef, u32::try_from(i).expect("few objects")),
         class: Class::Car,
         class_probabilities: classes,
+        class_conflict: 0.0,
         bev: numbers.bev(Pose { x: 500_000.0, y: 5_400_000.0, yaw: 0.0 }),
         velocity: (numbers.between(-20.0, 20.0), numbers.between(-20.0, 20.0)),
         kinematic_covariance: numbers.kinematic_covariance(),

@@ -98,6 +98,13 @@ proptest! {
     }
 }
 
+/// A frame with every field, those included that JSON leaves out where they say nothing.
+pub(crate) fn complete_fused_frame() -> FusedFrame {
+    let mut frame = fixture::fused_frame();
+    frame.objects.iter_mut().for_each(|object| object.class_conflict = 0.5);
+    frame
+}
+
 /// What arrives by postcard and what arrives by JSON.
 fn by_both_codecs(frame: &FusedFrame) -> [FusedFrame; 2] {
     let mut bytes = Vec::new();
@@ -144,6 +151,7 @@ fn a_fused_number_outside_of_its_limits_is_refused_by_name_and_object() {
         ("w", json!(-0.1), "w"),
         ("d", json!(65.6), "d"),
         ("existence", json!(1.1), "existence"),
+        ("class_conflict", json!(1.1), "class conflict"),
         ("sigma/w", json!(-1.0), "sigma.w"),
         ("sigma/x", json!(-1.0), "sigma.x"),
         ("sigma/yaw", json!(1e200), "sigma.yaw"),
@@ -151,7 +159,7 @@ fn a_fused_number_outside_of_its_limits_is_refused_by_name_and_object() {
         ("kinematic_covariance/6", json!(1e6), "covariance of y and vy"),
         ("class_probabilities/0/1", json!(-0.5), "class probability"),
     ];
-    let full = value(&json::encode_fused(&fixture::fused_frame()).unwrap());
+    let full = value(&json::encode_fused(&complete_fused_frame()).unwrap());
     let last = full["objects"].as_array().unwrap().len() - 1;
     for (field, absurd, named) in cases {
         let mut text = full.clone();

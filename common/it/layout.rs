@@ -152,6 +152,7 @@ fn the_longest_names_and_numbers_have_room() {
     object.velocity = (-2e6, 2e6);
     (object.age, object.last_measured_at) = (Span::from_nanos(i64::MIN), earliest);
     object.class_probabilities = Class::ALL.map(|class| (class, 1.0)).to_vec();
+    object.class_conflict = 1.0;
     object.contributors = vec![MeasurementId { frame: id, index: u16::MAX }; 4096];
     frame.includes = vec![Inclusion { frame: id, captured_at: earliest, received_at: earliest }];
     bytes.clear();
@@ -216,6 +217,10 @@ proptest! {
             prop_assert_eq!(got.velocity, (f64::from(object.vx) * 1e-3, f64::from(object.vy) * 1e-3));
             for (class, _) in &sent.class_probabilities {
                 prop_assert_eq!(rewriter.next::<(u8, u8)>().0, class.byte());
+            }
+            if got.class_conflict > 0.0 {
+                let conflict = f64::from(rewriter.next::<u8>()) / 255.0;
+                prop_assert!((conflict - sent.class_conflict).abs() <= 0.5 / 255.0 + 1e-12);
             }
             for contributor in &sent.contributors {
                 let ((place, epoch_xor, sequence), index) = rewriter.next::<Contributor>();

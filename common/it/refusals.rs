@@ -199,8 +199,9 @@ fn a_sensor_description_with_a_number_that_is_not_finite_cannot_be_encoded() {
 #[test]
 fn a_fused_frame_with_a_number_that_is_not_finite_cannot_be_encoded() {
     type Spoil = fn(&mut FusedFrame, f64);
-    let spoils: [Spoil; 9] = [
+    let spoils: [Spoil; 10] = [
         |frame, value| frame.objects[1].bev.x = value,
+        |frame, value| frame.objects[0].class_conflict = value,
         |frame, value| frame.objects[0].bev.y = value,
         |frame, value| frame.objects[1].bev.yaw = value,
         |frame, value| frame.objects[1].velocity.1 = value,

@@ -88,6 +88,7 @@ fn check_object(sent: &FusedObject, got: &FusedObject) -> Result<(), TestCaseErr
     prop_assert_eq!((sent.track, sent.class, sent.age), (got.track, got.class, got.age));
     prop_assert_eq!(sent.last_measured_at, got.last_measured_at);
     prop_assert_eq!(&sent.contributors, &got.contributors);
+    prop_assert!((sent.class_conflict - got.class_conflict).abs() <= 0.5 / 255.0 + 1e-12);
     prop_assert_eq!(sent.class_probabilities.len(), got.class_probabilities.len());
     for ((class, p), (got_class, got_p)) in sent.class_probabilities.iter().zip(&got.class_probabilities) {
         prop_assert_eq!(class, got_class);

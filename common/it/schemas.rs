@@ -1,6 +1,7 @@
 //! The shipped schemas name exactly the fields that are written, and require exactly those that are needed.
 
 use crate::fixture;
+use crate::json_twin::complete_fused_frame;
 use serde_json::Value;
 use v2x_common::class::Class;
 use v2x_common::id::AgentId;
@@ -36,7 +37,7 @@ fn twins() -> [Twin; 3] {
         },
         Twin {
             schema: read(schemas::FUSED_FRAME.as_bytes()),
-            full: read(&json::encode_fused(&fixture::fused_frame()).unwrap()),
+            full: read(&json::encode_fused(&complete_fused_frame()).unwrap()),
             decode: |text| json::decode_fused(text).map(drop),
         },
     ]

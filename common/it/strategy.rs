@@ -119,13 +119,21 @@ fn fused_object(around: Pose, agents: Vec<AgentHealth>) -> impl Strategy<Value =
     let shape = (bev(around, 1e6), sigma_m(), sigma_m(), sigma_rad());
     let measurement = (frame_of(agents), any::<u16>());
     let measurement = measurement.prop_map(|(frame, index)| MeasurementId { frame, index });
-    (any::<u64>(), classes(), shape, kinematics, life, vec(measurement, 0..4)).prop_map(
-        |(track, classes, (bev, sw, sd, st), (velocity, kinematic_covariance), life, contributors)| {
+    (any::<u64>(), (classes(), conflict()), shape, kinematics, life, vec(measurement, 0..4)).prop_map(
+        |(
+            track,
+            (classes, class_conflict),
+            (bev, sw, sd, st),
+            (velocity, kinematic_covariance),
+            life,
+            contributors,
+        )| {
             let (existence, heading, age_us, last_measured_at) = life;
             FusedObject {
                 track: TrackId(track),
                 class: classes[0].0,
                 class_probabilities: classes,
+                class_conflict,
                 bev,
                 velocity,
                 kinematic_covariance,
@@ -140,6 +148,11 @@ fn fused_object(around: Pose, agents: Vec<AgentHealth>) -> impl Strategy<Value =
             }
         },
     )
+}
+
+/// Mostly none.
+fn conflict() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), 0.0..=1.0]
 }
 
 fn classes() -> impl Strategy<Value = Vec<(Class, f64)>> {

@@ -26,6 +26,8 @@ pub struct FusedObject {
     pub class: Class,
     /// All classes with their probabilities, most probable first; they sum to 1.
     pub class_probabilities: Vec<(Class, f64)>,
+    /// How much the agents contradict each other about the class, in [0, 1]: the conflict of Dempster's rule.
+    pub class_conflict: f64,
     /// Position, size and heading in the map frame.
     pub bev: BevBox,
     /// Velocity east and north, m/s.
@@ -62,6 +64,7 @@ impl FusedObject {
             track,
             class,
             class_probabilities: vec![(class, 1.0)],
+            class_conflict: 0.0,
             bev,
             velocity: (0.0, 0.0),
             kinematic_covariance,

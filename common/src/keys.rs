@@ -7,6 +7,8 @@
 //! | `v2x/{network}/agent/{agent}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/fused` | fused frames, postcard |
 //! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, only while there is a subscriber |
+//! | `v2x/{network}/hub/{hub}/fused/lagged` | the second list, a lag behind, postcard, where the hub has one |
+//! | `v2x/{network}/hub/{hub}/fused/lagged/json` | the same as JSON, only while there is a subscriber |
 //! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
 //! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
@@ -86,6 +88,21 @@ impl Keys {
         format!("v2x/{}/hub/{hub}/fused/json", self.network)
     }
 
+    /// Where a hub publishes its second list, which is a lag behind.
+    pub fn lagged(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/lagged", self.network)
+    }
+
+    /// Every hub's second list.
+    pub fn all_lagged(&self) -> String {
+        format!("v2x/{}/hub/*/fused/lagged", self.network)
+    }
+
+    /// Where a hub publishes its second list as JSON.
+    pub fn lagged_json(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/lagged/json", self.network)
+    }
+
     /// A hub's liveliness token.
     pub fn hub_alive(&self, hub: &HubId) -> String {
         format!("v2x/{}/hub/{hub}/alive", self.network)
@@ -123,6 +140,8 @@ pub enum Topic {
     AgentAlive(AgentId),
     /// Fused frames of this hub.
     Fused(HubId),
+    /// The second list of this hub.
+    Lagged(HubId),
     /// Simulation truth of this agent.
     Truth(AgentId),
 }
@@ -133,8 +152,13 @@ impl Topic {
         let mut chunks = key.split('/');
         let (v2x, _network) = (chunks.next()?, chunks.next()?);
         let (role, who, what) = (chunks.next()?, chunks.next()?, chunks.next()?);
+        let more = chunks.next();
         if v2x != "v2x" || chunks.next().is_some() {
             return None;
+        }
+        if let Some(more) = more {
+            let is_lagged = (role, what, more) == ("hub", "fused", "lagged");
+            return is_lagged.then(|| HubId::new(who).ok().map(Self::Lagged)).flatten();
         }
         match (role, who, what) {
             ("agent", agent, "detections") => Some(Self::Detections(AgentId::new(agent).ok()?)),
@@ -178,6 +202,8 @@ mod tests {
         assert_eq!(Topic::of(&keys.sensor(&agent)), Some(Topic::Sensor(agent)));
         assert_eq!(Topic::of(&keys.agent_alive(&agent)), Some(Topic::AgentAlive(agent)));
         assert_eq!(Topic::of(&keys.fused(&hub)), Some(Topic::Fused(hub)));
+        assert_eq!(Topic::of(&keys.lagged(&hub)), Some(Topic::Lagged(hub)));
+        assert_eq!(Topic::of(&keys.fused_json(&hub)), None);
         assert_eq!(Topic::of(&keys.truth(&agent)), Some(Topic::Truth(agent)));
         assert_eq!(Topic::of("v2x/demo/agent/ego"), None);
         assert_eq!(Topic::of("v2x/demo/agent/ego/detections/x"), None);

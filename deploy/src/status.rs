@@ -95,6 +95,12 @@ fn remarks(status: &HubStatus) -> Vec<String> {
             let (count, names) = (agent.unmapped_classes, names.join(", "));
             lines.push(format!("{id}: {count} detections of unknown classes ({names})"));
         }
+        if let Some(learnt) =
+            agent.learnt.as_ref().filter(|learnt| learnt.is_remarkable(agent.sensor.is_some()))
+        {
+            let declared = agent.sensor.map(|sensor| sensor.detection_probability);
+            lines.push(format!("{id}: its sensor {}", learnt.in_words(declared)));
+        }
         if let (0, Some(refusal)) = (agent.accepted, &agent.last_refusal) {
             lines.push(format!("{id}: every frame is refused; the newest: {refusal}"));
         }

@@ -42,7 +42,7 @@ fn publish(criterion: &mut Criterion, name: &str, motion: MotionModel, lag: Span
     let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);
     let mut engine = Engine::new(config.with_tracking(|tracking| {
         tracking.motion = motion;
-        tracking.tracker.hypotheses = Hypotheses::Single { lag };
+        tracking.tracker.hypotheses = Hypotheses::with_lag(lag);
     }));
     let mut now = Timestamp::EPOCH;
     for step in 0..N_FRAMES {

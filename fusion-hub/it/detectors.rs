@@ -164,6 +164,52 @@ fn agents_that_disagree_about_the_class_of_a_vehicle_report_one_object_of_both()
     let mut classes: Vec<_> = object.class_probabilities.iter().map(|(class, _)| *class).collect();
     classes.sort_unstable();
     assert_eq!(classes, [Class::Car, Class::Truck], "{object:?}");
+    assert!(object.class_conflict > 0.6, "and that they disagree is said: {object:?}");
+    assert!(object.class_probabilities.iter().all(|(_, share)| (0.4..0.6).contains(share)), "{object:?}");
+}
+
+/// The hub's object of a car that each of these agents takes for a class of its own, `other` only every `n`-th time; and
+/// how many objects there were at most.
+fn classified(agents: &[(&str, Class, Class, i64)]) -> (FusedObject, usize) {
+    let mut engine = engine(MotionModel::Imm);
+    let mut most = 0;
+    for k in 0..60_i64 {
+        for (name, class, other, every) in agents {
+            let class = if k % every == 0 { *other } else { *class };
+            let x = 0.8 * k as f64 + 0.4 * error(k, 0);
+            let report = Detection { class, ..car(x, 0.0, 0.1 * error(k, 2)) };
+            let sent = frame(agent(name), u64::try_from(k).expect("a number"), 100 * k, vec![report]);
+            engine.handle_frame(&sent, at(100 * k + 40));
+        }
+        most = most.max(engine.fused(at(100 * k + 60)).objects.len());
+    }
+    (only(&engine.fused(at(5960)).objects).clone(), most)
+}
+
+#[test]
+fn one_agent_that_takes_a_van_for_car_and_truck_by_turns_is_undecided_and_contradicts_nobody() {
+    let (object, most) = classified(&[("lidar", Class::Car, Class::Truck, 2)]);
+    assert!(most == 1 && object.class_conflict < 1e-9, "{object:?}");
+    assert!(object.class_probabilities.iter().all(|(_, share)| (0.4..0.6).contains(share)), "{object:?}");
+}
+
+#[test]
+fn two_agents_outvote_a_third_one_and_what_is_reported_for_long_counts_once() {
+    let car = |name| (name, Class::Car, Class::Car, 1);
+    let (object, most) = classified(&[car("a"), car("b"), ("c", Class::Truck, Class::Truck, 1)]);
+    assert_eq!((object.class, most), (Class::Car, 1), "{object:?}");
+    assert!(object.class_probabilities[0].1 > 0.8 && object.class_conflict > 0.5, "{object:?}");
+    let (object, _) = classified(&[car("a"), car("b")]);
+    assert!(object.class_probabilities[0].1 > 0.99 && object.class_conflict < 1e-9, "{object:?}");
+}
+
+#[test]
+fn an_agent_without_classes_leaves_them_to_the_others() {
+    let unknown = ("radar", Class::Unknown, Class::Unknown, 1);
+    let (object, most) = classified(&[unknown, ("camera", Class::Truck, Class::Truck, 1)]);
+    assert_eq!((object.class, most), (Class::Truck, 1), "{object:?}");
+    assert!(object.class_probabilities[0].1 > 0.95, "{object:?}");
+    assert_eq!(classified(&[unknown]).0.class, Class::Unknown);
 }
 
 #[test]

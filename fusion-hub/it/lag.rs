@@ -18,7 +18,7 @@ const MOTIONS: [MotionModel; 2] = [MotionModel::Cv, MotionModel::Imm];
 fn engine(lag_ms: i64, motion: MotionModel) -> Engine {
     let mut engine = Engine::new(config().with_tracking(|tracking| {
         tracking.motion = motion;
-        tracking.tracker.hypotheses = Hypotheses::Single { lag: Span::from_millis(lag_ms) };
+        tracking.tracker.hypotheses = Hypotheses::with_lag(Span::from_millis(lag_ms));
     }));
     AGENTS.iter().for_each(|name| {
         engine.handle_description(agent(name), description(1e-5)).expect("a valid description");
@@ -247,4 +247,40 @@ fn times_outside_the_history_are_an_error() {
     let in_future = HistoryError::InFuture { at: at(3001), now };
     assert_eq!(engine.fused_as_of(at(3001), now).cloned(), Err(in_future));
     assert_eq!(engine.fused_as_of(at(2000), now).map(|fused| fused.fused_at), Ok(at(2000)));
+}
+
+/// With a second list that is this much behind the live one.
+fn engine_with_second_list(lag_ms: i64, motion: MotionModel) -> Engine {
+    let second_lag = Some(Span::from_millis(lag_ms));
+    Engine::new(config().with_tracking(|tracking| {
+        tracking.motion = motion;
+        tracking.tracker.hypotheses = Hypotheses::Single { lag: Span::ZERO, second_lag };
+    }))
+}
+
+#[test]
+fn a_second_list_holds_the_same_tracks_as_they_were_and_changes_nothing_of_the_first() {
+    for motion in MOTIONS {
+        let mut both = engine_with_second_list(500, motion);
+        let [mut live, mut behind] = [0, 500].map(|lag_ms| {
+            Engine::new(config().with_tracking(|tracking| {
+                tracking.motion = motion;
+                tracking.tracker.hypotheses = Hypotheses::with_lag(Span::from_millis(lag_ms));
+            }))
+        });
+        assert!(live.lagged(at(0)).is_none(), "only where it is asked for");
+        for ms in (0..=2000).step_by(100) {
+            let frame = frame_of(0, ms, &[(0, (0.01, 0.0)), (1, (0.0, 0.02))]);
+            [&mut both, &mut live, &mut behind].into_iter().for_each(|engine| take(engine, &frame, ms));
+            let first = both.fused(at(ms)).clone();
+            assert_eq!(&first, live.fused(at(ms)), "the first list is as without a second one");
+            let second = both.lagged(at(ms)).expect("a second list");
+            assert!(second.includes.is_empty());
+            let expected = behind.fused(at(ms));
+            assert_eq!((second.sequence, second.fused_at), (expected.sequence, expected.fused_at));
+            assert_eq!(second.objects, expected.objects, "and the second as the list of a hub with that lag");
+        }
+        let second = both.lagged(at(2000)).expect("a second list");
+        assert_eq!((second.fused_at, second.objects.len()), (at(1500), 2));
+    }
 }

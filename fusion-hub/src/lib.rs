@@ -47,7 +47,7 @@ pub mod filter;
 pub mod fusion;
 #[cfg(feature = "net")]
 pub mod hub;
-mod learning;
+pub mod learning;
 #[doc(hidden)]
 pub mod parameters;
 #[doc(hidden)]

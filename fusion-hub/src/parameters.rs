@@ -36,6 +36,7 @@ mod tests {
             association::likelihood::listed(),
             values::existence_listed(),
             values::coast_listed(),
+            values::classes_listed(),
             values::exclusion_listed(),
             values::support_listed(),
             track::listed(),

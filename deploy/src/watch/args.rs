@@ -10,6 +10,7 @@ Examples:
   v2x watch                                    a live table of a network on this machine
   v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
   v2x watch --json --count 100                 the next hundred fused frames as JSON lines
+  v2x watch --lagged                           the second list, a lag behind, where the hub has one
   v2x watch --record run.v2xrec                records everything on the network into a file")]
 pub(crate) struct WatchArgs {
     /// The network to watch
@@ -21,10 +22,13 @@ pub(crate) struct WatchArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
+    /// Watch the second list, which is a lag behind, of a hub with the setting `lagged`
+    #[arg(long, conflicts_with = "record")]
+    pub(crate) lagged: bool,
     /// Print every fused frame as one line of JSON
     #[arg(long, conflicts_with = "record")]
     pub(crate) json: bool,
-    /// Record records everything on the network into a file
+    /// Record everything on the network into a file
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// End after this many fused frames

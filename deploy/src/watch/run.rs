@@ -28,7 +28,11 @@ const PROGRESS: Duration = Duration::from_secs(1);
 /// Watches until shutdown, or until `--count` frames have come.
 pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let mut recording = args.record.as_deref().map(RecordingFile::create).transpose()?;
-    let traffic = if recording.is_some() { Traffic::Everything } else { Traffic::Fused };
+    let traffic = match (&recording, args.lagged) {
+        (Some(_), _) => Traffic::Everything,
+        (None, true) => Traffic::Lagged,
+        (None, false) => Traffic::Fused,
+    };
     let is_table = recording.is_none() && !args.json;
     let capacity = if is_table { VIEW_CAPACITY } else { STREAM_CAPACITY };
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
@@ -110,8 +114,9 @@ impl Watch<'_> {
             () = consumer.wait() => Ok(()),
             () = shutdown.cancelled() => Ok(()),
             () = tokio::time::sleep(timeout) => bail!(
-                "no fused frame of network {} came within {timeout:.0?}; is --network right, and does a hub run?",
-                self.args.network
+                "no fused frame of network {} came within {timeout:.0?}; is --network right, and does a hub run{}?",
+                self.args.network,
+                if self.args.lagged { " with the setting `lagged`" } else { "" }
             ),
         }
     }

@@ -258,7 +258,7 @@ fn the_rate_of_publishing_changes_no_estimate() {
 #[test]
 fn errors_are_corrected_with_a_lag_and_with_several_hypotheses() {
     let hypotheses = |hypotheses| config().with_tracking(|tracking| tracking.tracker.hypotheses = hypotheses);
-    let lag = hypotheses(Hypotheses::Single { lag: Span::from_millis(300) });
+    let lag = hypotheses(Hypotheses::with_lag(Span::from_millis(300)));
     let particles = hypotheses(Hypotheses::Particles(ParticleCount::new(8).unwrap()));
     let paper_motion = config().with_tracking(|tracking| tracking.motion = MotionModel::Cv);
     for config in [lag, particles, paper_motion] {

@@ -46,7 +46,7 @@ impl Associator {
                 let report_cost = |track| likelihood::report_cost(probability(track));
                 self.assign(likelihood::COST_ALONE, Some(&report_cost), |_, track, place| {
                     let (z, track) = pair(track, place);
-                    likelihood::pair_cost(z, track, config.turned_headings)
+                    likelihood::pair_cost(z, track, config)
                 });
             }
             AssociationCost::Iou => {

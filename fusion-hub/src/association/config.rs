@@ -1,5 +1,7 @@
 //! How detections and tracks are associated.
 
+use crate::values::ClassLaw;
+
 /// Beyond this distance of centres, m, [`AssociationCost::Euclidean`] makes no pair (paper, section IV).
 pub const EUCLIDEAN_REACH_M: f64 = 3.0;
 
@@ -44,6 +46,8 @@ pub struct AssociationConfig {
     pub turned_headings: bool,
     /// What classes say of a pair.
     pub classes: ClassRule,
+    /// How the classes of a frame's agent err; of effect with [`ClassRule::Evidence`].
+    pub class_law: ClassLaw,
 }
 
 impl Default for AssociationConfig {
@@ -54,6 +58,7 @@ impl Default for AssociationConfig {
             gate: 16.2,
             turned_headings: false,
             classes: ClassRule::Exact,
+            class_law: ClassLaw::UNKNOWN,
         }
     }
 }

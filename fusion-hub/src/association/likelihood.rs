@@ -4,6 +4,7 @@
 //! outlying heading or size from outweighing the position.
 
 use super::class_cost::class_cost;
+use super::config::{AssociationConfig, ClassRule};
 use super::csba::dimension_distance2;
 use super::gate::Separation;
 use crate::values::Measurement;
@@ -30,17 +31,20 @@ pub fn report_cost(probability: f64) -> f64 {
 const REVERSED_COST: f64 = 7.8;
 const SWAPPED_COST: f64 = 10.0;
 
-/// The cost of a pair, where headings may be turned or not. The position's density has its constant 2 ln 2π left out.
-pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, turned_headings: bool) -> f64 {
+/// The cost of a pair; of the settings, how headings and classes err counts. The position's density has its constant 2 ln 2π left out.
+pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfig) -> f64 {
     let separation = Separation::of(z, track);
     let position = separation.mahalanobis2() + libm::log(separation.determinant);
     let turn = angle_difference(z.yaw, track.yaw);
     let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
     let size = dimension_distance2(z, track).min(CUE_CAP);
-    // Pairs of classes that make no pair have been left out, or classes are ignored.
-    let size = size + class_cost(z.class, track.class).unwrap_or(0.0);
+    // Classes of which one is never taken for the other have been left out.
+    let size = match config.classes {
+        ClassRule::Evidence => size + class_cost(z.class, track.class, &config.class_law),
+        ClassRule::Exact | ClassRule::Ignored => size,
+    };
     let cues = heading.min(CUE_CAP) + size;
-    if turned_headings && heading > REVERSED_COST && track.class.has_front() {
+    if config.turned_headings && heading > REVERSED_COST && track.class.has_front() {
         return position + turned_cost(z, track, turn.abs(), size).min(cues);
     }
     position + cues
@@ -61,10 +65,9 @@ fn turned_cost(z: &Measurement, track: &PredictedMeasurement, turn: f64, size: f
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    let own = vec![
+    vec![
         ("association.cue_cap", CUE_CAP.to_string()),
         ("association.cost_alone", COST_ALONE.to_string()),
         ("association.turned_headings", format!("reversed {REVERSED_COST}, swapped {SWAPPED_COST}")),
-    ];
-    [own, super::class_cost::listed()].concat()
+    ]
 }

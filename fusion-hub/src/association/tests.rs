@@ -59,7 +59,7 @@ fn cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfi
     let within_gate = Separation::of(z, track).is_within(config.gate);
     let (is_near, cost) = match config.cost {
         AssociationCost::Csba => (within_gate, csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)),
-        AssociationCost::Likelihood => (within_gate, likelihood::pair_cost(z, track, config.turned_headings)),
+        AssociationCost::Likelihood => (within_gate, likelihood::pair_cost(z, track, config)),
         AssociationCost::Iou => (iou > 0.0, 1.0 - iou),
         AssociationCost::Euclidean => (distance2 <= 9.0, libm::sqrt(distance2)),
     };
@@ -260,9 +260,17 @@ fn the_likelihood_cost_is_minus_two_ln_of_the_density_with_capped_cues() {
     let position = separation.mahalanobis2() + libm::log(separation.determinant);
     // The heading's variance is 0.02 rad² on either side.
     let (heading, sizes) = (0.1 * 0.1 / 0.04, csba::dimension_distance2(&z, &track));
-    assert!((likelihood::pair_cost(&z, &track, false) - (position + heading + sizes)).abs() < 1e-12);
+    assert!(
+        (likelihood::pair_cost(&z, &track, &AssociationConfig::default()) - (position + heading + sizes))
+            .abs()
+            < 1e-12
+    );
     let unlike = Measurement { size: [9.0, 0.5], yaw: 3.0, ..z };
-    assert!((likelihood::pair_cost(&unlike, &track, false) - (position + 12.0 + 12.0)).abs() < 1e-12);
+    assert!(
+        (likelihood::pair_cost(&unlike, &track, &AssociationConfig::default()) - (position + 12.0 + 12.0))
+            .abs()
+            < 1e-12
+    );
 }
 
 #[test]
@@ -277,12 +285,12 @@ fn a_pair_without_competitor_costs_no_more_by_a_low_report_probability_and_less_
     };
     // Within the limit alone, beyond it with what a low probability costs.
     let turned = Measurement { position: [1.5, 0.0], yaw: 3.0, ..here };
-    let cost = likelihood::pair_cost(&turned, &track(0.5), false);
+    let cost = likelihood::pair_cost(&turned, &track(0.5), &AssociationConfig::default());
     assert!(cost < likelihood::COST_ALONE && cost + 12.0 > likelihood::COST_ALONE, "{cost}");
     assert_eq!(found(turned, track(0.001)), Some(0));
     // Beyond the limit alone, within it by a high probability.
     let unlike = Measurement { position: [1.9, 0.0], size: [9.0, 0.5], ..turned };
-    let cost = likelihood::pair_cost(&unlike, &track(0.5), false);
+    let cost = likelihood::pair_cost(&unlike, &track(0.5), &AssociationConfig::default());
     assert!(cost > likelihood::COST_ALONE && cost < likelihood::COST_ALONE + 9.0, "{cost}");
     assert_eq!((found(unlike, track(0.5)), found(unlike, track(0.99))), (None, Some(0)));
 }

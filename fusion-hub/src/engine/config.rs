@@ -67,7 +67,7 @@ impl EngineConfig {
 
     /// How long history is held: late data may arrive within Δmax, and what is published may be a lag old.
     pub fn memory(&self) -> Span {
-        self.delta_max.max(self.fusion.lag())
+        self.delta_max.max(self.fusion.longest_lag())
     }
 
     pub(super) const fn lifetimes(&self) -> Lifetimes {

@@ -4,10 +4,12 @@ use super::admission::{Admission, Admitted};
 use super::agents::AgentRegistry;
 use super::config::EngineConfig;
 use super::history::{History, MAX_MEASUREMENTS_OF_AGENT};
+use super::output::Output;
 use super::refusal::{Disposition, Refusal};
 use super::sieve::Sieve;
 use super::statistics::DroppedDetections;
 use crate::fusion::{AdmittedFrame, FusionMethod, LateFrames, ObjectList, TrackCounts};
+use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
 use crate::values::SensorModel;
@@ -23,6 +25,10 @@ use v2x_common::wire::WireError;
 const MAINTENANCE_INTERVAL: Span = Span::from_millis(200);
 /// Most frames waiting to be named as included in the next fused frame.
 const MAX_PENDING: usize = 65_536;
+
+/// Places of the lists among the outputs.
+const FIRST: usize = 0;
+const SECOND: usize = 1;
 
 /// The fusion engine of one hub.
 #[derive(Debug)]
@@ -42,9 +48,8 @@ pub struct Engine {
     now: Timestamp,
     maintained_at: Timestamp,
     pending: Vec<Inclusion>,
-    sequence: u64,
-    /// The newest fused frame; its buffers are used again.
-    fused: FusedFrame,
+    /// The list, and the second one, which is a lag behind.
+    outputs: [Output; 2],
     spare_objects: Vec<FusedObject>,
 }
 
@@ -116,17 +121,7 @@ impl Engine {
             now: Timestamp::MIN,
             maintained_at: Timestamp::MIN,
             pending: Vec::new(),
-            sequence: 0,
-            fused: FusedFrame {
-                hub: config.hub,
-                lineage: config.lineage,
-                sequence: 0,
-                fused_at: Timestamp::EPOCH,
-                map_frame: config.map_frame,
-                objects: Vec::new(),
-                agents: Vec::new(),
-                includes: Vec::new(),
-            },
+            outputs: [Output::new(&config), Output::new(&config)],
             spare_objects: Vec::new(),
         }
     }
@@ -316,16 +311,28 @@ impl Engine {
         let lag = self.config.fusion.lag();
         if lag > Span::ZERO {
             let at = (self.now - lag).max(self.history.begins(self.now));
-            if self.write_as_of(at).is_ok() {
-                return &self.fused;
+            if self.write_as_of(at, FIRST).is_ok() {
+                return &self.outputs[FIRST].frame;
             }
         }
-        self.begin_frame(self.now);
-        let mut objects = ObjectList::new(&mut self.fused.objects, &mut self.spare_objects);
-        self.method.write_objects(self.now, self.agents.names(), &mut objects);
+        let Self { outputs, pending, agents, .. } = self;
+        outputs[FIRST].begin(self.now, self.admission.map_frame(), agents, pending);
+        let frame = &mut outputs[FIRST].frame;
+        let mut objects = ObjectList::new(&mut frame.objects, &mut self.spare_objects);
+        self.method.write_objects(self.now, agents.names(), &mut objects);
         drop(objects);
-        self.sieve.name_as_sent(&mut self.fused.objects);
-        &self.fused
+        self.sieve.name_as_sent(&mut frame.objects);
+        frame
+    }
+
+    /// The second list: the same objects by the same tracks, as they stood a lag before `now`, by all that is known by now.
+    /// `None` where the settings have no second list. It names no frames as new.
+    pub fn lagged(&mut self, now: Timestamp) -> Option<&FusedFrame> {
+        let lag = self.config.fusion.second_lag()?;
+        self.advance(now);
+        let at = (self.now - lag).max(self.history.begins(self.now));
+        self.write_as_of(at, SECOND).ok()?;
+        Some(&self.outputs[SECOND].frame)
     }
 
     /// The list of objects as they stood at `at`, by everything known by `now`; `fused_at` is `at`. What is new since
@@ -345,8 +352,8 @@ impl Engine {
         if at < begins {
             return Err(HistoryError::Forgotten { at, begins });
         }
-        self.write_as_of(at)?;
-        Ok(&self.fused)
+        self.write_as_of(at, FIRST)?;
+        Ok(&self.outputs[FIRST].frame)
     }
 
     fn advance(&mut self, now: Timestamp) {
@@ -354,26 +361,17 @@ impl Engine {
         self.maintain(FOLD_SLACK);
     }
 
-    fn write_as_of(&mut self, at: Timestamp) -> Result<(), HistoryError> {
-        let mut objects = ObjectList::new(&mut self.fused.objects, &mut self.spare_objects);
-        self.method.write_objects_as_of(at, self.agents.names(), &mut objects)?;
+    fn write_as_of(&mut self, at: Timestamp, list: usize) -> Result<(), HistoryError> {
+        let Self { outputs, pending, agents, .. } = self;
+        let output = &mut outputs[list];
+        let mut objects = ObjectList::new(&mut output.frame.objects, &mut self.spare_objects);
+        self.method.write_objects_as_of(at, agents.names(), &mut objects)?;
         drop(objects);
-        self.sieve.name_as_sent(&mut self.fused.objects);
-        self.begin_frame(at);
+        self.sieve.name_as_sent(&mut output.frame.objects);
+        let mut none = Vec::new();
+        let new = if list == FIRST { pending } else { &mut none };
+        output.begin(at, self.admission.map_frame(), agents, new);
         Ok(())
-    }
-
-    /// A fused frame except its objects.
-    fn begin_frame(&mut self, fused_at: Timestamp) {
-        let Self { fused, pending, agents, .. } = self;
-        fused.sequence = self.sequence;
-        self.sequence += 1;
-        fused.fused_at = fused_at;
-        fused.map_frame = self.admission.map_frame();
-        fused.agents.clear();
-        fused.agents.extend(agents.iter().map(|(agent, record)| record.health(*agent)));
-        fused.includes.clear();
-        fused.includes.append(pending);
     }
 
     /// The estimated clock and pose errors of every agent that describes its accuracy.
@@ -384,6 +382,11 @@ impl Engine {
     /// The agents, and what is counted of them.
     pub const fn agents(&self) -> &AgentRegistry {
         &self.agents
+    }
+
+    /// What is learnt of an agent's sensor; `None` where nothing is.
+    pub fn learnt(&self, agent: &AgentId) -> Option<LearntSensorReport> {
+        self.method.learnt(self.agents.names().slot(agent)?)
     }
 
     /// The newest time that any call named.

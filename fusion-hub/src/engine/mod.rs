@@ -7,6 +7,7 @@ mod config;
 #[expect(clippy::module_inception, reason = "the engine of the layer of the engine")]
 mod engine;
 mod history;
+mod output;
 mod refusal;
 mod schedule;
 mod sieve;

@@ -5,6 +5,7 @@ use crate::association::{AssociationConfig, AssociationCost, ClassRule};
 use crate::registration::Registration;
 use crate::track::Rollback;
 use crate::tracker::{Hypotheses, TrackerConfig};
+use crate::values::ClassLaw;
 use v2x_common::time::Span;
 
 /// Gate of the likelihood, which weighs by itself what lies within: the gate only saves time. 0.999996 of true pairs
@@ -81,6 +82,7 @@ impl Default for TrackingConfig {
                     gate: WIDE_GATE,
                     turned_headings: true,
                     classes: ClassRule::Evidence,
+                    class_law: ClassLaw::UNKNOWN,
                 },
                 hypotheses: Hypotheses::ONE,
                 reassociate: true,
@@ -105,6 +107,22 @@ impl Fusion {
     pub const fn lag(&self) -> Span {
         match self {
             Self::Tracking(tracking) => tracking.tracker.hypotheses.lag(),
+            Self::Window(_) => Span::ZERO,
+        }
+    }
+
+    /// The lag of the second list, where there is one.
+    pub const fn second_lag(&self) -> Option<Span> {
+        match self {
+            Self::Tracking(tracking) => tracking.tracker.hypotheses.second_lag(),
+            Self::Window(_) => None,
+        }
+    }
+
+    /// The longest lag of a list; zero without a lag.
+    pub fn longest_lag(&self) -> Span {
+        match self {
+            Self::Tracking(tracking) => tracking.tracker.hypotheses.longest_lag(),
             Self::Window(_) => Span::ZERO,
         }
     }

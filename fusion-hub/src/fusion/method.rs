@@ -1,5 +1,6 @@
 //! The interface of fusion methods to the engine.
 
+use crate::learning::LearntSensorReport;
 use crate::publish::ObjectList;
 use crate::registration::{SharedObject, Source};
 use crate::track::Horizon;
@@ -36,6 +37,11 @@ pub trait FusionMethod: std::fmt::Debug + Send {
 
     /// Forgets what can no longer matter. Called often; a method whose memory is bounded needs not do anything.
     fn maintain(&mut self, _now: Timestamp, _horizon: &Horizon, _agents: &AgentNames) {}
+
+    /// What it has learnt of an agent's sensor, for the status; a method that learns nothing knows nothing.
+    fn learnt(&self, _agent: AgentSlot) -> Option<LearntSensorReport> {
+        None
+    }
 
     /// Tracks or objects that it holds, and what happened to them.
     fn counts(&self) -> TrackCounts;

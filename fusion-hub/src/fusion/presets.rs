@@ -151,7 +151,7 @@ fn ours(change: impl FnOnce(&mut TrackingConfig)) -> Fusion {
 }
 
 const fn lag(ms: i64) -> impl FnOnce(&mut TrackingConfig) {
-    move |ours| ours.tracker.hypotheses = Hypotheses::Single { lag: Span::from_millis(ms) }
+    move |ours| ours.tracker.hypotheses = Hypotheses::with_lag(Span::from_millis(ms))
 }
 
 fn late_data(rollback: Rollback) -> Fusion {

@@ -36,7 +36,7 @@ pub enum SettingsError {
     },
     /// A lag and several hypotheses of association.
     #[error(
-        "hub.lag_ms is for one hypothesis: set hub.association_particles = 0, not {particles}, or no lag"
+        "hub.lag_ms and hub.lagged are for one hypothesis: set hub.association_particles = 0, not {particles}, or no lag"
     )]
     LagOfParticles {
         /// How many hypotheses there are.
@@ -44,7 +44,7 @@ pub enum SettingsError {
     },
     /// A lag and a method without memory.
     #[error(
-        "hub.lag_ms is for methods with memory (ours, unikf-paper, unikf-literal): choose one of these, or no lag"
+        "hub.lag_ms and hub.lagged are for methods with memory (ours, unikf-paper, unikf-literal): choose one of these, or no lag"
     )]
     LagWithoutMemory,
 }
@@ -64,6 +64,7 @@ pub(crate) fn within(
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct TrackingTable {
     lag_ms: Option<f64>,
+    lagged: Option<LaggedTable>,
     motion: Option<MotionModel>,
     association: Option<AssociationCost>,
     association_particles: Option<u32>,
@@ -82,10 +83,32 @@ pub(crate) struct TrackingTable {
     publish_existence: Option<f64>,
 }
 
+/// A second list, which is a lag behind the first one.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct LaggedTable {
+    lag_ms: f64,
+    rate_hz: f64,
+}
+
+impl Default for LaggedTable {
+    fn default() -> Self {
+        Self { lag_ms: 500.0, rate_hz: 10.0 }
+    }
+}
+
+impl LaggedTable {
+    fn check(&self) -> Result<(), SettingsError> {
+        within("lagged.lag_ms", self.lag_ms, 1.0..=10_000.0, "1 to 10000")?;
+        within("lagged.rate_hz", self.rate_hz, 0.1..=100.0, "0.1 to 100")
+    }
+}
+
 impl TrackingTable {
     /// The names of the settings.
     pub(crate) const KEYS: &[&str] = &[
         "lag_ms",
+        "lagged",
         "motion",
         "association",
         "association_particles",
@@ -106,7 +129,12 @@ impl TrackingTable {
 
     /// Whether a lag is asked for.
     pub(crate) fn has_lag(&self) -> bool {
-        self.lag_ms.is_some_and(|lag_ms| lag_ms > 0.0)
+        self.lag_ms.is_some_and(|lag_ms| lag_ms > 0.0) || self.lagged.is_some()
+    }
+
+    /// Time between two frames of the second list, where there is one.
+    pub(crate) fn lagged_interval(&self) -> Option<Span> {
+        self.lagged.map(|lagged| Span::from_secs_f64(1.0 / lagged.rate_hz))
     }
 
     /// These settings over those of a method.
@@ -117,12 +145,13 @@ impl TrackingTable {
         within("publish_existence", publish_existence, 0.0..=0.999, "0 to 0.999")?;
         let class_motion = self.class_priors.unwrap_or(tracker.class_motion);
         let class_sizes = self.class_size_priors.unwrap_or(method.class_size_priors);
-        let AssociationConfig { cost, gate, turned_headings, classes } = tracker.association;
+        let AssociationConfig { cost, gate, turned_headings, classes, class_law } = tracker.association;
         let association = AssociationConfig {
             cost: self.association.unwrap_or(cost),
             gate: self.gate.unwrap_or(gate),
             turned_headings: self.turned_headings.unwrap_or(turned_headings),
             classes: self.classes.or(self.class_aware.map(exact_or_ignored)).unwrap_or(classes),
+            class_law,
         };
         within("gate", association.gate, 0.1..=1e4, "0.1 to 10000")?;
         Ok(TrackingConfig {
@@ -146,9 +175,12 @@ impl TrackingTable {
 
     fn hypotheses(&self, method: Hypotheses) -> Result<Hypotheses, SettingsError> {
         let lag = self.lag_ms.map_or(method.lag(), |lag_ms| Span::from_secs_f64(lag_ms * 1e-3));
+        self.lagged.map_or(Ok(()), |lagged| lagged.check())?;
+        let second_lag = self.lagged.map(|lagged| Span::from_secs_f64(lagged.lag_ms * 1e-3));
+        let second_lag = second_lag.or(method.second_lag());
         let n = self.association_particles.unwrap_or(if method.count() > 1 { method.count() } else { 0 });
         if n == 0 {
-            return Ok(Hypotheses::Single { lag });
+            return Ok(Hypotheses::Single { lag, second_lag });
         }
         let out_of_range = || SettingsError::OutOfRange {
             field: "association_particles",
@@ -156,7 +188,7 @@ impl TrackingTable {
             expected: "0, or 2 to 64",
         };
         let count = ParticleCount::new(n).ok_or_else(out_of_range)?;
-        if lag > Span::ZERO {
+        if lag > Span::ZERO || second_lag.is_some() {
             return Err(SettingsError::LagOfParticles { particles: n });
         }
         Ok(Hypotheses::Particles(count))

@@ -2,14 +2,15 @@
 
 use super::config::{Births, TrackingConfig};
 use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
+use crate::association::ClassRule;
 use crate::duplicates::{Duplicates, Exclusion};
 use crate::filter::Filter;
-use crate::learning::{FrameReading, FrameSource, Learner, Prior};
+use crate::learning::{FrameReading, FrameSource, Learner, LearntSensorReport, Prior};
 use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, Readings, TrackList};
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
 use crate::tracker::{Horizons, Lifetimes, Tracker};
-use crate::values::{AgentNames, HeadingLaw};
+use crate::values::{AgentNames, AgentSlot, ClassLaw, HeadingLaw};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -95,6 +96,11 @@ impl<F: Filter> Tracking<F> {
         reading
     }
 
+    /// Whether the agents' beliefs of classes are combined; else the shares of reported classes are published.
+    fn believes(&self) -> bool {
+        self.config.tracker.association.classes == ClassRule::Evidence
+    }
+
     fn observe_duplicates(&mut self, slot: FrameSlot) {
         if self.config.resolve_duplicates {
             self.duplicates.observe(&self.tracker.assigned(slot));
@@ -118,7 +124,7 @@ impl<F: Filter> Tracking<F> {
         }
         for pair in found.drain(..) {
             let is_merged = tracker.merge(pair, agents, |older, younger| {
-                if config.tracker.hypotheses.lag() > Span::ZERO {
+                if config.tracker.hypotheses.longest_lag() > Span::ZERO {
                     pre_merge.note(older, younger, captured_at);
                 }
             });
@@ -154,9 +160,10 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
-        let lasting =
-            &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, now));
-        let readings = &Readings { hidden, lasting };
+        let learner = self.learner.as_ref();
+        let lasting = &|agent| learner.map_or(0.0, |learner| learner.lasting_variance(agent, now));
+        let law = &|agent| learner.map_or(ClassLaw::UNKNOWN, |learner| learner.class_law(agent, now));
+        let readings = &Readings { hidden, lasting, class_law: self.believes().then_some(law) };
         let list = TrackList { tracks, n_hypotheses, agents, readings };
         self.publisher.write(objects, &list, now);
     }
@@ -170,9 +177,10 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         let context = self.tracker.context(agents);
         let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);
         let hidden = &|track| self.exclusion.hides(track);
-        let lasting =
-            &|agent| self.learner.as_ref().map_or(0.0, |learner| learner.lasting_variance(agent, at));
-        let readings = &Readings { hidden, lasting };
+        let learner = self.learner.as_ref();
+        let lasting = &|agent| learner.map_or(0.0, |learner| learner.lasting_variance(agent, at));
+        let law = &|agent| learner.map_or(ClassLaw::UNKNOWN, |learner| learner.class_law(agent, at));
+        let readings = &Readings { hidden, lasting, class_law: self.believes().then_some(law) };
         let past = PastTracks { tracks: &tracks, at, context: &context, readings };
         self.publisher.write_as_of(objects, &past, &mut self.smoother);
         Ok(())
@@ -186,6 +194,10 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         self.pre_merge.maintain(&held, &self.tracker.context(agents));
         self.tracker.forget_frames(&held);
         self.duplicates.maintain(now, self.tracker.tracks());
+    }
+
+    fn learnt(&self, agent: AgentSlot) -> Option<LearntSensorReport> {
+        self.learner.as_ref()?.report(agent)
     }
 
     fn counts(&self) -> TrackCounts {

@@ -2,12 +2,14 @@
 
 use super::intake::Received;
 use super::unnamed::Unnamed;
+use anyhow::{Context, anyhow};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, HubId};
 use v2x_common::keys::{self, Keys};
 use v2x_common::net::queue::DropOldestQueue;
-use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
+use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
@@ -26,16 +28,48 @@ pub(super) enum Control {
     Query(Query),
 }
 
+/// The publishers of one list.
+pub(super) struct List {
+    pub(super) postcard: Publisher<'static>,
+    pub(super) json: Publisher<'static>,
+    /// Whether there are subscribers to JSON.
+    json_wanted: Arc<AtomicBool>,
+}
+
+impl List {
+    async fn declare(session: &Session, key: String, json_key: String) -> zenoh::Result<Self> {
+        let postcard = declare_publisher(session, key, ENCODING_POSTCARD).await?;
+        let json = declare_publisher(session, json_key, ENCODING_JSON).await?;
+        let json_wanted = Arc::new(AtomicBool::new(false));
+        let wanted = json_wanted.clone();
+        json.matching_listener()
+            .callback(move |status| wanted.store(status.matching(), Ordering::Relaxed))
+            .background()
+            .await?;
+        Ok(Self { postcard, json, json_wanted })
+    }
+
+    /// Puts a frame, as its bytes, and as JSON where that is wanted. The first error is that of the bytes.
+    pub(super) async fn put(&self, bytes: &[u8], frame: &FusedFrame) -> anyhow::Result<()> {
+        self.postcard.put(bytes).await.map_err(|error| anyhow!("{error}"))?;
+        if self.json_wanted.load(Ordering::Relaxed) {
+            let json = wire::json::encode_fused(frame).context("as JSON")?;
+            self.json.put(json).await.map_err(|error| anyhow!("as JSON: {error}"))?;
+        }
+        Ok(())
+    }
+}
+
 /// A hub's declarations: publishers, and two queues that subscribers fill.
 pub(super) struct Network {
     /// Detection frames.
     pub(super) frames: Arc<DropOldestQueue<Received>>,
     /// Everything else.
     pub(super) control: Arc<DropOldestQueue<Control>>,
-    pub(super) fused: Publisher<'static>,
-    pub(super) fused_json: Publisher<'static>,
-    /// Whether there are subscribers to JSON.
-    pub(super) json_wanted: Arc<AtomicBool>,
+    /// Fused frames.
+    pub(super) fused: List,
+    /// The second list, which is a lag behind.
+    pub(super) lagged: Option<List>,
     /// Samples under keys without a valid agent's name.
     pub(super) unnamed: Arc<Unnamed>,
     // Dropping these undeclares them.
@@ -45,18 +79,19 @@ pub(super) struct Network {
 }
 
 impl Network {
-    pub(super) async fn declare(session: &Session, keys: &Keys, hub: &HubId) -> zenoh::Result<Self> {
+    pub(super) async fn declare(
+        session: &Session,
+        keys: &Keys,
+        hub: &HubId,
+        has_lagged: bool,
+    ) -> zenoh::Result<Self> {
         let frames = Arc::new(DropOldestQueue::new(FRAME_QUEUE));
         let control = Arc::new(DropOldestQueue::new(CONTROL_QUEUE));
-        let fused = declare_publisher(session, keys.fused(hub), ENCODING_POSTCARD).await?;
-        let fused_json = declare_publisher(session, keys.fused_json(hub), ENCODING_JSON).await?;
-        let json_wanted = Arc::new(AtomicBool::new(false));
-        let wanted = json_wanted.clone();
-        fused_json
-            .matching_listener()
-            .callback(move |status| wanted.store(status.matching(), Ordering::Relaxed))
-            .background()
-            .await?;
+        let fused = List::declare(session, keys.fused(hub), keys.fused_json(hub)).await?;
+        let lagged = match has_lagged {
+            true => Some(List::declare(session, keys.lagged(hub), keys.lagged_json(hub)).await?),
+            false => None,
+        };
         // The callbacks run on Zenoh's threads: they only stamp and enqueue.
         let unnamed = Arc::new(Unnamed::default());
         let named = {
@@ -93,8 +128,7 @@ impl Network {
             frames,
             control,
             fused,
-            fused_json,
-            json_wanted,
+            lagged,
             unnamed,
             _subscribers: [detections.await?, sensors.await?, roster.await?],
             _status: status.await?,

@@ -2,14 +2,12 @@
 
 use super::error::HubError;
 use super::intake::Received;
-use super::network::{Control, Network};
+use super::network::{Control, List, Network};
 use super::roster::Roster;
 use super::settings::HubSettings;
 use super::status::{AgentStatus, HubStatus, RegistrationStatus, memory_bytes};
 use super::timing::Timing;
-use crate::engine::{Disposition, Engine, EngineConfig, Schedule};
-use anyhow::anyhow;
-use std::sync::atomic::Ordering;
+use crate::engine::{Disposition, Engine, EngineConfig, PublishMode, Schedule};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
@@ -72,6 +70,8 @@ struct Hub {
     settings: HubSettings,
     engine: Engine,
     schedule: Schedule,
+    /// Of the second list.
+    lagged_schedule: Option<Schedule>,
     timing: Timing,
     roster: Roster,
     network: Network,
@@ -95,12 +95,15 @@ impl Hub {
         settings.engine.lineage = lineage_of(started_at);
         let keys = Keys::new(network_id);
         let hub = settings.engine.hub;
-        let network = Network::declare(session, &keys, &hub).await;
+        let network = Network::declare(session, &keys, &hub, settings.lagged_interval.is_some()).await;
         let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
         Ok(Self {
             network_id,
             engine: engine(settings.engine),
             schedule: Schedule::new(settings.publish, started_at),
+            lagged_schedule: settings
+                .lagged_interval
+                .map(|interval| Schedule::new(PublishMode::Fixed { interval }, started_at)),
             settings,
             timing: Timing::new(),
             roster: Roster::default(),
@@ -119,7 +122,10 @@ impl Hub {
         let mut check = tokio::time::interval(CHECK_INTERVAL);
         loop {
             let (frames, control) = (self.network.frames.clone(), self.network.control.clone());
-            let until_deadline = (self.schedule.next_deadline() - clock::now()).to_duration();
+            let lagged_deadline = self.lagged_schedule.as_ref().map(Schedule::next_deadline);
+            let deadline = self.schedule.next_deadline();
+            let deadline = lagged_deadline.map_or(deadline, |lagged| lagged.min(deadline));
+            let until_deadline = (deadline - clock::now()).to_duration();
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => return,
@@ -130,6 +136,9 @@ impl Hub {
             }
             if self.schedule.take_due(clock::now()) {
                 self.publish().await;
+            }
+            if self.lagged_schedule.as_mut().is_some_and(|schedule| schedule.take_due(clock::now())) {
+                self.publish_lagged().await;
             }
         }
     }
@@ -185,26 +194,27 @@ impl Hub {
         let begun_at = clock::now();
         let frame = self.engine.fused(begun_at);
         self.objects = frame.objects.len();
-        let encoded = encode(frame, &mut self.buffer);
-        self.objects_withheld += encoded.as_ref().map_or(0, |withheld| *withheld as u64);
-        let put = match encoded {
-            Ok(_) => put(&self.network, &self.buffer).await,
-            Err(error) => Err(error.into()),
-        };
-        if let Err(error) = put {
-            self.publish_errors += 1;
-            self.timing.forget_handled();
-            tracing::warn!(%error, "fused frame not published");
-            return;
+        match put(&self.network.fused, frame, &mut self.buffer).await {
+            Ok(withheld) => self.objects_withheld += withheld,
+            Err(error) => {
+                self.publish_errors += 1;
+                self.timing.forget_handled();
+                tracing::warn!(%error, "fused frame not published");
+                return;
+            }
         }
         self.frames_published += 1;
         let put_at = clock::now();
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
-        if self.network.json_wanted.load(Ordering::Relaxed)
-            && let Err(error) = put_json(&self.network, frame).await
-        {
+    }
+
+    /// Publishes the second list.
+    async fn publish_lagged(&mut self) {
+        let Some(list) = &self.network.lagged else { return };
+        let Some(frame) = self.engine.lagged(clock::now()) else { return };
+        if let Err(error) = put(list, frame, &mut self.buffer).await {
             self.publish_errors += 1;
-            tracing::warn!(%error, "fused frame not published as JSON");
+            tracing::warn!(%error, "fused frame of the second list not published");
         }
     }
 
@@ -273,6 +283,7 @@ impl Hub {
                 descriptions_refused: record.statistics.descriptions_refused,
                 nis_per_dof: record.statistics.recent_nis_per_dof(self.engine.now()),
                 registration: self.registration_of(agent),
+                learnt: self.engine.learnt(agent),
                 newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
                 sensor: record.description,
             }
@@ -315,13 +326,11 @@ fn without_objects(frame: &FusedFrame) -> FusedFrame {
     FusedFrame { hub, lineage, sequence, fused_at, map_frame, objects: Vec::new(), agents, includes }
 }
 
-async fn put(network: &Network, bytes: &[u8]) -> anyhow::Result<()> {
-    network.fused.put(bytes).await.map_err(|error| anyhow!("{error}"))
-}
-
-async fn put_json(network: &Network, frame: &FusedFrame) -> anyhow::Result<()> {
-    let json = wire::json::encode_fused(frame)?;
-    network.fused_json.put(json).await.map_err(|error| anyhow!("{error}"))
+/// Puts a frame of a list; the number of objects that were left out.
+async fn put(list: &List, frame: &FusedFrame, buffer: &mut Vec<u8>) -> anyhow::Result<u64> {
+    let withheld = encode(frame, buffer)?;
+    list.put(buffer, frame).await?;
+    Ok(withheld as u64)
 }
 
 /// Tenths of a second since the epoch, cut to 32 bits: new at every start, for 13 years.
@@ -349,6 +358,7 @@ impl AgentStatus {
             descriptions_refused: 0,
             nis_per_dof: None,
             registration: None,
+            learnt: None,
             newest_captured_at: None,
             sensor: None,
         }

@@ -120,6 +120,8 @@ pub struct HubSettings {
     pub engine: EngineConfig,
     /// When to publish.
     pub publish: PublishMode,
+    /// Time between two frames of the second list, which is a lag behind; `None` without.
+    pub lagged_interval: Option<Span>,
     /// The agents that it listens to; all where there is no list.
     pub only_agents: Vec<AgentId>,
     /// Defaults where a JSON frame leaves a value out.
@@ -206,6 +208,7 @@ impl HubTable {
         Ok(HubSettings {
             engine,
             publish: self.publish.check()?,
+            lagged_interval: tracking.lagged_interval(),
             only_agents: self.only_agents,
             report_defaults: self.report_defaults,
             report_defaults_of: self.agents,
@@ -411,7 +414,12 @@ mod tests {
             ("window_ms = -1", "window_ms is -1"),
             ("lag_ms = -1", "lag_ms is -1, expected 0 to 10000"),
             ("lag_ms = 10001", "lag_ms is 10001"),
-            ("lag_ms = 500\nmethod = \"nms\"", "lag_ms is for methods with memory"),
+            ("lag_ms = 500\nmethod = \"nms\"", "lag_ms and hub.lagged are for methods with memory"),
+            ("lagged = { lag_ms = 0 }", "lagged.lag_ms is 0, expected 1 to 10000"),
+            ("lagged = { rate_hz = 0 }", "lagged.rate_hz is 0, expected 0.1 to 100"),
+            ("lagged = { lag = 1 }", "unknown field `lag`"),
+            ("lagged = {}\nmethod = \"nms\"", "methods with memory"),
+            ("lagged = {}\nassociation_particles = 8", "association_particles = 0, not 8"),
             ("lag_ms = 500\nassociation_particles = 8", "hub.association_particles = 0, not 8"),
             ("association_particles = 1", "association_particles is 1, expected 0, or 2 to 64"),
             ("association_particles = 65", "association_particles is 65"),

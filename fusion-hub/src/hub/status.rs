@@ -1,6 +1,7 @@
 //! A hub's status, as JSON.
 
 use crate::hub::unnamed::InvalidName;
+use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -98,6 +99,9 @@ pub struct AgentStatus {
     /// The estimate of its clock and pose errors, where it describes its accuracy and registration is not off.
     #[serde(default)]
     pub registration: Option<RegistrationStatus>,
+    /// What is learnt of its sensor, to be held against `sensor`; of a method that learns.
+    #[serde(default)]
+    pub learnt: Option<LearntSensorReport>,
     /// Capture time of its newest accepted frame, as corrected, µs.
     pub newest_captured_at: Option<i64>,
     /// Its sensor description, once it has sent one.

@@ -1,15 +1,17 @@
 //! Learns from the tracks, epoch after epoch.
 
-use super::detection_counts::{DetectionCounts, ProfilePrior};
+use super::class_counts::ClassCounts;
+use super::detection_counts::{DetectionCounts, ProfilePrior, Share};
 use super::epoch::{EPOCH, Epoch};
 use super::heading_counts::{HeadingCounts, Report};
 use super::innovation_counts::{Innovation, InnovationCounts};
 use super::reading::{FrameReading, LearntSensor, Prior};
+use super::report::{Counted, LearntSensorReport};
 use super::sensor_statistics::SensorStatistics;
 use super::track_memory::{TrackMemory, WaitingMiss};
 use crate::filter::Filter;
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, AgentSlot, PositionErrors, RANGE_BINS, range_bin};
+use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS, range_bin};
 use std::collections::{BTreeMap, VecDeque};
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::Pose;
@@ -47,6 +49,7 @@ struct AgentLearning {
     counts: DetectionCounts,
     statistics: SensorStatistics,
     headings: HeadingCounts,
+    classes: ClassCounts,
     innovations: InnovationCounts,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
@@ -123,6 +126,18 @@ impl Learner {
         self.agents.get(agent.index()).map_or(0.0, |known| known.as_of(settled).errors.lasting)
     }
 
+    /// How an agent's classes err, as known at a time.
+    pub(crate) fn class_law(&self, agent: AgentSlot, now: Timestamp) -> ClassLaw {
+        let settled = Epoch::of(now - self.delta_max - SETTLED);
+        self.agents.get(agent.index()).map_or(ClassLaw::UNKNOWN, |known| known.as_of(settled).classes)
+    }
+
+    /// What is learnt of an agent by now; `None` before its first frame.
+    pub(crate) fn report(&self, agent: AgentSlot) -> Option<LearntSensorReport> {
+        let known = self.agents.get(agent.index()).filter(|known| known.name.is_some())?;
+        Some(known.report())
+    }
+
     /// Evidence captured before this is not needed any more.
     pub(crate) fn needs_from(&self) -> Timestamp {
         self.next.map_or(Timestamp::MIN, Epoch::begin)
@@ -157,6 +172,7 @@ impl Learner {
             agent.counts.scale(factor);
             agent.statistics.scale(factor);
             agent.headings.scale(factor);
+            agent.classes.scale(factor);
             agent.innovations.scale(factor);
         }
     }
@@ -203,10 +219,16 @@ impl Learner {
                 Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
             );
         }
+        let compared = memory.classes.compare(frame.agent, held.class());
         let before = memory.note(frame.agent, true);
         if !memory.counts() {
             memory.waiting.clear();
             return;
+        }
+        if let Some(compared) = &compared
+            && let Some(known) = self.agents.get_mut(frame.agent.index())
+        {
+            known.classes.add(compared);
         }
         for WaitingMiss { agent, range_bin, before } in memory.waiting.drain(..) {
             if let Some(known) = self.agents.get_mut(agent.index()) {
@@ -283,10 +305,32 @@ impl AgentLearning {
         known.checked_sub(1).map(|place| self.learnt[place].1).unwrap_or_default()
     }
 
+    fn report(&self) -> LearntSensorReport {
+        let Share { detected, all } = self.counts.total();
+        let range_m = self.statistics.reach_m();
+        LearntSensorReport::of(&Counted {
+            observed_frames: all,
+            detected_frames: detected,
+            profile: self.counts.profile(self.prior, range_m.map_or(RANGE_BINS, range_bin)),
+            overrules_declared: !self.declared_holds(),
+            range_m,
+            interval_s: self.statistics.interval_s(),
+            scores_differ: self.statistics.scores_differ(),
+            headings: &self.headings.law(),
+            variance_factor: self.innovations.variance_scale(),
+            lasting_variance: self.innovations.lasting_variance(),
+            classes: self.classes.law(),
+        })
+    }
+
+    fn declared_holds(&self) -> bool {
+        self.is_described && !self.counts.contradict(self.prior.probability)
+    }
+
     /// Notes what is learnt by the begin of an epoch, and forgets what no frame is read by any more.
     fn settle(&mut self, by: Epoch, delta_max: Span) {
         let reach_bin = self.statistics.reach_m().map_or(RANGE_BINS, range_bin);
-        let holds = self.is_described && !self.counts.contradict(self.prior.probability);
+        let holds = self.declared_holds();
         let learnt = LearntSensor {
             profile: (!holds).then(|| self.counts.profile(self.prior, reach_bin)),
             view_m: self.statistics.view_m(),
@@ -296,6 +340,7 @@ impl AgentLearning {
                 scale: self.innovations.variance_scale(),
                 lasting: self.innovations.lasting_variance(),
             },
+            classes: self.classes.law(),
             scores_differ: self.statistics.scores_differ(),
         };
         let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);

@@ -6,23 +6,27 @@
 //! learnt, and how each frame is read, is a function of the evidence and not of the order in which it arrived, as long as
 //! the assignments are.
 
+mod class_counts;
 mod detection_counts;
 mod epoch;
 mod heading_counts;
 mod innovation_counts;
 mod learner;
 mod reading;
+mod report;
 mod sensor_statistics;
 mod track_memory;
 
 pub(crate) use learner::{FrameSource, Learner};
 pub(crate) use reading::{FrameReading, Prior};
+pub use report::LearntSensorReport;
 
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     [
         learner::listed(),
+        class_counts::listed(),
         detection_counts::listed(),
         heading_counts::listed(),
         innovation_counts::listed(),

@@ -2,7 +2,7 @@
 
 use super::detection_counts::ProfilePrior;
 use crate::values::{
-    Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PositionErrors, ScoreModel,
+    ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PositionErrors, ScoreModel,
 };
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
@@ -56,6 +56,8 @@ pub(crate) struct LearntSensor {
     pub(super) headings: Option<HeadingLaw>,
     /// How its errors of position are.
     pub(super) errors: PositionErrors,
+    /// How its classes err.
+    pub(super) classes: ClassLaw,
     /// Whether its scores differ.
     pub(super) scores_differ: bool,
 }
@@ -78,6 +80,7 @@ impl LearntSensor {
         reading.model.scores = self.scores();
         reading.model.headings = self.headings();
         reading.model.errors = self.errors;
+        reading.model.classes = self.classes;
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
             reading.model.persistence = Persistence::by_rate(declared.model.interval_s);
@@ -103,6 +106,7 @@ impl LearntSensor {
             scores: self.scores(),
             headings: self.headings(),
             errors: self.errors,
+            classes: self.classes,
             keeps_support: true,
         };
         let view = |(pose, view_m)| Coverage {

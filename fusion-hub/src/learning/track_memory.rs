@@ -1,5 +1,6 @@
 //! What learning remembers of a track between two epochs.
 
+use super::class_counts::LastClasses;
 use super::heading_counts::{Report, compare, is_due};
 use super::innovation_counts::Innovation;
 use crate::values::AgentSlot;
@@ -30,6 +31,8 @@ pub(super) struct TrackMemory {
     last: Vec<(AgentSlot, bool)>,
     /// A report of each agent that a later one is to be compared with.
     reports: Vec<(AgentSlot, Report)>,
+    /// The class that each agent reported last.
+    pub(super) classes: LastClasses,
     pub(super) waiting: Vec<WaitingMiss>,
     /// The last innovation of each agent.
     innovations: Vec<(AgentSlot, Innovation)>,

@@ -43,7 +43,7 @@ mod places;
 
 pub(crate) use hypothesis::{Outcome, Version};
 
-use crate::association::{Associator, likelihood};
+use crate::association::{AssociationConfig, Associator, likelihood};
 use crate::values::{MAX_PARTICLES, Measurement, ParticleSet, PredictedMeasurement};
 use chance::Chance;
 use competition::{Competition, Edge};
@@ -63,14 +63,14 @@ pub(crate) struct PredictedFrame<'a> {
     pub(crate) measurements: &'a [Measurement],
     /// The predicted measurement of each version.
     pub(crate) expected: &'a [PredictedMeasurement],
+    /// How pairs are made.
+    pub(crate) config: &'a AssociationConfig,
 }
 
 /// Associates frames in all particles; holds the buffers.
 #[derive(Debug)]
 pub(crate) struct Particles {
     n: u32,
-    /// Whether reported headings may be turned.
-    turned_headings: bool,
     versions: Vec<Version>,
     competition: Competition,
     component: Component,
@@ -82,10 +82,9 @@ pub(crate) struct Particles {
 
 impl Particles {
     /// With `n` particles; `None` where there is only one hypothesis.
-    pub(crate) fn new(n: u32, turned_headings: bool) -> Option<Self> {
+    pub(crate) fn new(n: u32) -> Option<Self> {
         (n > 1).then(|| Self {
             n: n.min(MAX_PARTICLES),
-            turned_headings,
             versions: Vec::new(),
             competition: Competition::default(),
             component: Component::new(n.min(MAX_PARTICLES)),
@@ -125,11 +124,10 @@ impl Particles {
 
     /// Makes pairs that compete with no others; lists what does compete.
     fn list_competition(&mut self, frame: &PredictedFrame<'_>, associator: &Associator) {
-        let PredictedFrame { measurements, expected, .. } = *frame;
-        let turned_headings = self.turned_headings;
+        let PredictedFrame { measurements, expected, config, .. } = *frame;
         let cost = |col: usize, place: u32| {
             let z = &measurements[place as usize];
-            likelihood::pair_cost(z, &expected[col], turned_headings) - likelihood::COST_ALONE
+            likelihood::pair_cost(z, &expected[col], config) - likelihood::COST_ALONE
         };
         let Self { versions, competition, outcomes, track_of, .. } = self;
         competition.begin(measurements.len());

@@ -1,8 +1,10 @@
 //! Objects as of an earlier time, by everything that is known by now.
 
+use super::classes::PublishedClasses;
 use super::list::ObjectList;
 use super::object::{PublishedEstimate, fill, fill_contributors};
-use super::publisher::{Publisher, Readings, lasting_variance};
+use super::publisher::Publisher;
+use super::readings::{Readings, lasting_variance};
 use crate::filter::Filter;
 use crate::track::{FixedLagSmoother, SmoothedTrack, Track, TrackContext};
 use v2x_common::time::Timestamp;
@@ -40,9 +42,10 @@ impl Publisher {
             if existence < self.config.existence || at - last_measured_at > coasts_for || !is_supported {
                 continue;
             }
-            let mut estimate = state.estimate(track.latest().class(), &priors);
+            let classes = PublishedClasses::of(track, context.agents, readings);
+            let mut estimate = classes.estimate(&state, &priors);
             estimate.add_position_variance(lasting_variance(smoother.contributors(), readings, at));
-            let published = PublishedEstimate { estimate, existence, at, last_measured_at };
+            let published = PublishedEstimate { estimate, existence, at, last_measured_at, classes };
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);
                 if is_filled {

@@ -60,6 +60,7 @@ fn blank() -> FusedObject {
         track: TrackId::default(),
         class: Class::Unknown,
         class_probabilities: Vec::new(),
+        class_conflict: 0.0,
         bev: BevBox::default(),
         velocity: (0.0, 0.0),
         kinematic_covariance: [0.0; 10],

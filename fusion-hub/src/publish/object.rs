@@ -1,5 +1,6 @@
 //! A fused object from the estimate of a track.
 
+use super::classes::PublishedClasses;
 use crate::filter::{Estimate, Filter};
 use crate::track::{Contributors, Track};
 use crate::values::AgentNames;
@@ -18,6 +19,7 @@ pub(super) struct PublishedEstimate {
     pub(super) existence: f64,
     pub(super) at: Timestamp,
     pub(super) last_measured_at: Timestamp,
+    pub(super) classes: PublishedClasses,
 }
 
 /// Fills in an object, except its contributors; `false` where the wire has no room for its values.
@@ -26,15 +28,16 @@ pub(super) fn fill<F: Filter>(
     track: &Track<F>,
     published: &PublishedEstimate,
 ) -> bool {
-    let PublishedEstimate { estimate, existence, at, last_measured_at } = published;
+    let PublishedEstimate { estimate, existence, at, last_measured_at, classes } = published;
     if !is_representable(estimate) {
         return false;
     }
     let latest = track.latest();
     let [x, y] = estimate.position;
-    object.class = latest.class();
+    object.class = classes.shares.leading();
     object.class_probabilities.clear();
-    object.class_probabilities.extend(latest.class_shares());
+    object.class_probabilities.extend_from_slice(classes.shares.listed());
+    object.class_conflict = classes.conflict;
     object.bev = BevBox { x, y, w: estimate.width.mean, d: estimate.depth.mean, yaw: estimate.heading.mean };
     object.velocity = (estimate.velocity[0], estimate.velocity[1]);
     object.kinematic_covariance = estimate.covariance;

@@ -1,13 +1,14 @@
 //! Which tracks are published, predicted to the time of publishing.
 
+use super::classes::PublishedClasses;
 use super::list::ObjectList;
 use super::mixture::{HypothesisMixtures, mixture_moments};
 use super::object::{PublishedEstimate, fill, fill_contributors};
+use super::readings::{Readings, lasting_variance};
 use crate::filter::Filter;
 use crate::filter::size_priors::SizePriors;
-use crate::track::{Contributors, Track};
-use crate::values::{AgentNames, AgentSlot, Coast};
-use v2x_common::id::TrackId;
+use crate::track::Track;
+use crate::values::{AgentNames, Coast};
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -35,17 +36,8 @@ pub(crate) struct TrackList<'a, F> {
     pub(crate) n_hypotheses: u32,
     /// Names of the agents.
     pub(crate) agents: &'a AgentNames,
-    /// Tracks that are not published, and errors that last.
+    /// Tracks that are not published, errors that last, and how classes err.
     pub(crate) readings: &'a Readings<'a>,
-}
-
-/// What others know of tracks and agents.
-#[derive(Clone, Copy)]
-pub(crate) struct Readings<'a> {
-    /// Whether a track is not published, because an older one is at its place.
-    pub(crate) hidden: &'a dyn Fn(TrackId) -> bool,
-    /// Variance (m²) of the part of an agent's errors of position that lasts.
-    pub(crate) lasting: &'a dyn Fn(AgentSlot) -> f64,
 }
 
 /// Makes lists of objects.
@@ -54,27 +46,6 @@ pub(crate) struct Publisher {
     pub(super) config: PublishConfig,
     /// Sizes of deleted tracks.
     pub(super) past_sizes: SizePriors,
-}
-
-/// Agents whose errors that last are in an estimate: those that have detected the object within this time.
-const LASTING_FOR: Span = Span::from_millis(1000);
-/// Correlation of the lasting errors of two agents about one object (0.3 to 0.8 on recorded data): both see its near side.
-const ALIKE: f64 = 0.5;
-
-/// The variance (m²) of an estimate's error that lasts: of the mean of the agents' errors.
-pub(super) fn lasting_variance(contributors: &Contributors, readings: &Readings<'_>, now: Timestamp) -> f64 {
-    let recent = contributors.iter().filter(|newest| newest.captured_at() >= now - LASTING_FOR);
-    let (mut count, mut variances, mut sigmas) = (0.0, 0.0, 0.0);
-    for newest in recent {
-        let variance = (readings.lasting)(newest.agent());
-        count += 1.0;
-        variances += variance;
-        sigmas += libm::sqrt(variance);
-    }
-    if variances == 0.0 {
-        return 0.0;
-    }
-    (ALIKE * sigmas * sigmas + (1.0 - ALIKE) * variances) / (count * count)
 }
 
 impl Publisher {
@@ -94,7 +65,9 @@ impl Publisher {
         let priors = self.size_priors(leading());
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
         for track in leading().filter(|track| !(list.readings.hidden)(track.id)) {
-            let Some(mut published) = self.published(track, &mixtures, &priors, now) else { continue };
+            let Some(mut published) = self.published(track, &mixtures, (list, &priors), now) else {
+                continue;
+            };
             let lasting = lasting_variance(track.contributors(), list.readings, now);
             published.estimate.add_position_variance(lasting);
             objects.push_with(|object| {
@@ -112,7 +85,7 @@ impl Publisher {
         &self,
         track: &Track<F>,
         mixtures: &HypothesisMixtures<'_, F>,
-        priors: &SizePriors,
+        (list, priors): (&TrackList<'_, F>, &SizePriors),
         now: Timestamp,
     ) -> Option<PublishedEstimate> {
         let last_measured_at = track.last_measured_at();
@@ -125,9 +98,9 @@ impl Publisher {
         {
             return None;
         }
+        let classes = PublishedClasses::of(track, list.agents, list.readings);
         let estimate = |track: &Track<F>| {
-            let latest = track.latest();
-            latest.state_at(now, self.config.synchronous).estimate(latest.class(), priors)
+            classes.estimate(&track.latest().state_at(now, self.config.synchronous), priors)
         };
         let estimate = match track.holders.is_all() {
             true => estimate(track),
@@ -135,7 +108,7 @@ impl Publisher {
                 mixture_moments(mixtures.of_track(track).map(|(share, version)| (share, estimate(version))))
             }
         };
-        Some(PublishedEstimate { estimate, existence, at: now, last_measured_at })
+        Some(PublishedEstimate { estimate, existence, at: now, last_measured_at, classes })
     }
 
     /// The priors of sizes by class: of deleted tracks, and of these.

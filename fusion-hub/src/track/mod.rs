@@ -1,6 +1,7 @@
 //! Tracks: the evidence of each object in the order of capture times, and the estimate that follows from it.
 
 mod application;
+mod class_reports;
 mod context;
 mod contributors;
 mod evidence;
@@ -12,6 +13,7 @@ mod snapshot;
 #[expect(clippy::module_inception, reason = "the track of the layer of tracks")]
 mod track;
 
+pub use class_reports::ClassReports;
 pub use context::{FOLD_SLACK, Horizon, Rollback, TrackContext};
 pub use contributors::{Contributor, Contributors};
 pub use evidence::{Evidence, FrameSlot};

@@ -3,7 +3,7 @@
 use super::orientation::{Action, Held, Orientation, first_read};
 use crate::filter::Filter;
 use crate::values::AgentSlot;
-use crate::values::Coverage;
+use crate::values::{ClassShares, Coverage};
 use crate::values::{
     DetectionModel, HeadingLaw, Measurement, PositionInnovation, ScoreEvidence, ScoreModel, Support,
 };
@@ -259,13 +259,16 @@ impl<F: Filter> Snapshot<F> {
     }
 
     /// Every reported class with its share of the detections, most reported first.
-    pub fn class_shares(&self) -> impl Iterator<Item = (Class, f64)> {
+    pub fn class_shares(&self) -> ClassShares {
         let mut counts = self.counts;
         let best = self.class();
         counts.sort_by_key(|(class, count)| (*class != best, std::cmp::Reverse(*count), *class));
         let total: u32 = counts.iter().map(|(_, count)| count).sum();
-        let share = move |count| f64::from(count) / f64::from(total.max(1));
-        counts.into_iter().filter(|(_, count)| *count > 0).map(move |(class, count)| (class, share(count)))
+        let mut shares = ClassShares::default();
+        for (class, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
+            shares.push(class, f64::from(count) / f64::from(total));
+        }
+        shares
     }
 }
 

@@ -3,7 +3,7 @@
 use super::application::{advance, apply, initial};
 use super::context::{Horizon, Rollback, TrackContext};
 use super::evidence::{Evidence, FrameSlot};
-use super::{Contributors, Snapshot};
+use super::{ClassReports, Contributors, Snapshot};
 use crate::filter::Filter;
 use crate::values::{CompactMeasurement, ParticleSet};
 use std::collections::VecDeque;
@@ -48,6 +48,8 @@ pub struct Track<F> {
     /// When the first detection was captured.
     initiated_at: Timestamp,
     contributors: Contributors,
+    /// The classes that were reported, folded evidence included.
+    classes: ClassReports,
     /// The newest detection of each agent in the folded evidence, where that is kept.
     folded: Contributors,
 }
@@ -77,16 +79,19 @@ impl<F: Filter> Track<F> {
                 stale_from: None,
                 initiated_at: first.captured_at,
                 contributors: Contributors::default(),
+                classes: ClassReports::default(),
                 folded: Contributors::NONE,
             },
         };
         track.evidence.clear();
         track.checkpoints.clear();
         track.contributors.clear();
+        track.classes.clear();
         track.folded.clear();
         track.evidence.push_back(first);
         track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
         track.contributors.note(&first, context.frames.get(first.frame), context.agents);
+        track.note_class(&first, context);
         track
     }
 
@@ -96,6 +101,7 @@ impl<F: Filter> Track<F> {
         copy.evidence.clone_from(&self.evidence);
         copy.checkpoints.clone_from(&self.checkpoints);
         copy.contributors.clone_from(&self.contributors);
+        copy.classes.clone_from(&self.classes);
         copy.folded.clone_from(&self.folded);
         let Self { id, disputed_at, head, stale_from, initiated_at, .. } = *self;
         Self { id, holders, disputed_at, head, stale_from, initiated_at, ..copy }
@@ -108,6 +114,7 @@ impl<F: Filter> Track<F> {
         }
         let is_newest = self.evidence.back().is_none_or(|last| context.frames.is_before(last, &item));
         if is_newest {
+            self.note_class(&item, context);
             self.evidence.push_back(item);
             apply(&mut self.head, (&item, context.frames.held(&item)), predicted, context);
             let count = self.evidence.len();
@@ -120,6 +127,7 @@ impl<F: Filter> Track<F> {
         if self.evidence.get(place) == Some(&item) {
             return;
         }
+        self.note_class(&item, context);
         if context.rollback == Rollback::Only && item.is_detection() {
             self.roll_back_to(place, item, context);
         } else {
@@ -130,6 +138,18 @@ impl<F: Filter> Track<F> {
     fn note_detection(&mut self, item: &Evidence, context: &TrackContext<'_>) {
         self.initiated_at = self.initiated_at.min(item.captured_at);
         self.contributors.note(item, context.frames.get(item.frame), context.agents);
+    }
+
+    fn note_class(&mut self, item: &Evidence, context: &TrackContext<'_>) {
+        if let Some(held) = context.frames.held(item) {
+            self.classes.add(context.frames.get(item.frame).agent, held.class(), held.score());
+        }
+    }
+
+    fn retract_class(&mut self, item: &Evidence, context: &TrackContext<'_>) {
+        if let Some(held) = context.frames.held(item) {
+            self.classes.remove(context.frames.get(item.frame).agent, held.class(), held.score());
+        }
     }
 
     fn insert_late(&mut self, place: usize, item: Evidence) {
@@ -273,10 +293,11 @@ impl<F: Filter> Track<F> {
     /// Takes over the detections of a track of the same object. Of a frame with detections of both, the own one stays;
     /// a missed detection is replaced by the other track's detection.
     pub fn absorb(&mut self, other: &Self, context: &TrackContext<'_>) {
+        self.classes.add_all(&other.classes);
         for item in other.evidence.iter().filter(|item| item.is_detection()) {
             let known = self.place_of(item.captured_at, item.frame);
             match known {
-                Some(place) if self.evidence[place].is_detection() => {}
+                Some(place) if self.evidence[place].is_detection() => self.retract_class(item, context),
                 Some(place) => {
                     self.evidence[place] = *item;
                     self.note_detection(item, context);
@@ -300,6 +321,7 @@ impl<F: Filter> Track<F> {
         let Some(item) = self.evidence.remove(place) else { return };
         self.mark_stale(place);
         if item.is_detection() {
+            self.retract_class(&item, context);
             self.contributors.forget_agent(stored.agent);
             let reports = self.evidence.iter().filter(|item| item.is_detection());
             for earlier in reports.filter(|item| context.frames.get(item.frame).agent == stored.agent) {
@@ -319,6 +341,11 @@ impl<F: Filter> Track<F> {
     /// The newest detection of each agent.
     pub fn contributors(&self) -> &Contributors {
         &self.contributors
+    }
+
+    /// The classes that were reported.
+    pub fn classes(&self) -> &ClassReports {
+        &self.classes
     }
 
     /// Capture time of its first detection.

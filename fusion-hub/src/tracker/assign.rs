@@ -72,7 +72,7 @@ pub(crate) struct Assigning {
 
 impl Assigning {
     pub(crate) fn new(config: &TrackerConfig) -> Self {
-        let particles = Particles::new(config.hypotheses.count(), config.association.turned_headings);
+        let particles = Particles::new(config.hypotheses.count());
         let cost = if particles.is_some() { AssociationCost::Likelihood } else { config.association.cost };
         let config = AssociationConfig { cost, ..config.association };
         Self { config, associator: Associator::default(), particles }
@@ -102,8 +102,9 @@ impl Assigning {
         assignment: &mut Assignment,
     ) {
         let predicted = predictions.measurements();
+        let config = AssociationConfig { class_law: frame.stored.model.classes, ..self.config };
         if let Some(particles) = &mut self.particles {
-            self.associator.find_candidates(frame.measurements, predicted, &self.config);
+            self.associator.find_candidates(frame.measurements, predicted, &config);
             let version = |index: &usize| {
                 let Track { id, holders, disputed_at, .. } = *tracks.get(*index);
                 Version { track: id, holders, disputed_at }
@@ -114,10 +115,11 @@ impl Assigning {
                 captured_at: frame.stored.captured_at,
                 measurements: frame.measurements,
                 expected: predicted,
+                config: &config,
             };
             particles.associate(&predicted_frame, versions, &self.associator);
         } else {
-            self.associator.associate(frame.measurements, predicted, &self.config);
+            self.associator.associate(frame.measurements, predicted, &config);
         }
         self.list(frame, predictions, assignment);
     }

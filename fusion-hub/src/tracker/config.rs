@@ -33,6 +33,8 @@ pub enum Hypotheses {
         /// Fixed lag: objects are published as they were this long ago, by all later evidence (Rauch, Tung & Striebel
         /// 1965). Zero: as they are now.
         lag: Span,
+        /// Fixed lag of a second list, beside the first one; `None` without.
+        second_lag: Option<Span>,
     },
     /// Several ([`crate::particles`]); their cost is the likelihood, whatever the association's is.
     Particles(ParticleCount),
@@ -40,14 +42,32 @@ pub enum Hypotheses {
 
 impl Hypotheses {
     /// One, without a lag.
-    pub const ONE: Self = Self::Single { lag: Span::ZERO };
+    pub const ONE: Self = Self::with_lag(Span::ZERO);
+
+    /// One, with this lag.
+    pub const fn with_lag(lag: Span) -> Self {
+        Self::Single { lag, second_lag: None }
+    }
 
     /// The lag; zero where there is none.
     pub const fn lag(self) -> Span {
         match self {
-            Self::Single { lag } => lag,
+            Self::Single { lag, .. } => lag,
             Self::Particles(_) => Span::ZERO,
         }
+    }
+
+    /// The lag of the second list, where there is one.
+    pub const fn second_lag(self) -> Option<Span> {
+        match self {
+            Self::Single { second_lag, .. } => second_lag,
+            Self::Particles(_) => None,
+        }
+    }
+
+    /// The longest lag of a list; zero where there is none.
+    pub fn longest_lag(self) -> Span {
+        self.second_lag().map_or(self.lag(), |second| second.max(self.lag()))
     }
 
     /// How many.

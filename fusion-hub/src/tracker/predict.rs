@@ -51,7 +51,7 @@ pub(crate) struct PredictionLimits {
 impl PredictionLimits {
     /// `detected_from` is since when tracks must have been detected to be kept without a lag, but for coasting.
     pub(crate) fn new(config: &TrackerConfig, lifetimes: &Lifetimes, detected_from: Timestamp) -> Self {
-        let has_lag = config.hypotheses.lag() > Span::ZERO;
+        let has_lag = config.hypotheses.longest_lag() > Span::ZERO;
         Self {
             memory: lifetimes.coast.longest() + lifetimes.delta_max,
             detected_from: has_lag.then_some(detected_from),
@@ -271,8 +271,13 @@ mod tests {
             AssociationCost::Euclidean,
         ];
         let is_candidate = costs.into_iter().any(|cost| {
-            let config =
-                AssociationConfig { cost, gate: 25.0, turned_headings: true, classes: ClassRule::Evidence };
+            let config = AssociationConfig {
+                cost,
+                gate: 25.0,
+                turned_headings: true,
+                classes: ClassRule::Evidence,
+                ..Default::default()
+            };
             associator.find_candidates(frame.measurements, &[track], &config);
             !associator.candidates_of(0).is_empty()
         });

@@ -281,7 +281,7 @@ fn context<'a>(config: &TrackerConfig, frames: &'a FrameStore, agents: &'a Agent
         agents,
         synchronous,
         rollback,
-        keeps_folded: hypotheses.lag() > Span::ZERO,
+        keeps_folded: hypotheses.longest_lag() > Span::ZERO,
         class_motion,
         exclusion,
     }

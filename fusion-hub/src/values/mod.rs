@@ -5,6 +5,8 @@
 //! a track is of a real object.
 
 mod agents;
+mod class_belief;
+mod class_law;
 mod coast;
 mod compact;
 mod detection_profile;
@@ -23,6 +25,8 @@ mod sensor_model;
 mod support;
 
 pub use agents::{AgentNames, AgentSlot};
+pub use class_belief::{AgentClasses, ClassBelief, ClassShares};
+pub use class_law::ClassLaw;
 pub use coast::Coast;
 pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
@@ -41,6 +45,7 @@ pub use support::Support;
 
 #[cfg(test)]
 pub(crate) use {
-    coast::listed as coast_listed, exclusion::listed as exclusion_listed,
-    existence::listed as existence_listed, support::listed as support_listed,
+    class_belief::listed as classes_listed, coast::listed as coast_listed,
+    exclusion::listed as exclusion_listed, existence::listed as existence_listed,
+    support::listed as support_listed,
 };

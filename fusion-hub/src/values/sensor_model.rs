@@ -1,5 +1,6 @@
 //! An agent's sensor model, from what it declares.
 
+use super::class_law::ClassLaw;
 use super::compact::DetectionEvidence;
 use super::detection_profile::DetectionProfile;
 use super::existence::{Persistence, SURVIVAL_TIME_S};
@@ -68,6 +69,8 @@ pub struct DetectionModel {
     pub headings: HeadingLaw,
     /// How errors of position differ from what is declared.
     pub errors: PositionErrors,
+    /// How classes err.
+    pub classes: ClassLaw,
     /// Whether an object's history by this sensor counts: whether its last frame held it, and how well it supports it.
     pub keeps_support: bool,
 }
@@ -83,6 +86,7 @@ impl Default for DetectionModel {
             scores: ScoreModel::Ignored,
             headings: HeadingLaw::AsReported,
             errors: PositionErrors::AS_DECLARED,
+            classes: ClassLaw::UNKNOWN,
             keeps_support: false,
         }
     }

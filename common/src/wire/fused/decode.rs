@@ -1,7 +1,7 @@
 //! Fused frames from bytes.
 
-use super::HEADING_SHIFT;
 use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
+use super::{CONFLICT_SHIFT, HEADING_SHIFT};
 use crate::class::Class;
 use crate::detection::HeadingKind;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion};
@@ -120,16 +120,21 @@ fn read_object(
     let (age_ns, measured_before_fused_ns) = (reader.i64()?, reader.i64()?);
     let (n_classes, n_contributors) = (reader.u32()?, reader.u32()?);
     let n_contributors = checked_count("contributors", n_contributors, MAX_AGENTS)?;
-    let (n_classes, heading) = (n_classes & ((1 << HEADING_SHIFT) - 1), n_classes >> HEADING_SHIFT);
-    let heading = HeadingKind::from_byte(heading)
-        .ok_or(WireError::UnknownFlags(u8::try_from(heading).unwrap_or(u8::MAX)))?;
+    let (n_classes, above) = (n_classes & ((1 << HEADING_SHIFT) - 1), n_classes >> HEADING_SHIFT);
+    let (heading, above) = (above & 3, above >> (CONFLICT_SHIFT - HEADING_SHIFT));
+    if above > 1 {
+        return Err(unknown_flags(above));
+    }
+    let heading = HeadingKind::from_byte(heading).ok_or_else(|| unknown_flags(heading))?;
     let n_classes = checked_count("class probabilities", n_classes, Class::ALL.len())?;
     let class_probabilities = read_classes(reader, n_classes)?;
+    let class_conflict = if above == 1 { quantity::probability(reader.bytes::<1>()?[0]) } else { 0.0 };
     let contributors = read_contributors(reader, n_contributors, &frame.agents)?;
     Ok(FusedObject {
         track: TrackId::new(lineage_xor ^ frame.lineage, counter),
         class: class_probabilities[0].0,
         class_probabilities,
+        class_conflict,
         bev: BevBox {
             x: absolute(x, origin_m.0),
             y: absolute(y, origin_m.1),
@@ -148,6 +153,10 @@ fn read_object(
         last_measured_at: frame.fused_at - Span::from_nanos(measured_before_fused_ns),
         contributors,
     })
+}
+
+fn unknown_flags(flags: u32) -> WireError {
+    WireError::UnknownFlags(u8::try_from(flags).unwrap_or(u8::MAX))
 }
 
 /// The coordinate of mm from the origin.

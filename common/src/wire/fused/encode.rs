@@ -1,7 +1,7 @@
 //! Fused frames into bytes.
 
-use super::HEADING_SHIFT;
 use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
+use super::{CONFLICT_SHIFT, HEADING_SHIFT};
 use crate::class::Class;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject};
 use crate::id::{AgentId, FrameId, MAX_NAME_LEN};
@@ -16,8 +16,8 @@ use crate::wire::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Writer, append};
 const MAX_HEAD_LEN: usize = 3 + 2 * (MAX_NAME_LEN + 1) + 6 * MAX_LEN_32 + 2 * MAX_LEN_64;
 /// The name with its length; epoch, time, counts.
 const MAX_AGENT_LEN: usize = MAX_NAME_LEN + 1 + 5 * MAX_LEN_64;
-/// 14 single bytes; sizes and heading; track, velocity, counts; position and times.
-const MAX_OBJECT_LEN: usize = 14 + 3 * MAX_LEN_16 + 6 * MAX_LEN_32 + 4 * MAX_LEN_64;
+/// 15 single bytes; sizes and heading; track, velocity, counts; position and times.
+const MAX_OBJECT_LEN: usize = 15 + 3 * MAX_LEN_16 + 6 * MAX_LEN_32 + 4 * MAX_LEN_64;
 const CLASS_LEN: usize = 2;
 const MAX_FRAME_ID_LEN: usize = MAX_LEN_32 + 2 * MAX_LEN_64;
 const MAX_CONTRIBUTOR_LEN: usize = MAX_FRAME_ID_LEN + MAX_LEN_16;
@@ -165,14 +165,23 @@ fn write_object(
     writer.i64(object.age.as_nanos());
     writer.i64((frame.fused_at - object.last_measured_at).as_nanos());
     let n_classes = wire_count("class probabilities", object.classes().count(), Class::ALL.len())?;
-    writer.u32(n_classes | (object.heading as u32) << HEADING_SHIFT);
+    let has_conflict = u32::from(conflict_byte(object)? > 0);
+    writer.u32(n_classes | (object.heading as u32) << HEADING_SHIFT | has_conflict << CONFLICT_SHIFT);
     writer.u32(wire_count("contributors", object.contributors.len(), MAX_AGENTS)?);
     Ok(())
+}
+
+fn conflict_byte(object: &FusedObject) -> Result<u8, WireError> {
+    quantity::probability_byte("class conflict", object.class_conflict)
 }
 
 fn write_classes(object: &FusedObject, writer: &mut Writer<'_>) -> Result<(), WireError> {
     for (class, probability) in object.classes() {
         writer.bytes([class.byte(), quantity::probability_byte("class probability", probability)?]);
+    }
+    let conflict = conflict_byte(object)?;
+    if conflict > 0 {
+        writer.bytes([conflict]);
     }
     Ok(())
 }

@@ -6,6 +6,8 @@ mod limits;
 
 /// What is known of the heading stands above the number of classes, which takes this many bits.
 const HEADING_SHIFT: u32 = 6;
+/// Above the heading: whether a conflict about the class follows the classes.
+const CONFLICT_SHIFT: u32 = 8;
 
 pub use decode::decode;
 pub use encode::encode;

@@ -11,6 +11,7 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::{Accuracy, SensorDescription};
 use v2x_common::time::Span;
 use v2x_fusion_hub::engine::{AgentRecord, Disposition, Engine};
+use v2x_fusion_hub::learning::LearntSensorReport;
 use v2x_fusion_hub::registration::AgentRegistration;
 
 /// Counts of a replay.
@@ -33,7 +34,7 @@ pub(crate) struct Counts {
 }
 
 /// What the engine found of a sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct SensorOutcome {
     /// Mean normalised innovation squared of its positions for each degree of freedom.
     pub nis_per_dof: Option<f64>,
@@ -41,6 +42,8 @@ pub(crate) struct SensorOutcome {
     pub innovations: u64,
     /// Its clock and pose errors, where it declares its accuracy.
     pub registration: Option<AgentRegistration>,
+    /// What was learnt of it.
+    pub learnt: Option<LearntSensorReport>,
 }
 
 /// What is declared of the sensors of a log.
@@ -134,6 +137,7 @@ fn outcomes(engine: &Engine) -> BTreeMap<AgentId, SensorOutcome> {
             nis_per_dof: record.statistics.nis_per_dof(),
             innovations: record.statistics.innovations.count,
             registration: registrations.get(sensor).cloned(),
+            learnt: engine.learnt(sensor),
         };
         (*sensor, outcome)
     };

@@ -19,6 +19,8 @@ use zenoh::sample::Sample;
 pub enum Traffic {
     /// Fused frames.
     Fused,
+    /// Fused frames of the second list, which is a lag behind.
+    Lagged,
     /// All messages that the scoring of a run needs: also detections, sensor descriptions and ground truth.
     Everything,
 }
@@ -58,10 +60,13 @@ impl Consumer {
         };
         let keys = Keys::new(network);
         let queue = Arc::new(DropOldestQueue::new(capacity));
-        let mut expressions = vec![keys.all_fused()];
-        if traffic == Traffic::Everything {
-            expressions.extend([keys.all_detections(), keys.all_sensors(), keys.all_truth()]);
-        }
+        let expressions = match traffic {
+            Traffic::Fused => vec![keys.all_fused()],
+            Traffic::Lagged => vec![keys.all_lagged()],
+            Traffic::Everything => {
+                vec![keys.all_fused(), keys.all_detections(), keys.all_sensors(), keys.all_truth()]
+            }
+        };
         let mut subscribers = Vec::new();
         for expression in expressions {
             let queue = queue.clone();

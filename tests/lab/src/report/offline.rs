@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use v2x_common::id::AgentId;
 use v2x_fusion_hub::hub::RegistrationStatus;
+use v2x_fusion_hub::learning::LearntSensorReport;
 
 /// All figures. A figure without data is null, never 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,6 +72,8 @@ pub(crate) struct SensorFigures {
     pub innovations: u64,
     /// The estimate of its clock and pose errors, where its accuracy is declared.
     pub registration: Option<RegistrationStatus>,
+    /// What was learnt of it.
+    pub learnt: Option<LearntSensorReport>,
 }
 
 impl SensorFigures {
@@ -86,6 +89,7 @@ impl SensorFigures {
             nis_per_dof: outcome.nis_per_dof,
             innovations: outcome.innovations,
             registration: outcome.registration.as_ref().map(RegistrationStatus::of),
+            learnt: outcome.learnt,
         }
     }
 
@@ -100,6 +104,11 @@ impl SensorFigures {
         match self.nis_per_dof {
             Some(nis) => writeln!(out, ", NIS/dof {nis:.2} ({innovations})")?,
             None => writeln!(out)?,
+        }
+        if let Some(learnt) =
+            self.learnt.as_ref().map(|learnt| learnt.in_words(None)).filter(|words| !words.is_empty())
+        {
+            writeln!(out, "  {:<19} learnt: {learnt}", "")?;
         }
         match self.registration.as_ref().and_then(RegistrationStatus::in_words) {
             Some(words) => writeln!(out, "  {:<19} {words}", ""),

@@ -36,6 +36,9 @@ pub(super) struct JsonObject {
     track: Id64,
     class: Class,
     class_probabilities: Vec<(Class, f64)>,
+    /// Left out where there is none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    class_conflict: f64,
     x: f64,
     y: f64,
     w: f64,
@@ -51,6 +54,11 @@ pub(super) struct JsonObject {
     age_us: i64,
     last_measured_at: Micros,
     contributors: Vec<JsonMeasurement>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Standard deviations; written for convenience, read back from the variances.
@@ -95,6 +103,7 @@ impl JsonObject {
             .into_iter()
             .try_for_each(|(f, v)| finite(f, v))?;
         within("existence", self.existence, (0.0, 1.0), "0 to 1")?;
+        within("class conflict", self.class_conflict, (0.0, 1.0), "0 to 1")?;
         for &(_, probability) in &self.class_probabilities {
             within("class probability", probability, (0.0, 1.0), "0 to 1")?;
         }
@@ -152,6 +161,7 @@ impl From<&FusedObject> for JsonObject {
             track: Id64(object.track.0),
             class: object.class,
             class_probabilities: object.classes().collect(),
+            class_conflict: object.class_conflict,
             x: object.bev.x,
             y: object.bev.y,
             w: object.bev.w,
@@ -193,6 +203,7 @@ impl From<JsonObject> for FusedObject {
             track: TrackId(json.track.0),
             class: json.class,
             class_probabilities: json.class_probabilities,
+            class_conflict: json.class_conflict,
             bev: BevBox { x: json.x, y: json.y, w: json.w, d: json.d, yaw: wrap_angle(json.yaw) },
             velocity: (json.vx, json.vy),
             kinematic_covariance: json.kinematic_covariance,
@@ -236,6 +247,7 @@ pub(super) fn check_finite(object: &FusedObject) -> Result<(), WireError> {
         ("sigma.d", libm::sqrt(object.dd)),
         ("sigma.yaw", libm::sqrt(object.yaw_variance)),
         ("existence", object.existence),
+        ("class conflict", object.class_conflict),
     ];
     let variances = KINEMATIC_DIAGONAL.map(|place| object.kinematic_covariance[place]);
     let sigmas = variances.map(|variance| ("sigma", libm::sqrt(variance)));

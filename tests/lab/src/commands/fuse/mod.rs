@@ -84,7 +84,7 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Surv
         .sensors()
         .iter()
         .map(|(sensor, survey)| {
-            SensorFigures::of(*sensor, survey, counts.sensors.get(sensor).copied().unwrap_or_default())
+            SensorFigures::of(*sensor, survey, counts.sensors.get(sensor).cloned().unwrap_or_default())
         })
         .collect();
     let mut warnings = warnings::of_log(survey.sensors(), &remarks.headings, survey.offsets());

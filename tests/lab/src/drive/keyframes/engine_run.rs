@@ -237,7 +237,7 @@ fn config(setup: &Setup) -> EngineConfig {
     let lag = lag(setup);
     let config = setup.config.with_tracking(|tracking| {
         if lag > Span::ZERO {
-            tracking.tracker.hypotheses = Hypotheses::Single { lag };
+            tracking.tracker.hypotheses = Hypotheses::with_lag(lag);
         }
     });
     if !setup.has_true_identities {
@@ -249,10 +249,11 @@ fn config(setup: &Setup) -> EngineConfig {
         gate: OPEN_GATE,
         turned_headings: false,
         classes: ClassRule::Exact,
+        ..AssociationConfig::default()
     };
     config.with_tracking(|tracking| {
         tracking.tracker.association = association;
-        tracking.tracker.hypotheses = Hypotheses::Single { lag };
+        tracking.tracker.hypotheses = Hypotheses::with_lag(lag);
     })
 }
 

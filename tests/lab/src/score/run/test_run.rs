@@ -82,6 +82,7 @@ fn fused(ms: i64, objects: &[(u32, f64, f64)]) -> ReceivedFused {
         track: TrackId::new(1, track),
         class: Class::Car,
         class_probabilities: vec![(Class::Car, 1.0)],
+        class_conflict: 0.0,
         bev: BevBox { yaw: 0.1, ..predicted(x, y) },
         velocity: (0.0, 0.0),
         kinematic_covariance: [0.02, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 1.0, 0.0, 1.0],

@@ -1,0 +1,187 @@
+//! How an agent's classes err, from what the other agents report of the same objects.
+
+use crate::values::{AgentSlot, ClassLaw};
+use v2x_common::class::Class;
+
+/// What is assumed in advance has the weight of so many comparisons.
+const PRIOR: f64 = 10.0;
+/// The n-th comparison of one object weighs one over n and this: those that follow say less and less.
+const LATER: u32 = 9;
+/// Half of the unit of sums: whole numbers add up to the same in any order.
+const HALF_UNIT: u32 = 2048;
+const UNITS: f64 = (2 * HALF_UNIT) as f64;
+/// Probabilities of a class of the group, and of another group, are at least and at most this.
+const WITHIN_GROUP: [f64; 2] = [0.01, 0.5];
+const OTHER: [f64; 2] = [0.002, 0.3];
+/// Classes of other agents that one is compared with.
+const MOST_OTHERS: usize = 8;
+
+/// Comparisons of one agent's classes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ClassCounts {
+    all: f64,
+    within_group: f64,
+    other: f64,
+}
+
+/// What each agent reported last of one object, and how often that was compared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct LastClasses(Vec<LastClass>);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LastClass {
+    agent: AgentSlot,
+    class: Class,
+    comparisons: u32,
+}
+
+impl LastClasses {
+    /// Notes a report, and compares it with the last ones of the other agents. The class of most agents is taken for the right
+    /// one; of as many for as against, either may be. An agent errs about one object alike for long: later
+    /// comparisons weigh less.
+    pub(super) fn compare(&mut self, agent: AgentSlot, class: Class) -> Option<Comparison> {
+        if class == Class::Unknown {
+            return None;
+        }
+        let others = || self.0.iter().filter(|other| other.agent != agent).take(MOST_OTHERS);
+        let votes = |class: Class| others().filter(|other| other.class == class).count();
+        let rival = others().map(|other| other.class).filter(|reported| *reported != class);
+        let rival = rival.max_by_key(|reported| (votes(*reported), *reported));
+        let has_others = others().next().is_some();
+        let comparison = match rival {
+            Some(rival) => {
+                let wrong_halves = match (1 + votes(class)).cmp(&votes(rival)) {
+                    std::cmp::Ordering::Less => 2,
+                    std::cmp::Ordering::Equal => 1,
+                    std::cmp::Ordering::Greater => 0,
+                };
+                Some((wrong_halves, rival.group() == class.group()))
+            }
+            None => has_others.then_some((0, true)),
+        };
+        let place = self.0.iter().position(|known| known.agent == agent).unwrap_or(self.0.len());
+        if place == self.0.len() {
+            self.0.push(LastClass { agent, class, comparisons: 0 });
+        }
+        let own = &mut self.0[place];
+        own.class = class;
+        let (wrong_halves, is_within_group) = comparison?;
+        own.comparisons = own.comparisons.saturating_add(1);
+        let half_weight = HALF_UNIT / own.comparisons.saturating_add(LATER);
+        (half_weight > 0).then_some(Comparison {
+            weight: 2 * half_weight,
+            wrong: wrong_halves * half_weight,
+            is_within_group,
+        })
+    }
+}
+
+/// A comparison of an agent's class with those of others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Comparison {
+    weight: u32,
+    /// Part of the weight by which it is probably wrong.
+    wrong: u32,
+    is_within_group: bool,
+}
+
+impl ClassCounts {
+    /// Adds a comparison.
+    pub(super) fn add(&mut self, comparison: &Comparison) {
+        self.all += f64::from(comparison.weight);
+        let counted = if comparison.is_within_group { &mut self.within_group } else { &mut self.other };
+        *counted += f64::from(comparison.wrong);
+    }
+
+    /// Lets what was counted fade.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.all *= factor;
+        self.within_group *= factor;
+        self.other *= factor;
+    }
+
+    /// How the classes err.
+    pub(super) fn law(&self) -> ClassLaw {
+        let prior = ClassLaw::UNKNOWN;
+        let share = |counted: f64, prior: f64, [least, most]: [f64; 2]| {
+            ((counted / UNITS + PRIOR * prior) / (self.all / UNITS + PRIOR)).clamp(least, most)
+        };
+        let within_group = share(self.within_group, prior.within_group, WITHIN_GROUP);
+        let other = share(self.other, prior.other(), OTHER);
+        ClassLaw { right: 1.0 - within_group - other, within_group }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> Vec<(&'static str, String)> {
+    vec![(
+        "learning.classes",
+        format!(
+            "prior {PRIOR}, the nth of an object 1/(n + {LATER}), within a group {WITHIN_GROUP:?}, others {OTHER:?}, {MOST_OTHERS} others"
+        ),
+    )]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::values::AgentNames;
+    use v2x_common::id::AgentId;
+
+    fn three() -> [AgentSlot; 3] {
+        let mut names = AgentNames::default();
+        ["a", "b", "c"].map(|name| names.slot_for(AgentId::new(name).unwrap()))
+    }
+
+    /// What is learnt of agents that report these classes of each of so many objects, time and again.
+    fn learnt_of(objects: usize, classes: &[Class]) -> Vec<ClassLaw> {
+        let agents = three();
+        let mut counts = [ClassCounts::default(); 3];
+        let mut last = vec![LastClasses::default(); objects];
+        for report in 0..100 * objects {
+            let last = &mut last[report % objects];
+            for ((agent, class), counts) in agents.iter().zip(classes).zip(&mut counts) {
+                if let Some(comparison) = last.compare(*agent, *class) {
+                    counts.add(&comparison);
+                }
+            }
+        }
+        counts[..classes.len()].iter().map(ClassCounts::law).collect()
+    }
+
+    fn learnt(classes: &[Class]) -> Vec<ClassLaw> {
+        learnt_of(100, classes)
+    }
+
+    #[test]
+    fn one_object_that_agents_disagree_about_for_long_counts_as_a_few() {
+        let of_one = learnt_of(1, &[Class::Truck, Class::Car]);
+        assert!((0.08..0.2).contains(&of_one[0].within_group), "{of_one:?}");
+        let of_ten = learnt_of(10, &[Class::Truck, Class::Car]);
+        assert!((0.3..0.45).contains(&of_ten[0].within_group), "{of_ten:?}");
+    }
+
+    #[test]
+    fn the_one_that_differs_from_two_others_is_found_out() {
+        let laws = learnt(&[Class::Truck, Class::Car, Class::Car]);
+        assert!(laws[0].within_group > 0.45, "{laws:?}");
+        assert!(laws[1].right > 0.97 && laws[2].right > 0.97, "{laws:?}");
+    }
+
+    #[test]
+    fn of_two_that_differ_either_may_be_wrong() {
+        let laws = learnt(&[Class::Truck, Class::Car]);
+        assert!(laws.iter().all(|law| (0.4..0.5).contains(&law.within_group)), "{laws:?}");
+        let rider = learnt(&[Class::Bicycle, Class::Adult]);
+        assert!(rider.iter().all(|law| law.within_group < 0.05 && law.other() > 0.2), "{rider:?}");
+    }
+
+    #[test]
+    fn a_lone_agent_and_reports_without_a_class_teach_nothing() {
+        let laws = learnt(&[Class::Truck]);
+        assert!((laws[0].right - ClassLaw::UNKNOWN.right).abs() < 1e-12);
+        let laws = learnt(&[Class::Unknown, Class::Car]);
+        assert!((laws[1].right - ClassLaw::UNKNOWN.right).abs() < 1e-12);
+    }
+}

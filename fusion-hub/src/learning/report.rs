@@ -1,0 +1,182 @@
+//! What is learnt of a sensor, in the units of people.
+
+use crate::values::{ClassLaw, DetectionProfile, HeadingLaw, RANGE_BIN_M, RANGE_BINS};
+use serde::{Deserialize, Serialize};
+
+/// Shares of turned headings and of right classes that are worth telling.
+const TURNED_WORTH_TELLING: f64 = 0.03;
+const CLASSES_WORTH_TELLING: f64 = 0.9;
+
+/// What is learnt of an agent's sensor from what it and others report: to be held against what the agent declares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LearntSensorReport {
+    /// Frames of objects that could hold a detection, by which the detection probability is judged; older ones count less.
+    pub observed_frames: u64,
+    /// Probability that an object in view is detected; `None` before any such frame.
+    pub detection_probability: Option<f64>,
+    /// The same by distance, as far as detections come from, in steps of `range_step_m`.
+    pub detection_probability_by_range: Vec<f64>,
+    /// m.
+    pub range_step_m: f64,
+    /// Correlation of one frame with the next: misses come in runs.
+    pub detection_correlation: f64,
+    /// Whether this contradicts the declared detection probability, so that frames are read by what is learnt; always of an
+    /// agent that declares nothing.
+    pub overrules_declared: bool,
+    /// Distance within which nearly all detections are, m.
+    pub range_m: Option<f64>,
+    /// Frames per second.
+    pub rate_hz: Option<f64>,
+    /// Whether its scores differ, and so are evidence.
+    pub uses_scores: bool,
+    /// Share of headings that are turned by half a turn.
+    pub turned_headings: f64,
+    /// Constant error of headings, degrees; 0 where none is significant.
+    pub heading_offset_deg: f64,
+    /// Factor on its declared standard deviations of position; 1 where they are about right.
+    pub sigma_factor: f64,
+    /// Standard deviation of the part of its errors of position that lasts for seconds, m.
+    pub lasting_sigma_m: f64,
+    /// Probability that its class is right.
+    pub class_right: f64,
+    /// Probability that its class is another one of the right group.
+    pub class_within_group: f64,
+}
+
+/// What of the report comes from counts.
+pub(super) struct Counted<'a> {
+    pub(super) observed_frames: f64,
+    pub(super) detected_frames: f64,
+    pub(super) profile: DetectionProfile,
+    pub(super) overrules_declared: bool,
+    pub(super) range_m: Option<f64>,
+    pub(super) interval_s: Option<f64>,
+    pub(super) scores_differ: bool,
+    pub(super) headings: &'a HeadingLaw,
+    pub(super) variance_factor: f64,
+    pub(super) lasting_variance: f64,
+    pub(super) classes: ClassLaw,
+}
+
+impl LearntSensorReport {
+    pub(super) fn of(counted: &Counted<'_>) -> Self {
+        let (turned_headings, offset) = match *counted.headings {
+            HeadingLaw::AsReported => (0.0, 0.0),
+            HeadingLaw::Mixture { front_odds_ln, offset } => (1.0 / (1.0 + libm::exp(front_odds_ln)), offset),
+        };
+        let steps = counted.range_m.map_or(0.0, |range_m| libm::ceil(range_m / RANGE_BIN_M));
+        #[expect(clippy::cast_precision_loss, reason = "a few")]
+        let by_range = (0..RANGE_BINS)
+            .map(|step| step as f64)
+            .take_while(|step| *step < steps)
+            .map(|step| counted.profile.probability((step + 0.5) * RANGE_BIN_M));
+        let observed = counted.observed_frames;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let observed_frames = libm::round(observed) as u64;
+        Self {
+            observed_frames,
+            detection_probability: (observed > 0.0).then(|| counted.detected_frames / observed),
+            detection_probability_by_range: by_range.collect(),
+            range_step_m: RANGE_BIN_M,
+            detection_correlation: counted.profile.correlation(),
+            overrules_declared: counted.overrules_declared,
+            range_m: counted.range_m,
+            rate_hz: counted.interval_s.map(|interval_s| 1.0 / interval_s),
+            uses_scores: counted.scores_differ,
+            turned_headings,
+            heading_offset_deg: offset.to_degrees(),
+            sigma_factor: libm::sqrt(counted.variance_factor),
+            lasting_sigma_m: libm::sqrt(counted.lasting_variance),
+            class_right: counted.classes.right,
+            class_within_group: counted.classes.within_group,
+        }
+    }
+
+    /// Whether somebody should know of it: the sensor is not as it declares, or as a good one is.
+    pub fn is_remarkable(&self, is_described: bool) -> bool {
+        (is_described && self.overrules_declared)
+            || self.turned_headings >= TURNED_WORTH_TELLING
+            || self.heading_offset_deg != 0.0
+            || self.sigma_factor != 1.0
+            || self.class_right < CLASSES_WORTH_TELLING
+    }
+
+    /// In words: what is worth knowing, beside the declared detection probability where there is one.
+    pub fn in_words(&self, declared: Option<f64>) -> String {
+        let mut words = Vec::new();
+        if let Some(probability) = self.detection_probability {
+            let held_against = match declared {
+                Some(declared) if self.overrules_declared => format!(" (declared {declared:.2}: overruled)"),
+                Some(declared) => format!(" (declared {declared:.2})"),
+                None => String::new(),
+            };
+            words.push(format!("detects {:.0} %{held_against}", 100.0 * probability));
+        }
+        if let Some(range_m) = self.range_m {
+            words.push(format!("within {range_m:.0} m"));
+        }
+        if self.turned_headings >= TURNED_WORTH_TELLING {
+            words.push(format!("{:.0} % of headings turned round", 100.0 * self.turned_headings));
+        }
+        if self.heading_offset_deg != 0.0 {
+            words.push(format!("headings off by {:.0}°", self.heading_offset_deg));
+        }
+        if self.sigma_factor != 1.0 {
+            words.push(format!("σ of positions × {:.2}", self.sigma_factor));
+        }
+        if self.lasting_sigma_m > 0.0 {
+            words.push(format!("errors of {:.2} m that last", self.lasting_sigma_m));
+        }
+        if self.class_right < CLASSES_WORTH_TELLING {
+            words.push(format!("classes right in {:.0} %", 100.0 * self.class_right));
+        }
+        words.join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(headings: &HeadingLaw, overrules_declared: bool) -> LearntSensorReport {
+        LearntSensorReport::of(&Counted {
+            observed_frames: 200.4,
+            detected_frames: 120.0,
+            profile: DetectionProfile::uniform(0.6),
+            overrules_declared,
+            range_m: Some(45.0),
+            interval_s: Some(0.1),
+            scores_differ: true,
+            headings,
+            variance_factor: 4.0,
+            lasting_variance: 0.09,
+            classes: ClassLaw { right: 0.8, within_group: 0.19 },
+        })
+    }
+
+    #[test]
+    fn what_is_learnt_is_told_in_words_beside_what_is_declared() {
+        let turned = HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5 };
+        let words = report(&turned, true).in_words(Some(0.95));
+        for part in [
+            "detects 60 % (declared 0.95: overruled)",
+            "within 45 m",
+            "50 % of headings turned round",
+            "headings off by 29°",
+            "σ of positions × 2.00",
+            "errors of 0.30 m that last",
+            "classes right in 80 %",
+        ] {
+            assert!(words.contains(part), "{part:?} is missing in {words:?}");
+        }
+        let plain = report(&HeadingLaw::AsReported, true).in_words(None);
+        assert!(plain.contains("detects 60 %,") && !plain.contains("headings"), "{plain}");
+    }
+
+    #[test]
+    fn probabilities_are_listed_as_far_as_detections_come_from() {
+        let report = report(&HeadingLaw::AsReported, false);
+        assert_eq!(report.detection_probability_by_range, [0.6; 5]);
+        assert_eq!((report.observed_frames, report.rate_hz), (200, Some(10.0)));
+    }
+}

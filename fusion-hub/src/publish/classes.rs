@@ -1,0 +1,74 @@
+//! What is published of an object's class, and the sizes that follow from it.
+
+use super::readings::Readings;
+use crate::filter::size_priors::SizePriors;
+use crate::filter::{Estimate, Filter, Size};
+use crate::track::Track;
+use crate::values::{AgentNames, ClassShares};
+use v2x_common::class::Class;
+
+/// What is published of an object's class.
+#[derive(Clone, Copy)]
+pub(super) struct PublishedClasses {
+    pub(super) shares: ClassShares,
+    /// How much the agents contradict each other.
+    pub(super) conflict: f64,
+}
+
+impl PublishedClasses {
+    /// Of a track: what its agents believe, or the shares of the classes that were reported.
+    pub(super) fn of<F: Filter>(track: &Track<F>, agents: &AgentNames, readings: &Readings<'_>) -> Self {
+        let latest = track.latest();
+        match readings.class_law {
+            Some(law) => {
+                let belief = track.classes().belief(agents, law);
+                Self { shares: belief.shares(latest.class()), conflict: belief.conflict() }
+            }
+            None => Self { shares: latest.class_shares(), conflict: 0.0 },
+        }
+    }
+
+    /// The estimate of a state: its sizes are a mixture over the classes that the object may be of.
+    pub(super) fn estimate<F: Filter>(&self, state: &F, priors: &SizePriors) -> Estimate {
+        let mut estimate = state.estimate(self.shares.leading(), priors);
+        let others = self.shares.listed().iter().skip(1);
+        let (mut of_others, mut total) = ([Moments::default(); 2], self.share_of_leading());
+        for (class, share) in others.filter(|(class, _)| *class != Class::Unknown) {
+            let under = state.estimate(*class, priors);
+            total += share;
+            of_others[0].add(*share, under.width);
+            of_others[1].add(*share, under.depth);
+        }
+        if total > self.share_of_leading() {
+            for (moments, size) in of_others.iter_mut().zip([&mut estimate.width, &mut estimate.depth]) {
+                moments.add(self.share_of_leading(), *size);
+                *size = moments.of(total);
+            }
+        }
+        estimate
+    }
+
+    fn share_of_leading(&self) -> f64 {
+        self.shares.listed().first().map_or(1.0, |(_, share)| *share)
+    }
+}
+
+/// Sums for the moments of a mixture of sizes.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    first: f64,
+    second: f64,
+}
+
+impl Moments {
+    fn add(&mut self, share: f64, size: Size) {
+        self.first += share * size.mean;
+        self.second += share * (size.variance + size.mean * size.mean);
+    }
+
+    /// For shares of this sum.
+    fn of(&self, total: f64) -> Size {
+        let mean = self.first / total;
+        Size { mean, variance: (self.second / total - mean * mean).max(f64::MIN_POSITIVE) }
+    }
+}
