@@ -6,11 +6,11 @@ use crate::association::ClassRule;
 use crate::duplicates::{Duplicates, Exclusion};
 use crate::filter::Filter;
 use crate::learning::{FrameReading, FrameSource, Learner, LearntSensorReport, Prior};
-use crate::publish::{ObjectList, PastTracks, PublishConfig, Publisher, Readings, TrackList};
+use crate::publish::{AgentReading, ObjectList, PastTracks, PublishConfig, Publisher, Readings, TrackList};
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
 use crate::tracker::{Horizons, Lifetimes, Tracker};
-use crate::values::{AgentNames, AgentSlot, ClassLaw, HeadingLaw};
+use crate::values::{AgentNames, AgentSlot, HeadingLaw};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -28,6 +28,8 @@ pub(super) struct Tracking<F> {
     /// With a lag: merged tracks, as they were before.
     pre_merge: PreMergeTracks<F>,
     learner: Option<Learner>,
+    /// What is known of each agent, for the list that is being written.
+    readings: Vec<AgentReading>,
     publisher: Publisher,
     smoother: FixedLagSmoother<F>,
 }
@@ -52,6 +54,7 @@ impl<F: Filter> Tracking<F> {
             merges: 0,
             pre_merge: PreMergeTracks::default(),
             learner: config.learning.then(|| Learner::new(lifetimes.delta_max)),
+            readings: Vec::new(),
             publisher: Publisher::new(publish),
             smoother: FixedLagSmoother::default(),
         }
@@ -94,6 +97,15 @@ impl<F: Filter> Tracking<F> {
             reading.model.birth_odds = f64::INFINITY;
         }
         reading
+    }
+
+    /// Notes what is known of each agent at a time.
+    fn read_agents(&mut self, at: Timestamp) {
+        self.readings.clear();
+        if let Some(learner) = &self.learner {
+            self.readings
+                .extend(learner.known_at(at).map(|(lasting, classes)| AgentReading { lasting, classes }));
+        }
     }
 
     /// Whether the agents' beliefs of classes are combined; else the shares of reported classes are published.
@@ -158,12 +170,10 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     }
 
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
+        self.read_agents(now);
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
-        let learner = self.learner.as_ref();
-        let lasting = &|agent| learner.map_or(0.0, |learner| learner.lasting_variance(agent, now));
-        let law = &|agent| learner.map_or(ClassLaw::UNKNOWN, |learner| learner.class_law(agent, now));
-        let readings = &Readings { hidden, lasting, class_law: self.believes().then_some(law) };
+        let readings = &Readings { hidden, agents: &self.readings, combines_beliefs: self.believes() };
         let list = TrackList { tracks, n_hypotheses, agents, readings };
         self.publisher.write(objects, &list, now);
     }
@@ -174,13 +184,11 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         agents: &AgentNames,
         objects: &mut ObjectList<'_>,
     ) -> Result<(), NoMemory> {
+        self.read_agents(at);
         let context = self.tracker.context(agents);
         let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);
         let hidden = &|track| self.exclusion.hides(track);
-        let learner = self.learner.as_ref();
-        let lasting = &|agent| learner.map_or(0.0, |learner| learner.lasting_variance(agent, at));
-        let law = &|agent| learner.map_or(ClassLaw::UNKNOWN, |learner| learner.class_law(agent, at));
-        let readings = &Readings { hidden, lasting, class_law: self.believes().then_some(law) };
+        let readings = &Readings { hidden, agents: &self.readings, combines_beliefs: self.believes() };
         let past = PastTracks { tracks: &tracks, at, context: &context, readings };
         self.publisher.write_as_of(objects, &past, &mut self.smoother);
         Ok(())

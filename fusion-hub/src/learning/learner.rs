@@ -81,7 +81,8 @@ impl Learner {
             probability: reading.model.profile.probability(0.0),
             correlation: 0.0,
         });
-        let learnt = known.as_of(settled);
+        let nothing = LearntSensor::default();
+        let learnt = known.as_of(settled).unwrap_or(&nothing);
         match declared {
             Some(declared) => learnt.described(&declared),
             None => learnt.undescribed(prior, pose),
@@ -120,16 +121,15 @@ impl Learner {
         context.frames.since(from).next().map(|(_, frame)| Epoch::of(frame.captured_at))
     }
 
-    /// The variance (m²) of the part of an agent's errors of position that lasts, as known at a time.
-    pub(crate) fn lasting_variance(&self, agent: AgentSlot, now: Timestamp) -> f64 {
-        let settled = Epoch::of(now - self.delta_max - SETTLED);
-        self.agents.get(agent.index()).map_or(0.0, |known| known.as_of(settled).errors.lasting)
-    }
-
-    /// How an agent's classes err, as known at a time.
-    pub(crate) fn class_law(&self, agent: AgentSlot, now: Timestamp) -> ClassLaw {
-        let settled = Epoch::of(now - self.delta_max - SETTLED);
-        self.agents.get(agent.index()).map_or(ClassLaw::UNKNOWN, |known| known.as_of(settled).classes)
+    /// Of each agent, by its slot, as known at a time: the variance (m²) of the part of its errors of position that lasts, and
+    /// how its classes err.
+    pub(crate) fn known_at(&self, at: Timestamp) -> impl Iterator<Item = (f64, ClassLaw)> {
+        let settled = Epoch::of(at - self.delta_max - SETTLED);
+        self.agents.iter().map(move |known| {
+            known
+                .as_of(settled)
+                .map_or((0.0, ClassLaw::UNKNOWN), |learnt| (learnt.errors.lasting, learnt.classes))
+        })
     }
 
     /// What is learnt of an agent by now; `None` before its first frame.
@@ -300,9 +300,9 @@ impl Learner {
 
 impl AgentLearning {
     /// What had been learnt by the begin of an epoch.
-    fn as_of(&self, epoch: Epoch) -> LearntSensor {
+    fn as_of(&self, epoch: Epoch) -> Option<&LearntSensor> {
         let known = self.learnt.partition_point(|(by, _)| *by <= epoch);
-        known.checked_sub(1).map(|place| self.learnt[place].1).unwrap_or_default()
+        known.checked_sub(1).map(|place| &self.learnt[place].1)
     }
 
     fn report(&self) -> LearntSensorReport {

@@ -19,12 +19,16 @@ impl PublishedClasses {
     /// Of a track: what its agents believe, or the shares of the classes that were reported.
     pub(super) fn of<F: Filter>(track: &Track<F>, agents: &AgentNames, readings: &Readings<'_>) -> Self {
         let latest = track.latest();
-        match readings.class_law {
-            Some(law) => {
+        if !readings.combines_beliefs {
+            return Self { shares: latest.class_shares(), conflict: 0.0 };
+        }
+        let law = |agent| readings.class_law(agent);
+        match track.classes().undisputed(law) {
+            Some(class) => Self { shares: ClassShares::of_one(class), conflict: 0.0 },
+            None => {
                 let belief = track.classes().belief(agents, law);
                 Self { shares: belief.shares(latest.class()), conflict: belief.conflict() }
             }
-            None => Self { shares: latest.class_shares(), conflict: 0.0 },
         }
     }
 

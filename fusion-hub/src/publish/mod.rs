@@ -11,4 +11,4 @@ mod readings;
 pub(crate) use lagged::PastTracks;
 pub use list::ObjectList;
 pub(crate) use publisher::{PublishConfig, Publisher, TrackList};
-pub(crate) use readings::Readings;
+pub(crate) use readings::{AgentReading, Readings};

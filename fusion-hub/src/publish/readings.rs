@@ -10,10 +10,30 @@ use v2x_common::time::{Span, Timestamp};
 pub(crate) struct Readings<'a> {
     /// Whether a track is not published, because an older one is at its place.
     pub(crate) hidden: &'a dyn Fn(TrackId) -> bool,
-    /// Variance (m²) of the part of an agent's errors of position that lasts.
-    pub(crate) lasting: &'a dyn Fn(AgentSlot) -> f64,
-    /// How an agent's classes err; `None` where the shares of reported classes are published.
-    pub(crate) class_law: Option<&'a dyn Fn(AgentSlot) -> ClassLaw>,
+    /// What is known of each agent, by its slot; nothing of those beyond.
+    pub(crate) agents: &'a [AgentReading],
+    /// Whether what agents believe of classes is combined; else the shares of reported classes are published.
+    pub(crate) combines_beliefs: bool,
+}
+
+/// What is known of one agent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AgentReading {
+    /// Variance (m²) of the part of its errors of position that lasts.
+    pub(crate) lasting: f64,
+    /// How its classes err.
+    pub(crate) classes: ClassLaw,
+}
+
+impl Readings<'_> {
+    fn lasting(&self, agent: AgentSlot) -> f64 {
+        self.agents.get(agent.index()).map_or(0.0, |known| known.lasting)
+    }
+
+    /// How an agent's classes err.
+    pub(super) fn class_law(&self, agent: AgentSlot) -> ClassLaw {
+        self.agents.get(agent.index()).map_or(ClassLaw::UNKNOWN, |known| known.classes)
+    }
 }
 
 /// Agents whose errors that last are in an estimate: those that have detected the object within this time.
@@ -23,10 +43,13 @@ const ALIKE: f64 = 0.5;
 
 /// The variance (m²) of an estimate's error that lasts: of the mean of the agents' errors.
 pub(super) fn lasting_variance(contributors: &Contributors, readings: &Readings<'_>, now: Timestamp) -> f64 {
+    if readings.agents.iter().all(|known| known.lasting == 0.0) {
+        return 0.0;
+    }
     let recent = contributors.iter().filter(|newest| newest.captured_at() >= now - LASTING_FOR);
     let (mut count, mut variances, mut sigmas) = (0.0, 0.0, 0.0);
     for newest in recent {
-        let variance = (readings.lasting)(newest.agent());
+        let variance = readings.lasting(newest.agent());
         count += 1.0;
         variances += variance;
         sigmas += libm::sqrt(variance);

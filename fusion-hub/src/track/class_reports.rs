@@ -1,6 +1,6 @@
 //! The classes that agents have reported of a track.
 
-use crate::values::{AgentClasses, AgentNames, AgentSlot, ClassBelief, ClassLaw, ScoreEvidence};
+use crate::values::{AgentClasses, AgentNames, AgentSlot, ClassBelief, ClassLaw, ClassShares, ScoreEvidence};
 use v2x_common::class::Class;
 
 /// Weight of a report whose score is no evidence; that of a certain one is twice as much.
@@ -70,8 +70,17 @@ impl ClassReports {
         self.sums.clear();
     }
 
+    /// The class that all agents report, where one of them is hardly ever wrong about the group: then nothing else is worth
+    /// listing, and no belief needs to be combined.
+    pub fn undisputed(&self, law: impl Fn(AgentSlot) -> ClassLaw) -> Option<Class> {
+        let mut known = self.sums.iter().filter(|sum| sum.class != Class::Unknown);
+        let class = known.clone().next()?.class;
+        let is_sure = |sum: &Sum| law(sum.agent).other() < ClassShares::LEAST;
+        (known.clone().all(|sum| sum.class == class) && known.any(is_sure)).then_some(class)
+    }
+
     /// What the agents believe, with how the classes of each err.
-    pub fn belief(&self, agents: &AgentNames, law: &dyn Fn(AgentSlot) -> ClassLaw) -> ClassBelief {
+    pub fn belief(&self, agents: &AgentNames, law: impl Fn(AgentSlot) -> ClassLaw) -> ClassBelief {
         let mut sources = [AgentSlot::default(); MOST_AGENTS];
         let mut len = 0;
         let rank = |slot: &AgentSlot| agents.rank_of(*slot);
@@ -110,7 +119,7 @@ mod tests {
     }
 
     fn probabilities(reports: &ClassReports, agents: &AgentNames) -> Vec<(Class, f64)> {
-        reports.belief(agents, &|_| ClassLaw::UNKNOWN).shares(Class::Unknown).listed().to_vec()
+        reports.belief(agents, |_| ClassLaw::UNKNOWN).shares(Class::Unknown).listed().to_vec()
     }
 
     #[test]
@@ -126,6 +135,24 @@ mod tests {
         assert_ne!(probabilities(&forward, &names), before);
         forward.remove(b, Class::Bicycle, ScoreEvidence::NONE);
         assert_eq!(probabilities(&forward, &names), before);
+    }
+
+    #[test]
+    fn an_undisputed_class_has_the_shares_of_the_whole_belief() {
+        let (names, [c, a, b]) = three();
+        let mut reports = ClassReports::default();
+        let unknown = |_| ClassLaw::UNKNOWN;
+        assert_eq!(reports.undisputed(unknown), None);
+        [c, a].into_iter().for_each(|agent| reports.add(agent, Class::Truck, ScoreEvidence::NONE));
+        reports.add(b, Class::Unknown, ScoreEvidence::NONE);
+        assert_eq!(reports.undisputed(unknown), Some(Class::Truck));
+        let belief = reports.belief(&names, unknown);
+        assert_eq!(belief.shares(Class::Unknown), ClassShares::of_one(Class::Truck));
+        assert!(belief.conflict().abs() < 1e-12);
+        let poor = |_| ClassLaw { right: 0.8, within_group: 0.1 };
+        assert_eq!(reports.undisputed(poor), None, "what nobody is sure of has a share for unknown");
+        reports.add(b, Class::Car, ScoreEvidence::NONE);
+        assert_eq!(reports.undisputed(unknown), None);
     }
 
     #[test]

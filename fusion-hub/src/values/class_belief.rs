@@ -12,8 +12,6 @@ use v2x_common::class::{Class, ClassGroup};
 /// Classes in play for one object; further ones are not counted.
 const MOST_CLASSES: usize = 8;
 const N_GROUPS: usize = 5;
-/// Classes with a smaller share are not listed.
-const LEAST_LISTED: f64 = 0.01;
 /// The class so far stays the leading one where another one leads by less.
 const HYSTERESIS: f64 = 0.02;
 
@@ -171,9 +169,19 @@ impl Default for ClassShares {
 }
 
 impl ClassShares {
+    /// Classes with a smaller share are not listed.
+    pub const LEAST: f64 = 0.01;
+
+    /// One class for certain.
+    pub fn of_one(class: Class) -> Self {
+        let mut shares = Self::default();
+        shares.push(class, 1.0);
+        shares
+    }
+
     /// Adds a class, unless its share is not worth listing.
     pub fn push(&mut self, class: Class, share: f64) {
-        if share >= LEAST_LISTED
+        if share >= Self::LEAST
             && let Some(place) = self.shares.get_mut(self.len)
         {
             *place = (class, share);
@@ -207,7 +215,7 @@ impl ClassShares {
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("classes.law", format!("{:?}", ClassLaw::UNKNOWN)),
-        ("classes.belief", format!("listed from {LEAST_LISTED}, leading by {HYSTERESIS}")),
+        ("classes.belief", format!("listed from {}, leading by {HYSTERESIS}", ClassShares::LEAST)),
     ]
 }
 
