@@ -89,7 +89,7 @@ fn stays_sound<F: Filter>(classes: &[Class], origin: f64) {
         assert!(state.rough_position().1 > 0.0, "step {step}");
         state.update(&measurement(rng, class, origin));
         if step % 101 == 0 {
-            assert_sound(&state.estimate(class, &SizePriors::default()), step);
+            assert_sound(&state.estimate(class, &SizePriors::default().of_track(None)), step);
         }
     }
 }

@@ -87,7 +87,7 @@ impl Sums {
 fn both<F: Filter>(seed: u64, drive: impl Fn(&mut ChaCha8Rng) -> Vec<Truth>) -> [Sums; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut filtered, mut smoothed) = (Sums::default(), Sums::default());
-    let estimate = |state: &F| state.estimate(Class::Car, &SizePriors::default());
+    let estimate = |state: &F| state.estimate(Class::Car, &SizePriors::default().of_track(None));
     for _ in 0..RUNS {
         let truth = drive(&mut rng);
         let mut at = Timestamp::EPOCH;

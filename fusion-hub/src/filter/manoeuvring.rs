@@ -2,7 +2,7 @@
 
 use super::imm::{Imm, Inflation};
 use super::size_evidence::{LogNormal, SizeEvidence};
-use super::size_priors::SizePriors;
+use super::size_priors::TrackSizePriors;
 use super::state::GREATEST_WEIGHT;
 use super::{Course, Estimate, Filter, Heading, Motion, intersection_weight};
 use crate::values::PredictedMeasurement;
@@ -135,7 +135,7 @@ impl Filter for ImmState {
         Some(&self.sizes)
     }
 
-    fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate {
+    fn estimate(&self, class: Class, priors: &TrackSizePriors<'_>) -> Estimate {
         let moments = self.motion.moments();
         let [width, depth] = priors.sizes(class, &self.sizes).map(|size| {
             let floor = size.variance_ln + SIZE_FLOOR_LN * SIZE_FLOOR_LN;
@@ -155,6 +155,7 @@ impl Filter for ImmState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::size_priors::SizePriors;
     use v2x_common::covariance::Covariance2;
     use v2x_common::time::Span;
 
@@ -216,7 +217,7 @@ mod tests {
         let mut state = ImmState::initial(Timestamp::EPOCH, &z);
         (0..100_000)
             .for_each(|_| state.sizes.iter_mut().zip(z.size).for_each(|(size, z)| size.update(z, 0.01, 0.0)));
-        let Estimate { width, depth, .. } = state.estimate(Class::Car, &SizePriors::FLAT);
+        let Estimate { width, depth, .. } = state.estimate(Class::Car, &SizePriors::FLAT.of_track(None));
         for (size, reported) in [width, depth].into_iter().zip(z.size) {
             assert!((size.mean / reported - 1.0).abs() < 0.02, "{size:?}");
             let sigma_ln = libm::sqrt(size.variance) / size.mean;

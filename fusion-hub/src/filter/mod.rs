@@ -26,7 +26,7 @@ pub use state::State;
 
 use crate::values::{Measurement, PositionInnovation, PredictedMeasurement};
 use size_evidence::SizeEvidence;
-use size_priors::SizePriors;
+use size_priors::TrackSizePriors;
 use std::fmt::Debug;
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
@@ -92,7 +92,7 @@ pub trait Filter: Copy + Debug + PartialEq {
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]>;
 
     /// The published estimate of an object of this class.
-    fn estimate(&self, class: Class, priors: &SizePriors) -> Estimate;
+    fn estimate(&self, class: Class, priors: &TrackSizePriors<'_>) -> Estimate;
 }
 
 /// The direction of a motion.

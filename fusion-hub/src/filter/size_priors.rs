@@ -92,6 +92,28 @@ pub struct SizePriors {
     is_flat: bool,
 }
 
+/// What one track has added to the priors of its class.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contribution {
+    class: Class,
+    of_dimension: [Information; 2],
+}
+
+/// The priors for one track: with what it has added itself, where that is known already.
+#[derive(Clone, Copy, Debug)]
+pub struct TrackSizePriors<'a> {
+    all: &'a SizePriors,
+    own: Option<Contribution>,
+}
+
+impl TrackSizePriors<'_> {
+    /// Width and depth of the track, if it is of this class, from its own reports and those of the others.
+    pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
+        let own = self.own.filter(|own| own.class == class).map(|own| own.of_dimension);
+        self.all.sizes_given(class, evidence, own)
+    }
+}
+
 fn typical(class: Class) -> [f64; 2] {
     let (width, depth) = class.typical_size();
     [libm::log(width), libm::log(depth)]
@@ -121,15 +143,21 @@ impl SizePriors {
     pub const FLAT: Self =
         Self { classes: [[Information { weight: 0, sum: 0 }; 2]; Class::ALL.len()], is_flat: true };
 
-    /// Adds one track's evidence about its class.
-    pub fn note(&mut self, class: Class, evidence: &[SizeEvidence; 2]) {
+    /// Adds one track's evidence about its class: what it has added, where anything.
+    pub fn note(&mut self, class: Class, evidence: &[SizeEvidence; 2]) -> Option<Contribution> {
         if self.is_flat {
-            return;
+            return None;
         }
-        let own = contribution(class, evidence);
-        for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(own) {
+        let of_dimension = contribution(class, evidence);
+        for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(of_dimension) {
             sum.add(own);
         }
+        Some(Contribution { class, of_dimension })
+    }
+
+    /// For a track that has added this.
+    pub const fn of_track(&self, own: Option<Contribution>) -> TrackSizePriors<'_> {
+        TrackSizePriors { all: self, own }
     }
 
     /// Lets older objects of a class count less once there are many.
@@ -151,10 +179,19 @@ impl SizePriors {
     ///
     /// Each dimension's prior is conditioned on the estimate of the other one.
     pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
+        self.sizes_given(class, evidence, None)
+    }
+
+    fn sizes_given(
+        &self,
+        class: Class,
+        evidence: &[SizeEvidence; 2],
+        own: Option<[Information; 2]>,
+    ) -> [LogNormal; 2] {
         if self.is_flat {
             return [evidence[0].estimate(None), evidence[1].estimate(None)];
         }
-        let priors = self.without(class, &contribution(class, evidence));
+        let priors = self.without(class, &own.unwrap_or_else(|| contribution(class, evidence)));
         let first = [under(&evidence[0], &priors[0]), under(&evidence[1], &priors[1])];
         let rho = Spread::of(class).rho;
         if rho == 0.0 {

@@ -1,7 +1,7 @@
 //! One object's whole state under constant velocity.
 
 use super::size_evidence::SizeEvidence;
-use super::size_priors::SizePriors;
+use super::size_priors::TrackSizePriors;
 use super::{
     Course, Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Size, intersection_weight, smoothing,
 };
@@ -186,7 +186,7 @@ impl Filter for State {
     }
 
     #[inline]
-    fn estimate(&self, _: Class, _: &SizePriors) -> Estimate {
+    fn estimate(&self, _: Class, _: &TrackSizePriors<'_>) -> Estimate {
         Estimate {
             position: self.kinematic.position,
             velocity: self.kinematic.velocity,

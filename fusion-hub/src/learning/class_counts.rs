@@ -1,6 +1,6 @@
 //! How an agent's classes err, from what the other agents report of the same objects.
 
-use crate::values::{AgentSlot, ClassLaw};
+use crate::values::ClassLaw;
 use v2x_common::class::Class;
 
 /// What is assumed in advance has the weight of so many comparisons.
@@ -24,13 +24,12 @@ pub(super) struct ClassCounts {
     other: f64,
 }
 
-/// What each agent reported last of one object, and how often that was compared.
+/// What each agent reported last of one object, by its place among the object's agents, and how often that was compared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LastClasses(Vec<LastClass>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastClass {
-    agent: AgentSlot,
     class: Class,
     comparisons: u32,
 }
@@ -39,41 +38,43 @@ impl LastClasses {
     /// Notes a report, and compares it with the last ones of the other agents. The class of most agents is taken for the right
     /// one; of as many for as against, either may be. An agent errs about one object alike for long: later
     /// comparisons weigh less.
-    pub(super) fn compare(&mut self, agent: AgentSlot, class: Class) -> Option<Comparison> {
+    pub(super) fn compare(&mut self, place: usize, class: Class) -> Option<Comparison> {
+        if self.0.len() <= place {
+            self.0.resize(place + 1, LastClass { class: Class::Unknown, comparisons: 0 });
+        }
         if class == Class::Unknown {
             return None;
         }
-        let others = || self.0.iter().filter(|other| other.agent != agent).take(MOST_OTHERS);
-        let votes = |class: Class| others().filter(|other| other.class == class).count();
-        let rival = others().map(|other| other.class).filter(|reported| *reported != class);
-        let rival = rival.max_by_key(|reported| (votes(*reported), *reported));
-        let has_others = others().next().is_some();
-        let comparison = match rival {
-            Some(rival) => {
-                let wrong_halves = match (1 + votes(class)).cmp(&votes(rival)) {
-                    std::cmp::Ordering::Less => 2,
-                    std::cmp::Ordering::Equal => 1,
-                    std::cmp::Ordering::Greater => 0,
-                };
-                Some((wrong_halves, rival.group() == class.group()))
-            }
-            None => has_others.then_some((0, true)),
-        };
-        let place = self.0.iter().position(|known| known.agent == agent).unwrap_or(self.0.len());
-        if place == self.0.len() {
-            self.0.push(LastClass { agent, class, comparisons: 0 });
+        self.0[place].class = class;
+        let half_weight = HALF_UNIT / self.0[place].comparisons.saturating_add(1 + LATER);
+        if half_weight == 0 {
+            return None;
         }
-        let own = &mut self.0[place];
-        own.class = class;
-        let (wrong_halves, is_within_group) = comparison?;
-        own.comparisons = own.comparisons.saturating_add(1);
-        let half_weight = HALF_UNIT / own.comparisons.saturating_add(LATER);
-        (half_weight > 0).then_some(Comparison {
-            weight: 2 * half_weight,
-            wrong: wrong_halves * half_weight,
-            is_within_group,
-        })
+        let of_others = || {
+            let others = self.0.iter().enumerate().filter(|(other, _)| *other != place).take(MOST_OTHERS);
+            others.map(|(_, other)| other.class).filter(|reported| *reported != Class::Unknown)
+        };
+        of_others().next()?;
+        let is_undisputed = of_others().all(|reported| reported == class);
+        let (wrong_halves, is_within_group) =
+            if is_undisputed { (0, true) } else { disputed(class, of_others) };
+        self.0[place].comparisons += 1;
+        Some(Comparison { weight: 2 * half_weight, wrong: wrong_halves * half_weight, is_within_group })
     }
+}
+
+/// By how many halves a class is probably wrong that others dispute, and whether they agree about its group.
+#[cold]
+fn disputed<I: Iterator<Item = Class>>(class: Class, of_others: impl Fn() -> I) -> (u32, bool) {
+    let votes = |class: Class| of_others().filter(|reported| *reported == class).count();
+    let rivals = of_others().filter(|reported| *reported != class);
+    let Some(rival) = rivals.max_by_key(|reported| (votes(*reported), *reported)) else { return (0, true) };
+    let wrong_halves = match (1 + votes(class)).cmp(&votes(rival)) {
+        std::cmp::Ordering::Less => 2,
+        std::cmp::Ordering::Equal => 1,
+        std::cmp::Ordering::Greater => 0,
+    };
+    (wrong_halves, rival.group() == class.group())
 }
 
 /// A comparison of an agent's class with those of others.
@@ -126,23 +127,14 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::values::AgentNames;
-    use v2x_common::id::AgentId;
-
-    fn three() -> [AgentSlot; 3] {
-        let mut names = AgentNames::default();
-        ["a", "b", "c"].map(|name| names.slot_for(AgentId::new(name).unwrap()))
-    }
-
     /// What is learnt of agents that report these classes of each of so many objects, time and again.
     fn learnt_of(objects: usize, classes: &[Class]) -> Vec<ClassLaw> {
-        let agents = three();
         let mut counts = [ClassCounts::default(); 3];
         let mut last = vec![LastClasses::default(); objects];
         for report in 0..100 * objects {
             let last = &mut last[report % objects];
-            for ((agent, class), counts) in agents.iter().zip(classes).zip(&mut counts) {
-                if let Some(comparison) = last.compare(*agent, *class) {
+            for (place, (class, counts)) in classes.iter().zip(&mut counts).enumerate() {
+                if let Some(comparison) = last.compare(place, *class) {
                     counts.add(&comparison);
                 }
             }

@@ -25,14 +25,9 @@ impl Epoch {
         Self(self.0 + 1)
     }
 
-    /// The same, of one in eight.
-    pub(super) const fn is_long_turn(self, of: Self) -> bool {
-        self.0.wrapping_sub(of.0).rem_euclid(8) == 0
-    }
-
-    /// Whether it is the turn of what began in an epoch: one in four.
-    pub(super) const fn is_turn(self, of: Self) -> bool {
-        self.0.wrapping_sub(of.0).rem_euclid(4) == 0
+    /// Whether it is the turn of what began in an epoch: one in so many.
+    pub(super) const fn is_turn(self, of: Self, one_in: i64) -> bool {
+        self.0.wrapping_sub(of.0).rem_euclid(one_in) == 0
     }
 }
 

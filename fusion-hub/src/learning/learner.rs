@@ -12,7 +12,7 @@ use super::track_memory::{TrackMemory, WaitingMiss};
 use crate::filter::Filter;
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
 use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS, range_bin};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::Pose;
 use v2x_common::id::{AgentId, TrackId};
@@ -25,6 +25,11 @@ const MEMORY_S: f64 = 120.0;
 const SETTLED: Span = Span::from_millis(500);
 /// A track with so many detections is of something real for learning, whatever others miss.
 const PERSISTENT_REPORTS: u32 = 10;
+/// Epochs after which it is decided again whether a track is of something real, and where it was; and after which its
+/// innovations are looked at, where those of its agents are known well. Each takes a replay.
+const DECIDED_EVERY: i64 = 4;
+const REAL_CHECKED_EVERY: i64 = 16;
+const INNOVATIONS_EVERY: i64 = 32;
 /// An object counts as missed where it is inside of the view by this much, m.
 const VIEW_MARGIN_M: f64 = 2.0;
 
@@ -34,7 +39,8 @@ pub(crate) struct Learner {
     delta_max: Span,
     /// By slot.
     agents: Vec<AgentLearning>,
-    tracks: BTreeMap<TrackId, TrackMemory>,
+    /// By id.
+    tracks: Vec<(TrackId, TrackMemory)>,
     /// The first epoch that is not learnt yet.
     next: Option<Epoch>,
 }
@@ -68,7 +74,7 @@ pub(crate) struct FrameSource {
 
 impl Learner {
     pub(crate) const fn new(delta_max: Span) -> Self {
-        Self { delta_max, agents: Vec::new(), tracks: BTreeMap::new(), next: None }
+        Self { delta_max, agents: Vec::new(), tracks: Vec::new(), next: None }
     }
 
     /// How a frame is read.
@@ -161,7 +167,7 @@ impl Learner {
         for agent in &mut self.agents {
             agent.settle(epoch.next(), self.delta_max);
         }
-        self.tracks.retain(|id, _| tracks.binary_search_by_key(id, |track| track.id).is_ok());
+        self.tracks.retain(|(id, _)| tracks.binary_search_by_key(id, |track| track.id).is_ok());
     }
 
     fn fade(&mut self, epoch: Epoch) {
@@ -183,16 +189,23 @@ impl Learner {
         if items.peek().is_none() {
             return;
         }
-        let mut memory = self.tracks.remove(&track.id).unwrap_or_default();
-        if epoch.is_turn(Epoch::of(track.initiated_at())) || memory.is_new() {
+        let place = self.tracks.binary_search_by_key(&track.id, |(id, _)| *id);
+        let place = place.unwrap_or_else(|place| {
+            self.tracks.insert(place, (track.id, TrackMemory::default()));
+            place
+        });
+        let mut memory = std::mem::take(&mut self.tracks[place].1);
+        let begun = Epoch::of(track.initiated_at());
+        let decided_every = if memory.is_real { REAL_CHECKED_EVERY } else { DECIDED_EVERY };
+        if epoch.is_turn(begun, decided_every) || memory.is_new() {
             // Its existence is no measure of those whose misses reduce it: what is reported persistently counts, too.
             memory.is_real = track.before(begin, context).is_some_and(|estimate| {
                 let is_persistent = estimate.n_reports >= PERSISTENT_REPORTS;
                 estimate.is_rather_real() || (is_persistent && estimate.support.is_for_a_real_object())
             });
         }
-        let is_due = epoch.is_long_turn(Epoch::of(track.initiated_at()))
-            || self.needs_innovations(track, [begin, end], context);
+        let is_due =
+            epoch.is_turn(begun, INNOVATIONS_EVERY) || self.needs_innovations(track, [begin, end], context);
         if memory.counts() && is_due {
             track.visit_detections([begin, end], context, |before, item| {
                 self.observe_innovation(&mut memory, before, item, context);
@@ -201,7 +214,7 @@ impl Learner {
         for item in items {
             self.observe(&mut memory, item, context);
         }
-        self.tracks.insert(track.id, memory);
+        self.tracks[place].1 = memory;
     }
 
     fn observe(&mut self, memory: &mut TrackMemory, item: &Evidence, context: &TrackContext<'_>) {
@@ -212,15 +225,16 @@ impl Learner {
         };
         let position = held.position();
         memory.position = Some(position);
+        let place = memory.place_of(frame.agent);
         if !held.class().is_immobile() {
             self.compare_heading(
                 memory,
-                frame.agent,
+                (frame.agent, place),
                 Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
             );
         }
-        let compared = memory.classes.compare(frame.agent, held.class());
-        let before = memory.note(frame.agent, true);
+        let compared = memory.classes.compare(place, held.class());
+        let before = memory.note(place, true);
         if !memory.counts() {
             memory.waiting.clear();
             return;
@@ -272,14 +286,20 @@ impl Learner {
         let mean = |covariance: &Covariance2| (covariance.xx + covariance.yy) / 2.0;
         let declared = mean(&z.r) / frame.model.errors.scale;
         let own = Innovation { at, difference, predicted: mean(&predicted.position_covariance), declared };
-        let earlier = memory.replace_innovation(frame.agent, own);
+        let place = memory.place_of(frame.agent);
+        let earlier = memory.replace_innovation(place, own);
         if let Some(known) = self.agents.get_mut(frame.agent.index()) {
             known.innovations.add(&own, earlier.as_ref());
         }
     }
 
-    fn compare_heading(&mut self, memory: &mut TrackMemory, agent: AgentSlot, report: Report) {
-        if let Some(difference) = memory.compare_heading(agent, report)
+    fn compare_heading(
+        &mut self,
+        memory: &mut TrackMemory,
+        (agent, place): (AgentSlot, usize),
+        report: Report,
+    ) {
+        if let Some(difference) = memory.compare_heading(place, report)
             && memory.counts()
             && let Some(known) = self.agents.get_mut(agent.index())
         {
@@ -291,7 +311,8 @@ impl Learner {
     fn observe_missed(&self, memory: &mut TrackMemory, frame: &StoredFrame) {
         let (Some(coverage), Some(position)) = (&frame.coverage, memory.position) else { return };
         if coverage.covers(position, VIEW_MARGIN_M) {
-            let before = memory.note(frame.agent, false);
+            let place = memory.place_of(frame.agent);
+            let before = memory.note(place, false);
             let range_bin = range_bin(coverage.range_to(position));
             memory.wait(WaitingMiss { agent: frame.agent, range_bin, before });
         }
@@ -361,5 +382,6 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
         ("learning.memory_s", MEMORY_S.to_string()),
         ("learning.persistent_reports", PERSISTENT_REPORTS.to_string()),
+        ("learning.turns", format!("{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}")),
     ]
 }

@@ -27,15 +27,23 @@ pub(super) struct TrackMemory {
     pub(super) is_real: bool,
     /// Position of its last detection, m.
     pub(super) position: Option<[f64; 2]>,
-    /// What each agent's last frame held.
-    last: Vec<(AgentSlot, bool)>,
-    /// A report of each agent that a later one is to be compared with.
-    reports: Vec<(AgentSlot, Report)>,
+    /// The agents, and what is remembered of each by its place among them.
+    agents: Vec<AgentSlot>,
+    by_agent: Vec<AgentMemory>,
     /// The class that each agent reported last.
     pub(super) classes: LastClasses,
     pub(super) waiting: Vec<WaitingMiss>,
-    /// The last innovation of each agent.
-    innovations: Vec<(AgentSlot, Innovation)>,
+}
+
+/// What is remembered of one track and one agent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct AgentMemory {
+    /// What its last frame held.
+    last: Option<bool>,
+    /// A report that a later one is to be compared with.
+    report: Option<Report>,
+    /// Its last innovation.
+    innovation: Option<Innovation>,
 }
 
 impl TrackMemory {
@@ -49,38 +57,36 @@ impl TrackMemory {
         self.is_real && self.n_detections >= LEAST_DETECTIONS
     }
 
-    /// Notes a frame of an agent; what its frame before held.
-    pub(super) fn note(&mut self, agent: AgentSlot, is_detected: bool) -> Option<bool> {
+    /// The agent's place.
+    pub(super) fn place_of(&mut self, agent: AgentSlot) -> usize {
+        self.agents.iter().position(|known| *known == agent).unwrap_or_else(|| {
+            self.agents.push(agent);
+            self.by_agent.push(AgentMemory::default());
+            self.agents.len() - 1
+        })
+    }
+
+    /// Notes a frame of the agent at a place; what its frame before held.
+    pub(super) fn note(&mut self, place: usize, is_detected: bool) -> Option<bool> {
         self.n_detections += u32::from(is_detected);
-        match self.last.iter_mut().find(|(known, _)| *known == agent) {
-            Some((_, last)) => Some(std::mem::replace(last, is_detected)),
-            None => {
-                self.last.push((agent, is_detected));
-                None
-            }
-        }
+        self.by_agent[place].last.replace(is_detected)
     }
 
     /// Compares a report's heading with the way since an earlier report of the agent, where there is one; else it waits.
-    pub(super) fn compare_heading(&mut self, agent: AgentSlot, report: Report) -> Option<f64> {
-        let Some((_, earlier)) = self.reports.iter_mut().find(|(known, _)| *known == agent) else {
-            self.reports.push((agent, report));
+    pub(super) fn compare_heading(&mut self, place: usize, report: Report) -> Option<f64> {
+        let known = &mut self.by_agent[place].report;
+        let Some(earlier) = *known else {
+            *known = Some(report);
             return None;
         };
-        let is_comparable = is_due(earlier, report.at)?;
-        let earlier = std::mem::replace(earlier, report);
+        let is_comparable = is_due(&earlier, report.at)?;
+        *known = Some(report);
         if is_comparable { compare(&earlier, &report) } else { None }
     }
 
     /// Takes the place of the agent's last innovation, which is returned.
-    pub(super) fn replace_innovation(&mut self, agent: AgentSlot, own: Innovation) -> Option<Innovation> {
-        match self.innovations.iter_mut().find(|(known, _)| *known == agent) {
-            Some((_, last)) => Some(std::mem::replace(last, own)),
-            None => {
-                self.innovations.push((agent, own));
-                None
-            }
-        }
+    pub(super) fn replace_innovation(&mut self, place: usize, own: Innovation) -> Option<Innovation> {
+        self.by_agent[place].innovation.replace(own)
     }
 
     /// Lets a miss wait.

@@ -1,7 +1,7 @@
 //! What is published of an object's class, and the sizes that follow from it.
 
 use super::readings::Readings;
-use crate::filter::size_priors::SizePriors;
+use crate::filter::size_priors::TrackSizePriors;
 use crate::filter::{Estimate, Filter, Size};
 use crate::track::Track;
 use crate::values::{AgentNames, ClassShares};
@@ -33,7 +33,7 @@ impl PublishedClasses {
     }
 
     /// The estimate of a state: its sizes are a mixture over the classes that the object may be of.
-    pub(super) fn estimate<F: Filter>(&self, state: &F, priors: &SizePriors) -> Estimate {
+    pub(super) fn estimate<F: Filter>(&self, state: &F, priors: &TrackSizePriors<'_>) -> Estimate {
         let mut estimate = state.estimate(self.shares.leading(), priors);
         let others = self.shares.listed().iter().skip(1);
         let (mut of_others, mut total) = ([Moments::default(); 2], self.share_of_leading());

@@ -27,14 +27,16 @@ impl Publisher {
     ///
     /// An object is published if it had been detected by then and, by all that is known by now, existed then.
     pub(crate) fn write_as_of<F: Filter>(
-        &self,
+        &mut self,
         objects: &mut ObjectList<'_>,
         past: &PastTracks<'_, F>,
         smoother: &mut FixedLagSmoother<F>,
     ) {
         let PastTracks { tracks, at, context, readings } = *past;
         let leading = || tracks.iter().copied().filter(|track| track.holders.leads());
-        let priors = self.size_priors(leading());
+        let mut contributions = std::mem::take(&mut self.contributions);
+        let priors = self.size_priors(leading(), &mut contributions);
+        self.contributions = contributions;
         for track in leading().filter(|track| !(readings.hidden)(track.id)) {
             let Some(smoothed) = smoother.smooth(track, at, context) else { continue };
             let SmoothedTrack { state, existence, is_supported, interval_s, last_measured_at } = smoothed;
@@ -43,7 +45,7 @@ impl Publisher {
                 continue;
             }
             let classes = PublishedClasses::of(track, context.agents, readings);
-            let mut estimate = classes.estimate(&state, &priors);
+            let mut estimate = classes.estimate(&state, &priors.of_track(None));
             estimate.add_position_variance(lasting_variance(smoother.contributors(), readings, at));
             let published = PublishedEstimate { estimate, existence, at, last_measured_at, classes };
             objects.push_with(|object| {

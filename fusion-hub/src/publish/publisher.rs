@@ -6,7 +6,7 @@ use super::mixture::{HypothesisMixtures, mixture_moments};
 use super::object::{PublishedEstimate, fill, fill_contributors};
 use super::readings::{Readings, lasting_variance};
 use crate::filter::Filter;
-use crate::filter::size_priors::SizePriors;
+use crate::filter::size_priors::{Contribution, SizePriors, TrackSizePriors};
 use crate::track::Track;
 use crate::values::{AgentNames, Coast};
 use v2x_common::time::{Span, Timestamp};
@@ -46,25 +46,30 @@ pub(crate) struct Publisher {
     pub(super) config: PublishConfig,
     /// Sizes of deleted tracks.
     pub(super) past_sizes: SizePriors,
+    /// What each track adds to the priors; the memory is used again.
+    pub(super) contributions: Vec<Option<Contribution>>,
 }
 
 impl Publisher {
     pub(crate) fn new(config: PublishConfig) -> Self {
         let past_sizes = if config.class_size_priors { SizePriors::default() } else { SizePriors::FLAT };
-        Self { config, past_sizes }
+        Self { config, past_sizes, contributions: Vec::new() }
     }
 
     /// Writes the objects as of `now`.
     pub(crate) fn write<F: Filter>(
-        &self,
+        &mut self,
         objects: &mut ObjectList<'_>,
         list: &TrackList<'_, F>,
         now: Timestamp,
     ) {
         let leading = || list.tracks.iter().filter(|track| track.holders.leads());
-        let priors = self.size_priors(leading());
+        let mut contributions = std::mem::take(&mut self.contributions);
+        let priors = self.size_priors(leading(), &mut contributions);
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
-        for track in leading().filter(|track| !(list.readings.hidden)(track.id)) {
+        let with_contributions = leading().zip(&contributions);
+        for (track, own) in with_contributions.filter(|(track, _)| !(list.readings.hidden)(track.id)) {
+            let priors = priors.of_track(*own);
             let Some(mut published) = self.published(track, &mixtures, (list, &priors), now) else {
                 continue;
             };
@@ -78,6 +83,7 @@ impl Publisher {
                 is_filled
             });
         }
+        self.contributions = contributions;
     }
 
     /// The estimate of a track as of `now`; `None` where the track is not published.
@@ -85,7 +91,7 @@ impl Publisher {
         &self,
         track: &Track<F>,
         mixtures: &HypothesisMixtures<'_, F>,
-        (list, priors): (&TrackList<'_, F>, &SizePriors),
+        (list, priors): (&TrackList<'_, F>, &TrackSizePriors<'_>),
         now: Timestamp,
     ) -> Option<PublishedEstimate> {
         let last_measured_at = track.last_measured_at();
@@ -111,21 +117,21 @@ impl Publisher {
         Some(PublishedEstimate { estimate, existence, at: now, last_measured_at, classes })
     }
 
-    /// The priors of sizes by class: of deleted tracks, and of these.
+    /// The priors of sizes by class: of deleted tracks, and of these. What each of these adds is listed.
     pub(super) fn size_priors<'a, F: Filter + 'a>(
         &self,
         tracks: impl Iterator<Item = &'a Track<F>>,
+        contributions: &mut Vec<Option<Contribution>>,
     ) -> SizePriors {
         let mut priors = self.past_sizes.clone();
-        for track in tracks {
+        contributions.clear();
+        contributions.extend(tracks.map(|track| {
             let latest = track.latest();
             // All that is published counts; clutter does not.
-            if let Some(evidence) = latest.state.size_evidence()
-                && latest.existence.probability() >= self.config.existence
-            {
-                priors.note(latest.class(), evidence);
-            }
-        }
+            let counts = latest.existence.probability() >= self.config.existence;
+            let evidence = latest.state.size_evidence().filter(|_| counts)?;
+            priors.note(latest.class(), evidence)
+        }));
         priors
     }
 

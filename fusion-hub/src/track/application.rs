@@ -45,7 +45,8 @@ pub(super) fn apply<F: Filter>(
             None => known.predict(at, context.synchronous),
         }
         let z = context.frames.expanded(item, held);
-        let range_m = || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_to(z.position));
+        let range_m =
+            || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_for_profile(z.position));
         known.add_detection(&frame, &z, || ReportEvidence {
             over_clutter: held.detection_over_clutter(),
             score: held.score(),

@@ -106,7 +106,9 @@ impl FrameStore {
         let measurements = &mut self.measurements[slot.index()];
         measurements.clear();
         for (index, detection) in (0..).zip(&frame.detections) {
-            let z = model.errors.scaled(model.headings.corrected(sensor.measurement(detection)));
+            let mut z = sensor.measurement(detection);
+            model.headings.correct(&mut z);
+            model.errors.scale(&mut z);
             let evidence = model.evidence(detection, frame.sensor_pose.as_ref());
             measurements.push(CompactMeasurement::new(&z, &evidence, &mut self.laws));
             stored.velocities.extend(z.velocity.map(|velocity| (index, velocity)));

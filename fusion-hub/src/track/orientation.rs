@@ -12,7 +12,7 @@ use v2x_common::class::{Class, ClassGroup};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::HeadingKind;
 use v2x_common::geometry::{angle_difference, wrap_angle};
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
 /// Probability that a report has width and depth exchanged.
 const SWAPPED: f64 = 0.0025;
@@ -29,6 +29,9 @@ const LEAST_SPEED_MPS: f64 = 1.0;
 const LEAST_SPEED_SIGMAS: f64 = 4.0;
 /// Standard deviation of the angle between a body and its course, rad.
 const SLIP: f64 = 0.1;
+
+/// The course is held against the heading no more often than this.
+const WEIGHED_EVERY: Span = Span::from_millis(40);
 
 /// ln π: the axes are uniform over half a turn.
 const LN_PI: f64 = 1.144_729_885_849_400_2;
@@ -69,6 +72,8 @@ pub struct Orientation {
     /// Position and velocity by positions alone.
     path: Kinematic,
     at: Timestamp,
+    /// When the course was last held against the heading.
+    weighed_at: Timestamp,
     /// ln odds that the front is where the filter has it, by reports and by motion.
     by_reports: f32,
     by_motion: f32,
@@ -134,6 +139,7 @@ impl Orientation {
         Self {
             path: Kinematic::initial(z.position, z.r, sigma, z.velocity.as_ref()),
             at,
+            weighed_at: at,
             by_reports: if is_known { single(3.0 * REPORT_WEIGHT * front_odds_ln) } else { 0.0 },
             by_motion: 0.0,
             conflict: if is_known { 0.0 } else { 2.0 * IN_CONFLICT },
@@ -160,10 +166,16 @@ impl Orientation {
         if !held.class.has_front() {
             return Read { z: *z, first: Action::Nothing, by_positions };
         }
-        let course = self.course();
+        let since = at - self.weighed_at;
+        let is_due = since.abs() >= WEIGHED_EVERY;
+        if is_due {
+            self.weighed_at = at;
+        }
+        let since_s = since.as_secs_f64();
         if z.heading == HeadingKind::Unknown {
-            if let Some(course) = &course {
-                self.weigh_motion(held.state.heading().0, course, dt_s);
+            let course = self.course();
+            if let Some(course) = course.as_ref().filter(|_| is_due) {
+                self.weigh_motion(held.state.heading().0, course, since_s);
             }
             let z = self.without_heading(z, course.as_ref());
             return Read { z, first: Action::Nothing, by_positions };
@@ -171,8 +183,9 @@ impl Orientation {
         let odds_ln = if z.heading == HeadingKind::Axis { 0.0 } else { front_odds_ln };
         let chosen = choose(z, held, odds_ln);
         let was_unreliable = self.unreliable > 0.0;
-        if let Some(course) = &course {
-            self.weigh_reliability(chosen.yaw, z.yaw_variance, course, dt_s);
+        let course = if is_due || was_unreliable { self.course() } else { None };
+        if let Some(course) = course.as_ref().filter(|_| is_due) {
+            self.weigh_reliability(chosen.yaw, z.yaw_variance, course, since_s);
         }
         if self.unreliable > 0.0 {
             let first = match course {
@@ -182,8 +195,8 @@ impl Orientation {
             return Read { z: self.without_heading(z, course.as_ref()), first, by_positions };
         }
         self.weigh_front(&chosen, odds_ln);
-        if let Some(course) = &course {
-            self.weigh_motion(held.state.heading().0, course, dt_s);
+        if let Some(course) = course.as_ref().filter(|_| is_due) {
+            self.weigh_motion(held.state.heading().0, course, since_s);
         }
         let mut read = Read { z: taken(z, &chosen), first: Action::Nothing, by_positions };
         if f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
@@ -201,19 +214,19 @@ impl Orientation {
         &mut self,
         read: &Read,
         by_filter: &PositionInnovation,
-        heading: (f64, f64),
+        heading: impl FnOnce() -> (f64, f64),
     ) -> Option<Path> {
-        let ln = |innovation: &PositionInnovation| {
-            -(innovation.mahalanobis2 + libm::log(innovation.determinant)) / 2.0
-        };
+        let by_positions = &read.by_positions;
+        let ln_ratio = libm::logf(single(by_filter.determinant / by_positions.determinant));
         let [least, most] = MOST_DOUBT_BY_ONE;
-        let evidence = (ln(&read.by_positions) - ln(by_filter)).clamp(least, most);
+        let evidence = (by_filter.mahalanobis2 - by_positions.mahalanobis2 + f64::from(ln_ratio)) / 2.0;
+        let evidence = evidence.clamp(least, most);
         self.doubt = (self.doubt + single(evidence)).max(0.0);
         if self.doubt < IN_DOUBT || self.unreliable > 0.0 {
             return None;
         }
         let course = self.course()?;
-        let (yaw, variance) = heading;
+        let (yaw, variance) = heading();
         let off = axis_difference(yaw, course.yaw);
         let expected = variance + course.yaw_variance + SLIP * SLIP;
         if off * off <= OFF_COURSE * expected {
@@ -382,7 +395,13 @@ pub(super) fn first_read(z: &Measurement) -> Measurement {
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("orientation.swapped", format!("{SWAPPED}, as reported within {NEAR}, size at most {SIZE_CAP}")),
-        ("orientation.course", format!("{LEAST_SPEED_MPS} m/s, {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}")),
+        (
+            "orientation.course",
+            format!(
+                "{LEAST_SPEED_MPS} m/s, {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}, every {} s",
+                WEIGHED_EVERY.as_secs_f64()
+            ),
+        ),
         (
             "orientation.front",
             format!(

@@ -169,7 +169,7 @@ impl<F: Filter> Snapshot<F> {
         }
         let innovation = self.state.update(&read.z);
         if self.motion_class().has_front()
-            && let Some(path) = self.orientation.overrule(&read, &innovation, self.state.heading())
+            && let Some(path) = self.orientation.overrule(&read, &innovation, || self.state.heading())
         {
             self.state.move_to(path.position, &path.covariance);
             self.state.redirect(&path.course);
@@ -202,7 +202,7 @@ impl<F: Filter> Snapshot<F> {
         let (position, sigma_m) = self.state.place_at(predicted_at, self.motion_class());
         if coverage.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
-            let range_m = coverage.range_to(position);
+            let range_m = coverage.range_for_profile(position);
             let mut probability = coverage.profile.probability(range_m);
             if model.keeps_support {
                 let given = coverage.profile.given(range_m, self.support.last(agent));

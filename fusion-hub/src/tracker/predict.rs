@@ -122,7 +122,7 @@ impl<F: Filter> Predictions<F> {
         if let Some(coverage) = &frame.stored.coverage
             && coverage.covers(predicted.position, 0.0)
         {
-            let probability = coverage.profile.probability(coverage.range_to(predicted.position));
+            let probability = coverage.profile.probability(coverage.range_for_profile(predicted.position));
             predicted.report_probability = estimate.existence_at(at) * probability;
         }
         self.measurements.push(predicted);

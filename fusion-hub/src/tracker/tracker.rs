@@ -117,8 +117,8 @@ impl<F: Filter> Tracker<F> {
         let Self { config, frames, tracks, predictions, assigning, assignment, instant, .. } = self;
         let context = context(config, frames, agents);
         self.measurements.clear();
-        let errors = frames.get(slot).model.errors;
-        self.measurements.extend(frames.measurements(slot).map(|z| errors.whole(z)));
+        self.measurements.extend(frames.measurements(slot));
+        frames.get(slot).model.errors.add_lasting(&mut self.measurements);
         let frame = FrameView { slot, stored: frames.get(slot), measurements: &self.measurements };
         let limits = PredictionLimits::new(config, &self.lifetimes, self.detected_from);
         predictions.predict(tracks, &frame, &limits, &context);

@@ -11,6 +11,8 @@ pub struct DetectionProfile {
     by_range: [f64; RANGE_BINS],
     /// Correlation of one frame with the next about one object, 0 to 1: misses come in runs, because occlusion lasts.
     correlation: f64,
+    /// Whether it is the same at every range.
+    is_uniform: bool,
 }
 
 /// The place of a range (m) among the bins.
@@ -23,18 +25,24 @@ pub fn range_bin(range_m: f64) -> usize {
 impl DetectionProfile {
     /// The same at every range and in every frame.
     pub const fn uniform(probability: f64) -> Self {
-        Self { by_range: [probability; RANGE_BINS], correlation: 0.0 }
+        Self { by_range: [probability; RANGE_BINS], correlation: 0.0, is_uniform: true }
     }
 
     /// By range, with the correlation of successive frames.
     pub const fn new(by_range: [f64; RANGE_BINS], correlation: f64) -> Self {
-        Self { by_range, correlation }
+        Self { by_range, correlation, is_uniform: false }
+    }
+
+    /// Whether the range matters: it takes a square root to know.
+    #[inline]
+    pub const fn depends_on_range(&self) -> bool {
+        !self.is_uniform
     }
 
     /// Of an object at this range (m), whatever was before.
     #[inline]
     pub fn probability(&self, range_m: f64) -> f64 {
-        self.by_range[range_bin(range_m)]
+        if self.is_uniform { self.by_range[0] } else { self.by_range[range_bin(range_m)] }
     }
 
     /// Of an object at this range (m) that the sensor's last frame held or missed; the first time, of any.

@@ -33,13 +33,12 @@ impl HeadingLaw {
         }
     }
 
-    /// A measurement without the constant error.
-    pub fn corrected(&self, z: Measurement) -> Measurement {
-        match *self {
-            Self::Mixture { offset, .. } if offset != 0.0 => {
-                Measurement { yaw: wrap_angle(z.yaw - offset), ..z }
-            }
-            _ => z,
+    /// Takes the constant error from a measurement.
+    pub fn correct(&self, z: &mut Measurement) {
+        if let Self::Mixture { offset, .. } = *self
+            && offset != 0.0
+        {
+            z.yaw = wrap_angle(z.yaw - offset);
         }
     }
 }

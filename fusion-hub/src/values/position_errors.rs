@@ -1,7 +1,6 @@
 //! How an agent's errors of position differ from what it declares.
 
 use super::Measurement;
-use v2x_common::covariance::Covariance2;
 
 /// Differences from the declared covariances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,17 +21,20 @@ impl PositionErrors {
     /// White, and as large as declared.
     pub const AS_DECLARED: Self = Self { scale: 1.0, lasting: 0.0 };
 
-    /// A measurement with its covariance scaled.
-    pub fn scaled(&self, z: Measurement) -> Measurement {
-        if self.scale == 1.0 { z } else { Measurement { r: z.r.scaled(self.scale), ..z } }
+    /// Scales the covariance of a measurement.
+    pub fn scale(&self, z: &mut Measurement) {
+        if self.scale != 1.0 {
+            z.r = z.r.scaled(self.scale);
+        }
     }
 
-    /// A measurement whose covariance has the lasting part, too: for association.
-    pub fn whole(&self, z: Measurement) -> Measurement {
-        if self.lasting == 0.0 {
-            return z;
+    /// Adds the lasting part to the covariances of measurements, for association.
+    pub fn add_lasting(&self, measurements: &mut [Measurement]) {
+        if self.lasting > 0.0 {
+            for z in measurements {
+                z.r.xx += self.lasting;
+                z.r.yy += self.lasting;
+            }
         }
-        let Covariance2 { xx, xy, yy } = z.r;
-        Measurement { r: Covariance2 { xx: xx + self.lasting, xy, yy: yy + self.lasting }, ..z }
     }
 }

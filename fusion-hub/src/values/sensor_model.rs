@@ -126,6 +126,7 @@ impl DetectionModel {
 
     /// A detection's evidence of existence, by its distance from the sensor, where that is known, and its score.
     pub fn evidence(&self, detection: &Detection, sensor: Option<&Pose>) -> DetectionEvidence {
+        let sensor = sensor.filter(|_| self.profile.depends_on_range());
         let range_m = sensor.map_or(0.0, |pose| pose.distance_to(detection.bev.x, detection.bev.y));
         let score = self.scores.evidence(detection.score);
         DetectionEvidence { over_clutter: self.detection_over_clutter(range_m) * score.factor(), score }
@@ -162,6 +163,12 @@ impl Coverage {
     #[inline]
     pub fn range_to(&self, [x, y]: [f64; 2]) -> f64 {
         self.pose.distance_to(x, y)
+    }
+
+    /// Distance of a position (m) from the sensor, m, as far as the profile depends on it.
+    #[inline]
+    pub fn range_for_profile(&self, position: [f64; 2]) -> f64 {
+        if self.profile.depends_on_range() { self.range_to(position) } else { 0.0 }
     }
 
     /// Whether an object near this position (m) was covered, or may have been after late data has moved
