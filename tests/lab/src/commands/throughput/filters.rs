@@ -83,7 +83,7 @@ pub(super) fn filter_costs<F: Filter>() -> FilterCosts {
     let reports: Vec<_> = (0..1000).map(measurement).collect();
     let motion = MotionParams::of(Class::Car);
     let initial = F::initial(Timestamp::EPOCH, &reports[0]);
-    let belief = Dense::of(&initial.estimate(Class::Car, &SizePriors::default()));
+    let belief = Dense::of(&initial.estimate(Class::Car, &SizePriors::default().of_track(None)));
     let of_step = |step: u32| black_box(&reports[step as usize % reports.len()]);
     let dt_s = STEP.as_secs_f64();
     let ours_ns = least_ns_per_step(&initial, |state, step| {

@@ -192,7 +192,7 @@ mod tests {
         ) {
             let motion = MotionParams::of(Class::Car);
             let mut state = State::initial(Timestamp::EPOCH, &first);
-            let mut dense = Dense::of(&state.estimate(Class::Car, &SizePriors::default()));
+            let mut dense = Dense::of(&state.estimate(Class::Car, &SizePriors::default().of_track(None)));
             let mut structured = Structured::of(&dense);
             for (ms, z) in steps {
                 let dt = Span::from_millis(ms);
@@ -202,7 +202,7 @@ mod tests {
                 dense.update(&z).unwrap();
                 structured.predict(dt.as_secs_f64(), &motion);
                 structured.update(&z).unwrap();
-                let ours = Dense::of(&state.estimate(Class::Car, &SizePriors::default()));
+                let ours = Dense::of(&state.estimate(Class::Car, &SizePriors::default().of_track(None)));
                 let mut difference = ours.x - dense.x;
                 difference[6] = angle_difference(ours.x[6], dense.x[6]);
                 prop_assert!(difference.abs().max() < 1e-9, "{difference}");
