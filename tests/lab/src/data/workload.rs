@@ -12,8 +12,12 @@ use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
 
-/// Area for each object, m².
-const AREA_PER_OBJECT_M2: f64 = 100.0;
+/// Objects drive on rings about one centre, as on a wide roundabout: none drives through another. The distance of one ring
+/// from the next, the radius of the innermost, and the room for each object on its ring, m: together one object for each
+/// 100 m².
+const RING_SPACING_M: f64 = 5.0;
+const INNERMOST_M: f64 = 10.0;
+const ROOM_ON_RING_M: f64 = 20.0;
 /// Time between two frames of an agent.
 const FRAME_INTERVAL: Span = Span::from_millis(100);
 /// Delay of a frame that is not late.
@@ -63,10 +67,9 @@ pub struct Workload {
     next_frame: u64,
 }
 
-/// An object that drives in a circle.
+/// An object that drives on a ring.
 #[derive(Clone, Copy, Debug)]
 struct Orbit {
-    centre: (f64, f64),
     radius_m: f64,
     phase_rad: f64,
     rate_rad_s: f64,
@@ -74,27 +77,37 @@ struct Orbit {
 }
 
 impl Orbit {
-    fn drawn(object: u32, load: &Load) -> Self {
-        let rng = &mut keyed_rng(load.seed, None, 0, Purpose::Measurement(ObjectId(object)));
-        let side_m = libm::sqrt(f64::from(load.objects) * AREA_PER_OBJECT_M2);
-        let radius_m = random::uniform(rng, 10.0, 50.0);
-        let speed_mps = random::uniform(rng, 1.0, 8.0);
-        let direction = if random::chance(rng, 0.5) { 1.0 } else { -1.0 };
-        Self {
-            centre: (random::uniform(rng, 0.0, side_m), random::uniform(rng, 0.0, side_m)),
-            radius_m,
-            phase_rad: random::uniform(rng, 0.0, std::f64::consts::TAU),
-            rate_rad_s: direction * speed_mps / radius_m,
-            size: (random::uniform(rng, 1.7, 2.0), random::uniform(rng, 4.0, 5.0)),
+    /// All objects, from the innermost ring outwards. Those of one ring have one speed, and keep their distances.
+    fn all(load: &Load) -> Vec<Self> {
+        let n = load.objects as usize;
+        let mut orbits = Vec::with_capacity(n);
+        let mut radius_m = INNERMOST_M;
+        while orbits.len() < n {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few")]
+            let on_ring = (std::f64::consts::TAU * radius_m / ROOM_ON_RING_M) as u32;
+            let first = u32::try_from(orbits.len()).expect("at most as many as objects");
+            let rng = &mut keyed_rng(load.seed, None, 0, Purpose::Measurement(ObjectId(first)));
+            let direction = if random::chance(rng, 0.5) { 1.0 } else { -1.0 };
+            let rate_rad_s = direction * random::uniform(rng, 1.0, 8.0) / radius_m;
+            let turn = random::uniform(rng, 0.0, std::f64::consts::TAU);
+            orbits.extend((0..on_ring).map(|place| Self {
+                radius_m,
+                phase_rad: turn + std::f64::consts::TAU * f64::from(place) / f64::from(on_ring),
+                rate_rad_s,
+                size: (random::uniform(rng, 1.7, 2.0), random::uniform(rng, 4.0, 5.0)),
+            }));
+            radius_m += RING_SPACING_M;
         }
+        orbits.truncate(n);
+        orbits
     }
 
     fn at(&self, t_s: f64) -> BevBox {
         let angle = self.phase_rad + self.rate_rad_s * t_s;
         let quarter_turn = libm::copysign(std::f64::consts::FRAC_PI_2, self.rate_rad_s);
         BevBox {
-            x: self.centre.0 + self.radius_m * libm::cos(angle),
-            y: self.centre.1 + self.radius_m * libm::sin(angle),
+            x: self.radius_m * libm::cos(angle),
+            y: self.radius_m * libm::sin(angle),
             w: self.size.0,
             d: self.size.1,
             yaw: wrap_angle(angle + quarter_turn),
@@ -105,8 +118,7 @@ impl Orbit {
 impl Workload {
     /// A load that begins at `start`.
     pub fn new(load: Load, start: Timestamp) -> Self {
-        let orbits = (0..load.objects).map(|object| Orbit::drawn(object, &load)).collect();
-        Self { load, start, orbits, waiting: Vec::new(), next_frame: 0 }
+        Self { load, start, orbits: Orbit::all(&load), waiting: Vec::new(), next_frame: 0 }
     }
 
     /// The agents' names.
@@ -229,5 +241,21 @@ mod tests {
         // 1000 frames, standard deviation 1.3 %: four of them.
         assert!((990..=1000).contains(&frames.len()), "{} frames", frames.len());
         assert!((148..=252).contains(&late), "{late} of 1000 are late");
+    }
+
+    #[test]
+    fn no_object_drives_through_another() {
+        for objects in [1, 100, 700] {
+            let orbits = Orbit::all(&Load { agents: 1, objects, late_share: 0.0, seed: 7 });
+            assert_eq!(orbits.len(), objects as usize);
+            for second in 0..60 {
+                let boxes: Vec<_> = orbits.iter().map(|orbit| orbit.at(f64::from(second))).collect();
+                for (place, a) in boxes.iter().enumerate() {
+                    let nearest = boxes[..place].iter().map(|b| libm::hypot(a.x - b.x, a.y - b.y));
+                    let nearest = nearest.fold(f64::INFINITY, f64::min);
+                    assert!(nearest > 4.9, "{nearest} m at {second} s");
+                }
+            }
+        }
     }
 }

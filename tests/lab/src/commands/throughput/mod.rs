@@ -13,8 +13,8 @@ use v2x_fusion_hub::fusion::MotionModel;
 
 /// Measure the whole pipeline without I/O on one thread: bytes of detection frames in, bytes of fused frames out
 ///
-/// Agents send at 10 Hz with spread phases. The hub publishes at 20 Hz of simulated time. The density is one object
-/// per 100 m², and every agent detects each object with probability 0.95. The result counts CPU time of the
+/// Agents send at 10 Hz with spread phases. The hub publishes at 20 Hz of simulated time. Cars drive on the rings of a wide
+/// roundabout, one for each 100 m², and every agent detects each object with probability 0.95. The result counts CPU time of the
 /// thread, without the time to generate the frames.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
