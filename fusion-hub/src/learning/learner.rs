@@ -30,6 +30,10 @@ const PERSISTENT_REPORTS: u32 = 10;
 const DECIDED_EVERY: i64 = 4;
 const REAL_CHECKED_EVERY: i64 = 16;
 const INNOVATIONS_EVERY: i64 = 32;
+/// Where all agents of an epoch are known well, by so many frames of objects, one epoch in so many is learnt from, of each
+/// track another one.
+const KNOWN_WELL_FRAMES: f64 = 2000.0;
+const SAMPLED_EVERY: i64 = 4;
 /// An object counts as missed where it is inside of the view by this much, m.
 const VIEW_MARGIN_M: f64 = 2.0;
 
@@ -43,6 +47,8 @@ pub(crate) struct Learner {
     tracks: Vec<(TrackId, TrackMemory)>,
     /// The first epoch that is not learnt yet.
     next: Option<Epoch>,
+    /// Whether every agent of the epoch is known well.
+    knows_all_well: bool,
 }
 
 /// What is learnt of one agent.
@@ -74,7 +80,7 @@ pub(crate) struct FrameSource {
 
 impl Learner {
     pub(crate) const fn new(delta_max: Span) -> Self {
-        Self { delta_max, agents: Vec::new(), tracks: Vec::new(), next: None }
+        Self { delta_max, agents: Vec::new(), tracks: Vec::new(), next: None, knows_all_well: false }
     }
 
     /// How a frame is read.
@@ -152,14 +158,18 @@ impl Learner {
     fn learn<F: Filter>(&mut self, epoch: Epoch, tracks: &[Track<F>], context: &TrackContext<'_>) {
         self.fade(epoch);
         let (begin, end) = (epoch.begin(), epoch.next().begin());
+        self.knows_all_well = true;
         for (slot, frame) in context.frames.since(begin).take_while(|(_, frame)| frame.captured_at < end) {
-            let statistics = &mut self.agent(frame.agent, frame.id.agent).statistics;
+            let known = self.agent(frame.agent, frame.id.agent);
+            let is_known_well = known.is_known_well();
+            let statistics = &mut known.statistics;
             statistics.add_frame(frame.captured_at);
             for position in context.frames.positions(slot) {
                 let [x, y] = position;
                 statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
             }
             statistics.add_scores(frame.scores);
+            self.knows_all_well &= is_known_well;
         }
         for track in tracks.iter().filter(|track| track.holders.leads()) {
             self.learn_from(epoch, track, context);
@@ -194,8 +204,13 @@ impl Learner {
             self.tracks.insert(place, (track.id, TrackMemory::default()));
             place
         });
-        let mut memory = std::mem::take(&mut self.tracks[place].1);
         let begun = Epoch::of(track.initiated_at());
+        let known = &mut self.tracks[place].1;
+        if self.knows_all_well && known.counts() && !epoch.is_turn(begun, SAMPLED_EVERY) {
+            known.leave_gap();
+            return;
+        }
+        let mut memory = std::mem::take(known);
         let decided_every = if memory.is_real { REAL_CHECKED_EVERY } else { DECIDED_EVERY };
         if epoch.is_turn(begun, decided_every) || memory.is_new() {
             // Its existence is no measure of those whose misses reduce it: what is reported persistently counts, too.
@@ -326,6 +341,10 @@ impl AgentLearning {
         known.checked_sub(1).map(|place| &self.learnt[place].1)
     }
 
+    fn is_known_well(&self) -> bool {
+        self.counts.total().all >= KNOWN_WELL_FRAMES && !self.innovations.are_few()
+    }
+
     fn report(&self) -> LearntSensorReport {
         let Share { detected, all } = self.counts.total();
         let range_m = self.statistics.reach_m();
@@ -382,6 +401,11 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
         ("learning.memory_s", MEMORY_S.to_string()),
         ("learning.persistent_reports", PERSISTENT_REPORTS.to_string()),
-        ("learning.turns", format!("{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}")),
+        (
+            "learning.turns",
+            format!(
+                "{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}; {SAMPLED_EVERY} from {KNOWN_WELL_FRAMES} frames"
+            ),
+        ),
     ]
 }

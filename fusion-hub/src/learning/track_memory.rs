@@ -66,6 +66,11 @@ impl TrackMemory {
         })
     }
 
+    /// Frames are left out: the next one of each agent does not follow the last one that was noted.
+    pub(super) fn leave_gap(&mut self) {
+        self.by_agent.iter_mut().for_each(|known| known.last = None);
+    }
+
     /// Notes a frame of the agent at a place; what its frame before held.
     pub(super) fn note(&mut self, place: usize, is_detected: bool) -> Option<bool> {
         self.n_detections += u32::from(is_detected);
