@@ -118,7 +118,12 @@ pub(crate) async fn run(folder: &Path, args: &[&str]) -> anyhow::Result<Ending> 
 
 /// A network that stays up, of this name; returns it with the hub's endpoint.
 pub(crate) async fn up(folder: &Path, network: &str) -> anyhow::Result<(V2x, String)> {
-    let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", network, "--out", "run"];
+    up_with(folder, "crossing", network).await
+}
+
+/// The same, of a scenario.
+pub(crate) async fn up_with(folder: &Path, scenario: &str, network: &str) -> anyhow::Result<(V2x, String)> {
+    let args = ["up", scenario, "--listen", "tcp/127.0.0.1:0", "--network", network, "--out", "run"];
     let mut up = V2x::start(folder, &args)?;
     let line = up.stderr_line(" is up: hub at ").await?;
     let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;

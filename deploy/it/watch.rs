@@ -1,6 +1,6 @@
 //! `v2x watch`, the consumer's command.
 
-use crate::support::{V2x, folder, run, up};
+use crate::support::{V2x, folder, run, up, up_with};
 use v2x_common::wire;
 
 #[tokio::test(flavor = "multi_thread")]
@@ -14,6 +14,31 @@ async fn watch_prints_the_given_number_of_fused_frames_as_json_lines() -> anyhow
     let frames: Vec<_> = frames.collect::<Result<_, _>>()?;
     assert_eq!(frames.len(), 3);
     assert!(frames.is_sorted_by(|a, b| a.sequence < b.sequence && a.fused_at < b.fused_at));
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_second_list_is_half_a_second_behind_and_beside_the_live_one() -> anyhow::Result<()> {
+    let folder = folder("watch-lagged")?;
+    let scenario = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/crossing.toml"))?;
+    anyhow::ensure!(scenario.lines().any(|line| line == "[hub]"), "the scenario ends with the hub's table");
+    std::fs::write(folder.join("lagged.toml"), scenario + "\nlagged = { lag_ms = 500 }\n")?;
+    let (_up, endpoint) = up_with(&folder, "lagged.toml", "watch-lagged").await?;
+    let live = ["watch", "--json", "--count", "3", "--network", "watch-lagged", "--connect", &endpoint];
+    let lagged = [&live[..], &["--lagged"]].concat();
+    for (args, is_lagged) in [(&live[..], false), (&lagged, true)] {
+        let ending = run(&folder, args).await?;
+        assert_eq!(ending.code, Some(0), "{ending:#?}");
+        let frames = ending.stdout.lines().map(|line| wire::json::decode_fused(line.as_bytes()));
+        let frames: Vec<_> = frames.collect::<Result<_, _>>()?;
+        assert_eq!(frames.len(), 3);
+        for frame in frames {
+            let newest = frame.agents.iter().map(|health| health.newest_captured_at).max();
+            let behind_ms = (newest.unwrap_or(frame.fused_at) - frame.fused_at).as_millis_f64();
+            assert_eq!(behind_ms > 300.0, is_lagged, "{behind_ms} ms behind the newest frame");
+            assert!(!is_lagged || frame.includes.is_empty());
+        }
+    }
     Ok(())
 }
 

@@ -21,9 +21,12 @@ pub(crate) struct Exclusion {
     since: BTreeMap<(TrackId, TrackId), Timestamp>,
     /// The younger ones of these, in order.
     hidden: Vec<TrackId>,
+    /// The memory is used again.
+    candidates: Vec<Candidate>,
 }
 
 /// A body that may exclude others.
+#[derive(Clone, Copy, Debug)]
 struct Candidate {
     id: TrackId,
     initiated_at: Timestamp,
@@ -46,8 +49,10 @@ impl Exclusion {
             return;
         }
         self.compared_at = Some(at);
-        let mut candidates: Vec<_> = tracks.iter().filter_map(|track| candidate(track, at)).collect();
-        candidates.sort_by(|a, b| a.from.total_cmp(&b.from).then(a.id.cmp(&b.id)));
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.clear();
+        candidates.extend(tracks.iter().filter_map(|track| candidate(track, at)));
+        candidates.sort_unstable_by(|a, b| a.from.total_cmp(&b.from).then(a.id.cmp(&b.id)));
         let before = std::mem::take(&mut self.since);
         self.hidden.clear();
         for (place, one) in candidates.iter().enumerate() {
@@ -65,6 +70,7 @@ impl Exclusion {
             }
         }
         self.hidden.sort_unstable();
+        self.candidates = candidates;
     }
 
     /// Whether a track is not published, because an older one is at its place.
