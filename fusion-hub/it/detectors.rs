@@ -278,6 +278,31 @@ fn an_agent_that_declares_certainty_and_sees_nothing_does_not_erase_what_another
     assert!(published >= 5 * ticks * 9 / 10, "{published} of {}", 5 * ticks);
 }
 
+#[test]
+fn an_agent_that_goes_blind_after_working_for_long_does_not_take_what_others_see() {
+    let mut engine = engine(MotionModel::Imm);
+    let mut certain = description(1e-4);
+    certain.detection_probability = 0.99;
+    engine.handle_description(agent("fails"), certain).expect("a valid description");
+    let (mut published, mut ticks) = (0, 0);
+    for k in 0..500_i64 {
+        let cars = || (0..5_i32).map(|lane| car(20.0, 20.0 * f64::from(lane), 0.0)).collect::<Vec<_>>();
+        let sequence = u64::try_from(k).expect("a number");
+        // A camera that misses two of three.
+        let seen =
+            (0..).zip(cars()).filter(|(lane, _)| (k + lane) % 3 == 0).map(|(_, report)| report).collect();
+        engine.handle_frame(&frame(agent("camera"), sequence, 100 * k, seen), at(100 * k + 20));
+        let of_failing = if k < 300 { cars() } else { vec![] };
+        engine.handle_frame(&frame(agent("fails"), sequence, 100 * k + 50, of_failing), at(100 * k + 70));
+        // Five seconds pass until it is found out.
+        if k >= 350 {
+            published += engine.fused(at(100 * k + 80)).objects.len();
+            ticks += 1;
+        }
+    }
+    assert!(published >= 5 * ticks * 9 / 10, "{published} of {}", 5 * ticks);
+}
+
 /// Frames of two agents that describe nothing: one turns headings, the other misses every third object in runs.
 fn learnt_from() -> Vec<DetectionFrame> {
     let mut frames = Vec::new();

@@ -15,6 +15,10 @@ const CONTRADICTION_SIGMAS: f64 = 4.0;
 const CONTRADICTION_MARGIN: f64 = 0.05;
 /// And where at least so many frames of objects were seen.
 const CONTRADICTION_FRAMES: f64 = 50.0;
+/// A sensor that begins to fail shows in the frames of the last seconds: its probability of late counts where it is below that
+/// of before by so much, and by more than chance, to which runs of misses add.
+const DECLINE: f64 = 0.2;
+const DECLINE_SIGMAS: f64 = 8.0;
 
 /// Detections among opportunities.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +50,8 @@ pub(super) struct DetectionCounts {
     by_range: [Share; RANGE_BINS],
     after_detection: Share,
     after_miss: Share,
+    /// At all ranges, of the last seconds.
+    recent: Share,
 }
 
 /// What is known of detection probabilities in advance.
@@ -61,6 +67,7 @@ impl DetectionCounts {
     /// Counts a frame that could hold a detection of an object in this range bin, after the agent's frame before.
     pub(super) fn add(&mut self, range_bin: usize, before: Option<bool>, is_detected: bool) {
         self.by_range[range_bin].add(is_detected);
+        self.recent.add(is_detected);
         match before {
             Some(true) => self.after_detection.add(is_detected),
             Some(false) => self.after_miss.add(is_detected),
@@ -68,8 +75,9 @@ impl DetectionCounts {
         }
     }
 
-    /// Lets what was counted fade.
-    pub(super) fn scale(&mut self, factor: f64) {
+    /// Lets what was counted fade, and that of the last seconds by a factor of its own.
+    pub(super) fn scale(&mut self, factor: f64, recent_factor: f64) {
+        self.recent.scale(recent_factor);
         self.by_range.iter_mut().for_each(|share| share.scale(factor));
         self.after_detection.scale(factor);
         self.after_miss.scale(factor);
@@ -80,14 +88,26 @@ impl DetectionCounts {
         Share { detected: sum(|share| share.detected), all: sum(|share| share.all) }
     }
 
+    /// The share of what it detected before that it still detects; 1 unless it has clearly become worse.
+    fn left_of_late(&self) -> f64 {
+        let Share { detected, all } = self.total();
+        if self.recent.all < CONTRADICTION_FRAMES {
+            return 1.0;
+        }
+        let (before, now) = (detected / all, self.recent.detected / self.recent.all);
+        let sigma = libm::sqrt(before * (1.0 - before) / self.recent.all);
+        if before - now > DECLINE + DECLINE_SIGMAS * sigma { now / before } else { 1.0 }
+    }
+
     /// The probabilities, where reports come from up to `reach_bin`.
     pub(super) fn profile(&self, prior: ProfilePrior, reach_bin: usize) -> DetectionProfile {
         let ProfilePrior { probability, correlation } = prior;
         let overall = self.total().mean(probability, PRIOR_FRAMES);
+        let left = self.left_of_late();
         let by_range = std::array::from_fn(|bin| {
             let expected = if bin > reach_bin { overall.min(BEYOND_RANGE) } else { overall };
             let mean = self.by_range[bin].mean(expected, RANGE_FRAMES);
-            mean.clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY)
+            (mean * left).clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY)
         });
         let again = self.after_detection.mean(probability + correlation * (1.0 - probability), PRIOR_FRAMES);
         let anew = self.after_miss.mean(probability * (1.0 - correlation), PRIOR_FRAMES);
@@ -96,7 +116,8 @@ impl DetectionCounts {
 
     /// Whether what was seen contradicts a declared probability.
     pub(super) fn contradict(&self, declared: f64) -> bool {
-        let Share { detected, all } = self.total();
+        let seen = if self.left_of_late() < 1.0 { self.recent } else { self.total() };
+        let Share { detected, all } = seen;
         if all < CONTRADICTION_FRAMES {
             return false;
         }
@@ -115,7 +136,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         (
             "learning.contradiction",
             format!(
-                "{CONTRADICTION_SIGMAS} sigma and {CONTRADICTION_MARGIN} after {CONTRADICTION_FRAMES} frames"
+                "{CONTRADICTION_SIGMAS} sigma and {CONTRADICTION_MARGIN} after {CONTRADICTION_FRAMES} frames; of late {DECLINE_SIGMAS} and {DECLINE}"
             ),
         ),
     ]
@@ -160,6 +181,34 @@ mod tests {
         let profile = counts.profile(UNKNOWN, 15);
         assert!(profile.probability(15.0) > 0.95 && profile.probability(65.0) < 0.05);
         assert!((profile.probability(35.0) - 0.5).abs() < 0.05, "without evidence as at all ranges");
+    }
+
+    #[test]
+    fn a_sensor_that_goes_blind_after_long_is_found_out_in_seconds_and_one_that_misses_a_run_is_not() {
+        let long = || {
+            let mut counts = DetectionCounts::default();
+            for frame in 0..3000 {
+                counts.add(2, Some(true), frame % 20 != 0);
+                counts.scale(0.9999, 0.99);
+            }
+            counts
+        };
+        let prior = ProfilePrior { probability: 0.95, correlation: 0.0 };
+        let mut blind = long();
+        assert!(!blind.contradict(0.95) && blind.profile(prior, 15).probability(25.0) > 0.9);
+        (0..300).for_each(|_| {
+            blind.add(2, Some(false), false);
+            blind.scale(0.9999, 0.99);
+        });
+        assert!(blind.contradict(0.95) && blind.profile(prior, 15).probability(25.0) < 0.2, "{blind:?}");
+        let mut occluded = long();
+        (0..15).for_each(|_| occluded.add(2, Some(false), false));
+        assert!(!occluded.contradict(0.95), "{occluded:?}");
+        (0..500).for_each(|_| {
+            blind.add(2, Some(true), true);
+            blind.scale(0.9999, 0.99);
+        });
+        assert!(blind.profile(prior, 15).probability(25.0) > 0.8, "and it recovers: {blind:?}");
     }
 
     #[test]

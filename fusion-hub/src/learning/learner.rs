@@ -20,6 +20,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// What was seen counts less with time, s.
 const MEMORY_S: f64 = 120.0;
+/// And what was seen in the last seconds alone, s.
+const RECENT_S: f64 = 5.0;
 /// A frame is read by what had been learnt so long before Δmax before its capture: maintenance is not immediate, and clocks
 /// of agents may be a little ahead.
 const SETTLED: Span = Span::from_millis(500);
@@ -185,7 +187,7 @@ impl Learner {
         let passed_s = (epoch.next().begin() - since.begin()).as_secs_f64();
         let factor = libm::exp(-passed_s / MEMORY_S);
         for agent in &mut self.agents {
-            agent.counts.scale(factor);
+            agent.counts.scale(factor, libm::exp(-passed_s / RECENT_S));
             agent.statistics.scale(factor);
             agent.headings.scale(factor);
             agent.classes.scale(factor);
@@ -399,7 +401,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("learning.epoch_s", EPOCH.as_secs_f64().to_string()),
         ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
-        ("learning.memory_s", MEMORY_S.to_string()),
+        ("learning.memory_s", format!("{MEMORY_S}, of late {RECENT_S}")),
         ("learning.persistent_reports", PERSISTENT_REPORTS.to_string()),
         (
             "learning.turns",

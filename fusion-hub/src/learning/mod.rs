@@ -2,7 +2,7 @@
 //! whether its scores say anything.
 //!
 //! Learning goes by capture time, one epoch of a quarter of a second after the other, each when nothing of it can arrive
-//! any more. A frame is read by what had been learnt a fixed time before its capture ([`Learner::as_of`]). So what is
+//! any more. A frame is read by what had been learnt a fixed time before its capture (`Learner::read`). So what is
 //! learnt, and how each frame is read, is a function of the evidence and not of the order in which it arrived, as long as
 //! the assignments are.
 
