@@ -132,6 +132,23 @@ fn what_detections_declare_of_their_headings_is_published_until_motion_says_more
 }
 
 #[test]
+fn a_slow_car_whose_heading_nobody_reports_moves_as_its_positions_do_in_any_direction() {
+    for (dx, dy) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+        let mut engine = engine(MotionModel::Imm);
+        for k in 0..50_i64 {
+            let way = 0.1 * k as f64;
+            let mut report = Detection { heading: HeadingKind::Unknown, ..car(way * dx, way * dy, 0.0) };
+            report.covariance.position = Covariance2::isotropic(0.5);
+            let sent = frame(agent("camera"), u64::try_from(k).expect("a number"), 100 * k, vec![report]);
+            engine.handle_frame(&sent, at(100 * k + 20));
+        }
+        let object = only(&engine.fused(at(4920)).objects).clone();
+        let error = libm::hypot(object.velocity.0 - dx, object.velocity.1 - dy);
+        assert!(error < 0.3, "{object:?}");
+    }
+}
+
+#[test]
 fn exchanged_width_and_depth_with_a_quarter_turn_change_nothing() {
     let mut engine = engine(MotionModel::Imm);
     for k in 0..60_i64 {

@@ -27,6 +27,8 @@ const NO_REPORT_VARIANCE: f64 = 1e6;
 /// The course counts from this speed on, m/s, and from so many standard deviations of it.
 const LEAST_SPEED_MPS: f64 = 1.0;
 const LEAST_SPEED_SIGMAS: f64 = 4.0;
+/// Of an object whose heading nobody reports, from this speed on, once positions alone predict it better than the filter.
+const LEAST_SPEED_UNKNOWN_MPS: f64 = 0.3;
 /// Standard deviation of the angle between a body and its course, rad.
 const SLIP: f64 = 0.1;
 
@@ -225,26 +227,36 @@ impl Orientation {
         if self.doubt < IN_DOUBT || self.unreliable > 0.0 {
             return None;
         }
-        let course = self.course()?;
-        let (yaw, variance) = heading();
-        let off = axis_difference(yaw, course.yaw);
-        let expected = variance + course.yaw_variance + SLIP * SLIP;
-        if off * off <= OFF_COURSE * expected {
-            return None;
-        }
+        let course = if read.z.yaw_variance >= NO_REPORT_VARIANCE {
+            // No heading is lost: whichever way it moves, positions know better.
+            self.any_course(LEAST_SPEED_UNKNOWN_MPS)?
+        } else {
+            let course = self.course()?;
+            let (yaw, variance) = heading();
+            let off = axis_difference(yaw, course.yaw);
+            let expected = variance + course.yaw_variance + SLIP * SLIP;
+            if off * off <= OFF_COURSE * expected {
+                return None;
+            }
+            self.unreliable = single(MOST_UNRELIABLE / 2.0);
+            course
+        };
         self.doubt = 0.0;
-        self.unreliable = single(MOST_UNRELIABLE / 2.0);
         Some(Path { position: self.path.position, covariance: self.path.pp, course })
     }
 
     /// The course, where the object moves for certain.
     fn course(&self) -> Option<Course> {
+        let variance = self.path.vv.xx.max(self.path.vv.yy);
+        self.any_course(LEAST_SPEED_MPS.max(LEAST_SPEED_SIGMAS * libm::sqrt(variance)))
+    }
+
+    /// The course from a speed on, m/s.
+    fn any_course(&self, least_mps: f64) -> Option<Course> {
         let [vx, vy] = self.path.velocity;
         let speed2 = vx * vx + vy * vy;
         let variance = self.path.vv.xx.max(self.path.vv.yy);
-        let is_certain = speed2 > LEAST_SPEED_MPS * LEAST_SPEED_MPS
-            && speed2 > LEAST_SPEED_SIGMAS * LEAST_SPEED_SIGMAS * variance;
-        is_certain.then(|| Course {
+        (speed2 > least_mps * least_mps).then(|| Course {
             yaw: libm::atan2(vy, vx),
             yaw_variance: variance / speed2,
             speed: libm::sqrt(speed2),
@@ -398,7 +410,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         (
             "orientation.course",
             format!(
-                "{LEAST_SPEED_MPS} m/s, {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}, every {} s",
+                "{LEAST_SPEED_MPS} m/s ({LEAST_SPEED_UNKNOWN_MPS} where unknown), {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}, every {} s",
                 WEIGHED_EVERY.as_secs_f64()
             ),
         ),
