@@ -2,7 +2,7 @@
 
 use super::intake::Received;
 use super::unnamed::Unnamed;
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use v2x_common::fused::FusedFrame;
@@ -30,8 +30,8 @@ pub(super) enum Control {
 
 /// The publishers of one list.
 pub(super) struct List {
-    pub(super) postcard: Publisher<'static>,
-    pub(super) json: Publisher<'static>,
+    postcard: Publisher<'static>,
+    json: Publisher<'static>,
     /// Whether there are subscribers to JSON.
     json_wanted: Arc<AtomicBool>,
 }
@@ -49,12 +49,16 @@ impl List {
         Ok(Self { postcard, json, json_wanted })
     }
 
-    /// Puts a frame, as its bytes, and as JSON where that is wanted. The first error is that of the bytes.
-    pub(super) async fn put(&self, bytes: &[u8], frame: &FusedFrame) -> anyhow::Result<()> {
-        self.postcard.put(bytes).await.map_err(|error| anyhow!("{error}"))?;
+    /// Puts the bytes of a frame.
+    pub(super) async fn put(&self, bytes: &[u8]) -> anyhow::Result<()> {
+        self.postcard.put(bytes).await.map_err(|error| anyhow!("{error}"))
+    }
+
+    /// Puts a frame as JSON, where that is wanted.
+    pub(super) async fn put_json(&self, frame: &FusedFrame) -> anyhow::Result<()> {
         if self.json_wanted.load(Ordering::Relaxed) {
-            let json = wire::json::encode_fused(frame).context("as JSON")?;
-            self.json.put(json).await.map_err(|error| anyhow!("as JSON: {error}"))?;
+            let json = wire::json::encode_fused(frame)?;
+            self.json.put(json).await.map_err(|error| anyhow!("{error}"))?;
         }
         Ok(())
     }

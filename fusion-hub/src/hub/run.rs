@@ -206,13 +206,21 @@ impl Hub {
         self.frames_published += 1;
         let put_at = clock::now();
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
+        if let Err(error) = self.network.fused.put_json(frame).await {
+            self.publish_errors += 1;
+            tracing::warn!(%error, "fused frame not published as JSON");
+        }
     }
 
     /// Publishes the second list.
     async fn publish_lagged(&mut self) {
         let Some(list) = &self.network.lagged else { return };
         let Some(frame) = self.engine.lagged(clock::now()) else { return };
-        if let Err(error) = put(list, frame, &mut self.buffer).await {
+        let put = async {
+            put(list, frame, &mut self.buffer).await?;
+            list.put_json(frame).await
+        };
+        if let Err(error) = put.await {
             self.publish_errors += 1;
             tracing::warn!(%error, "fused frame of the second list not published");
         }
@@ -329,7 +337,7 @@ fn without_objects(frame: &FusedFrame) -> FusedFrame {
 /// Puts a frame of a list; the number of objects that were left out.
 async fn put(list: &List, frame: &FusedFrame, buffer: &mut Vec<u8>) -> anyhow::Result<u64> {
     let withheld = encode(frame, buffer)?;
-    list.put(buffer, frame).await?;
+    list.put(buffer).await?;
     Ok(withheld as u64)
 }
 

@@ -14,6 +14,7 @@ const AT_FIRST: usize = 4;
 /// Weights of reported classes, by agent: sums of integers, so that they are the same in any order of arrival.
 #[derive(Clone, Debug)]
 pub struct ClassReports {
+    /// By agent and class.
     sums: Vec<Sum>,
 }
 
@@ -52,18 +53,25 @@ impl ClassReports {
     }
 
     fn add_weight(&mut self, agent: AgentSlot, class: Class, weight: u32) {
-        match self.sums.iter_mut().find(|sum| sum.agent == agent && sum.class == class) {
-            Some(sum) => sum.weight = sum.weight.saturating_add(weight),
-            None => self.sums.push(Sum { agent, class, weight }),
+        match self.place_of(agent, class) {
+            Ok(place) => self.sums[place].weight = self.sums[place].weight.saturating_add(weight),
+            Err(place) => self.sums.insert(place, Sum { agent, class, weight }),
         }
     }
 
     /// Takes a report back.
     pub(super) fn remove(&mut self, agent: AgentSlot, class: Class, score: ScoreEvidence) {
-        if let Some(sum) = self.sums.iter_mut().find(|sum| sum.agent == agent && sum.class == class) {
-            sum.weight = sum.weight.saturating_sub(weight(score));
+        if let Ok(place) = self.place_of(agent, class) {
+            let left = self.sums[place].weight.saturating_sub(weight(score));
+            self.sums[place].weight = left;
+            if left == 0 {
+                self.sums.remove(place);
+            }
         }
-        self.sums.retain(|sum| sum.weight > 0);
+    }
+
+    fn place_of(&self, agent: AgentSlot, class: Class) -> Result<usize, usize> {
+        self.sums.binary_search_by_key(&(agent, class), |sum| (sum.agent, sum.class))
     }
 
     pub(super) fn clear(&mut self) {
