@@ -12,7 +12,7 @@ use crate::fusion::{AdmittedFrame, FusionMethod, LateFrames, ObjectList, TrackCo
 use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
-use crate::values::SensorModel;
+use crate::values::{PoseErrors, SensorModel};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::AgentId;
@@ -273,11 +273,15 @@ impl Engine {
             self.pending.push(Inclusion { frame: frame.id, captured_at: stamped_at, received_at });
         }
         let Some((agent, record)) = self.agents.entry(&frame.id.agent) else { return };
+        let declared = || record.description.map(|description| PoseErrors::declared(&description.accuracy));
+        let estimated = self.registrar.pose_errors(frame.id.agent);
+        let pose_errors = estimated.or_else(declared).unwrap_or(PoseErrors::NONE);
         let outcome = self.method.handle_frame(&AdmittedFrame {
             frame,
             received_at: self.now,
             sensor: if record.description.is_some() { &record.sensor } else { &self.undescribed },
             is_described: record.description.is_some(),
+            pose_errors,
             coverage: record.coverage(frame),
             agent,
             agents: self.agents.names(),

@@ -123,6 +123,10 @@ impl Filter for ImmState {
         self.motion.move_to(position, covariance);
     }
 
+    fn widen_position(&mut self, variance: f64) {
+        self.motion.widen_position(variance);
+    }
+
     fn redirect(&mut self, course: &Course) {
         self.motion.redirect(course);
     }

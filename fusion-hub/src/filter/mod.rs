@@ -85,6 +85,9 @@ pub trait Filter: Copy + Debug + PartialEq {
     /// Sets the position with its covariance (m, m²); what is correlated with it is not any more.
     fn move_to(&mut self, position: [f64; 2], covariance: &Covariance2);
 
+    /// Adds a variance (m²) to the position along each axis.
+    fn widen_position(&mut self, variance: f64);
+
     /// Velocity and turn rate at the state's own time.
     fn motion(&self) -> Motion;
 

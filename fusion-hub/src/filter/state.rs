@@ -164,6 +164,11 @@ impl Filter for State {
     /// Positions are not bound to the heading: there is nothing to be set.
     fn move_to(&mut self, _: [f64; 2], _: &Covariance2) {}
 
+    fn widen_position(&mut self, variance: f64) {
+        self.kinematic.pp.xx += variance;
+        self.kinematic.pp.yy += variance;
+    }
+
     fn redirect(&mut self, course: &Course) {
         self.heading = Heading { mean: course.yaw, variance: course.yaw_variance };
     }

@@ -5,7 +5,7 @@ use crate::publish::ObjectList;
 use crate::registration::{SharedObject, Source};
 use crate::track::Horizon;
 use crate::tracker::Innovations;
-use crate::values::{AgentNames, AgentSlot, Coverage, SensorModel};
+use crate::values::{AgentNames, AgentSlot, Coverage, PoseErrors, SensorModel};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::time::Timestamp;
 
@@ -56,6 +56,8 @@ pub struct AdmittedFrame<'a> {
     pub received_at: Timestamp,
     /// How its detections become measurements, by what the agent declares ([`SensorModel::measurement`]).
     pub sensor: &'a SensorModel,
+    /// What is unknown of the sensor's pose, beyond what was corrected.
+    pub pose_errors: PoseErrors,
     /// Whether the agent describes its sensor.
     pub is_described: bool,
     /// What the sensor covered; `None` where the agent describes no sensor.

@@ -10,7 +10,7 @@ use crate::publish::{AgentReading, ObjectList, PastTracks, PublishConfig, Publis
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
 use crate::tracker::{Horizons, Lifetimes, Tracker};
-use crate::values::{AgentNames, AgentSlot, HeadingLaw};
+use crate::values::{AgentNames, AgentSlot, HeadingLaw, PoseErrors};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -28,6 +28,8 @@ pub(super) struct Tracking<F> {
     /// With a lag: merged tracks, as they were before.
     pre_merge: PreMergeTracks<F>,
     learner: Option<Learner>,
+    /// What is unknown of the pose of each agent, by slot.
+    pose_errors: Vec<PoseErrors>,
     /// What is known of each agent, for the list that is being written.
     readings: Vec<AgentReading>,
     publisher: Publisher,
@@ -54,6 +56,7 @@ impl<F: Filter> Tracking<F> {
             merges: 0,
             pre_merge: PreMergeTracks::default(),
             learner: config.learning.then(|| Learner::new(lifetimes.delta_max)),
+            pose_errors: Vec::new(),
             readings: Vec::new(),
             publisher: Publisher::new(publish),
             smoother: FixedLagSmoother::default(),
@@ -99,12 +102,30 @@ impl<F: Filter> Tracking<F> {
         reading
     }
 
+    /// A frame is read with the errors of its agent's pose. What was learnt of errors that last includes them.
+    fn with_pose_errors(&mut self, mut reading: FrameReading, admitted: &AdmittedFrame<'_>) -> FrameReading {
+        let AdmittedFrame { agent, pose_errors, .. } = *admitted;
+        if self.pose_errors.len() <= agent.index() {
+            self.pose_errors.resize(agent.index() + 1, PoseErrors::NONE);
+        }
+        self.pose_errors[agent.index()] = pose_errors;
+        reading.model.pose = pose_errors;
+        let lasting = &mut reading.model.errors.lasting;
+        *lasting = (*lasting - pose_errors.position).max(0.0);
+        reading
+    }
+
     /// Notes what is known of each agent at a time.
     fn read_agents(&mut self, at: Timestamp) {
-        self.readings.clear();
-        if let Some(learner) = &self.learner {
-            self.readings
-                .extend(learner.known_at(at).map(|(lasting, classes)| AgentReading { lasting, classes }));
+        let Self { learner, pose_errors, readings, .. } = self;
+        readings.clear();
+        let pose = |slot: usize| pose_errors.get(slot).map_or(0.0, |errors| errors.position);
+        if let Some(learner) = learner {
+            readings.extend((0..).zip(learner.known_at(at)).map(|(slot, (lasting, classes))| AgentReading {
+                lasting: (lasting - pose(slot)).max(0.0),
+                pose: pose(slot),
+                classes,
+            }));
         }
     }
 
@@ -148,7 +169,8 @@ impl<F: Filter> Tracking<F> {
 impl<F: Filter + Send> FusionMethod for Tracking<F> {
     fn handle_frame(&mut self, admitted: &AdmittedFrame<'_>) -> FrameOutcome<'_> {
         let AdmittedFrame { frame, sensor, agent, agents, source, .. } = *admitted;
-        let FrameReading { model, coverage } = self.read(admitted);
+        let reading = self.read(admitted);
+        let FrameReading { model, coverage } = self.with_pose_errors(reading, admitted);
         let slot = self.tracker.store(&SensedFrame { frame, agent, sensor, model: &model, coverage });
         self.pairs.begin_frame(slot, source, frame.detections.len());
         self.tracker.associate(slot, agents);

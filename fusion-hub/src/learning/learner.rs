@@ -302,7 +302,13 @@ impl Learner {
         let difference = [z.position[0] - predicted.position[0], z.position[1] - predicted.position[1]];
         let mean = |covariance: &Covariance2| (covariance.xx + covariance.yy) / 2.0;
         let declared = mean(&z.r) / frame.model.errors.scale;
-        let own = Innovation { at, difference, predicted: mean(&predicted.position_covariance), declared };
+        let of_pose = before.shared_error.apart(frame.agent, frame.pose_variance(z.position));
+        let own = Innovation {
+            at,
+            difference,
+            predicted: mean(&predicted.position_covariance) + of_pose,
+            declared,
+        };
         let place = memory.place_of(frame.agent);
         let earlier = memory.replace_innovation(place, own);
         if let Some(known) = self.agents.get_mut(frame.agent.index()) {

@@ -2,7 +2,8 @@
 
 use super::detection_counts::ProfilePrior;
 use crate::values::{
-    ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PositionErrors, ScoreModel,
+    ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PoseErrors,
+    PositionErrors, ScoreModel,
 };
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
@@ -106,6 +107,7 @@ impl LearntSensor {
             scores: self.scores(),
             headings: self.headings(),
             errors: self.errors,
+            pose: PoseErrors::NONE,
             classes: self.classes,
             keeps_support: true,
         };

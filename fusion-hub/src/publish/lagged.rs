@@ -46,7 +46,9 @@ impl Publisher {
             }
             let classes = PublishedClasses::of(track, context.agents, readings);
             let mut estimate = classes.estimate(&state, &priors.of_track(None));
-            estimate.add_position_variance(lasting_variance(smoother.contributors(), readings, at));
+            let shared = &track.latest().shared_error;
+            let lasting = lasting_variance(smoother.contributors(), shared, readings, at);
+            estimate.add_position_variance(lasting);
             let published = PublishedEstimate { estimate, existence, at, last_measured_at, classes };
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);

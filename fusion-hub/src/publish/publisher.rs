@@ -73,7 +73,8 @@ impl Publisher {
             let Some(mut published) = self.published(track, &mixtures, (list, &priors), now) else {
                 continue;
             };
-            let lasting = lasting_variance(track.contributors(), list.readings, now);
+            let shared = &track.latest().shared_error;
+            let lasting = lasting_variance(track.contributors(), shared, list.readings, now);
             published.estimate.add_position_variance(lasting);
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);

@@ -32,9 +32,8 @@
 //! two are *confounded*, and neither is corrected.
 //!
 //! **Correction** (`decision.rs`, `correct.rs`). Observable and significant errors are corrected in a frame before any
-//! other step, never by more than was declared. The estimate's own uncertainty is added nowhere: it is less than half
-//! of the declared error, for which nothing is added either, and being common to all reports of an agent it would be
-//! averaged away if it were added to each.
+//! other step, never by more than was declared. What is left, the estimate's own uncertainty and what changes from frame
+//! to frame, is common to all reports of an agent and no noise: tracks keep it apart (`values/pose_errors.rs`).
 
 mod cholesky;
 mod correct;

@@ -6,12 +6,10 @@ use super::settings::REFERENCE;
 #[cfg(test)]
 use super::slot::MAX_REGISTERED;
 use super::whiteness::Whiteness;
+use crate::values::MOST_ACCURACY;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::Timestamp;
-
-/// Upper limits of declared accuracies: the model is linear, and no more is corrected in a frame.
-const MOST: Accuracy = Accuracy { position_m: 10.0, yaw_rad: 0.1, clock_s: 1.0 };
 
 /// The record of one agent beside its errors.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +43,8 @@ impl RegisteredAgent {
     /// no error.
     pub(super) fn sigmas(&self) -> [f64; 4] {
         let Accuracy { position_m, yaw_rad, clock_s } = self.accuracy;
-        let position_m = position_m.min(MOST.position_m);
-        [position_m, position_m, yaw_rad.min(MOST.yaw_rad), clock_s.min(MOST.clock_s)]
+        let position_m = position_m.min(MOST_ACCURACY.position_m);
+        [position_m, position_m, yaw_rad.min(MOST_ACCURACY.yaw_rad), clock_s.min(MOST_ACCURACY.clock_s)]
     }
 
     /// Whether it is a reference for others.
@@ -58,5 +56,5 @@ impl RegisteredAgent {
 
 #[cfg(test)]
 pub(super) fn listed() -> Vec<(&'static str, String)> {
-    vec![("registration.most", format!("{MOST:?}, {MAX_REGISTERED} agents"))]
+    vec![("registration.most", format!("{MOST_ACCURACY:?}, {MAX_REGISTERED} agents"))]
 }

@@ -10,6 +10,7 @@ use super::report::AgentRegistration;
 use super::settings::Registration;
 use super::slot::{MAX_REGISTERED, RegistrationSlot};
 use super::whiteness::Shown;
+use crate::values::PoseErrors;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
@@ -113,6 +114,25 @@ impl Registrar {
         let applied = registered.applied;
         let sensor = [pose.x - applied.dx_m, pose.y - applied.dy_m];
         Some(Source { slot, is_reference: registered.is_reference(), sensor, applied })
+    }
+
+    /// What is unknown of an agent's pose: what it declares, or where its frames may be corrected, what is left. `None` of an
+    /// agent that declares nothing.
+    pub fn pose_errors(&self, agent: AgentId) -> Option<PoseErrors> {
+        let slot = self.slot_of(agent)?;
+        let registered = &self.registered[slot.index()];
+        let is_measured = self.reached[slot.index()] && !registered.is_reference();
+        if !is_measured || self.mode != Registration::Correct {
+            return Some(PoseErrors::declared(&registered.accuracy));
+        }
+        let Belief { mean, covariance } = belief(&self.joint, slot);
+        let (sigmas, applied) = (registered.sigmas(), registered.applied.to_array());
+        let white = registered.whiteness.kappa();
+        let left = |k: usize| {
+            let uncorrected = mean[k] * sigmas[k] - applied[k];
+            (covariance[k][k] + white) * sigmas[k] * sigmas[k] + uncorrected * uncorrected
+        };
+        Some(PoseErrors { position: (left(0) + left(1)) / 2.0, yaw: left(2) })
     }
 
     /// Takes in the objects of one frame that other agents detect, too.

@@ -5,7 +5,7 @@ use super::evidence::Evidence;
 use super::frame_store::StoredFrame;
 use super::snapshot::{FrameEvidence, ReportEvidence, Snapshot};
 use crate::filter::Filter;
-use crate::values::CompactMeasurement;
+use crate::values::{CompactMeasurement, SharedError};
 
 /// Applies an item to an estimate; there is none before the first detection.
 #[inline]
@@ -24,8 +24,11 @@ pub(super) fn advance<F: Filter>(
 pub(super) fn initial<F: Filter>(item: &Evidence, context: &TrackContext<'_>) -> Option<Snapshot<F>> {
     let held = context.frames.held(item)?;
     let z = context.frames.expanded(item, held);
-    let frame = frame_evidence(item, context.frames.get(item.frame));
-    Some(Snapshot::initial(&frame, &z, held.score(), context.class_motion))
+    let stored = context.frames.get(item.frame);
+    let frame = frame_evidence(item, stored);
+    let mut initial = Snapshot::initial(&frame, &z, held.score(), context.class_motion);
+    initial.shared_error = SharedError::initial(&frame.of_pose(stored.pose_variance(z.position)));
+    Some(initial)
 }
 
 /// Applies an item, with its measurement as it is held where it is a detection.
@@ -44,7 +47,8 @@ pub(super) fn apply<F: Filter>(
             Some(predicted) => known.state = *predicted,
             None => known.predict(at, context.synchronous),
         }
-        let z = context.frames.expanded(item, held);
+        let mut z = context.frames.expanded(item, held);
+        known.reconcile_poses(&frame, stored.pose_variance(z.position), &mut z);
         let range_m =
             || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_for_profile(z.position));
         known.add_detection(&frame, &z, || ReportEvidence {

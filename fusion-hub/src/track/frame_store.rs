@@ -38,6 +38,19 @@ pub struct StoredFrame {
     pub scores: [f64; 2],
 }
 
+impl StoredFrame {
+    /// Mean variance (m²) along an axis of what the sensor's pose adds to an error of a position (m), the same in all frames of
+    /// some seconds.
+    #[inline(always)]
+    pub fn pose_variance(&self, [x, y]: [f64; 2]) -> f64 {
+        let errors = &self.model.pose;
+        if errors.are_none() {
+            return 0.0;
+        }
+        errors.variance_at(self.pose.map_or(0.0, |pose| pose.distance_to(x, y)))
+    }
+}
+
 #[cfg(test)]
 impl StoredFrame {
     /// A frame outside of a store.

@@ -5,7 +5,8 @@ use crate::filter::Filter;
 use crate::values::AgentSlot;
 use crate::values::{ClassShares, Coverage};
 use crate::values::{
-    DetectionModel, HeadingLaw, Measurement, PositionInnovation, ScoreEvidence, ScoreModel, Support,
+    DetectionModel, HeadingLaw, Measurement, PoseDetection, PositionInnovation, ScoreEvidence, ScoreModel,
+    SharedError, Support, Widened,
 };
 use crate::values::{Existence, Persistence};
 use v2x_common::class::Class;
@@ -39,6 +40,8 @@ pub struct Snapshot<F> {
     pub orientation: Orientation,
     /// What the agents have shown of it.
     pub support: Support,
+    /// What of its error of position comes from the pose of an agent.
+    pub shared_error: SharedError,
     class: Class,
     /// Whether the class selects the motion parameters.
     class_motion: bool,
@@ -54,6 +57,13 @@ pub struct FrameEvidence<'a> {
     pub agent: AgentSlot,
     /// How its frame is read.
     pub model: &'a DetectionModel,
+}
+
+impl FrameEvidence<'_> {
+    /// As a detection with this variance (m²) of what its sensor's pose adds.
+    pub(super) fn of_pose(&self, variance: f64) -> PoseDetection {
+        PoseDetection { agent: self.agent, at: self.at, variance, interval_s: self.model.interval_s }
+    }
 }
 
 /// A detection's evidence of existence of one track.
@@ -98,6 +108,7 @@ impl<F: Filter> Snapshot<F> {
             persistence: frame.model.persistence,
             orientation: Orientation::initial(at, z, front_odds_ln),
             support,
+            shared_error: SharedError::initial(&frame.of_pose(0.0)),
             class: z.class,
             class_motion,
             counts,
@@ -156,6 +167,23 @@ impl<F: Filter> Snapshot<F> {
         self.interval_s = model.detection_interval_s(range_m);
         self.persistence = model.persistence;
         self.count_class(z.class);
+    }
+
+    /// Before an update by a detection whose sensor's pose adds this variance (m²) to its error: what the poses of two agents
+    /// add is no noise.
+    #[inline(always)]
+    pub(super) fn reconcile_poses(&mut self, frame: &FrameEvidence<'_>, variance: f64, z: &mut Measurement) {
+        let Self { shared_error, state, .. } = self;
+        let averaged = || {
+            let p = state.predicted_measurement(z.class).position_covariance;
+            (z.r.xx + z.r.yy) / (p.xx + p.yy)
+        };
+        let widened = shared_error.take_in(&frame.of_pose(variance), averaged);
+        if widened != Widened::NONE {
+            self.state.widen_position(widened.estimate);
+            z.r.xx += widened.measurement;
+            z.r.yy += widened.measurement;
+        }
     }
 
     /// Updates by a measurement whose heading may be turned.

@@ -119,6 +119,8 @@ impl<F: Filter> Predictions<F> {
             state.predict(at, estimate.motion_class());
         }
         let mut predicted = state.predicted_measurement(estimate.class());
+        let own = frame.stored.pose_variance(predicted.position);
+        predicted.widen_position(estimate.shared_error.apart(frame.stored.agent, own));
         if let Some(coverage) = &frame.stored.coverage
             && coverage.covers(predicted.position, 0.0)
         {

@@ -18,6 +18,7 @@ mod innovation;
 mod measurement;
 pub mod overlap;
 mod particle_set;
+mod pose_errors;
 mod position_errors;
 mod predicted;
 mod score_model;
@@ -37,6 +38,7 @@ pub use heading_law::HeadingLaw;
 pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
 pub use particle_set::{MAX_PARTICLES, ParticleSet};
+pub use pose_errors::{MOST_ACCURACY, PoseDetection, PoseErrors, SharedError, Widened};
 pub use position_errors::PositionErrors;
 pub use predicted::PredictedMeasurement;
 pub use score_model::{ScoreEvidence, ScoreModel, logit};
@@ -47,5 +49,5 @@ pub use support::Support;
 pub(crate) use {
     class_belief::listed as classes_listed, coast::listed as coast_listed,
     exclusion::listed as exclusion_listed, existence::listed as existence_listed,
-    support::listed as support_listed,
+    pose_errors::listed as pose_errors_listed, support::listed as support_listed,
 };

@@ -25,3 +25,14 @@ pub struct PredictedMeasurement {
     /// Probability that the frame holds a detection of the track; one half where it is unknown.
     pub report_probability: f64,
 }
+
+impl PredictedMeasurement {
+    /// Adds a variance (m²) to the position along each axis.
+    #[inline(always)]
+    pub fn widen_position(&mut self, variance: f64) {
+        for covariance in [&mut self.position_covariance, &mut self.gate_covariance] {
+            covariance.xx += variance;
+            covariance.yy += variance;
+        }
+    }
+}

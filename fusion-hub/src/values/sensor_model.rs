@@ -6,6 +6,7 @@ use super::detection_profile::DetectionProfile;
 use super::existence::{Persistence, SURVIVAL_TIME_S};
 use super::heading_law::HeadingLaw;
 use super::measurement::{Measurement, SizeLaw};
+use super::pose_errors::PoseErrors;
 use super::position_errors::PositionErrors;
 use super::score_model::ScoreModel;
 use serde::{Deserialize, Serialize};
@@ -69,6 +70,8 @@ pub struct DetectionModel {
     pub headings: HeadingLaw,
     /// How errors of position differ from what is declared.
     pub errors: PositionErrors,
+    /// What is unknown of the sensor's pose.
+    pub pose: PoseErrors,
     /// How classes err.
     pub classes: ClassLaw,
     /// Whether an object's history by this sensor counts: whether its last frame held it, and how well it supports it.
@@ -86,6 +89,7 @@ impl Default for DetectionModel {
             scores: ScoreModel::Ignored,
             headings: HeadingLaw::AsReported,
             errors: PositionErrors::AS_DECLARED,
+            pose: PoseErrors::NONE,
             classes: ClassLaw::UNKNOWN,
             keeps_support: false,
         }

@@ -129,6 +129,11 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
         self.covariance[at(1, 0)] = covariance.xy;
     }
 
+    pub(super) fn widen_position(&mut self, variance: f64) {
+        self.covariance[at(0, 0)] += variance;
+        self.covariance[at(1, 1)] += variance;
+    }
+
     /// A component with this variance that is correlated with no other one.
     fn set_alone(&mut self, component: usize, variance: f64) {
         for other in 0..N {

@@ -254,6 +254,14 @@ impl Imm {
         self.manoeuvre.move_to(position, covariance);
     }
 
+    /// Adds a variance (m²) to the position along each axis.
+    pub fn widen_position(&mut self, variance: f64) {
+        self.parked.widen_position(variance);
+        self.stopped.widen_position(variance);
+        self.smooth.widen_position(variance);
+        self.manoeuvre.widen_position(variance);
+    }
+
     /// Sets heading and speed to a course, and takes it for moving: half smooth, half manoeuvring.
     pub fn redirect(&mut self, course: &super::Course) {
         self.parked.redirect(course);
