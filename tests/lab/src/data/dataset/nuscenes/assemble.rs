@@ -41,8 +41,17 @@ struct Draft {
 struct Sample {
     token: String,
     at: Timestamp,
-    ego: Option<Pose>,
+    ego: Ego,
     objects: Vec<TrueBox>,
+}
+
+/// What is known of the vehicle's pose at a keyframe.
+#[derive(Debug)]
+enum Ego {
+    NoSweep,
+    /// The sweep names a pose that was not read yet.
+    Missing(TableError),
+    At(Pose),
 }
 
 impl Assembly {
@@ -82,7 +91,7 @@ impl Assembly {
             let at = Timestamp::from_micros(record.whole("timestamp")?)
                 .ok_or_else(|| record.wrong("timestamp", "microseconds since 1970"))?;
             let token = record.text("token")?.to_owned();
-            self.scenes[*scene].samples.push(Sample { token, at, ego: None, objects: Vec::new() });
+            self.scenes[*scene].samples.push(Sample { token, at, ego: Ego::NoSweep, objects: Vec::new() });
             Ok(())
         })?;
         for (scene, draft) in self.scenes.iter_mut().enumerate() {
@@ -108,18 +117,22 @@ impl Assembly {
             }
             Ok(())
         })?;
-        let mut place_of_pose: HashMap<String, Place> = HashMap::new();
+        let mut places_of_pose: HashMap<String, Vec<Place>> = HashMap::new();
         each(folder, "sample_data", |record| {
             let is_wanted =
                 record.flag("is_key_frame")? && lidars.contains(record.text("calibrated_sensor_token")?);
             if let Some(place) = self.place_of.get(record.text("sample_token")?).filter(|_| is_wanted) {
-                place_of_pose.insert(record.text("ego_pose_token")?.to_owned(), *place);
+                let token = record.text("ego_pose_token")?.to_owned();
+                let (scene, frame) = *place;
+                self.scenes[scene].samples[frame].ego =
+                    Ego::Missing(record.wrong("ego_pose_token", "a token of table ego_pose"));
+                places_of_pose.entry(token).or_default().push(*place);
             }
             Ok(())
         })?;
         each(folder, "ego_pose", |record| {
-            if let Some((scene, frame)) = place_of_pose.get(record.text("token")?) {
-                self.scenes[*scene].samples[*frame].ego = Some(pose(record)?);
+            for (scene, frame) in places_of_pose.get(record.text("token")?).into_iter().flatten() {
+                self.scenes[*scene].samples[*frame].ego = Ego::At(pose(record)?);
             }
             Ok(())
         })
@@ -153,7 +166,11 @@ fn keyframes(samples: Vec<Sample>) -> Result<Vec<Keyframe>, TableError> {
     let start = samples.first().map_or(Timestamp::EPOCH, |sample| sample.at);
     let keyframe = |sample: Sample| {
         let Sample { token, at, ego, objects } = sample;
-        let ego = ego.ok_or(TableError::NoSweep { record: token })?;
+        let ego = match ego {
+            Ego::At(pose) => pose,
+            Ego::Missing(error) => return Err(error),
+            Ego::NoSweep => return Err(TableError::NoSweep { record: token }),
+        };
         Ok(Keyframe { at: at - start, ego, objects })
     };
     samples.into_iter().map(keyframe).collect()

@@ -171,6 +171,13 @@ fn errors_name_table_record_and_field() {
             3,
             "ego_pose_token",
             json!("p0"),
+            "table sample_data, record d-p2, field ego_pose_token: \"p0\", expected a token of table ego_pose",
+        ),
+        (
+            "sample_data",
+            3,
+            "is_key_frame",
+            json!(false),
             "table sample, record k2, field token: no key frame",
         ),
     ] {
