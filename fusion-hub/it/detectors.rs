@@ -7,7 +7,7 @@ use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
 use v2x_common::fused::FusedObject;
-use v2x_common::geometry::{BevBox, angle_difference, wrap_angle};
+use v2x_common::geometry::{BevBox, Pose, angle_difference, wrap_angle};
 use v2x_common::id::HubId;
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
 use v2x_fusion_hub::fusion::{Births, MotionModel};
@@ -370,4 +370,42 @@ fn what_is_learnt_does_not_depend_on_the_order_of_arrival() {
     assert_eq!(prompt.len(), 6);
     assert_eq!(run(&|place| 10 + 10 * i64::try_from(place * 37 % 40).expect("small"), 70), prompt);
     assert!(prompt.iter().all(|(bev, ..)| angle_difference(bev.yaw, 0.0).abs() < 0.3), "{prompt:?}");
+}
+
+/// The share of lists with the car, and with the ghost, that two agents at different places make. Only the first one reports
+/// the ghost.
+fn shares_of(car_score: f64, ghost_score: f64) -> [f64; 2] {
+    let mut engine = engine(MotionModel::Imm);
+    let mut found = [0.0; 2];
+    for k in 0..600_u32 {
+        let ms = 100 * i64::from(k);
+        for (name, east) in [("first", 0.0), ("second", 40.0)] {
+            let ks = i64::from(k);
+            let there =
+                |x: f64, y: f64, score: f64| Detection { score, ..car(x + 0.3 * error(ks, 3), y, 0.0) };
+            let mut reports = vec![there(20.0, 5.0, car_score + 0.02 * error(ks, 4))];
+            if name == "first" {
+                reports.push(there(25.0, -15.0, ghost_score + 0.02 * error(ks, 5)));
+            }
+            let pose = Some(Pose { x: east, y: 0.0, yaw: 0.0 });
+            let sent = DetectionFrame { sensor_pose: pose, ..frame(agent(name), u64::from(k), ms, reports) };
+            engine.handle_frame(&sent, at(ms + 40));
+        }
+        if k >= 500 {
+            let objects = &engine.fused(at(ms + 50)).objects;
+            for (found, y) in found.iter_mut().zip([5.0, -15.0]) {
+                *found +=
+                    f64::from(u8::from(objects.iter().any(|object| (object.bev.y - y).abs() < 3.0))) / 100.0;
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn scores_are_calibrated_by_what_an_agent_elsewhere_confirms() {
+    for (car_score, ghost_score) in [(0.9, 0.2), (0.25, 0.08), (0.15, 0.05), (0.97, 0.7)] {
+        let [car, ghost] = shares_of(car_score, ghost_score);
+        assert!(car > 0.95 && ghost < 0.2, "{car_score}: {car}, {ghost_score}: {ghost}");
+    }
 }

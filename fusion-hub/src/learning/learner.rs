@@ -7,11 +7,12 @@ use super::heading_counts::{HeadingCounts, Report};
 use super::innovation_counts::{Innovation, InnovationCounts};
 use super::reading::{FrameReading, LearntSensor, Prior};
 use super::report::{Counted, LearntSensorReport};
+use super::score_counts::{ScoreCounts, Witness};
 use super::sensor_statistics::SensorStatistics;
-use super::track_memory::{TrackMemory, WaitingMiss};
+use super::track_memory::{Scored, TrackMemory, WaitingMiss};
 use crate::filter::Filter;
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS, range_bin};
+use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS, ScoreModel, range_bin};
 use std::collections::VecDeque;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::Pose;
@@ -64,6 +65,7 @@ struct AgentLearning {
     statistics: SensorStatistics,
     headings: HeadingCounts,
     classes: ClassCounts,
+    scores: ScoreCounts,
     innovations: InnovationCounts,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
@@ -170,7 +172,7 @@ impl Learner {
                 let [x, y] = position;
                 statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
             }
-            statistics.add_scores(frame.scores);
+            known.scores.add_frame(frame.scores);
             self.knows_all_well &= is_known_well;
         }
         for track in tracks.iter().filter(|track| track.holders.leads()) {
@@ -191,6 +193,7 @@ impl Learner {
             agent.statistics.scale(factor);
             agent.headings.scale(factor);
             agent.classes.scale(factor);
+            agent.scores.scale(factor);
             agent.innovations.scale(factor);
         }
     }
@@ -248,6 +251,13 @@ impl Learner {
                 memory,
                 (frame.agent, place),
                 Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
+            );
+        }
+        self.ask(memory, place, (frame, position), true);
+        if let Some(pose) = frame.pose.filter(|_| frame.model.scores != ScoreModel::Ignored) {
+            memory.note_score(
+                place,
+                Scored { band: held.band(), at: item.captured_at, sensor: [pose.x, pose.y] },
             );
         }
         let compared = memory.classes.compare(place, held.class());
@@ -330,12 +340,42 @@ impl Learner {
         }
     }
 
+    /// What a frame says of other agents' last detections of a track, where it covers the place.
+    fn ask(
+        &mut self,
+        memory: &mut TrackMemory,
+        place: usize,
+        (frame, position): (&StoredFrame, [f64; 2]),
+        is_detected: bool,
+    ) {
+        if !memory.has_scored() {
+            return;
+        }
+        let Some(coverage) =
+            frame.coverage.as_ref().filter(|coverage| coverage.covers(position, VIEW_MARGIN_M))
+        else {
+            return;
+        };
+        let witness = Witness {
+            at: frame.captured_at,
+            position: [coverage.pose.x, coverage.pose.y],
+            probability: coverage.profile.probability(coverage.range_to(position)),
+            is_detected,
+        };
+        memory.witnessed(place, &witness, |agent, band| {
+            if let Some(known) = self.agents.get_mut(agent.index()) {
+                known.scores.add(band, &witness);
+            }
+        });
+    }
+
     /// A miss waits until the object is detected again: before that it may have gone.
-    fn observe_missed(&self, memory: &mut TrackMemory, frame: &StoredFrame) {
+    fn observe_missed(&mut self, memory: &mut TrackMemory, frame: &StoredFrame) {
         let (Some(coverage), Some(position)) = (&frame.coverage, memory.position) else { return };
         if coverage.covers(position, VIEW_MARGIN_M) {
             let place = memory.place_of(frame.agent);
             let before = memory.note(place, false);
+            self.ask(memory, place, (frame, position), false);
             let range_bin = range_bin(coverage.range_to(position));
             memory.wait(WaitingMiss { agent: frame.agent, range_bin, before });
         }
@@ -363,7 +403,7 @@ impl AgentLearning {
             overrules_declared: !self.declared_holds(),
             range_m,
             interval_s: self.statistics.interval_s(),
-            scores_differ: self.statistics.scores_differ(),
+            scores: self.scores.model(),
             headings: &self.headings.law(),
             variance_factor: self.innovations.variance_scale(),
             lasting_variance: self.innovations.lasting_variance(),
@@ -389,7 +429,7 @@ impl AgentLearning {
                 lasting: self.innovations.lasting_variance(),
             },
             classes: self.classes.law(),
-            scores_differ: self.statistics.scores_differ(),
+            scores: self.scores.model(),
         };
         let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);
         while self.learnt.get(1).is_some_and(|(next, _)| *next <= oldest) {

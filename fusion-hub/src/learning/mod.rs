@@ -14,6 +14,7 @@ mod innovation_counts;
 mod learner;
 mod reading;
 mod report;
+mod score_counts;
 mod sensor_statistics;
 mod track_memory;
 
@@ -30,6 +31,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         detection_counts::listed(),
         heading_counts::listed(),
         innovation_counts::listed(),
+        score_counts::listed(),
         sensor_statistics::listed(),
         reading::listed(),
     ]

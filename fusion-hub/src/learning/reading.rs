@@ -8,10 +8,6 @@ use crate::values::{
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
 
-/// Slope of the odds of a real object over the odds that a score states, and the score that is no evidence. One fixed law
-/// did as well as one learnt for each agent on the development data.
-const SCORE_SLOPE: f64 = 2.0;
-const NEUTRAL_SCORE_LN: f64 = -0.847_297_860_387_203_7;
 /// Time between frames until it is known, s: objects of a slow sensor are not to vanish before its second frame.
 const UNKNOWN_INTERVAL_S: f64 = 0.28;
 /// Correlation of successive frames of an undescribed sensor, until it is learnt.
@@ -59,8 +55,8 @@ pub(crate) struct LearntSensor {
     pub(super) errors: PositionErrors,
     /// How its classes err.
     pub(super) classes: ClassLaw,
-    /// Whether its scores differ.
-    pub(super) scores_differ: bool,
+    /// How its scores are read.
+    pub(super) scores: ScoreModel,
 }
 
 /// How a frame is read.
@@ -77,8 +73,8 @@ impl LearntSensor {
     pub(super) fn described(&self, declared: &FrameReading) -> FrameReading {
         let mut reading = *declared;
         // Where detection probability and clutter are declared, existence holds all there is but for the scores.
-        reading.model.keeps_support = self.scores_differ;
-        reading.model.scores = self.scores();
+        reading.model.keeps_support = self.scores != ScoreModel::Ignored;
+        reading.model.scores = self.scores;
         reading.model.headings = self.headings();
         reading.model.errors = self.errors;
         reading.model.classes = self.classes;
@@ -104,7 +100,7 @@ impl LearntSensor {
             birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
             interval_s,
             persistence: Persistence::by_rate(interval_s),
-            scores: self.scores(),
+            scores: self.scores,
             headings: self.headings(),
             errors: self.errors,
             pose: PoseErrors::NONE,
@@ -123,13 +119,6 @@ impl LearntSensor {
     fn headings(&self) -> HeadingLaw {
         self.headings.unwrap_or(HeadingLaw::UNKNOWN)
     }
-
-    fn scores(&self) -> ScoreModel {
-        match self.scores_differ {
-            true => ScoreModel::Logistic { neutral: NEUTRAL_SCORE_LN, slope: SCORE_SLOPE },
-            false => ScoreModel::Ignored,
-        }
-    }
 }
 
 /// Every number, for [`crate::parameters`].
@@ -138,6 +127,5 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("learning.undescribed_correlation", UNDESCRIBED_CORRELATION.to_string()),
         ("learning.birth_odds", format!("{BIRTH_ODDS:?}")),
-        ("learning.score", format!("slope {SCORE_SLOPE} about ln odds {NEUTRAL_SCORE_LN}")),
     ]
 }

@@ -1,6 +1,6 @@
 //! What is learnt of a sensor, in the units of people.
 
-use crate::values::{ClassLaw, DetectionProfile, HeadingLaw, RANGE_BIN_M, RANGE_BINS};
+use crate::values::{ClassLaw, DetectionProfile, HeadingLaw, RANGE_BIN_M, RANGE_BINS, ScoreModel};
 use serde::{Deserialize, Serialize};
 
 /// Shares of turned headings and of right classes that are worth telling.
@@ -29,6 +29,8 @@ pub struct LearntSensorReport {
     pub rate_hz: Option<f64>,
     /// Whether its scores differ, and so are evidence.
     pub uses_scores: bool,
+    /// The score at which something is real in one case of two; `None` where scores say nothing, or no score is such.
+    pub even_score: Option<f64>,
     /// Share of headings that are turned by half a turn.
     pub turned_headings: f64,
     /// Constant error of headings, degrees; 0 where none is significant.
@@ -51,7 +53,7 @@ pub(super) struct Counted<'a> {
     pub(super) overrules_declared: bool,
     pub(super) range_m: Option<f64>,
     pub(super) interval_s: Option<f64>,
-    pub(super) scores_differ: bool,
+    pub(super) scores: ScoreModel,
     pub(super) headings: &'a HeadingLaw,
     pub(super) variance_factor: f64,
     pub(super) lasting_variance: f64,
@@ -82,7 +84,8 @@ impl LearntSensorReport {
             overrules_declared: counted.overrules_declared,
             range_m: counted.range_m,
             rate_hz: counted.interval_s.map(|interval_s| 1.0 / interval_s),
-            uses_scores: counted.scores_differ,
+            uses_scores: counted.scores != ScoreModel::Ignored,
+            even_score: even_score(&counted.scores),
             turned_headings,
             heading_offset_deg: offset.to_degrees(),
             sigma_factor: libm::sqrt(counted.variance_factor),
@@ -127,6 +130,9 @@ impl LearntSensorReport {
         if self.lasting_sigma_m > 0.0 {
             words.push(format!("errors of {:.2} m that last", self.lasting_sigma_m));
         }
+        if let Some(score) = self.even_score {
+            words.push(format!("a score of {score:.2} is real in one case of two"));
+        }
         if self.class_right < CLASSES_WORTH_TELLING {
             words.push(format!("classes right in {:.0} %", 100.0 * self.class_right));
         }
@@ -134,9 +140,17 @@ impl LearntSensorReport {
     }
 }
 
+/// The least score, in hundredths, from which on something is rather real than not.
+fn even_score(scores: &ScoreModel) -> Option<f64> {
+    let hundredths = (1..100).map(|percent| f64::from(percent) / 100.0);
+    let even = hundredths.into_iter().find(|score| scores.ln_odds(*score) > -1e-3)?;
+    (*scores != ScoreModel::Ignored && even > 0.01).then_some(even)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::values::logit;
 
     fn report(headings: &HeadingLaw, overrules_declared: bool) -> LearntSensorReport {
         LearntSensorReport::of(&Counted {
@@ -146,7 +160,7 @@ mod tests {
             overrules_declared,
             range_m: Some(45.0),
             interval_s: Some(0.1),
-            scores_differ: true,
+            scores: ScoreModel::logistic(logit(0.4), 2.0),
             headings,
             variance_factor: 4.0,
             lasting_variance: 0.09,
@@ -166,6 +180,7 @@ mod tests {
             "σ of positions × 2.00",
             "errors of 0.30 m that last",
             "classes right in 80 %",
+            "a score of 0.40 is real in one case of two",
         ] {
             assert!(words.contains(part), "{part:?} is missing in {words:?}");
         }

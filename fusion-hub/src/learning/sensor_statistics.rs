@@ -1,4 +1,4 @@
-//! What the frames of an agent show without tracks: its range, its rate, and whether its scores differ.
+//! What the frames of an agent show without tracks: its range and its rate.
 
 use v2x_common::time::{Span, Timestamp};
 
@@ -13,8 +13,6 @@ const VIEW_FACTOR: f64 = 1.5;
 const LEAST_DETECTIONS: f64 = 5.0;
 /// Frames further apart than this are not successive.
 const LONGEST_INTERVAL: Span = Span::from_millis(5000);
-/// Scores that differ by less are the same.
-const SCORE_SPREAD: f64 = 0.01;
 
 /// Statistics of one agent's frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +20,6 @@ pub(super) struct SensorStatistics {
     ranges: [f64; STEPS],
     intervals: Intervals,
     newest: Option<Timestamp>,
-    scores: (f64, f64),
 }
 
 /// Times between successive frames.
@@ -34,12 +31,7 @@ struct Intervals {
 
 impl Default for SensorStatistics {
     fn default() -> Self {
-        Self {
-            ranges: [0.0; STEPS],
-            intervals: Intervals::default(),
-            newest: None,
-            scores: (f64::INFINITY, f64::NEG_INFINITY),
-        }
+        Self { ranges: [0.0; STEPS], intervals: Intervals::default(), newest: None }
     }
 }
 
@@ -55,11 +47,6 @@ impl SensorStatistics {
             let step = (range_m / STEP_M).clamp(0.0, (STEPS - 1) as f64) as usize;
             self.ranges[step] += 1.0;
         }
-    }
-
-    /// Notes the least and the greatest score of a frame.
-    pub(super) fn add_scores(&mut self, [least, greatest]: [f64; 2]) {
-        self.scores = (self.scores.0.min(least), self.scores.1.max(greatest));
     }
 
     /// Counts a frame. Frames come in order of capture.
@@ -105,11 +92,6 @@ impl SensorStatistics {
     pub(super) fn interval_s(&self) -> Option<f64> {
         (self.intervals.count > 0.0).then(|| self.intervals.sum_s / self.intervals.count)
     }
-
-    /// Whether its scores differ at all.
-    pub(super) fn scores_differ(&self) -> bool {
-        self.scores.1 - self.scores.0 > SCORE_SPREAD
-    }
 }
 
 /// Every number, for [`crate::parameters`].
@@ -141,15 +123,5 @@ mod tests {
             statistics.add_frame(Timestamp::EPOCH + Span::from_millis(ms));
         }
         assert_eq!(statistics.interval_s(), Some(0.5));
-    }
-
-    #[test]
-    fn equal_scores_do_not_differ() {
-        let mut statistics = SensorStatistics::default();
-        assert!(!statistics.scores_differ());
-        statistics.add_scores([1.0, 1.0]);
-        assert!(!statistics.scores_differ());
-        statistics.add_scores([0.4, 0.9]);
-        assert!(statistics.scores_differ());
     }
 }

@@ -3,7 +3,9 @@
 use super::class_counts::LastClasses;
 use super::heading_counts::{Report, compare, is_due};
 use super::innovation_counts::Innovation;
-use crate::values::AgentSlot;
+use super::score_counts::Witness;
+use crate::values::{AgentSlot, ScoreBand};
+use v2x_common::time::Timestamp;
 
 /// Detections from which on a track is taken for a real object: fewer may be clutter.
 const LEAST_DETECTIONS: u32 = 4;
@@ -30,6 +32,8 @@ pub(super) struct TrackMemory {
     /// The agents, and what is remembered of each by its place among them.
     agents: Vec<AgentSlot>,
     by_agent: Vec<AgentMemory>,
+    /// How many of them have a detection that another agent may confirm.
+    n_scored: u32,
     /// The class that each agent reported last.
     pub(super) classes: LastClasses,
     pub(super) waiting: Vec<WaitingMiss>,
@@ -44,6 +48,17 @@ struct AgentMemory {
     report: Option<Report>,
     /// Its last innovation.
     innovation: Option<Innovation>,
+    /// Its last detection, until another agent has confirmed it or not.
+    scored: Option<Scored>,
+}
+
+/// A detection that another agent may confirm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scored {
+    pub(super) band: ScoreBand,
+    pub(super) at: Timestamp,
+    /// Position of the sensor, m.
+    pub(super) sensor: [f64; 2],
 }
 
 impl TrackMemory {
@@ -92,6 +107,33 @@ impl TrackMemory {
     /// Takes the place of the agent's last innovation, which is returned.
     pub(super) fn replace_innovation(&mut self, place: usize, own: Innovation) -> Option<Innovation> {
         self.by_agent[place].innovation.replace(own)
+    }
+
+    /// Notes a detection that another agent may confirm.
+    pub(super) fn note_score(&mut self, place: usize, scored: Scored) {
+        self.n_scored += u32::from(self.by_agent[place].scored.replace(scored).is_none());
+    }
+
+    /// Whether there is a detection that another agent may confirm.
+    pub(super) fn has_scored(&self) -> bool {
+        self.n_scored > 0
+    }
+
+    /// What a frame of the agent at a place says of the last detections of other agents; each is asked of once.
+    pub(super) fn witnessed(
+        &mut self,
+        place: usize,
+        witness: &Witness,
+        mut each: impl FnMut(AgentSlot, ScoreBand),
+    ) {
+        let others =
+            self.agents.iter().zip(&mut self.by_agent).enumerate().filter(|(other, _)| *other != place);
+        for (_, (agent, known)) in others {
+            if let Some(scored) = known.scored.take_if(|scored| witness.is_of(scored)) {
+                self.n_scored -= 1;
+                each(*agent, scored.band);
+            }
+        }
     }
 
     /// Lets a miss wait.

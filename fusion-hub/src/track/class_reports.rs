@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn reports_with_low_scores_weigh_less() {
         let (names, [c, ..]) = three();
-        let scores = ScoreModel::Logistic { neutral: -0.85, slope: 2.0 };
+        let scores = ScoreModel::logistic(-0.85, 2.0);
         let mut reports = ClassReports::default();
         for _ in 0..10 {
             reports.add(c, Class::Truck, scores.evidence(0.1));

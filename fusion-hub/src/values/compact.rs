@@ -1,6 +1,6 @@
 //! A measurement in one cache line: what tracks replay.
 
-use super::{Measurement, ScoreEvidence, SizeLaw};
+use super::{Measurement, ScoreBand, ScoreEvidence, SizeLaw};
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::HeadingKind;
@@ -27,9 +27,10 @@ pub struct CompactMeasurement {
     pub has_velocity: bool,
     /// Whether it is an agent's own track.
     pub is_track: bool,
-    /// Place in the list of laws, and whether it holds for width and depth.
+    band: ScoreBand,
+    /// Place in the list of laws, and whether it holds for width (1) and depth (2).
     law: u8,
-    has_law: [bool; 2],
+    has_law: u8,
 }
 
 /// A detection's evidence of existence.
@@ -39,6 +40,8 @@ pub struct DetectionEvidence {
     pub over_clutter: f64,
     /// The evidence of its score.
     pub score: ScoreEvidence,
+    /// The band of its score.
+    pub band: ScoreBand,
 }
 
 /// The laws that sensors have declared: few, so that a measurement names its own in one byte.
@@ -73,8 +76,9 @@ impl CompactMeasurement {
         score: ScoreEvidence::NONE,
         has_velocity: false,
         is_track: false,
+        band: ScoreBand::LEAST,
         law: 0,
-        has_law: [false; 2],
+        has_law: 0,
     };
 
     /// From a measurement and its evidence of existence. If more than 256 laws are in use,
@@ -96,8 +100,12 @@ impl CompactMeasurement {
             score: evidence.score,
             has_velocity: z.velocity.is_some(),
             is_track: z.is_track,
+            band: evidence.band,
             law: law.unwrap_or(0),
-            has_law: z.size_law.map(|of_dimension| of_dimension.is_some() && law.is_some()),
+            has_law: match law {
+                Some(_) => u8::from(z.size_law[0].is_some()) | (u8::from(z.size_law[1].is_some()) << 1),
+                None => 0,
+            },
         }
     }
 
@@ -115,7 +123,7 @@ impl CompactMeasurement {
             yaw: f64::from(self.yaw),
             yaw_variance: f64::from(self.yaw_variance),
             heading: self.heading,
-            size_law: self.has_law.map(|holds| holds.then(|| laws.0[usize::from(self.law)])),
+            size_law: [1, 2].map(|bit| (self.has_law & bit != 0).then(|| laws.0[usize::from(self.law)])),
             velocity: None,
             is_track: self.is_track,
         }
@@ -145,6 +153,12 @@ impl CompactMeasurement {
         self.score
     }
 
+    /// The band of its score.
+    #[inline]
+    pub const fn band(&self) -> ScoreBand {
+        self.band
+    }
+
     /// Detection probability over clutter density, m²; ∞ without clutter.
     #[inline]
     pub fn detection_over_clutter(&self) -> f64 {
@@ -157,7 +171,7 @@ mod tests {
     use super::*;
 
     const CERTAIN: DetectionEvidence =
-        DetectionEvidence { over_clutter: f64::INFINITY, score: ScoreEvidence::NONE };
+        DetectionEvidence { over_clutter: f64::INFINITY, score: ScoreEvidence::NONE, band: ScoreBand::LEAST };
 
     #[test]
     fn a_measurement_is_one_cache_line_and_keeps_six_digits() {

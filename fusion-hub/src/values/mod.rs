@@ -41,7 +41,7 @@ pub use particle_set::{MAX_PARTICLES, ParticleSet};
 pub use pose_errors::{MOST_ACCURACY, PoseDetection, PoseErrors, SharedError, Widened};
 pub use position_errors::PositionErrors;
 pub use predicted::PredictedMeasurement;
-pub use score_model::{ScoreEvidence, ScoreModel, logit};
+pub use score_model::{SCORE_BANDS, ScoreBand, ScoreEvidence, ScoreModel, logit};
 pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::Support;
 

@@ -8,7 +8,7 @@ use super::heading_law::HeadingLaw;
 use super::measurement::{Measurement, SizeLaw};
 use super::pose_errors::PoseErrors;
 use super::position_errors::PositionErrors;
-use super::score_model::ScoreModel;
+use super::score_model::{ScoreBand, ScoreModel};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::detection::Detection;
@@ -133,7 +133,11 @@ impl DetectionModel {
         let sensor = sensor.filter(|_| self.profile.depends_on_range());
         let range_m = sensor.map_or(0.0, |pose| pose.distance_to(detection.bev.x, detection.bev.y));
         let score = self.scores.evidence(detection.score);
-        DetectionEvidence { over_clutter: self.detection_over_clutter(range_m) * score.factor(), score }
+        DetectionEvidence {
+            over_clutter: self.detection_over_clutter(range_m) * score.factor(),
+            score,
+            band: ScoreBand::of(detection.score),
+        }
     }
 }
 

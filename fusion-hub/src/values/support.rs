@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn what_one_agent_reports_with_a_low_score_and_another_misses_is_no_real_object() {
         let [a, b] = agents();
-        let scores = ScoreModel::Logistic { neutral: -0.85, slope: 2.0 };
+        let scores = ScoreModel::logistic(-0.85, 2.0);
         let after = |score: f64, b_misses: bool| {
             let mut support = Support::default();
             for frame in 0..20 {
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn silence_of_one_agent_costs_a_bounded_amount() {
         let [a, b] = agents();
-        let scores = ScoreModel::Logistic { neutral: -0.85, slope: 2.0 };
+        let scores = ScoreModel::logistic(-0.85, 2.0);
         let mut support = Support::default();
         for frame in 0..1000 {
             support.note_detection(a, at(frame), scores.evidence(0.5));
