@@ -116,7 +116,7 @@ mod tests {
     fn what_is_wrong_with_agents_is_said_in_words() {
         let quantiles = serde_json::json!({ "p50": null, "p95": null, "p99": null, "max": null, "count": 0 });
         let agent = serde_json::json!({
-            "id": "carla", "alive": true, "accepted": 0, "synchronous": 0, "out_of_sequence": 0, "ahead_of_time": 0,
+            "id": "carla", "alive": true, "accepted": 0, "synchronous": 0, "out_of_sequence": 0, "ahead_of_time": 0, "clock_set_back": 0,
             "refused": { "too_late": 3 }, "last_refusal": "captured long ago", "dropped_detections": { "w out of range": 7 },
             "last_dropped": "w of detection 2 is 0", "unmapped_classes": 2, "unmapped_names": { "ufo": 2 },
             "descriptions_refused": 0, "nis_per_dof": null, "newest_captured_at": null, "sensor": null,

@@ -66,3 +66,28 @@ fn a_hub_that_ignores_delays_refuses_no_old_frame_and_keeps_the_agents_stamps() 
     let fused = engine.fused(at(30_000));
     assert_eq!((fused.objects.len(), fused.includes[0].captured_at), (1, at(0)));
 }
+
+#[test]
+fn an_agent_whose_clock_was_ahead_and_is_set_right_leaves_no_second_car_and_nothing_of_others_is_lost() {
+    let mut engine = Engine::new(config());
+    let mut n_objects = Vec::new();
+    let mut kept = Vec::new();
+    for k in 0..40_i64 {
+        let (now_ms, ahead_ms) = (100 * k + 20, if k < 20 { 400 } else { 0 });
+        let sequence = u64::try_from(k).expect("a number");
+        let own = |object: u32| vec![detection(object, at(100 * k), (0.0, 0.0))];
+        let ahead = frame(agent("ahead"), sequence, 100 * k + ahead_ms, own(0));
+        let exact = frame(agent("exact"), sequence, 100 * k, own(1));
+        for sent in [ahead, exact] {
+            let disposition = engine.handle_frame(&sent, at(now_ms));
+            assert!(matches!(disposition, Disposition::Accepted { .. }), "{disposition:?}");
+        }
+        let objects = &engine.fused(at(now_ms)).objects;
+        n_objects.push(objects.len());
+        kept.extend(objects.iter().filter(|object| object.bev.y > 25.0).map(|object| object.track));
+    }
+    assert_eq!(n_objects, [2; 40]);
+    kept.dedup();
+    assert_eq!(kept.len(), 1, "the other agent's car has one id");
+    assert_eq!(engine.agents().record(&agent("ahead")).expect("it was heard").statistics.clock_set_back, 1);
+}

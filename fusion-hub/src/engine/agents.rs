@@ -17,6 +17,12 @@ pub const MAX_FRAMES_WITHIN_DELTA_MAX: usize = 4096;
 /// How long an agent must have been silent before it makes room for another one.
 const SILENT_FOR_GOOD: Span = Span::from_millis(60_000);
 
+/// A clock that is set back is noticed this often at most: what it claimed is then taken back, which costs a replay.
+const SET_BACK_AT_MOST_EVERY: Span = Span::from_millis(1000);
+
+/// A frame this far in the future was not overtaken on its way, but its agent's clock is wrong.
+const FAR_AHEAD: Span = Span::from_millis(100);
+
 /// What is known of one agent.
 #[derive(Clone, Debug, Default)]
 pub struct AgentRecord {
@@ -32,6 +38,10 @@ pub struct AgentRecord {
     pub statistics: AgentStatistics,
     /// When anything of it last arrived, by the hub's clock.
     last_heard_at: Option<Timestamp>,
+    /// The newest of its frames that were captured in the future by the hub's clock.
+    ahead: Option<AheadFrame>,
+    /// When its clock was last found to be set back.
+    set_back_at: Option<Timestamp>,
     /// Epochs and sequence numbers of the frames within Δmax, in order, to recognise duplicates.
     accepted: VecDeque<((u64, u64), Timestamp)>,
 }
@@ -70,6 +80,27 @@ impl AgentRecord {
         }
     }
 
+    /// Whether a frame shows that the agent's clock was ahead and has been set back: it was sent after one that is captured
+    /// later by its stamp, which lay in the future when that arrived. That is noticed once a second at most.
+    pub(super) fn is_set_back(&mut self, frame: &DetectionFrame, is_ahead: bool, now: Timestamp) -> bool {
+        if is_ahead {
+            let id = (frame.id.epoch, frame.id.sequence);
+            if self.ahead.is_none_or(|newest| newest.id < id) {
+                self.ahead =
+                    Some(AheadFrame { id, captured_at: frame.captured_at, ahead: frame.captured_at - now });
+            }
+            return false;
+        }
+        let is_before = |newest: AheadFrame| frame.captured_at < newest.captured_at;
+        let is_set_back = self.ahead.is_some_and(|newest| is_before(newest) && newest.is_followed_by(frame))
+            && self.set_back_at.is_none_or(|before| now - before > SET_BACK_AT_MOST_EVERY);
+        if is_set_back {
+            self.ahead = None;
+            self.set_back_at = Some(now);
+        }
+        is_set_back
+    }
+
     /// Its entry in a fused frame.
     pub fn health(&self, agent: AgentId) -> AgentHealth {
         AgentHealth {
@@ -80,6 +111,24 @@ impl AgentRecord {
             refused: self.statistics.refused_total(),
             out_of_sequence: self.statistics.out_of_sequence,
         }
+    }
+}
+
+/// A frame that was captured in the future by the hub's clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct AheadFrame {
+    id: (u64, u64),
+    captured_at: Timestamp,
+    /// By how much.
+    ahead: Span,
+}
+
+impl AheadFrame {
+    /// Whether a frame that arrives after this one was sent after it, too. A sequence number that is the time of capture says
+    /// nothing of that: then this one must have been far ahead, farther than frames overtake each other by.
+    fn is_followed_by(&self, frame: &DetectionFrame) -> bool {
+        let is_by_time = i64::try_from(frame.id.sequence).ok() == Some(frame.captured_at.as_micros());
+        (frame.id.epoch, frame.id.sequence) > self.id || (is_by_time && self.ahead > FAR_AHEAD)
     }
 }
 
@@ -181,7 +230,8 @@ mod tests {
     use super::*;
 
     fn frame(sequence: u64, ms: i64) -> DetectionFrame {
-        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: sequence / 100, sequence };
+        let epoch = if sequence < 1000 { sequence / 100 } else { 0 };
+        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch, sequence };
         DetectionFrame::empty(id, at(ms))
     }
 
@@ -200,6 +250,32 @@ mod tests {
         // A frame of exactly the horizon may arrive again, an older one may not.
         record.note_accepted(&frame(10, 100), at(40));
         assert_eq!([3, 4, 5, 9, 10].map(|sequence| has(&record, sequence)), [false, true, true, true, true]);
+    }
+
+    #[test]
+    fn a_clock_is_set_back_where_a_later_frame_is_of_before_one_of_the_future() {
+        let mut record = AgentRecord::default();
+        // Sequence number, stamp, arrival: 400 ms ahead, then right.
+        let mut set_back =
+            |sequence: u64, ms: i64, now: i64| record.is_set_back(&frame(sequence, ms), ms > now, at(now));
+        assert!(!set_back(1, 500, 100) && !set_back(2, 600, 200));
+        // One that was overtaken on the way shows nothing.
+        assert!(!set_back(0, 400, 450));
+        assert!(set_back(3, 300, 301) && !set_back(4, 400, 401));
+        assert!(!set_back(5, 900, 501) && !set_back(6, 600, 601), "twice within a second");
+        // Without sequence numbers of its own.
+        let mut record = AgentRecord::default();
+        let mut set_back = |ms: i64, now: i64| {
+            let sequence = u64::try_from(at(ms).as_micros()).unwrap();
+            record.is_set_back(&frame(sequence, ms), ms > now, at(now))
+        };
+        assert!(!set_back(520, 500) && !set_back(420, 530), "overtaken");
+        assert!(!set_back(1000, 600) && set_back(700, 701));
+        // A link that was slow and is fast again is no clock.
+        let mut record = AgentRecord::default();
+        let mut set_back =
+            |sequence: u64, ms: i64, now: i64| record.is_set_back(&frame(sequence, ms), ms > now, at(now));
+        assert!(!set_back(1, 100, 500) && !set_back(2, 200, 510) && !set_back(3, 300, 305));
     }
 
     #[test]

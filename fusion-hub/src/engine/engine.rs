@@ -265,12 +265,17 @@ impl Engine {
         record.statistics.synchronous += u64::from(admitted.is_synchronous);
         record.statistics.out_of_sequence += u64::from(admitted.out_of_sequence);
         record.statistics.ahead_of_time += u64::from(admitted.ahead_of_time);
+        let is_set_back = record.is_set_back(frame, admitted.ahead_of_time, self.now);
+        record.statistics.clock_set_back += u64::from(is_set_back);
         if self.now - self.maintained_at > MAINTENANCE_INTERVAL {
             self.maintain(FOLD_SLACK);
         }
         self.history.note(slot, frame.captured_at, frame.detections.len());
         if self.pending.len() < MAX_PENDING {
             self.pending.push(Inclusion { frame: frame.id, captured_at: stamped_at, received_at });
+        }
+        if is_set_back {
+            self.method.take_back(slot, frame.captured_at, self.agents.names());
         }
         let Some((agent, record)) = self.agents.entry(&frame.id.agent) else { return };
         let declared = || record.description.map(|description| PoseErrors::declared(&description.accuracy));

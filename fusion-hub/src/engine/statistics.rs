@@ -18,6 +18,8 @@ pub struct AgentStatistics {
     pub out_of_sequence: u64,
     /// Accepted frames that were captured in the future by the hub's clock.
     pub ahead_of_time: u64,
+    /// How often its clock was ahead of the hub's and was set back.
+    pub clock_set_back: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<&'static str, u64>,
     /// The newest refusal.

@@ -38,6 +38,10 @@ pub trait FusionMethod: std::fmt::Debug + Send {
     /// Forgets what can no longer matter. Called often; a method whose memory is bounded needs not do anything.
     fn maintain(&mut self, _now: Timestamp, _horizon: &Horizon, _agents: &AgentNames) {}
 
+    /// The clock of an agent was ahead and has been set back: what it reported of times after `after` was not so. A method
+    /// that remembers nothing has nothing to take back.
+    fn take_back(&mut self, _agent: AgentSlot, _after: Timestamp, _agents: &AgentNames) {}
+
     /// What it has learnt of an agent's sensor, for the status; a method that learns nothing knows nothing.
     fn learnt(&self, _agent: AgentSlot) -> Option<LearntSensorReport> {
         None

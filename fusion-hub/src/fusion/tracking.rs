@@ -226,6 +226,10 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         self.duplicates.maintain(now, self.tracker.tracks());
     }
 
+    fn take_back(&mut self, agent: AgentSlot, after: Timestamp, agents: &AgentNames) {
+        self.tracker.take_back(agent, after, agents);
+    }
+
     fn learnt(&self, agent: AgentSlot) -> Option<LearntSensorReport> {
         self.learner.as_ref()?.report(agent)
     }

@@ -266,6 +266,7 @@ impl Hub {
                 synchronous: record.statistics.synchronous,
                 out_of_sequence: record.statistics.out_of_sequence,
                 ahead_of_time: record.statistics.ahead_of_time,
+                clock_set_back: record.statistics.clock_set_back,
                 refused: record
                     .statistics
                     .refused
@@ -357,6 +358,7 @@ impl AgentStatus {
             synchronous: 0,
             out_of_sequence: 0,
             ahead_of_time: 0,
+            clock_set_back: 0,
             refused: std::collections::BTreeMap::new(),
             last_refusal: None,
             dropped_detections: std::collections::BTreeMap::new(),

@@ -76,6 +76,9 @@ pub struct AgentStatus {
     pub out_of_sequence: u64,
     /// Frames accepted that were measured in the future by the hub's clock.
     pub ahead_of_time: u64,
+    /// How often its clock was ahead of the hub's and was set back.
+    #[serde(default)]
+    pub clock_set_back: u64,
     /// Frames refused, by reason.
     pub refused: BTreeMap<String, u64>,
     /// The newest refusal in words.

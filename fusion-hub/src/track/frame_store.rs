@@ -159,6 +159,11 @@ impl FrameStore {
         &self.slots[slot.index()]
     }
 
+    /// What a frame does not hold was not missed.
+    pub fn withdraw_coverage(&mut self, slot: FrameSlot) {
+        self.slots[slot.index()].coverage = None;
+    }
+
     /// The measurements of a frame, without velocities.
     pub fn measurements(&self, slot: FrameSlot) -> impl Iterator<Item = Measurement> {
         self.compact(slot).iter().map(|compact| compact.expanded(&self.laws))

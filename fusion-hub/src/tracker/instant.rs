@@ -124,6 +124,11 @@ impl<F: Filter> NewestInstant<F> {
         self.before.retain(|track| !ids.contains(&track.id));
     }
 
+    /// Forgets copies of tracks that are being deleted.
+    pub(super) fn forget_where(&mut self, is_deleted: impl Fn(&Track<F>) -> bool) {
+        self.before.retain(|track| !is_deleted(track));
+    }
+
     /// Maintains the copies as the tracks are ([`TrackStore::maintain`]).
     pub(super) fn maintain(&mut self, kept: &KeptTracks, context: &TrackContext<'_>) {
         self.before.retain(|track| track.last_measured_at() >= kept.detected_from(track));

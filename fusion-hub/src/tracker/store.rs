@@ -156,10 +156,9 @@ impl<F: Filter> TrackStore<F> {
         self.tracks.sort_by_key(|track| track.id);
     }
 
-    /// Deletes tracks without a detection.
-    pub(crate) fn delete_empty(&mut self) {
-        let is_empty = |track: &mut Track<F>| track.has_no_detections();
-        self.spare.extend(self.tracks.extract_if(.., is_empty));
+    /// Deletes tracks.
+    pub(crate) fn delete_where(&mut self, is_deleted: impl Fn(&Track<F>) -> bool) {
+        self.spare.extend(self.tracks.extract_if(.., |track| is_deleted(track)));
     }
 
     /// Removes the younger of two tracks, for its evidence to be taken over by the older one; with the index of that.

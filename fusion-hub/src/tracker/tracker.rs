@@ -8,7 +8,7 @@ use super::store::{KeptTracks, TrackStore};
 use super::update::{AssociatedFrame, initiate, split_versions, update};
 use crate::filter::Filter;
 use crate::track::{Evidence, FrameSlot, FrameStore, Horizon, SensedFrame, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, Measurement};
+use crate::values::{AgentNames, AgentSlot, Measurement};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -198,8 +198,28 @@ impl<F: Filter> Tracker<F> {
         for track in self.tracks.iter_mut() {
             frames.iter().for_each(|frame| track.retract(*frame, &context));
         }
-        self.tracks.delete_empty();
+        self.tracks.delete_where(Track::has_no_detections);
         self.instant.forget_ids_in_use(&self.tracks);
+    }
+
+    /// Takes back what an agent has reported of times after `after`, and the tracks that it alone has reported then: where they
+    /// are its reports of earlier times do not say either.
+    pub(crate) fn take_back(&mut self, agent: AgentSlot, after: Timestamp, agents: &AgentNames) {
+        let Self { config, frames, tracks, instant, .. } = self;
+        let context = context(config, frames, agents);
+        let is_its_alone = |track: &Track<F>| {
+            track.last_measured_at() > after
+                && track.contributors().iter().all(|newest| newest.agent() == agent)
+        };
+        instant.forget_where(is_its_alone);
+        tracks.delete_where(is_its_alone);
+        let its = frames.since(after).filter(|(_, frame)| frame.agent == agent && frame.captured_at > after);
+        let its: Vec<_> = its.map(|(slot, _)| slot).collect();
+        for slot in &its {
+            tracks.iter_mut().for_each(|track| track.retract(*slot, &context));
+        }
+        tracks.delete_where(Track::has_no_detections);
+        its.iter().for_each(|slot| self.frames.withdraw_coverage(*slot));
     }
 
     /// The next retracted frame that is to be associated again.
