@@ -43,7 +43,8 @@ impl AgentPublisher {
         let sensor = session
             .declare_publisher(keys.sensor(agent))
             .encoding(encoding)
-            .congestion_control(CongestionControl::Block);
+            // Published again each second: nobody who is slow to read may hold the agent up.
+            .congestion_control(CongestionControl::Drop);
         let truth = session
             .declare_publisher(keys.truth(agent))
             .encoding(ENCODING_JSON)

@@ -65,6 +65,11 @@ impl<T> DropOldestQueue<T> {
         }
     }
 
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.lock().items.is_empty()
+    }
+
     /// Number of dropped items.
     pub fn dropped(&self) -> u64 {
         self.lock().dropped

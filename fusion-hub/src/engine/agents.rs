@@ -193,11 +193,11 @@ impl AgentRegistry {
         Some((slot, record))
     }
 
-    /// Counts a refusal.
-    pub(super) fn note_refusal(&mut self, agent: AgentId, refusal: Refusal, now: Timestamp) {
+    /// Counts refusals for one reason.
+    pub(super) fn note_refusals(&mut self, agent: AgentId, refusal: Refusal, count: u64, now: Timestamp) {
         match self.heard(agent, now) {
-            Some((_, record)) => record.statistics.note_refusal(refusal),
-            None => self.refused_beyond_limit += 1,
+            Some((_, record)) => record.statistics.note_refusals(refusal, count),
+            None => self.refused_beyond_limit += count,
         }
     }
 

@@ -158,7 +158,12 @@ impl Engine {
 
     /// Counts a frame that was refused before it was decoded.
     pub fn note_refusal(&mut self, agent: AgentId, refusal: Refusal) {
-        self.agents.note_refusal(agent, refusal, self.now);
+        self.note_refusals(agent, refusal, 1);
+    }
+
+    /// Counts several frames that were refused for one reason before they were decoded.
+    pub fn note_refusals(&mut self, agent: AgentId, refusal: Refusal, count: u64) {
+        self.agents.note_refusals(agent, refusal, count, self.now);
     }
 
     /// Counts a sensor description that was refused.
@@ -227,7 +232,7 @@ impl Engine {
     }
 
     fn refuse(&mut self, agent: AgentId, refusal: Refusal) -> Disposition {
-        self.agents.note_refusal(agent, refusal.clone(), self.now);
+        self.agents.note_refusals(agent, refusal.clone(), 1, self.now);
         Disposition::Refused(refusal)
     }
 

@@ -81,6 +81,22 @@ pub enum Refusal {
         /// How many are allowed.
         limit: usize,
     },
+    /// It waited while the hub had no time for it, until newer ones took its place.
+    #[error(
+        "waited too long: this agent's frames cost more than its share of the hub's time, or are more than {limit}"
+    )]
+    QueueFull {
+        /// How many frames of an agent may wait.
+        limit: usize,
+    },
+    /// A payload that is larger than any frame.
+    #[error("{bytes} bytes, at most {limit}")]
+    TooLarge {
+        /// Its size.
+        bytes: usize,
+        /// The largest one allowed.
+        limit: usize,
+    },
     /// More frames within Δmax than one agent may send.
     #[error("more than {limit} frames of this agent within the maximum latency")]
     TooManyFrames {
@@ -106,6 +122,8 @@ impl Refusal {
             Self::TooManyAgents { .. } => "too_many_agents",
             Self::TooManyDetections { .. } => "too_many_detections",
             Self::TooManyFrames { .. } => "too_many_frames",
+            Self::QueueFull { .. } => "queue_full",
+            Self::TooLarge { .. } => "too_large",
         }
     }
 }

@@ -82,8 +82,8 @@ impl AgentStatistics {
         per_dof(&self.recent.total(now))
     }
 
-    pub(super) fn note_refusal(&mut self, refusal: Refusal) {
-        *self.refused.entry(refusal.reason()).or_default() += 1;
+    pub(super) fn note_refusals(&mut self, refusal: Refusal, count: u64) {
+        *self.refused.entry(refusal.reason()).or_default() += count;
         self.last_refusal = Some(refusal);
     }
 

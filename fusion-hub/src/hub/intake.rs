@@ -9,7 +9,7 @@ use v2x_common::keys::{self, InvalidAgent};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
 use v2x_common::unmapped_names::UnmappedNames;
-use v2x_common::wire::{self, WireError};
+use v2x_common::wire;
 use zenoh::sample::Sample;
 
 /// A sample as received, with its time of arrival.
@@ -17,7 +17,17 @@ use zenoh::sample::Sample;
 pub(super) struct Received {
     pub(super) agent: AgentId,
     pub(super) received_at: Timestamp,
-    sample: Sample,
+    payload: Payload,
+}
+
+/// Largest payload that is read: 4096 detections as verbose JSON.
+const MAX_BYTES: usize = 4 << 20;
+
+#[derive(Debug)]
+enum Payload {
+    Whole(Box<Sample>),
+    /// Larger than allowed, by its size: it is not kept.
+    TooLarge(usize),
 }
 
 impl Received {
@@ -25,11 +35,25 @@ impl Received {
     pub(super) fn stamp(sample: Sample) -> Result<Self, InvalidAgent> {
         let received_at = clock::now();
         let agent = keys::agent_of(sample.key_expr().as_str())?;
-        Ok(Self { agent, received_at, sample })
+        let bytes = sample.payload().len();
+        let payload =
+            if bytes > MAX_BYTES { Payload::TooLarge(bytes) } else { Payload::Whole(Box::new(sample)) };
+        Ok(Self { agent, received_at, payload })
     }
 
-    fn is_json(&self, bytes: &[u8]) -> bool {
-        wire::is_json(&self.sample.encoding().to_string(), bytes)
+    /// The bytes that it keeps.
+    pub(super) fn bytes(&self) -> usize {
+        match &self.payload {
+            Payload::Whole(sample) => sample.payload().len(),
+            Payload::TooLarge(_) => 0,
+        }
+    }
+
+    fn sample(&self) -> Result<&Sample, Refusal> {
+        match &self.payload {
+            Payload::Whole(sample) => Ok(sample),
+            Payload::TooLarge(bytes) => Err(Refusal::TooLarge { bytes: *bytes, limit: MAX_BYTES }),
+        }
     }
 
     /// The frame with its detections as they were sent, and its unknown class names.
@@ -37,8 +61,9 @@ impl Received {
         if !settings.listens_to(&self.agent) {
             return Err(Refusal::NotListenedTo);
         }
-        let bytes = self.sample.payload().to_bytes();
-        let (frame, unmapped_classes) = if self.is_json(&bytes) {
+        let sample = self.sample()?;
+        let bytes = sample.payload().to_bytes();
+        let (frame, unmapped_classes) = if is_json(sample, &bytes) {
             let defaults = settings.report_defaults_of(&self.agent);
             let decoded = wire::json::decode_detections_as_sent(&bytes, self.agent, defaults)?;
             (decoded.frame, decoded.unmapped_classes)
@@ -52,8 +77,14 @@ impl Received {
     }
 
     /// The sensor description.
-    pub(super) fn description(&self) -> Result<SensorDescription, WireError> {
-        let bytes = self.sample.payload().to_bytes();
-        if self.is_json(&bytes) { wire::json::decode_sensor(&bytes) } else { wire::sensor::decode(&bytes) }
+    pub(super) fn description(&self) -> Result<SensorDescription, Refusal> {
+        let sample = self.sample()?;
+        let bytes = sample.payload().to_bytes();
+        let decode = if is_json(sample, &bytes) { wire::json::decode_sensor } else { wire::sensor::decode };
+        Ok(decode(&bytes)?)
     }
+}
+
+fn is_json(sample: &Sample, bytes: &[u8]) -> bool {
+    wire::is_json(&sample.encoding().to_string(), bytes)
 }

@@ -5,6 +5,7 @@ mod args;
 #[cfg(feature = "cli")]
 mod command;
 mod error;
+mod fair_queue;
 mod intake;
 mod network;
 mod roster;
@@ -12,6 +13,7 @@ mod run;
 mod settings;
 mod status;
 mod timing;
+mod turns;
 mod unnamed;
 
 pub use crate::fusion::SettingsError;

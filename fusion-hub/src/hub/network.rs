@@ -1,5 +1,6 @@
 //! The hub's declarations on the network.
 
+use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::unnamed::Unnamed;
 use anyhow::anyhow;
@@ -17,8 +18,6 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{Query, Queryable};
 use zenoh::sample::SampleKind;
 
-/// Detection frames that may wait: a second of a hundred agents at 10 Hz.
-const FRAME_QUEUE: usize = 1024;
 /// Descriptions, liveliness changes and queries that may wait.
 const CONTROL_QUEUE: usize = 4096;
 /// Samples and queries that are not detection frames.
@@ -67,7 +66,7 @@ impl List {
 /// A hub's declarations: publishers, and two queues that subscribers fill.
 pub(super) struct Network {
     /// Detection frames.
-    pub(super) frames: Arc<DropOldestQueue<Received>>,
+    pub(super) frames: Arc<FairQueue<Received>>,
     /// Everything else.
     pub(super) control: Arc<DropOldestQueue<Control>>,
     /// Fused frames.
@@ -89,7 +88,7 @@ impl Network {
         hub: &HubId,
         has_lagged: bool,
     ) -> zenoh::Result<Self> {
-        let frames = Arc::new(DropOldestQueue::new(FRAME_QUEUE));
+        let frames = Arc::new(FairQueue::new(QueueLimits::DEFAULT));
         let control = Arc::new(DropOldestQueue::new(CONTROL_QUEUE));
         let fused = List::declare(session, keys.fused(hub), keys.fused_json(hub)).await?;
         let lagged = match has_lagged {
@@ -105,7 +104,7 @@ impl Network {
         let (queue, stamp) = (frames.clone(), named.clone());
         let detections = session.declare_subscriber(keys.any_detections()).callback(move |sample| {
             if let Some(received) = stamp(sample) {
-                queue.push(received);
+                queue.push(received.agent, received.bytes(), received);
             }
         });
         let (queue, stamp) = (control.clone(), named);

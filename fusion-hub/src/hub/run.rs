@@ -1,13 +1,15 @@
 //! The hub's loop: samples in, fused frames out.
 
 use super::error::HubError;
+use super::fair_queue::QueueLimits;
 use super::intake::Received;
 use super::network::{Control, List, Network};
 use super::roster::Roster;
 use super::settings::HubSettings;
 use super::status::{AgentStatus, HubStatus, RegistrationStatus, memory_bytes};
 use super::timing::Timing;
-use crate::engine::{Disposition, Engine, EngineConfig, PublishMode, Schedule};
+use super::turns::{Turn, Turns};
+use crate::engine::{Disposition, Engine, EngineConfig, PublishMode, Refusal, Schedule};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
@@ -15,12 +17,14 @@ use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, ENCODING_JSON};
 use zenoh::Session;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
+/// A list that is due waits for so long at most for the frames that are there.
+const DRAINED_FOR: Span = Span::from_millis(5);
 
 /// What makes a hub.
 #[derive(Clone, Debug)]
@@ -74,6 +78,7 @@ struct Hub {
     lagged_schedule: Option<Schedule>,
     timing: Timing,
     roster: Roster,
+    turns: Turns,
     network: Network,
     locators: Vec<String>,
     started_at: Timestamp,
@@ -107,6 +112,7 @@ impl Hub {
             settings,
             timing: Timing::new(),
             roster: Roster::default(),
+            turns: Turns::default(),
             network,
             locators,
             started_at,
@@ -129,18 +135,59 @@ impl Hub {
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => return,
-                event = control.pop() => self.handle_control(event).await,
-                received = frames.pop() => self.handle_frame(&received),
-                _ = check.tick() => self.roster.warn_of_refused(self.engine.agents()),
+                _ = check.tick() => self.check(),
+                () = control.wait() => self.handle_next().await,
+                () = frames.wait() => self.handle_next().await,
                 () = tokio::time::sleep(until_deadline) => {}
             }
-            if self.schedule.take_due(clock::now()) {
+            if self.schedule.is_due(clock::now()) {
+                self.handle_waiting(shutdown).await;
+                self.schedule.take_due(clock::now());
                 self.publish().await;
             }
             if self.lagged_schedule.as_mut().is_some_and(|schedule| schedule.take_due(clock::now())) {
                 self.publish_lagged().await;
             }
         }
+    }
+
+    /// Takes in what waits now, before a list is made that can hold it; for no longer than [`DRAINED_FOR`].
+    async fn handle_waiting(&mut self, shutdown: &CancellationToken) {
+        let until = clock::now() + DRAINED_FOR;
+        for _ in 0..self.network.frames.len() {
+            if shutdown.is_cancelled() || clock::now() >= until {
+                return;
+            }
+            self.handle_next().await;
+        }
+    }
+
+    /// Takes in what waits: a frame or something else, whose turn it is.
+    async fn handle_next(&mut self) {
+        let begun_at = clock::now();
+        let Network { frames, control, .. } = &self.network;
+        let Some(turn) = self.turns.next(frames.len() > 0, !control.is_empty()) else { return };
+        match turn {
+            Turn::Frame => {
+                let Some(received) = frames.try_pop() else { return };
+                self.handle_frame(&received);
+                self.network.frames.note_cost(&received.agent, clock::now() - begun_at);
+            }
+            Turn::Control => {
+                let Some(event) = control.try_pop() else { return };
+                self.handle_control(event).await;
+            }
+        }
+        self.turns.note(turn, clock::now() - begun_at);
+    }
+
+    /// Counts the frames for which there was no time, and warns of agents that are refused.
+    fn check(&mut self) {
+        for (agent, count) in self.network.frames.take_dropped() {
+            let limit = QueueLimits::DEFAULT.frames_of_agent;
+            self.engine.note_refusals(agent, Refusal::QueueFull { limit }, count);
+        }
+        self.roster.warn_of_refused(self.engine.agents());
     }
 
     fn handle_frame(&mut self, received: &Received) {
@@ -176,7 +223,7 @@ impl Hub {
                 Ok(description) => drop(self.engine.handle_description(received.agent, description)),
                 Err(error) => {
                     tracing::debug!(agent = %received.agent, %error, "sensor description refused");
-                    self.engine.note_refused_description(received.agent, error.into());
+                    self.engine.note_refused_description(received.agent, error);
                 }
             },
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
@@ -192,6 +239,13 @@ impl Hub {
 
     async fn publish(&mut self) {
         let begun_at = clock::now();
+        self.publish_from(begun_at).await;
+        let ended_at = clock::now();
+        self.timing.note_cost(begun_at, ended_at);
+        self.schedule.note_published(begun_at, ended_at);
+    }
+
+    async fn publish_from(&mut self, begun_at: Timestamp) {
         let frame = self.engine.fused(begun_at);
         self.objects = frame.objects.len();
         match put(&self.network.fused, frame, &mut self.buffer).await {
@@ -249,6 +303,7 @@ impl Hub {
             objects_withheld: self.objects_withheld,
             latency_ms: self.timing.latency_ms(),
             compute_ms: self.timing.compute_ms(),
+            publish_ms: self.timing.publish_ms(),
             memory_bytes: memory_bytes(),
             agents: self.agent_statuses(),
         }

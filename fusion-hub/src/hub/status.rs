@@ -55,6 +55,9 @@ pub struct HubStatus {
     pub latency_ms: Quantiles,
     /// The part of it in which the hub worked, in the last minute, ms.
     pub compute_ms: Quantiles,
+    /// What fused frames take to be made and put, in the last minute, ms: the next one waits for twice as long.
+    #[serde(default)]
+    pub publish_ms: Quantiles,
     /// Resident memory, bytes; where the system reports it.
     pub memory_bytes: Option<u64>,
     /// Every agent of which the hub has received anything, by name.

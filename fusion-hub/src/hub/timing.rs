@@ -16,13 +16,19 @@ const HALF_WINDOW: Span = Span::from_millis(30_000);
 pub(super) struct Timing {
     latency: RecentSpans,
     compute: RecentSpans,
+    publish: RecentSpans,
     /// Work on frames that no fused frame contains yet.
     handled: Vec<(FrameId, Span)>,
 }
 
 impl Timing {
     pub(super) fn new() -> Self {
-        Self { latency: RecentSpans::new(), compute: RecentSpans::new(), handled: Vec::new() }
+        Self {
+            latency: RecentSpans::new(),
+            compute: RecentSpans::new(),
+            publish: RecentSpans::new(),
+            handled: Vec::new(),
+        }
     }
 
     /// A frame was decoded and handled in this time.
@@ -43,6 +49,15 @@ impl Timing {
         for (_, handling) in self.handled.drain(..) {
             self.compute.note(handling + took, put_at);
         }
+    }
+
+    /// A fused frame took from `begun_at` to `ended_at` to be made and put.
+    pub(super) fn note_cost(&mut self, begun_at: Timestamp, ended_at: Timestamp) {
+        self.publish.note(ended_at - begun_at, ended_at);
+    }
+
+    pub(super) fn publish_ms(&self) -> Quantiles {
+        self.publish.quantiles_ms()
     }
 
     pub(super) fn latency_ms(&self) -> Quantiles {

@@ -26,6 +26,7 @@ fn allocations() -> u64 {
 Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
   lab throughput --agents 200 --late 0.2              how many detections one core fuses
+  lab load --agents 200                               what a live hub takes, and with an agent that misbehaves
   lab tables --quick                                  the paper's tables
   lab sweep latency                                   error against delay, for every method of handling it
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
@@ -45,6 +46,7 @@ struct Cli {
 enum Command {
     Export(v2x_lab::commands::ExportArgs),
     Fuse(v2x_lab::commands::FuseArgs),
+    Load(v2x_lab::commands::LoadArgs),
     Score(v2x_lab::commands::ScoreArgs),
     Simulate(v2x_lab::commands::SimulateArgs),
     Sweep(v2x_lab::commands::SweepArgs),
@@ -64,6 +66,7 @@ async fn main() -> ExitCode {
         let done: anyhow::Result<()> = match cli.command {
             Command::Export(args) => v2x_lab::commands::export(&args),
             Command::Fuse(args) => v2x_lab::commands::fuse(&args),
+            Command::Load(args) => return v2x_lab::commands::load(&args).await,
             Command::Score(args) => v2x_lab::commands::score(&args),
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),
             Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,

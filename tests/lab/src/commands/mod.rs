@@ -4,6 +4,8 @@ mod cpu_time;
 mod draws;
 mod export;
 mod fuse;
+mod load;
+mod process_time;
 mod run_folder;
 mod score;
 mod simulate;
@@ -13,6 +15,7 @@ mod throughput;
 
 pub use export::{ExportArgs, export};
 pub use fuse::{FuseArgs, fuse};
+pub use load::{LoadArgs, load};
 pub use run_folder::{RunFolder, RunRecord, print_summary};
 pub use score::{ScoreArgs, score};
 pub use simulate::{SimulateArgs, simulate};

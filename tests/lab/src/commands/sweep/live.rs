@@ -4,6 +4,7 @@
 //! A relay carries all traffic; the hubs are routers that join it. Scenario time starts when all processes are ready,
 //! so that the agents send the same frames as in virtual time.
 
+use crate::commands::process_time::cpu_s;
 use crate::commands::sweep::virtual_time::{agents_bodies, heard_by, observers};
 use crate::data::recording::run_log;
 use crate::data::run_log::{ReceivedDetections, RunLog};
@@ -244,13 +245,4 @@ fn write(folder: &Path, name: &str, text: &str) -> anyhow::Result<PathBuf> {
     let path = folder.join(name);
     std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
     Ok(path)
-}
-
-/// Processor time that a process has used so far, s; `None` if the system has no such value.
-fn cpu_s(process: &Child) -> Option<f64> {
-    let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.process_id()?)).ok()?;
-    // The name in brackets can hold any character. User and system time are fields 12 and 13 after it (proc(5)).
-    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
-    let (user, system) = (fields.next()?.parse::<u64>().ok()?, fields.next()?.parse::<u64>().ok()?);
-    Some((user + system) as f64 / rustix::param::clock_ticks_per_second() as f64)
 }
