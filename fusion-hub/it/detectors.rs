@@ -409,3 +409,17 @@ fn scores_are_calibrated_by_what_an_agent_elsewhere_confirms() {
         assert!(car > 0.95 && ghost < 0.2, "{car_score}: {car}, {ghost_score}: {ghost}");
     }
 }
+
+#[test]
+fn a_report_of_hardly_any_certainty_begins_no_object_and_one_of_some_does() {
+    for (sigma_m, expected) in [(60.0, 0), (5.0, 1)] {
+        let mut engine = Engine::new(config().with_tracking(|tracking| tracking.births = Births::AtOnce));
+        for k in 0..5 {
+            let mut report = car(0.0, 0.0, 0.0);
+            report.covariance.position = Covariance2::isotropic(sigma_m);
+            let sent = frame(agent("vague"), k, 100 * k.cast_signed(), vec![report]);
+            engine.handle_frame(&sent, at(100 * k.cast_signed() + 10));
+        }
+        assert_eq!(engine.fused(at(420)).objects.len(), expected, "{sigma_m} m");
+    }
+}

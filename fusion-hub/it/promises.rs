@@ -267,7 +267,7 @@ fn thousands_of_reports_in_one_place_are_accepted() {
     let mut engine = engine();
     engine.handle_description(agent("bad"), description(1e-5)).expect("a valid description");
     let mut vague = parked(0, (0.0, 0.0));
-    vague.covariance.position = Covariance2::isotropic(200.0 * SIGMA_M);
+    vague.covariance.position = Covariance2::isotropic(60.0 * SIGMA_M);
     let pile: Vec<_> = (0..600)
         .map(|i| {
             let mut report = vague;

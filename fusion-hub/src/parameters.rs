@@ -14,7 +14,7 @@ mod tests {
     use super::*;
     use crate::engine::EngineConfig;
     use crate::fusion::{Fusion, TrackingConfig, preset};
-    use crate::{association, duplicates, filter, learning, registration, track, values};
+    use crate::{association, duplicates, filter, learning, registration, track, tracker, values};
     use v2x_common::id::HubId;
 
     fn listed() -> String {
@@ -34,6 +34,8 @@ mod tests {
         let parts = [
             engine.to_vec(),
             association::likelihood::listed(),
+            association::gate::listed(),
+            tracker::update_listed(),
             values::existence_listed(),
             values::coast_listed(),
             values::classes_listed(),

@@ -3,7 +3,7 @@
 use super::class_cost::is_confusable;
 use super::config::{AssociationConfig, AssociationCost, ClassRule, EUCLIDEAN_REACH_M};
 use super::gate::Separation;
-use super::gate::distance2;
+use super::gate::{distance2, for_gate, track_for_gate};
 use super::grid::{Grid, Pairs, Spot};
 use crate::values::Measurement;
 use crate::values::PredictedMeasurement;
@@ -90,8 +90,8 @@ impl Candidates {
             AssociationCost::Csba | AssociationCost::Likelihood => {
                 let spread = |p: &Covariance2| [p.xx, p.yy];
                 self.place(
-                    measurements.iter().map(|z| (z.position, spread(&z.r))),
-                    expected.iter().map(|track| (track.position, spread(&track.gate_covariance))),
+                    measurements.iter().map(|z| (z.position, spread(&for_gate(z)))),
+                    expected.iter().map(|track| (track.position, spread(&track_for_gate(track)))),
                 );
                 self.gather(config.gate, |_, track, place| {
                     let (z, track) = pair(track, place);

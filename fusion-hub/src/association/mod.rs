@@ -6,7 +6,7 @@ mod candidates;
 mod class_cost;
 mod config;
 pub mod csba;
-mod gate;
+pub(crate) mod gate;
 mod grid;
 pub mod likelihood;
 mod tail;

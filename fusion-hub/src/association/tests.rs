@@ -56,7 +56,12 @@ fn cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfi
     let outline = |[x, y]: [f64; 2], [w, d]: [f64; 2], yaw| Footprint::of(&BevBox { x, y, w, d, yaw });
     let iou = outline(track.position, track.size, track.yaw).iou(&outline(z.position, z.size, z.yaw));
     let distance2 = distance2(z.position, track.position);
-    let within_gate = Separation::of(z, track).is_within(config.gate);
+    // Of what is uncertain by more than 6 m, and of a track by more than 12 m, only so much counts.
+    let limited = |p: &Covariance2, most: f64| p.scaled((most / p.xx.max(p.yy)).min(1.0));
+    let near = Measurement { r: limited(&z.r, 36.0), ..*z };
+    let limited =
+        PredictedMeasurement { position_covariance: limited(&track.gate_covariance, 144.0), ..*track };
+    let within_gate = Separation::of(&near, &limited).is_within(config.gate);
     let (is_near, cost) = match config.cost {
         AssociationCost::Csba => (within_gate, csba::pair_cost(z, track, &csba::CsbaWeights::PUBLISHED)),
         AssociationCost::Likelihood => (within_gate, likelihood::pair_cost(z, track, config)),
@@ -250,6 +255,16 @@ fn a_separation_is_the_mahalanobis_distance_by_both_covariances() {
     assert!((separation.mahalanobis2() - expected2).abs() < 1e-12);
     assert!((separation.determinant - s.determinant()).abs() < 1e-12);
     assert!((distance2(z.position, track.position) - 15.25).abs() < 1e-12);
+}
+
+#[test]
+fn a_measurement_of_hardly_any_certainty_is_a_candidate_for_what_is_about_it_and_not_for_all() {
+    let vague = Measurement { r: Covariance2::isotropic(60.0), ..car_at([0.0, 0.0]) };
+    let tracks: Vec<_> = (0..20).map(|k| expected(&car_at([10.0 * f64::from(k), 0.0]))).collect();
+    let mut associator = Associator::default();
+    associator.find_candidates(&[vague], &tracks, &AssociationConfig::default());
+    let near: Vec<_> = (0..20).filter(|k| !associator.candidates_of(*k).is_empty()).collect();
+    assert_eq!(near, [0, 1, 2], "four deviations of 6 m");
 }
 
 #[test]

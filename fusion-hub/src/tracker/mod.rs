@@ -18,3 +18,5 @@ pub use assign::Innovations;
 pub use config::{Hypotheses, Lifetimes, ParticleCount, TrackerConfig};
 pub(crate) use store::TrackStore;
 pub(crate) use tracker::{Assigned, Horizons, Tracker};
+#[cfg(test)]
+pub(crate) use update::listed as update_listed;

@@ -8,9 +8,9 @@ use crate::values::{Coast, Coverage, Measurement, PredictedMeasurement};
 use v2x_common::time::{Span, Timestamp};
 
 /// An object that a frame can detect or miss is at most this far outside of the frame's region, m.
-const REGION_MARGIN_M: f64 = 100.0;
+const REGION_MARGIN_M: f64 = 30.0;
 /// And for each second between the track's state and the frame, this much further, m/s.
-const REGION_SPEED_MPS: f64 = 150.0;
+const REGION_SPEED_MPS: f64 = 60.0;
 /// And this many standard deviations of the track's and of the measurements' positions.
 const REGION_SIGMAS: f64 = 10.0;
 
@@ -334,7 +334,7 @@ mod tests {
         let frame = FrameView { slot: FrameSlot(0), stored: &stored, measurements: &measurements };
         let region = Region::of(&frame).expect("a detection");
         let may_hold = |x: f64| region.may_hold::<State>(&state([x, 0.0], [0.0, 0.0], 0.3), 0.1);
-        assert!(may_hold(0.0) && may_hold(190.0) && !may_hold(300.0) && !may_hold(10_000.0));
+        assert!(may_hold(0.0) && may_hold(110.0) && !may_hold(150.0) && !may_hold(10_000.0));
     }
 
     #[test]

@@ -76,6 +76,9 @@ pub(super) fn update<F: Filter>(
     }
 }
 
+/// A detection whose position is less certain than 20 m along an axis begins no track: it would be anywhere. m².
+const MOST_AT_BIRTH: f64 = 400.0;
+
 /// Initiates a track with every detection of no known track.
 pub(super) fn initiate<F: Filter>(
     tracks: &mut TrackStore<F>,
@@ -88,6 +91,9 @@ pub(super) fn initiate<F: Filter>(
     let mut occupied = is_exclusive.then(|| Occupied::by(associated.predictions, tracks));
     for initiation in assignment.initiations() {
         let z = &frame.measurements[usize::from(initiation.index)];
+        if z.r.xx.max(z.r.yy) > MOST_AT_BIRTH {
+            continue;
+        }
         if occupied.as_mut().is_some_and(|occupied| !occupied.admits(z)) {
             continue;
         }
@@ -122,4 +128,10 @@ fn add_missed_detections<F: Filter>(
             track.insert(Evidence::missed(frame.captured_at, slot), None, context);
         }
     }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![("tracker.most_at_birth_m2", MOST_AT_BIRTH.to_string())]
 }
