@@ -8,10 +8,14 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use v2x_common::id::AgentId;
-use v2x_common::time::Span;
+use v2x_common::time::{Span, Timestamp};
 
 /// Agents whose frames have cost the hub the same but for this are served in the order of arrival: late data costs more.
 const QUANTUM: Span = Span::from_millis(5);
+
+/// A frame that has waited for longer gives way to a newer one of its agent: where there is no time for all, that which there
+/// is goes to what is still of use, and what is taken in is in order.
+const STALE_AFTER: Span = Span::from_millis(100);
 
 /// What may wait.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +73,7 @@ struct Waiting<T> {
     item: T,
     bytes: usize,
     arrival: u64,
+    at: Timestamp,
 }
 
 impl<T> FairQueue<T> {
@@ -91,15 +96,15 @@ impl<T> FairQueue<T> {
         self.shares.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts a frame of so many bytes at the end of its agent's queue, from any thread, without waiting.
-    pub(super) fn push(&self, agent: AgentId, bytes: usize, item: T) {
-        self.lock().push(agent, bytes, item);
+    /// Puts a frame of so many bytes that arrives at `at` at the end of its agent's queue, from any thread, without waiting.
+    pub(super) fn push(&self, (agent, at): (AgentId, Timestamp), bytes: usize, item: T) {
+        self.lock().push((agent, at), bytes, item);
         self.arrived.notify_one();
     }
 
-    /// The next frame, if there is one.
-    pub(super) fn try_pop(&self) -> Option<T> {
-        self.lock().pop()
+    /// The next frame at `now`, if there is one.
+    pub(super) fn try_pop(&self, now: Timestamp) -> Option<T> {
+        self.lock().pop(now)
     }
 
     /// Waits until there is a frame, without removing it. For one reader.
@@ -130,8 +135,15 @@ impl<T> FairQueue<T> {
     }
 }
 
+impl<T> Share<T> {
+    /// Whether the oldest frame has waited for so long that the next one is worth more than it.
+    fn has_stale(&self, now: Timestamp) -> bool {
+        self.waiting.len() > 1 && self.waiting.front().is_some_and(|oldest| now - oldest.at > STALE_AFTER)
+    }
+}
+
 impl<T> Shares<T> {
-    fn push(&mut self, agent: AgentId, bytes: usize, item: T) {
+    fn push(&mut self, (agent, at): (AgentId, Timestamp), bytes: usize, item: T) {
         if !self.by_agent.contains_key(&agent) && self.by_agent.len() >= self.limits.agents {
             self.forget_idle();
             if self.by_agent.len() >= self.limits.agents {
@@ -150,7 +162,7 @@ impl<T> Shares<T> {
         if share.waiting.is_empty() {
             share.work = share.work.max(level);
         }
-        share.waiting.push_back(Waiting { item, bytes, arrival });
+        share.waiting.push_back(Waiting { item, bytes, arrival, at });
         share.bytes += bytes;
         self.bytes += bytes;
         self.n_waiting += 1;
@@ -188,7 +200,7 @@ impl<T> Shares<T> {
         Some(oldest.item)
     }
 
-    fn pop(&mut self) -> Option<T> {
+    fn pop(&mut self, now: Timestamp) -> Option<T> {
         if self.n_waiting == 0 {
             return None;
         }
@@ -200,6 +212,9 @@ impl<T> Shares<T> {
         };
         let agent = *waiting().min_by_key(|(_, share)| key(share))?.0;
         self.level = self.level.max(least);
+        while self.by_agent.get(&agent).is_some_and(|share| share.has_stale(now)) {
+            self.drop_oldest(agent);
+        }
         self.take_oldest(&agent)
     }
 
@@ -222,6 +237,8 @@ impl<T> Shares<T> {
 mod tests {
     use super::*;
 
+    const AT: Timestamp = Timestamp::EPOCH;
+
     fn agent(name: &str) -> AgentId {
         AgentId::new(name).unwrap()
     }
@@ -234,9 +251,9 @@ mod tests {
     fn frames_are_served_in_their_order_where_nobody_takes_too_much() {
         let mut shares = shares(QueueLimits::DEFAULT);
         for (k, name) in (0..).zip(["a", "b", "a", "c"]) {
-            shares.push(agent(name), 100, (name, k));
+            shares.push((agent(name), AT), 100, (name, k));
         }
-        let served: Vec<_> = std::iter::from_fn(|| shares.pop()).collect();
+        let served: Vec<_> = std::iter::from_fn(|| shares.pop(AT)).collect();
         assert_eq!(served, [("a", 0), ("b", 1), ("a", 2), ("c", 3)]);
     }
 
@@ -247,9 +264,9 @@ mod tests {
         // A second of 20 ms, in which everybody sends more than there is time for.
         for _ in 0..2000 {
             for name in ["dear", "cheap", "modest"] {
-                shares.push(agent(name), 100, (name, 0));
+                shares.push((agent(name), AT), 100, (name, 0));
             }
-            let (name, _) = shares.pop().unwrap();
+            let (name, _) = shares.pop(AT).unwrap();
             let cost_us = if name == "dear" { 30_000 } else { 300 };
             shares.note_cost(&agent(name), Span::from_micros(cost_us));
             *work.entry(name).or_insert(0) += cost_us;
@@ -263,15 +280,15 @@ mod tests {
     fn who_was_idle_starts_where_the_others_are_and_owes_nothing_for_what_nobody_else_wanted() {
         let mut shares = shares(QueueLimits::DEFAULT);
         for k in 0..100 {
-            shares.push(agent("busy"), 100, ("busy", k));
-            shares.pop();
+            shares.push((agent("busy"), AT), 100, ("busy", k));
+            shares.pop(AT);
             shares.note_cost(&agent("busy"), Span::from_millis(1));
         }
         let mut served = HashMap::new();
         for k in 0..100 {
-            shares.push(agent("busy"), 100, ("busy", k));
-            shares.push(agent("late"), 100, ("late", k));
-            let (name, _) = shares.pop().unwrap();
+            shares.push((agent("busy"), AT), 100, ("busy", k));
+            shares.push((agent("late"), AT), 100, ("late", k));
+            let (name, _) = shares.pop(AT).unwrap();
             shares.note_cost(&agent(name), Span::from_millis(1));
             *served.entry(name).or_insert(0) += 1;
         }
@@ -282,17 +299,29 @@ mod tests {
     fn each_agent_has_limits_of_its_own_and_the_heaviest_gives_way_where_all_are_too_much() {
         let limits = QueueLimits { frames_of_agent: 2, bytes_of_agent: 1000, bytes: 1500, agents: 3 };
         let mut shares = shares(limits);
-        (0..4).for_each(|k| shares.push(agent("many"), 10, ("many", k)));
+        (0..4).for_each(|k| shares.push((agent("many"), AT), 10, ("many", k)));
         assert_eq!(shares.dropped.remove(&agent("many")), Some(2));
-        shares.push(agent("large"), 5000, ("large", 0));
-        shares.push(agent("small"), 100, ("small", 0));
+        shares.push((agent("large"), AT), 5000, ("large", 0));
+        shares.push((agent("small"), AT), 100, ("small", 0));
         assert_eq!(shares.dropped, BTreeMap::from([(agent("large"), 1)]), "alone it is more than all may be");
-        shares.push(agent("beyond"), 1, ("beyond", 0));
+        shares.push((agent("beyond"), AT), 1, ("beyond", 0));
         assert_eq!((shares.dropped_total, shares.n_waiting), (3, 4), "the idle one makes room");
-        shares.push(agent("more"), 1, ("more", 0));
+        shares.push((agent("more"), AT), 1, ("more", 0));
         assert_eq!((shares.dropped_total, shares.n_waiting), (4, 4));
-        let served: Vec<_> = std::iter::from_fn(|| shares.pop()).collect();
+        let served: Vec<_> = std::iter::from_fn(|| shares.pop(AT)).collect();
         assert_eq!(served, [("many", 2), ("many", 3), ("small", 0), ("beyond", 0)]);
         assert_eq!((shares.bytes, shares.n_waiting), (0, 0));
+    }
+
+    #[test]
+    fn what_has_waited_too_long_gives_way_to_a_newer_frame_of_its_agent_and_the_last_one_never() {
+        let mut shares = shares(QueueLimits::DEFAULT);
+        let at = |ms: i64| AT + Span::from_millis(ms);
+        for k in 0..5_u32 {
+            shares.push((agent("a"), at(100 * i64::from(k))), 100, ("a", k));
+        }
+        shares.push((agent("b"), at(0)), 100, ("b", 0));
+        assert_eq!(shares.pop(at(450)), Some(("a", 4)));
+        assert_eq!((shares.dropped_total, shares.pop(at(10_000))), (4, Some(("b", 0))));
     }
 }

@@ -104,7 +104,7 @@ impl Network {
         let (queue, stamp) = (frames.clone(), named.clone());
         let detections = session.declare_subscriber(keys.any_detections()).callback(move |sample| {
             if let Some(received) = stamp(sample) {
-                queue.push(received.agent, received.bytes(), received);
+                queue.push((received.agent, received.received_at), received.bytes(), received);
             }
         });
         let (queue, stamp) = (control.clone(), named);

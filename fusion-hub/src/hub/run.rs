@@ -169,7 +169,7 @@ impl Hub {
         let Some(turn) = self.turns.next(frames.len() > 0, !control.is_empty()) else { return };
         match turn {
             Turn::Frame => {
-                let Some(received) = frames.try_pop() else { return };
+                let Some(received) = frames.try_pop(begun_at) else { return };
                 self.handle_frame(&received);
                 self.network.frames.note_cost(&received.agent, clock::now() - begun_at);
             }
