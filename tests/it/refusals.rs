@@ -49,6 +49,28 @@ async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fuse
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn payloads_beyond_all_measure_are_counted_and_not_read_and_the_others_go_on() -> anyhow::Result<()> {
+    let lab = Lab::new("oversized")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let _ego = lab.agent("ego", &hub).await?;
+    let before = watch.until("ego is fused", |frame| rests_on(frame, "ego")).await?;
+    let session = foreign_session(&hub).await?;
+    let publisher = matched_publisher(&session, lab.keys().detections(&AgentId::new("hoarder")?)).await?;
+    let (n, text) = (20, vec![b' '; 5_000_000]);
+    for _ in 0..n {
+        publisher.put(text.clone()).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
+    }
+    let refused = |status: &v2x_fusion_hub::hub::HubStatus| {
+        standing(status, "hoarder").map_or(0, |agent| agent.refused.get("too_large").copied().unwrap_or(0))
+    };
+    let status = watch.status_when("all of them are counted", |status| refused(status) == n).await?;
+    let words = standing(&status, "hoarder").and_then(|agent| agent.last_refusal.clone());
+    assert_eq!(words.as_deref(), Some("5000000 bytes, at most 4194304"));
+    goes_on_being_fused(&watch, "ego", health(&before, "ego").context("ego was fused")?.accepted).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn the_log_reports_the_reason_of_refusals_once_for_each_agent() -> anyhow::Result<()> {
     let lab = Lab::new("hopeless")?;
     let hub = lab.hub().await?;
