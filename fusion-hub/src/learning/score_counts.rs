@@ -5,7 +5,6 @@
 //! from one place the same things look like objects. Before anybody is there, scores are read by one law for all; the scores of
 //! the best detections shift it, as a detector whose best ones score low is seldom one that detects nothing.
 
-use super::track_memory::Scored;
 use crate::values::{SCORE_BANDS, ScoreBand, ScoreModel, logit};
 use v2x_common::time::{Span, Timestamp};
 
@@ -48,6 +47,15 @@ impl Default for ScoreCounts {
             range: (f64::INFINITY, f64::NEG_INFINITY),
         }
     }
+}
+
+/// A detection that another agent may confirm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scored {
+    pub(super) band: ScoreBand,
+    pub(super) at: Timestamp,
+    /// Position of the sensor, m.
+    pub(super) sensor: [f64; 2],
 }
 
 /// A frame of another agent that covers the place of a detection.

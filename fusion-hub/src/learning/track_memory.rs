@@ -3,7 +3,7 @@
 use super::class_counts::LastClasses;
 use super::heading_counts::{Report, compare, is_due};
 use super::innovation_counts::Innovation;
-use super::score_counts::Witness;
+use super::score_counts::{Scored, Witness};
 use crate::values::{AgentSlot, ScoreBand};
 use v2x_common::time::Timestamp;
 
@@ -50,15 +50,6 @@ struct AgentMemory {
     innovation: Option<Innovation>,
     /// Its last detection, until another agent has confirmed it or not.
     scored: Option<Scored>,
-}
-
-/// A detection that another agent may confirm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Scored {
-    pub(super) band: ScoreBand,
-    pub(super) at: Timestamp,
-    /// Position of the sensor, m.
-    pub(super) sensor: [f64; 2],
 }
 
 impl TrackMemory {

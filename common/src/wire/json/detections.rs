@@ -4,12 +4,14 @@ use super::values::{Id64, Stamp, covariance, deviations, number, optional_number
 use super::values::{parse, print, variance, with_quoted_words};
 use crate::class::Class;
 use crate::covariance::{BoxCovariance, Velocity};
-use crate::detection::{Detection, DetectionFrame, HeadingKind};
+use crate::detection::{Detection, DetectionFrame, HeadingKind, MAX_DETECTIONS};
 use crate::geometry::{BevBox, Pose, wrap_angle};
 use crate::id::{AgentId, FrameId, MapFrame};
 use crate::unmapped_names::UnmappedNames;
 use crate::wire::error::WireError;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
 
 /// Standard deviations that are assumed where a JSON frame has none. A hub has one set, and may have others for
 /// single agents.
@@ -65,7 +67,7 @@ struct JsonFrame<'a> {
     sensor_revision: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     map_frame: Option<MapFrame>,
-    #[serde(borrow)]
+    #[serde(borrow, deserialize_with = "limited")]
     detections: Vec<JsonDetection<'a>>,
 }
 
@@ -140,6 +142,33 @@ struct JsonVelocity {
     rho: f64,
 }
 
+/// What is said of a list that is longer than allowed.
+const TOO_MANY: &str = "more detections than a frame may hold";
+
+/// At most [`MAX_DETECTIONS`] detections: a longer list is not read to its end.
+fn limited<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<JsonDetection<'de>>, D::Error> {
+    struct Limited;
+    impl<'de> Visitor<'de> for Limited {
+        type Value = Vec<JsonDetection<'de>>;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            formatter.write_str("a list of detections")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+            let mut detections = Vec::new();
+            while let Some(detection) = list.next_element()? {
+                if detections.len() >= MAX_DETECTIONS {
+                    return Err(A::Error::custom(TOO_MANY));
+                }
+                detections.push(detection);
+            }
+            Ok(detections)
+        }
+    }
+    deserializer.deserialize_seq(Limited)
+}
+
 /// The frame of a JSON text, validated. `agent` is the sender by the key; a frame that names another one is returned
 /// as it is, and the receiver decides whether to refuse it.
 ///
@@ -166,6 +195,11 @@ pub fn decode_detections_as_sent(
 ) -> Result<DecodedDetections, WireError> {
     match parse(bytes) {
         Ok(json) => to_frame(&json, agent, defaults),
+        Err(WireError::Json(words)) if words.starts_with(TOO_MANY) => Err(WireError::TooMany {
+            what: "detections",
+            count: MAX_DETECTIONS as u64 + 1,
+            limit: MAX_DETECTIONS,
+        }),
         Err(error) => match with_quoted_words(bytes) {
             Some(quoted) => to_frame(&parse(&quoted)?, agent, defaults),
             None => Err(error),
@@ -301,6 +335,21 @@ mod tests {
 
     fn decode(text: &str) -> Result<DecodedDetections, WireError> {
         decode_detections(text.as_bytes(), AgentId::new("cam").unwrap(), &ReportDefaults::default())
+    }
+
+    #[test]
+    fn a_list_longer_than_allowed_is_not_read_to_its_end() {
+        let agent = AgentId::new("a").unwrap();
+        let decode = |count: usize, rest: &str| {
+            let one = "{\"class\":\"car\",\"x\":1,\"y\":2}";
+            let list = vec![one; count].join(",");
+            let text = format!("{{\"captured_at\":1790000000000000,\"detections\":[{list}{rest}");
+            decode_detections(text.as_bytes(), agent, &ReportDefaults::default())
+        };
+        assert_eq!(decode(MAX_DETECTIONS, "]}").unwrap().frame.detections.len(), MAX_DETECTIONS);
+        // What follows is no JSON: nobody has read it.
+        let error = decode(MAX_DETECTIONS + 1, ", ...").unwrap_err();
+        assert_eq!(error.reason(), "too_many", "{error}");
     }
 
     #[test]

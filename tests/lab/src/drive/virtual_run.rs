@@ -49,7 +49,7 @@ mod tests {
     use v2x_common::wire;
     use v2x_fusion_hub::engine::EngineConfig;
 
-    const GOLDEN_FINGERPRINT: u64 = 12_563_783_394_357_586_774;
+    const GOLDEN_FINGERPRINT: u64 = 4_821_044_413_328_349_756;
 
     const ON_UPDATE: PublishMode =
         PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };
