@@ -5,7 +5,6 @@ use super::heading_counts::{Report, compare, is_due};
 use super::innovation_counts::Innovation;
 use super::score_counts::{Scored, Witness};
 use crate::values::{AgentSlot, ScoreBand};
-use v2x_common::time::Timestamp;
 
 /// Detections from which on a track is taken for a real object: fewer may be clutter.
 const LEAST_DETECTIONS: u32 = 4;
