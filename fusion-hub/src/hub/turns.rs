@@ -23,14 +23,11 @@ impl Turns {
     pub(super) fn next(&mut self, frames_wait: bool, control_waits: bool) -> Option<Turn> {
         match (frames_wait, control_waits) {
             (true, true) if self.control_ahead > 0 => Some(Turn::Frame),
-            (_, true) => Some(Turn::Control),
-            (true, false) => {
-                self.control_ahead = self.control_ahead.max(0);
-                Some(Turn::Frame)
-            }
-            (false, false) => {
+            (true, true) => Some(Turn::Control),
+            // Whoever does not wait misses nothing, and owes nothing later.
+            (frames_wait, control_waits) => {
                 self.control_ahead = 0;
-                None
+                frames_wait.then_some(Turn::Frame).or(control_waits.then_some(Turn::Control))
             }
         }
     }
@@ -79,5 +76,12 @@ mod tests {
         turns.next(true, false);
         turns.note(Turn::Control, Span::from_millis(1));
         assert_eq!(turns.next(true, true), Some(Turn::Frame));
+        for _ in 0..100 {
+            assert_eq!(turns.next(false, true), Some(Turn::Control));
+            turns.note(Turn::Control, Span::from_millis(1));
+        }
+        assert_eq!(turns.next(true, true), Some(Turn::Frame), "one turn is owed");
+        turns.note(Turn::Frame, Span::from_millis(2));
+        assert_eq!(turns.next(true, true), Some(Turn::Control), "and not a hundred");
     }
 }

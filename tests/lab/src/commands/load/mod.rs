@@ -120,6 +120,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     let sending = tokio::spawn(generator.run(senders.clone(), Keys::new(network), sent.clone(), end.clone()));
     let hostile = args.hostile.map(|kind| {
         let options = options.clone();
+        let end = end.clone();
         tokio::spawn(async move { hostile::run(kind, options, Keys::new(network), end).await })
     });
     tokio::time::sleep(WARM_UP).await;
@@ -134,7 +135,10 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     // What was sent last is on its way.
     tokio::time::sleep(Duration::from_millis(300)).await;
     let after = status(&watcher, network).await?;
-    drop(hostile);
+    end.cancel();
+    if let Some(hostile) = hostile {
+        hostile.await?.context("the agent that was to misbehave could not")?;
+    }
     for session in [senders, watcher] {
         session::close(session).await?;
     }
