@@ -1,6 +1,6 @@
 //! One object's whole state under the four models of motion.
 
-use super::imm::{Imm, Inflation};
+use super::imm::{self, Imm, Inflation, Move};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::TrackSizePriors;
 use super::state::GREATEST_WEIGHT;
@@ -56,6 +56,17 @@ impl Filter for ImmState {
         let dt_s = (to - self.at).as_secs_f64();
         self.at = to;
         self.motion.predict(dt_s, class, self.sizes[1].likeliest());
+    }
+
+    fn predict_some(states: &mut [Self], some: &[(usize, Class)], to: Timestamp) {
+        let by = |state: &Self| Move {
+            dt_s: (to - state.at).as_secs_f64(),
+            length_m: state.sizes[1].likeliest(),
+        };
+        imm::predict_some(states, some, by, |state| &mut state.motion);
+        for (place, _) in some {
+            states[*place].at = to;
+        }
     }
 
     fn smoothed(&self, class: Class, later: &Self) -> Self {

@@ -53,6 +53,15 @@ pub trait Filter: Copy + Debug + PartialEq {
         state
     }
 
+    /// Moves some states to one time: those at these places, each of an object of a class. The bits are those of
+    /// [`Self::predict`], one state after the other.
+    #[inline]
+    fn predict_some(states: &mut [Self], some: &[(usize, Class)], to: Timestamp) {
+        for (place, class) in some {
+            states[*place].predict(to, *class);
+        }
+    }
+
     /// The smoothed state, given the `later` one, where nothing was reported after this state and
     /// before that time. Where both are of one time, it is the later one.
     #[must_use]

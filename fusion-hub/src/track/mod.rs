@@ -1,6 +1,7 @@
 //! Tracks: the evidence of each object in the order of capture times, and the estimate that follows from it.
 
 mod application;
+mod checkpoints;
 mod class_reports;
 mod context;
 mod contributors;

@@ -1,6 +1,7 @@
 //! A track: its evidence in the order of capture times, with rollback and replay of late evidence.
 
 use super::application::{advance, apply, initial};
+use super::checkpoints::Checkpoints;
 use super::context::{Horizon, Rollback, TrackContext};
 use super::evidence::{Evidence, FrameSlot};
 use super::{ClassReports, Contributors, Snapshot};
@@ -10,20 +11,11 @@ use std::collections::VecDeque;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Items of evidence between two checkpoints: fewer make a rollback shorter, more save memory.
-const CHECKPOINT_EVERY: usize = 4;
 /// Measurements that are fetched together before a replay: each lies in another frame, and fetching them one by one
 /// waits for the memory each time.
 const GATHERED: usize = 16;
 /// Room for items of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
 const EVIDENCE_AT_FIRST: usize = 64;
-/// The estimate after the first items of evidence.
-#[derive(Clone, Copy, Debug)]
-struct Checkpoint<F> {
-    /// How many items, of those that are held.
-    count: usize,
-    snapshot: Snapshot<F>,
-}
 
 /// A track: a hypothesis of one object.
 ///
@@ -39,8 +31,8 @@ pub struct Track<F> {
     /// When particles last came to differ about it.
     pub disputed_at: Timestamp,
     evidence: VecDeque<Evidence>,
-    /// By count. The first one is after the first detection, or after the folded evidence.
-    checkpoints: VecDeque<Checkpoint<F>>,
+    /// The first one is after the first detection, or after the folded evidence.
+    checkpoints: Checkpoints<F>,
     /// The estimate after all evidence, without late items that are not replayed yet.
     head: Snapshot<F>,
     /// The place of the oldest late item that is not replayed yet.
@@ -74,7 +66,7 @@ impl<F: Filter> Track<F> {
                 holders: ParticleSet::ALL,
                 disputed_at: first.captured_at,
                 evidence: VecDeque::with_capacity(EVIDENCE_AT_FIRST),
-                checkpoints: VecDeque::with_capacity(EVIDENCE_AT_FIRST / CHECKPOINT_EVERY + 1),
+                checkpoints: Checkpoints::with_capacity(EVIDENCE_AT_FIRST),
                 head,
                 stale_from: None,
                 initiated_at: first.captured_at,
@@ -89,7 +81,7 @@ impl<F: Filter> Track<F> {
         track.classes.clear();
         track.folded.clear();
         track.evidence.push_back(first);
-        track.checkpoints.push_back(Checkpoint { count: 1, snapshot: head });
+        track.checkpoints.push((1, first.captured_at), &head, 1);
         track.contributors.note(&first, context.frames.get(first.frame), context.agents);
         track.note_class(&first, context);
         track
@@ -99,7 +91,7 @@ impl<F: Filter> Track<F> {
     pub fn copied(&self, holders: ParticleSet, spare: Option<Self>) -> Self {
         let Some(mut copy) = spare else { return Self { holders, ..self.clone() } };
         copy.evidence.clone_from(&self.evidence);
-        copy.checkpoints.clone_from(&self.checkpoints);
+        copy.checkpoints.copy_from(&self.checkpoints);
         copy.contributors.clone_from(&self.contributors);
         copy.classes.clone_from(&self.classes);
         copy.folded.clone_from(&self.folded);
@@ -118,8 +110,8 @@ impl<F: Filter> Track<F> {
             self.evidence.push_back(item);
             apply(&mut self.head, (&item, context.frames.held(&item)), predicted, context);
             let count = self.evidence.len();
-            if self.checkpoints.back().is_none_or(|last| count >= last.count + CHECKPOINT_EVERY) {
-                self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+            if self.checkpoints.last().is_none_or(|(last, _)| Checkpoints::<F>::is_due(count, last, count)) {
+                self.checkpoints.push((count, item.captured_at), &self.head, count);
             }
             return;
         }
@@ -154,10 +146,7 @@ impl<F: Filter> Track<F> {
 
     fn insert_late(&mut self, place: usize, item: Evidence) {
         self.evidence.insert(place, item);
-        for checkpoint in self.checkpoints.iter_mut().rev().take_while(|checkpoint| checkpoint.count > place)
-        {
-            checkpoint.count += 1;
-        }
+        self.checkpoints.note_inserted(place);
         self.mark_stale(place);
     }
 
@@ -177,12 +166,12 @@ impl<F: Filter> Track<F> {
     /// Applies late items at their own times, and every later one again after them.
     pub fn replay(&mut self, context: &TrackContext<'_>) {
         let Some(place) = self.stale_from.take() else { return };
-        self.checkpoints.truncate(self.checkpoints_within(place));
+        self.checkpoints.truncate(place);
         let Some(mut count) = self.rewind(context) else { return };
-        let mut marked = count;
+        let (mut marked, total) = (count, self.evidence.len());
         let mut gathered = [CompactMeasurement::BLANK; GATHERED];
-        while count < self.evidence.len() {
-            let block = self.evidence.range(count..self.evidence.len().min(count + GATHERED));
+        while count < total {
+            let block = self.evidence.range(count..total.min(count + GATHERED));
             for (held, item) in gathered.iter_mut().zip(block.clone()) {
                 if let Some(found) = context.frames.held(item) {
                     *held = *found;
@@ -192,9 +181,9 @@ impl<F: Filter> Track<F> {
                 let held = (item.is_detection()).then_some(held);
                 apply(&mut self.head, (item, held), None, context);
                 count += 1;
-                if count >= marked + CHECKPOINT_EVERY {
+                if Checkpoints::<F>::is_due(count, marked, total) {
                     marked = count;
-                    self.checkpoints.push_back(Checkpoint { count, snapshot: self.head });
+                    self.checkpoints.push((count, item.captured_at), &self.head, total);
                 }
             }
         }
@@ -202,27 +191,22 @@ impl<F: Filter> Track<F> {
 
     /// Sets the head back to the last checkpoint, or to the first detection; the number of items before it.
     fn rewind(&mut self, context: &TrackContext<'_>) -> Option<usize> {
-        if let Some(last) = self.checkpoints.back() {
-            self.head = last.snapshot;
-            return Some(last.count);
+        if let Some((count, snapshot)) = self.checkpoints.last() {
+            self.head = *snapshot;
+            return Some(count);
         }
         let first = self.evidence.iter().position(|item| item.is_detection())?;
-        self.head = initial(&self.evidence[first], context)?;
-        self.checkpoints.push_back(Checkpoint { count: first + 1, snapshot: self.head });
+        let item = &self.evidence[first];
+        self.head = initial(item, context)?;
+        self.checkpoints.push((first + 1, item.captured_at), &self.head, self.evidence.len());
         Some(first + 1)
-    }
-
-    /// How many checkpoints hold at most this many items.
-    fn checkpoints_within(&self, count: usize) -> usize {
-        let after = self.checkpoints.iter().rposition(|checkpoint| checkpoint.count <= count);
-        after.map_or(0, |place| place + 1)
     }
 
     /// The estimate after the first `count` items; before the first detection, the estimate after that.
     fn after(&self, count: usize, context: &TrackContext<'_>) -> Snapshot<F> {
-        let start = self.checkpoints_within(count).checked_sub(1).map(|place| self.checkpoints[place]);
-        let first = start.map_or(0, |checkpoint| checkpoint.count);
-        let mut known = start.map(|checkpoint| checkpoint.snapshot);
+        let start = self.checkpoints.last_within(count);
+        let first = start.map_or(0, |(count, _)| count);
+        let mut known = start.map(|(_, snapshot)| *snapshot);
         for (place, item) in self.evidence.iter().enumerate().skip(first) {
             if place >= count && known.is_some() {
                 break;
@@ -317,7 +301,7 @@ impl<F: Filter> Track<F> {
     pub fn retract(&mut self, frame: FrameSlot, context: &TrackContext<'_>) {
         let stored = context.frames.get(frame);
         let Some(place) = self.place_of(stored.captured_at, frame) else { return };
-        self.checkpoints.truncate(self.checkpoints_within(place));
+        self.checkpoints.truncate(place);
         let Some(item) = self.evidence.remove(place) else { return };
         self.mark_stale(place);
         if item.is_detection() {
@@ -373,18 +357,19 @@ impl<F: Filter> Track<F> {
             return;
         }
         let old = self.evidence.partition_point(|item| item.captured_at < horizon);
-        // Evidence begins with a detection or after the folded evidence, so there is a checkpoint. Few are that old.
-        let within = self.checkpoints.iter().take_while(|checkpoint| checkpoint.count <= old).count();
-        let Some(place) = within.checked_sub(1) else { return };
-        self.checkpoints.drain(..place);
-        let folded = self.checkpoints[0].count;
+        // Evidence begins with a detection or after the folded evidence, so there is a checkpoint.
+        let Some(folded) = self.checkpoints.begin_within(old) else { return };
         self.forget_front(folded, context);
         if self.evidence.front().is_some_and(|oldest| oldest.captured_at < horizon - slack) {
             let snapshot = self.after(old - folded, context);
-            self.checkpoints[0].snapshot = snapshot;
             self.forget_front(old - folded, context);
-            self.checkpoints[0].count = 0;
+            self.checkpoints.replace_first(0, &snapshot);
         }
+    }
+
+    /// Keeps few checkpoints of times before the horizon, where nothing can come any more.
+    pub fn thin_checkpoints(&mut self, horizon: Timestamp) {
+        self.checkpoints.thin_before(horizon);
     }
 
     fn forget_front(&mut self, count: usize, context: &TrackContext<'_>) {
@@ -396,9 +381,7 @@ impl<F: Filter> Track<F> {
         } else {
             drop(items);
         }
-        for checkpoint in &mut self.checkpoints {
-            checkpoint.count = checkpoint.count.saturating_sub(count);
-        }
+        self.checkpoints.note_forgotten(count);
     }
 
     /// The evidence that is not folded, in order.

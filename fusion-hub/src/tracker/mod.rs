@@ -13,6 +13,7 @@ mod store;
 #[expect(clippy::module_inception, reason = "the tracker of the layer of the tracker")]
 mod tracker;
 mod update;
+mod whereabouts;
 
 pub use assign::Innovations;
 pub use config::{Hypotheses, Lifetimes, ParticleCount, TrackerConfig};

@@ -2,13 +2,15 @@
 
 use super::config::{Lifetimes, TrackerConfig};
 use super::store::TrackStore;
+use super::whereabouts::Whereabouts;
 use crate::filter::Filter;
 use crate::track::{FrameSlot, StoredFrame, Track, TrackContext};
-use crate::values::{Coast, Coverage, Measurement, PredictedMeasurement};
+use crate::values::{Coast, Coverage, Measurement, PredictedMeasurement, SharedError};
+use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
 /// An object that a frame can detect or miss is at most this far outside of the frame's region, m.
-const REGION_MARGIN_M: f64 = 30.0;
+const REGION_MARGIN_M: f64 = 20.0;
 /// And for each second between the track's state and the frame, this much further, m/s.
 const REGION_SPEED_MPS: f64 = 60.0;
 /// And this many standard deviations of the track's and of the measurements' positions.
@@ -28,11 +30,30 @@ pub(crate) struct Predictions<F> {
     tracks: Vec<usize>,
     states: Vec<F>,
     measurements: Vec<PredictedMeasurement>,
+    /// States that are still to be predicted, by place, and the classes of their motion.
+    due: Vec<(usize, Class)>,
+    /// What else is known of the tracks, until they are predicted.
+    estimates: Vec<Known>,
+}
+
+/// What is known of a track beside its state.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    class: Class,
+    /// Probability that it exists at the time of the frame.
+    existence: f64,
+    shared_error: SharedError,
 }
 
 impl<F> Default for Predictions<F> {
     fn default() -> Self {
-        Self { tracks: Vec::new(), states: Vec::new(), measurements: Vec::new() }
+        Self {
+            tracks: Vec::new(),
+            states: Vec::new(),
+            measurements: Vec::new(),
+            due: Vec::new(),
+            estimates: Vec::new(),
+        }
     }
 }
 
@@ -72,7 +93,7 @@ impl<F: Filter> Predictions<F> {
     /// Predicts the tracks that a frame can concern to its capture time.
     pub(crate) fn predict(
         &mut self,
-        tracks: &TrackStore<F>,
+        tracks: &mut TrackStore<F>,
         frame: &FrameView<'_>,
         limits: &PredictionLimits,
         context: &TrackContext<'_>,
@@ -80,18 +101,25 @@ impl<F: Filter> Predictions<F> {
         self.clear();
         let at = frame.stored.captured_at;
         let Some(region) = Region::of(frame) else { return };
-        for (index, track) in tracks.all().iter().enumerate() {
-            let away = (at - track.latest().state.at()).abs();
-            let is_near = region.may_hold(&track.latest().state, away.as_secs_f64());
-            // All versions of a track stay together: particles are resampled with all of theirs.
-            if (!is_near && track.holders.is_all()) || limits.leave_out(track) {
+        let (tracks, whereabouts) = tracks.with_whereabouts();
+        for (index, whereabouts) in whereabouts.iter().enumerate() {
+            if !whereabouts.concerns_all && !region.may_hold(whereabouts, at) {
                 continue;
             }
-            self.predict_one((index, track), frame, limits, context);
+            let track = &tracks[index];
+            if !limits.leave_out(track) {
+                self.take_in((index, track), frame, limits, context);
+            }
+        }
+        // All at once: several of them fit into one instruction.
+        F::predict_some(&mut self.states, &self.due, at);
+        for (state, known) in self.states.iter().zip(&self.estimates) {
+            self.measurements.push(predicted_measurement(state, known, frame.stored));
         }
     }
 
-    fn predict_one(
+    /// Takes in a track, to be predicted.
+    fn take_in(
         &mut self,
         (index, track): (usize, &Track<F>),
         frame: &FrameView<'_>,
@@ -112,28 +140,21 @@ impl<F: Filter> Predictions<F> {
             return;
         }
         self.tracks.push(index);
+        if away > context.synchronous {
+            self.due.push((self.states.len(), estimate.motion_class()));
+        }
         // Predicted in its place: states are large, and a copy costs as much as the prediction.
         self.states.push(estimate.state);
-        let Some(state) = self.states.last_mut() else { return };
-        if away > context.synchronous {
-            state.predict(at, estimate.motion_class());
-        }
-        let mut predicted = state.predicted_measurement(estimate.class());
-        let own = frame.stored.pose_variance(predicted.position);
-        predicted.widen_position(estimate.shared_error.apart(frame.stored.agent, own));
-        if let Some(coverage) = &frame.stored.coverage
-            && coverage.covers(predicted.position, 0.0)
-        {
-            let probability = coverage.profile.probability(coverage.range_for_profile(predicted.position));
-            predicted.report_probability = estimate.existence_at(at) * probability;
-        }
-        self.measurements.push(predicted);
+        let existence = estimate.existence_at(at);
+        self.estimates.push(Known { class: estimate.class(), existence, shared_error: estimate.shared_error });
     }
 
     fn clear(&mut self) {
         self.tracks.clear();
         self.states.clear();
         self.measurements.clear();
+        self.due.clear();
+        self.estimates.clear();
     }
 
     /// Adds a version of a predicted track, which is at this index of the store.
@@ -164,6 +185,20 @@ impl<F: Filter> Predictions<F> {
     }
 }
 
+/// The predicted measurement of a predicted state.
+fn predicted_measurement<F: Filter>(state: &F, known: &Known, frame: &StoredFrame) -> PredictedMeasurement {
+    let mut predicted = state.predicted_measurement(known.class);
+    let own = frame.pose_variance(predicted.position);
+    predicted.widen_position(known.shared_error.apart(frame.agent, own));
+    if let Some(coverage) = &frame.coverage
+        && coverage.covers(predicted.position, 0.0)
+    {
+        let probability = coverage.profile.probability(coverage.range_for_profile(predicted.position));
+        predicted.report_probability = known.existence * probability;
+    }
+    predicted
+}
+
 /// The circle in which a frame's detections and its coverage lie.
 struct Region {
     centre: [f64; 2],
@@ -186,11 +221,11 @@ impl Region {
         Some(Self { centre, radius_m: libm::sqrt(farthest).max(range) + margin })
     }
 
-    /// Whether a track with this state so many seconds before or after can be concerned.
-    fn may_hold<F: Filter>(&self, state: &F, away_s: f64) -> bool {
-        let (position, sigma_m) = state.rough_position();
-        let reach = self.radius_m + REGION_SPEED_MPS * away_s + REGION_SIGMAS * sigma_m;
-        squared_distance(position, self.centre) <= reach * reach
+    /// Whether a track that was there can be concerned at a time before or after.
+    fn may_hold(&self, track: &Whereabouts, at: Timestamp) -> bool {
+        let away_s = (at - track.at).abs().as_secs_f64();
+        let reach = self.radius_m + REGION_SPEED_MPS * away_s + REGION_SIGMAS * track.sigma_m;
+        squared_distance(track.position, self.centre) <= reach * reach
     }
 }
 
@@ -316,11 +351,13 @@ mod tests {
             let measurements: Vec<_> = detections.iter().map(|(place, sigma)| measurement(*place, *sigma)).collect();
             let stored = stored(at(frame_ms), range_m.map(coverage));
             let frame = FrameView { slot: FrameSlot(0), stored: &stored, measurements: &measurements };
-            let away_s = (at(frame_ms) - at(100)).abs().as_secs_f64();
             let cv: State = state(start.position, start.velocity, start.sigma_m);
             let imm: ImmState = state(start.position, start.velocity, start.sigma_m);
             let (holds_cv, holds_imm) = Region::of(&frame).map_or((false, false), |region| {
-                (region.may_hold(&cv, away_s), region.may_hold(&imm, away_s))
+                (
+                    region.may_hold(&Whereabouts::of_state(&cv), at(frame_ms)),
+                    region.may_hold(&Whereabouts::of_state(&imm), at(frame_ms)),
+                )
             });
             prop_assert!(holds_cv || !can_matter(&cv, &frame));
             prop_assert!(holds_imm || !can_matter(&imm, &frame));
@@ -333,7 +370,10 @@ mod tests {
         let stored = stored(at(200), Some(coverage(80.0)));
         let frame = FrameView { slot: FrameSlot(0), stored: &stored, measurements: &measurements };
         let region = Region::of(&frame).expect("a detection");
-        let may_hold = |x: f64| region.may_hold::<State>(&state([x, 0.0], [0.0, 0.0], 0.3), 0.1);
+        let may_hold = |x: f64| {
+            let state: State = state([x, 0.0], [0.0, 0.0], 0.3);
+            region.may_hold(&Whereabouts::of_state(&state), at(200))
+        };
         assert!(may_hold(0.0) && may_hold(110.0) && !may_hold(150.0) && !may_hold(10_000.0));
     }
 

@@ -1,5 +1,6 @@
 //! All tracks of one hub.
 
+use super::whereabouts::{AllWhereabouts, Whereabouts};
 use crate::filter::Filter;
 use crate::track::{Evidence, Horizon, Track, TrackContext};
 use crate::values::{Coast, ParticleSet};
@@ -35,6 +36,8 @@ impl KeptTracks {
 #[derive(Debug)]
 pub(crate) struct TrackStore<F> {
     tracks: Vec<Track<F>>,
+    /// Of the tracks, by place.
+    whereabouts: AllWhereabouts,
     spare: Vec<Track<F>>,
     lineage: u32,
     next_counter: u32,
@@ -44,7 +47,14 @@ pub(crate) struct TrackStore<F> {
 impl<F: Filter> TrackStore<F> {
     /// An empty store, which makes track ids of this lineage.
     pub(crate) const fn new(lineage: u32) -> Self {
-        Self { tracks: Vec::new(), spare: Vec::new(), lineage, next_counter: 0, initiations_refused: 0 }
+        Self {
+            tracks: Vec::new(),
+            whereabouts: AllWhereabouts::new(),
+            spare: Vec::new(),
+            lineage,
+            next_counter: 0,
+            initiations_refused: 0,
+        }
     }
 
     /// Every track, all versions of it.
@@ -53,7 +63,13 @@ impl<F: Filter> TrackStore<F> {
     }
 
     pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Track<F>> {
+        self.whereabouts.note_all_changed();
         self.tracks.iter_mut()
+    }
+
+    /// Every track with roughly where it is.
+    pub(super) fn with_whereabouts(&mut self) -> (&[Track<F>], &[Whereabouts]) {
+        (&self.tracks, self.whereabouts.refreshed(&self.tracks))
     }
 
     pub(crate) fn get(&self, index: usize) -> &Track<F> {
@@ -61,6 +77,7 @@ impl<F: Filter> TrackStore<F> {
     }
 
     pub(crate) fn get_mut(&mut self, index: usize) -> &mut Track<F> {
+        self.whereabouts.note_changed(index);
         &mut self.tracks[index]
     }
 
@@ -100,6 +117,7 @@ impl<F: Filter> TrackStore<F> {
             self.next_counter += 1;
             TrackId::new(self.lineage, self.next_counter - 1)
         });
+        self.whereabouts.note_changed(self.tracks.len());
         self.tracks.push(Track::new(id, detection, self.spare.pop(), context));
         self.tracks.last_mut()
     }
@@ -107,12 +125,14 @@ impl<F: Filter> TrackStore<F> {
     /// Adds a version of a track for these particles, out of order; its index.
     pub(crate) fn add_version(&mut self, of: usize, holders: ParticleSet) -> usize {
         let version = self.tracks[of].copied(holders, self.spare.pop());
+        self.whereabouts.note_changed(self.tracks.len());
         self.tracks.push(version);
         self.tracks.len() - 1
     }
 
     /// Deletes versions that no particle holds, and restores the order by id.
     pub(crate) fn order(&mut self) {
+        self.whereabouts.note_all_changed();
         let mut kept = 0;
         for index in 0..self.tracks.len() {
             if !self.tracks[index].holders.is_empty() {
@@ -130,6 +150,7 @@ impl<F: Filter> TrackStore<F> {
 
     /// Keeps of a track only the version of the leading particle, for all particles.
     pub(crate) fn keep_leading(&mut self, id: TrackId) {
+        self.whereabouts.note_all_changed();
         self.tracks.retain(|track| track.id != id || track.holders.leads());
         let start = self.tracks.partition_point(|track| track.id < id);
         for track in self.tracks[start..].iter_mut().take_while(|track| track.id == id) {
@@ -150,6 +171,7 @@ impl<F: Filter> TrackStore<F> {
         if copies.is_empty() {
             return;
         }
+        self.whereabouts.note_all_changed();
         let is_replaced = |track: &mut Track<F>| copies.iter().any(|copy| copy.id == track.id);
         self.spare.extend(self.tracks.extract_if(.., is_replaced));
         self.tracks.append(copies);
@@ -158,6 +180,7 @@ impl<F: Filter> TrackStore<F> {
 
     /// Deletes tracks.
     pub(crate) fn delete_where(&mut self, is_deleted: impl Fn(&Track<F>) -> bool) {
+        self.whereabouts.note_all_changed();
         self.spare.extend(self.tracks.extract_if(.., |track| is_deleted(track)));
     }
 
@@ -167,6 +190,7 @@ impl<F: Filter> TrackStore<F> {
         let [older, younger] =
             [older, younger].map(|id| self.tracks.binary_search_by_key(&id, |track| track.id));
         let (Ok(older), Ok(younger)) = (older, younger) else { return None };
+        self.whereabouts.note_all_changed();
         Some((older, self.tracks.remove(younger)))
     }
 
@@ -178,11 +202,13 @@ impl<F: Filter> TrackStore<F> {
         context: &TrackContext<'_>,
         mut on_deleted: impl FnMut(&Track<F>),
     ) {
+        self.whereabouts.note_all_changed();
         let mut kept = 0;
         for index in 0..self.tracks.len() {
             let track = &mut self.tracks[index];
             track.replay(context);
             track.fold(&kept_tracks.evidence, context);
+            track.thin_checkpoints(kept_tracks.detected_from);
             let deleted_before = kept_tracks.detected_from(track);
             let last_measured_at = track.last_measured_at();
             track.forget_contributors(deleted_before.min(kept_tracks.detected_from - CONTRIBUTORS_NAMED_FOR));

@@ -7,64 +7,74 @@
 //! points.
 
 use super::gaussian::{Full, SPEED, TURN, YAW, at};
-use crate::values::share_lost;
-use v2x_common::covariance::Covariance2;
+use crate::values::{Real, share_lost};
 
 /// A complex number: east and north.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Complex {
-    pub(super) re: f64,
-    pub(super) im: f64,
+pub(super) struct Complex<R = f64> {
+    pub(super) re: R,
+    pub(super) im: R,
 }
 
-impl Complex {
-    const fn new(re: f64, im: f64) -> Self {
+impl<R: Real> Complex<R> {
+    #[inline(always)]
+    const fn new(re: R, im: R) -> Self {
         Self { re, im }
     }
 
+    #[inline(always)]
     fn plus(self, other: Self) -> Self {
         Self::new(self.re + other.re, self.im + other.im)
     }
 
+    #[inline(always)]
     fn times(self, other: Self) -> Self {
         Self::new(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
     }
 
-    fn scaled(self, factor: f64) -> Self {
+    #[inline(always)]
+    fn scaled(self, factor: R) -> Self {
         Self::new(self.re * factor, self.im * factor)
     }
 
-    fn norm2(self) -> f64 {
+    #[inline(always)]
+    fn norm2(self) -> R {
         self.re * self.re + self.im * self.im
     }
 
+    #[inline(always)]
     fn times_i(self) -> Self {
         Self::new(-self.im, self.re)
     }
 }
 
 /// Moments of D = (along·v + i·aside·ω)·exp(i h), h = θ + ahead·ω.
-pub(super) struct Displacement {
-    pub(super) mean: Complex,
-    pub(super) covariance: Covariance2,
+pub(super) struct Displacement<R = f64> {
+    pub(super) mean: Complex<R>,
+    /// Its covariance: xx, xy, yy.
+    pub(super) covariance: [R; 3],
     /// Cov(s, D) for every component s of the state.
-    pub(super) cross: [Complex; 5],
+    pub(super) cross: [Complex<R>; 5],
     /// E[exp(i h)].
-    pub(super) direction: Complex,
+    pub(super) direction: Complex<R>,
     /// E[exp(2 i h)].
-    pub(super) axis: Complex,
+    pub(super) axis: Complex<R>,
 }
 
-impl Displacement {
-    pub(super) fn of(state: &Full, along: f64, aside: f64, ahead: f64) -> Self {
+impl<R: Real> Displacement<R> {
+    #[inline(always)]
+    pub(super) fn of(state: &Full<R>, along: R, aside: R, ahead: R) -> Self {
         let entry = |row, column| state.covariance[at(row, column)];
-        let with_h: [f64; 5] = std::array::from_fn(|s| entry(s, YAW) + ahead * entry(s, TURN));
+        let mut with_h = [along; 5];
+        for (s, with_h) in with_h.iter_mut().enumerate() {
+            *with_h = entry(s, YAW) + ahead * entry(s, TURN);
+        }
         let variance_h = with_h[YAW] + ahead * with_h[TURN];
-        let (sin, cos) = libm::sincos(state.mean[YAW] + ahead * state.mean[TURN]);
+        let (sin, cos) = (state.mean[YAW] + ahead * state.mean[TURN]).map_two(libm::sincos);
         // exp(−σ²) − 1: what follows is arranged so that nothing cancels at any speed.
         let lost = -share_lost(variance_h);
-        let squared = 1.0 + lost;
-        let shrunk = libm::sqrt(squared);
+        let squared = lost + 1.0;
+        let shrunk = squared.sqrt();
         let direction = Complex::new(cos * shrunk, sin * shrunk);
         let axis = direction.times(direction).scaled(squared);
         let tilt = Complex::new(along * with_h[SPEED], aside * with_h[TURN]).times_i();
@@ -73,18 +83,19 @@ impl Displacement {
         let (vv, uu) = (along * along * entry(SPEED, SPEED), aside * aside * entry(TURN, TURN));
         let vu = along * aside * entry(SPEED, TURN);
         // E[D²] − E[D]² and E|D|² − |E[D]|².
-        let tilted = amplitude.scaled(2.0).plus(tilt).times(tilt).plus(Complex::new(vv - uu, 2.0 * vu));
+        let twice = amplitude.re.same(2.0);
+        let tilted = amplitude.scaled(twice).plus(tilt).times(tilt).plus(Complex::new(vv - uu, vu * 2.0));
         let pseudo = direction
             .times(direction)
             .times(amplitude.times(amplitude).scaled(lost).plus(tilted.scaled(squared)));
-        let power = tilt.norm2() - 2.0 * (amplitude.re * tilt.re + amplitude.im * tilt.im) + vv + uu
+        let power = tilt.norm2() - (amplitude.re * tilt.re + amplitude.im * tilt.im) * 2.0 + vv + uu
             - amplitude.norm2() * lost;
-        let covariance =
-            Covariance2 { xx: (power + pseudo.re) / 2.0, xy: pseudo.im / 2.0, yy: (power - pseudo.re) / 2.0 };
-        let cross = std::array::from_fn(|s| {
+        let covariance = [(power + pseudo.re) / 2.0, pseudo.im / 2.0, (power - pseudo.re) / 2.0];
+        let mut cross = [mean; 5];
+        for (s, cross) in cross.iter_mut().enumerate() {
             let linear = Complex::new(along * entry(s, SPEED), aside * entry(s, TURN));
-            direction.times(linear).plus(mean.times_i().scaled(with_h[s]))
-        });
+            *cross = direction.times(linear).plus(mean.times_i().scaled(with_h[s]));
+        }
         Self { mean, covariance, cross, direction, axis }
     }
 }
@@ -129,13 +140,13 @@ mod tests {
         }
         let [x, y] = first.map(|sum| sum / weights);
         let [xx, xy, yy] = second.map(|sum| sum / weights);
-        let Displacement { mean, covariance, .. } = found;
+        let Displacement { mean, covariance: [c_xx, c_xy, c_yy], .. } = found;
         for (found, expected) in [
             (mean.re, x),
             (mean.im, y),
-            (covariance.xx, xx - x * x),
-            (covariance.xy, xy - x * y),
-            (covariance.yy, yy - y * y),
+            (c_xx, xx - x * x),
+            (c_xy, xy - x * y),
+            (c_yy, yy - y * y),
         ] {
             assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
         }

@@ -2,6 +2,7 @@
 
 use super::likelihood::{Factored, Likelihood, sum};
 use crate::filter::Course;
+use crate::values::Real;
 use std::f64::consts::{PI, TAU};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::MAX_SPEED_MPS;
@@ -16,9 +17,9 @@ pub(super) const TURN: usize = 4;
 
 /// Mean and covariance; the covariance's lower triangle by rows, so that a leading block comes first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Gaussian<const N: usize, const T: usize> {
-    pub(super) mean: [f64; N],
-    pub(super) covariance: [f64; T],
+pub(super) struct Gaussian<const N: usize, const T: usize, R = f64> {
+    pub(super) mean: [R; N],
+    pub(super) covariance: [R; T],
 }
 
 /// Speed and turn rate of what is about to move, independent of each other.
@@ -39,11 +40,11 @@ const MAX_APART_M: f64 = 1000.0;
 const MAX_TURN_RATE: f64 = TAU;
 
 /// (x, y, θ).
-pub(super) type Still = Gaussian<3, 6>;
+pub(super) type Still<R = f64> = Gaussian<3, 6, R>;
 /// (x, y, θ, v).
-pub(super) type Smooth = Gaussian<4, 10>;
+pub(super) type Smooth<R = f64> = Gaussian<4, 10, R>;
 /// (x, y, θ, v, ω).
-pub(super) type Full = Gaussian<5, 15>;
+pub(super) type Full<R = f64> = Gaussian<5, 15, R>;
 
 /// Where row and column of a symmetric matrix are stored.
 pub(super) const fn at(row: usize, column: usize) -> usize {
@@ -53,12 +54,22 @@ pub(super) const fn at(row: usize, column: usize) -> usize {
 /// How far two models of one object are apart (m), limited so that f64 can represent an ellipse of that length.
 ///
 /// A report that moves them further from each other is 1 km off, and no gate lets it pass.
-pub(super) fn apart(deviation: f64) -> f64 {
-    deviation.clamp(-MAX_APART_M, MAX_APART_M)
+#[inline(always)]
+pub(super) fn apart<R: Real>(deviation: R) -> R {
+    let most = deviation.same(MAX_APART_M);
+    if R::all(deviation.abs().is_at_most(most)) {
+        return deviation;
+    }
+    deviation.map(|deviation| deviation.clamp(-MAX_APART_M, MAX_APART_M))
 }
 
 /// An angle that is at most one turn off brought into [-π, π]; any other is reduced by the general formula.
-pub(super) fn wrapped(angle: f64) -> f64 {
+#[inline(always)]
+pub(super) fn wrapped<R: Real>(angle: R) -> R {
+    if R::all(angle.abs().is_at_most(angle.same(PI))) { angle } else { angle.map(wrapped_one) }
+}
+
+fn wrapped_one(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
     } else if angle.abs() <= TAU {
@@ -68,27 +79,44 @@ pub(super) fn wrapped(angle: f64) -> f64 {
     }
 }
 
-impl<const N: usize, const T: usize> Gaussian<N, T> {
-    fn entry(&self, row: usize, column: usize) -> f64 {
+impl<const N: usize, const T: usize, R: Real> Gaussian<N, T, R> {
+    #[inline(always)]
+    fn entry(&self, row: usize, column: usize) -> R {
         self.covariance[at(row, column)]
     }
 
     /// The leading components alone.
-    pub(super) fn narrowed<const M: usize, const U: usize>(&self) -> Gaussian<M, U> {
-        Gaussian {
-            mean: std::array::from_fn(|i| self.mean[i]),
-            covariance: std::array::from_fn(|i| self.covariance[i]),
-        }
+    #[inline(always)]
+    pub(super) fn narrowed<const M: usize, const U: usize>(&self) -> Gaussian<M, U, R> {
+        let mut narrow = Gaussian { mean: [self.mean[0]; M], covariance: [self.covariance[0]; U] };
+        narrow.mean.copy_from_slice(&self.mean[..M]);
+        narrow.covariance.copy_from_slice(&self.covariance[..U]);
+        narrow
     }
 
-    /// Covariance of the position, m².
-    pub(super) fn position_covariance(&self) -> Covariance2 {
-        Covariance2 { xx: self.covariance[0], xy: self.covariance[1], yy: self.covariance[2] }
+    /// Another one where a condition holds.
+    #[inline(always)]
+    pub(super) fn unless(mut self, condition: R::Truth, other: &Self) -> Self {
+        for (own, other) in self.mean.iter_mut().zip(&other.mean) {
+            *own = R::choose(condition, *other, *own);
+        }
+        for (own, other) in self.covariance.iter_mut().zip(&other.covariance) {
+            *own = R::choose(condition, *other, *own);
+        }
+        self
     }
 
     /// Keeps the heading in [-π, π].
+    #[inline(always)]
     pub(super) fn wrap(&mut self) {
         self.mean[YAW] = wrapped(self.mean[YAW]);
+    }
+}
+
+impl<const N: usize, const T: usize> Gaussian<N, T> {
+    /// Covariance of the position, m².
+    pub(super) fn position_covariance(&self) -> Covariance2 {
+        Covariance2 { xx: self.covariance[0], xy: self.covariance[1], yy: self.covariance[2] }
     }
 
     /// Heading (rad) and its variance (rad²).
@@ -225,61 +253,76 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
     }
 }
 
-impl Still {
+impl<R: Real> Still<R> {
     /// With a motion that is not correlated with it.
-    pub(super) fn with_motion(&self, motion: &Motion) -> Full {
+    #[inline(always)]
+    pub(super) fn with_motion(&self, motion: &Motion) -> Full<R> {
         let [x, y, yaw] = self.mean;
-        let mut covariance = [0.0; 15];
+        let mut covariance = [x.same(0.0); 15];
         covariance[..6].copy_from_slice(&self.covariance);
-        covariance[at(SPEED, SPEED)] = motion.speed_variance;
-        covariance[at(TURN, TURN)] = motion.turn_variance;
-        Full { mean: [x, y, yaw, motion.speed, 0.0], covariance }
+        covariance[at(SPEED, SPEED)] = x.same(motion.speed_variance);
+        covariance[at(TURN, TURN)] = x.same(motion.turn_variance);
+        Full { mean: [x, y, yaw, x.same(motion.speed), x.same(0.0)], covariance }
     }
 }
 
-impl Smooth {
+impl<R: Real> Smooth<R> {
     /// With a turn rate about 0 of this variance (rad²/s²).
-    pub(super) fn with_turn(&self, variance: f64) -> Full {
+    #[inline(always)]
+    pub(super) fn with_turn(&self, variance: f64) -> Full<R> {
         let [x, y, yaw, speed] = self.mean;
-        let mut covariance = [0.0; 15];
+        let mut covariance = [x.same(0.0); 15];
         covariance[..10].copy_from_slice(&self.covariance);
-        covariance[at(TURN, TURN)] = variance;
-        Full { mean: [x, y, yaw, speed, 0.0], covariance }
+        covariance[at(TURN, TURN)] = x.same(variance);
+        Full { mean: [x, y, yaw, speed, x.same(0.0)], covariance }
     }
 }
 
-/// Mean and covariance of a mixture's leading components; `None` where the weights are all 0.
+/// Mean and covariance of a mixture's leading components; `otherwise` where the weights are all 0: a model of weight 0 keeps its
+/// state.
 ///
 /// Deviations are taken from component `own`, the heading's the shorter way around, and the covariance
 /// about the mean found, so that nothing cancels.
-pub(super) fn mixed<const N: usize, const T: usize>(
-    sources: &[Full; 4],
+#[inline(always)]
+pub(super) fn mixed<const N: usize, const T: usize, R: Real>(
+    sources: &[Full<R>; 4],
     own: usize,
-    weights: &[f64; 4],
-) -> Option<Gaussian<N, T>> {
-    let sum: f64 = weights.iter().sum();
-    // A model of weight 0 keeps its state.
-    if sum < f64::MIN_POSITIVE {
-        return None;
+    weights: &[R; 4],
+    otherwise: &Gaussian<N, T, R>,
+) -> Gaussian<N, T, R> {
+    let zero = weights[0].same(0.0);
+    let mut sum = zero;
+    for weight in weights {
+        sum += *weight;
     }
-    let shares = weights.map(|weight| weight / sum);
-    let mut mean = [0.0; N];
-    let deviations: [[f64; N]; 4] = std::array::from_fn(|from| {
-        let mut deviation: [f64; N] = std::array::from_fn(|i| sources[from].mean[i] - sources[own].mean[i]);
+    let has_none = sum.is_below(zero.same(f64::MIN_POSITIVE));
+    if R::all(has_none) {
+        return *otherwise;
+    }
+    let mut shares = *weights;
+    let mut mean = [zero; N];
+    let mut deviations = [[zero; N]; 4];
+    for (from, deviation) in deviations.iter_mut().enumerate() {
+        shares[from] = weights[from] / sum;
+        for (i, deviation) in deviation.iter_mut().enumerate() {
+            *deviation = sources[from].mean[i] - sources[own].mean[i];
+        }
         deviation[YAW] = wrapped(deviation[YAW]);
         deviation[0] = apart(deviation[0]);
         deviation[1] = apart(deviation[1]);
         for (mean, deviation) in mean.iter_mut().zip(deviation) {
-            *mean += shares[from] * deviation;
+            *mean += shares[from] * *deviation;
         }
-        deviation
-    });
-    let mut covariance = [0.0; T];
+    }
+    let mut covariance = [zero; T];
     for (from, deviation) in deviations.iter().enumerate() {
-        if shares[from] == 0.0 {
+        if R::all(shares[from].abs().is_at_most(zero)) {
             continue;
         }
-        let centred: [f64; N] = std::array::from_fn(|i| deviation[i] - mean[i]);
+        let mut centred = *deviation;
+        for (centred, mean) in centred.iter_mut().zip(&mean) {
+            *centred = *centred - *mean;
+        }
         for row in 0..N {
             for column in 0..=row {
                 covariance[at(row, column)] += shares[from]
@@ -292,7 +335,7 @@ pub(super) fn mixed<const N: usize, const T: usize>(
     }
     let mut result = Gaussian { mean, covariance };
     result.wrap();
-    Some(result)
+    result.unless(has_none, otherwise)
 }
 
 #[cfg(test)]
@@ -365,7 +408,7 @@ mod tests {
             for source in &mut sources {
                 source.mean[YAW] /= 2.0;
             }
-            let mixture: Full = mixed(&sources, 2, &weights).unwrap();
+            let mixture: Full = mixed(&sources, 2, &weights, &sources[0]);
             let sum: f64 = weights.iter().sum();
             let parts = || sources.iter().zip(weights.map(|weight| weight / sum));
             let mean: SVector<f64, 5> = parts().map(|(s, w)| SVector::from(s.mean) * w).sum();
@@ -383,7 +426,7 @@ mod tests {
         let mut sources = [east; 4];
         sources[0].mean[YAW] = PI - 0.1;
         sources[1].mean[YAW] = -PI + 0.1;
-        let mixture: Full = mixed(&sources, 0, &[0.5, 0.5, 0.0, 0.0]).unwrap();
+        let mixture: Full = mixed(&sources, 0, &[0.5, 0.5, 0.0, 0.0], &sources[2]);
         assert!((mixture.mean[YAW].abs() - PI).abs() < 1e-12, "{mixture:?}");
         assert!((mixture.covariance[at(YAW, YAW)] - 1.01).abs() < 1e-12);
     }
@@ -434,8 +477,8 @@ mod tests {
     }
 
     #[test]
-    fn a_mixture_without_weight_is_none() {
-        let source = Full { mean: [1.0; 5], covariance: [1.0; 15] };
-        assert_eq!(mixed::<3, 6>(&[source; 4], 0, &[0.0; 4]), None);
+    fn a_model_without_weight_keeps_its_state() {
+        let (source, kept) = (Full { mean: [1.0; 5], covariance: [1.0; 15] }, Still { mean: [2.0; 3], covariance: [3.0; 6] });
+        assert_eq!(mixed(&[source; 4], 0, &[0.0; 4], &kept), kept);
     }
 }

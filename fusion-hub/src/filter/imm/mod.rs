@@ -6,7 +6,9 @@
 
 mod displacement;
 mod gaussian;
+mod lanes;
 mod likelihood;
+mod many;
 mod model;
 mod motion;
 mod output;
@@ -16,9 +18,11 @@ mod smoothing;
 mod transitions;
 mod velocity;
 
+pub(in crate::filter) use lanes::Move;
+pub(in crate::filter) use many::predict_some;
 pub use output::{Moments, Place};
 
-use crate::values::{Measurement, PositionInnovation};
+use crate::values::{Measurement, PositionInnovation, Real};
 use gaussian::{Full, Smooth, Still};
 use likelihood::{Likelihood, nearest, scaled};
 use model::{MANOEUVRE, PARKED, SMOOTH, STOPPED};
@@ -47,16 +51,16 @@ impl Inflation {
     pub const NONE: Self = Self { prior: 1.0, report: 1.0 };
 }
 
-/// One object under four models of motion.
+/// One object under four models of motion; or several, one in each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Imm {
-    weights: [f64; 4],
-    parked: Still,
-    stopped: Still,
-    smooth: Smooth,
-    manoeuvre: Full,
+pub struct Imm<R = f64> {
+    weights: [R; 4],
+    parked: Still<R>,
+    stopped: Still<R>,
+    smooth: Smooth<R>,
+    manoeuvre: Full<R>,
     /// The centre lies this far ahead of the point that follows the heading, m.
-    lever_m: f64,
+    lever_m: R,
 }
 
 impl Imm {
@@ -95,56 +99,6 @@ impl Imm {
         let passage = Passage::of(dt_s, class, length_m);
         for _ in 0..passage.n_steps {
             self.pass(&passage);
-        }
-    }
-
-    #[inline(always)]
-    fn pass(&mut self, passage: &Passage) {
-        let Passage { step, transitions, params, .. } = passage;
-        self.lever_m = step.lever_m;
-        if let Some(transitions) = transitions {
-            self.mix(transitions, params);
-        }
-        self.advance(step, params);
-    }
-
-    fn mix(&mut self, transitions: &[[f64; 4]; 4], params: &Params) {
-        let sources = self.sources(params);
-        let mut into = [[0.0; 4]; 4];
-        let mut predicted = [0.0; 4];
-        for (from, weight) in self.weights.into_iter().enumerate() {
-            for (to, probability) in transitions[from].into_iter().enumerate() {
-                into[to][from] = weight * probability;
-                predicted[to] += into[to][from];
-            }
-        }
-        // Nothing returns to the parked model: it needs no mixing.
-        self.stopped = gaussian::mixed(&sources, STOPPED, &into[STOPPED]).unwrap_or(self.stopped);
-        self.smooth = gaussian::mixed(&sources, SMOOTH, &into[SMOOTH]).unwrap_or(self.smooth);
-        self.manoeuvre = gaussian::mixed(&sources, MANOEUVRE, &into[MANOEUVRE]).unwrap_or(self.manoeuvre);
-        self.weights = predicted;
-    }
-
-    /// Every model as one that is about to become another.
-    #[inline(always)]
-    fn sources(&self, params: &Params) -> [Full; 4] {
-        [
-            self.parked.with_motion(&params.start),
-            self.stopped.with_motion(&params.start),
-            self.smooth.with_turn(params.smooth.turn_variance),
-            self.manoeuvre,
-        ]
-    }
-
-    fn advance(&mut self, step: &Step, params: &Params) {
-        for still in [&mut self.parked, &mut self.stopped] {
-            params.still.diffuse(still, step.duration_s);
-        }
-        if self.weights[SMOOTH] > 0.0 {
-            self.smooth = motion::moved(&self.smooth.with_turn(0.0), step, &params.smooth).narrowed();
-        }
-        if self.weights[MANOEUVRE] > 0.0 {
-            self.manoeuvre = motion::moved(&self.manoeuvre, step, &params.manoeuvre);
         }
     }
 
@@ -311,6 +265,69 @@ impl Imm {
             (smooth, self.smooth.narrowed()),
             (manoeuvre, self.manoeuvre.narrowed()),
         ]
+    }
+}
+
+/// The prediction, of one object or of several.
+impl<R: Real> Imm<R> {
+    #[inline(always)]
+    fn pass(&mut self, passage: &Passage<R>) {
+        let Passage { step, transitions, params, .. } = passage;
+        self.lever_m = step.lever_m;
+        if let Some(transitions) = transitions {
+            self.mix(transitions, params);
+        }
+        self.advance(step, params);
+    }
+
+    #[inline(always)]
+    fn mix(&mut self, transitions: &[[R; 4]; 4], params: &Params) {
+        let sources = self.sources(params);
+        let zero = self.lever_m.same(0.0);
+        let mut into = [[zero; 4]; 4];
+        let mut predicted = [zero; 4];
+        for (from, weight) in self.weights.into_iter().enumerate() {
+            for (to, probability) in transitions[from].into_iter().enumerate() {
+                into[to][from] = weight * probability;
+                predicted[to] += into[to][from];
+            }
+        }
+        // Nothing returns to the parked model: it needs no mixing.
+        self.stopped = gaussian::mixed(&sources, STOPPED, &into[STOPPED], &self.stopped);
+        self.smooth = gaussian::mixed(&sources, SMOOTH, &into[SMOOTH], &self.smooth);
+        self.manoeuvre = gaussian::mixed(&sources, MANOEUVRE, &into[MANOEUVRE], &self.manoeuvre);
+        self.weights = predicted;
+    }
+
+    /// Every model as one that is about to become another.
+    #[inline(always)]
+    fn sources(&self, params: &Params) -> [Full<R>; 4] {
+        [
+            self.parked.with_motion(&params.start),
+            self.stopped.with_motion(&params.start),
+            self.smooth.with_turn(params.smooth.turn_variance),
+            self.manoeuvre,
+        ]
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, step: &Step<R>, params: &Params) {
+        for still in [&mut self.parked, &mut self.stopped] {
+            params.still.diffuse(still, step.duration_s);
+        }
+        let zero = self.lever_m.same(0.0);
+        // A model of weight 0 keeps its state.
+        let has_none = |weight: R| weight.is_at_most(zero);
+        let of_smooth = has_none(self.weights[SMOOTH]);
+        if !R::all(of_smooth) {
+            let moved = motion::moved(&self.smooth.with_turn(0.0), step, &params.smooth).narrowed();
+            self.smooth = moved.unless(of_smooth, &self.smooth);
+        }
+        let of_manoeuvre = has_none(self.weights[MANOEUVRE]);
+        if !R::all(of_manoeuvre) {
+            let moved = motion::moved(&self.manoeuvre, step, &params.manoeuvre);
+            self.manoeuvre = moved.unless(of_manoeuvre, &self.manoeuvre);
+        }
     }
 }
 

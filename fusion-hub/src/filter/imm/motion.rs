@@ -2,7 +2,7 @@
 
 use super::displacement::Displacement;
 use super::gaussian::{Full, SPEED, Still, TURN, YAW, at};
-use crate::values::share_lost;
+use crate::values::{Real, share_lost};
 
 /// Decay of a manoeuvre's turn rate: to 0.6 of it in 0.5 s, 1/s.
 const TURN_DECAY: f64 = 1.021_651_247_531_981_4;
@@ -51,10 +51,11 @@ impl Rest {
         Self { position: density(position_m), yaw: density(radians(yaw_deg)) }
     }
 
-    pub(super) fn diffuse(&self, state: &mut Still, duration_s: f64) {
-        state.covariance[at(0, 0)] += self.position * duration_s;
-        state.covariance[at(1, 1)] += self.position * duration_s;
-        state.covariance[at(YAW, YAW)] += self.yaw * duration_s;
+    #[inline(always)]
+    pub(super) fn diffuse<R: Real>(&self, state: &mut Still<R>, duration_s: R) {
+        state.covariance[at(0, 0)] += duration_s * self.position;
+        state.covariance[at(1, 1)] += duration_s * self.position;
+        state.covariance[at(YAW, YAW)] += duration_s * self.yaw;
     }
 }
 
@@ -91,44 +92,47 @@ impl Drive {
 
 /// A step in time, and what follows from its length alone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
-    dt_s: f64,
-    pub(super) duration_s: f64,
+pub(super) struct Step<R = f64> {
+    dt_s: R,
+    pub(super) duration_s: R,
     /// Share of the turn rate that is left.
-    left: f64,
+    left: R,
     /// ∫ of the decaying turn rate over the step, s.
-    turned: f64,
+    turned: R,
     /// The same, averaged over the step: how far the mean heading is ahead, s.
-    ahead: f64,
+    ahead: R,
     /// Distance from the rear axle to the centre, m.
-    pub(super) lever_m: f64,
+    pub(super) lever_m: R,
     /// Of a turn rate driven by unit noise: variance of the heading, covariance, variance of the rate.
-    turn_noise: [f64; 3],
+    turn_noise: [R; 3],
 }
 
-impl Step {
+impl<R: Real> Step<R> {
     /// A decaying turn rate is the same process backwards in time (it is stationary), but for the sign
     /// of what it integrates to.
-    pub(super) fn of(dt_s: f64, lever_m: f64) -> Self {
+    #[inline(always)]
+    pub(super) fn of(dt_s: R, lever_m: R) -> Self {
         let duration_s = dt_s.abs();
-        let sign = 1.0f64.copysign(dt_s);
+        let constant = |value: f64| dt_s.same(value);
+        let sign = constant(1.0).copysign(dt_s);
         let rate = TURN_DECAY;
-        let lost = share_lost(rate * duration_s);
-        let left = 1.0 - lost;
+        let lost = share_lost(duration_s * rate);
+        let left = constant(1.0) - lost;
         let turned = lost / rate;
-        let ahead = (duration_s - turned) / (rate * duration_s);
-        let rate_variance = lost * (2.0 - lost) / (2.0 * rate);
-        let yaw_variance = (duration_s - 2.0 * turned + rate_variance) / (rate * rate);
+        let ahead = (duration_s - turned) / (duration_s * rate);
+        let rate_variance = lost * (constant(2.0) - lost) / (2.0 * rate);
+        let yaw_variance = (duration_s - turned * 2.0 + rate_variance) / (rate * rate);
         let turn_noise = [yaw_variance, sign * turned * turned / 2.0, rate_variance];
         Self { dt_s, duration_s, left, turned: sign * turned, ahead: sign * ahead, lever_m, turn_noise }
     }
 }
 
 /// The state after a step.
-pub(super) fn moved(state: &Full, step: &Step, drive: &Drive) -> Full {
+#[inline(always)]
+pub(super) fn moved<R: Real>(state: &Full<R>, step: &Step<R>, drive: &Drive) -> Full<R> {
     let lever = step.lever_m;
     let displacement = Displacement::of(state, step.dt_s, lever * step.turned, step.ahead);
-    let Displacement { mean, covariance: spread, cross, .. } = displacement;
+    let Displacement { mean, covariance: [xx, xy, yy], cross, .. } = &displacement;
     let mut next = *state;
     next.mean[0] += mean.re;
     next.mean[1] += mean.im;
@@ -136,13 +140,14 @@ pub(super) fn moved(state: &Full, step: &Step, drive: &Drive) -> Full {
     next.mean[TURN] *= step.left;
     let old = &state.covariance;
     let c = &mut next.covariance;
-    c[at(0, 0)] += 2.0 * cross[0].re + spread.xx;
-    c[at(1, 0)] += cross[0].im + cross[1].re + spread.xy;
-    c[at(1, 1)] += 2.0 * cross[1].im + spread.yy;
-    for (axis, part) in [(0, cross.map(|c| c.re)), (1, cross.map(|c| c.im))] {
-        c[at(SPEED, axis)] = old[at(SPEED, axis)] + part[SPEED];
-        let turn = old[at(TURN, axis)] + part[TURN];
-        c[at(YAW, axis)] = old[at(YAW, axis)] + part[YAW] + step.turned * turn;
+    c[at(0, 0)] += cross[0].re * 2.0 + *xx;
+    c[at(1, 0)] += cross[0].im + cross[1].re + *xy;
+    c[at(1, 1)] += cross[1].im * 2.0 + *yy;
+    for axis in 0..2 {
+        let part = |s: usize| if axis == 0 { cross[s].re } else { cross[s].im };
+        c[at(SPEED, axis)] = old[at(SPEED, axis)] + part(SPEED);
+        let turn = old[at(TURN, axis)] + part(TURN);
+        c[at(YAW, axis)] = old[at(YAW, axis)] + part(YAW) + step.turned * turn;
         c[at(TURN, axis)] = step.left * turn;
     }
     let yaw_turn = old[at(TURN, YAW)] + step.turned * old[at(TURN, TURN)];
@@ -167,14 +172,15 @@ pub(super) fn cross_covariance(state: &Full, step: &Step) -> [[f64; 5]; 5] {
 }
 
 /// White acceleration along the heading: q·[[T³/3, T²/2], [T²/2, T]]; diffusion across it and of all else.
-fn add_noise(state: &mut Full, step: &Step, drive: &Drive, displacement: &Displacement) {
+#[inline(always)]
+fn add_noise<R: Real>(state: &mut Full<R>, step: &Step<R>, drive: &Drive, displacement: &Displacement<R>) {
     let Displacement { direction, axis, .. } = displacement;
     let duration = step.duration_s;
-    let along = drive.acceleration * duration * duration * duration / 3.0;
-    let across = drive.lateral * duration;
+    let along = duration * drive.acceleration * duration * duration / 3.0;
+    let across = duration * drive.lateral;
     // Going back, noise of position and of speed are anticorrelated: the cross term takes dt's sign.
-    let with_speed = drive.acceleration * step.dt_s * duration / 2.0;
-    let isotropic = (along + across) / 2.0 + drive.position * duration;
+    let with_speed = step.dt_s * drive.acceleration * duration / 2.0;
+    let isotropic = (along + across) / 2.0 + duration * drive.position;
     let directed = (along - across) / 2.0;
     let c = &mut state.covariance;
     c[at(0, 0)] += isotropic + directed * axis.re;
@@ -182,11 +188,11 @@ fn add_noise(state: &mut Full, step: &Step, drive: &Drive, displacement: &Displa
     c[at(1, 1)] += isotropic - directed * axis.re;
     c[at(SPEED, 0)] += with_speed * direction.re;
     c[at(SPEED, 1)] += with_speed * direction.im;
-    c[at(SPEED, SPEED)] += drive.acceleration * duration;
+    c[at(SPEED, SPEED)] += duration * drive.acceleration;
     let [yaw, yaw_turn, turn] = step.turn_noise;
-    c[at(YAW, YAW)] += drive.yaw * duration + drive.turn * yaw;
-    c[at(TURN, YAW)] += drive.turn * yaw_turn;
-    c[at(TURN, TURN)] += drive.turn * turn;
+    c[at(YAW, YAW)] += duration * drive.yaw + yaw * drive.turn;
+    c[at(TURN, YAW)] += yaw_turn * drive.turn;
+    c[at(TURN, TURN)] += turn * drive.turn;
 }
 
 #[cfg(test)]

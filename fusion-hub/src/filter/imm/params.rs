@@ -81,18 +81,32 @@ const BICYCLE: Params = vehicle(birth(0.3, 0.9, motion(4.0, 1.6, 0.04)));
 const TRAILER: Params = vehicle(birth(0.3, 0.9, VEHICLE.birth.motion));
 const CONSTRUCTION: Params = vehicle(birth(0.15, 0.9, motion(2.0, 1.6, 0.04)));
 
+/// Classes that move alike are one kind.
+static KINDS: [Params; 7] =
+    [VEHICLE, BUS_OR_MOTORCYCLE, PEDESTRIAN, BICYCLE, TRAILER, CONSTRUCTION, IMMOBILE];
+
 impl Params {
     /// Of a class.
     pub(super) fn of(class: Class) -> &'static Self {
+        &KINDS[Self::kind_of(class)]
+    }
+
+    /// Of all kinds of classes.
+    pub(super) fn of_kinds() -> impl Iterator<Item = &'static Self> {
+        KINDS.iter()
+    }
+
+    /// Which kind a class is of, by its place in [`Self::of_kinds`].
+    pub(super) const fn kind_of(class: Class) -> usize {
         match class {
-            Class::BendyBus | Class::RigidBus | Class::Motorcycle => &BUS_OR_MOTORCYCLE,
-            Class::Bicycle => &BICYCLE,
-            Class::Trailer => &TRAILER,
-            Class::ConstructionVehicle => &CONSTRUCTION,
-            Class::Animal => &PEDESTRIAN,
-            _ if class.is_immobile() => &IMMOBILE,
-            _ if class.is_pedestrian() => &PEDESTRIAN,
-            _ => &VEHICLE,
+            Class::BendyBus | Class::RigidBus | Class::Motorcycle => 1,
+            Class::Animal => 2,
+            Class::Bicycle => 3,
+            Class::Trailer => 4,
+            Class::ConstructionVehicle => 5,
+            _ if class.is_immobile() => 6,
+            _ if class.is_pedestrian() => 2,
+            _ => 0,
         }
     }
 }

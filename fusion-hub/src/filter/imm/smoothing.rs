@@ -48,10 +48,10 @@ impl Imm {
             });
             let own = output::likeliest(weights);
             match from {
-                PARKED => update(&mut smoothed.parked, gaussian::mixed(&pairs, own, weights)),
-                STOPPED => update(&mut smoothed.stopped, gaussian::mixed(&pairs, own, weights)),
-                SMOOTH => update(&mut smoothed.smooth, gaussian::mixed(&pairs, own, weights)),
-                _ => update(&mut smoothed.manoeuvre, gaussian::mixed(&pairs, own, weights)),
+                PARKED => mix_into(&mut smoothed.parked, &pairs, own, weights),
+                STOPPED => mix_into(&mut smoothed.stopped, &pairs, own, weights),
+                SMOOTH => mix_into(&mut smoothed.smooth, &pairs, own, weights),
+                _ => mix_into(&mut smoothed.manoeuvre, &pairs, own, weights),
             }
         }
         smoothed.smooth.limit();
@@ -80,10 +80,13 @@ impl Imm {
     }
 }
 
-fn update<T>(model: &mut T, found: Option<T>) {
-    if let Some(found) = found {
-        *model = found;
-    }
+fn mix_into<const N: usize, const T: usize>(
+    model: &mut Gaussian<N, T>,
+    pairs: &[Full; 4],
+    own: usize,
+    weights: &[f64; 4],
+) {
+    *model = gaussian::mixed(pairs, own, weights, model);
 }
 
 /// One model's smoothed state before a step in which it became another one.

@@ -1,8 +1,8 @@
 //! Changes of model as a Markov chain in continuous time: P(t) = exp(G t).
 
-use crate::values::share_lost;
+use crate::values::{Real, share_lost};
 
-type Matrix = [[f64; 4]; 4];
+type Matrix<R = f64> = [[R; 4]; 4];
 
 /// Rates (1/s) whose chain, sampled every 0.5 s, has the probabilities of deploy/docs/methods.md.
 ///
@@ -60,22 +60,27 @@ const fn times_shifted(left: &Matrix, shift: f64, scale: f64) -> Matrix {
 }
 
 /// Probabilities of going from one model (row) to another (column) within `duration_s` ≥ 0; rows sum to 1.
-pub(super) fn within(duration_s: f64) -> Matrix {
+#[inline(always)]
+pub(super) fn within<R: Real>(duration_s: R) -> Matrix<R> {
     let [_, parked, rest, style] = EIGENVALUES;
-    let kept = |rate: f64| 1.0 - share_lost(-rate * duration_s);
-    let growth = [1.0, kept(parked), kept(rest), kept(style)];
-    let mut result = [[0.0; 4]; 4];
+    let (zero, one) = (duration_s.same(0.0), duration_s.same(1.0));
+    let kept = |rate: f64| one - share_lost(duration_s * -rate);
+    let growth = [one, kept(parked), kept(rest), kept(style)];
+    let mut result = [[zero; 4]; 4];
     for (row, probabilities) in result.iter_mut().enumerate() {
-        let mut leaving = 0.0;
+        let mut leaving = zero;
         for (column, probability) in probabilities.iter_mut().enumerate() {
             if row != column {
-                let sum: f64 = growth.iter().zip(&PROJECTORS).map(|(g, z)| g * z[row][column]).sum();
+                let mut sum = zero;
+                for (growth, projector) in growth.iter().zip(&PROJECTORS) {
+                    sum += *growth * projector[row][column];
+                }
                 // Rounding: a step of nanoseconds may come out at -1e-17.
-                *probability = sum.max(0.0);
+                *probability = R::choose(zero.is_below(sum), sum, zero);
                 leaving += *probability;
             }
         }
-        probabilities[row] = 1.0 - leaving;
+        probabilities[row] = one - leaving;
     }
     result
 }

@@ -21,7 +21,8 @@ pub(super) struct Velocity {
 
 /// Of a body that moves.
 pub(super) fn velocity(state: &Full, lever_m: f64) -> Velocity {
-    let Displacement { mean, covariance, cross, .. } = Displacement::of(state, 1.0, lever_m, 0.0);
+    let Displacement { mean, covariance: [xx, xy, yy], cross, .. } = Displacement::of(state, 1.0, lever_m, 0.0);
+    let covariance = Covariance2 { xx, xy, yy };
     Velocity {
         mean: [mean.re, mean.im],
         covariance: slipping(&covariance),

@@ -31,18 +31,61 @@ const SIGMA_SIZE: f64 = 0.1;
 const SIGMA_YAW_RAD: f64 = 0.05;
 /// True and declared detection probability.
 const DETECTION_PROBABILITY: f64 = 0.95;
+/// Area for each object, m².
+const ROOM_M2: f64 = RING_SPACING_M * ROOM_ON_RING_M;
+/// Range of a sensor that sees everything, m.
+const UNLIMITED_M: f64 = 5000.0;
+/// Objects in a frame of a sensor that sees more: it has several frames then, of a sector each.
+const MOST_IN_FRAME: u32 = 3000;
+/// Of a full turn: places that are spread evenly over a disc, as the seeds of a sunflower.
+const GOLDEN_TURN: f64 = 0.381_966_011_250_105;
 
 /// The size of a load.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
     /// Agents, each at 10 Hz, with evenly spread phases.
     pub agents: u32,
-    /// Objects, all seen by all agents.
+    /// Objects.
     pub objects: u32,
+    /// How many of them an agent sees: those nearest to it, where agents are spread over the area. `None` if every agent is at
+    /// the centre and sees all.
+    pub view: Option<u32>,
     /// Share of frames that are 60 to 250 ms late.
     pub late_share: f64,
     /// Seed of objects and detections.
     pub seed: u64,
+}
+
+impl Load {
+    /// Frames of an agent at one time.
+    const fn n_sectors(&self) -> u32 {
+        let seen = match self.view {
+            Some(view) if view < self.objects => view,
+            _ => self.objects,
+        };
+        let n = seen.div_ceil(MOST_IN_FRAME);
+        if n == 0 { 1 } else { n }
+    }
+
+    /// Where an agent is.
+    fn place_of(&self, agent: u32) -> [f64; 2] {
+        if self.view.is_none() {
+            return [0.0; 2];
+        }
+        let share = (f64::from(agent) + 0.5) / f64::from(self.agents);
+        let radius_m = libm::sqrt(share * f64::from(self.objects) * ROOM_M2 / std::f64::consts::PI);
+        let (sin, cos) = libm::sincos(f64::from(agent) * GOLDEN_TURN * std::f64::consts::TAU);
+        [radius_m * cos, radius_m * sin]
+    }
+
+    /// What a frame of an agent holds at most.
+    fn field_of_view(&self) -> FieldOfView {
+        let range_max_m = self.view.map_or(UNLIMITED_M, |view| {
+            libm::sqrt(f64::from(view) * ROOM_M2 / std::f64::consts::PI)
+        });
+        let width_rad = std::f64::consts::TAU / f64::from(self.n_sectors());
+        FieldOfView { width_rad, ..FieldOfView::omnidirectional(0.0, range_max_m) }
+    }
 }
 
 /// A frame as it arrives.
@@ -131,7 +174,7 @@ impl Workload {
         SensorDescription {
             revision: 1,
             kind: SensorKind::RoadsideUnit,
-            field_of_view: FieldOfView::omnidirectional(0.0, 5000.0),
+            field_of_view: self.load.field_of_view(),
             detection_probability: DETECTION_PROBABILITY,
             clutter_per_m2: 1e-6,
             size_noise: None,
@@ -150,8 +193,10 @@ impl Workload {
             if captured_at + ON_TIME >= until {
                 break;
             }
-            let arrival = self.frame(self.next_frame, captured_at)?;
-            self.waiting.push(arrival);
+            for sector in 0..self.load.n_sectors() {
+                let arrival = self.frame(self.next_frame, sector, captured_at)?;
+                self.waiting.push(arrival);
+            }
             self.next_frame += 1;
         }
         let arrived = self.waiting.extract_if(.., |arrival| arrival.received_at < until);
@@ -160,14 +205,19 @@ impl Workload {
         Ok(arrived)
     }
 
-    fn frame(&self, number: u64, captured_at: Timestamp) -> Result<Arrival, WireError> {
+    /// The frame of a sector of the agent whose turn it is.
+    fn frame(&self, number: u64, sector: u32, captured_at: Timestamp) -> Result<Arrival, WireError> {
         let agents = u64::from(self.load.agents);
         let agent = u32::try_from(number % agents).expect("below the number of agents");
-        let sequence = number / agents;
+        let n_sectors = self.load.n_sectors();
+        let sequence = number / agents * u64::from(n_sectors) + u64::from(sector);
         let rng = &mut keyed_rng(self.load.seed, Some(&agent_name(agent)), sequence, Purpose::Order);
         let t_s = (captured_at - self.start).as_secs_f64();
-        let seen = self.orbits.iter().filter(|_| random::chance(rng, DETECTION_PROBABILITY));
-        let seen: Vec<_> = seen.map(|orbit| orbit.at(t_s)).collect();
+        let [x, y] = self.load.place_of(agent);
+        let yaw = wrap_angle(std::f64::consts::TAU * f64::from(sector) / f64::from(n_sectors));
+        let (pose, view) = (Pose { x, y, yaw }, self.load.field_of_view());
+        let visible = self.orbits.iter().map(|orbit| orbit.at(t_s)).filter(|bev| view.contains(&pose, bev.x, bev.y));
+        let seen: Vec<_> = visible.filter(|_| random::chance(rng, DETECTION_PROBABILITY)).collect();
         let mut detections: Vec<_> = seen.into_iter().map(|truth| report(&truth, rng)).collect();
         detections.shuffle(rng);
         let is_late = random::chance(rng, self.load.late_share);
@@ -177,7 +227,7 @@ impl Workload {
         let frame = DetectionFrame {
             id: FrameId { agent: agent_name(agent), epoch: 1, sequence },
             captured_at,
-            sensor_pose: Some(Pose::default()),
+            sensor_pose: Some(pose),
             sensor_revision: 1,
             map_frame: None,
             detections,
@@ -226,7 +276,7 @@ mod tests {
 
     #[test]
     fn every_frame_arrives_once_and_the_given_fraction_is_late() {
-        let load = Load { agents: 5, objects: 3, late_share: 0.2, seed: 1 };
+        let load = Load { agents: 5, objects: 3, view: None, late_share: 0.2, seed: 1 };
         let start = Timestamp::EPOCH;
         let mut workload = Workload::new(load, start);
         let mut arrivals = Vec::new();
@@ -246,7 +296,7 @@ mod tests {
     #[test]
     fn no_object_drives_through_another() {
         for objects in [1, 100, 700] {
-            let orbits = Orbit::all(&Load { agents: 1, objects, late_share: 0.0, seed: 7 });
+            let orbits = Orbit::all(&Load { agents: 1, objects, view: None, late_share: 0.0, seed: 7 });
             assert_eq!(orbits.len(), objects as usize);
             for second in 0..60 {
                 let boxes: Vec<_> = orbits.iter().map(|orbit| orbit.at(f64::from(second))).collect();
@@ -257,5 +307,39 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The frames of one round of all agents.
+    fn round(load: Load) -> Vec<DetectionFrame> {
+        let mut workload = Workload::new(load, Timestamp::EPOCH);
+        let arrivals = workload.arrivals_before(Timestamp::EPOCH + Span::from_millis(100)).unwrap();
+        arrivals.iter().map(|arrival| wire::detections::decode(&arrival.bytes).unwrap()).collect()
+    }
+
+    #[test]
+    fn an_agent_with_a_view_sees_about_so_many_objects_all_within_its_range() {
+        let load = Load { agents: 20, objects: 500, view: Some(50), late_share: 0.0, seed: 1 };
+        let range_m = load.field_of_view().range_max_m;
+        let frames = round(load);
+        assert!((19..=20).contains(&frames.len()), "{}", frames.len());
+        let seen: usize = frames.iter().map(|frame| frame.detections.len()).sum();
+        // Those at the rim see less.
+        assert!((30..=50).contains(&(seen / frames.len())), "{seen}");
+        for frame in &frames {
+            let pose = frame.sensor_pose.unwrap();
+            let far = frame.detections.iter().map(|one| pose.distance_to(one.bev.x, one.bev.y));
+            assert!(far.fold(0.0, f64::max) < range_m + 3.0);
+        }
+    }
+
+    #[test]
+    fn more_objects_than_a_frame_holds_come_in_several_frames_each_object_once() {
+        let load = Load { agents: 1, objects: 20_000, view: None, late_share: 0.0, seed: 1 };
+        let frames = round(load);
+        assert_eq!(frames.len(), 7);
+        assert!(frames.iter().all(|frame| frame.detections.len() <= 4096));
+        let seen: usize = frames.iter().map(|frame| frame.detections.len()).sum();
+        // One standard deviation is 31.
+        assert!((18_850..=19_150).contains(&seen), "{seen}");
     }
 }

@@ -81,7 +81,7 @@ impl Generator {
         for group in 0..n_groups {
             let agents = AGENTS_OF_GROUP.min(size.agents - group * AGENTS_OF_GROUP);
             let seed = size.seed.wrapping_add(group.into());
-            let load = Load { agents, objects: size.objects, late_share: 0.0, seed };
+            let load = Load { agents, objects: size.objects, view: None, late_share: 0.0, seed };
             let mut workload = Workload::new(load, start);
             let of_group = workload.arrivals_before(until)?;
             arrivals.extend(of_group.into_iter().map(|arrival| (group, arrival)));
