@@ -1,10 +1,10 @@
 //! One object's whole state under the four models of motion.
 
-use super::imm::{self, Imm, Inflation, Move};
+use super::imm::{self, Imm, Inflation, Moments, Move, Place};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::TrackSizePriors;
 use super::state::GREATEST_WEIGHT;
-use super::{Course, Estimate, Filter, Heading, Motion, intersection_weight};
+use super::{Course, Filter, Heading, Holds, Motion, PoseEstimate, Size, intersection_weight};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
@@ -28,6 +28,32 @@ impl ImmState {
         self.motion.model_probabilities()
     }
 
+    fn update_sizes(&mut self, z: &Measurement) {
+        for (dimension, size) in self.sizes.iter_mut().enumerate() {
+            let (reported, variance, lower) = z.reported_size(dimension);
+            if z.is_track {
+                size.intersect(reported, variance, lower);
+            } else {
+                size.update(reported, variance, lower);
+            }
+        }
+    }
+
+    fn measured_at(&self, place: &Place, class: Class) -> PredictedMeasurement {
+        let [width, depth] = self.sizes.map(|size| size.roughly());
+        PredictedMeasurement {
+            class,
+            position: place.position,
+            position_covariance: place.position_covariance,
+            gate_covariance: place.gate_covariance,
+            size: [width.mean, depth.mean],
+            size_variance: [width.variance, depth.variance],
+            yaw: place.yaw,
+            yaw_variance: place.yaw_variance,
+            report_probability: 0.5,
+        }
+    }
+
     /// For a track of its sender: covariance intersection, with one weight for position, motion and heading.
     fn inflation(&self, z: &Measurement) -> Inflation {
         if !z.is_track {
@@ -39,7 +65,29 @@ impl ImmState {
     }
 }
 
+impl AsRef<Imm> for ImmState {
+    #[inline(always)]
+    fn as_ref(&self) -> &Imm {
+        &self.motion
+    }
+}
+
+impl AsMut<Imm> for ImmState {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut Imm {
+        &mut self.motion
+    }
+}
+
+/// Moments as they are published.
+const fn published(moments: &Moments) -> PoseEstimate {
+    let Moments { position, velocity, covariance, yaw, yaw_variance, .. } = *moments;
+    PoseEstimate { position, velocity, covariance, heading: Heading { mean: yaw, variance: yaw_variance } }
+}
+
 impl Filter for ImmState {
+    const TOGETHER: bool = true;
+
     fn initial(at: Timestamp, z: &Measurement) -> Self {
         let sizes = [0, 1].map(|dimension| {
             let (reported, variance, lower) = z.reported_size(dimension);
@@ -59,11 +107,9 @@ impl Filter for ImmState {
     }
 
     fn predict_some(states: &mut [Self], some: &[(usize, Class)], to: Timestamp) {
-        let by = |state: &Self| Move {
-            dt_s: (to - state.at).as_secs_f64(),
-            length_m: state.sizes[1].likeliest(),
-        };
-        imm::predict_some(states, some, by, |state| &mut state.motion);
+        let by =
+            |state: &Self| Move { dt_s: (to - state.at).as_secs_f64(), length_m: state.sizes[1].likeliest() };
+        imm::predict_some(states, some, by);
         for (place, _) in some {
             states[*place].at = to;
         }
@@ -81,15 +127,19 @@ impl Filter for ImmState {
 
     fn update(&mut self, z: &Measurement) -> PositionInnovation {
         let innovation = self.motion.update(z, self.inflation(z));
-        for (dimension, size) in self.sizes.iter_mut().enumerate() {
-            let (reported, variance, lower) = z.reported_size(dimension);
-            if z.is_track {
-                size.intersect(reported, variance, lower);
-            } else {
-                size.update(reported, variance, lower);
-            }
-        }
+        self.update_sizes(z);
         innovation
+    }
+
+    fn update_some<T: Holds<Self>>(
+        objects: &mut [T],
+        some: &[(usize, Measurement)],
+        mut take: impl FnMut(usize, PositionInnovation),
+    ) {
+        imm::update_some(objects, some, &mut take);
+        for (place, z) in some.iter().filter(|(_, z)| imm::is_plain(z)) {
+            objects[*place].state_mut().update_sizes(z);
+        }
     }
 
     fn place_at(&self, to: Timestamp, class: Class) -> ([f64; 2], f64) {
@@ -102,19 +152,20 @@ impl Filter for ImmState {
     }
 
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement {
-        let place = self.motion.place();
-        let [width, depth] = self.sizes.map(|size| size.roughly());
-        PredictedMeasurement {
-            class,
-            position: place.position,
-            position_covariance: place.position_covariance,
-            gate_covariance: place.gate_covariance,
-            size: [width.mean, depth.mean],
-            size_variance: [width.variance, depth.variance],
-            yaw: place.yaw,
-            yaw_variance: place.yaw_variance,
-            report_probability: 0.5,
-        }
+        self.measured_at(&self.motion.place(), class)
+    }
+
+    fn predicted_measurements(
+        states: &[Self],
+        class: impl Fn(usize) -> Class,
+        mut take: impl FnMut(PredictedMeasurement),
+    ) {
+        let mut next = states.iter().enumerate();
+        imm::places_of(states, |at| {
+            if let Some((place, state)) = next.next() {
+                take(state.measured_at(&at, class(place)));
+            }
+        });
     }
 
     fn heading(&self) -> (f64, f64) {
@@ -150,26 +201,26 @@ impl Filter for ImmState {
         Some(&self.sizes)
     }
 
-    fn estimate(&self, class: Class, priors: &TrackSizePriors<'_>) -> Estimate {
-        let moments = self.motion.moments();
-        let [width, depth] = priors.sizes(class, &self.sizes).map(|size| {
+    fn pose(&self) -> PoseEstimate {
+        published(&self.motion.moments())
+    }
+
+    fn poses(states: &[Self], mut take: impl FnMut(PoseEstimate)) {
+        imm::moments_of_all(states, |moments| take(published(&moments)));
+    }
+
+    fn sizes(&self, class: Class, priors: &TrackSizePriors<'_>) -> [Size; 2] {
+        priors.sizes(class, &self.sizes).map(|size| {
             let floor = size.variance_ln + SIZE_FLOOR_LN * SIZE_FLOOR_LN;
             LogNormal { variance_ln: floor, ..size }.size()
-        });
-        Estimate {
-            position: moments.position,
-            velocity: moments.velocity,
-            covariance: moments.covariance,
-            width,
-            depth,
-            heading: Heading { mean: moments.yaw, variance: moments.yaw_variance },
-        }
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::Estimate;
     use crate::filter::size_priors::SizePriors;
     use v2x_common::covariance::Covariance2;
     use v2x_common::time::Span;

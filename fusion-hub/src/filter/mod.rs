@@ -16,6 +16,8 @@ pub mod size_evidence;
 pub mod size_priors;
 mod smoothing;
 mod state;
+#[cfg(test)]
+mod together;
 
 pub use intersection::intersection_weight;
 pub use kinematic::{Cross, Kinematic};
@@ -35,6 +37,9 @@ use v2x_common::time::Timestamp;
 
 /// One object's state under one model of motion, at one time.
 pub trait Filter: Copy + Debug + PartialEq {
+    /// Whether several states are updated faster together ([`Self::update_some`]) than one by one.
+    const TOGETHER: bool = false;
+
     /// The state after a first measurement.
     fn initial(at: Timestamp, z: &Measurement) -> Self;
 
@@ -70,6 +75,19 @@ pub trait Filter: Copy + Debug + PartialEq {
     /// Updates by a measurement made at the state's time; returns the innovation.
     fn update(&mut self, z: &Measurement) -> PositionInnovation;
 
+    /// Updates the states of some objects, those at these places, by measurements made at their times; calls `take` with the
+    /// number of each in the list and its innovation, in any order. The bits are those of [`Self::update`], one state after the other.
+    #[inline]
+    fn update_some<T: Holds<Self>>(
+        objects: &mut [T],
+        some: &[(usize, Measurement)],
+        mut take: impl FnMut(usize, PositionInnovation),
+    ) {
+        for (number, (place, z)) in some.iter().enumerate() {
+            take(number, objects[*place].state_mut().update(z));
+        }
+    }
+
     /// Position (m) and its larger standard deviation along an axis (m), at another time.
     fn place_at(&self, to: Timestamp, class: Class) -> ([f64; 2], f64);
 
@@ -78,6 +96,19 @@ pub trait Filter: Copy + Debug + PartialEq {
 
     /// What association needs.
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement;
+
+    /// Calls `take` with what association needs of each of these states, in order; `class` gives the class of the one at a
+    /// place. The bits are those of [`Self::predicted_measurement`].
+    #[inline]
+    fn predicted_measurements(
+        states: &[Self],
+        class: impl Fn(usize) -> Class,
+        mut take: impl FnMut(PredictedMeasurement),
+    ) {
+        for (place, state) in states.iter().enumerate() {
+            take(state.predicted_measurement(class(place)));
+        }
+    }
 
     /// Heading (rad) and its variance (rad²), approximately and cheaply.
     fn heading(&self) -> (f64, f64);
@@ -103,8 +134,30 @@ pub trait Filter: Copy + Debug + PartialEq {
     /// Evidence of width and depth, where the filter keeps it; class priors are then learnt from it.
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]>;
 
+    /// Position, velocity and heading as they are published.
+    fn pose(&self) -> PoseEstimate;
+
+    /// Calls `take` with the poses of these states, in order. The bits are those of [`Self::pose`].
+    #[inline]
+    fn poses(states: &[Self], take: impl FnMut(PoseEstimate)) {
+        states.iter().map(Self::pose).for_each(take);
+    }
+
+    /// Width and depth of an object of this class as they are published.
+    fn sizes(&self, class: Class, priors: &TrackSizePriors<'_>) -> [Size; 2];
+
     /// The published estimate of an object of this class.
-    fn estimate(&self, class: Class, priors: &TrackSizePriors<'_>) -> Estimate;
+    fn estimate(&self, class: Class, priors: &TrackSizePriors<'_>) -> Estimate {
+        self.pose().with_sizes(self.sizes(class, priors))
+    }
+}
+
+/// Something with a state.
+pub trait Holds<F> {
+    /// The state.
+    fn state(&self) -> &F;
+    /// The state, to be changed.
+    fn state_mut(&mut self) -> &mut F;
 }
 
 /// The direction of a motion.
@@ -150,6 +203,27 @@ pub struct Estimate {
     pub depth: Size,
     /// Heading, rad and rad².
     pub heading: Heading,
+}
+
+/// A filter's estimate of an object but for its size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseEstimate {
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Velocity, m/s.
+    pub velocity: [f64; 2],
+    /// Covariance of both.
+    pub covariance: KinematicCovariance,
+    /// Heading, rad and rad².
+    pub heading: Heading,
+}
+
+impl PoseEstimate {
+    /// With width and depth.
+    pub const fn with_sizes(self, [width, depth]: [Size; 2]) -> Estimate {
+        let Self { position, velocity, covariance, heading } = self;
+        Estimate { position, velocity, covariance, width, depth, heading }
+    }
 }
 
 impl Estimate {

@@ -3,7 +3,8 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::TrackSizePriors;
 use super::{
-    Course, Estimate, Filter, Heading, Kinematic, Motion, MotionParams, Size, intersection_weight, smoothing,
+    Course, Filter, Heading, Kinematic, Motion, MotionParams, PoseEstimate, Size, intersection_weight,
+    smoothing,
 };
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
@@ -191,15 +192,18 @@ impl Filter for State {
     }
 
     #[inline]
-    fn estimate(&self, _: Class, _: &TrackSizePriors<'_>) -> Estimate {
-        Estimate {
+    fn pose(&self) -> PoseEstimate {
+        PoseEstimate {
             position: self.kinematic.position,
             velocity: self.kinematic.velocity,
             covariance: self.kinematic.covariance(),
-            width: self.width,
-            depth: self.depth,
             heading: self.heading,
         }
+    }
+
+    #[inline]
+    fn sizes(&self, _: Class, _: &TrackSizePriors<'_>) -> [Size; 2] {
+        [self.width, self.depth]
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) struct Tracking<F> {
     pose_errors: Vec<PoseErrors>,
     /// What is known of each agent, for the list that is being written.
     readings: Vec<AgentReading>,
-    publisher: Publisher,
+    publisher: Publisher<F>,
     smoother: FixedLagSmoother<F>,
 }
 

@@ -34,22 +34,27 @@ impl PublishedClasses {
 
     /// The estimate of a state: its sizes are a mixture over the classes that the object may be of.
     pub(super) fn estimate<F: Filter>(&self, state: &F, priors: &TrackSizePriors<'_>) -> Estimate {
-        let mut estimate = state.estimate(self.shares.leading(), priors);
+        state.pose().with_sizes(self.sizes(state, priors))
+    }
+
+    /// The sizes of a state: a mixture over the classes that the object may be of.
+    pub(super) fn sizes<F: Filter>(&self, state: &F, priors: &TrackSizePriors<'_>) -> [Size; 2] {
+        let mut sizes = state.sizes(self.shares.leading(), priors);
         let others = self.shares.listed().iter().skip(1);
         let (mut of_others, mut total) = ([Moments::default(); 2], self.share_of_leading());
         for (class, share) in others.filter(|(class, _)| *class != Class::Unknown) {
-            let under = state.estimate(*class, priors);
             total += share;
-            of_others[0].add(*share, under.width);
-            of_others[1].add(*share, under.depth);
+            for (of_others, size) in of_others.iter_mut().zip(state.sizes(*class, priors)) {
+                of_others.add(*share, size);
+            }
         }
         if total > self.share_of_leading() {
-            for (moments, size) in of_others.iter_mut().zip([&mut estimate.width, &mut estimate.depth]) {
+            for (moments, size) in of_others.iter_mut().zip(&mut sizes) {
                 moments.add(self.share_of_leading(), *size);
                 *size = moments.of(total);
             }
         }
-        estimate
+        sizes
     }
 
     fn share_of_leading(&self) -> f64 {

@@ -22,11 +22,11 @@ pub(crate) struct PastTracks<'a, F> {
     pub(crate) readings: &'a Readings<'a>,
 }
 
-impl Publisher {
+impl<F: Filter> Publisher<F> {
     /// Writes the objects as of an earlier time.
     ///
     /// An object is published if it had been detected by then and, by all that is known by now, existed then.
-    pub(crate) fn write_as_of<F: Filter>(
+    pub(crate) fn write_as_of(
         &mut self,
         objects: &mut ObjectList<'_>,
         past: &PastTracks<'_, F>,

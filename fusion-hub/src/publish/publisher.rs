@@ -5,10 +5,11 @@ use super::list::ObjectList;
 use super::mixture::{HypothesisMixtures, mixture_moments};
 use super::object::{PublishedEstimate, fill, fill_contributors};
 use super::readings::{Readings, lasting_variance};
-use crate::filter::Filter;
-use crate::filter::size_priors::{Contribution, SizePriors, TrackSizePriors};
+use crate::filter::size_priors::{Contribution, SizePriors};
+use crate::filter::{Filter, PoseEstimate};
 use crate::track::Track;
 use crate::values::{AgentNames, Coast};
+use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -42,40 +43,71 @@ pub(crate) struct TrackList<'a, F> {
 
 /// Makes lists of objects.
 #[derive(Debug)]
-pub(crate) struct Publisher {
+pub(crate) struct Publisher<F> {
     pub(super) config: PublishConfig,
     /// Sizes of deleted tracks.
     pub(super) past_sizes: SizePriors,
     /// What each track adds to the priors; the memory is used again.
     pub(super) contributions: Vec<Option<Contribution>>,
+    /// The same of what is published: tracks, their states, and the poses of these.
+    listed: Vec<Listed>,
+    states: Vec<F>,
+    due: Vec<(usize, Class)>,
+    poses: Vec<PoseEstimate>,
 }
 
-impl Publisher {
+/// A track that is published.
+#[derive(Clone, Copy, Debug)]
+struct Listed {
+    /// Its place among all tracks.
+    track: usize,
+    /// What it adds to the priors of sizes.
+    contribution: Option<Contribution>,
+    existence: f64,
+}
+
+impl<F: Filter> Publisher<F> {
     pub(crate) fn new(config: PublishConfig) -> Self {
         let past_sizes = if config.class_size_priors { SizePriors::default() } else { SizePriors::FLAT };
-        Self { config, past_sizes, contributions: Vec::new() }
+        Self {
+            config,
+            past_sizes,
+            contributions: Vec::new(),
+            listed: Vec::new(),
+            states: Vec::new(),
+            due: Vec::new(),
+            poses: Vec::new(),
+        }
     }
 
     /// Writes the objects as of `now`.
-    pub(crate) fn write<F: Filter>(
-        &mut self,
-        objects: &mut ObjectList<'_>,
-        list: &TrackList<'_, F>,
-        now: Timestamp,
-    ) {
-        let leading = || list.tracks.iter().filter(|track| track.holders.leads());
+    pub(crate) fn write(&mut self, objects: &mut ObjectList<'_>, list: &TrackList<'_, F>, now: Timestamp) {
         let mut contributions = std::mem::take(&mut self.contributions);
-        let priors = self.size_priors(leading(), &mut contributions);
+        let leading = list.tracks.iter().filter(|track| track.holders.leads());
+        let priors = self.size_priors(leading, &mut contributions);
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
-        let with_contributions = leading().zip(&contributions);
-        for (track, own) in with_contributions.filter(|(track, _)| !(list.readings.hidden)(track.id)) {
-            let priors = priors.of_track(*own);
-            let Some(mut published) = self.published(track, &mixtures, (list, &priors), now) else {
-                continue;
+        self.list(list, &contributions, &mixtures, now);
+        self.contributions = contributions;
+        // All at once: several of them fit into one instruction.
+        F::predict_some(&mut self.states, &self.due, now);
+        self.poses.clear();
+        F::poses(&self.states, |pose| self.poses.push(pose));
+        for ((listed, state), pose) in self.listed.iter().zip(&self.states).zip(&self.poses) {
+            let track = &list.tracks[listed.track];
+            let classes = PublishedClasses::of(track, list.agents, list.readings);
+            let priors = priors.of_track(listed.contribution);
+            let mut estimate = match track.holders.is_all() {
+                true => pose.with_sizes(classes.sizes(state, &priors)),
+                false => mixture_moments(mixtures.of_track(track).map(|(share, version)| {
+                    let state = version.latest().state_at(now, self.config.synchronous);
+                    (share, classes.estimate(&state, &priors))
+                })),
             };
             let shared = &track.latest().shared_error;
             let lasting = lasting_variance(track.contributors(), shared, list.readings, now);
-            published.estimate.add_position_variance(lasting);
+            estimate.add_position_variance(lasting);
+            let (existence, last_measured_at) = (listed.existence, track.last_measured_at());
+            let published = PublishedEstimate { estimate, existence, at: now, last_measured_at, classes };
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);
                 if is_filled {
@@ -84,46 +116,57 @@ impl Publisher {
                 is_filled
             });
         }
-        self.contributions = contributions;
     }
 
-    /// The estimate of a track as of `now`; `None` where the track is not published.
-    fn published<F: Filter>(
+    /// Lists the tracks that are published, with their states, which are still to be predicted.
+    fn list(
+        &mut self,
+        list: &TrackList<'_, F>,
+        contributions: &[Option<Contribution>],
+        mixtures: &HypothesisMixtures<'_, F>,
+        now: Timestamp,
+    ) {
+        self.listed.clear();
+        self.states.clear();
+        self.due.clear();
+        let leading = list.tracks.iter().enumerate().filter(|(_, track)| track.holders.leads());
+        for ((index, track), contribution) in leading.zip(contributions) {
+            if (list.readings.hidden)(track.id) {
+                continue;
+            }
+            let Some(existence) = self.published_existence(track, mixtures, now) else { continue };
+            let latest = track.latest();
+            if (now - latest.state.at()).abs() > self.config.synchronous {
+                self.due.push((self.states.len(), latest.motion_class()));
+            }
+            self.states.push(latest.state);
+            self.listed.push(Listed { track: index, contribution: *contribution, existence });
+        }
+    }
+
+    /// The existence of a track as of `now`; `None` where it is not published.
+    fn published_existence(
         &self,
         track: &Track<F>,
         mixtures: &HypothesisMixtures<'_, F>,
-        (list, priors): (&TrackList<'_, F>, &TrackSizePriors<'_>),
         now: Timestamp,
-    ) -> Option<PublishedEstimate> {
-        let last_measured_at = track.last_measured_at();
+    ) -> Option<f64> {
         let exists_by = |track: &Track<F>| track.latest().existence_at(now);
         let existence = mixtures.of_track(track).map(|(share, version)| share * exists_by(version)).sum();
         let is_supported = track.latest().support.is_for_a_real_object();
-        if existence < self.config.existence
-            || now - last_measured_at > self.config.coast.of(track.latest().interval_s)
-            || !is_supported
-        {
-            return None;
-        }
-        let classes = PublishedClasses::of(track, list.agents, list.readings);
-        let estimate = |track: &Track<F>| {
-            classes.estimate(&track.latest().state_at(now, self.config.synchronous), priors)
-        };
-        let estimate = match track.holders.is_all() {
-            true => estimate(track),
-            false => {
-                mixture_moments(mixtures.of_track(track).map(|(share, version)| (share, estimate(version))))
-            }
-        };
-        Some(PublishedEstimate { estimate, existence, at: now, last_measured_at, classes })
+        let has_gone = now - track.last_measured_at() > self.config.coast.of(track.latest().interval_s);
+        (existence >= self.config.existence && !has_gone && is_supported).then_some(existence)
     }
 
     /// The priors of sizes by class: of deleted tracks, and of these. What each of these adds is listed.
-    pub(super) fn size_priors<'a, F: Filter + 'a>(
+    pub(super) fn size_priors<'a>(
         &self,
         tracks: impl Iterator<Item = &'a Track<F>>,
         contributions: &mut Vec<Option<Contribution>>,
-    ) -> SizePriors {
+    ) -> SizePriors
+    where
+        F: 'a,
+    {
         let mut priors = self.past_sizes.clone();
         contributions.clear();
         contributions.extend(tracks.map(|track| {
@@ -137,7 +180,7 @@ impl Publisher {
     }
 
     /// Keeps what a track that is being deleted has shown of the sizes of its class.
-    pub(crate) fn note_deleted<F: Filter>(&mut self, track: &Track<F>) {
+    pub(crate) fn note_deleted(&mut self, track: &Track<F>) {
         let latest = track.latest();
         if track.holders.leads()
             && let Some(evidence) = latest.state.size_evidence()

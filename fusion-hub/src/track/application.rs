@@ -3,9 +3,10 @@
 use super::context::TrackContext;
 use super::evidence::Evidence;
 use super::frame_store::StoredFrame;
+use super::orientation::Read;
 use super::snapshot::{FrameEvidence, ReportEvidence, Snapshot};
 use crate::filter::Filter;
-use crate::values::{CompactMeasurement, SharedError};
+use crate::values::{CompactMeasurement, Coverage, PositionInnovation, SharedError};
 
 /// Applies an item to an estimate; there is none before the first detection.
 #[inline]
@@ -47,18 +48,43 @@ pub(super) fn apply<F: Filter>(
             Some(predicted) => known.state = *predicted,
             None => known.predict(at, context.synchronous),
         }
-        let mut z = context.frames.expanded(item, held);
-        known.reconcile_poses(&frame, stored.pose_variance(z.position), &mut z);
-        let range_m =
-            || stored.coverage.as_ref().map_or(0.0, |coverage| coverage.range_for_profile(z.position));
-        known.add_detection(&frame, &z, || ReportEvidence {
-            over_clutter: held.detection_over_clutter(),
-            score: held.score(),
-            range_m: range_m(),
-        });
+        let read = open(known, (item, held), context);
+        let innovation = known.state.update(&read.z);
+        close(known, (item, held), (&read, &innovation), context);
     } else if let Some(coverage) = &stored.coverage {
         known.add_missed_detection(&frame, coverage, context.synchronous);
     }
+}
+
+/// Before the update of a state by a detection of its time: how that is read.
+#[inline(always)]
+pub(super) fn open<F: Filter>(
+    known: &mut Snapshot<F>,
+    (item, held): (&Evidence, &CompactMeasurement),
+    context: &TrackContext<'_>,
+) -> Read {
+    let stored = context.frames.get(item.frame);
+    let frame = frame_evidence(item, stored);
+    let mut z = context.frames.expanded(item, held);
+    known.reconcile_poses(&frame, stored.pose_variance(z.position), &mut z);
+    known.read(&frame, &z)
+}
+
+/// After the update.
+#[inline(always)]
+pub(super) fn close<F: Filter>(
+    known: &mut Snapshot<F>,
+    (item, held): (&Evidence, &CompactMeasurement),
+    (read, innovation): (&Read, &PositionInnovation),
+    context: &TrackContext<'_>,
+) {
+    let stored = context.frames.get(item.frame);
+    let range_m = |coverage: &Coverage| coverage.range_for_profile(read.z.position);
+    known.finish(&frame_evidence(item, stored), read, innovation, || ReportEvidence {
+        over_clutter: held.detection_over_clutter(),
+        score: held.score(),
+        range_m: stored.coverage.as_ref().map_or(0.0, range_m),
+    });
 }
 
 fn frame_evidence<'a>(item: &Evidence, stored: &'a StoredFrame) -> FrameEvidence<'a> {

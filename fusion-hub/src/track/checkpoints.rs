@@ -41,7 +41,11 @@ impl<F: Copy> Checkpoints<F> {
     /// None, with room for some.
     pub(super) fn with_capacity(n_items: usize) -> Self {
         let n = n_items / LEAST_SPACING + 1;
-        Self { marks: VecDeque::with_capacity(n), snapshots: Vec::with_capacity(n), free: Vec::with_capacity(n) }
+        Self {
+            marks: VecDeque::with_capacity(n),
+            snapshots: Vec::with_capacity(n),
+            free: Vec::with_capacity(n),
+        }
     }
 
     /// Whether one is due after `count` of `total` items, where the last one was after `last`.

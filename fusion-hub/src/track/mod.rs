@@ -19,6 +19,7 @@ pub use context::{FOLD_SLACK, Horizon, Rollback, TrackContext};
 pub use contributors::{Contributor, Contributors};
 pub use evidence::{Evidence, FrameSlot};
 pub use frame_store::{FrameStore, SensedFrame, StoredFrame};
+pub(crate) use orientation::Read;
 pub use pre_merge::PreMergeTracks;
 pub use smoother::{FixedLagSmoother, SmoothedTrack};
 pub use snapshot::Snapshot;

@@ -89,13 +89,21 @@ pub struct Orientation {
 
 /// What a report does to the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Read {
+pub(crate) struct Read {
     /// The measurement as it is taken.
-    pub(super) z: Measurement,
+    pub(crate) z: Measurement,
     /// What is done to the state first.
     pub(super) first: Action,
     /// What positions alone made of the report.
     pub(super) by_positions: PositionInnovation,
+}
+
+impl Read {
+    /// As it was reported, with nothing else known of it.
+    pub(super) const fn as_reported(z: &Measurement) -> Self {
+        let by_positions = PositionInnovation { mahalanobis2: 0.0, determinant: 1.0 };
+        Self { z: *z, first: Action::Nothing, by_positions }
+    }
 }
 
 /// What is done to the state before it is updated.

@@ -1,6 +1,6 @@
 //! The estimate of a track after some of its evidence.
 
-use super::orientation::{Action, Held, Orientation, first_read};
+use super::orientation::{Action, Held, Orientation, Read, first_read};
 use crate::filter::Filter;
 use crate::values::AgentSlot;
 use crate::values::{ClassShares, Coverage};
@@ -68,7 +68,7 @@ impl FrameEvidence<'_> {
 
 /// A detection's evidence of existence of one track.
 #[derive(Clone, Copy, Debug)]
-pub struct ReportEvidence {
+pub(super) struct ReportEvidence {
     /// Detection probability over clutter density, m²; ∞ without clutter.
     pub over_clutter: f64,
     /// The evidence of its score.
@@ -134,20 +134,36 @@ impl<F: Filter> Snapshot<F> {
         !self.existence.is_unlikely() && self.support.is_for_a_real_object()
     }
 
-    /// Applies a detection at the state's own time, or taken as simultaneous.
+    /// Before the update by a detection at the state's own time, or taken as simultaneous: how the detection is read.
     #[inline(always)]
-    pub fn add_detection(
+    pub(super) fn read(&mut self, frame: &FrameEvidence<'_>, z: &Measurement) -> Read {
+        self.survive_to(frame.at);
+        let HeadingLaw::Mixture { front_odds_ln, .. } = frame.model.headings else {
+            return Read::as_reported(z);
+        };
+        let held = Held { state: &self.state, class: self.motion_class() };
+        let read = self.orientation.read(frame.at, z, &held, front_odds_ln);
+        match read.first {
+            Action::Nothing => {}
+            Action::TurnRound => self.state.turn_round(),
+            Action::Redirect(course) => self.state.redirect(&course),
+        }
+        read
+    }
+
+    /// After the update of the state by a detection as it was read.
+    #[inline(always)]
+    pub(super) fn finish(
         &mut self,
         frame: &FrameEvidence<'_>,
-        z: &Measurement,
+        read: &Read,
+        innovation: &PositionInnovation,
         report: impl FnOnce() -> ReportEvidence,
     ) {
         let FrameEvidence { at, agent, model } = *frame;
-        self.survive_to(at);
-        let innovation = match model.headings {
-            HeadingLaw::AsReported => self.state.update(z),
-            HeadingLaw::Mixture { front_odds_ln, .. } => self.update_turned(at, z, front_odds_ln),
-        };
+        if model.headings != HeadingLaw::AsReported {
+            self.overrule_heading(read, innovation);
+        }
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
         if model.keeps_support {
@@ -158,7 +174,7 @@ impl<F: Filter> Snapshot<F> {
             over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));
             self.support.note_detection(agent, at, score);
         }
-        self.existence = self.existence.reported(&innovation, over_clutter).within(&model.persistence);
+        self.existence = self.existence.reported(innovation, over_clutter).within(&model.persistence);
         if is_unlikely {
             let birth_odds = model.birth_odds * score.factor();
             self.existence = self.existence.or_initiated(birth_odds).within(&model.persistence);
@@ -166,7 +182,17 @@ impl<F: Filter> Snapshot<F> {
         self.n_reports += 1;
         self.interval_s = model.detection_interval_s(range_m);
         self.persistence = model.persistence;
-        self.count_class(z.class);
+        self.count_class(read.z.class);
+    }
+
+    /// Where positions have long contradicted the heading, they count.
+    fn overrule_heading(&mut self, read: &Read, innovation: &PositionInnovation) {
+        if self.motion_class().has_front()
+            && let Some(path) = self.orientation.overrule(read, innovation, || self.state.heading())
+        {
+            self.state.move_to(path.position, &path.covariance);
+            self.state.redirect(&path.course);
+        }
     }
 
     /// Before an update by a detection whose sensor's pose adds this variance (m²) to its error: what the poses of two agents
@@ -184,25 +210,6 @@ impl<F: Filter> Snapshot<F> {
             z.r.xx += widened.measurement;
             z.r.yy += widened.measurement;
         }
-    }
-
-    /// Updates by a measurement whose heading may be turned.
-    fn update_turned(&mut self, at: Timestamp, z: &Measurement, front_odds_ln: f64) -> PositionInnovation {
-        let held = Held { state: &self.state, class: self.motion_class() };
-        let read = self.orientation.read(at, z, &held, front_odds_ln);
-        match read.first {
-            Action::Nothing => {}
-            Action::TurnRound => self.state.turn_round(),
-            Action::Redirect(course) => self.state.redirect(&course),
-        }
-        let innovation = self.state.update(&read.z);
-        if self.motion_class().has_front()
-            && let Some(path) = self.orientation.overrule(&read, &innovation, || self.state.heading())
-        {
-            self.state.move_to(path.position, &path.covariance);
-            self.state.redirect(&path.course);
-        }
-        innovation
     }
 
     /// Moves the state to another time. Within `synchronous` of it, it stays.

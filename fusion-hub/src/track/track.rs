@@ -1,12 +1,13 @@
 //! A track: its evidence in the order of capture times, with rollback and replay of late evidence.
 
-use super::application::{advance, apply, initial};
+use super::application::{advance, apply, close, initial, open};
 use super::checkpoints::Checkpoints;
 use super::context::{Horizon, Rollback, TrackContext};
 use super::evidence::{Evidence, FrameSlot};
+use super::orientation::Read;
 use super::{ClassReports, Contributors, Snapshot};
-use crate::filter::Filter;
-use crate::values::{CompactMeasurement, ParticleSet};
+use crate::filter::{Filter, Holds};
+use crate::values::{CompactMeasurement, ParticleSet, PositionInnovation};
 use std::collections::VecDeque;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -44,6 +45,18 @@ pub struct Track<F> {
     classes: ClassReports,
     /// The newest detection of each agent in the folded evidence, where that is kept.
     folded: Contributors,
+}
+
+impl<F> Holds<F> for Track<F> {
+    #[inline(always)]
+    fn state(&self) -> &F {
+        &self.head.state
+    }
+
+    #[inline(always)]
+    fn state_mut(&mut self) -> &mut F {
+        &mut self.head.state
+    }
 }
 
 impl<F: Filter> Track<F> {
@@ -104,15 +117,11 @@ impl<F: Filter> Track<F> {
         if item.is_detection() {
             self.note_detection(&item, context);
         }
-        let is_newest = self.evidence.back().is_none_or(|last| context.frames.is_before(last, &item));
-        if is_newest {
+        if self.is_after_all(&item, context) {
             self.note_class(&item, context);
             self.evidence.push_back(item);
             apply(&mut self.head, (&item, context.frames.held(&item)), predicted, context);
-            let count = self.evidence.len();
-            if self.checkpoints.last().is_none_or(|(last, _)| Checkpoints::<F>::is_due(count, last, count)) {
-                self.checkpoints.push((count, item.captured_at), &self.head, count);
-            }
+            self.mark_newest(item.captured_at);
             return;
         }
         let place = self.evidence.partition_point(|other| context.frames.is_before(other, &item));
@@ -124,6 +133,43 @@ impl<F: Filter> Track<F> {
             self.roll_back_to(place, item, context);
         } else {
             self.insert_late(place, item);
+        }
+    }
+
+    /// Whether a detection is newer than all evidence.
+    pub fn is_after_all(&self, item: &Evidence, context: &TrackContext<'_>) -> bool {
+        self.evidence.back().is_none_or(|last| context.frames.is_before(last, item))
+    }
+
+    /// Takes in a detection that is newer than all evidence, where the state at its time is `predicted`: how it is read, for
+    /// its state to be updated by. Then comes [`Self::close`].
+    pub(crate) fn open(
+        &mut self,
+        item: &Evidence,
+        predicted: &F,
+        context: &TrackContext<'_>,
+    ) -> Option<Read> {
+        let held = context.frames.held(item)?;
+        self.note_detection(item, context);
+        self.note_class(item, context);
+        self.evidence.push_back(*item);
+        self.head.state = *predicted;
+        Some(open(&mut self.head, (item, held), context))
+    }
+
+    /// After the update of the state by the last detection, which was opened.
+    pub(crate) fn close(&mut self, read: &Read, innovation: &PositionInnovation, context: &TrackContext<'_>) {
+        let Some(item) = self.evidence.back() else { return };
+        let Some(held) = context.frames.held(item) else { return };
+        close(&mut self.head, (item, held), (read, innovation), context);
+        self.mark_newest(item.captured_at);
+    }
+
+    /// Keeps a checkpoint after the newest evidence, where that is due.
+    fn mark_newest(&mut self, at: Timestamp) {
+        let count = self.evidence.len();
+        if self.checkpoints.last().is_none_or(|(last, _)| Checkpoints::<F>::is_due(count, last, count)) {
+            self.checkpoints.push((count, at), &self.head, count);
         }
     }
 

@@ -113,8 +113,14 @@ impl<F: Filter> Predictions<F> {
         }
         // All at once: several of them fit into one instruction.
         F::predict_some(&mut self.states, &self.due, at);
-        for (state, known) in self.states.iter().zip(&self.estimates) {
-            self.measurements.push(predicted_measurement(state, known, frame.stored));
+        let Self { states, measurements, estimates, .. } = self;
+        F::predicted_measurements(
+            states,
+            |place| estimates[place].class,
+            |predicted| measurements.push(predicted),
+        );
+        for (predicted, known) in measurements.iter_mut().zip(estimates) {
+            known.complete(predicted, frame.stored);
         }
     }
 
@@ -146,7 +152,11 @@ impl<F: Filter> Predictions<F> {
         // Predicted in its place: states are large, and a copy costs as much as the prediction.
         self.states.push(estimate.state);
         let existence = estimate.existence_at(at);
-        self.estimates.push(Known { class: estimate.class(), existence, shared_error: estimate.shared_error });
+        self.estimates.push(Known {
+            class: estimate.class(),
+            existence,
+            shared_error: estimate.shared_error,
+        });
     }
 
     fn clear(&mut self) {
@@ -185,18 +195,19 @@ impl<F: Filter> Predictions<F> {
     }
 }
 
-/// The predicted measurement of a predicted state.
-fn predicted_measurement<F: Filter>(state: &F, known: &Known, frame: &StoredFrame) -> PredictedMeasurement {
-    let mut predicted = state.predicted_measurement(known.class);
-    let own = frame.pose_variance(predicted.position);
-    predicted.widen_position(known.shared_error.apart(frame.agent, own));
-    if let Some(coverage) = &frame.coverage
-        && coverage.covers(predicted.position, 0.0)
-    {
-        let probability = coverage.profile.probability(coverage.range_for_profile(predicted.position));
-        predicted.report_probability = known.existence * probability;
+impl Known {
+    /// Adds to a predicted measurement what the frame has to do with it.
+    #[inline]
+    fn complete(&self, predicted: &mut PredictedMeasurement, frame: &StoredFrame) {
+        let own = frame.pose_variance(predicted.position);
+        predicted.widen_position(self.shared_error.apart(frame.agent, own));
+        if let Some(coverage) = &frame.coverage
+            && coverage.covers(predicted.position, 0.0)
+        {
+            let probability = coverage.profile.probability(coverage.range_for_profile(predicted.position));
+            predicted.report_probability = self.existence * probability;
+        }
     }
-    predicted
 }
 
 /// The circle in which a frame's detections and its coverage lie.
@@ -374,7 +385,7 @@ mod tests {
             let state: State = state([x, 0.0], [0.0, 0.0], 0.3);
             region.may_hold(&Whereabouts::of_state(&state), at(200))
         };
-        assert!(may_hold(0.0) && may_hold(110.0) && !may_hold(150.0) && !may_hold(10_000.0));
+        assert!(may_hold(0.0) && may_hold(105.0) && !may_hold(140.0) && !may_hold(10_000.0));
     }
 
     #[test]

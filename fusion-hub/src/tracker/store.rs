@@ -3,7 +3,7 @@
 use super::whereabouts::{AllWhereabouts, Whereabouts};
 use crate::filter::Filter;
 use crate::track::{Evidence, Horizon, Track, TrackContext};
-use crate::values::{Coast, ParticleSet};
+use crate::values::{Coast, Measurement, ParticleSet, PositionInnovation};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -38,6 +38,8 @@ pub(crate) struct TrackStore<F> {
     tracks: Vec<Track<F>>,
     /// Of the tracks, by place.
     whereabouts: AllWhereabouts,
+    /// Of the tracks that are being updated, by number. The memory is used again.
+    innovations: Vec<(usize, PositionInnovation)>,
     spare: Vec<Track<F>>,
     lineage: u32,
     next_counter: u32,
@@ -50,6 +52,7 @@ impl<F: Filter> TrackStore<F> {
         Self {
             tracks: Vec::new(),
             whereabouts: AllWhereabouts::new(),
+            innovations: Vec::new(),
             spare: Vec::new(),
             lineage,
             next_counter: 0,
@@ -79,6 +82,20 @@ impl<F: Filter> TrackStore<F> {
     pub(crate) fn get_mut(&mut self, index: usize) -> &mut Track<F> {
         self.whereabouts.note_changed(index);
         &mut self.tracks[index]
+    }
+
+    /// Updates the states of some tracks by measurements; `take` is called with each, its number in the list and the innovation.
+    pub(super) fn update_some(
+        &mut self,
+        some: &[(usize, Measurement)],
+        mut take: impl FnMut(&mut Track<F>, usize, PositionInnovation),
+    ) {
+        let Self { tracks, innovations, .. } = self;
+        innovations.clear();
+        F::update_some(tracks, some, |number, innovation| innovations.push((number, innovation)));
+        for (number, innovation) in innovations {
+            take(&mut tracks[some[*number].0], *number, *innovation);
+        }
     }
 
     /// How many tracks there are to the leading particle.

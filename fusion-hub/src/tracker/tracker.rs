@@ -5,7 +5,7 @@ use super::config::{Lifetimes, TrackerConfig};
 use super::instant::NewestInstant;
 use super::predict::{FrameView, PredictionLimits, Predictions};
 use super::store::{KeptTracks, TrackStore};
-use super::update::{AssociatedFrame, initiate, split_versions, update};
+use super::update::{AssociatedFrame, Opened, initiate, split_versions, update};
 use crate::filter::Filter;
 use crate::track::{Evidence, FrameSlot, FrameStore, Horizon, SensedFrame, StoredFrame, Track, TrackContext};
 use crate::values::{AgentNames, AgentSlot, Measurement};
@@ -28,6 +28,7 @@ pub(crate) struct Tracker<F> {
     predictions: Predictions<F>,
     assigning: Assigning,
     assignment: Assignment,
+    opened: Opened,
     instant: NewestInstant<F>,
     /// Tracks last detected before would be deleted without a lag, but for coasting.
     detected_from: Timestamp,
@@ -98,6 +99,7 @@ impl<F: Filter> Tracker<F> {
             predictions: Predictions::default(),
             assigning: Assigning::new(&config),
             assignment: Assignment::default(),
+            opened: Opened::default(),
             instant: NewestInstant::default(),
             detected_from: Timestamp::MIN,
         }
@@ -114,7 +116,7 @@ impl<F: Filter> Tracker<F> {
 
     /// Associates a stored frame with the tracks, and updates them: predict, assign, update, initiate.
     pub(crate) fn associate(&mut self, slot: FrameSlot, agents: &AgentNames) {
-        let Self { config, frames, tracks, predictions, assigning, assignment, instant, .. } = self;
+        let Self { config, frames, tracks, predictions, assigning, assignment, opened, instant, .. } = self;
         let context = context(config, frames, agents);
         self.measurements.clear();
         self.measurements.extend(frames.measurements(slot));
@@ -128,7 +130,7 @@ impl<F: Filter> Tracker<F> {
             split_versions(tracks, predictions, assigning, assignment);
         }
         let associated = AssociatedFrame { frame, predictions, assignment };
-        update(tracks, &associated, instant.retracted(), &context);
+        update(tracks, &associated, (instant.retracted(), opened), &context);
         initiate(tracks, &associated, instant, &context);
     }
 

@@ -6,8 +6,8 @@ use super::occupied::Occupied;
 use super::predict::{FrameView, Predictions};
 use super::store::TrackStore;
 use crate::filter::Filter;
-use crate::track::{Evidence, FrameSlot, Track, TrackContext};
-use crate::values::ParticleSet;
+use crate::track::{Evidence, FrameSlot, Read, Track, TrackContext};
+use crate::values::{Measurement, ParticleSet};
 
 /// A frame with what the first two stages made of it.
 pub(super) struct AssociatedFrame<'a, F> {
@@ -47,20 +47,58 @@ pub(super) fn split_versions<F: Filter>(
     }
 }
 
+/// Tracks that are being updated together. The memory is used again.
+#[derive(Debug, Default)]
+pub(super) struct Opened {
+    /// Each track, with the measurement that updates it.
+    measurements: Vec<(usize, Measurement)>,
+    /// How the detection of each is read.
+    reads: Vec<Read>,
+}
+
+impl Opened {
+    fn open<F: Filter>(
+        &mut self,
+        tracks: &mut TrackStore<F>,
+        (index, predicted): (usize, &F),
+        detection: &Evidence,
+        context: &TrackContext<'_>,
+    ) {
+        if let Some(read) = tracks.get_mut(index).open(detection, predicted, context) {
+            self.measurements.push((index, read.z));
+            self.reads.push(read);
+        }
+    }
+
+    /// All at once: several of them fit into one instruction.
+    fn close<F: Filter>(&mut self, tracks: &mut TrackStore<F>, context: &TrackContext<'_>) {
+        let Self { measurements, reads } = self;
+        tracks.update_some(measurements, |track, number, innovation| {
+            track.close(&reads[number], &innovation, context);
+        });
+        measurements.clear();
+        reads.clear();
+    }
+}
+
 /// Gives every predicted track its detection, or the missed detection.
 pub(super) fn update<F: Filter>(
     tracks: &mut TrackStore<F>,
     associated: &AssociatedFrame<'_, F>,
-    retracted: &[FrameSlot],
+    (retracted, opened): (&[FrameSlot], &mut Opened),
     context: &TrackContext<'_>,
 ) {
     let AssociatedFrame { frame, predictions, assignment } = associated;
     let captured_at = frame.stored.captured_at;
-    for (place, index) in predictions.tracks().iter().enumerate() {
-        let track = tracks.get_mut(*index);
+    for (place, index_of_track) in predictions.tracks().iter().enumerate() {
+        let track = tracks.get_mut(*index_of_track);
         let predicted = predictions.state(place);
         if let Some(index) = assignment.detection(place) {
             let detection = Evidence::detection(captured_at, frame.slot, index);
+            if F::TOGETHER && track.is_after_all(&detection, context) {
+                opened.open(tracks, (*index_of_track, predicted), &detection, context);
+                continue;
+            }
             let may_be_first =
                 track.oldest().is_some_and(|oldest| context.frames.is_before(&detection, oldest));
             track.insert(detection, Some(predicted), context);
@@ -74,6 +112,7 @@ pub(super) fn update<F: Filter>(
             track.insert(Evidence::missed(captured_at, frame.slot), Some(predicted), context);
         }
     }
+    opened.close(tracks, context);
 }
 
 /// A detection whose position is less certain than 20 m along an axis begins no track: it would be anywhere. m².

@@ -7,6 +7,7 @@
 //! points.
 
 use super::gaussian::{Full, SPEED, TURN, YAW, at};
+use super::likelihood::Symmetric;
 use crate::values::{Real, share_lost};
 
 /// A complex number: east and north.
@@ -51,8 +52,7 @@ impl<R: Real> Complex<R> {
 /// Moments of D = (along·v + i·aside·ω)·exp(i h), h = θ + ahead·ω.
 pub(super) struct Displacement<R = f64> {
     pub(super) mean: Complex<R>,
-    /// Its covariance: xx, xy, yy.
-    pub(super) covariance: [R; 3],
+    pub(super) covariance: Symmetric<R>,
     /// Cov(s, D) for every component s of the state.
     pub(super) cross: [Complex<R>; 5],
     /// E[exp(i h)].
@@ -90,7 +90,8 @@ impl<R: Real> Displacement<R> {
             .times(amplitude.times(amplitude).scaled(lost).plus(tilted.scaled(squared)));
         let power = tilt.norm2() - (amplitude.re * tilt.re + amplitude.im * tilt.im) * 2.0 + vv + uu
             - amplitude.norm2() * lost;
-        let covariance = [(power + pseudo.re) / 2.0, pseudo.im / 2.0, (power - pseudo.re) / 2.0];
+        let covariance =
+            Symmetric { xx: (power + pseudo.re) / 2.0, xy: pseudo.im / 2.0, yy: (power - pseudo.re) / 2.0 };
         let mut cross = [mean; 5];
         for (s, cross) in cross.iter_mut().enumerate() {
             let linear = Complex::new(along * entry(s, SPEED), aside * entry(s, TURN));
@@ -140,13 +141,13 @@ mod tests {
         }
         let [x, y] = first.map(|sum| sum / weights);
         let [xx, xy, yy] = second.map(|sum| sum / weights);
-        let Displacement { mean, covariance: [c_xx, c_xy, c_yy], .. } = found;
+        let Displacement { mean, covariance, .. } = found;
         for (found, expected) in [
             (mean.re, x),
             (mean.im, y),
-            (c_xx, xx - x * x),
-            (c_xy, xy - x * y),
-            (c_yy, yy - y * y),
+            (covariance.xx, xx - x * x),
+            (covariance.xy, xy - x * y),
+            (covariance.yy, yy - y * y),
         ] {
             assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
         }

@@ -1,6 +1,6 @@
 //! Normal distributions of the leading 3, 4 or 5 components of (x, y, θ, v, ω).
 
-use super::likelihood::{Factored, Likelihood, sum};
+use super::likelihood::{Factored, Likelihood, Symmetric};
 use crate::filter::Course;
 use crate::values::Real;
 use std::f64::consts::{PI, TAU};
@@ -111,14 +111,113 @@ impl<const N: usize, const T: usize, R: Real> Gaussian<N, T, R> {
     pub(super) fn wrap(&mut self) {
         self.mean[YAW] = wrapped(self.mean[YAW]);
     }
+
+    /// Covariance of the position, m².
+    #[inline(always)]
+    pub(super) fn position_covariance(&self) -> Symmetric<R> {
+        Symmetric { xx: self.covariance[0], xy: self.covariance[1], yy: self.covariance[2] }
+    }
+
+    /// Keeps speed and turn rate within what a body can do, and so within what f64 can subtract.
+    ///
+    /// Only absurd reports, or covariance intersection of what is never measured, lead there.
+    #[inline(always)]
+    pub(super) fn limit(&mut self) {
+        for (component, most) in [(SPEED, MAX_SPEED_MPS), (TURN, MAX_TURN_RATE)] {
+            if component >= N {
+                return;
+            }
+            let mean = self.mean[component];
+            if !R::all(mean.abs().is_at_most(mean.same(most))) {
+                self.mean[component] = mean.map(|mean| mean.clamp(-most, most));
+            }
+            let variance = self.entry(component, component);
+            if !R::all(variance.is_at_most(variance.same(most * most))) {
+                let factor =
+                    |variance: f64| if variance > most * most { most / libm::sqrt(variance) } else { 1.0 };
+                let factor = variance.map(factor);
+                for other in 0..N {
+                    self.covariance[at(component, other)] *= factor;
+                }
+                self.covariance[at(component, component)] *= factor;
+            }
+        }
+    }
+
+    /// Updates by position, then by heading. Their errors are independent of each other.
+    #[inline(always)]
+    pub(super) fn update_pose(&mut self, z: &PoseReport<R>) -> Likelihood<R> {
+        let mut likelihood = self.update_position(z.position, &z.r);
+        likelihood.also(self.update_yaw(z.yaw, z.yaw_variance));
+        likelihood
+    }
+
+    #[inline(always)]
+    fn update_position(&mut self, z: [R; 2], r: &Symmetric<R>) -> Likelihood<R> {
+        let s = Factored::of(&self.position_covariance().plus(r));
+        let innovation = s.split([z[0] - self.mean[0], z[1] - self.mean[1]]);
+        let mut cross = [z; N];
+        let mut gain = [z; N];
+        for i in 0..N {
+            cross[i] = s.split([self.entry(i, 0), self.entry(i, 1)]);
+            self.mean[i] += s.product(cross[i], innovation);
+            gain[i] = s.solve(cross[i]);
+        }
+        for row in 2..N {
+            for column in 2..=row {
+                self.covariance[at(row, column)] -= s.product(cross[row], cross[column]);
+            }
+            // P (I − K)ᵀ = P S⁻¹ R: no cancellation where the measurement is far more accurate than the state.
+            self.covariance[at(row, 0)] = gain[row][0] * r.xx + gain[row][1] * r.xy;
+            self.covariance[at(row, 1)] = gain[row][0] * r.xy + gain[row][1] * r.yy;
+        }
+        self.covariance[0] = gain[0][0] * r.xx + gain[0][1] * r.xy;
+        self.covariance[1] =
+            (gain[0][0] * r.xy + gain[0][1] * r.yy + gain[1][0] * r.xx + gain[1][1] * r.xy) / 2.0;
+        self.covariance[2] = gain[1][0] * r.xy + gain[1][1] * r.yy;
+        s.likelihood(innovation)
+    }
+
+    #[inline(always)]
+    fn update_yaw(&mut self, z: R, variance: R) -> Likelihood<R> {
+        let s = self.entry(YAW, YAW) + variance;
+        let innovation = wrapped(z - self.mean[YAW]);
+        let kept = variance / s;
+        let mut cross = [s; N];
+        let mut gain = [s; N];
+        for i in 0..N {
+            cross[i] = self.entry(i, YAW);
+            self.mean[i] += cross[i] * (innovation / s);
+            gain[i] = cross[i] / s;
+        }
+        for row in 0..N {
+            for column in 0..=row {
+                if row == YAW || column == YAW {
+                    self.covariance[at(row, column)] *= kept;
+                } else {
+                    self.covariance[at(row, column)] -= gain[row] * cross[column];
+                }
+            }
+        }
+        self.wrap();
+        Likelihood { mahalanobis2: innovation * innovation / s, determinant: s }
+    }
+}
+
+/// A reported position and heading.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PoseReport<R = f64> {
+    /// m.
+    pub(super) position: [R; 2],
+    /// m².
+    pub(super) r: Symmetric<R>,
+    /// rad in [-π, π].
+    pub(super) yaw: R,
+    /// rad².
+    pub(super) yaw_variance: R,
 }
 
 impl<const N: usize, const T: usize> Gaussian<N, T> {
-    /// Covariance of the position, m².
-    pub(super) fn position_covariance(&self) -> Covariance2 {
-        Covariance2 { xx: self.covariance[0], xy: self.covariance[1], yy: self.covariance[2] }
-    }
-
     /// Heading (rad) and its variance (rad²).
     pub(super) fn heading(&self) -> (f64, f64) {
         (self.mean[YAW], self.entry(YAW, YAW))
@@ -172,84 +271,6 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
 
     pub(super) fn inflate(&mut self, factor: f64) {
         self.covariance = self.covariance.map(|entry| entry * factor);
-    }
-
-    /// Keeps speed and turn rate within what a body can do, and so within what f64 can subtract.
-    ///
-    /// Only absurd reports, or covariance intersection of what is never measured, lead there.
-    pub(super) fn limit(&mut self) {
-        for (component, most) in [(SPEED, MAX_SPEED_MPS), (TURN, MAX_TURN_RATE)] {
-            if component >= N {
-                return;
-            }
-            self.mean[component] = self.mean[component].clamp(-most, most);
-            let variance = self.entry(component, component);
-            if variance > most * most {
-                let factor = most / libm::sqrt(variance);
-                for other in 0..N {
-                    self.covariance[at(component, other)] *= factor;
-                }
-                self.covariance[at(component, component)] *= factor;
-            }
-        }
-    }
-
-    /// Updates by position, then by heading. Their errors are independent of each other.
-    pub(super) fn update_pose(
-        &mut self,
-        position: [f64; 2],
-        r: &Covariance2,
-        yaw: f64,
-        yaw_variance: f64,
-    ) -> Likelihood {
-        let mut likelihood = self.update_position(position, r);
-        likelihood.also(self.update_yaw(yaw, yaw_variance));
-        likelihood
-    }
-
-    fn update_position(&mut self, z: [f64; 2], r: &Covariance2) -> Likelihood {
-        let s = Factored::of(&sum(&self.position_covariance(), r));
-        let innovation = s.split([z[0] - self.mean[0], z[1] - self.mean[1]]);
-        let cross: [[f64; 2]; N] = std::array::from_fn(|i| s.split([self.entry(i, 0), self.entry(i, 1)]));
-        for (mean, cross) in self.mean.iter_mut().zip(cross) {
-            *mean += s.product(cross, innovation);
-        }
-        let gain = cross.map(|cross| s.solve(cross));
-        for row in 2..N {
-            for column in 2..=row {
-                self.covariance[at(row, column)] -= s.product(cross[row], cross[column]);
-            }
-            // P (I − K)ᵀ = P S⁻¹ R: no cancellation where the measurement is far more accurate than the state.
-            self.covariance[at(row, 0)] = gain[row][0] * r.xx + gain[row][1] * r.xy;
-            self.covariance[at(row, 1)] = gain[row][0] * r.xy + gain[row][1] * r.yy;
-        }
-        self.covariance[0] = gain[0][0] * r.xx + gain[0][1] * r.xy;
-        self.covariance[1] =
-            (gain[0][0] * r.xy + gain[0][1] * r.yy + gain[1][0] * r.xx + gain[1][1] * r.xy) / 2.0;
-        self.covariance[2] = gain[1][0] * r.xy + gain[1][1] * r.yy;
-        s.likelihood(innovation)
-    }
-
-    fn update_yaw(&mut self, z: f64, variance: f64) -> Likelihood {
-        let s = self.entry(YAW, YAW) + variance;
-        let innovation = wrapped(z - self.mean[YAW]);
-        let cross: [f64; N] = std::array::from_fn(|i| self.entry(i, YAW));
-        for (mean, c) in self.mean.iter_mut().zip(cross) {
-            *mean += c * (innovation / s);
-        }
-        let kept = variance / s;
-        let gain = cross.map(|c| c / s);
-        for (row, gain) in gain.into_iter().enumerate() {
-            for (column, cross) in cross.into_iter().enumerate().take(row + 1) {
-                if row == YAW || column == YAW {
-                    self.covariance[at(row, column)] *= kept;
-                } else {
-                    self.covariance[at(row, column)] -= gain * cross;
-                }
-            }
-        }
-        self.wrap();
-        Likelihood { mahalanobis2: innovation * innovation / s, determinant: s }
     }
 }
 
@@ -378,7 +399,9 @@ mod tests {
             let [sx, sy, sigma_yaw] = sigmas;
             let r = Covariance2 { xx: sx * sx, xy: rho * sx * sy, yy: sy * sy };
             let mut updated = state;
-            let likelihood = updated.update_pose([z[0], z[1]], &r, z[2], sigma_yaw * sigma_yaw);
+            let report =
+                PoseReport { position: [z[0], z[1]], r: r.into(), yaw: z[2], yaw_variance: sigma_yaw * sigma_yaw };
+            let likelihood = updated.update_pose(&report);
             let noise = SMatrix::<f64, 3, 3>::new(r.xx, r.xy, 0., r.xy, r.yy, 0., 0., 0., sigma_yaw * sigma_yaw);
             let h = SMatrix::<f64, 3, 5>::identity();
             let p = dense(&state);
@@ -390,7 +413,7 @@ mod tests {
             let mean = SVector::from(state.mean) + gain * innovation;
             // One after the other, the heading is wrapped after the position has turned it.
             let mut turned = state;
-            turned.update_position([z[0], z[1]], &r);
+            turned.update_position([z[0], z[1]], &r.into());
             prop_assume!((z[2] - turned.mean[YAW]).abs() < PI && mean[2].abs() < PI);
             prop_assert!((mean - SVector::from(updated.mean)).abs().max() < 1e-7);
             prop_assert!((joseph - dense(&updated)).abs().max() < 1e-7);
@@ -478,7 +501,8 @@ mod tests {
 
     #[test]
     fn a_model_without_weight_keeps_its_state() {
-        let (source, kept) = (Full { mean: [1.0; 5], covariance: [1.0; 15] }, Still { mean: [2.0; 3], covariance: [3.0; 6] });
+        let (source, kept) =
+            (Full { mean: [1.0; 5], covariance: [1.0; 15] }, Still { mean: [2.0; 3], covariance: [3.0; 6] });
         assert_eq!(mixed(&[source; 4], 0, &[0.0; 4], &kept), kept);
     }
 }

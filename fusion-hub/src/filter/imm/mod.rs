@@ -18,13 +18,12 @@ mod smoothing;
 mod transitions;
 mod velocity;
 
-pub(in crate::filter) use lanes::Move;
-pub(in crate::filter) use many::predict_some;
+pub(in crate::filter) use many::{Move, is_plain, moments_of_all, places_of, predict_some, update_some};
 pub use output::{Moments, Place};
 
 use crate::values::{Measurement, PositionInnovation, Real};
-use gaussian::{Full, Smooth, Still};
-use likelihood::{Likelihood, nearest, scaled};
+use gaussian::{Full, PoseReport, Smooth, Still};
+use likelihood::{Likelihood, Symmetric, nearest};
 use model::{MANOEUVRE, PARKED, SMOOTH, STOPPED};
 use motion::Step;
 use output::Kinematic;
@@ -107,25 +106,18 @@ impl Imm {
         if inflation.prior != 1.0 {
             self.inflate(inflation.prior);
         }
-        let r = scaled(&z.r, inflation.report);
-        let innovation = self.innovation(z.position, &r);
+        let r = Symmetric::from(z.r).scaled(inflation.report);
+        let innovation = self.innovation(z.position, &r.into());
         let yaw_variance = z.yaw_variance * inflation.report;
-        let yaw = wrap_angle(z.yaw);
-        let mut likelihoods = [
-            self.parked.update_pose(z.position, &r, yaw, yaw_variance),
-            self.stopped.update_pose(z.position, &r, yaw, yaw_variance),
-            self.smooth.update_pose(z.position, &r, yaw, yaw_variance),
-            self.manoeuvre.update_pose(z.position, &r, yaw, yaw_variance),
-        ];
+        let mut likelihoods =
+            self.update_pose(&PoseReport { position: z.position, r, yaw: wrap_angle(z.yaw), yaw_variance });
         self.update_velocity(z, inflation.report, &mut likelihoods);
-        self.smooth.limit();
-        self.manoeuvre.limit();
         if inflation != Inflation::NONE && z.velocity.is_none() {
             // Positions with dependent errors are evidence by their distances alone. By the determinants, which do not
             // shrink, the narrower models would win at high rates; without any evidence the weights of birth would stay.
             likelihoods.iter_mut().for_each(|likelihood| likelihood.determinant = 1.0);
         }
-        self.weigh(&likelihoods);
+        self.settle(&likelihoods);
         innovation
     }
 
@@ -138,7 +130,7 @@ impl Imm {
 
     fn update_velocity(&mut self, z: &Measurement, factor: f64, likelihoods: &mut [Likelihood; 4]) {
         let Some(report) = z.velocity else { return };
-        let r = scaled(&report.covariance, factor);
+        let r = Symmetric::from(report.covariance).scaled(factor);
         let value = [report.x, report.y];
         let mut smooth = self.smooth.with_turn(0.0);
         let still = velocity::still_velocity(value, &r);
@@ -149,37 +141,23 @@ impl Imm {
         self.smooth = smooth.narrowed();
     }
 
-    /// Bayes' rule over the models.
-    fn weigh(&mut self, likelihoods: &[Likelihood; 4]) {
-        let nearest = nearest(&self.weights, likelihoods);
-        let mut posterior = self.weights;
-        for (weight, likelihood) in posterior.iter_mut().zip(likelihoods) {
-            if *weight > 0.0 {
-                *weight *= likelihood.relative_to(nearest);
-            }
-        }
-        let sum: f64 = posterior.iter().sum();
-        posterior = posterior.map(|weight| if weight > NEGLIGIBLE * sum { weight } else { 0.0 });
-        let kept: f64 = posterior.iter().sum();
-        self.weights = posterior.map(|weight| weight / kept);
-    }
-
     /// The innovation of a position with covariance `r` (m²), without an update: by the mixture's mean
     /// and covariance.
     pub fn innovation(&self, z: [f64; 2], r: &Covariance2) -> PositionInnovation {
         let Place { position: [x, y], position_covariance, .. } = self.place();
-        PositionInnovation::new([z[0] - x, z[1] - y], &likelihood::sum(&position_covariance, r))
+        let s = Symmetric::from(position_covariance).plus(&Symmetric::from(*r));
+        PositionInnovation::new([z[0] - x, z[1] - y], &s.into())
     }
 
     /// The manoeuvring model's position (m) and its larger standard deviation along an axis (m): the widest.
     pub fn neighbourhood(&self) -> ([f64; 2], f64) {
         let [x, y, ..] = self.manoeuvre.mean;
-        ([x, y], self.manoeuvre.narrowed::<3, 6>().position_covariance().max_sigma())
+        ([x, y], Covariance2::from(self.manoeuvre.position_covariance()).max_sigma())
     }
 
     /// Position and heading, all models together.
     pub fn place(&self) -> Place {
-        output::place(&self.places())
+        output::place(&self.places()).into()
     }
 
     /// Heading of the likeliest model (rad), and its variance (rad²).
@@ -232,13 +210,7 @@ impl Imm {
 
     /// Mean and covariance of position, velocity and heading, all models together.
     pub fn moments(&self) -> Moments {
-        let models = [
-            Kinematic::standing(&self.parked),
-            Kinematic::standing(&self.stopped),
-            Kinematic::moving(&self.smooth.with_turn(0.0), self.lever_m),
-            Kinematic::moving(&self.manoeuvre, self.lever_m),
-        ];
-        output::moments(&models, &self.places())
+        output::moments(&self.kinematics(), &self.places())
     }
 
     /// Mean and covariance of the velocity and of the turn rate, all models together.
@@ -256,8 +228,12 @@ impl Imm {
             turn_rate_variance: share * (spread + (1.0 - share) * rate * rate),
         }
     }
+}
 
-    fn places(&self) -> [(f64, Still); 4] {
+/// What one object and several have in common: outputs, update and prediction.
+impl<R: Real> Imm<R> {
+    #[inline(always)]
+    fn places(&self) -> [(R, Still<R>); 4] {
         let [parked, stopped, smooth, manoeuvre] = self.weights;
         [
             (parked, self.parked),
@@ -266,10 +242,62 @@ impl Imm {
             (manoeuvre, self.manoeuvre.narrowed()),
         ]
     }
-}
 
-/// The prediction, of one object or of several.
-impl<R: Real> Imm<R> {
+    #[inline(always)]
+    fn kinematics(&self) -> [Kinematic<R>; 4] {
+        [
+            Kinematic::standing(&self.parked),
+            Kinematic::standing(&self.stopped),
+            Kinematic::moving(&self.smooth.with_turn(0.0), self.lever_m),
+            Kinematic::moving(&self.manoeuvre, self.lever_m),
+        ]
+    }
+
+    /// Updates each model by a position and a heading.
+    #[inline(always)]
+    fn update_pose(&mut self, z: &PoseReport<R>) -> [Likelihood<R>; 4] {
+        [
+            self.parked.update_pose(z),
+            self.stopped.update_pose(z),
+            self.smooth.update_pose(z),
+            self.manoeuvre.update_pose(z),
+        ]
+    }
+
+    /// After an update of each model.
+    #[inline(always)]
+    fn settle(&mut self, likelihoods: &[Likelihood<R>; 4]) {
+        self.smooth.limit();
+        self.manoeuvre.limit();
+        self.weigh(likelihoods);
+    }
+
+    /// Bayes' rule over the models.
+    #[inline(always)]
+    fn weigh(&mut self, likelihoods: &[Likelihood<R>; 4]) {
+        let nearest = nearest(&self.weights, likelihoods);
+        let zero = nearest.same(0.0);
+        let mut posterior = self.weights;
+        let mut sum = zero;
+        for (weight, likelihood) in posterior.iter_mut().zip(likelihoods) {
+            if R::all(weight.is_at_most(zero)) {
+                continue;
+            }
+            let weighed = *weight * likelihood.relative_to(nearest);
+            *weight = R::choose(zero.is_below(*weight), weighed, *weight);
+            sum += *weight;
+        }
+        let negligible = sum * NEGLIGIBLE;
+        let mut kept = zero;
+        for weight in &mut posterior {
+            *weight = R::choose(negligible.is_below(*weight), *weight, zero);
+            kept += *weight;
+        }
+        for (weight, posterior) in self.weights.iter_mut().zip(posterior) {
+            *weight = posterior / kept;
+        }
+    }
+
     #[inline(always)]
     fn pass(&mut self, passage: &Passage<R>) {
         let Passage { step, transitions, params, .. } = passage;

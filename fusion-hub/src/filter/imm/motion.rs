@@ -132,7 +132,7 @@ impl<R: Real> Step<R> {
 pub(super) fn moved<R: Real>(state: &Full<R>, step: &Step<R>, drive: &Drive) -> Full<R> {
     let lever = step.lever_m;
     let displacement = Displacement::of(state, step.dt_s, lever * step.turned, step.ahead);
-    let Displacement { mean, covariance: [xx, xy, yy], cross, .. } = &displacement;
+    let Displacement { mean, covariance: spread, cross, .. } = &displacement;
     let mut next = *state;
     next.mean[0] += mean.re;
     next.mean[1] += mean.im;
@@ -140,9 +140,9 @@ pub(super) fn moved<R: Real>(state: &Full<R>, step: &Step<R>, drive: &Drive) -> 
     next.mean[TURN] *= step.left;
     let old = &state.covariance;
     let c = &mut next.covariance;
-    c[at(0, 0)] += cross[0].re * 2.0 + *xx;
-    c[at(1, 0)] += cross[0].im + cross[1].re + *xy;
-    c[at(1, 1)] += cross[1].im * 2.0 + *yy;
+    c[at(0, 0)] += cross[0].re * 2.0 + spread.xx;
+    c[at(1, 0)] += cross[0].im + cross[1].re + spread.xy;
+    c[at(1, 1)] += cross[1].im * 2.0 + spread.yy;
     for axis in 0..2 {
         let part = |s: usize| if axis == 0 { cross[s].re } else { cross[s].im };
         c[at(SPEED, axis)] = old[at(SPEED, axis)] + part(SPEED);

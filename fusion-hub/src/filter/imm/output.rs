@@ -1,13 +1,17 @@
 //! The four models together: one mean, one covariance.
 
 use super::gaussian::{self, Still, YAW, apart, at};
-use super::likelihood::sum;
+use super::likelihood::Symmetric;
 use super::model::{MANOEUVRE, SMOOTH};
 use super::velocity;
+use crate::values::Real;
+use std::f64::consts::PI;
 use v2x_common::covariance::Covariance2;
 use v2x_common::fused::{KINEMATIC_INDEX, KinematicCovariance};
-use v2x_common::geometry::{angle_difference, wrap_angle};
+use v2x_common::geometry::wrap_angle;
 
+/// Angles within ± this need not be wrapped, whatever the rounding.
+const SURELY_WITHIN: f64 = PI - 1e-6;
 /// Models below this probability do not widen a gate.
 const IMPROBABLE: f64 = 0.01;
 
@@ -44,21 +48,65 @@ pub struct Place {
     pub yaw_variance: f64,
 }
 
-/// One model's (x, y, vx, vy).
-pub(super) struct Kinematic {
-    mean: [f64; 4],
-    covariance: KinematicCovariance,
+impl Moments {
+    pub(super) fn of(moments: &MomentsOf, weights: [f64; 4]) -> Self {
+        let MomentsOf { mean: [x, y, vx, vy], covariance, yaw, yaw_variance } = *moments;
+        Self {
+            position: [x, y],
+            velocity: [vx, vy],
+            covariance,
+            yaw,
+            yaw_variance,
+            model_probabilities: weights,
+        }
+    }
 }
 
-impl Kinematic {
-    pub(super) fn standing(state: &Still) -> Self {
+/// [`Place`] of one object or of several.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlaceOf<R = f64> {
+    pub(super) position: [R; 2],
+    pub(super) covariance: Symmetric<R>,
+    pub(super) widest: Symmetric<R>,
+    pub(super) yaw: R,
+    pub(super) yaw_variance: R,
+}
+
+impl From<PlaceOf> for Place {
+    fn from(PlaceOf { position, covariance, widest, yaw, yaw_variance }: PlaceOf) -> Self {
+        let (position_covariance, gate_covariance) = (covariance.into(), widest.into());
+        Self { position, position_covariance, gate_covariance, yaw, yaw_variance }
+    }
+}
+
+/// [`Moments`] of one object or of several: of (x, y, vx, vy).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MomentsOf<R = f64> {
+    pub(super) mean: [R; 4],
+    pub(super) covariance: [R; 10],
+    pub(super) yaw: R,
+    pub(super) yaw_variance: R,
+}
+
+/// One model's (x, y, vx, vy).
+pub(super) struct Kinematic<R = f64> {
+    mean: [R; 4],
+    covariance: [R; 10],
+}
+
+impl<R: Real> Kinematic<R> {
+    #[inline(always)]
+    pub(super) fn standing(state: &Still<R>) -> Self {
         let [x, y, _] = state.mean;
         let [xx, xy, yy, ..] = state.covariance;
-        let vv = velocity::slipping(&Covariance2::default());
-        Self { mean: [x, y, 0.0, 0.0], covariance: [xx, xy, 0.0, 0.0, yy, 0.0, 0.0, vv.xx, vv.xy, vv.yy] }
+        let zero = x.same(0.0);
+        let vv = velocity::slipping(&Symmetric { xx: zero, xy: zero, yy: zero });
+        let covariance = [xx, xy, zero, zero, yy, zero, zero, vv.xx, vv.xy, vv.yy];
+        Self { mean: [x, y, zero, zero], covariance }
     }
 
-    pub(super) fn moving(state: &gaussian::Full, lever_m: f64) -> Self {
+    #[inline(always)]
+    pub(super) fn moving(state: &gaussian::Full<R>, lever_m: R) -> Self {
         let velocity::Velocity { mean: [vx, vy], covariance: vv, cross } = velocity::velocity(state, lever_m);
         let [x, y, ..] = state.mean;
         let [xx, xy, yy, ..] = state.covariance;
@@ -72,72 +120,111 @@ pub(super) fn likeliest(weights: &[f64; 4]) -> usize {
     (1..4).fold(0, |best, model| if weights[model] > weights[best] { model } else { best })
 }
 
+/// What the likeliest of four models has.
+#[inline(always)]
+fn of_likeliest<const N: usize, R: Real>(weights: &[R; 4], of_model: impl Fn(usize) -> [R; N]) -> [R; N] {
+    let (mut most, mut found) = (weights[0], of_model(0));
+    for (model, weight) in weights.iter().enumerate().skip(1) {
+        let is_more = most.is_below(*weight);
+        most = R::choose(is_more, *weight, most);
+        for (found, other) in found.iter_mut().zip(of_model(model)) {
+            *found = R::choose(is_more, other, *found);
+        }
+    }
+    found
+}
+
 /// The mixture of the models; `places` are their weights, positions and headings.
 pub(super) fn moments(models: &[Kinematic; 4], places: &[(f64, Still); 4]) -> Moments {
+    Moments::of(&moments_of(models, places), places.map(|(weight, _)| weight))
+}
+
+/// The same of one object or of several.
+#[inline(always)]
+pub(super) fn moments_of<R: Real>(models: &[Kinematic<R>; 4], places: &[(R, Still<R>); 4]) -> MomentsOf<R> {
     let weights = places.map(|(weight, _)| weight);
-    let own = likeliest(&weights);
-    let reference = models[own].mean;
-    let mut shift = [0.0; 4];
+    let zero = weights[0].same(0.0);
+    let reference = of_likeliest(&weights, |model| models[model].mean);
+    let mut shift = [zero; 4];
     for (model, weight) in models.iter().zip(weights) {
         for ((shift, mean), reference) in shift.iter_mut().zip(model.mean).zip(reference) {
             *shift += weight * (mean - reference);
         }
     }
-    let mut covariance = [0.0; 10];
+    let mut covariance = [zero; 10];
     for (model, weight) in models.iter().zip(weights) {
-        let off: [f64; 4] = std::array::from_fn(|i| apart(model.mean[i] - reference[i] - shift[i]));
+        let mut off = [zero; 4];
+        for (i, off) in off.iter_mut().enumerate() {
+            *off = apart(model.mean[i] - reference[i] - shift[i]);
+        }
         for (entry, (row, column)) in KINEMATIC_INDEX.into_iter().enumerate() {
             covariance[entry] += weight * (model.covariance[entry] + off[row] * off[column]);
         }
     }
-    let [x, y, vx, vy] = std::array::from_fn(|i| reference[i] + shift[i]);
-    let (yaw, yaw_variance) = heading(places, own);
-    Moments {
-        position: [x, y],
-        velocity: [vx, vy],
-        covariance,
-        yaw,
-        yaw_variance,
-        model_probabilities: weights,
+    let mut mean = reference;
+    for (mean, shift) in mean.iter_mut().zip(shift) {
+        *mean += shift;
     }
+    let (yaw, yaw_variance) = heading(places);
+    MomentsOf { mean, covariance, yaw, yaw_variance }
 }
 
-fn heading(models: &[(f64, Still); 4], own: usize) -> (f64, f64) {
-    let reference = models[own].1.mean[YAW];
-    let turns = models.map(|(_, model)| angle_difference(model.mean[YAW], reference));
-    let shift: f64 = models.iter().zip(turns).map(|((weight, _), turn)| weight * turn).sum();
-    let variance = models
-        .iter()
-        .zip(turns)
-        .map(|((weight, model), turn)| {
-            weight * (model.covariance[at(YAW, YAW)] + (turn - shift) * (turn - shift))
-        })
-        .sum();
-    (wrap_angle(reference + shift), variance)
+#[inline(always)]
+fn heading<R: Real>(models: &[(R, Still<R>); 4]) -> (R, R) {
+    let weights = models.map(|(weight, _)| weight);
+    let zero = weights[0].same(0.0);
+    let [reference] = of_likeliest(&weights, |model| [models[model].1.mean[YAW]]);
+    let mut turns = [zero; 4];
+    let mut shift = zero;
+    for (turn, (weight, model)) in turns.iter_mut().zip(models) {
+        *turn = wrapped_half_open(model.mean[YAW] - reference);
+        shift += *weight * *turn;
+    }
+    let mut variance = zero;
+    for (turn, (weight, model)) in turns.iter().zip(models) {
+        let off = *turn - shift;
+        variance += *weight * (model.covariance[at(YAW, YAW)] + off * off);
+    }
+    (wrapped_half_open(reference + shift), variance)
 }
 
-pub(super) fn place(models: &[(f64, Still); 4]) -> Place {
-    let own = likeliest(&models.map(|(weight, _)| weight));
-    let [x, y, _] = models[own].1.mean;
-    let mut shift = [0.0; 2];
+/// As [`wrap_angle`], into (-π, π].
+#[inline(always)]
+fn wrapped_half_open<R: Real>(angle: R) -> R {
+    // Nearly all are.
+    if R::all(angle.abs().is_below(angle.same(SURELY_WITHIN))) { angle + 0.0 } else { angle.map(wrap_angle) }
+}
+
+/// The place of a mixture of the models.
+#[inline(always)]
+pub(super) fn place<R: Real>(models: &[(R, Still<R>); 4]) -> PlaceOf<R> {
+    let weights = models.map(|(weight, _)| weight);
+    let zero = weights[0].same(0.0);
+    let [x, y] = of_likeliest(&weights, |model| [models[model].1.mean[0], models[model].1.mean[1]]);
+    let mut shift = [zero; 2];
     for (weight, model) in models {
-        shift[0] += weight * (model.mean[0] - x);
-        shift[1] += weight * (model.mean[1] - y);
+        shift[0] += *weight * (model.mean[0] - x);
+        shift[1] += *weight * (model.mean[1] - y);
     }
-    let mut covariance = Covariance2::default();
-    let mut widest = Covariance2::default();
+    let mut covariance = Symmetric { xx: zero, xy: zero, yy: zero };
+    let mut widest = covariance;
     for (weight, model) in models {
         let p = model.position_covariance();
         let (dx, dy) = (apart(model.mean[0] - x - shift[0]), apart(model.mean[1] - y - shift[1]));
-        let about_mean = Covariance2 { xx: p.xx + dx * dx, xy: p.xy + dx * dy, yy: p.yy + dy * dy };
-        covariance = sum(&covariance, &about_mean.scaled(*weight));
-        if *weight > IMPROBABLE && about_mean.xx + about_mean.yy > widest.xx + widest.yy {
-            widest = about_mean;
-        }
+        let about_mean = Symmetric { xx: p.xx + dx * dx, xy: p.xy + dx * dy, yy: p.yy + dy * dy };
+        covariance = covariance.plus(&about_mean.scaled(*weight));
+        // Improbable models count as if they had no extent.
+        let is_probable = zero.same(IMPROBABLE).is_below(*weight);
+        let extent = R::choose(is_probable, about_mean.xx + about_mean.yy, zero);
+        let is_wider = (widest.xx + widest.yy).is_below(extent);
+        widest = Symmetric {
+            xx: R::choose(is_wider, about_mean.xx, widest.xx),
+            xy: R::choose(is_wider, about_mean.xy, widest.xy),
+            yy: R::choose(is_wider, about_mean.yy, widest.yy),
+        };
     }
-    let (yaw, yaw_variance) = heading(models, own);
-    let position = [x + shift[0], y + shift[1]];
-    Place { position, position_covariance: covariance, gate_covariance: widest, yaw, yaw_variance }
+    let (yaw, yaw_variance) = heading(models);
+    PlaceOf { position: [x + shift[0], y + shift[1]], covariance, widest, yaw, yaw_variance }
 }
 
 const _: () = assert!(SMOOTH == 2 && MANOEUVRE == 3, "the order of the arrays above");
@@ -145,7 +232,6 @@ const _: () = assert!(SMOOTH == 2 && MANOEUVRE == 3, "the order of the arrays ab
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::PI;
 
     const WEIGHTS: [f64; 4] = [0.15, 0.25, 0.4, 0.2];
 
@@ -185,7 +271,8 @@ mod tests {
         let places = places();
         let at = |axis: usize| mean(|model| places[model].1.mean[axis]);
         let [x, y] = [at(0), at(1)];
-        let Place { position, position_covariance: p, gate_covariance: gate, .. } = place(&places);
+        let Place { position, position_covariance: p, gate_covariance: gate, .. } =
+            Place::from(place(&places));
         assert_near(position[0], x);
         assert_near(position[1], y);
         let off = |model: usize| [places[model].1.mean[0] - x, places[model].1.mean[1] - y];
@@ -207,7 +294,7 @@ mod tests {
         let mut places = places();
         (places[2].0, places[3].0) = (0.595, 0.005);
         let [xx, ..] = places[3].1.covariance;
-        assert!(place(&places).gate_covariance.xx < xx);
+        assert!(Place::from(place(&places)).gate_covariance.xx < xx);
     }
 
     #[test]
@@ -219,7 +306,7 @@ mod tests {
         let variance = mean(|model| {
             places[model].1.covariance[at(YAW, YAW)] + (turns[model] - turn) * (turns[model] - turn)
         });
-        let Place { yaw, yaw_variance, .. } = place(&places);
+        let Place { yaw, yaw_variance, .. } = Place::from(place(&places));
         assert_near(yaw, wrap_angle(PI + turn));
         assert_near(yaw_variance, variance);
     }
@@ -258,7 +345,7 @@ mod tests {
         let standing = |xx, yy| Still { mean: [1.0, 2.0, 0.0], covariance: [xx, 0.0, yy, 0.0, 0.0, 0.1] };
         let models = [standing(0.1, 9.0), standing(5.0, 0.1), standing(0.2, 0.2), standing(0.3, 0.3)];
         places.iter_mut().zip(models).for_each(|(place, model)| place.1 = model);
-        let Covariance2 { xx, yy, .. } = place(&places).gate_covariance;
+        let Covariance2 { xx, yy, .. } = Place::from(place(&places)).gate_covariance;
         assert_near(xx, 0.1);
         assert_near(yy, 9.0);
     }

@@ -152,7 +152,7 @@ fn a_fast_car_stays_in_the_gate() {
         // The gate of the association: chi-squared with 2 degrees of freedom at 0.9997.
         let place = imm.place();
         let off = [z.position[0] - place.position[0], z.position[1] - place.position[1]];
-        let s = likelihood::sum(&place.gate_covariance, &z.r);
+        let s = Covariance2::from(Symmetric::from(place.gate_covariance).plus(&z.r.into()));
         let distance2 = PositionInnovation::new(off, &s).mahalanobis2;
         assert!(distance2 < 16.2, "step {step}: {distance2}");
         imm.update(&z, Inflation::NONE);

@@ -2,50 +2,52 @@
 
 use super::displacement::Displacement;
 use super::gaussian::{Full, at};
-use super::likelihood::{Factored, Likelihood, sum};
-use v2x_common::covariance::Covariance2;
+use super::likelihood::{Factored, Likelihood, Symmetric};
+use crate::values::Real;
 
 /// Velocity that annotators and detectors report of a standing body, and sideslip of a moving one:
 /// standard deviation on each axis, m/s.
 const SIGMA_SLIP: f64 = 0.1;
 
 /// Velocity of a body's centre in the map frame, as moments.
-pub(super) struct Velocity {
+pub(super) struct Velocity<R = f64> {
     /// m/s.
-    pub(super) mean: [f64; 2],
+    pub(super) mean: [R; 2],
     /// m²/s².
-    pub(super) covariance: Covariance2,
+    pub(super) covariance: Symmetric<R>,
     /// Covariance with every component of the state.
-    pub(super) cross: [[f64; 2]; 5],
+    pub(super) cross: [[R; 2]; 5],
 }
 
 /// Of a body that moves.
-pub(super) fn velocity(state: &Full, lever_m: f64) -> Velocity {
-    let Displacement { mean, covariance: [xx, xy, yy], cross, .. } = Displacement::of(state, 1.0, lever_m, 0.0);
-    let covariance = Covariance2 { xx, xy, yy };
-    Velocity {
-        mean: [mean.re, mean.im],
-        covariance: slipping(&covariance),
-        cross: cross.map(|c| [c.re, c.im]),
+#[inline(always)]
+pub(super) fn velocity<R: Real>(state: &Full<R>, lever_m: R) -> Velocity<R> {
+    let (zero, one) = (lever_m.same(0.0), lever_m.same(1.0));
+    let Displacement { mean, covariance, cross, .. } = Displacement::of(state, one, lever_m, zero);
+    let mut pairs = [[zero; 2]; 5];
+    for (pair, cross) in pairs.iter_mut().zip(&cross) {
+        *pair = [cross.re, cross.im];
     }
+    Velocity { mean: [mean.re, mean.im], covariance: slipping(&covariance), cross: pairs }
 }
 
 /// A velocity's covariance with sideslip.
-pub(super) fn slipping(covariance: &Covariance2) -> Covariance2 {
+#[inline(always)]
+pub(super) fn slipping<R: Real>(covariance: &Symmetric<R>) -> Symmetric<R> {
     let slip = SIGMA_SLIP * SIGMA_SLIP;
-    Covariance2 { xx: covariance.xx + slip, xy: covariance.xy, yy: covariance.yy + slip }
+    Symmetric { xx: covariance.xx + slip, xy: covariance.xy, yy: covariance.yy + slip }
 }
 
 /// How likely a velocity report is of a body that stands.
-pub(super) fn still_velocity(z: [f64; 2], r: &Covariance2) -> Likelihood {
+pub(super) fn still_velocity(z: [f64; 2], r: &Symmetric) -> Likelihood {
     let s = Factored::of(&slipping(r));
     s.likelihood(s.split(z))
 }
 
 /// Updates by a measured velocity: the linear update with exact moments.
-pub(super) fn update_velocity(state: &mut Full, lever_m: f64, z: [f64; 2], r: &Covariance2) -> Likelihood {
+pub(super) fn update_velocity(state: &mut Full, lever_m: f64, z: [f64; 2], r: &Symmetric) -> Likelihood {
     let Velocity { mean, covariance, cross } = velocity(state, lever_m);
-    let s = Factored::of(&sum(&covariance, r));
+    let s = Factored::of(&covariance.plus(r));
     let innovation = s.split([z[0] - mean[0], z[1] - mean[1]]);
     let cross = cross.map(|cross| s.split(cross));
     for (mean, cross) in state.mean.iter_mut().zip(cross) {
@@ -78,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_standing_body_has_the_velocity_that_detectors_report_of_it() {
-        let r = Covariance2 { xx: 0.04, xy: 0.01, yy: 0.09 };
+        let r = Symmetric { xx: 0.04, xy: 0.01, yy: 0.09 };
         let found = still_velocity([0.3, -0.2], &r);
         let s = Matrix2::new(0.04 + 0.01, 0.01, 0.01, 0.09 + 0.01);
         let z = nalgebra::Vector2::new(0.3, -0.2);
@@ -90,12 +92,12 @@ mod tests {
     #[test]
     fn a_measured_velocity_updates_as_the_dense_linear_update() {
         let lever_m = 1.2;
-        let (z, r) = ([6.5, 3.0], Covariance2 { xx: 0.2, xy: 0.05, yy: 0.3 });
+        let (z, r) = ([6.5, 3.0], Symmetric { xx: 0.2, xy: 0.05, yy: 0.3 });
         let before = state();
         let predicted = velocity(&before, lever_m);
         let mut found = before;
         let likelihood = update_velocity(&mut found, lever_m, z, &r);
-        let of = |c: &Covariance2| Matrix2::new(c.xx, c.xy, c.xy, c.yy);
+        let of = |c: &Symmetric| Matrix2::new(c.xx, c.xy, c.xy, c.yy);
         let s = of(&predicted.covariance) + of(&r);
         let cross = SMatrix::<f64, 5, 2>::from_fn(|row, column| predicted.cross[row][column]);
         let gain = cross * s.try_inverse().unwrap();

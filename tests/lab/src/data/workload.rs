@@ -80,9 +80,9 @@ impl Load {
 
     /// What a frame of an agent holds at most.
     fn field_of_view(&self) -> FieldOfView {
-        let range_max_m = self.view.map_or(UNLIMITED_M, |view| {
-            libm::sqrt(f64::from(view) * ROOM_M2 / std::f64::consts::PI)
-        });
+        let range_max_m = self
+            .view
+            .map_or(UNLIMITED_M, |view| libm::sqrt(f64::from(view) * ROOM_M2 / std::f64::consts::PI));
         let width_rad = std::f64::consts::TAU / f64::from(self.n_sectors());
         FieldOfView { width_rad, ..FieldOfView::omnidirectional(0.0, range_max_m) }
     }
@@ -216,7 +216,8 @@ impl Workload {
         let [x, y] = self.load.place_of(agent);
         let yaw = wrap_angle(std::f64::consts::TAU * f64::from(sector) / f64::from(n_sectors));
         let (pose, view) = (Pose { x, y, yaw }, self.load.field_of_view());
-        let visible = self.orbits.iter().map(|orbit| orbit.at(t_s)).filter(|bev| view.contains(&pose, bev.x, bev.y));
+        let visible =
+            self.orbits.iter().map(|orbit| orbit.at(t_s)).filter(|bev| view.contains(&pose, bev.x, bev.y));
         let seen: Vec<_> = visible.filter(|_| random::chance(rng, DETECTION_PROBABILITY)).collect();
         let mut detections: Vec<_> = seen.into_iter().map(|truth| report(&truth, rng)).collect();
         detections.shuffle(rng);
