@@ -192,6 +192,7 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     }
 
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
+        self.tracker.replay(agents);
         self.read_agents(now);
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
@@ -206,6 +207,7 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         agents: &AgentNames,
         objects: &mut ObjectList<'_>,
     ) -> Result<(), NoMemory> {
+        self.tracker.replay(agents);
         self.read_agents(at);
         let context = self.tracker.context(agents);
         let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);

@@ -209,6 +209,11 @@ impl<F: Filter> Track<F> {
         self.replay(context);
     }
 
+    /// Whether late evidence is not replayed yet.
+    pub const fn is_stale(&self) -> bool {
+        self.stale_from.is_some()
+    }
+
     /// Applies late items at their own times, and every later one again after them.
     pub fn replay(&mut self, context: &TrackContext<'_>) {
         let Some(place) = self.stale_from.take() else { return };

@@ -211,6 +211,15 @@ impl<F: Filter> TrackStore<F> {
         Some((older, self.tracks.remove(younger)))
     }
 
+    /// Replays late evidence.
+    pub(crate) fn replay(&mut self, context: &TrackContext<'_>) {
+        let Self { tracks, whereabouts, .. } = self;
+        for (place, track) in tracks.iter_mut().enumerate().filter(|(_, track)| track.is_stale()) {
+            track.replay(context);
+            whereabouts.note_changed(place);
+        }
+    }
+
     /// Replays late evidence, folds what is older than the horizon, and deletes tracks that were detected too long ago;
     /// `on_deleted` is called with each of them first.
     pub(crate) fn maintain(
@@ -219,11 +228,10 @@ impl<F: Filter> TrackStore<F> {
         context: &TrackContext<'_>,
         mut on_deleted: impl FnMut(&Track<F>),
     ) {
-        self.whereabouts.note_all_changed();
+        self.replay(context);
         let mut kept = 0;
         for index in 0..self.tracks.len() {
             let track = &mut self.tracks[index];
-            track.replay(context);
             track.fold(&kept_tracks.evidence, context);
             track.thin_checkpoints(kept_tracks.detected_from);
             let deleted_before = kept_tracks.detected_from(track);
@@ -236,6 +244,9 @@ impl<F: Filter> TrackStore<F> {
                 }
                 kept += 1;
             }
+        }
+        if kept < self.tracks.len() {
+            self.whereabouts.note_all_changed();
         }
         self.tracks[kept..].iter().for_each(&mut on_deleted);
         self.spare.extend(self.tracks.drain(kept..));

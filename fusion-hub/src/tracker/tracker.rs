@@ -254,7 +254,7 @@ impl<F: Filter> Tracker<F> {
     /// Replays late evidence.
     pub(crate) fn replay(&mut self, agents: &AgentNames) {
         let context = context(&self.config, &self.frames, agents);
-        self.tracks.iter_mut().for_each(|track| track.replay(&context));
+        self.tracks.replay(&context);
     }
 
     /// Replays late evidence, folds what is older than the horizon, and deletes tracks that no admitted detection can
