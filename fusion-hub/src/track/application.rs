@@ -52,7 +52,7 @@ pub(super) fn apply<F: Filter>(
         let innovation = known.state.update(&read.z);
         close(known, (item, held), (&read, &innovation), context);
     } else if let Some(coverage) = &stored.coverage {
-        known.add_missed_detection(&frame, coverage, context.synchronous);
+        known.add_missed_detection(&frame, coverage, (predicted, context.synchronous));
     }
 }
 

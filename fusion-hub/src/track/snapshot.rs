@@ -220,21 +220,22 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
-    /// Applies a missed detection; no effect where the object was not covered.
+    /// Applies a missed detection; no effect where the object was not covered. `predicted` is the state at that time, if it is
+    /// known.
     pub fn add_missed_detection(
         &mut self,
         frame: &FrameEvidence<'_>,
         coverage: &Coverage,
-        synchronous: Span,
+        (predicted, synchronous): (Option<&F>, Span),
     ) {
         let FrameEvidence { at, agent, model } = *frame;
         // At the least existence there is, only a detection changes it.
         if self.existence.is_least() {
             return;
         }
-        let held_at = self.state.at();
-        let predicted_at = if (at - held_at).abs() > synchronous { at } else { held_at };
-        let (position, sigma_m) = self.state.place_at(predicted_at, self.motion_class());
+        let (state, motion_class) = (predicted.unwrap_or(&self.state), self.motion_class());
+        let is_synchronous = predicted.is_some() || (at - state.at()).abs() <= synchronous;
+        let (position, sigma_m) = state.place_at(if is_synchronous { state.at() } else { at }, motion_class);
         if coverage.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
             let range_m = coverage.range_for_profile(position);

@@ -12,9 +12,12 @@ use v2x_fusion_hub::hub::{self, HubArgs};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-fn allocations() -> u64 {
+fn heap() -> v2x_lab::commands::Heap {
     let stats = ALLOCATOR.stats();
-    (stats.allocations + stats.reallocations) as u64
+    v2x_lab::commands::Heap {
+        allocations: (stats.allocations + stats.reallocations) as u64,
+        bytes: (stats.bytes_allocated - stats.bytes_deallocated) as u64,
+    }
 }
 
 /// Measure cooperative-perception networks.
@@ -71,7 +74,7 @@ async fn main() -> ExitCode {
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),
             Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,
             Command::Tables(args) => v2x_lab::commands::tables(&args),
-            Command::Throughput(args) => v2x_lab::commands::throughput(&args, allocations),
+            Command::Throughput(args) => v2x_lab::commands::throughput(&args, heap),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 hub::run(args, shutdown).await

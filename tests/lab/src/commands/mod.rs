@@ -21,4 +21,4 @@ pub use score::{ScoreArgs, score};
 pub use simulate::{SimulateArgs, simulate};
 pub use sweep::{SweepArgs, sweep};
 pub use tables::{TablesArgs, tables, tables_with};
-pub use throughput::{ThroughputArgs, throughput};
+pub use throughput::{Heap, ThroughputArgs, throughput};

@@ -4,6 +4,8 @@ mod filters;
 mod pipeline;
 pub(crate) mod textbook;
 
+pub use pipeline::Heap;
+
 use crate::data::workload::Load;
 use crate::report::output::print;
 use anyhow::Context;
@@ -80,6 +82,8 @@ struct Report {
     cpu_ns_per_detection: f64,
     detections_per_s_per_core: f64,
     allocations_per_detection: f64,
+    /// Memory of the engine, with frames and lists, for each published object, bytes.
+    bytes_per_object: f64,
     /// Mean number of objects in a fused frame. It shows that no object is left out.
     objects_published: f64,
     /// One predict and update of the dense 7-state filter in Joseph form, ns.
@@ -99,15 +103,15 @@ struct Report {
     publish_us_p99: f64,
 }
 
-/// Measures and prints the result. `allocations` returns the number of heap allocations so far.
-pub fn throughput(args: &ThroughputArgs, allocations: fn() -> u64) -> anyhow::Result<()> {
+/// Measures and prints the result. `heap` returns what is used of the heap.
+pub fn throughput(args: &ThroughputArgs, heap: fn() -> Heap) -> anyhow::Result<()> {
     let ThroughputArgs { agents, objects, view, late, seed, .. } = *args;
     let load = Load { agents, objects, view, late_share: late, seed };
     let per_second = i64::from(agents) * i64::from(view.map_or(objects, |view| view.min(objects))) * 10;
     let seconds = args.seconds.map_or((2_000_000 / per_second).clamp(2, 1000), i64::from);
     let report = match args.motion {
-        Motion::Cv => measure::<State>(load, (args.motion, MotionModel::Cv), seconds, allocations)?,
-        Motion::Imm => measure::<ImmState>(load, (args.motion, MotionModel::Imm), seconds, allocations)?,
+        Motion::Cv => measure::<State>(load, (args.motion, MotionModel::Cv), seconds, heap)?,
+        Motion::Imm => measure::<ImmState>(load, (args.motion, MotionModel::Imm), seconds, heap)?,
     };
     let text = if args.json { serde_json::to_string(&report)? + "\n" } else { text(&report) };
     print(&text).context("writing the result")
@@ -117,11 +121,11 @@ fn measure<F: Filter>(
     load: Load,
     (motion, model): (Motion, MotionModel),
     seconds: i64,
-    allocations: fn() -> u64,
+    heap: fn() -> Heap,
 ) -> anyhow::Result<Report> {
     let costs = filters::filter_costs::<F>();
     let late_replay_ns = filters::late_replay_ns::<F>()?;
-    let measured = pipeline::run(load, model, seconds, allocations)?;
+    let measured = pipeline::run(load, model, seconds, heap)?;
     #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
     let (detections, allocations) = (measured.detections as f64, measured.allocations as f64);
     let cpu_ns_per_detection = measured.cpu.as_secs_f64() * 1e9 / detections;
@@ -137,6 +141,7 @@ fn measure<F: Filter>(
         cpu_ns_per_detection,
         detections_per_s_per_core: 1e9 / cpu_ns_per_detection,
         allocations_per_detection: allocations / detections,
+        bytes_per_object: measured.bytes_held as f64 / measured.objects_published.max(1.0),
         objects_published: measured.objects_published,
         textbook_filter_ns: costs.textbook_ns,
         structured_filter_ns: costs.structured_ns,
@@ -161,6 +166,7 @@ fn text(report: &Report) -> String {
             "  CPU per detection    {:>9.1} ns   allocations {:.6}",
             report.cpu_ns_per_detection, report.allocations_per_detection
         ),
+        format!("  memory               {:>9.1} kB for each object", report.bytes_per_object / 1e3),
         format!("  frame taken in       {:>9.1} µs   p99 {:.1}", report.frame_us_p50, report.frame_us_p99),
         format!(
             "  fused frame made     {:>9.1} µs   p99 {:.1}, {:.1} objects, at {} Hz",

@@ -17,12 +17,23 @@ const PUBLISH_INTERVAL: Span = Span::from_millis(50);
 /// Time before the measurement starts, in which buffers grow and tracks settle.
 const WARM_UP_S: i64 = 2;
 
+/// What is used of the heap.
+#[derive(Clone, Copy, Debug)]
+pub struct Heap {
+    /// Allocations so far.
+    pub allocations: u64,
+    /// Bytes that are held.
+    pub bytes: u64,
+}
+
 /// The measured values.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) detections: u64,
     pub(super) cpu: Span,
     pub(super) allocations: u64,
+    /// Memory of the engine at the end, bytes.
+    pub(super) bytes_held: u64,
     /// Decoding and ingestion of a detection frame, µs.
     pub(super) frame_us: Percentiles,
     /// Creation and encoding of a fused frame, µs.
@@ -54,12 +65,12 @@ impl Pipeline {
     }
 }
 
-/// Runs the load for its whole simulated time. `allocations` returns the number of heap allocations so far.
+/// Runs the load for its whole simulated time. `heap` returns what is used of the heap.
 pub(super) fn run(
     load: Load,
     motion: MotionModel,
     seconds: i64,
-    allocations: fn() -> u64,
+    heap: fn() -> Heap,
 ) -> anyhow::Result<Measured> {
     let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
     let mut workload = Workload::new(load, start);
@@ -81,7 +92,7 @@ pub(super) fn run(
         }
         tally.frame_us.reserve(arrivals.len());
         tally.publish_us.reserve(64);
-        let (cpu, counted) = (thread_cpu_time(), allocations());
+        let (cpu, counted) = (thread_cpu_time(), heap().allocations);
         for arrival in &arrivals {
             while due <= arrival.received_at {
                 let begun = v2x_common::clock::now();
@@ -95,8 +106,11 @@ pub(super) fn run(
             tally.detections += arrival.n_detections;
         }
         tally.cpu = tally.cpu + (thread_cpu_time() - cpu);
-        tally.allocations += allocations() - counted;
+        tally.allocations += heap().allocations - counted;
     }
+    let held = heap().bytes;
+    drop(pipeline);
+    tally.bytes_held = held.saturating_sub(heap().bytes);
     tally.measured()
 }
 
@@ -110,6 +124,7 @@ struct Tally {
     objects: usize,
     cpu: Span,
     allocations: u64,
+    bytes_held: u64,
     frame_us: Vec<f64>,
     publish_us: Vec<f64>,
 }
@@ -123,6 +138,7 @@ impl Tally {
             detections: self.detections,
             cpu: self.cpu,
             allocations: self.allocations,
+            bytes_held: self.bytes_held,
             frame_us: Percentiles::of(self.frame_us).ok_or_else(nothing)?,
             publish_us: Percentiles::of(self.publish_us).ok_or_else(nothing)?,
             objects_published,
@@ -138,7 +154,7 @@ mod tests {
     fn every_frame_is_taken_in_late_or_not_and_every_object_published() {
         for motion in [MotionModel::Cv, MotionModel::Imm] {
             let load = Load { agents: 4, objects: 12, view: None, late_share: 0.2, seed: 3 };
-            let measured = run(load, motion, 1, || 0).unwrap();
+            let measured = run(load, motion, 1, || Heap { allocations: 0, bytes: 0 }).unwrap();
             // 4 agents × 10 frames × 12 objects × 0.95, one standard deviation is 5.
             assert!((430..=480).contains(&measured.detections), "{}", measured.detections);
             assert!((measured.objects_published - 12.0).abs() < 0.5, "{}", measured.objects_published);
