@@ -22,7 +22,7 @@ use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::WireError;
 
 /// Without a call for objects, history is maintained this often.
-const MAINTENANCE_INTERVAL: Span = Span::from_millis(200);
+const MAINTENANCE_INTERVAL: Span = Span::from_millis(100);
 /// Most frames waiting to be named as included in the next fused frame.
 const MAX_PENDING: usize = 65_536;
 

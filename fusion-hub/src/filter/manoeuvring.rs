@@ -4,7 +4,7 @@ use super::imm::{self, Imm, Inflation, Moments, Move, Place};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::TrackSizePriors;
 use super::state::GREATEST_WEIGHT;
-use super::{Course, Filter, Heading, Holds, Motion, PoseEstimate, Size, intersection_weight};
+use super::{Course, Due, Filter, Heading, Holds, Motion, PoseEstimate, Size, intersection_weight};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
 use v2x_common::class::Class;
@@ -65,6 +65,18 @@ impl ImmState {
     }
 }
 
+impl Holds<Self> for ImmState {
+    #[inline(always)]
+    fn state(&self) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn state_mut(&mut self) -> &mut Self {
+        self
+    }
+}
+
 impl AsRef<Imm> for ImmState {
     #[inline(always)]
     fn as_ref(&self) -> &Imm {
@@ -106,12 +118,13 @@ impl Filter for ImmState {
         self.motion.predict(dt_s, class, self.sizes[1].likeliest());
     }
 
-    fn predict_some(states: &mut [Self], some: &[(usize, Class)], to: Timestamp) {
-        let by =
-            |state: &Self| Move { dt_s: (to - state.at).as_secs_f64(), length_m: state.sizes[1].likeliest() };
-        imm::predict_some(states, some, by);
-        for (place, _) in some {
-            states[*place].at = to;
+    fn predict_some<T: Holds<Self>>(objects: &mut [T], due: &[Due]) {
+        imm::predict_some(objects, due, |state, to| Move {
+            dt_s: (to - state.at).as_secs_f64(),
+            length_m: state.sizes[1].likeliest(),
+        });
+        for Due { place, to, .. } in due {
+            objects[*place].state_mut().at = *to;
         }
     }
 

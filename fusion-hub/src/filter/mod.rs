@@ -36,7 +36,7 @@ use v2x_common::fused::KinematicCovariance;
 use v2x_common::time::Timestamp;
 
 /// One object's state under one model of motion, at one time.
-pub trait Filter: Copy + Debug + PartialEq {
+pub trait Filter: Copy + Debug + PartialEq + Holds<Self> {
     /// Whether several states are updated faster together ([`Self::update_some`]) than one by one.
     const TOGETHER: bool = false;
 
@@ -58,12 +58,11 @@ pub trait Filter: Copy + Debug + PartialEq {
         state
     }
 
-    /// Moves some states to one time: those at these places, each of an object of a class. The bits are those of
-    /// [`Self::predict`], one state after the other.
+    /// Moves the states of some objects. The bits are those of [`Self::predict`], one state after the other.
     #[inline]
-    fn predict_some(states: &mut [Self], some: &[(usize, Class)], to: Timestamp) {
-        for (place, class) in some {
-            states[*place].predict(to, *class);
+    fn predict_some<T: Holds<Self>>(objects: &mut [T], due: &[Due]) {
+        for Due { place, class, to } in due {
+            objects[*place].state_mut().predict(*to, *class);
         }
     }
 
@@ -150,6 +149,17 @@ pub trait Filter: Copy + Debug + PartialEq {
     fn estimate(&self, class: Class, priors: &TrackSizePriors<'_>) -> Estimate {
         self.pose().with_sizes(self.sizes(class, priors))
     }
+}
+
+/// A prediction that is due.
+#[derive(Clone, Copy, Debug)]
+pub struct Due {
+    /// The place of the object.
+    pub place: usize,
+    /// Its class.
+    pub class: Class,
+    /// The time that it is predicted to.
+    pub to: Timestamp,
 }
 
 /// Something with a state.

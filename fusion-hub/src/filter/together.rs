@@ -1,6 +1,6 @@
 //! Several states together have the bits of one state after the other.
 
-use super::{Filter, Holds, ImmState, State};
+use super::{Due, Filter, Holds, ImmState, State};
 use crate::values::{Measurement, PositionInnovation};
 use proptest::prelude::*;
 use v2x_common::class::Class;
@@ -105,8 +105,9 @@ fn bits<T: std::fmt::Debug>(value: &T) -> String {
 fn assert_same_together<F: Filter>(pasts: &[Past]) {
     let mut objects: Vec<_> = pasts.iter().map(|past| Object(state_of::<F>(past))).collect();
     let mut together: Vec<F> = objects.iter().map(|object| object.0).collect();
-    let some: Vec<_> = pasts.iter().enumerate().map(|(place, past)| (place, past.class)).collect();
-    F::predict_some(&mut together, &some, AT);
+    let due = |(place, past): (usize, &Past)| Due { place, class: past.class, to: AT };
+    let due: Vec<_> = pasts.iter().enumerate().map(due).collect();
+    F::predict_some(&mut together, &due);
     for (object, past) in objects.iter_mut().zip(pasts) {
         object.0.predict(AT, past.class);
     }

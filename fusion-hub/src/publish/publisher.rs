@@ -6,10 +6,9 @@ use super::mixture::{HypothesisMixtures, mixture_moments};
 use super::object::{PublishedEstimate, fill, fill_contributors};
 use super::readings::{Readings, lasting_variance};
 use crate::filter::size_priors::{Contribution, SizePriors};
-use crate::filter::{Filter, PoseEstimate};
+use crate::filter::{Due, Filter, PoseEstimate};
 use crate::track::Track;
 use crate::values::{AgentNames, Coast};
-use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -52,7 +51,7 @@ pub(crate) struct Publisher<F> {
     /// The same of what is published: tracks, their states, and the poses of these.
     listed: Vec<Listed>,
     states: Vec<F>,
-    due: Vec<(usize, Class)>,
+    due: Vec<Due>,
     poses: Vec<PoseEstimate>,
 }
 
@@ -89,7 +88,7 @@ impl<F: Filter> Publisher<F> {
         self.list(list, &contributions, &mixtures, now);
         self.contributions = contributions;
         // All at once: several of them fit into one instruction.
-        F::predict_some(&mut self.states, &self.due, now);
+        F::predict_some(&mut self.states, &self.due);
         self.poses.clear();
         F::poses(&self.states, |pose| self.poses.push(pose));
         for ((listed, state), pose) in self.listed.iter().zip(&self.states).zip(&self.poses) {
@@ -137,7 +136,8 @@ impl<F: Filter> Publisher<F> {
             let Some(existence) = self.published_existence(track, mixtures, now) else { continue };
             let latest = track.latest();
             if (now - latest.state.at()).abs() > self.config.synchronous {
-                self.due.push((self.states.len(), latest.motion_class()));
+                let place = self.states.len();
+                self.due.push(Due { place, class: latest.motion_class(), to: now });
             }
             self.states.push(latest.state);
             self.listed.push(Listed { track: index, contribution: *contribution, existence });

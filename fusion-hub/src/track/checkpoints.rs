@@ -7,8 +7,9 @@ use super::Snapshot;
 use std::collections::VecDeque;
 use v2x_common::time::{Span, Timestamp};
 
-/// Fewest items of evidence between two checkpoints.
+/// Fewest items of evidence between two checkpoints, and least time: many agents report within what counts as one time.
 const LEAST_SPACING: usize = 4;
+const LEAST_APART: Span = Span::from_millis(5);
 /// Most items of evidence between two checkpoints to which late evidence can still come.
 const MOST_SPACING: usize = 16;
 /// A replay becomes longer by one part in so many, at most, because checkpoints are sparse; by half of it on average.
@@ -16,6 +17,9 @@ const SPACING_SHARE: usize = 16;
 /// Where no late evidence can come any more two checkpoints are at most so far apart: evidence is folded at one of them, and
 /// what is learnt of agents is read from there.
 const MOST_APART: Span = Span::from_millis(100);
+
+/// So many are added before they are thinned again.
+const THINNED_EVERY: usize = 16;
 
 /// Where an estimate stands in the evidence of its track.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +39,8 @@ pub(super) struct Checkpoints<F> {
     /// In no order: those in use keep their places.
     snapshots: Vec<Snapshot<F>>,
     free: Vec<usize>,
+    /// From so many on, those that are dense for how far back they are get removed.
+    thinned_from: usize,
 }
 
 impl<F: Copy> Checkpoints<F> {
@@ -45,19 +51,23 @@ impl<F: Copy> Checkpoints<F> {
             marks: VecDeque::with_capacity(n),
             snapshots: Vec::with_capacity(n),
             free: Vec::with_capacity(n),
+            thinned_from: THINNED_EVERY,
         }
     }
 
-    /// Whether one is due after `count` of `total` items, where the last one was after `last`.
+    /// Whether one is due after `count` of `total` items, the last of them captured at `at`.
     #[inline(always)]
-    pub(super) const fn is_due(count: usize, last: usize, total: usize) -> bool {
-        count >= last + spacing(total - count)
+    pub(super) fn is_due(&self, (count, at): (usize, Timestamp), total: usize) -> bool {
+        self.marks
+            .back()
+            .is_none_or(|last| count >= last.count + spacing(total - count) && at - last.at >= LEAST_APART)
     }
 
     pub(super) fn clear(&mut self) {
         self.marks.clear();
         self.snapshots.clear();
         self.free.clear();
+        self.thinned_from = THINNED_EVERY;
     }
 
     /// The same as others; its own memory is used again.
@@ -65,6 +75,7 @@ impl<F: Copy> Checkpoints<F> {
         self.marks.clone_from(&other.marks);
         self.snapshots.clone_from(&other.snapshots);
         self.free.clone_from(&other.free);
+        self.thinned_from = other.thinned_from;
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -96,12 +107,19 @@ impl<F: Copy> Checkpoints<F> {
                 place
             }
             None => {
+                // They are large: no room for twice as many.
+                if self.snapshots.len() == self.snapshots.capacity() {
+                    self.snapshots.reserve_exact(1 + self.snapshots.len() / 8);
+                }
                 self.snapshots.push(*snapshot);
                 self.snapshots.len() - 1
             }
         };
         self.marks.push_back(Mark { count, at, place });
-        self.thin(total);
+        if self.marks.len() >= self.thinned_from {
+            self.thin(total);
+            self.thinned_from = self.marks.len() + THINNED_EVERY;
+        }
     }
 
     /// Removes those between which there are few items for how far back they are.
@@ -178,5 +196,124 @@ const fn spacing(n_after: usize) -> usize {
         MOST_SPACING
     } else {
         share
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::{Filter, State};
+    use crate::values::{DetectionModel, Measurement, ScoreEvidence};
+    use proptest::prelude::*;
+    use v2x_common::class::Class;
+    use v2x_common::covariance::Covariance2;
+
+    fn at(us: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_micros(us)
+    }
+
+    /// An estimate that can be told from others by the position.
+    fn snapshot(x: f64) -> Snapshot<State> {
+        let model = DetectionModel::default();
+        let frame =
+            super::super::snapshot::FrameEvidence { at: at(0), agent: Default::default(), model: &model };
+        let z = Measurement {
+            class: Class::Car,
+            position: [x, 0.0],
+            r: Covariance2::isotropic(1.0),
+            size: [1.8, 4.5],
+            relative_variance: [0.04; 2],
+            size_law: [None; 2],
+            heading: v2x_common::detection::HeadingKind::Known,
+            yaw: 0.0,
+            yaw_variance: 0.01,
+            velocity: None,
+            is_track: false,
+        };
+        Snapshot::initial(&frame, &z, ScoreEvidence::NONE, true)
+    }
+
+    /// After so many items, one each `us` microseconds.
+    fn after(n: usize, us: i64) -> Checkpoints<State> {
+        let mut checkpoints = Checkpoints::with_capacity(64);
+        for count in 1..=n {
+            let captured_at = at(us * count as i64);
+            if checkpoints.is_due((count, captured_at), count) {
+                checkpoints.push((count, captured_at), &snapshot(count as f64), count);
+            }
+        }
+        checkpoints
+    }
+
+    fn counts(checkpoints: &Checkpoints<State>) -> Vec<usize> {
+        checkpoints.marks.iter().map(|mark| mark.count).collect()
+    }
+
+    #[test]
+    fn near_the_newest_item_there_is_one_for_every_four_and_far_from_it_one_for_every_sixteen() {
+        let found = counts(&after(1000, 10_000));
+        let gaps = |from: usize, to: usize| {
+            let within: Vec<_> = found.iter().filter(|count| (from..to).contains(count)).collect();
+            within.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap()
+        };
+        assert_eq!(gaps(900, 1000), 4);
+        assert_eq!(gaps(0, 700), 16);
+        assert!(found.len() < 110, "{} of 1000", found.len());
+    }
+
+    #[test]
+    fn of_many_items_at_about_one_time_there_is_one_each_five_milliseconds() {
+        let found = counts(&after(1000, 500));
+        assert!(found.windows(2).all(|pair| pair[1] - pair[0] >= 10), "{found:?}");
+    }
+
+    #[test]
+    fn before_the_horizon_few_are_kept_but_one_within_a_tenth_of_a_second_of_every_time() {
+        let mut checkpoints = after(100, 10_000);
+        let horizon = at(600_000);
+        checkpoints.thin_before(horizon);
+        let old: Vec<_> = checkpoints.marks.iter().filter(|mark| mark.at < horizon).collect();
+        assert!(old.len() <= 9, "{} in 0.6 s", old.len());
+        assert!(old.windows(2).all(|pair| pair[1].at - pair[0].at <= MOST_APART));
+        assert_eq!(checkpoints.marks.iter().filter(|mark| mark.at >= horizon).count(), 10);
+    }
+
+    proptest! {
+        #[test]
+        fn each_estimate_is_found_by_its_count_whatever_was_removed_and_inserted(
+            steps in prop::collection::vec((0..4_u8, 0..300_usize), 1..60),
+        ) {
+            let (mut total, mut checkpoints) = (200, after(200, 6_000));
+            // What each holds is known by its position: its count when it was made, and what was inserted before it since.
+            let mut inserted: Vec<usize> = Vec::new();
+            for (kind, number) in steps {
+                let place = number % (total + 1);
+                match kind {
+                    0 => {
+                        checkpoints.note_inserted(place);
+                        inserted.push(place);
+                        total += 1;
+                        checkpoints.truncate(place);
+                    }
+                    1 => checkpoints.truncate(place.max(1)),
+                    2 => checkpoints.thin_before(at(6_000 * place as i64)),
+                    _ => {
+                        let captured_at = at(6_000 * total as i64);
+                        if checkpoints.is_due((total, captured_at), total) {
+                            checkpoints.push((total, captured_at), &snapshot(total as f64), total);
+                        }
+                    }
+                }
+                let mut used: Vec<_> = checkpoints.marks.iter().map(|mark| mark.place).collect();
+                used.extend(&checkpoints.free);
+                used.sort_unstable();
+                prop_assert!(used.iter().copied().eq(0..checkpoints.snapshots.len()), "a place is lost or used twice");
+                for mark in &checkpoints.marks {
+                    let (count, found) = checkpoints.last_within(mark.count).expect("there is one");
+                    prop_assert_eq!(count, mark.count);
+                    prop_assert_eq!(found.state.rough_position().0[0], mark.count as f64);
+                }
+            }
+        }
     }
 }

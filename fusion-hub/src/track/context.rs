@@ -5,7 +5,7 @@ use crate::values::AgentNames;
 use v2x_common::time::{Span, Timestamp};
 
 /// Evidence can stay this much longer than the horizon. It is then folded at a checkpoint, without a replay.
-pub const FOLD_SLACK: Span = Span::from_millis(250);
+pub const FOLD_SLACK: Span = Span::from_millis(125);
 
 /// From when on history is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

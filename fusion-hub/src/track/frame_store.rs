@@ -118,6 +118,7 @@ impl FrameStore {
         stored.velocities.clear();
         let measurements = &mut self.measurements[slot.index()];
         measurements.clear();
+        measurements.reserve_exact(frame.detections.len());
         for (index, detection) in (0..).zip(&frame.detections) {
             let mut z = sensor.measurement(detection);
             model.headings.correct(&mut z);

@@ -9,6 +9,7 @@ mod evidence;
 mod frame_store;
 mod orientation;
 mod pre_merge;
+mod replay;
 mod smoother;
 mod snapshot;
 #[expect(clippy::module_inception, reason = "the track of the layer of tracks")]
@@ -21,6 +22,7 @@ pub use evidence::{Evidence, FrameSlot};
 pub use frame_store::{FrameStore, SensedFrame, StoredFrame};
 pub(crate) use orientation::Read;
 pub use pre_merge::PreMergeTracks;
+pub(crate) use replay::Replayer;
 pub use smoother::{FixedLagSmoother, SmoothedTrack};
 pub use snapshot::Snapshot;
 pub use track::Track;

@@ -3,7 +3,7 @@
 use super::config::{Lifetimes, TrackerConfig};
 use super::store::TrackStore;
 use super::whereabouts::Whereabouts;
-use crate::filter::Filter;
+use crate::filter::{Due, Filter};
 use crate::track::{FrameSlot, StoredFrame, Track, TrackContext};
 use crate::values::{Coast, Coverage, Measurement, PredictedMeasurement, SharedError};
 use v2x_common::class::Class;
@@ -30,8 +30,8 @@ pub(crate) struct Predictions<F> {
     tracks: Vec<usize>,
     states: Vec<F>,
     measurements: Vec<PredictedMeasurement>,
-    /// States that are still to be predicted, by place, and the classes of their motion.
-    due: Vec<(usize, Class)>,
+    /// States that are still to be predicted.
+    due: Vec<Due>,
     /// What else is known of the tracks, until they are predicted.
     estimates: Vec<Known>,
 }
@@ -112,7 +112,7 @@ impl<F: Filter> Predictions<F> {
             }
         }
         // All at once: several of them fit into one instruction.
-        F::predict_some(&mut self.states, &self.due, at);
+        F::predict_some(&mut self.states, &self.due);
         let Self { states, measurements, estimates, .. } = self;
         F::predicted_measurements(
             states,
@@ -147,7 +147,7 @@ impl<F: Filter> Predictions<F> {
         }
         self.tracks.push(index);
         if away > context.synchronous {
-            self.due.push((self.states.len(), estimate.motion_class()));
+            self.due.push(Due { place: self.states.len(), class: estimate.motion_class(), to: at });
         }
         // Predicted in its place: states are large, and a copy costs as much as the prediction.
         self.states.push(estimate.state);

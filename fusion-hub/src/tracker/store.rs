@@ -2,7 +2,7 @@
 
 use super::whereabouts::{AllWhereabouts, Whereabouts};
 use crate::filter::Filter;
-use crate::track::{Evidence, Horizon, Track, TrackContext};
+use crate::track::{Evidence, Horizon, Replayer, Track, TrackContext};
 use crate::values::{Coast, Measurement, ParticleSet, PositionInnovation};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -38,6 +38,9 @@ pub(crate) struct TrackStore<F> {
     tracks: Vec<Track<F>>,
     /// Of the tracks, by place.
     whereabouts: AllWhereabouts,
+    /// Places of tracks with late evidence. The memory is used again.
+    stale: Vec<usize>,
+    replayer: Replayer,
     /// Of the tracks that are being updated, by number. The memory is used again.
     innovations: Vec<(usize, PositionInnovation)>,
     spare: Vec<Track<F>>,
@@ -48,10 +51,12 @@ pub(crate) struct TrackStore<F> {
 
 impl<F: Filter> TrackStore<F> {
     /// An empty store, which makes track ids of this lineage.
-    pub(crate) const fn new(lineage: u32) -> Self {
+    pub(crate) fn new(lineage: u32) -> Self {
         Self {
             tracks: Vec::new(),
             whereabouts: AllWhereabouts::new(),
+            stale: Vec::new(),
+            replayer: Replayer::default(),
             innovations: Vec::new(),
             spare: Vec::new(),
             lineage,
@@ -213,11 +218,11 @@ impl<F: Filter> TrackStore<F> {
 
     /// Replays late evidence.
     pub(crate) fn replay(&mut self, context: &TrackContext<'_>) {
-        let Self { tracks, whereabouts, .. } = self;
-        for (place, track) in tracks.iter_mut().enumerate().filter(|(_, track)| track.is_stale()) {
-            track.replay(context);
-            whereabouts.note_changed(place);
-        }
+        let Self { tracks, whereabouts, stale, replayer, .. } = self;
+        stale.clear();
+        stale.extend(tracks.iter().enumerate().filter(|(_, track)| track.is_stale()).map(|(place, _)| place));
+        stale.iter().for_each(|place| whereabouts.note_changed(*place));
+        replayer.replay(tracks, stale, context);
     }
 
     /// Replays late evidence, folds what is older than the horizon, and deletes tracks that were detected too long ago;

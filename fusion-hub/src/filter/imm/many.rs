@@ -1,17 +1,17 @@
 //! Many objects, four at a time ([`super::lanes`]). What is left over at the end is repeated in the lanes that it does not need.
 
-use super::Imm;
 use super::gaussian::PoseReport;
 use super::lanes::array_of;
 use super::likelihood::Symmetric;
 use super::output::{Moments, MomentsOf, Place, PlaceOf, moments_of, place};
 use super::params::Params;
 use super::passage::{self, Passage};
-use crate::filter::{Filter, Holds};
+use super::{Imm, Inflation};
+use crate::filter::{Due, Filter, Holds};
 use crate::values::{LANES, Measurement, PositionInnovation};
 use fearless_simd::{Level, Simd, SimdFrom, dispatch, f64x4};
-use v2x_common::class::Class;
 use v2x_common::geometry::wrap_angle;
+use v2x_common::time::Timestamp;
 
 /// How one object moves: for how long (s), and how long it is (m).
 #[derive(Clone, Copy, Debug)]
@@ -24,23 +24,30 @@ impl Move {
     const NONE: Self = Self { dt_s: 0.0, length_m: 0.0 };
 }
 
+impl Imm {
+    /// Moves within one step, of what moves by these parameters.
+    fn pass_short(&mut self, by: Move, params: &'static Params) {
+        self.pass(&Passage::short(by.dt_s, by.length_m, params));
+    }
+}
+
 /// Four objects of all that there are, and how they move; the last ones may be the same.
 type Alike = [(usize, Move); LANES];
 
-/// Moves some objects, each by its own time: those at these places, each of a class.
-pub(in crate::filter) fn predict_some<T: AsRef<Imm> + AsMut<Imm>>(
+/// Moves some objects, each by its own time; `by` says how.
+pub(in crate::filter) fn predict_some<F: AsRef<Imm> + AsMut<Imm>, T: Holds<F>>(
     all: &mut [T],
-    some: &[(usize, Class)],
-    by: impl Fn(&T) -> Move,
+    due: &[Due],
+    by: impl Fn(&F, Timestamp) -> Move,
 ) {
     let level = Level::new();
     for (kind, params) in Params::of_kinds().enumerate() {
         let mut alike = [(0, Move::NONE); LANES];
         let mut n = 0;
-        for (place, class) in some.iter().filter(|(_, class)| Params::kind_of(*class) == kind) {
-            let by = by(&all[*place]);
+        for Due { place, class, to } in due.iter().filter(|due| Params::kind_of(due.class) == kind) {
+            let by = by(all[*place].state(), *to);
             if !passage::is_short(by.dt_s, *class) {
-                all[*place].as_mut().predict(by.dt_s, *class, by.length_m);
+                all[*place].state_mut().as_mut().predict(by.dt_s, *class, by.length_m);
                 continue;
             }
             alike[n] = (*place, by);
@@ -50,16 +57,20 @@ pub(in crate::filter) fn predict_some<T: AsRef<Imm> + AsMut<Imm>>(
                 n = 0;
             }
         }
-        if n > 0 {
-            let first = alike[0];
-            alike[n..].fill(first);
-            dispatch!(level, simd => predict(simd, all, &alike, params));
+        let (place, by) = alike[0];
+        match n {
+            0 => {}
+            1 => all[place].state_mut().as_mut().pass_short(by, params),
+            _ => {
+                alike[n..].fill((place, by));
+                dispatch!(level, simd => predict(simd, all, &alike, params));
+            }
         }
     }
 }
 
 #[inline(always)]
-fn predict<S: Simd, T: AsRef<Imm> + AsMut<Imm>>(
+fn predict<S: Simd, F: AsRef<Imm> + AsMut<Imm>, T: Holds<F>>(
     simd: S,
     all: &mut [T],
     alike: &Alike,
@@ -69,11 +80,11 @@ fn predict<S: Simd, T: AsRef<Imm> + AsMut<Imm>>(
     let dt_s = f64x4::simd_from(simd, [a.1.dt_s, b.1.dt_s, c.1.dt_s, d.1.dt_s]);
     let length_m = f64x4::simd_from(simd, [a.1.length_m, b.1.length_m, c.1.length_m, d.1.length_m]);
     let passage = Passage::short(dt_s, length_m, params);
-    let objects = [all[a.0].as_ref(), all[b.0].as_ref(), all[c.0].as_ref(), all[d.0].as_ref()];
+    let objects = [&all[a.0], &all[b.0], &all[c.0], &all[d.0]].map(|object| object.state().as_ref());
     let mut lanes = Imm::in_lanes(simd, objects);
     lanes.pass(&passage);
     for (lane, (place, _)) in alike.iter().enumerate() {
-        lanes.put_into(all[*place].as_mut(), lane);
+        lanes.put_into(all[*place].state_mut().as_mut(), lane);
     }
 }
 
@@ -105,8 +116,11 @@ pub(in crate::filter) fn update_some<F: Filter + AsRef<Imm> + AsMut<Imm>, T: Hol
             n = 0;
         }
     }
-    if n > 0 {
-        let first = plain[0];
+    let first = plain[0];
+    if n == 1 {
+        let (place, z) = &some[first];
+        take(first, objects[*place].state_mut().as_mut().update(z, Inflation::NONE));
+    } else if n > 1 {
         plain[n..].fill(first);
         let found = dispatch!(level, simd => update(simd, objects, plain.map(|number| &some[number])));
         plain.into_iter().zip(found).take(n).for_each(|(number, innovation)| take(number, innovation));

@@ -1,0 +1,184 @@
+//! Replay of several tracks together: each applies its next detection, then each the one after it.
+//!
+//! A track alone is replayed one item after the other; several of them fit into one instruction at each step. The bits are
+//! those of [`Track::replay`].
+
+use super::TrackContext;
+use super::orientation::Read;
+use super::track::{Progress, Track};
+use crate::filter::{Due, Filter};
+use crate::values::{Measurement, PositionInnovation};
+
+/// Tracks that are replayed together: so many stay in the nearest memory.
+const TOGETHER: usize = 16;
+/// From so many tracks on it is faster together.
+const FEWEST: usize = 2;
+
+/// Replays tracks. The memory is used again.
+#[derive(Debug, Default)]
+pub(crate) struct Replayer {
+    /// Tracks that are not at their end, by place, and how far each is.
+    running: Vec<(usize, Progress)>,
+    due: Vec<Due>,
+    measurements: Vec<(usize, Measurement)>,
+    reads: Vec<Read>,
+    innovations: Vec<Option<PositionInnovation>>,
+}
+
+impl Replayer {
+    /// Replays the tracks at these places.
+    pub(crate) fn replay<F: Filter>(
+        &mut self,
+        tracks: &mut [Track<F>],
+        places: &[usize],
+        context: &TrackContext<'_>,
+    ) {
+        if !F::TOGETHER || places.len() < FEWEST {
+            places.iter().for_each(|place| tracks[*place].replay(context));
+            return;
+        }
+        for places in places.chunks(TOGETHER) {
+            self.running.clear();
+            for place in places {
+                self.running.extend(tracks[*place].begin_replay(context).map(|progress| (*place, progress)));
+            }
+            while self.step(tracks, context) {}
+        }
+    }
+
+    /// Applies the next detection of each track; whether there was one.
+    fn step<F: Filter>(&mut self, tracks: &mut [Track<F>], context: &TrackContext<'_>) -> bool {
+        let Self { running, due, measurements, reads, innovations } = self;
+        running.retain_mut(|(place, progress)| tracks[*place].reaches_detection(progress, context));
+        due.clear();
+        due.extend(running.iter().filter_map(|(place, progress)| {
+            let (to, class) = tracks[*place].due_at(progress, context)?;
+            Some(Due { place: *place, class, to })
+        }));
+        F::predict_some(tracks, due);
+        measurements.clear();
+        reads.clear();
+        for (place, progress) in running.iter() {
+            // There is a detection, else the track would not run any more.
+            let Some(read) = tracks[*place].open_at(progress, context) else { continue };
+            measurements.push((*place, read.z));
+            reads.push(read);
+        }
+        innovations.clear();
+        innovations.resize(reads.len(), None);
+        F::update_some(tracks, measurements, |number, innovation| innovations[number] = Some(innovation));
+        for (((place, progress), read), innovation) in running.iter_mut().zip(reads).zip(innovations) {
+            if let Some(innovation) = innovation {
+                tracks[*place].close_at(progress, (read, innovation), context);
+            }
+        }
+        !running.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::{ImmState, State};
+    use crate::track::{Evidence, FrameStore, Rollback, SensedFrame};
+    use crate::values::{AgentNames, DetectionModel, HeadingLaw, SensingDefaults, SensorModel};
+    use proptest::prelude::*;
+    use v2x_common::class::Class;
+    use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
+    use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
+    use v2x_common::geometry::BevBox;
+    use v2x_common::id::{AgentId, FrameId, TrackId};
+    use v2x_common::time::{Span, Timestamp};
+
+    /// What an object is reported as in a frame; `None` where it is missed.
+    type Report = Option<(f64, f64, bool)>;
+
+    fn detection(track: usize, ms: i64, (off, yaw, has_velocity): (f64, f64, bool)) -> Detection {
+        let class = if track % 3 == 1 { Class::Adult } else { Class::Car };
+        let velocity = Velocity { x: 8.0, y: 0.5, covariance: Covariance2::isotropic(0.5) };
+        Detection {
+            class,
+            score: 0.9,
+            bev: BevBox { x: 8e-3 * ms as f64 + off, y: 20.0 * track as f64, w: 1.8, d: 4.5, yaw },
+            covariance: BoxCovariance {
+                position: Covariance2 { xx: 0.09, xy: 0.02, yy: 0.16 },
+                ww: 0.03,
+                dd: 0.2,
+                yaw: 0.01,
+            },
+            velocity: has_velocity.then_some(velocity),
+            heading: HeadingKind::Known,
+            source_track: None,
+        }
+    }
+
+    /// Frames of some tracks, in the order of their arrival: when each was captured, and what it reports of each track.
+    fn arrivals() -> impl Strategy<Value = Vec<(i64, Vec<Report>)>> {
+        let report = prop::option::weighted(0.8, (-0.5..0.5_f64, -3.1..3.1_f64, prop::bool::weighted(0.1)));
+        let frame = (0..900_i64, prop::collection::vec(report, 7));
+        prop::collection::vec(frame, 2..40)
+    }
+
+    fn assert_same_together<F: Filter>(arrivals: &[(i64, Vec<Report>)]) {
+        let mut agents = AgentNames::default();
+        let name = AgentId::new("agent").unwrap();
+        let slot = agents.slot_for(name);
+        let sensing = SensorModel::undescribed(&SensingDefaults::default());
+        let model = DetectionModel { headings: HeadingLaw::UNKNOWN, ..sensing.model() };
+        let mut frames = FrameStore::default();
+        let mut evidence: Vec<Vec<Evidence>> = vec![Vec::new(); 7];
+        let mut store = |sequence: u64, ms: i64, reports: &[Report]| {
+            let captured_at = Timestamp::EPOCH + Span::from_millis(1000 + ms);
+            let seen = reports.iter().enumerate().filter_map(|(track, report)| Some((track, (*report)?)));
+            let frame = DetectionFrame {
+                id: FrameId { agent: name, epoch: 1, sequence },
+                captured_at,
+                sensor_pose: None,
+                sensor_revision: 0,
+                map_frame: None,
+                detections: seen.clone().map(|(track, report)| detection(track, ms, report)).collect(),
+            };
+            let sensed =
+                SensedFrame { frame: &frame, agent: slot, sensor: &sensing, model: &model, coverage: None };
+            let stored = frames.insert(&sensed);
+            for (index, (track, _)) in (0..).zip(seen) {
+                evidence[track].push(Evidence::detection(captured_at, stored, index));
+            }
+            for (track, _) in reports.iter().enumerate().filter(|(_, report)| report.is_none()) {
+                evidence[track].push(Evidence::missed(captured_at, stored));
+            }
+        };
+        store(0, 450, &[Some((0.0, 0.1, false)); 7]);
+        (1..).zip(arrivals).for_each(|(sequence, (ms, reports))| store(sequence, *ms, reports));
+        let context = TrackContext {
+            frames: &frames,
+            agents: &agents,
+            synchronous: Span::from_millis(10),
+            rollback: Rollback::Replay,
+            keeps_folded: false,
+            class_motion: true,
+            exclusion: true,
+        };
+        let mut together: Vec<Track<F>> = Vec::new();
+        for (number, items) in (0..).zip(&evidence) {
+            let mut track = Track::new(TrackId(number), items[0], None, &context);
+            items[1..].iter().for_each(|item| track.insert(*item, None, &context));
+            together.push(track);
+        }
+        let mut alone = together.clone();
+        let stale: Vec<_> = (0..together.len()).filter(|place| together[*place].is_stale()).collect();
+        Replayer::default().replay(&mut together, &stale, &context);
+        alone.iter_mut().for_each(|track| track.replay(&context));
+        assert!(together.iter().all(|track| !track.is_stale()));
+        assert_eq!(format!("{together:?}"), format!("{alone:?}"));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn tracks_that_are_replayed_together_have_the_bits_of_one_after_the_other(arrivals in arrivals()) {
+            assert_same_together::<ImmState>(&arrivals);
+            assert_same_together::<State>(&arrivals);
+        }
+    }
+}
