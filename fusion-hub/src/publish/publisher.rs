@@ -14,6 +14,9 @@ use v2x_common::time::{Span, Timestamp};
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
 const MIN_DETECTIONS_OF_DELETED: u32 = 10;
 
+/// Tracks whose objects are written together: the states of so many stay in the nearest memory.
+const TOGETHER: usize = 32;
+
 /// Which tracks are published.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PublishConfig {
@@ -48,11 +51,19 @@ pub(crate) struct Publisher<F> {
     pub(super) past_sizes: SizePriors,
     /// What each track adds to the priors; the memory is used again.
     pub(super) contributions: Vec<Option<Contribution>>,
-    /// The same of what is published: tracks, their states, and the poses of these.
+    /// The tracks that are being written, their states, and the poses of these.
     listed: Vec<Listed>,
     states: Vec<F>,
     due: Vec<Due>,
     poses: Vec<PoseEstimate>,
+}
+
+/// What is known of all tracks.
+struct Known<'a, F> {
+    list: &'a TrackList<'a, F>,
+    priors: &'a SizePriors,
+    mixtures: &'a HypothesisMixtures<'a, F>,
+    now: Timestamp,
 }
 
 /// A track that is published.
@@ -82,29 +93,64 @@ impl<F: Filter> Publisher<F> {
     /// Writes the objects as of `now`.
     pub(crate) fn write(&mut self, objects: &mut ObjectList<'_>, list: &TrackList<'_, F>, now: Timestamp) {
         let mut contributions = std::mem::take(&mut self.contributions);
-        let leading = list.tracks.iter().filter(|track| track.holders.leads());
-        let priors = self.size_priors(leading, &mut contributions);
+        let leading = || list.tracks.iter().enumerate().filter(|(_, track)| track.holders.leads());
+        let priors = self.size_priors(leading().map(|(_, track)| track), &mut contributions);
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
-        self.list(list, &contributions, &mixtures, now);
+        let known = Known { list, priors: &priors, mixtures: &mixtures, now };
+        for ((place, track), contribution) in leading().zip(&contributions) {
+            self.list(&known, (place, track), *contribution);
+            if self.listed.len() == TOGETHER {
+                self.write_listed(objects, &known);
+            }
+        }
+        self.write_listed(objects, &known);
         self.contributions = contributions;
-        // All at once: several of them fit into one instruction.
-        F::predict_some(&mut self.states, &self.due);
-        self.poses.clear();
-        F::poses(&self.states, |pose| self.poses.push(pose));
-        for ((listed, state), pose) in self.listed.iter().zip(&self.states).zip(&self.poses) {
+    }
+
+    /// Lists a track if it is published, with its state, which is still to be predicted.
+    fn list(
+        &mut self,
+        known: &Known<'_, F>,
+        (place, track): (usize, &Track<F>),
+        contribution: Option<Contribution>,
+    ) {
+        let Known { list, mixtures, now, .. } = *known;
+        if (list.readings.hidden)(track.id) {
+            return;
+        }
+        let Some(existence) = self.published_existence(track, mixtures, now) else { return };
+        let latest = track.latest();
+        if (now - latest.state.at()).abs() > self.config.synchronous {
+            self.due.push(Due { place: self.states.len(), class: latest.motion_class(), to: now });
+        }
+        self.states.push(latest.state);
+        self.listed.push(Listed { track: place, contribution, existence });
+    }
+
+    /// Writes the objects of the tracks that are listed, all at once: several of them fit into one instruction.
+    fn write_listed(&mut self, objects: &mut ObjectList<'_>, known: &Known<'_, F>) {
+        let Known { list, now, .. } = *known;
+        let Self { config, listed, states, due, poses, .. } = self;
+        F::predict_some(states, due);
+        F::poses(states, |pose| poses.push(pose));
+        for ((listed, state), pose) in listed.iter().zip(states.iter()).zip(poses.iter()) {
             let track = &list.tracks[listed.track];
             let classes = PublishedClasses::of(track, list.agents, list.readings);
-            let priors = priors.of_track(listed.contribution);
+            let priors = known.priors.of_track(listed.contribution);
             let mut estimate = match track.holders.is_all() {
                 true => pose.with_sizes(classes.sizes(state, &priors)),
-                false => mixture_moments(mixtures.of_track(track).map(|(share, version)| {
-                    let state = version.latest().state_at(now, self.config.synchronous);
+                false => mixture_moments(known.mixtures.of_track(track).map(|(share, version)| {
+                    let state = version.latest().state_at(now, config.synchronous);
                     (share, classes.estimate(&state, &priors))
                 })),
             };
             let shared = &track.latest().shared_error;
-            let lasting = lasting_variance(track.contributors(), shared, list.readings, now);
-            estimate.add_position_variance(lasting);
+            estimate.add_position_variance(lasting_variance(
+                track.contributors(),
+                shared,
+                list.readings,
+                now,
+            ));
             let (existence, last_measured_at) = (listed.existence, track.last_measured_at());
             let published = PublishedEstimate { estimate, existence, at: now, last_measured_at, classes };
             objects.push_with(|object| {
@@ -115,33 +161,10 @@ impl<F: Filter> Publisher<F> {
                 is_filled
             });
         }
-    }
-
-    /// Lists the tracks that are published, with their states, which are still to be predicted.
-    fn list(
-        &mut self,
-        list: &TrackList<'_, F>,
-        contributions: &[Option<Contribution>],
-        mixtures: &HypothesisMixtures<'_, F>,
-        now: Timestamp,
-    ) {
-        self.listed.clear();
-        self.states.clear();
-        self.due.clear();
-        let leading = list.tracks.iter().enumerate().filter(|(_, track)| track.holders.leads());
-        for ((index, track), contribution) in leading.zip(contributions) {
-            if (list.readings.hidden)(track.id) {
-                continue;
-            }
-            let Some(existence) = self.published_existence(track, mixtures, now) else { continue };
-            let latest = track.latest();
-            if (now - latest.state.at()).abs() > self.config.synchronous {
-                let place = self.states.len();
-                self.due.push(Due { place, class: latest.motion_class(), to: now });
-            }
-            self.states.push(latest.state);
-            self.listed.push(Listed { track: index, contribution: *contribution, existence });
-        }
+        listed.clear();
+        states.clear();
+        due.clear();
+        poses.clear();
     }
 
     /// The existence of a track as of `now`; `None` where it is not published.
