@@ -40,7 +40,7 @@ fn pipeline(criterion: &mut Criterion) {
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
         let warm = start + Span::from_millis(2000);
         let mut workload =
-            Workload::new(Load { agents, objects: 100, view: None, late_share, seed: 1 }, start);
+            Workload::new(Load { agents, rate_hz: 10, objects: 100, view: None, late_share, seed: 1 }, start);
         let mut arrivals_before = |until| workload.arrivals_before(until).expect("ordinary frames");
         let (first, measured) = (arrivals_before(warm), arrivals_before(warm + Span::from_millis(1000)));
         let config = EngineConfig::new(HubId::new("hub").expect("a legal name"), 1);

@@ -18,8 +18,6 @@ use v2x_common::wire::{self, WireError};
 const RING_SPACING_M: f64 = 5.0;
 const INNERMOST_M: f64 = 10.0;
 const ROOM_ON_RING_M: f64 = 20.0;
-/// Time between two frames of an agent.
-const FRAME_INTERVAL: Span = Span::from_millis(100);
 /// Delay of a frame that is not late.
 const ON_TIME: Span = Span::from_millis(5);
 /// Least and greatest delay of a late frame, ms: up to two and a half newer frames of every other agent arrive before
@@ -43,8 +41,10 @@ const GOLDEN_TURN: f64 = 0.381_966_011_250_105;
 /// The size of a load.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
-    /// Agents, each at 10 Hz, with evenly spread phases.
+    /// Agents, with evenly spread phases.
     pub agents: u32,
+    /// Frames of each agent, Hz.
+    pub rate_hz: u32,
     /// Objects.
     pub objects: u32,
     /// How many of them an agent sees: those nearest to it, where agents are spread over the area. `None` if every agent is at
@@ -180,13 +180,13 @@ impl Workload {
             size_noise: None,
             body: None,
             accuracy: Accuracy { position_m: 0.02, yaw_rad: 3e-4, clock_s: 1e-6 },
-            rate_hz: 10.0,
+            rate_hz: self.load.rate_hz.into(),
         }
     }
 
     /// Everything that arrives before `until`, in order of arrival.
     pub fn arrivals_before(&mut self, until: Timestamp) -> Result<Vec<Arrival>, WireError> {
-        let spacing = FRAME_INTERVAL.as_nanos() / i64::from(self.load.agents);
+        let spacing = 1_000_000_000 / i64::from(self.load.agents * self.load.rate_hz);
         loop {
             let number = i64::try_from(self.next_frame).expect("seconds, not centuries");
             let captured_at = self.start + Span::from_nanos(number * spacing);
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn every_frame_arrives_once_and_the_given_fraction_is_late() {
-        let load = Load { agents: 5, objects: 3, view: None, late_share: 0.2, seed: 1 };
+        let load = Load { agents: 5, rate_hz: 10, objects: 3, view: None, late_share: 0.2, seed: 1 };
         let start = Timestamp::EPOCH;
         let mut workload = Workload::new(load, start);
         let mut arrivals = Vec::new();
@@ -297,7 +297,8 @@ mod tests {
     #[test]
     fn no_object_drives_through_another() {
         for objects in [1, 100, 700] {
-            let orbits = Orbit::all(&Load { agents: 1, objects, view: None, late_share: 0.0, seed: 7 });
+            let orbits =
+                Orbit::all(&Load { agents: 1, rate_hz: 10, objects, view: None, late_share: 0.0, seed: 7 });
             assert_eq!(orbits.len(), objects as usize);
             for second in 0..60 {
                 let boxes: Vec<_> = orbits.iter().map(|orbit| orbit.at(f64::from(second))).collect();
@@ -319,7 +320,7 @@ mod tests {
 
     #[test]
     fn an_agent_with_a_view_sees_about_so_many_objects_all_within_its_range() {
-        let load = Load { agents: 20, objects: 500, view: Some(50), late_share: 0.0, seed: 1 };
+        let load = Load { agents: 20, rate_hz: 10, objects: 500, view: Some(50), late_share: 0.0, seed: 1 };
         let range_m = load.field_of_view().range_max_m;
         let frames = round(load);
         assert!((19..=20).contains(&frames.len()), "{}", frames.len());
@@ -335,7 +336,7 @@ mod tests {
 
     #[test]
     fn more_objects_than_a_frame_holds_come_in_several_frames_each_object_once() {
-        let load = Load { agents: 1, objects: 20_000, view: None, late_share: 0.0, seed: 1 };
+        let load = Load { agents: 1, rate_hz: 10, objects: 20_000, view: None, late_share: 0.0, seed: 1 };
         let frames = round(load);
         assert_eq!(frames.len(), 7);
         assert!(frames.iter().all(|frame| frame.detections.len() <= 4096));

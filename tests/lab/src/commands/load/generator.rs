@@ -26,6 +26,8 @@ const GROUPS_OF_ROW: u32 = 16;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LoadSize {
     pub(super) agents: u32,
+    /// Of each agent.
+    pub(super) rate_hz: u32,
     /// In view of each agent.
     pub(super) objects: u32,
     pub(super) seed: u64,
@@ -81,7 +83,8 @@ impl Generator {
         for group in 0..n_groups {
             let agents = AGENTS_OF_GROUP.min(size.agents - group * AGENTS_OF_GROUP);
             let seed = size.seed.wrapping_add(group.into());
-            let load = Load { agents, objects: size.objects, view: None, late_share: 0.0, seed };
+            let LoadSize { rate_hz, objects, .. } = *size;
+            let load = Load { agents, rate_hz, objects, view: None, late_share: 0.0, seed };
             let mut workload = Workload::new(load, start);
             let of_group = workload.arrivals_before(until)?;
             arrivals.extend(of_group.into_iter().map(|arrival| (group, arrival)));
@@ -91,7 +94,8 @@ impl Generator {
             wire::sensor::encode(&described, &mut description)?;
         }
         // Phases of groups are spread.
-        let shift = |group: u32| Span::from_nanos(i64::from(group) * 20_000_000 / i64::from(n_groups.max(1)));
+        let spacing = 200_000_000 / i64::from(size.rate_hz);
+        let shift = |group: u32| Span::from_nanos(i64::from(group) * spacing / i64::from(n_groups.max(1)));
         for (group, arrival) in &mut arrivals {
             arrival.received_at = Timestamp::EPOCH + (arrival.received_at + shift(*group) - start);
         }
@@ -167,7 +171,7 @@ mod tests {
 
     #[test]
     fn every_agent_sends_at_its_rate_at_the_place_of_its_group() {
-        let size = LoadSize { agents: 12, objects: 7, seed: 3 };
+        let size = LoadSize { agents: 12, rate_hz: 10, objects: 7, seed: 3 };
         let generator = Generator::new(&size, Duration::from_secs(2)).unwrap();
         let mut counts = std::collections::BTreeMap::new();
         for (group, arrival) in &generator.arrivals {

@@ -28,7 +28,7 @@ const WARM_UP: Duration = Duration::from_secs(2);
 
 /// Load a live hub: agents of one process publish over Zenoh to a hub of another process
 ///
-/// Every five agents see the same objects, which drive on rings; all agents send at 10 Hz. Counted are the frames that the hub
+/// Every five agents see the same objects, which drive on rings; all agents send at the same rate. Counted are the frames that the hub
 /// accepted of those that were sent, its latency from the arrival of a frame to the list that holds it, and its processor
 /// time, apart from the generator's. An agent that misbehaves is legal by the wire, and its own frames are not counted.
 #[derive(Clone, Debug, clap::Args)]
@@ -36,6 +36,7 @@ const WARM_UP: Duration = Duration::from_secs(2);
 Examples:
   lab load                                  200 agents of 50 objects
   lab load --agents 600 --seconds 20        more than a core can take
+  lab load --hz 60                          the same objects, more frames than a core can take
   lab load --agents 60 --hostile boxes      one more agent, with 4096 boxes a frame
   lab load --config hub.toml --json")]
 pub struct LoadArgs {
@@ -45,6 +46,9 @@ pub struct LoadArgs {
     /// Objects in view of each agent
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1000))]
     objects: u32,
+    /// Frames of each agent, Hz: more load on the same objects
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=200))]
+    hz: u32,
     /// Time that is counted, s
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=3600))]
     seconds: u32,
@@ -66,6 +70,7 @@ pub struct LoadArgs {
 #[derive(Clone, Debug, Serialize)]
 struct LoadReport {
     agents: u32,
+    rate_hz: u32,
     objects: u32,
     hostile: Option<Hostile>,
     sent: u64,
@@ -112,7 +117,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
         session::open(session::client_config(&options)?).await?,
         session::open(session::client_config(&options)?).await?,
     ];
-    let size = LoadSize { agents: args.agents, objects: args.objects, seed: args.seed };
+    let size = LoadSize { agents: args.agents, rate_hz: args.hz, objects: args.objects, seed: args.seed };
     let run_for = WARM_UP + Duration::from_secs(args.seconds.into());
     let generator = Generator::new(&size, run_for)?;
     let end = shutdown.child_token();
@@ -150,6 +155,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     let share = accepted as f64 / sent_frames as f64;
     Ok(LoadReport {
         agents: args.agents,
+        rate_hz: args.hz,
         objects: args.objects,
         hostile: args.hostile,
         sent: sent_frames,
@@ -204,13 +210,14 @@ impl LoadReport {
         let against =
             self.hostile.map_or(String::new(), |kind| format!(" and one that sends {}", kind.in_words()));
         format!(
-            "{} agents × {} objects × 10 Hz{against}\n\
+            "{} agents × {} objects × {} Hz{against}\n\
              accepted      {:.1} % of {} frames, {:.0} detections/s\n\
              latency       p50 {p50} ms, p95 {p95} ms, p99 {p99} ms (arrival of a frame to the list that holds it)\n\
              work          {} ms a frame and its list, {} ms a list; {:.1} lists/s of {:.2} MB/s\n\
              hub           {} cores, {} MB, {} tracks\n",
             self.agents,
             self.objects,
+            self.rate_hz,
             100.0 * self.accepted_share,
             self.sent,
             self.accepted_detections_per_s,

@@ -106,7 +106,7 @@ struct Report {
 /// Measures and prints the result. `heap` returns what is used of the heap.
 pub fn throughput(args: &ThroughputArgs, heap: fn() -> Heap) -> anyhow::Result<()> {
     let ThroughputArgs { agents, objects, view, late, seed, .. } = *args;
-    let load = Load { agents, objects, view, late_share: late, seed };
+    let load = Load { agents, rate_hz: 10, objects, view, late_share: late, seed };
     let per_second = i64::from(agents) * i64::from(view.map_or(objects, |view| view.min(objects))) * 10;
     let seconds = args.seconds.map_or((2_000_000 / per_second).clamp(2, 1000), i64::from);
     let report = match args.motion {

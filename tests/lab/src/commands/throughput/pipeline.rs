@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn every_frame_is_taken_in_late_or_not_and_every_object_published() {
         for motion in [MotionModel::Cv, MotionModel::Imm] {
-            let load = Load { agents: 4, objects: 12, view: None, late_share: 0.2, seed: 3 };
+            let load = Load { agents: 4, rate_hz: 10, objects: 12, view: None, late_share: 0.2, seed: 3 };
             let measured = run(load, motion, 1, || Heap { allocations: 0, bytes: 0 }).unwrap();
             // 4 agents × 10 frames × 12 objects × 0.95, one standard deviation is 5.
             assert!((430..=480).contains(&measured.detections), "{}", measured.detections);
