@@ -238,11 +238,12 @@ impl Hub {
     }
 
     async fn publish(&mut self) {
+        let is_behind = self.network.frames.len() > 0;
         let begun_at = clock::now();
         self.publish_from(begun_at).await;
         let ended_at = clock::now();
         self.timing.note_cost(begun_at, ended_at);
-        self.schedule.note_published(begun_at, ended_at);
+        self.schedule.note_published(begun_at, ended_at, is_behind);
     }
 
     async fn publish_from(&mut self, begun_at: Timestamp) {
