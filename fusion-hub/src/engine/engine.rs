@@ -22,7 +22,7 @@ use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::WireError;
 
 /// Without a call for objects, history is maintained this often.
-const MAINTENANCE_INTERVAL: Span = Span::from_millis(100);
+const MAINTENANCE_INTERVAL: Span = Span::from_millis(200);
 /// Most frames waiting to be named as included in the next fused frame.
 const MAX_PENDING: usize = 65_536;
 
@@ -306,7 +306,7 @@ impl Engine {
         self.registrar.advance(received_at);
     }
 
-    /// Forgets what can no longer matter, and learns from it.
+    /// Replays late data, and forgets what can no longer matter.
     fn maintain(&mut self, slack: Span) {
         self.maintained_at = self.now;
         let horizon = Horizon { at: self.history.begins(self.now), slack };
@@ -370,12 +370,9 @@ impl Engine {
         Ok(&self.outputs[FIRST].frame)
     }
 
-    /// Maintenance looks at everything that is held: it need not come with each of many lists.
     fn advance(&mut self, now: Timestamp) {
         self.now = self.now.max(now);
-        if self.now - self.maintained_at > MAINTENANCE_INTERVAL {
-            self.maintain(FOLD_SLACK);
-        }
+        self.maintain(FOLD_SLACK);
     }
 
     fn write_as_of(&mut self, at: Timestamp, list: usize) -> Result<(), HistoryError> {

@@ -14,6 +14,9 @@ use crate::values::{AgentNames, AgentSlot, HeadingLaw, PoseErrors};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
+/// Learning from evidence, and folding it, look at all that is held: they need not come with each of many lists.
+const FOLDED_EVERY: Span = Span::from_millis(100);
+
 /// Tracks under one kind of filter.
 #[derive(Debug)]
 pub(super) struct Tracking<F> {
@@ -24,6 +27,8 @@ pub(super) struct Tracking<F> {
     exclusion: Exclusion,
     found: Vec<(TrackId, TrackId)>,
     delta_max: Span,
+    /// When evidence was last folded.
+    folded_at: Timestamp,
     merges: u64,
     /// With a lag: merged tracks, as they were before.
     pre_merge: PreMergeTracks<F>,
@@ -53,6 +58,7 @@ impl<F: Filter> Tracking<F> {
             exclusion: Exclusion::default(),
             found: Vec::new(),
             delta_max: lifetimes.delta_max,
+            folded_at: Timestamp::MIN,
             merges: 0,
             pre_merge: PreMergeTracks::default(),
             learner: config.learning.then(|| Learner::new(lifetimes.delta_max)),
@@ -192,7 +198,6 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     }
 
     fn write_objects(&mut self, now: Timestamp, agents: &AgentNames, objects: &mut ObjectList<'_>) {
-        self.tracker.replay(agents);
         self.read_agents(now);
         let (tracks, n_hypotheses) = (self.tracker.tracks().all(), self.tracker.n_hypotheses());
         let hidden = &|track| self.exclusion.hides(track);
@@ -207,7 +212,6 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
         agents: &AgentNames,
         objects: &mut ObjectList<'_>,
     ) -> Result<(), NoMemory> {
-        self.tracker.replay(agents);
         self.read_agents(at);
         let context = self.tracker.context(agents);
         let tracks = self.pre_merge.with_present(self.tracker.tracks().all(), at);
@@ -219,10 +223,13 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
     }
 
     fn maintain(&mut self, now: Timestamp, horizon: &Horizon, agents: &AgentNames) {
-        let held = self.learn(now, horizon, agents);
+        let is_due = horizon.slack == Span::ZERO || now - self.folded_at > FOLDED_EVERY;
+        let held = if is_due { Some(self.learn(now, horizon, agents)) } else { None };
         let publisher = &mut self.publisher;
         let horizons = Horizons { tracks: *horizon, evidence: held };
         self.tracker.maintain(now, &horizons, agents, |track| publisher.note_deleted(track));
+        let Some(held) = held else { return };
+        self.folded_at = now;
         self.pre_merge.maintain(&held, &self.tracker.context(agents));
         self.tracker.forget_frames(&held);
         self.duplicates.maintain(now, self.tracker.tracks());

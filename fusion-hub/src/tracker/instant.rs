@@ -134,7 +134,9 @@ impl<F: Filter> NewestInstant<F> {
         self.before.retain(|track| track.last_measured_at() >= kept.detected_from(track));
         for track in &mut self.before {
             track.replay(context);
-            track.fold(&kept.evidence, context);
+            if let Some(evidence) = &kept.evidence {
+                track.fold(evidence, context);
+            }
         }
     }
 }

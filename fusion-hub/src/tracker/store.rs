@@ -17,8 +17,8 @@ const MAX_SPARE: usize = 4096;
 /// What is kept of tracks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KeptTracks {
-    /// Evidence since then is not folded.
-    pub(crate) evidence: Horizon,
+    /// Evidence since then is not folded; `None` where none is folded now.
+    pub(crate) evidence: Option<Horizon>,
     /// Tracks detected since then are kept, and for the time of coasting.
     pub(crate) detected_from: Timestamp,
     /// How long objects coast.
@@ -237,8 +237,10 @@ impl<F: Filter> TrackStore<F> {
         let mut kept = 0;
         for index in 0..self.tracks.len() {
             let track = &mut self.tracks[index];
-            track.fold(&kept_tracks.evidence, context);
-            track.thin_checkpoints(kept_tracks.detected_from);
+            if let Some(evidence) = &kept_tracks.evidence {
+                track.fold(evidence, context);
+                track.thin_checkpoints(kept_tracks.detected_from);
+            }
             let deleted_before = kept_tracks.detected_from(track);
             let last_measured_at = track.last_measured_at();
             track.forget_contributors(deleted_before.min(kept_tracks.detected_from - CONTRIBUTORS_NAMED_FOR));

@@ -39,8 +39,8 @@ pub(crate) struct Tracker<F> {
 pub(crate) struct Horizons {
     /// Of tracks: nothing that was captured earlier can still arrive, or be asked for.
     pub(crate) tracks: Horizon,
-    /// Of evidence, which may be needed for longer.
-    pub(crate) evidence: Horizon,
+    /// Of evidence, which may be needed for longer; `None` where none is folded now.
+    pub(crate) evidence: Option<Horizon>,
 }
 
 /// A frame after its association, for readers of the assignment.
