@@ -215,7 +215,11 @@ impl Topic {
         let mut chunks = rest.splitn(4, '/');
         let (role, who, what) = (chunks.next()?, chunks.next()?, chunks.next()?);
         if let Some(more) = chunks.next() {
-            return if (role, what) == ("hub", "fused") { Self::of_list(HubId::new(who).ok()?, more) } else { None };
+            return if (role, what) == ("hub", "fused") {
+                Self::of_list(HubId::new(who).ok()?, more)
+            } else {
+                None
+            };
         }
         match (role, who, what) {
             ("agent", agent, "detections") => Some(Self::Detections(AgentId::new(agent).ok()?)),

@@ -59,6 +59,9 @@ impl AreaFollower {
             }
         }
         let newest = self.newest.clone()?;
-        Some(FusedFrame { objects: objects.into_values().map(|(_, object)| object.clone()).collect(), ..newest })
+        Some(FusedFrame {
+            objects: objects.into_values().map(|(_, object)| object.clone()).collect(),
+            ..newest
+        })
     }
 }

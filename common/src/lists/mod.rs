@@ -6,9 +6,11 @@
 mod area;
 mod delta;
 mod follower;
+mod source;
 mod tolerance;
 
 pub use area::AreaFollower;
 pub use delta::{DeltaFrame, ListUpdate, extrapolated};
 pub use follower::{DeltaFollower, FollowError, FrameNumber};
+pub use source::DeltaSource;
 pub use tolerance::Tolerance;

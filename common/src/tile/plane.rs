@@ -58,9 +58,7 @@ impl LocalPlane {
 fn geodetic([x, y, z]: [f64; 3]) -> Geodetic {
     let axis_distance = libm::sqrt(x * x + y * y);
     let (sin_u, cos_u) = libm::sincos(libm::atan2(z * A_M, axis_distance * B_M));
-    let latitude = libm::atan2(
-        z + EP2 * B_M * sin_u * sin_u * sin_u,
-        axis_distance - E2 * A_M * cos_u * cos_u * cos_u,
-    );
+    let latitude =
+        libm::atan2(z + EP2 * B_M * sin_u * sin_u * sin_u, axis_distance - E2 * A_M * cos_u * cos_u * cos_u);
     Geodetic { latitude_deg: latitude * 180.0 / PI, longitude_deg: libm::atan2(y, x) * 180.0 / PI }
 }

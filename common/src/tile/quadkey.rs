@@ -72,9 +72,7 @@ impl Tile {
 
     /// The digits of its quadkey, 0 to 3, from the coarsest on.
     pub fn digits(self) -> impl Iterator<Item = u8> {
-        (0..self.zoom).rev().map(move |place| {
-            u8::try_from(self.digits >> (2 * place) & 3).expect("two bits")
-        })
+        (0..self.zoom).rev().map(move |place| u8::try_from(self.digits >> (2 * place) & 3).expect("two bits"))
     }
 
     /// Whether another tile is this one or a part of it.
@@ -158,13 +156,20 @@ mod tests {
 
     #[test]
     fn beyond_the_map_of_web_mercator_the_outermost_tile_holds_a_place() {
-        let row = |latitude_deg| Tile::of(Geodetic { latitude_deg, longitude_deg: -179.9 }, zoom(3)).to_string();
-        assert_eq!([row(90.0), row(MAX_LATITUDE_DEG), row(-MAX_LATITUDE_DEG), row(-90.0)], ["000", "000", "222", "222"]);
+        let row =
+            |latitude_deg| Tile::of(Geodetic { latitude_deg, longitude_deg: -179.9 }, zoom(3)).to_string();
+        assert_eq!(
+            [row(90.0), row(MAX_LATITUDE_DEG), row(-MAX_LATITUDE_DEG), row(-90.0)],
+            ["000", "000", "222", "222"]
+        );
     }
 
     #[test]
     fn a_zoom_is_1_to_26() {
-        assert_eq!([0, 1, MAX_ZOOM, MAX_ZOOM + 1].map(|zoom| Zoom::new(zoom).is_some()), [false, true, true, false]);
+        assert_eq!(
+            [0, 1, MAX_ZOOM, MAX_ZOOM + 1].map(|zoom| Zoom::new(zoom).is_some()),
+            [false, true, true, false]
+        );
     }
 
     proptest! {
