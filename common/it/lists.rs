@@ -66,6 +66,7 @@ fn object(number: u32) -> FusedObject {
 
 fn advance(object: &mut FusedObject, step: &Step) {
     let seconds = INTERVAL.as_secs_f64();
+    object.age = object.age + INTERVAL;
     object.bev.x += object.velocity.0 * seconds + step.shift.0;
     object.bev.y += object.velocity.1 * seconds + step.shift.1;
     object.velocity = (object.velocity.0 + step.speed_up.0, object.velocity.1 + step.speed_up.1);
@@ -131,7 +132,7 @@ fn check_within(followed: &FusedFrame, whole: &FusedFrame) -> Result<(), TestCas
     prop_assert_eq!((followed.sequence, tracks(followed)), (whole.sequence, tracks(whole)));
     prop_assert_eq!(followed.fused_at, whole.fused_at);
     for (a, b) in followed.objects.iter().zip(&whole.objects) {
-        prop_assert_eq!((a.class, a.heading), (b.class, b.heading));
+        prop_assert_eq!((a.class, a.heading, a.age), (b.class, b.heading, b.age));
         let apart = libm::hypot(a.bev.x - b.bev.x, a.bev.y - b.bev.y);
         prop_assert!(apart <= 0.2 + RESOLUTION_M, "{apart} m");
         let faster = libm::hypot(a.velocity.0 - b.velocity.0, a.velocity.1 - b.velocity.1);
