@@ -4,9 +4,10 @@
 //! $ cargo run --release -p v2x-lab --example list_sizes
 //! ```
 //!
-//! Objects: 100 cars on the rings of a roundabout, all of them seen by all agents at 10 Hz, a list every 50 ms for 5 s after
-//! the first 2 s. Changes: a list of 200 objects of which 20 differ from the key frame by 1 m. Streams: shipped scenarios in
-//! virtual time, lists as a live hub publishes them, key frames included.
+//! Objects: 100 cars on the rings of a roundabout, all of them seen by all agents at 10 Hz, and 1000 of which each agent sees
+//! the nearest 50; a list every 50 ms for 1 s after the first 2 s. Changes: a list of 200 objects of which 20 differ from the
+//! key frame by 1 m. Streams: half a minute of shipped scenarios in virtual time, lists as a live hub publishes them, key
+//! frames included.
 
 use std::process::ExitCode;
 use v2x_agent::scenario::Scenario;
@@ -24,6 +25,8 @@ const START: Timestamp = Timestamp::from_nanos(1_790_000_000_000_000_000);
 const PUBLISH_INTERVAL: Span = Span::from_millis(50);
 const ON_UPDATE: PublishMode =
     PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };
+const LIMITS: [(&str, ContributorLimit); 3] =
+    [("all", ContributorLimit::All), ("4", ContributorLimit::Newest(4)), ("none", ContributorLimit::NONE)];
 const SCENARIOS: [(&str, &str); 3] = [
     ("crossing", include_str!("../../../deploy/scenarios/crossing.toml")),
     ("ten-agents", include_str!("../../../deploy/scenarios/ten-agents.toml")),
@@ -50,19 +53,16 @@ fn main() -> ExitCode {
 }
 
 fn report() -> anyhow::Result<String> {
-    let mut text =
-        String::from("agents  contributors  B an object  B an object with its share of the frame\n");
-    for agents in [10, 50, 200] {
-        for (name, limit) in [
-            ("all", ContributorLimit::All),
-            ("4", ContributorLimit::Newest(4)),
-            ("none", ContributorLimit::NONE),
-        ] {
-            let Sizes { objects, object_bytes, frame_bytes } = sizes(agents, limit)?;
+    let mut text = String::from("agents  objects  contributors  B an object  and its share of the frame\n");
+    let place = |agents| Load { agents, objects: 100, view: None, late_share: 0.0, seed: 1 };
+    let town = Load { objects: 1000, view: Some(50), ..place(200) };
+    for load in [place(10), place(50), place(200), town] {
+        for (name, limit) in LIMITS {
+            let Sizes { objects, object_bytes, frame_bytes } = sizes(load, limit)?;
+            let (object, share) = (object_bytes / objects, frame_bytes / objects);
             text += &format!(
-                "{agents:>6}  {name:<12} {:>12.1} {:>12.1}\n",
-                object_bytes / objects,
-                frame_bytes / objects
+                "{:>6}  {:>7}  {name:<12}  {object:>11.1}  {share:>11.1}\n",
+                load.agents, load.objects
             );
         }
     }
@@ -81,15 +81,15 @@ struct Sizes {
     frame_bytes: f64,
 }
 
-/// Of the lists that agents of one place give.
-fn sizes(agents: u32, contributors: ContributorLimit) -> anyhow::Result<Sizes> {
-    let mut workload = Workload::new(Load { agents, objects: 100, late_share: 0.0, seed: 1 }, START);
+/// Of the lists of a load.
+fn sizes(load: Load, contributors: ContributorLimit) -> anyhow::Result<Sizes> {
+    let mut workload = Workload::new(load, START);
     let mut engine = Engine::new(EngineConfig { contributors, ..EngineConfig::new(HubId::new("hub")?, 1) });
     for agent in workload.agents() {
         engine.handle_description(agent, workload.description())?;
     }
     let (mut sizes, mut due) = (Sizes::default(), START + Span::from_millis(2000));
-    for arrival in workload.arrivals_before(START + Span::from_millis(7000))? {
+    for arrival in workload.arrivals_before(START + Span::from_millis(3000))? {
         while due <= arrival.received_at {
             let frame = engine.fused(due);
             let objects = frame.objects.clone();
@@ -108,7 +108,8 @@ fn sizes(agents: u32, contributors: ContributorLimit) -> anyhow::Result<Sizes> {
 
 /// A tenth of a list changes: against the list without contributors and agents, and against the whole one of 200 agents.
 fn changes() -> anyhow::Result<String> {
-    let mut workload = Workload::new(Load { agents: 200, objects: 200, late_share: 0.0, seed: 1 }, START);
+    let mut workload =
+        Workload::new(Load { agents: 200, objects: 200, view: None, late_share: 0.0, seed: 1 }, START);
     let mut engine = Engine::new(EngineConfig::new(HubId::new("hub")?, 1));
     for arrival in workload.arrivals_before(START + Span::from_millis(2000))? {
         let _ = engine.handle_frame(&wire::detections::decode(&arrival.bytes)?, arrival.received_at);
@@ -129,10 +130,10 @@ fn changes() -> anyhow::Result<String> {
     ))
 }
 
-/// A minute of a scenario.
+/// Half a minute of a scenario.
 fn stream(name: &str, scenario: &str) -> anyhow::Result<String> {
     let scenario = Scenario::from_toml(scenario)?;
-    let duration = Span::from_millis(60_000);
+    let duration = Span::from_millis(30_000);
     let run = VirtualRun { scenario: &scenario, seed: 1, start: START, duration, publish: ON_UPDATE };
     let log = run.run(Engine::new(EngineConfig::new(HubId::new("hub")?, 1)))?;
     let mut source = DeltaSource::new(Tolerance::HUB);
