@@ -203,7 +203,7 @@ fn what_moves_as_its_key_frame_says_is_not_sent_again() {
 #[test]
 fn an_object_is_sent_again_exactly_when_one_of_its_numbers_is_beyond_the_tolerance() {
     type Change = (&'static str, fn(&mut FusedObject, f64));
-    let changes: [Change; 13] = [
+    let changes: [Change; 14] = [
         ("x", |o, by| o.bev.x += 0.2 * by),
         ("y", |o, by| o.bev.y -= 0.2 * by),
         ("vx", |o, by| o.velocity.0 += 0.5 * by),
@@ -217,6 +217,7 @@ fn an_object_is_sent_again_exactly_when_one_of_its_numbers_is_beyond_the_toleran
             o.class_probabilities = vec![(Class::Car, 1.0 - 0.1 * by), (Class::Truck, 0.1 * by)];
         }),
         ("ww", |o, by| o.ww *= 4.0 * by),
+        ("dd", |o, by| o.dd /= 4.0 * by),
         ("yaw variance", |o, by| o.yaw_variance /= 4.0 * by),
         ("variance of vy", |o, by| o.kinematic_covariance[9] *= 4.0 * by),
     ];
@@ -228,6 +229,20 @@ fn an_object_is_sent_again_exactly_when_one_of_its_numbers_is_beyond_the_toleran
             let delta = DeltaFrame::between(&lists[0], &list, &TOLERANCE);
             assert_eq!(!delta.changed.is_empty(), is_sent, "{name} by {by} of its tolerance");
         }
+    }
+}
+
+#[test]
+fn a_class_that_one_of_two_lists_lacks_has_the_probability_0_there() {
+    let with = |classes: &[(Class, f64)]| {
+        let mut list = lists_of_one(1).remove(0);
+        list.objects[0].class_probabilities = classes.to_vec();
+        list
+    };
+    let (truck, bus) =
+        ([(Class::Car, 0.85), (Class::Truck, 0.15)], [(Class::Car, 0.92), (Class::RigidBus, 0.08)]);
+    for (key, list) in [(truck, bus), (bus, truck)] {
+        assert_eq!(DeltaFrame::between(&with(&key), &with(&list), &TOLERANCE).changed.len(), 1);
     }
 }
 
