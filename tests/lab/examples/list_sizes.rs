@@ -54,7 +54,7 @@ fn main() -> ExitCode {
 
 fn report() -> anyhow::Result<String> {
     let mut text = String::from("agents  objects  contributors  B an object  and its share of the frame\n");
-    let place = |agents| Load { agents, objects: 100, view: None, late_share: 0.0, seed: 1 };
+    let place = |agents| Load { agents, objects: 100, rate_hz: 10, view: None, late_share: 0.0, seed: 1 };
     let town = Load { objects: 1000, view: Some(50), ..place(200) };
     for load in [place(10), place(50), place(200), town] {
         for (name, limit) in LIMITS {
@@ -108,8 +108,10 @@ fn sizes(load: Load, contributors: ContributorLimit) -> anyhow::Result<Sizes> {
 
 /// A tenth of a list changes: against the list without contributors and agents, and against the whole one of 200 agents.
 fn changes() -> anyhow::Result<String> {
-    let mut workload =
-        Workload::new(Load { agents: 200, objects: 200, view: None, late_share: 0.0, seed: 1 }, START);
+    let mut workload = Workload::new(
+        Load { agents: 200, objects: 200, rate_hz: 10, view: None, late_share: 0.0, seed: 1 },
+        START,
+    );
     let mut engine = Engine::new(EngineConfig::new(HubId::new("hub")?, 1));
     for arrival in workload.arrivals_before(START + Span::from_millis(2000))? {
         let _ = engine.handle_frame(&wire::detections::decode(&arrival.bytes)?, arrival.received_at);
