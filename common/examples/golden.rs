@@ -1,6 +1,6 @@
 //! Writes the golden files of this wire version: `cargo run -p v2x-common --no-default-features --example golden`.
 //!
-//! A file that exists is left alone and is an error: golden bytes remain for ever.
+//! A file that exists is left alone, and in the end is an error: golden bytes remain for ever.
 
 #[path = "../it/fixture.rs"]
 mod fixture;
@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let detections = fixture::detection_frame();
     let sensor = fixture::sensor_description();
     let fused = fixture::fused_frame();
+    let delta = fixture::delta_frame();
     let files = [
         ("detections.bin", bytes(|buffer| wire::detections::encode(&detections, buffer))?),
         ("detections.json", line(json::encode_detections(&detections)?)),
@@ -23,13 +24,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("sensor.json", line(json::encode_sensor(&sensor)?)),
         ("fused.bin", bytes(|buffer| wire::fused::encode(&fused, buffer))?),
         ("fused.json", line(json::encode_fused(&fused)?)),
+        ("delta.bin", bytes(|buffer| wire::delta::encode(&delta, buffer))?),
+        ("delta.json", line(json::encode_delta(&delta)?)),
     ];
+    let mut outcome = Ok(());
     for (name, content) in files {
         let path = folder.join(name);
-        let mut file = File::create_new(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        file.write_all(&content)?;
+        match File::create_new(&path) {
+            Ok(mut file) => file.write_all(&content)?,
+            Err(error) => outcome = Err(format!("{}: {error}", path.display()).into()),
+        }
     }
-    Ok(())
+    outcome
 }
 
 fn bytes(encode: impl Fn(&mut Vec<u8>) -> Result<(), WireError>) -> Result<Vec<u8>, WireError> {

@@ -6,10 +6,10 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use v2x_common::detection::DetectionFrame;
-use v2x_common::fused::FusedFrame;
+use v2x_common::fused::FusedObject;
 use v2x_common::id::AgentId;
 use v2x_common::wire::json::{self, ReportDefaults};
-use v2x_common::wire::{VERSION, WireError, detections, fused, sensor};
+use v2x_common::wire::{VERSION, WireError, delta, detections, fused, sensor};
 
 type Outcome = Result<(), WireError>;
 
@@ -46,7 +46,7 @@ fn digest_sensor(bytes: &[u8]) -> Outcome {
 
 fn digest_fused(bytes: &[u8]) -> Outcome {
     let frame = fused::decode(bytes)?;
-    check_fused(&frame);
+    check_objects(&frame.objects);
     let [mut once, mut twice] = [Vec::new(), Vec::new()];
     // Damage can leave the agents' names out of order, which only a sender must keep.
     if fused::encode(&frame, &mut once).is_ok() {
@@ -56,8 +56,20 @@ fn digest_fused(bytes: &[u8]) -> Outcome {
     Ok(())
 }
 
-fn check_fused(frame: &FusedFrame) {
-    for object in &frame.objects {
+fn digest_delta(bytes: &[u8]) -> Outcome {
+    let frame = delta::decode(bytes)?;
+    check_objects(&frame.changed);
+    let [mut once, mut twice] = [Vec::new(), Vec::new()];
+    // Damage can move an object to where no sender can have it.
+    if delta::encode(&frame, &mut once).is_ok() {
+        delta::encode(&delta::decode(&once).unwrap(), &mut twice).unwrap();
+        assert_eq!(once, twice);
+    }
+    Ok(())
+}
+
+fn check_objects(objects: &[FusedObject]) {
+    for object in objects {
         let bev = object.bev;
         let numbers = [bev.x, bev.y, bev.w, bev.d, bev.yaw, object.velocity.0, object.velocity.1];
         assert!(numbers.into_iter().all(f64::is_finite), "{object:?}");
@@ -73,8 +85,10 @@ struct Kind {
     digest: fn(&[u8]) -> Outcome,
 }
 
-fn kinds() -> [Kind; 3] {
+fn kinds() -> [Kind; 4] {
     let [mut detection_bytes, mut sensor_bytes, mut fused_bytes] = [Vec::new(), Vec::new(), Vec::new()];
+    let mut delta_bytes = Vec::new();
+    delta::encode(&fixture::delta_frame(), &mut delta_bytes).unwrap();
     detections::encode(&fixture::detection_frame(), &mut detection_bytes).unwrap();
     sensor::encode(&fixture::sensor_description(), &mut sensor_bytes).unwrap();
     fused::encode(&fixture::fused_frame(), &mut fused_bytes).unwrap();
@@ -82,10 +96,11 @@ fn kinds() -> [Kind; 3] {
         Kind { letter: b'D', bytes: detection_bytes, digest: digest_detections },
         Kind { letter: b'S', bytes: sensor_bytes, digest: digest_sensor },
         Kind { letter: b'F', bytes: fused_bytes, digest: digest_fused },
+        Kind { letter: b'C', bytes: delta_bytes, digest: digest_delta },
     ]
 }
 
-fn json_kinds() -> [Kind; 3] {
+fn json_kinds() -> [Kind; 4] {
     fn detections(bytes: &[u8]) -> Outcome {
         let sender = AgentId::new("cam").unwrap();
         let decoded = json::decode_detections(bytes, sender, &ReportDefaults::default())?;
@@ -94,6 +109,7 @@ fn json_kinds() -> [Kind; 3] {
     }
     let sensor: fn(&[u8]) -> Outcome = |bytes| json::decode_sensor(bytes).map(|got| got.validate().unwrap());
     let fused: fn(&[u8]) -> Outcome = |bytes| json::decode_fused(bytes).map(drop);
+    let delta: fn(&[u8]) -> Outcome = |bytes| json::decode_delta(bytes).map(drop);
     [
         Kind {
             letter: b'D',
@@ -106,6 +122,7 @@ fn json_kinds() -> [Kind; 3] {
             digest: sensor,
         },
         Kind { letter: b'F', bytes: json::encode_fused(&fixture::fused_frame()).unwrap(), digest: fused },
+        Kind { letter: b'C', bytes: json::encode_delta(&fixture::delta_frame()).unwrap(), digest: delta },
     ]
 }
 
@@ -187,5 +204,15 @@ proptest! {
         fused::encode(&frame, &mut bytes).unwrap();
         damage.iter().for_each(|(place, byte)| *place.get_mut(&mut bytes) = *byte);
         let _outcome = digest_fused(&bytes);
+    }
+
+    #[test]
+    fn a_damaged_delta_frame_is_an_error_or_a_valid_frame(
+        frame in strategy::delta_frame(), damage in vec((any::<Index>(), any::<u8>()), 1..6)
+    ) {
+        let mut bytes = Vec::new();
+        delta::encode(&frame, &mut bytes).unwrap();
+        damage.iter().for_each(|(place, byte)| *place.get_mut(&mut bytes) = *byte);
+        let _outcome = digest_delta(&bytes);
     }
 }

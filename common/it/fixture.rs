@@ -12,6 +12,7 @@ use v2x_common::fused::{
 };
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
+use v2x_common::lists::DeltaFrame;
 use v2x_common::sensor::{Accuracy, Body, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 
@@ -159,6 +160,21 @@ pub(crate) fn fused_frame() -> FusedFrame {
             Inclusion { frame: rsu_frame, captured_at: before(42_000_111), received_at: before(1_000) },
             Inclusion { frame: ego_frame, captured_at: before(52_000_000), received_at: before(-1) },
         ],
+    }
+}
+
+/// What has changed since three frames before: the objects of [`fused_frame`], and two tracks are gone.
+pub(crate) fn delta_frame() -> DeltaFrame {
+    let list = fused_frame();
+    DeltaFrame {
+        hub: list.hub,
+        lineage: list.lineage,
+        sequence: list.sequence,
+        fused_at: list.fused_at,
+        map_frame: list.map_frame,
+        key_sequence: list.sequence - 3,
+        changed: list.objects.iter().map(FusedObject::without_contributors).collect(),
+        gone: vec![TrackId::new(0xdead_beee, 18), TrackId::new(0xdead_beef, 300)],
     }
 }
 

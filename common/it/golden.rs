@@ -4,7 +4,7 @@ use crate::fixture;
 use crate::json_twin::assert_near;
 use v2x_common::id::AgentId;
 use v2x_common::wire::json::{self, ReportDefaults};
-use v2x_common::wire::{detections, fused, sensor};
+use v2x_common::wire::{delta, detections, fused, sensor};
 
 const DETECTIONS: &[u8] = include_bytes!("golden/v1/detections.bin");
 const DETECTIONS_JSON: &str = include_str!("golden/v1/detections.json");
@@ -12,6 +12,8 @@ const SENSOR: &[u8] = include_bytes!("golden/v1/sensor.bin");
 const SENSOR_JSON: &str = include_str!("golden/v1/sensor.json");
 const FUSED: &[u8] = include_bytes!("golden/v1/fused.bin");
 const FUSED_JSON: &str = include_str!("golden/v1/fused.json");
+const DELTA: &[u8] = include_bytes!("golden/v1/delta.bin");
+const DELTA_JSON: &str = include_str!("golden/v1/delta.json");
 
 fn text(json: Vec<u8>) -> String {
     String::from_utf8(json).unwrap() + "\n"
@@ -45,6 +47,15 @@ fn a_fused_frame_of_version_1_is_read_exactly_and_written_the_same() {
 }
 
 #[test]
+fn a_delta_frame_of_version_1_is_read_exactly_and_written_the_same() {
+    let frame = delta::decode(DELTA).unwrap();
+    assert_eq!(frame, fixture::delta_frame());
+    let mut bytes = Vec::new();
+    delta::encode(&frame, &mut bytes).unwrap();
+    assert_eq!(bytes, DELTA);
+}
+
+#[test]
 fn the_golden_json_is_the_twin_of_the_golden_bytes() {
     assert_eq!(
         text(json::encode_detections(&detections::decode(DETECTIONS).unwrap()).unwrap()),
@@ -52,6 +63,7 @@ fn the_golden_json_is_the_twin_of_the_golden_bytes() {
     );
     assert_eq!(text(json::encode_sensor(&sensor::decode(SENSOR).unwrap()).unwrap()), SENSOR_JSON);
     assert_eq!(text(json::encode_fused(&fused::decode(FUSED).unwrap()).unwrap()), FUSED_JSON);
+    assert_eq!(text(json::encode_delta(&delta::decode(DELTA).unwrap()).unwrap()), DELTA_JSON);
 }
 
 #[test]
@@ -65,4 +77,6 @@ fn the_golden_json_is_read_and_written_the_same() {
     assert_near(&json::encode_sensor(&description).unwrap(), SENSOR_JSON.as_bytes());
     let frame = json::decode_fused(FUSED_JSON.as_bytes()).unwrap();
     assert_near(&json::encode_fused(&frame).unwrap(), FUSED_JSON.as_bytes());
+    let frame = json::decode_delta(DELTA_JSON.as_bytes()).unwrap();
+    assert_near(&json::encode_delta(&frame).unwrap(), DELTA_JSON.as_bytes());
 }

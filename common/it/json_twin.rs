@@ -7,9 +7,10 @@ use v2x_common::class::Class;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::AgentId;
+use v2x_common::lists::{DeltaFrame, ListUpdate};
 use v2x_common::time::Timestamp;
-use v2x_common::wire::fused;
 use v2x_common::wire::json::{self, ReportDefaults};
+use v2x_common::wire::{self, ENCODING_JSON, WireError, fused};
 
 /// Parsing, roots and squares each round once or twice.
 const TOLERANCE: f64 = 1e-12;
@@ -83,6 +84,16 @@ proptest! {
     }
 
     #[test]
+    fn a_delta_frame_survives_json(frame in strategy::delta_frame()) {
+        let text = json::encode_delta(&frame).unwrap();
+        let got = json::decode_delta(&text).unwrap();
+        prop_assert_eq!((got.sequence, got.key_sequence), (frame.sequence, frame.key_sequence));
+        prop_assert_eq!((got.fused_at, &got.gone), (cut(frame.fused_at), &frame.gone));
+        prop_assert_eq!(got.changed.len(), frame.changed.len());
+        assert_near(&json::encode_delta(&got).unwrap(), &text);
+    }
+
+    #[test]
     fn a_fused_frame_survives_json(frame in strategy::fused_frame()) {
         let text = json::encode_fused(&frame).unwrap();
         let got = json::decode_fused(&text).unwrap();
@@ -96,6 +107,47 @@ proptest! {
         }
         assert_near(&json::encode_fused(&got).unwrap(), &text);
     }
+}
+
+/// A frame with every field, those included that JSON leaves out where they say nothing.
+pub(crate) fn complete_delta_frame() -> DeltaFrame {
+    let mut frame = fixture::delta_frame();
+    frame.changed.iter_mut().for_each(|object| object.class_conflict = 0.5);
+    frame
+}
+
+#[test]
+fn a_message_of_a_list_by_what_changes_is_read_as_what_it_is() {
+    let (key, delta) = (fixture::fused_frame(), fixture::delta_frame());
+    let (key_text, delta_text) = (json::encode_fused(&key).unwrap(), json::encode_delta(&delta).unwrap());
+    let (mut key_bytes, mut delta_bytes) = (Vec::new(), Vec::new());
+    fused::encode(&key, &mut key_bytes).unwrap();
+    wire::delta::encode(&delta, &mut delta_bytes).unwrap();
+    assert_eq!(wire::decode_update("", &key_bytes), Ok(ListUpdate::Key(key)));
+    assert_eq!(wire::decode_update("", &delta_bytes), Ok(ListUpdate::Delta(delta)));
+    assert!(matches!(wire::decode_update(ENCODING_JSON, &key_text), Ok(ListUpdate::Key(_))));
+    assert!(matches!(wire::decode_update("", &delta_text), Ok(ListUpdate::Delta(_))));
+}
+
+#[test]
+fn an_object_of_a_delta_frame_names_no_contributors() {
+    let mut frame = fixture::delta_frame();
+    frame.changed[1].contributors = fixture::fused_frame().objects[1].contributors.clone();
+    let mut bytes = vec![7];
+    assert_eq!(wire::delta::encode(&frame, &mut bytes), Err(WireError::UnlistedAgent));
+    assert_eq!(bytes, [7], "the buffer is as it was");
+    assert_eq!(json::encode_delta(&frame), Err(WireError::UnlistedAgent));
+    let mut text = value(&json::encode_delta(&fixture::delta_frame()).unwrap());
+    text["changed"][0]["contributors"] = json!([{ "agent": "ego", "epoch": 1, "sequence": 2, "index": 3 }]);
+    assert_eq!(json::decode_delta(text.to_string().as_bytes()), Err(WireError::UnlistedAgent));
+}
+
+#[test]
+fn an_absurd_number_of_a_changed_object_is_refused_by_name_and_object() {
+    let mut text = value(&json::encode_delta(&fixture::delta_frame()).unwrap());
+    text["changed"][1]["w"] = json!(-0.1);
+    let message = json::decode_delta(text.to_string().as_bytes()).unwrap_err().to_string();
+    assert!(message.starts_with("w of object 1 is -0.1"), "{message}");
 }
 
 /// A frame with every field, those included that JSON leaves out where they say nothing.
@@ -189,6 +241,17 @@ fn a_fused_list_longer_than_a_frame_can_be_is_refused_by_name() {
         text[list] = vec![item; limit + 1].into();
         let message = json::decode_fused(text.to_string().as_bytes()).unwrap_err().to_string();
         assert!(message.contains(list), "{message:?} should name {list}");
+    }
+}
+
+#[test]
+fn a_delta_longer_than_a_list_can_be_is_refused_by_name() {
+    let full = value(&json::encode_delta(&fixture::delta_frame()).unwrap());
+    for (list, named) in [("changed", "changed objects"), ("gone", "tracks that are gone")] {
+        let mut text = full.clone();
+        text[list] = vec![text[list][0].clone(); 65_537].into();
+        let message = json::decode_delta(text.to_string().as_bytes()).unwrap_err().to_string();
+        assert!(message.contains(named), "{message:?} should name {named}");
     }
 }
 

@@ -13,7 +13,7 @@ use v2x_common::fused::Inclusion;
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId, MAX_NAME_LEN, MapFrame, MeasurementId, TrackId};
 use v2x_common::time::{Span, Timestamp};
-use v2x_common::wire::{VERSION, detections, fused};
+use v2x_common::wire::{VERSION, delta, detections, fused};
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct DetectionsHead {
@@ -70,6 +70,7 @@ struct Agent {
     out_of_sequence: u64,
 }
 
+/// In fused frames the number of contributors follows.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Object {
     lineage_xor: u32,
@@ -89,7 +90,6 @@ struct Object {
     age_ns: i64,
     measured_before_fused_ns: i64,
     classes: u32,
-    contributors: u32,
 }
 
 /// Agent by its place in the list, epoch relative to the agent's newest, sequence.
@@ -97,6 +97,22 @@ type WireFrameId = (u32, u64, u64);
 type Contributor = (WireFrameId, u16);
 /// Captured and received, both as ns before `fused_at`.
 type WireInclusion = (WireFrameId, i64, i64);
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct DeltaHead {
+    hub: String,
+    lineage: u32,
+    sequence: u64,
+    fused_at_ns: i64,
+    map_frame: Option<String>,
+    origin_m: (i32, i32),
+    from_key: u64,
+    changed: u32,
+    gone: u32,
+}
+
+/// Lineage relative to the hub's, counter.
+type Gone = (u32, u32);
 
 /// Reads by serde, and keeps what it writes of the same.
 struct Rewriter<'a> {
@@ -210,6 +226,7 @@ proptest! {
         }
         for (sent, got) in frame.objects.iter().zip(fused::decode(&bytes).unwrap().objects) {
             let object: Object = rewriter.next();
+            prop_assert_eq!(rewriter.next::<u32>() as usize, sent.contributors.len());
             prop_assert_eq!((object.lineage_xor ^ head.lineage, object.counter), (sent.track.lineage(), sent.track.counter()));
             prop_assert_eq!(object.age_ns, sent.age.as_nanos());
             prop_assert_eq!(got.bev.x, (object.x + 1000 * i64::from(head.origin_m.0)) as f64 * 1e-3);
@@ -233,6 +250,34 @@ proptest! {
             let ((place, _, sequence), _, _) = rewriter.next::<WireInclusion>();
             let health = &frame.agents[place as usize];
             prop_assert_eq!((health.agent, sequence), (inclusion.frame.agent, inclusion.frame.sequence));
+        }
+        prop_assert_eq!((rewriter.rest, rewriter.written), (&[][..], bytes.clone()));
+    }
+
+    #[test]
+    fn the_layout_of_delta_frames_is_that_of_plain_serde_structs(frame in strategy::delta_frame()) {
+        let mut bytes = Vec::new();
+        delta::encode(&frame, &mut bytes).unwrap();
+        let mut rewriter = Rewriter::new(&bytes, b'C');
+        let head: DeltaHead = rewriter.next();
+        prop_assert_eq!((head.hub, head.lineage, head.sequence), (frame.hub.to_string(), frame.lineage, frame.sequence));
+        prop_assert_eq!(head.map_frame, frame.map_frame.map(|name| name.to_string()));
+        prop_assert_eq!(head.fused_at_ns, frame.fused_at.as_nanos());
+        prop_assert_eq!(frame.key_sequence, frame.sequence.wrapping_sub(head.from_key));
+        prop_assert_eq!((head.changed as usize, head.gone as usize), (frame.changed.len(), frame.gone.len()));
+        for sent in &frame.changed {
+            let object: Object = rewriter.next();
+            prop_assert_eq!((object.lineage_xor ^ head.lineage, object.counter), (sent.track.lineage(), sent.track.counter()));
+            for (class, _) in &sent.class_probabilities {
+                prop_assert_eq!(rewriter.next::<(u8, u8)>().0, class.byte());
+            }
+            if object.classes >> 8 == 1 {
+                rewriter.next::<u8>();
+            }
+        }
+        for track in &frame.gone {
+            let (lineage_xor, counter) = rewriter.next::<Gone>();
+            prop_assert_eq!(*track, TrackId::new(lineage_xor ^ frame.lineage, counter));
         }
         prop_assert_eq!((rewriter.rest, rewriter.written), (&[][..], bytes.clone()));
     }

@@ -1,4 +1,5 @@
-//! The wire by its public interface: resolution, sizes, damaged bytes, golden files, JSON twin, schemas.
+//! The wire by its public interface: resolution, sizes, damaged bytes, golden files, JSON twin, schemas; and what
+//! consumers make of it: followed lists, tiles.
 
 #[cfg(test)]
 mod damage;
@@ -11,6 +12,8 @@ mod json_twin;
 #[cfg(test)]
 mod layout;
 #[cfg(test)]
+mod lists;
+#[cfg(test)]
 mod refusals;
 #[cfg(test)]
 mod round_trip;
@@ -20,3 +23,5 @@ mod schemas;
 mod sizes;
 #[cfg(test)]
 mod strategy;
+#[cfg(test)]
+mod tiles;

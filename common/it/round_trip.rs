@@ -6,7 +6,7 @@ use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::detection::{Detection, DetectionFrame, MAX_RANGE_M, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL, KINEMATIC_INDEX};
 use v2x_common::geometry::{BevBox, Pose, angle_difference};
-use v2x_common::wire::{detections, fused, sensor};
+use v2x_common::wire::{delta, detections, fused, sensor};
 
 /// Half a millimetre, and the rounding of f64 at 1e8 m.
 const POSITION_TOLERANCE_M: f64 = 0.5e-3 + 4e-8;
@@ -186,6 +186,25 @@ proptest! {
         }
         let mut again = Vec::new();
         fused::encode(&got, &mut again).unwrap();
+        prop_assert_eq!(again, bytes);
+    }
+
+    #[test]
+    fn a_delta_frame_comes_back_within_the_resolution_and_is_then_stable(frame in strategy::delta_frame()) {
+        let mut bytes = Vec::new();
+        delta::encode(&frame, &mut bytes).unwrap();
+        let got = delta::decode(&bytes).unwrap();
+        prop_assert_eq!(
+            (frame.hub, frame.lineage, frame.sequence, frame.fused_at, frame.map_frame),
+            (got.hub, got.lineage, got.sequence, got.fused_at, got.map_frame)
+        );
+        prop_assert_eq!((frame.key_sequence, &frame.gone), (got.key_sequence, &got.gone));
+        prop_assert_eq!(frame.changed.len(), got.changed.len());
+        for (sent, got) in frame.changed.iter().zip(&got.changed) {
+            check_object(sent, got)?;
+        }
+        let mut again = Vec::new();
+        delta::encode(&got, &mut again).unwrap();
         prop_assert_eq!(again, bytes);
     }
 

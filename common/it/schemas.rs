@@ -1,7 +1,7 @@
 //! The shipped schemas name exactly the fields that are written, and require exactly those that are needed.
 
 use crate::fixture;
-use crate::json_twin::complete_fused_frame;
+use crate::json_twin::{complete_delta_frame, complete_fused_frame};
 use serde_json::Value;
 use v2x_common::class::Class;
 use v2x_common::id::AgentId;
@@ -16,7 +16,7 @@ struct Twin {
     decode: fn(&[u8]) -> Result<(), WireError>,
 }
 
-fn twins() -> [Twin; 3] {
+fn twins() -> [Twin; 4] {
     let mut frame = fixture::detection_frame();
     frame.detections.truncate(1);
     frame.detections[0].source_track = Some(1);
@@ -39,6 +39,11 @@ fn twins() -> [Twin; 3] {
             schema: read(schemas::FUSED_FRAME.as_bytes()),
             full: read(&json::encode_fused(&complete_fused_frame()).unwrap()),
             decode: |text| json::decode_fused(text).map(drop),
+        },
+        Twin {
+            schema: read(schemas::DELTA_FRAME.as_bytes()),
+            full: read(&json::encode_delta(&complete_delta_frame()).unwrap()),
+            decode: |text| json::decode_delta(text).map(drop),
         },
     ]
 }
@@ -157,7 +162,7 @@ fn an_unknown_field_is_refused_by_its_name_at_any_level() {
 
 #[test]
 fn the_schemas_list_every_class() {
-    for text in [schemas::SENSOR_DESCRIPTION, schemas::FUSED_FRAME] {
+    for text in [schemas::SENSOR_DESCRIPTION, schemas::FUSED_FRAME, schemas::DELTA_FRAME] {
         let schema: Value = serde_json::from_str(text).unwrap();
         let listed = schema["$defs"]["class"]["enum"].as_array().unwrap();
         assert!(listed.iter().filter_map(Value::as_str).eq(Class::ALL.map(Class::name)));

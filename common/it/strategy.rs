@@ -12,6 +12,7 @@ use v2x_common::fused::{
 };
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
+use v2x_common::lists::DeltaFrame;
 use v2x_common::sensor::{Accuracy, Body, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_common::time::{Span, Timestamp};
 
@@ -105,6 +106,20 @@ pub(crate) fn fused_frame() -> impl Strategy<Value = FusedFrame> {
             })
         },
     )
+}
+
+pub(crate) fn delta_frame() -> impl Strategy<Value = DeltaFrame> {
+    let gone = vec(any::<u64>().prop_map(TrackId), 0..4);
+    (fused_frame(), any::<u64>(), gone).prop_map(|(list, key_sequence, gone)| DeltaFrame {
+        hub: list.hub,
+        lineage: list.lineage,
+        sequence: list.sequence,
+        fused_at: list.fused_at,
+        map_frame: list.map_frame,
+        key_sequence,
+        changed: list.objects.iter().map(FusedObject::without_contributors).collect(),
+        gone,
+    })
 }
 
 fn by_name(mut agents: Vec<AgentHealth>) -> Vec<AgentHealth> {

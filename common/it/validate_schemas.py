@@ -18,6 +18,7 @@ GOLDEN = {
     "detections.json": "detection-frame",
     "sensor.json": "sensor-description",
     "fused.json": "fused-frame",
+    "delta.json": "delta-frame",
 }
 
 
@@ -32,7 +33,9 @@ def frames_of(document):
     text = document.read_text(encoding="utf-8")
     for block in re.findall(r"^```json\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
         value = json.loads(block)
-        if isinstance(value, dict) and "fused_at" in value:
+        if isinstance(value, dict) and "key_sequence" in value:
+            yield "delta-frame", value
+        elif isinstance(value, dict) and "fused_at" in value:
             yield "fused-frame", value
         elif isinstance(value, dict) and "detections" in value:
             yield "detection-frame", value

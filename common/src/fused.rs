@@ -114,6 +114,13 @@ impl FusedObject {
         matrix
     }
 
+    /// The object without its contributors.
+    #[must_use]
+    pub fn without_contributors(&self) -> Self {
+        let class_probabilities = self.class_probabilities.clone();
+        Self { contributors: Vec::new(), class_probabilities, ..*self }
+    }
+
     /// The classes as both codecs write them: [`Self::class`] first, then the others as they are listed.
     ///
     /// A class that the list lacks has the probability 1 where the list is empty, 0 elsewhere.
@@ -175,6 +182,16 @@ pub struct FusedFrame {
     pub agents: Vec<AgentHealth>,
     /// The detection frames that are new in this frame, by arrival; with a lag their capture time may be after `fused_at`.
     pub includes: Vec<Inclusion>,
+}
+
+impl FusedFrame {
+    /// The frame without objects, agents and inclusions.
+    #[must_use]
+    pub fn without_lists(&self) -> Self {
+        let Self { hub, lineage, sequence, fused_at, map_frame, .. } = *self;
+        let (agents, includes) = (Vec::new(), Vec::new());
+        Self { hub, lineage, sequence, fused_at, map_frame, objects: Vec::new(), agents, includes }
+    }
 }
 
 #[cfg(all(test, feature = "nalgebra"))]

@@ -9,11 +9,16 @@
 //! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, only while there is a subscriber |
 //! | `v2x/{network}/hub/{hub}/fused/lagged` | the second list, a lag behind, postcard, where the hub has one |
 //! | `v2x/{network}/hub/{hub}/fused/lagged/json` | the same as JSON, only while there is a subscriber |
+//! | `v2x/{network}/hub/{hub}/fused/delta` | a key frame a second and what changes between, postcard, only while there is a subscriber |
+//! | `v2x/{network}/hub/{hub}/fused/delta/json` | the same as JSON, only while there is a subscriber |
+//! | `v2x/{network}/hub/{hub}/fused/tile/{digit}/{digit}/…` | the objects of one tile, a chunk for each digit of its quadkey, postcard, only while any tile has a subscriber |
+//! | `v2x/{network}/hub/{hub}/fused/json/tile/{digit}/{digit}/…` | the same as JSON |
 //! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
 //! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
 
 use crate::id::{AgentId, HubId, NameError, NetworkId};
+use crate::tile::Tile;
 
 /// The keys of one network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +108,46 @@ impl Keys {
         format!("v2x/{}/hub/{hub}/fused/lagged/json", self.network)
     }
 
+    /// Where a hub publishes key frames and what changes between them.
+    pub fn delta(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/delta", self.network)
+    }
+
+    /// Every hub's key frames and what changes between them.
+    pub fn all_deltas(&self) -> String {
+        format!("v2x/{}/hub/*/fused/delta", self.network)
+    }
+
+    /// Where a hub publishes key frames and what changes between them as JSON.
+    pub fn delta_json(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/delta/json", self.network)
+    }
+
+    /// Where a hub publishes the objects of a tile.
+    pub fn tile(&self, hub: &HubId, tile: Tile) -> String {
+        with_digits(format!("v2x/{}/hub/{hub}/fused/tile", self.network), tile)
+    }
+
+    /// Every tile of a hub.
+    pub fn all_tiles(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/tile/**", self.network)
+    }
+
+    /// Every hub's tiles within an area: this tile and its parts.
+    pub fn area(&self, area: Tile) -> String {
+        with_digits(format!("v2x/{}/hub/*/fused/tile", self.network), area) + "/**"
+    }
+
+    /// Where a hub publishes the objects of a tile as JSON: a tree of its own, so that a subscriber to an area gets one codec.
+    pub fn tile_json(&self, hub: &HubId, tile: Tile) -> String {
+        with_digits(format!("v2x/{}/hub/{hub}/fused/json/tile", self.network), tile)
+    }
+
+    /// Every tile of a hub as JSON.
+    pub fn all_tiles_json(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/fused/json/tile/**", self.network)
+    }
+
     /// A hub's liveliness token.
     pub fn hub_alive(&self, hub: &HubId) -> String {
         format!("v2x/{}/hub/{hub}/alive", self.network)
@@ -129,6 +174,15 @@ impl Keys {
     }
 }
 
+/// The key with a chunk for each digit of a tile's quadkey.
+fn with_digits(mut key: String, tile: Tile) -> String {
+    for digit in tile.digits() {
+        key.push('/');
+        key.push(char::from(b'0' + digit));
+    }
+    key
+}
+
 /// The kind of data under a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
@@ -142,6 +196,10 @@ pub enum Topic {
     Fused(HubId),
     /// The second list of this hub.
     Lagged(HubId),
+    /// Key frames of this hub, and what changes between them.
+    Delta(HubId),
+    /// The objects of a tile by this hub.
+    Tile(HubId, Tile),
     /// Simulation truth of this agent.
     Truth(AgentId),
 }
@@ -149,16 +207,19 @@ pub enum Topic {
 impl Topic {
     /// The topic of a key of any network.
     pub fn of(key: &str) -> Option<Self> {
-        let mut chunks = key.split('/');
-        let (v2x, _network) = (chunks.next()?, chunks.next()?);
-        let (role, who, what) = (chunks.next()?, chunks.next()?, chunks.next()?);
-        let more = chunks.next();
-        if v2x != "v2x" || chunks.next().is_some() {
+        let (v2x, rest) = key.split_once('/')?;
+        let (_network, rest) = rest.split_once('/')?;
+        if v2x != "v2x" {
             return None;
         }
-        if let Some(more) = more {
-            let is_lagged = (role, what, more) == ("hub", "fused", "lagged");
-            return is_lagged.then(|| HubId::new(who).ok().map(Self::Lagged)).flatten();
+        let mut chunks = rest.splitn(4, '/');
+        let (role, who, what) = (chunks.next()?, chunks.next()?, chunks.next()?);
+        if let Some(more) = chunks.next() {
+            return if (role, what) == ("hub", "fused") {
+                Self::of_list(HubId::new(who).ok()?, more)
+            } else {
+                None
+            };
         }
         match (role, who, what) {
             ("agent", agent, "detections") => Some(Self::Detections(AgentId::new(agent).ok()?)),
@@ -166,6 +227,21 @@ impl Topic {
             ("agent", agent, "alive") => Some(Self::AgentAlive(AgentId::new(agent).ok()?)),
             ("hub", hub, "fused") => Some(Self::Fused(HubId::new(hub).ok()?)),
             ("sim", "truth", agent) => Some(Self::Truth(AgentId::new(agent).ok()?)),
+            _ => None,
+        }
+    }
+
+    /// The topic of what stands behind `fused/` in a hub's key.
+    fn of_list(hub: HubId, chunks: &str) -> Option<Self> {
+        match chunks.split_once('/') {
+            None if chunks == "lagged" => Some(Self::Lagged(hub)),
+            None if chunks == "delta" => Some(Self::Delta(hub)),
+            Some(("tile", digits)) => {
+                let is_one = |chunk: &str| chunk.len() == 1;
+                let quadkey: String = digits.split('/').filter(|chunk| is_one(chunk)).collect();
+                let is_whole = digits.split('/').all(is_one);
+                quadkey.parse().ok().filter(|_| is_whole).map(|tile| Self::Tile(hub, tile))
+            }
             _ => None,
         }
     }
@@ -204,9 +280,26 @@ mod tests {
         assert_eq!(Topic::of(&keys.fused(&hub)), Some(Topic::Fused(hub)));
         assert_eq!(Topic::of(&keys.lagged(&hub)), Some(Topic::Lagged(hub)));
         assert_eq!(Topic::of(&keys.fused_json(&hub)), None);
+        assert_eq!(Topic::of(&keys.delta(&hub)), Some(Topic::Delta(hub)));
+        assert_eq!(Topic::of(&keys.delta_json(&hub)), None);
         assert_eq!(Topic::of(&keys.truth(&agent)), Some(Topic::Truth(agent)));
         assert_eq!(Topic::of("v2x/demo/agent/ego"), None);
         assert_eq!(Topic::of("v2x/demo/agent/ego/detections/x"), None);
+    }
+
+    #[test]
+    fn a_tile_has_a_chunk_for_each_digit_so_that_the_key_of_an_area_begins_those_of_its_parts() {
+        let keys = Keys::new(NetworkId::new("demo").unwrap());
+        let hub = HubId::new("hub").unwrap();
+        let tile: Tile = "1203".parse().unwrap();
+        assert_eq!(keys.tile(&hub, tile), "v2x/demo/hub/hub/fused/tile/1/2/0/3");
+        assert_eq!(keys.tile_json(&hub, tile), "v2x/demo/hub/hub/fused/json/tile/1/2/0/3");
+        assert_eq!(keys.area("12".parse().unwrap()), "v2x/demo/hub/*/fused/tile/1/2/**");
+        assert_eq!(Topic::of(&keys.tile(&hub, tile)), Some(Topic::Tile(hub, tile)));
+        assert_eq!(Topic::of(&keys.tile_json(&hub, tile)), None);
+        for bad in ["", "/", "/1/4", "/12", "/1//2", "/1/2/"] {
+            assert_eq!(Topic::of(&format!("v2x/demo/hub/hub/fused/tile{bad}")), None, "{bad}");
+        }
     }
 
     #[test]

@@ -46,8 +46,8 @@
 //!
 //! From low to high; a module imports from lower layers only:
 //!
-//! 1. [`time`], [`geometry`], [`covariance`], [`class`], [`id`], [`seed`]: plain values
-//! 2. [`sensor`], [`detection`], [`fused`]: what agents and hubs publish
+//! 1. [`time`], [`geometry`], [`covariance`], [`class`], [`id`], [`seed`], [`tile`]: plain values
+//! 2. [`sensor`], [`detection`], [`fused`], [`lists`]: what agents and hubs publish
 //! 3. [`wire`], [`keys`], [`recording`], [`schemas`]: how it is represented outside of a process
 //! 4. [`clock`], `net`: the operating system and the network
 
@@ -60,12 +60,14 @@ pub mod geometry;
 pub mod heading;
 pub mod id;
 pub mod keys;
+pub mod lists;
 #[cfg(feature = "net")]
 pub mod net;
 pub mod recording;
 pub mod schemas;
 pub mod seed;
 pub mod sensor;
+pub mod tile;
 pub mod time;
 pub mod unmapped_names;
 pub mod wire;

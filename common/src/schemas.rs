@@ -7,3 +7,5 @@ pub const DETECTION_FRAME: &str = include_str!("../schemas/detection-frame.schem
 pub const SENSOR_DESCRIPTION: &str = include_str!("../schemas/sensor-description.schema.json");
 /// Of a fused frame.
 pub const FUSED_FRAME: &str = include_str!("../schemas/fused-frame.schema.json");
+/// Of a delta frame.
+pub const DELTA_FRAME: &str = include_str!("../schemas/delta-frame.schema.json");

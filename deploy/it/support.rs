@@ -90,18 +90,20 @@ impl V2x {
 
     /// Waits until it and everything that it started have ended.
     pub(crate) async fn end(mut self) -> anyhow::Result<Ending> {
-        let status = tokio::time::timeout(TIMEOUT, self.process.wait()).await;
-        let status =
-            status.map_err(|_| anyhow!("it does not end; it printed {:#?}", self.stderr_so_far))??;
+        let Self { process, stdout: pipe, stderr, stderr_so_far } = &mut self;
         let mut stdout = String::new();
-        let rest = async {
-            self.stdout.read_to_string(&mut stdout).await?;
-            while let Some(line) = self.stderr.next_line().await? {
-                self.stderr_so_far.push(line);
+        let lines = async {
+            while let Some(line) = stderr.next_line().await? {
+                stderr_so_far.push(line);
             }
-            Ok::<_, std::io::Error>(())
+            Ok(())
         };
-        tokio::time::timeout(TIMEOUT, rest).await.context("it has ended, but not all that it started")??;
+        // At the same time: what prints more than a pipe holds does not end before it is read.
+        let all = async { tokio::try_join!(process.wait(), pipe.read_to_string(&mut stdout), lines) };
+        let ended = tokio::time::timeout(TIMEOUT, all).await;
+        let printed = &self.stderr_so_far;
+        let (status, ..) =
+            ended.map_err(|_| anyhow!("it, or what it started, does not end; it printed {printed:#?}"))??;
         Ok(Ending { code: status.code(), stdout, stderr: self.stderr_so_far.join("\n") })
     }
 

@@ -1,6 +1,9 @@
 //! `v2x watch`, the consumer's command.
 
 use crate::support::{V2x, folder, run, up, up_with};
+use v2x_common::keys::Topic;
+use v2x_common::lists::ListUpdate;
+use v2x_common::recording::Recording;
 use v2x_common::wire;
 
 #[tokio::test(flavor = "multi_thread")]
@@ -39,6 +42,60 @@ async fn a_second_list_is_half_a_second_behind_and_beside_the_live_one() -> anyh
             assert!(!is_lagged || frame.includes.is_empty());
         }
     }
+    Ok(())
+}
+
+/// Munich.
+const TILES: &str = "tiles = { latitude_deg = 48.137, longitude_deg = 11.575 }";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_list_by_what_changes_or_by_tile_is_shown_as_the_whole_one_without_contributors()
+-> anyhow::Result<()> {
+    let folder = folder("watch-parts")?;
+    let scenario = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/crossing.toml"))?;
+    anyhow::ensure!(scenario.lines().any(|line| line == "[hub]"), "the scenario ends with the hub's table");
+    std::fs::write(folder.join("tiles.toml"), format!("{scenario}\n{TILES}\n"))?;
+    let (_up, endpoint) = up_with(&folder, "tiles.toml", "watch-parts").await?;
+    let whole = ["watch", "--json", "--count", "30", "--network", "watch-parts", "--connect", &endpoint];
+    for part in [&["--delta"][..], &["--tile", "120230002213"]] {
+        let ending = run(&folder, &[&whole[..], part].concat()).await?;
+        assert_eq!(ending.code, Some(0), "{ending:#?}");
+        let frames = ending.stdout.lines().map(|line| wire::json::decode_fused(line.as_bytes()));
+        let frames: Vec<_> = frames.collect::<Result<_, _>>()?;
+        assert_eq!(frames.len(), 30, "{part:?}: a list after each message");
+        assert!(frames.is_sorted_by(|a, b| a.sequence <= b.sequence && a.fused_at <= b.fused_at));
+        let objects: Vec<_> = frames.iter().flat_map(|frame| &frame.objects).collect();
+        assert!(
+            !objects.is_empty() && objects.iter().all(|object| object.contributors.is_empty()),
+            "{part:?}"
+        );
+    }
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_recording_of_what_changes_holds_nothing_else() -> anyhow::Result<()> {
+    let folder = folder("watch-record-delta")?;
+    let (_up, endpoint) = up(&folder, "watch-record-delta").await?;
+    let args =
+        ["watch", "--delta", "--record", "run.v2xrec", "--count", "5", "--network", "watch-record-delta"];
+    let ending = run(&folder, &[&args[..], &["--connect", &endpoint]].concat()).await?;
+    assert_eq!(ending.code, Some(0), "{ending:#?}");
+    let recording = Recording::new(std::fs::File::open(folder.join("run.v2xrec"))?)?;
+    let entries: Vec<_> = recording.collect::<Result<_, _>>()?;
+    assert!(entries.iter().all(|entry| matches!(Topic::of(&entry.key), Some(Topic::Delta(_)))));
+    let first =
+        entries.first().map(|entry| wire::decode_update(&entry.encoding, &entry.payload)).transpose()?;
+    assert!(matches!(first, Some(ListUpdate::Key(_))) && entries.len() == 5, "{} entries", entries.len());
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_tile_that_is_none_is_refused_by_its_digit() -> anyhow::Result<()> {
+    let folder = folder("watch-no-tile")?;
+    let ending = run(&folder, &["watch", "--tile", "1243"]).await?;
+    assert_eq!(ending.code, Some(2), "{ending:#?}");
+    assert!(ending.stderr.contains("--tile") && ending.stderr.contains("holds '4'"), "{ending:#?}");
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 mod abuse;
 mod arrival_order;
 mod consistency;
+mod contributors;
 mod detectors;
 mod fuzz_corpus;
 mod lag;

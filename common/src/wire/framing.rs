@@ -9,6 +9,7 @@ pub(super) enum Kind {
     Detections = b'D',
     Sensor = b'S',
     Fused = b'F',
+    Delta = b'C',
 }
 
 /// Appends a value to a buffer.

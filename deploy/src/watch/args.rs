@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
+use v2x_common::tile::Tile;
+use v2x_lab::loopback::consumer::Traffic;
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
@@ -11,6 +13,8 @@ Examples:
   v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
   v2x watch --json --count 100                 the next hundred fused frames as JSON lines
   v2x watch --lagged                           the second list, a lag behind, where the hub has one
+  v2x watch --delta                            the list by what changes: a tenth of the bytes, within 0.2 m
+  v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
   v2x watch --record run.v2xrec                records everything on the network into a file")]
 pub(crate) struct WatchArgs {
     /// The network to watch
@@ -25,10 +29,16 @@ pub(crate) struct WatchArgs {
     /// Watch the second list, which is a lag behind, of a hub with the setting `lagged`
     #[arg(long, conflicts_with = "record")]
     pub(crate) lagged: bool,
+    /// Follow the list by what changes in it
+    #[arg(long, conflicts_with = "lagged")]
+    pub(crate) delta: bool,
+    /// Watch the objects of a tile and its parts, by the digits of its quadkey, of a hub with the setting `tiles`
+    #[arg(long, value_name = "DIGITS", conflicts_with_all = ["lagged", "delta"])]
+    pub(crate) tile: Option<Tile>,
     /// Print every fused frame as one line of JSON
     #[arg(long, conflicts_with = "record")]
     pub(crate) json: bool,
-    /// Record everything on the network into a file
+    /// Record everything on the network into a file; with --delta or --tile that alone
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// End after this many fused frames
@@ -46,6 +56,17 @@ pub(crate) struct WatchArgs {
 }
 
 impl WatchArgs {
+    /// What to subscribe to.
+    pub(crate) const fn traffic(&self) -> Traffic {
+        match (self.tile, &self.record) {
+            (Some(tile), _) => Traffic::Area(tile),
+            (None, _) if self.delta => Traffic::Delta,
+            (None, Some(_)) => Traffic::Everything,
+            (None, None) if self.lagged => Traffic::Lagged,
+            (None, None) => Traffic::Fused,
+        }
+    }
+
     /// How to reach the network.
     pub(crate) fn session_options(&self) -> SessionOptions {
         SessionOptions {

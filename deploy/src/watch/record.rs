@@ -44,7 +44,7 @@ impl Counts {
     /// Counts an entry; true where it is a fused frame.
     pub(super) fn add(&mut self, entry: &Entry) -> bool {
         match Topic::of(&entry.key) {
-            Some(Topic::Fused(_) | Topic::Lagged(_)) => {
+            Some(Topic::Fused(_) | Topic::Lagged(_) | Topic::Delta(_) | Topic::Tile(..)) => {
                 self.fused_frames += 1;
                 return true;
             }

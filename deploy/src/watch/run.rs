@@ -1,6 +1,7 @@
 //! The consumer's loop.
 
 use super::WatchArgs;
+use super::lists::Lists;
 use super::record::{Counts, RecordingFile};
 use super::table::table;
 use crate::output::{self, Output};
@@ -9,6 +10,7 @@ use std::io::IsTerminal;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
+use v2x_common::fused::FusedFrame;
 use v2x_common::net::events;
 use v2x_common::recording::Entry;
 use v2x_common::wire;
@@ -28,13 +30,10 @@ const PROGRESS: Duration = Duration::from_secs(1);
 /// Watches until shutdown, or until `--count` frames have come.
 pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let mut recording = args.record.as_deref().map(RecordingFile::create).transpose()?;
-    let traffic = match (&recording, args.lagged) {
-        (Some(_), _) => Traffic::Everything,
-        (None, true) => Traffic::Lagged,
-        (None, false) => Traffic::Fused,
-    };
+    let traffic = args.traffic();
     let is_table = recording.is_none() && !args.json;
-    let capacity = if is_table { VIEW_CAPACITY } else { STREAM_CAPACITY };
+    let is_whole = matches!(traffic, Traffic::Fused | Traffic::Lagged);
+    let capacity = if is_table && is_whole { VIEW_CAPACITY } else { STREAM_CAPACITY };
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
     let subscription = Subscription { network: args.network, traffic, capacity };
@@ -46,7 +45,7 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     if args.events {
         events::emit("ready", &serde_json::json!({}));
     }
-    let mut watch = Watch { args, counts: Counts::default() };
+    let mut watch = Watch { args, counts: Counts::default(), lists: Lists::default() };
     let watched = if is_table {
         watch.show_tables(&consumer, shutdown).await
     } else {
@@ -66,9 +65,19 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
 struct Watch<'a> {
     args: &'a WatchArgs,
     counts: Counts,
+    lists: Lists,
 }
 
 impl Watch<'_> {
+    /// The setting that the hub needs for what is watched.
+    const fn setting_needed(&self) -> &'static str {
+        match (self.args.lagged, self.args.tile) {
+            (true, _) => " with the setting `lagged`",
+            (_, Some(_)) => " with the setting `tiles` and objects there",
+            _ => "",
+        }
+    }
+
     fn is_done(&self) -> bool {
         self.args.count.is_some_and(|count| self.counts.fused_frames >= count)
     }
@@ -86,20 +95,34 @@ impl Watch<'_> {
                     continue;
                 }
             };
-            self.counts.add(&entry);
-            match wire::fused::decode(&entry.payload) {
-                Ok(frame) => {
-                    let table = table(&frame, clock::now());
-                    let text = if clears { format!("\x1b[2J\x1b[H{table}") } else { table + "\n" };
-                    if output::print(&text)? == Output::Closed {
-                        return Ok(());
-                    }
-                }
-                Err(error) => tracing::warn!(key = entry.key, %error, "unreadable fused frame"),
+            let mut frame = self.list_after(&entry);
+            // Of the whole list only the newest sample waits; of parts every one counts.
+            while !self.is_done()
+                && let Some(entry) = consumer.try_next()
+            {
+                frame = self.list_after(&entry).or(frame);
+            }
+            let Some(frame) = frame else { continue };
+            let table = table(&frame, clock::now());
+            let text = if clears { format!("\x1b[2J\x1b[H{table}") } else { table + "\n" };
+            if output::print(&text)? == Output::Closed {
+                return Ok(());
             }
             pace.tick().await;
         }
         Ok(())
+    }
+
+    /// The list after a sample; `None` where it gives none.
+    fn list_after(&mut self, entry: &Entry) -> Option<FusedFrame> {
+        if !self.counts.add(entry) {
+            return None;
+        }
+        let followed = self.lists.handle(entry).inspect_err(|error| {
+            self.counts.unreadable += 1;
+            tracing::warn!(key = entry.key, %error, "unreadable fused frame");
+        });
+        followed.ok().flatten()
     }
 
     /// Waits for the first fused frame for the time of `--wait`: from a router without a hub, or for a wrong
@@ -116,7 +139,7 @@ impl Watch<'_> {
             () = tokio::time::sleep(timeout) => bail!(
                 "no fused frame of network {} came within {timeout:.0?}; is --network right, and does a hub run{}?",
                 self.args.network,
-                if self.args.lagged { " with the setting `lagged`" } else { "" }
+                self.setting_needed()
             ),
         }
     }
@@ -154,17 +177,7 @@ impl Watch<'_> {
 
     /// Takes one sample; returns whether standard output still has a reader.
     fn take(&mut self, entry: &Entry, recording: Option<&mut RecordingFile>) -> anyhow::Result<Output> {
-        let is_fused = self.counts.add(entry);
-        let frame = if is_fused {
-            wire::fused::decode(&entry.payload)
-                .inspect_err(|error| {
-                    self.counts.unreadable += 1;
-                    tracing::warn!(key = entry.key, %error, "unreadable fused frame");
-                })
-                .ok()
-        } else {
-            None
-        };
+        let frame = self.list_after(entry);
         if let Some(frame) = &frame {
             self.counts.objects = frame.objects.len();
         }

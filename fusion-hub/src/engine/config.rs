@@ -1,7 +1,7 @@
 //! The engine's settings.
 
 use crate::fusion::{EPSILON_S, Fusion, LateFrames, Lifetimes, Preset, TrackingConfig};
-use crate::values::{Coast, SensingDefaults};
+use crate::values::{Coast, ContributorLimit, SensingDefaults};
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
 
@@ -28,6 +28,8 @@ pub struct EngineConfig {
     /// Whether a declared law of size errors is corrected; without, sizes err by a normal distribution of the stated
     /// variance about the true ones.
     pub debias_sizes: bool,
+    /// How many contributors an object names.
+    pub contributors: ContributorLimit,
     /// How it fuses.
     pub fusion: Fusion,
 }
@@ -45,6 +47,7 @@ impl EngineConfig {
             late_frames: LateFrames::default(),
             sensing: SensingDefaults::default(),
             debias_sizes: true,
+            contributors: ContributorLimit::All,
             fusion: Fusion::default(),
         }
     }

@@ -332,7 +332,8 @@ impl Engine {
         let Self { outputs, pending, agents, .. } = self;
         outputs[FIRST].begin(self.now, self.admission.map_frame(), agents, pending);
         let frame = &mut outputs[FIRST].frame;
-        let mut objects = ObjectList::new(&mut frame.objects, &mut self.spare_objects);
+        let objects = ObjectList::new(&mut frame.objects, &mut self.spare_objects);
+        let mut objects = objects.naming(self.config.contributors);
         self.method.write_objects(self.now, agents.names(), &mut objects);
         drop(objects);
         self.sieve.name_as_sent(&mut frame.objects);
@@ -378,7 +379,8 @@ impl Engine {
     fn write_as_of(&mut self, at: Timestamp, list: usize) -> Result<(), HistoryError> {
         let Self { outputs, pending, agents, .. } = self;
         let output = &mut outputs[list];
-        let mut objects = ObjectList::new(&mut output.frame.objects, &mut self.spare_objects);
+        let objects = ObjectList::new(&mut output.frame.objects, &mut self.spare_objects);
+        let mut objects = objects.naming(self.config.contributors);
         self.method.write_objects_as_of(at, agents.names(), &mut objects)?;
         drop(objects);
         self.sieve.name_as_sent(&mut output.frame.objects);

@@ -85,6 +85,13 @@ impl WindowFusion {
         (self.config.main_agent != Some(agent), agent)
     }
 
+    /// When the newest frame of an agent was captured.
+    fn captured_at(&self, agent: AgentId) -> Option<Timestamp> {
+        let place =
+            self.newest.binary_search_by_key(&self.rank(agent), |newest| self.rank(newest.frame.agent));
+        place.ok().map(|place| self.newest[place].captured_at)
+    }
+
     fn fuse(&mut self) {
         self.objects.clear();
         let Some(instant) = self.newest.iter().map(|newest| newest.counts_at).max() else { return };
@@ -169,8 +176,11 @@ impl FusionMethod for WindowFusion {
         } else if std::mem::take(&mut self.is_stale) {
             self.fuse();
         }
+        let limit = objects.contributor_limit();
         for object in &self.objects {
-            objects.push(FusedObject { age: now - object.last_measured_at, ..object.clone() });
+            let mut object = FusedObject { age: now - object.last_measured_at, ..object.clone() };
+            limit.apply(&mut object.contributors, |one| self.captured_at(one.frame.agent));
+            objects.push(object);
         }
     }
 

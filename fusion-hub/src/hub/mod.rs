@@ -4,14 +4,20 @@
 mod args;
 #[cfg(feature = "cli")]
 mod command;
+mod delta_stream;
+mod encoding;
 mod error;
 mod fair_queue;
 mod intake;
 mod network;
+mod on_demand;
+mod partial_lists;
 mod roster;
 mod run;
 mod settings;
 mod status;
+mod tile_lists;
+mod tile_settings;
 mod timing;
 mod turns;
 mod unnamed;
@@ -25,4 +31,5 @@ pub use error::HubError;
 pub use run::{HubSetup, serve};
 pub use settings::HubSettings;
 pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus};
+pub use tile_settings::TileSettings;
 pub use unnamed::InvalidName;

@@ -2,10 +2,10 @@
 
 use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
+use super::on_demand::{OnDemand, Parts, declare_publisher};
 use super::unnamed::Unnamed;
 use anyhow::anyhow;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, HubId};
 use v2x_common::keys::{self, Keys};
@@ -14,7 +14,6 @@ use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
-use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{Query, Queryable};
 use zenoh::sample::SampleKind;
 
@@ -30,22 +29,14 @@ pub(super) enum Control {
 /// The publishers of one list.
 pub(super) struct List {
     postcard: Publisher<'static>,
-    json: Publisher<'static>,
-    /// Whether there are subscribers to JSON.
-    json_wanted: Arc<AtomicBool>,
+    json: OnDemand,
 }
 
 impl List {
     async fn declare(session: &Session, key: String, json_key: String) -> zenoh::Result<Self> {
         let postcard = declare_publisher(session, key, ENCODING_POSTCARD).await?;
-        let json = declare_publisher(session, json_key, ENCODING_JSON).await?;
-        let json_wanted = Arc::new(AtomicBool::new(false));
-        let wanted = json_wanted.clone();
-        json.matching_listener()
-            .callback(move |status| wanted.store(status.matching(), Ordering::Relaxed))
-            .background()
-            .await?;
-        Ok(Self { postcard, json, json_wanted })
+        let json = OnDemand::declare(session, json_key, ENCODING_JSON).await?;
+        Ok(Self { postcard, json })
     }
 
     /// Puts the bytes of a frame.
@@ -55,9 +46,8 @@ impl List {
 
     /// Puts a frame as JSON, where that is wanted.
     pub(super) async fn put_json(&self, frame: &FusedFrame) -> anyhow::Result<()> {
-        if self.json_wanted.load(Ordering::Relaxed) {
-            let json = wire::json::encode_fused(frame)?;
-            self.json.put(json).await.map_err(|error| anyhow!("{error}"))?;
+        if self.json.is_wanted() {
+            self.json.put(wire::json::encode_fused(frame)?).await?;
         }
         Ok(())
     }
@@ -73,6 +63,8 @@ pub(super) struct Network {
     pub(super) fused: List,
     /// The second list, which is a lag behind.
     pub(super) lagged: Option<List>,
+    /// The lists that cost less.
+    pub(super) parts: Parts,
     /// Samples under keys without a valid agent's name.
     pub(super) unnamed: Arc<Unnamed>,
     // Dropping these undeclares them.
@@ -132,24 +124,11 @@ impl Network {
             control,
             fused,
             lagged,
+            parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
             _subscribers: [detections.await?, sensors.await?, roster.await?],
             _status: status.await?,
             _alive: session.liveliness().declare_token(keys.hub_alive(hub)).await?,
         })
     }
-}
-
-async fn declare_publisher(
-    session: &Session,
-    key: String,
-    encoding: &'static str,
-) -> zenoh::Result<Publisher<'static>> {
-    session
-        .declare_publisher(key)
-        .encoding(encoding)
-        .congestion_control(CongestionControl::Drop)
-        .priority(Priority::DataHigh)
-        .express(true)
-        .await
 }

@@ -1,24 +1,27 @@
 //! The hub's loop: samples in, fused frames out.
 
+use super::encoding::encode;
 use super::error::HubError;
 use super::fair_queue::QueueLimits;
 use super::intake::Received;
 use super::network::{Control, List, Network};
+use super::partial_lists::PartialLists;
 use super::roster::Roster;
 use super::settings::HubSettings;
 use super::status::{AgentStatus, HubStatus, RegistrationStatus, memory_bytes};
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
 use crate::engine::{Disposition, Engine, EngineConfig, PublishMode, Refusal, Schedule};
+use std::borrow::Cow;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
-use v2x_common::fused::{FusedFrame, FusedObject};
+use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::time::{Span, Timestamp};
-use v2x_common::wire::{self, ENCODING_JSON};
+use v2x_common::wire::ENCODING_JSON;
 use zenoh::Session;
 
 /// How often the statistics of the agents are checked.
@@ -86,6 +89,7 @@ struct Hub {
     frames_published: u64,
     publish_errors: u64,
     objects_withheld: u64,
+    partial_lists: PartialLists,
     buffer: Vec<u8>,
 }
 
@@ -102,6 +106,7 @@ impl Hub {
         let hub = settings.engine.hub;
         let network = Network::declare(session, &keys, &hub, settings.lagged_interval.is_some()).await;
         let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
+        let partial_lists = PartialLists::new(settings.tiles);
         Ok(Self {
             network_id,
             engine: engine(settings.engine),
@@ -120,6 +125,7 @@ impl Hub {
             frames_published: 0,
             publish_errors: 0,
             objects_withheld: 0,
+            partial_lists,
             buffer: Vec::new(),
         })
     }
@@ -249,21 +255,26 @@ impl Hub {
     async fn publish_from(&mut self, begun_at: Timestamp) {
         let frame = self.engine.fused(begun_at);
         self.objects = frame.objects.len();
-        match put(&self.network.fused, frame, &mut self.buffer).await {
-            Ok(withheld) => self.objects_withheld += withheld,
+        let encoded = match put(&self.network.fused, frame, &mut self.buffer).await {
+            Ok(encoded) => encoded,
             Err(error) => {
                 self.publish_errors += 1;
                 self.timing.forget_handled();
                 tracing::warn!(%error, "fused frame not published");
                 return;
             }
-        }
+        };
+        self.objects_withheld += (frame.objects.len() - encoded.objects.len()) as u64;
         self.frames_published += 1;
         let put_at = clock::now();
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
         if let Err(error) = self.network.fused.put_json(frame).await {
             self.publish_errors += 1;
             tracing::warn!(%error, "fused frame not published as JSON");
+        }
+        if let Err(error) = self.partial_lists.publish(&encoded, &self.network.parts).await {
+            self.publish_errors += 1;
+            tracing::warn!(%error, "list by what changes or by tile not published");
         }
     }
 
@@ -302,6 +313,8 @@ impl Hub {
             births_refused: self.engine.counts().births_refused,
             merges: self.engine.counts().merges,
             objects_withheld: self.objects_withheld,
+            delta_frames_published: self.partial_lists.delta_frames(),
+            tile_frames_published: self.partial_lists.tile_frames(),
             latency_ms: self.timing.latency_ms(),
             compute_ms: self.timing.compute_ms(),
             publish_ms: self.timing.publish_ms(),
@@ -362,71 +375,19 @@ impl Hub {
     }
 }
 
-/// Encodes a frame; returns the number of objects for which the wire has no room. They are left out: one absurd object
-/// must not silence all others.
-fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<usize, wire::WireError> {
-    buffer.clear();
-    let Err(error) = wire::fused::encode(frame, buffer) else { return Ok(0) };
-    let mut probe = FusedFrame { includes: Vec::new(), ..without_objects(frame) };
-    let mut scratch = Vec::new();
-    let mut fits = |object: &&FusedObject| {
-        probe.objects.clear();
-        probe.objects.push((*object).clone());
-        scratch.clear();
-        wire::fused::encode(&probe, &mut scratch).is_ok()
-    };
-    let objects: Vec<_> =
-        frame.objects.iter().filter(|object| fits(object)).take(wire::fused::MAX_OBJECTS).cloned().collect();
-    let withheld = frame.objects.len() - objects.len();
-    tracing::warn!(%error, withheld, "objects for which the wire has no room");
-    buffer.clear();
-    wire::fused::encode(&FusedFrame { objects, ..without_objects(frame) }, buffer)?;
-    Ok(withheld)
-}
-
-/// A frame without its objects.
-fn without_objects(frame: &FusedFrame) -> FusedFrame {
-    let FusedFrame { hub, lineage, sequence, fused_at, map_frame, .. } = *frame;
-    let (agents, includes) = (frame.agents.clone(), frame.includes.clone());
-    FusedFrame { hub, lineage, sequence, fused_at, map_frame, objects: Vec::new(), agents, includes }
-}
-
-/// Puts a frame of a list; the number of objects that were left out.
-async fn put(list: &List, frame: &FusedFrame, buffer: &mut Vec<u8>) -> anyhow::Result<u64> {
-    let withheld = encode(frame, buffer)?;
+/// Puts a frame of a list; what was put of it.
+async fn put<'a>(
+    list: &List,
+    frame: &'a FusedFrame,
+    buffer: &mut Vec<u8>,
+) -> anyhow::Result<Cow<'a, FusedFrame>> {
+    let encoded = encode(frame, buffer)?;
     list.put(buffer).await?;
-    Ok(withheld as u64)
+    Ok(encoded)
 }
 
 /// Tenths of a second since the epoch, cut to 32 bits: new at every start, for 13 years.
 fn lineage_of(started_at: Timestamp) -> u32 {
     let tenths = started_at.as_nanos() / 100_000_000;
     u32::try_from(tenths & 0xffff_ffff).expect("cut to 32 bits")
-}
-
-impl AgentStatus {
-    /// An agent that is alive but has sent nothing yet.
-    fn silent(id: AgentId) -> Self {
-        Self {
-            id,
-            alive: true,
-            accepted: 0,
-            synchronous: 0,
-            out_of_sequence: 0,
-            ahead_of_time: 0,
-            clock_set_back: 0,
-            refused: std::collections::BTreeMap::new(),
-            last_refusal: None,
-            dropped_detections: std::collections::BTreeMap::new(),
-            last_dropped: None,
-            unmapped_classes: 0,
-            unmapped_names: std::collections::BTreeMap::new(),
-            descriptions_refused: 0,
-            nis_per_dof: None,
-            registration: None,
-            learnt: None,
-            newest_captured_at: None,
-            sensor: None,
-        }
-    }
 }

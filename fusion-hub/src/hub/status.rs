@@ -51,6 +51,12 @@ pub struct HubStatus {
     pub merges: u64,
     /// Objects left out of a fused frame because the wire has no room for their values.
     pub objects_withheld: u64,
+    /// Key frames and delta frames put, in either codec: only while somebody subscribes.
+    #[serde(default)]
+    pub delta_frames_published: u64,
+    /// Frames of tiles put, in either codec: only while somebody subscribes.
+    #[serde(default)]
+    pub tile_frames_published: u64,
     /// Frame received → first fused frame put that contains it, in the last minute, ms.
     pub latency_ms: Quantiles,
     /// The part of it in which the hub worked, in the last minute, ms.
@@ -112,6 +118,33 @@ pub struct AgentStatus {
     pub newest_captured_at: Option<i64>,
     /// Its sensor description, once it has sent one.
     pub sensor: Option<SensorDescription>,
+}
+
+impl AgentStatus {
+    /// An agent that is alive but has sent nothing yet.
+    pub(super) fn silent(id: AgentId) -> Self {
+        Self {
+            id,
+            alive: true,
+            accepted: 0,
+            synchronous: 0,
+            out_of_sequence: 0,
+            ahead_of_time: 0,
+            clock_set_back: 0,
+            refused: BTreeMap::new(),
+            last_refusal: None,
+            dropped_detections: BTreeMap::new(),
+            last_dropped: None,
+            unmapped_classes: 0,
+            unmapped_names: BTreeMap::new(),
+            descriptions_refused: 0,
+            nis_per_dof: None,
+            registration: None,
+            learnt: None,
+            newest_captured_at: None,
+            sensor: None,
+        }
+    }
 }
 
 /// By how much an agent's clock and pose err, as its shared objects show.

@@ -50,10 +50,11 @@ impl<F: Filter> Publisher<F> {
             let lasting = lasting_variance(smoother.contributors(), shared, readings, at);
             estimate.add_position_variance(lasting);
             let published = PublishedEstimate { estimate, existence, at, last_measured_at, classes };
+            let limit = objects.contributor_limit();
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);
                 if is_filled {
-                    fill_contributors(object, smoother.contributors(), context.agents);
+                    fill_contributors(object, smoother.contributors(), limit, context.agents);
                 }
                 is_filled
             });

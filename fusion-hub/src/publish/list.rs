@@ -1,5 +1,6 @@
 //! The list of objects of one fused frame.
 
+use crate::values::ContributorLimit;
 use v2x_common::class::Class;
 use v2x_common::detection::HeadingKind;
 use v2x_common::fused::FusedObject;
@@ -13,12 +14,25 @@ pub struct ObjectList<'a> {
     objects: &'a mut Vec<FusedObject>,
     spare: &'a mut Vec<FusedObject>,
     len: usize,
+    contributor_limit: ContributorLimit,
 }
 
 impl<'a> ObjectList<'a> {
     /// An empty list in place of an earlier one; `spare` holds objects for which shorter lists had no use.
     pub fn new(objects: &'a mut Vec<FusedObject>, spare: &'a mut Vec<FusedObject>) -> Self {
-        Self { objects, spare, len: 0 }
+        Self { objects, spare, len: 0, contributor_limit: ContributorLimit::All }
+    }
+
+    /// The same, whose objects name so many contributors.
+    #[must_use]
+    pub const fn naming(mut self, limit: ContributorLimit) -> Self {
+        self.contributor_limit = limit;
+        self
+    }
+
+    /// How many contributors an object of it names; who adds objects keeps to it.
+    pub const fn contributor_limit(&self) -> ContributorLimit {
+        self.contributor_limit
     }
 
     /// Adds an object.

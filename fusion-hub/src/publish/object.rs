@@ -3,7 +3,7 @@
 use super::classes::PublishedClasses;
 use crate::filter::{Estimate, Filter};
 use crate::track::{Contributors, Track};
-use crate::values::AgentNames;
+use crate::values::{AgentNames, ContributorLimit};
 use std::f64::consts::PI;
 use v2x_common::detection::{HeadingKind, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
@@ -54,10 +54,21 @@ pub(super) fn fill<F: Filter>(
     true
 }
 
-/// Fills in the contributors of an object.
-pub(super) fn fill_contributors(object: &mut FusedObject, contributors: &Contributors, agents: &AgentNames) {
+/// Fills in the contributors of an object, as many as it may name.
+pub(super) fn fill_contributors(
+    object: &mut FusedObject,
+    contributors: &Contributors,
+    limit: ContributorLimit,
+    agents: &AgentNames,
+) {
     object.contributors.clear();
-    object.contributors.extend(contributors.iter().map(|newest| newest.measurement(agents)));
+    if limit == ContributorLimit::All {
+        object.contributors.extend(contributors.iter().map(|newest| newest.measurement(agents)));
+        return;
+    }
+    let mut named: Vec<_> = contributors.iter().collect();
+    limit.apply(&mut named, |newest| newest.captured_at());
+    object.contributors.extend(named.into_iter().map(|newest| newest.measurement(agents)));
 }
 
 /// Whether the wire has room for an estimate. It has none for a position with a standard deviation beyond 70 m, which

@@ -153,10 +153,11 @@ impl<F: Filter> Publisher<F> {
             ));
             let (existence, last_measured_at) = (listed.existence, track.last_measured_at());
             let published = PublishedEstimate { estimate, existence, at: now, last_measured_at, classes };
+            let limit = objects.contributor_limit();
             objects.push_with(|object| {
                 let is_filled = fill(object, track, &published);
                 if is_filled {
-                    fill_contributors(object, track.contributors(), list.agents);
+                    fill_contributors(object, track.contributors(), limit, list.agents);
                 }
                 is_filled
             });

@@ -24,5 +24,14 @@ pub(crate) fn run(bytes: &[u8]) {
     {
         wire::fused::decode(&ours).expect("what was encoded can be decoded");
     }
+    ours.clear();
+    again.clear();
+    if let Ok(delta) = wire::delta::decode(bytes)
+        && wire::delta::encode(&delta, &mut ours).is_ok()
+    {
+        let delta = wire::delta::decode(&ours).expect("what was encoded can be decoded");
+        wire::delta::encode(&delta, &mut again).expect("what was decoded can be encoded");
+        assert_eq!(ours, again);
+    }
     let _ = wire::sensor::decode(bytes);
 }

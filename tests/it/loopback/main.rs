@@ -6,6 +6,7 @@ mod delays;
 mod descriptions;
 mod endings;
 mod guide;
+mod lists;
 mod mistakes;
 
 use std::time::Duration;

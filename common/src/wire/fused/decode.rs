@@ -1,12 +1,13 @@
 //! Fused frames from bytes.
 
+use super::head::ListHead;
 use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
 use super::{CONFLICT_SHIFT, HEADING_SHIFT};
 use crate::class::Class;
 use crate::detection::HeadingKind;
 use crate::fused::{AgentHealth, FusedFrame, FusedObject, Inclusion};
 use crate::geometry::BevBox;
-use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
+use crate::id::{AgentId, FrameId, MeasurementId, TrackId};
 use crate::time::{Span, Timestamp};
 use crate::wire::error::WireError;
 use crate::wire::framing::{Kind, checked_count, finish, take_preamble};
@@ -23,16 +24,16 @@ pub fn decode(bytes: &[u8]) -> Result<FusedFrame, WireError> {
     let mut bytes = bytes;
     take_preamble(&mut bytes, Kind::Fused)?;
     let reader = &mut Reader(bytes);
-    let Head { mut frame, origin_m, n_agents, n_objects, n_includes } = read_head(reader)?;
+    let head = ListHead::read(reader)?;
+    let (agents, objects, includes) = (reader.u32()?, reader.u32()?, reader.u32()?);
+    let n_agents = checked_count("agents", agents, MAX_AGENTS)?;
+    let n_objects = checked_count("objects", objects, MAX_OBJECTS)?;
+    let n_includes = checked_count("includes", includes, MAX_INCLUDES)?;
+    let mut frame = head.frame();
     for _ in 0..n_agents {
         frame.agents.push(read_agent(reader, frame.fused_at)?);
     }
-    // Counts are not verified yet: reserve no more than the bytes can contain.
-    frame.objects.reserve(n_objects.min(reader.0.len() / MIN_OBJECT_LEN));
-    for _ in 0..n_objects {
-        let object = read_object(reader, &frame, origin_m)?;
-        frame.objects.push(object);
-    }
+    frame.objects = read_objects(reader, n_objects, &head, Some(&frame.agents))?;
     for _ in 0..n_includes {
         let id = WireFrameId::read(reader)?;
         let (captured, received) = (reader.i64()?, reader.i64()?);
@@ -46,40 +47,19 @@ pub fn decode(bytes: &[u8]) -> Result<FusedFrame, WireError> {
     Ok(frame)
 }
 
-/// A frame without its lists, and what is needed to read them.
-struct Head {
-    frame: FusedFrame,
-    /// Whole metres, to which the objects' millimetres are relative.
-    origin_m: (i32, i32),
-    n_agents: usize,
-    n_objects: usize,
-    n_includes: usize,
-}
-
-fn read_head(reader: &mut Reader<'_>) -> Result<Head, WireError> {
-    let hub = reader.text()?;
-    let (lineage, sequence, fused_at_ns) = (reader.u32()?, reader.u64()?, reader.i64()?);
-    let map_frame = match reader.bytes()? {
-        [0] => None,
-        [1] => Some(reader.text()?),
-        _ => return Err(postcard::Error::DeserializeBadOption.into()),
-    };
-    let origin_m = (reader.i32()?, reader.i32()?);
-    let (agents, objects, includes) = (reader.u32()?, reader.u32()?, reader.u32()?);
-    let n_agents = checked_count("agents", agents, MAX_AGENTS)?;
-    let n_objects = checked_count("objects", objects, MAX_OBJECTS)?;
-    let n_includes = checked_count("includes", includes, MAX_INCLUDES)?;
-    let frame = FusedFrame {
-        hub: HubId::new(hub)?,
-        lineage,
-        sequence,
-        fused_at: Timestamp::from_nanos(fused_at_ns),
-        map_frame: map_frame.map(MapFrame::new).transpose()?,
-        objects: Vec::new(),
-        agents: Vec::new(),
-        includes: Vec::new(),
-    };
-    Ok(Head { frame, origin_m, n_agents, n_objects, n_includes })
+/// Objects whose contributors are of these agents; of a list without agents none has any.
+pub(in crate::wire) fn read_objects(
+    reader: &mut Reader<'_>,
+    count: usize,
+    head: &ListHead,
+    agents: Option<&[AgentHealth]>,
+) -> Result<Vec<FusedObject>, WireError> {
+    // The count is not verified yet: reserve no more than the bytes can contain.
+    let mut objects = Vec::with_capacity(count.min(reader.0.len() / MIN_OBJECT_LEN));
+    for _ in 0..count {
+        objects.push(read_object(reader, head, agents)?);
+    }
+    Ok(objects)
 }
 
 fn read_agent(reader: &mut Reader<'_>, fused_at: Timestamp) -> Result<AgentHealth, WireError> {
@@ -108,9 +88,10 @@ impl WireFrameId {
 
 fn read_object(
     reader: &mut Reader<'_>,
-    frame: &FusedFrame,
-    origin_m: (i32, i32),
+    head: &ListHead,
+    agents: Option<&[AgentHealth]>,
 ) -> Result<FusedObject, WireError> {
+    let ListHead { lineage, fused_at, origin_m, .. } = *head;
     let (lineage_xor, counter) = (reader.u32()?, reader.u32()?);
     let (x, y) = (reader.i64()?, reader.i64()?);
     let (vx, vy) = (reader.i32()?, reader.i32()?);
@@ -118,7 +99,7 @@ fn read_object(
     let (sigma, rho) = (reader.bytes::<4>()?, reader.bytes::<6>()?.map(u8::cast_signed));
     let [sw, sd, st, existence] = reader.bytes()?;
     let (age_ns, measured_before_fused_ns) = (reader.i64()?, reader.i64()?);
-    let (n_classes, n_contributors) = (reader.u32()?, reader.u32()?);
+    let (n_classes, n_contributors) = (reader.u32()?, if agents.is_some() { reader.u32()? } else { 0 });
     let n_contributors = checked_count("contributors", n_contributors, MAX_AGENTS)?;
     let (n_classes, above) = (n_classes & ((1 << HEADING_SHIFT) - 1), n_classes >> HEADING_SHIFT);
     let (heading, above) = (above & 3, above >> (CONFLICT_SHIFT - HEADING_SHIFT));
@@ -129,9 +110,9 @@ fn read_object(
     let n_classes = checked_count("class probabilities", n_classes, Class::ALL.len())?;
     let class_probabilities = read_classes(reader, n_classes)?;
     let class_conflict = if above == 1 { quantity::probability(reader.bytes::<1>()?[0]) } else { 0.0 };
-    let contributors = read_contributors(reader, n_contributors, &frame.agents)?;
+    let contributors = read_contributors(reader, n_contributors, agents.unwrap_or_default())?;
     Ok(FusedObject {
-        track: TrackId::new(lineage_xor ^ frame.lineage, counter),
+        track: TrackId::new(lineage_xor ^ lineage, counter),
         class: class_probabilities[0].0,
         class_probabilities,
         class_conflict,
@@ -150,7 +131,7 @@ fn read_object(
         heading,
         existence: quantity::probability(existence),
         age: Span::from_nanos(age_ns),
-        last_measured_at: frame.fused_at - Span::from_nanos(measured_before_fused_ns),
+        last_measured_at: fused_at - Span::from_nanos(measured_before_fused_ns),
         contributors,
     })
 }

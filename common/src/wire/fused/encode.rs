@@ -1,5 +1,6 @@
 //! Fused frames into bytes.
 
+use super::head::{ListHead, MAX_HEAD_LEN};
 use super::limits::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
 use super::{CONFLICT_SHIFT, HEADING_SHIFT};
 use crate::class::Class;
@@ -12,8 +13,8 @@ use crate::wire::kinematic;
 use crate::wire::quantity::{self, MILLI, fixed};
 use crate::wire::varint::{MAX_LEN_16, MAX_LEN_32, MAX_LEN_64, Writer, append};
 
-/// Preamble and option; names with their lengths; lineage, origin, counts; sequence and time.
-const MAX_HEAD_LEN: usize = 3 + 2 * (MAX_NAME_LEN + 1) + 6 * MAX_LEN_32 + 2 * MAX_LEN_64;
+/// Preamble, and three counts behind the head.
+const MAX_FUSED_HEAD_LEN: usize = 2 + MAX_HEAD_LEN + 3 * MAX_LEN_32;
 /// The name with its length; epoch, time, counts.
 const MAX_AGENT_LEN: usize = MAX_NAME_LEN + 1 + 5 * MAX_LEN_64;
 /// 15 single bytes; sizes and heading; track, velocity, counts; position and times.
@@ -34,24 +35,13 @@ pub fn encode(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError>
     write(frame, buffer).inspect_err(|_| buffer.truncate(start))
 }
 
-/// Makes room for one item at a time: room for the longest numbers of all items would not fit into the cache.
 fn write(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
-    let origin_m = origin_m(frame)?;
-    append(buffer, MAX_HEAD_LEN, |writer| write_head(frame, origin_m, writer))?;
+    let head = ListHead::of(frame)?;
+    append(buffer, MAX_FUSED_HEAD_LEN, |writer| write_head(frame, &head, writer))?;
     for health in &frame.agents {
         append(buffer, MAX_AGENT_LEN, |writer| write_agent(health, frame.fused_at, writer))?;
     }
-    for object in &frame.objects {
-        // More of either cannot be sent.
-        let n_classes = object.classes().count().min(Class::ALL.len());
-        let n_contributors = object.contributors.len().min(MAX_AGENTS);
-        let room = MAX_OBJECT_LEN + CLASS_LEN * n_classes + MAX_CONTRIBUTOR_LEN * n_contributors;
-        append(buffer, room, |writer| {
-            write_object(object, frame, origin_m, writer)?;
-            write_classes(object, writer)?;
-            write_contributors(object, frame, writer)
-        })?;
-    }
+    write_objects(&frame.objects, &head, Some(&frame.agents), buffer)?;
     for inclusion in &frame.includes {
         append(buffer, MAX_INCLUSION_LEN, |writer| {
             write_frame_id(&inclusion.frame, &frame.agents, &mut 0, writer)?;
@@ -63,22 +53,40 @@ fn write(frame: &FusedFrame, buffer: &mut Vec<u8>) -> Result<(), WireError> {
     Ok(())
 }
 
-fn write_head(frame: &FusedFrame, origin_m: (i32, i32), writer: &mut Writer<'_>) -> Result<(), WireError> {
+/// Objects whose contributors are of these agents; of a list without agents none has any, which takes no byte.
+///
+/// Makes room for one object at a time: room for the longest numbers of all would not fit into the cache.
+pub(in crate::wire) fn write_objects(
+    objects: &[FusedObject],
+    head: &ListHead,
+    agents: Option<&[AgentHealth]>,
+    buffer: &mut Vec<u8>,
+) -> Result<(), WireError> {
+    for object in objects {
+        // More of either cannot be sent.
+        let n_classes = object.classes().count().min(Class::ALL.len());
+        let n_contributors = object.contributors.len().min(MAX_AGENTS);
+        let room = MAX_OBJECT_LEN + CLASS_LEN * n_classes + MAX_CONTRIBUTOR_LEN * n_contributors;
+        append(buffer, room, |writer| {
+            write_object(object, head, writer)?;
+            match agents {
+                Some(_) => writer.u32(wire_count("contributors", object.contributors.len(), MAX_AGENTS)?),
+                None if object.contributors.is_empty() => {}
+                None => return Err(WireError::UnlistedAgent),
+            }
+            write_classes(object, writer)?;
+            write_contributors(object, agents.unwrap_or_default(), writer)
+        })?;
+    }
+    Ok(())
+}
+
+fn write_head(frame: &FusedFrame, head: &ListHead, writer: &mut Writer<'_>) -> Result<(), WireError> {
     let n_agents = wire_count("agents", frame.agents.len(), MAX_AGENTS)?;
     let n_objects = wire_count("objects", frame.objects.len(), MAX_OBJECTS)?;
     let n_includes = wire_count("includes", frame.includes.len(), MAX_INCLUDES)?;
     writer.bytes([VERSION, Kind::Fused as u8]);
-    writer.text(frame.hub.as_str());
-    writer.u32(frame.lineage);
-    writer.u64(frame.sequence);
-    writer.i64(frame.fused_at.as_nanos());
-    writer.bytes([u8::from(frame.map_frame.is_some())]);
-    if let Some(map_frame) = &frame.map_frame {
-        writer.text(map_frame.as_str());
-    }
-    // Whole metres, to which the objects' millimetres are relative.
-    writer.i32(origin_m.0);
-    writer.i32(origin_m.1);
+    head.write(writer);
     [n_agents, n_objects, n_includes].into_iter().for_each(|count| writer.u32(count));
     Ok(())
 }
@@ -91,17 +99,6 @@ fn write_agent(health: &AgentHealth, fused_at: Timestamp, writer: &mut Writer<'_
     writer.u64(health.refused);
     writer.u64(health.out_of_sequence);
     Ok(())
-}
-
-/// The whole metres at or below the first object: taken from its millimetres, so that what was decoded
-/// has the same origin again.
-fn origin_m(frame: &FusedFrame) -> Result<(i32, i32), WireError> {
-    let Some(FusedObject { bev, .. }) = frame.objects.first() else { return Ok((0, 0)) };
-    let metres = |field, value| -> Result<i32, WireError> {
-        let millimetres: i64 = fixed(field, value, MILLI)?;
-        i32::try_from(millimetres.div_euclid(1000)).map_err(|_| WireError::NotEncodable { field, value })
-    };
-    Ok((metres("x", bev.x)?, metres("y", bev.y)?))
 }
 
 /// A coordinate in mm from the origin.
@@ -138,14 +135,10 @@ fn place_of(agent: AgentId, agents: &[AgentHealth]) -> Result<u32, WireError> {
 
 /// Track, mostly of this lineage; position relative to the origin, sizes: mm; velocity: mm/s; heading: 0.1 mrad;
 /// one byte for each standard deviation, correlation and probability; times: ns.
-fn write_object(
-    object: &FusedObject,
-    frame: &FusedFrame,
-    origin_m: (i32, i32),
-    writer: &mut Writer<'_>,
-) -> Result<(), WireError> {
+fn write_object(object: &FusedObject, head: &ListHead, writer: &mut Writer<'_>) -> Result<(), WireError> {
     let FusedObject { bev, .. } = object;
-    writer.u32(object.track.lineage() ^ frame.lineage);
+    let ListHead { lineage, fused_at, origin_m, .. } = *head;
+    writer.u32(object.track.lineage() ^ lineage);
     writer.u32(object.track.counter());
     writer.i64(relative("x", bev.x, origin_m.0)?);
     writer.i64(relative("y", bev.y, origin_m.1)?);
@@ -163,11 +156,10 @@ fn write_object(
     let existence = quantity::probability_byte("existence", object.existence)?;
     writer.bytes([sw, sd, st, existence]);
     writer.i64(object.age.as_nanos());
-    writer.i64((frame.fused_at - object.last_measured_at).as_nanos());
+    writer.i64((fused_at - object.last_measured_at).as_nanos());
     let n_classes = wire_count("class probabilities", object.classes().count(), Class::ALL.len())?;
     let has_conflict = u32::from(conflict_byte(object)? > 0);
     writer.u32(n_classes | (object.heading as u32) << HEADING_SHIFT | has_conflict << CONFLICT_SHIFT);
-    writer.u32(wire_count("contributors", object.contributors.len(), MAX_AGENTS)?);
     Ok(())
 }
 
@@ -188,12 +180,12 @@ fn write_classes(object: &FusedObject, writer: &mut Writer<'_>) -> Result<(), Wi
 
 fn write_contributors(
     object: &FusedObject,
-    frame: &FusedFrame,
+    agents: &[AgentHealth],
     writer: &mut Writer<'_>,
 ) -> Result<(), WireError> {
     let mut expected = 0;
     for measurement in &object.contributors {
-        write_frame_id(&measurement.frame, &frame.agents, &mut expected, writer)?;
+        write_frame_id(&measurement.frame, agents, &mut expected, writer)?;
         writer.u16(measurement.index);
     }
     Ok(())

@@ -5,11 +5,13 @@
 //! required; [`ReportDefaults`] fill the rest. Field names are checked: an unknown one is an error that
 //! names it. The schemas are in `common/schemas/`.
 
+mod delta;
 mod detections;
 mod fused;
 mod sensor;
 mod values;
 
+pub use delta::{decode_delta, decode_update, encode_delta};
 pub use detections::{DecodedDetections, ReportDefaults};
 pub use detections::{decode_detections, decode_detections_as_sent, encode_detections};
 pub use fused::{decode_fused, encode_fused};

@@ -69,7 +69,7 @@ pub(crate) fn run_log(
                 let Identities { epoch, sequence, .. } = identities;
                 truth.insert(FrameId { agent, epoch, sequence }, identities);
             }
-            Some(Topic::AgentAlive(_) | Topic::Lagged(_)) | None => {}
+            Some(Topic::AgentAlive(_) | Topic::Lagged(_) | Topic::Delta(_) | Topic::Tile(..)) | None => {}
         }
     }
     log.detections = frames

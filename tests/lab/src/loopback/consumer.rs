@@ -10,6 +10,7 @@ use v2x_common::keys::Keys;
 use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::recording::Entry;
+use v2x_common::tile::Tile;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
@@ -21,6 +22,10 @@ pub enum Traffic {
     Fused,
     /// Fused frames of the second list, which is a lag behind.
     Lagged,
+    /// Key frames, and what changes between them.
+    Delta,
+    /// The fused frames of the tiles of an area.
+    Area(Tile),
     /// All messages that the scoring of a run needs: also detections, sensor descriptions and ground truth.
     Everything,
 }
@@ -63,6 +68,8 @@ impl Consumer {
         let expressions = match traffic {
             Traffic::Fused => vec![keys.all_fused()],
             Traffic::Lagged => vec![keys.all_lagged()],
+            Traffic::Delta => vec![keys.all_deltas()],
+            Traffic::Area(tile) => vec![keys.area(tile)],
             Traffic::Everything => {
                 vec![keys.all_fused(), keys.all_detections(), keys.all_sensors(), keys.all_truth()]
             }

@@ -8,7 +8,7 @@ use crate::id::{AgentId, FrameId, HubId, MapFrame};
 use crate::wire::error::WireError;
 use crate::wire::framing::wire_count;
 use crate::wire::fused::{MAX_AGENTS, MAX_INCLUDES, MAX_OBJECTS};
-use object::{JsonObject, check_finite};
+pub(super) use object::{JsonObject, check_finite};
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize, Deserialize)]

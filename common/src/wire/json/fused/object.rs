@@ -32,7 +32,7 @@ const ROUNDING: f64 = 1e-9;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct JsonObject {
+pub(in crate::wire::json) struct JsonObject {
     track: Id64,
     class: Class,
     class_probabilities: Vec<(Class, f64)>,
@@ -85,7 +85,7 @@ struct JsonMeasurement {
 
 impl JsonObject {
     /// Checks every number against the limits of the schema. `index` is the object's place in the frame.
-    pub(super) fn check(&self, index: usize) -> Result<(), WireError> {
+    pub(in crate::wire::json) fn check(&self, index: usize) -> Result<(), WireError> {
         wire_count("class probabilities", self.class_probabilities.len(), Class::ALL.len())?;
         wire_count("contributors", self.contributors.len(), MAX_AGENTS)?;
         let check = |field, value: f64, is_valid: bool, expected| {
@@ -233,7 +233,7 @@ impl From<JsonObject> for FusedObject {
 }
 
 /// JSON cannot represent a number that is not finite; the root of a negative variance is not a number.
-pub(super) fn check_finite(object: &FusedObject) -> Result<(), WireError> {
+pub(in crate::wire::json) fn check_finite(object: &FusedObject) -> Result<(), WireError> {
     let FusedObject { bev, velocity, .. } = object;
     let fields = [
         ("x", bev.x),
