@@ -90,7 +90,7 @@ fn state_of<F: Filter>(past: &Past) -> F {
     let mut at = AT - Span::from_millis(whole + past.predicted_ms);
     let mut state = F::initial(at, &Measurement { class: past.class, ..past.reports[0].1 });
     for (ms, z) in &past.reports[1..] {
-        at = at + Span::from_millis(*ms);
+        at += Span::from_millis(*ms);
         state.predict(at, past.class);
         state.update(&Measurement { class: past.class, ..*z });
     }

@@ -7,24 +7,13 @@ use super::evidence::{Evidence, FrameSlot};
 use super::orientation::Read;
 use super::{ClassReports, Contributors, Snapshot};
 use crate::filter::{Filter, Holds};
-use crate::values::{CompactMeasurement, ParticleSet, PositionInnovation};
+use crate::values::{ParticleSet, PositionInnovation};
 use std::collections::VecDeque;
-use v2x_common::class::Class;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
-/// Measurements that are fetched together before a replay: each lies in another frame, and fetching them one by one
-/// waits for the memory each time.
-const GATHERED: usize = 16;
 /// Room for items of evidence in a new track: ten agents at 10 Hz fill it within Δmax.
 const EVIDENCE_AT_FIRST: usize = 64;
-
-/// How far a replay is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Progress {
-    /// Items that are applied.
-    count: usize,
-}
 
 /// A track: a hypothesis of one object.
 ///
@@ -39,13 +28,13 @@ pub struct Track<F> {
     pub holders: ParticleSet,
     /// When particles last came to differ about it.
     pub disputed_at: Timestamp,
-    evidence: VecDeque<Evidence>,
+    pub(super) evidence: VecDeque<Evidence>,
     /// The first one is after the first detection, or after the folded evidence.
-    checkpoints: Checkpoints<F>,
+    pub(super) checkpoints: Checkpoints<F>,
     /// The estimate after all evidence, without late items that are not replayed yet.
-    head: Snapshot<F>,
+    pub(super) head: Snapshot<F>,
     /// The place of the oldest late item that is not replayed yet.
-    stale_from: Option<usize>,
+    pub(super) stale_from: Option<usize>,
     /// When the first detection was captured.
     initiated_at: Timestamp,
     contributors: Contributors,
@@ -220,102 +209,6 @@ impl<F: Filter> Track<F> {
     /// Whether late evidence is not replayed yet.
     pub const fn is_stale(&self) -> bool {
         self.stale_from.is_some()
-    }
-
-    /// Sets it back to before its late items; how far it is then. `None` where it has none.
-    pub(super) fn begin_replay(&mut self, context: &TrackContext<'_>) -> Option<Progress> {
-        let place = self.stale_from.take()?;
-        self.checkpoints.truncate(place);
-        let count = self.rewind(context)?;
-        Some(Progress { count })
-    }
-
-    /// Applies missed detections up to the next detection; whether there is one.
-    pub(super) fn reaches_detection(&mut self, progress: &mut Progress, context: &TrackContext<'_>) -> bool {
-        while let Some(item) = self.evidence.get(progress.count) {
-            if item.is_detection() {
-                return true;
-            }
-            let item = *item;
-            apply(&mut self.head, (&item, None), None, context);
-            self.note_applied(progress, item.captured_at);
-        }
-        false
-    }
-
-    /// The time of the next detection, and the class of its motion, where it must be predicted to then.
-    pub(super) fn due_at(
-        &self,
-        progress: &Progress,
-        context: &TrackContext<'_>,
-    ) -> Option<(Timestamp, Class)> {
-        let at = self.evidence.get(progress.count)?.captured_at;
-        let is_due = (at - self.head.state.at()).abs() > context.synchronous;
-        is_due.then(|| (at, self.head.motion_class()))
-    }
-
-    /// Reads the next detection, before the update of the predicted state.
-    pub(super) fn open_at(&mut self, progress: &Progress, context: &TrackContext<'_>) -> Option<Read> {
-        let item = self.evidence.get(progress.count)?;
-        Some(open(&mut self.head, (item, context.frames.held(item)?), context))
-    }
-
-    /// After the update of the state by the next detection.
-    pub(super) fn close_at(
-        &mut self,
-        progress: &mut Progress,
-        (read, innovation): (&Read, &PositionInnovation),
-        context: &TrackContext<'_>,
-    ) {
-        let Some(item) = self.evidence.get(progress.count).copied() else { return };
-        if let Some(held) = context.frames.held(&item) {
-            close(&mut self.head, (&item, held), (read, innovation), context);
-        }
-        self.note_applied(progress, item.captured_at);
-    }
-
-    fn note_applied(&mut self, progress: &mut Progress, at: Timestamp) {
-        progress.count += 1;
-        let (count, total) = (progress.count, self.evidence.len());
-        if self.checkpoints.is_due((count, at), total) {
-            self.checkpoints.push((count, at), &self.head, total);
-        }
-    }
-
-    /// Applies late items at their own times, and every later one again after them.
-    pub fn replay(&mut self, context: &TrackContext<'_>) {
-        let Some(Progress { mut count }) = self.begin_replay(context) else { return };
-        let total = self.evidence.len();
-        let mut gathered = [CompactMeasurement::BLANK; GATHERED];
-        while count < total {
-            let block = self.evidence.range(count..total.min(count + GATHERED));
-            for (held, item) in gathered.iter_mut().zip(block.clone()) {
-                if let Some(found) = context.frames.held(item) {
-                    *held = *found;
-                }
-            }
-            for (held, item) in gathered.iter().zip(block) {
-                let held = (item.is_detection()).then_some(held);
-                apply(&mut self.head, (item, held), None, context);
-                count += 1;
-                if self.checkpoints.is_due((count, item.captured_at), total) {
-                    self.checkpoints.push((count, item.captured_at), &self.head, total);
-                }
-            }
-        }
-    }
-
-    /// Sets the head back to the last checkpoint, or to the first detection; the number of items before it.
-    fn rewind(&mut self, context: &TrackContext<'_>) -> Option<usize> {
-        if let Some((count, snapshot)) = self.checkpoints.last() {
-            self.head = *snapshot;
-            return Some(count);
-        }
-        let first = self.evidence.iter().position(|item| item.is_detection())?;
-        let item = &self.evidence[first];
-        self.head = initial(item, context)?;
-        self.checkpoints.push((first + 1, item.captured_at), &self.head, self.evidence.len());
-        Some(first + 1)
     }
 
     /// The estimate after the first `count` items; before the first detection, the estimate after that.

@@ -9,6 +9,7 @@ mod gaussian;
 mod lanes;
 mod likelihood;
 mod many;
+mod mixing;
 mod model;
 mod motion;
 mod output;
@@ -321,9 +322,9 @@ impl<R: Real> Imm<R> {
             }
         }
         // Nothing returns to the parked model: it needs no mixing.
-        self.stopped = gaussian::mixed(&sources, STOPPED, &into[STOPPED], &self.stopped);
-        self.smooth = gaussian::mixed(&sources, SMOOTH, &into[SMOOTH], &self.smooth);
-        self.manoeuvre = gaussian::mixed(&sources, MANOEUVRE, &into[MANOEUVRE], &self.manoeuvre);
+        self.stopped = mixing::mixed(&sources, STOPPED, &into[STOPPED], &self.stopped);
+        self.smooth = mixing::mixed(&sources, SMOOTH, &into[SMOOTH], &self.smooth);
+        self.manoeuvre = mixing::mixed(&sources, MANOEUVRE, &into[MANOEUVRE], &self.manoeuvre);
         self.weights = predicted;
     }
 

@@ -7,7 +7,7 @@ use super::gaussian::{self, Full, Gaussian, Still, YAW, apart, at};
 use super::model::{MANOEUVRE, PARKED, SMOOTH, STOPPED};
 use super::motion::{cross_covariance, moved};
 use super::passage::{MOST_STEPS, Passage};
-use super::{Imm, output};
+use super::{Imm, mixing, output};
 use crate::filter::retrodiction::{Later, Square, retrodicted};
 use v2x_common::class::Class;
 
@@ -86,7 +86,7 @@ fn mix_into<const N: usize, const T: usize>(
     own: usize,
     weights: &[f64; 4],
 ) {
-    *model = gaussian::mixed(pairs, own, weights, model);
+    *model = mixing::mixed(pairs, own, weights, model);
 }
 
 /// One model's smoothed state before a step in which it became another one.
