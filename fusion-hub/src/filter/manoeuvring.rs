@@ -65,18 +65,6 @@ impl ImmState {
     }
 }
 
-impl Holds<Self> for ImmState {
-    #[inline(always)]
-    fn state(&self) -> &Self {
-        self
-    }
-
-    #[inline(always)]
-    fn state_mut(&mut self) -> &mut Self {
-        self
-    }
-}
-
 impl AsRef<Imm> for ImmState {
     #[inline(always)]
     fn as_ref(&self) -> &Imm {

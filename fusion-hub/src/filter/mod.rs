@@ -36,7 +36,7 @@ use v2x_common::fused::KinematicCovariance;
 use v2x_common::time::Timestamp;
 
 /// One object's state under one model of motion, at one time.
-pub trait Filter: Copy + Debug + PartialEq + Holds<Self> {
+pub trait Filter: Copy + Debug + PartialEq {
     /// Whether several states are updated faster together ([`Self::update_some`]) than one by one.
     const TOGETHER: bool = false;
 
@@ -168,6 +168,19 @@ pub trait Holds<F> {
     fn state(&self) -> &F;
     /// The state, to be changed.
     fn state_mut(&mut self) -> &mut F;
+}
+
+/// A state holds itself.
+impl<F: Filter> Holds<F> for F {
+    #[inline(always)]
+    fn state(&self) -> &F {
+        self
+    }
+
+    #[inline(always)]
+    fn state_mut(&mut self) -> &mut F {
+        self
+    }
 }
 
 /// The direction of a motion.

@@ -3,7 +3,7 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::TrackSizePriors;
 use super::{
-    Course, Filter, Heading, Holds, Kinematic, Motion, MotionParams, PoseEstimate, Size, intersection_weight,
+    Course, Filter, Heading, Kinematic, Motion, MotionParams, PoseEstimate, Size, intersection_weight,
     smoothing,
 };
 use crate::values::PredictedMeasurement;
@@ -54,18 +54,6 @@ impl State {
         self.depth.intersect(z.size[1], z.relative_variance[1]);
         self.heading.intersect(z.yaw, z.yaw_variance);
         innovation
-    }
-}
-
-impl Holds<Self> for State {
-    #[inline(always)]
-    fn state(&self) -> &Self {
-        self
-    }
-
-    #[inline(always)]
-    fn state_mut(&mut self) -> &mut Self {
-        self
     }
 }
 

@@ -48,19 +48,27 @@ pub(super) fn apply<F: Filter>(
             Some(predicted) => known.state = *predicted,
             None => known.predict(at, context.synchronous),
         }
-        let read = open(known, (item, held), context);
+        let detection = HeldDetection { item, held };
+        let read = open(known, detection, context);
         let innovation = known.state.update(&read.z);
-        close(known, (item, held), (&read, &innovation), context);
+        close(known, detection, (&read, &innovation), context);
     } else if let Some(coverage) = &stored.coverage {
         known.add_missed_detection(&frame, coverage, (predicted, context.synchronous));
     }
+}
+
+/// A detection of a track, and its measurement as it is held.
+#[derive(Clone, Copy)]
+pub(super) struct HeldDetection<'a> {
+    pub(super) item: &'a Evidence,
+    pub(super) held: &'a CompactMeasurement,
 }
 
 /// Before the update of a state by a detection of its time: how that is read.
 #[inline(always)]
 pub(super) fn open<F: Filter>(
     known: &mut Snapshot<F>,
-    (item, held): (&Evidence, &CompactMeasurement),
+    HeldDetection { item, held }: HeldDetection<'_>,
     context: &TrackContext<'_>,
 ) -> Read {
     let stored = context.frames.get(item.frame);
@@ -74,7 +82,7 @@ pub(super) fn open<F: Filter>(
 #[inline(always)]
 pub(super) fn close<F: Filter>(
     known: &mut Snapshot<F>,
-    (item, held): (&Evidence, &CompactMeasurement),
+    HeldDetection { item, held }: HeldDetection<'_>,
     (read, innovation): (&Read, &PositionInnovation),
     context: &TrackContext<'_>,
 ) {

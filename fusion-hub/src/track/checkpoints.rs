@@ -284,14 +284,11 @@ mod tests {
             steps in prop::collection::vec((0..4_u8, 0..300_usize), 1..60),
         ) {
             let (mut total, mut checkpoints) = (200, after(200, 6_000));
-            // What each holds is known by its position: its count when it was made, and what was inserted before it since.
-            let mut inserted: Vec<usize> = Vec::new();
             for (kind, number) in steps {
                 let place = number % (total + 1);
                 match kind {
                     0 => {
                         checkpoints.note_inserted(place);
-                        inserted.push(place);
                         total += 1;
                         checkpoints.truncate(place);
                     }

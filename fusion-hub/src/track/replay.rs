@@ -2,7 +2,7 @@
 //! detection, then each the one after it, because several of them fit into one instruction. The bits are the same.
 
 use super::TrackContext;
-use super::application::{apply, close, initial, open};
+use super::application::{HeldDetection, apply, close, initial, open};
 use super::orientation::Read;
 use super::track::Track;
 use crate::filter::{Due, Filter};
@@ -61,7 +61,8 @@ impl<F: Filter> Track<F> {
     /// Reads the next detection, before the update of the predicted state.
     pub(super) fn open_at(&mut self, progress: &Progress, context: &TrackContext<'_>) -> Option<Read> {
         let item = self.evidence.get(progress.count)?;
-        Some(open(&mut self.head, (item, context.frames.held(item)?), context))
+        let detection = HeldDetection { item, held: context.frames.held(item)? };
+        Some(open(&mut self.head, detection, context))
     }
 
     /// After the update of the state by the next detection.
@@ -73,7 +74,7 @@ impl<F: Filter> Track<F> {
     ) {
         let Some(item) = self.evidence.get(progress.count).copied() else { return };
         if let Some(held) = context.frames.held(&item) {
-            close(&mut self.head, (&item, held), (read, innovation), context);
+            close(&mut self.head, HeldDetection { item: &item, held }, (read, innovation), context);
         }
         self.note_applied(progress, item.captured_at);
     }

@@ -1,6 +1,6 @@
 //! A track: its evidence in the order of capture times, with rollback and replay of late evidence.
 
-use super::application::{advance, apply, close, initial, open};
+use super::application::{HeldDetection, advance, apply, close, initial, open};
 use super::checkpoints::Checkpoints;
 use super::context::{Horizon, Rollback, TrackContext};
 use super::evidence::{Evidence, FrameSlot};
@@ -151,14 +151,14 @@ impl<F: Filter> Track<F> {
         self.note_class(item, context);
         self.evidence.push_back(*item);
         self.head.state = *predicted;
-        Some(open(&mut self.head, (item, held), context))
+        Some(open(&mut self.head, HeldDetection { item, held }, context))
     }
 
     /// After the update of the state by the last detection, which was opened.
     pub(crate) fn close(&mut self, read: &Read, innovation: &PositionInnovation, context: &TrackContext<'_>) {
         let Some(item) = self.evidence.back() else { return };
         let Some(held) = context.frames.held(item) else { return };
-        close(&mut self.head, (item, held), (read, innovation), context);
+        close(&mut self.head, HeldDetection { item, held }, (read, innovation), context);
         self.mark_newest(item.captured_at);
     }
 
