@@ -340,7 +340,7 @@ impl Hub {
                     .statistics
                     .refused
                     .iter()
-                    .map(|(reason, count)| ((*reason).to_owned(), *count))
+                    .map(|(reason, count)| (reason.clone().into_owned(), *count))
                     .collect(),
                 last_refusal: record.statistics.last_refusal.as_ref().map(ToString::to_string),
                 dropped_detections: record
