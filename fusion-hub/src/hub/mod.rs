@@ -4,11 +4,13 @@
 mod args;
 #[cfg(feature = "cli")]
 mod command;
+mod core;
 mod delta_stream;
 mod encoding;
 mod error;
 mod fair_queue;
 mod intake;
+mod journal;
 mod network;
 mod on_demand;
 mod partial_lists;
@@ -27,6 +29,7 @@ pub use crate::fusion::SettingsError;
 pub use args::{HubArgs, hub_table};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
+pub use core::{Core, Handled};
 pub use error::HubError;
 pub use run::{HubSetup, serve};
 pub use settings::HubSettings;
