@@ -85,7 +85,8 @@ impl Traffic {
 /// Six seconds of four agents at 10 Hz, each frame late by up to 0.4 s; and when each call comes, ms.
 fn calls() -> Vec<(i64, Call)> {
     let mut traffic = Traffic { rng: ChaCha8Rng::seed_from_u64(3) };
-    let mut calls = vec![(0, Call::Describe("ego")), (0, Call::Describe("rsu")), (500, Call::Describe("van"))];
+    let mut calls =
+        vec![(0, Call::Describe("ego")), (0, Call::Describe("rsu")), (500, Call::Describe("van"))];
     for sequence in 0..60_u32 {
         for (number, name) in ["ego", "rsu", "van", "bare"].into_iter().enumerate() {
             let captured = i64::from(sequence) * 100 + 7 * number as i64;

@@ -34,7 +34,9 @@ pub enum RecordingError {
         why: String,
     },
     /// It was not ended: its recorder was killed, or the disk was full. What was read is complete.
-    #[error("the recording ends after {index} entries without an end: its recorder was killed or had no room")]
+    #[error(
+        "the recording ends after {index} entries without an end: its recorder was killed or had no room"
+    )]
     Unfinished {
         /// Entries before the end.
         index: usize,

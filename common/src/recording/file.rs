@@ -197,7 +197,11 @@ impl Part {
     fn create(path: PathBuf, options: &RecordingOptions) -> Result<Self, FileError> {
         let mut open = OpenOptions::new();
         open.write(true);
-        if options.overwrite { open.create(true).truncate(true) } else { open.create_new(true) };
+        if options.overwrite {
+            open.create(true).truncate(true)
+        } else {
+            open.create_new(true)
+        };
         let file = open.open(&path).map_err(|cause| match cause.kind() {
             io::ErrorKind::AlreadyExists => FileError::Exists(path.clone()),
             _ => FileError::Create { path: path.clone(), cause },
@@ -298,7 +302,10 @@ mod tests {
         // Forgotten, as by a process that is killed: nothing is written after.
         std::mem::forget(record(&path, RecordingOptions::default(), &entries));
         let (found, error) = read(&path);
-        assert!(matches!(error, Some(RecordingError::Unfinished { index }) if index == found.len()), "{error:?}");
+        assert!(
+            matches!(error, Some(RecordingError::Unfinished { index }) if index == found.len()),
+            "{error:?}"
+        );
         assert_eq!(found, entries[..found.len()]);
         let last = found.last().unwrap().received_at - Timestamp::EPOCH;
         assert!(last >= Span::from_millis(4000), "{last:?}");

@@ -63,12 +63,15 @@ impl<R: Read> McapReader<R> {
                     self.reader.notify_read(read);
                 }
                 Ok(LinearReadEvent::Record { data, opcode }) => {
-                    let record = mcap::parse_record(opcode, data).map_err(|error| broken(self.n_read, &error))?;
+                    let record =
+                        mcap::parse_record(opcode, data).map_err(|error| broken(self.n_read, &error))?;
                     match record {
                         Record::Channel(channel) => {
                             self.channels.insert(channel.id, Source::of(channel));
                         }
-                        Record::Metadata(metadata) if metadata.name == "v2x" => self.facts = metadata.metadata,
+                        Record::Metadata(metadata) if metadata.name == "v2x" => {
+                            self.facts = metadata.metadata
+                        }
                         Record::Message { header, data } => {
                             if let Some(entry) = entry(&self.channels, &header, &data) {
                                 self.n_read += 1;

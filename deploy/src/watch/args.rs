@@ -1,5 +1,6 @@
 //! The consumer's command line.
 
+use crate::record::RecordArgs;
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
@@ -15,7 +16,7 @@ Examples:
   v2x watch --lagged                           the second list, a lag behind, where the hub has one
   v2x watch --delta                            the list by what changes: a tenth of the bytes, within 0.2 m
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
-  v2x watch --record run.v2xrec                records everything on the network into a file")]
+  v2x watch --record run.mcap                  records it, as `v2x record` does")]
 pub(crate) struct WatchArgs {
     /// The network to watch
     #[arg(long, default_value = "demo")]
@@ -61,10 +62,28 @@ impl WatchArgs {
         match (self.tile, &self.record) {
             (Some(tile), _) => Traffic::Area(tile),
             (None, _) if self.delta => Traffic::Delta,
-            (None, Some(_)) => Traffic::Everything,
+            (None, Some(_)) => Traffic::Recording,
             (None, None) if self.lagged => Traffic::Lagged,
             (None, None) => Traffic::Fused,
         }
+    }
+
+    /// The recording that is asked for, if any.
+    pub(crate) fn recording(&self) -> Option<RecordArgs> {
+        Some(RecordArgs {
+            file: self.record.clone()?,
+            network: self.network,
+            connect: self.connect.clone(),
+            zenoh_config: self.zenoh_config.clone(),
+            count: self.count,
+            wait: self.wait,
+            force: false,
+            rotate_mb: None,
+            rotate_min: None,
+            scene_hz: 0.0,
+            events: self.events,
+            exit_with_stdin: self.exit_with_stdin,
+        })
     }
 
     /// How to reach the network.

@@ -2,7 +2,6 @@
 
 mod args;
 mod lists;
-mod record;
 mod run;
 mod table;
 

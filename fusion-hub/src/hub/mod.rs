@@ -1,5 +1,6 @@
 //! The hub as a process: the shell around the engine.
 
+mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
 #[cfg(feature = "cli")]
@@ -14,6 +15,7 @@ mod journal;
 mod network;
 mod on_demand;
 mod partial_lists;
+mod recorder;
 mod roster;
 mod run;
 mod settings;
@@ -30,9 +32,10 @@ pub use args::{HubArgs, hub_table};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
 pub use core::{Core, Handled};
+pub use encoding::encode_list;
 pub use error::HubError;
 pub use run::{HubSetup, serve};
 pub use settings::HubSettings;
-pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus};
+pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus};
 pub use tile_settings::TileSettings;
 pub use unnamed::InvalidName;
