@@ -24,7 +24,7 @@ async fn the_demo_runs_four_processes_passes_and_writes_its_report() -> anyhow::
     for place in ["/agents/0", "/agents/1"] {
         assert_has_numbers(summary.pointer(place).unwrap_or(&Value::Null), &AGENT_FIELDS);
     }
-    for name in ["report.md", "bev.svg", "scenario.toml", "run.json", "consumer.v2xrec"] {
+    for name in ["report.md", "bev.svg", "scenario.toml", "run.json", "recording.mcap"] {
         let length = std::fs::metadata(folder.join("run").join(name)).map_or(0, |metadata| metadata.len());
         assert!(length > 0, "{name} is missing or empty");
     }

@@ -78,10 +78,10 @@ async fn a_recording_of_what_changes_holds_nothing_else() -> anyhow::Result<()> 
     let folder = folder("watch-record-delta")?;
     let (_up, endpoint) = up(&folder, "watch-record-delta").await?;
     let args =
-        ["watch", "--delta", "--record", "run.v2xrec", "--count", "5", "--network", "watch-record-delta"];
+        ["watch", "--delta", "--record", "run.mcap", "--count", "5", "--network", "watch-record-delta"];
     let ending = run(&folder, &[&args[..], &["--connect", &endpoint]].concat()).await?;
     assert_eq!(ending.code, Some(0), "{ending:#?}");
-    let recording = Recording::new(std::fs::File::open(folder.join("run.v2xrec"))?)?;
+    let recording = Recording::open(&folder.join("run.mcap"))?;
     let entries: Vec<_> = recording.collect::<Result<_, _>>()?;
     assert!(entries.iter().all(|entry| matches!(Topic::of(&entry.key), Some(Topic::Delta(_)))));
     let first =
