@@ -1,10 +1,18 @@
 //! `v2x watch`: a consumer of fused objects.
 
 mod args;
+mod lines;
 mod lists;
+mod objects;
+mod page;
 mod record;
+mod roster;
 mod run;
-mod table;
+mod screen;
+mod statuses;
+#[cfg(test)]
+mod tests;
+mod view;
 
 pub(crate) use args::WatchArgs;
 pub(crate) use run::run;
