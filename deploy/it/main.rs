@@ -6,6 +6,7 @@ mod demo;
 mod documents;
 mod mistakes;
 mod proxy;
+mod runs;
 mod watch;
 
 /// Reads the list of processes from `/proc`.
