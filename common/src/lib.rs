@@ -70,6 +70,7 @@ pub mod sensor;
 pub mod tile;
 pub mod time;
 pub mod unmapped_names;
+pub mod version;
 pub mod wire;
 
 pub use class::Class;

@@ -7,6 +7,7 @@ mod documents;
 mod mistakes;
 mod proxy;
 mod recording;
+mod runs;
 mod watch;
 
 /// Reads the list of processes from `/proc`.

@@ -17,10 +17,7 @@ fn hard_scenario(folder: &Path) -> anyhow::Result<()> {
     ensure!(crossing.contains(link) && crossing.contains(unit), "the crossing has changed");
     let reordering = "link = { delay_ms = 150, jitter_ms = 120, loss = 0.05 }\n";
     let erring = format!("{unit}clock = {{ offset_ms = 40 }}\n");
-    std::fs::write(
-        folder.join("hard.toml"),
-        crossing.replace(link, reordering).replacen(unit, &erring, 1),
-    )?;
+    std::fs::write(folder.join("hard.toml"), crossing.replace(link, reordering).replacen(unit, &erring, 1))?;
     Ok(())
 }
 
@@ -101,7 +98,8 @@ fn interrupt(hub: &V2x) -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_replay_of_no_recording_and_a_recording_without_a_journal_say_what_is_wrong() -> anyhow::Result<()> {
+async fn a_replay_of_no_recording_and_a_recording_without_a_journal_say_what_is_wrong() -> anyhow::Result<()>
+{
     let folder = folder("recording-none")?;
     std::fs::write(folder.join("text.mcap"), "no recording at all")?;
     let ending = run(&folder, &["replay", "text.mcap"]).await?;

@@ -4,7 +4,7 @@ use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
-use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader, Lines};
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader, Lines};
 use tokio::process::{Child, ChildStderr, ChildStdout, Command};
 
 /// How long any one event may take on a busy machine.
@@ -110,6 +110,61 @@ impl V2x {
     /// Its process id.
     pub(crate) fn process_id(&self) -> anyhow::Result<u32> {
         self.process.id().context("it has ended")
+    }
+}
+
+/// A command in a terminal of its own, by the program `script`. Dropping it kills it.
+#[cfg(target_os = "linux")]
+pub(crate) struct Terminal {
+    process: Child,
+    output: ChildStdout,
+    seen: Vec<u8>,
+}
+
+#[cfg(target_os = "linux")]
+impl Terminal {
+    pub(crate) fn start(folder: &Path, command: &str) -> anyhow::Result<Self> {
+        let mut process = Command::new("script")
+            .args(["--quiet", "--return", "--command", command, "/dev/null"])
+            .current_dir(folder)
+            .env("TERM", "xterm-256color")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .kill_on_drop(true)
+            .spawn()
+            .context("starting script, of util-linux")?;
+        let output = process.stdout.take().context("stdout is piped")?;
+        Ok(Self { process, output, seen: Vec::new() })
+    }
+
+    /// Waits until the terminal has been sent this text, after what was waited for before.
+    pub(crate) async fn wait_for(&mut self, text: &str) -> anyhow::Result<()> {
+        let awaited = async {
+            loop {
+                let place = self.seen.windows(text.len()).position(|bytes| bytes == text.as_bytes());
+                if let Some(place) = place {
+                    self.seen.drain(..place + text.len());
+                    return Ok(());
+                }
+                let mut more = [0; 4096];
+                let count = self.output.read(&mut more).await?;
+                anyhow::ensure!(count > 0, "the terminal was closed");
+                self.seen.extend(&more[..count]);
+            }
+        };
+        let waited = tokio::time::timeout(TIMEOUT, awaited).await;
+        let seen = || String::from_utf8_lossy(&self.seen).into_owned();
+        waited
+            .unwrap_or_else(|_| Err(anyhow!("timeout")))
+            .with_context(|| format!("no {text:?} in {:?}", seen()))
+    }
+
+    /// Presses keys.
+    pub(crate) async fn press(&mut self, keys: &[u8]) -> anyhow::Result<()> {
+        let stdin = self.process.stdin.as_mut().context("stdin is piped")?;
+        stdin.write_all(keys).await?;
+        stdin.flush().await.context("pressing a key")
     }
 }
 

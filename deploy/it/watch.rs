@@ -1,6 +1,6 @@
 //! `v2x watch`, the consumer's command.
 
-use crate::support::{V2x, folder, run, up, up_with};
+use crate::support::{Terminal, V2x, folder, run, up, up_with};
 use v2x_common::keys::Topic;
 use v2x_common::lists::ListUpdate;
 use v2x_common::recording::Recording;
@@ -104,15 +104,39 @@ async fn watch_prints_a_table_of_objects_and_agents() -> anyhow::Result<()> {
     let folder = folder("watch-table")?;
     let (_up, endpoint) = up(&folder, "watch-table").await?;
     let mut watch = V2x::start(&folder, &["watch", "--network", "watch-table", "--connect", &endpoint])?;
+    let awaited = ["newest measurement", "ego ", "vehicle.car"];
     let mut seen = [false; 3];
     while !seen.iter().all(|is_seen| *is_seen) {
         let line = watch.line().await?;
         anyhow::ensure!(!line.is_empty(), "the table has ended");
-        seen[0] |= line.contains("ms since the newest measurement");
-        seen[1] |= line.contains("ego:") && line.contains("frames accepted");
-        seen[2] |= line.contains("vehicle.car");
+        anyhow::ensure!(!line.contains('\u{1b}'), "a pipe has no use for styles: {line:?}");
+        for (seen, text) in seen.iter_mut().zip(awaited) {
+            *seen |= line.contains(text);
+        }
     }
     Ok(())
+}
+
+/// `script` gives the program a terminal. Its size is 80 columns, by the `stty` before.
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread")]
+async fn in_a_terminal_the_table_is_drawn_and_a_key_ends_it_and_restores_the_terminal() -> anyhow::Result<()>
+{
+    let folder = folder("watch-terminal")?;
+    let (_up, endpoint) = up(&folder, "watch-terminal").await?;
+    let watch = format!(
+        "stty cols 80 rows 24; {} watch --network watch-terminal --connect {endpoint}; echo ended with $?",
+        env!("CARGO_BIN_EXE_v2x")
+    );
+    let mut terminal = Terminal::start(&folder, &watch)?;
+    // The alternate screen; then the keys, which are drawn below a first table.
+    terminal.wait_for("\u{1b}[?1049h").await?;
+    terminal.wait_for("q quit").await?;
+    terminal.press(b"s").await?;
+    terminal.wait_for("class").await?;
+    terminal.press(b"q").await?;
+    terminal.wait_for("\u{1b}[?1049l").await?;
+    terminal.wait_for("ended with 0").await
 }
 
 #[tokio::test(flavor = "multi_thread")]

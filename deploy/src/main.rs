@@ -7,6 +7,7 @@ mod output;
 mod proxy;
 mod record;
 mod replay;
+mod runs;
 mod scenarios;
 mod status;
 mod up;
@@ -22,7 +23,7 @@ use v2x_fusion_hub::hub::HubArgs;
 #[derive(Parser)]
 #[command(
     name = "v2x",
-    version,
+    version = v2x_common::version::LONG,
     after_help = "\
 Examples:
   v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer; prints what fusion gains
@@ -30,6 +31,7 @@ Examples:
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
   v2x record run.mcap              everything on a network, to be replayed and computed again
+  v2x runs                         earlier runs with their verdicts
   v2x links                        the named links of scenarios, with their delays and losses
   v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
 )]
@@ -55,6 +57,7 @@ enum Command {
     Replay(replay::ReplayArgs),
     /// Print the status of the hubs and of their agents as JSON
     Status(status::StatusArgs),
+    Runs(runs::RunsArgs),
     Links(links::LinksArgs),
     Proxy(proxy::ProxyArgs),
     /// Run only a hub
@@ -90,6 +93,7 @@ async fn main() -> ExitCode {
             Command::Proxy(args) => {
                 proxy::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
+            Command::Runs(args) => runs::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Links(args) => links::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;

@@ -40,8 +40,7 @@ pub(crate) struct UpArgs {
 pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let chosen = scenarios::choose(&args.scenario)?;
     let now = clock::now();
-    let default = || PathBuf::from("v2x-runs").join(format!("{}-{}", now.as_micros(), chosen.scenario.name));
-    let folder = RunFolder::create(&args.out.clone().unwrap_or_else(default))?;
+    let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
     folder.write("scenario.toml", &chosen.text)?;
     let program = std::env::current_exe().context("finding this program")?;
     let launcher = Launcher::new(program, args.network).with_logs(&folder.logs(), log_filter);

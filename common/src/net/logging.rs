@@ -1,7 +1,9 @@
 //! Logs: to standard error, because standard output is for data.
 
+use std::collections::VecDeque;
 use std::ffi::OsStr;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Stderr, Write};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use tracing_subscriber::EnvFilter;
 
 /// The default filter: the life cycle of our own programs, and warnings of other crates.
@@ -28,14 +30,78 @@ pub struct InvalidFilter {
 /// terminal and the environment variable `NO_COLOR` is not set (<https://no-color.org>).
 pub fn init(filter: &str) -> Result<(), InvalidFilter> {
     let filter = parse(filter)?;
-    let in_colour = is_in_colour(std::io::stderr().is_terminal(), std::env::var_os("NO_COLOR").as_deref());
+    let in_colour = std::io::stderr().is_terminal() && wants_colour();
     // A second start in one process (tests) keeps the first.
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+        .with_writer(|| HoldableStderr(std::io::stderr()))
         .with_ansi(in_colour)
         .try_init();
     Ok(())
+}
+
+/// Whether colours are wanted: the environment variable `NO_COLOR` is not set (<https://no-color.org>).
+pub fn wants_colour() -> bool {
+    allows_colour(std::env::var_os("NO_COLOR").as_deref())
+}
+
+/// Messages that are held are at most so many, the newest.
+const MAX_HELD: usize = 100;
+
+/// What is held instead of written; `None` where nothing is.
+static HELD: Mutex<Option<VecDeque<Vec<u8>>>> = Mutex::new(None);
+
+fn held() -> MutexGuard<'static, Option<VecDeque<Vec<u8>>>> {
+    // Each change of it is one statement: a poisoned lock is safe to use.
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// While it lives, what is logged to a terminal waits, so that it does not damage a page that is drawn there. When it is
+/// dropped the newest of it is written.
+#[derive(Debug)]
+#[must_use = "logs are held as long as this value lives"]
+pub struct Held(());
+
+/// Holds back logs if standard error is a terminal.
+pub fn hold() -> Held {
+    if std::io::stderr().is_terminal() {
+        held().get_or_insert_default();
+    }
+    Held(())
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        let messages = held().take().unwrap_or_default();
+        let mut stderr = std::io::stderr().lock();
+        for message in messages {
+            // A closed standard error is no fault of whoever logs.
+            let _ = stderr.write_all(&message);
+        }
+    }
+}
+
+/// Standard error, unless logs are held.
+struct HoldableStderr(Stderr);
+
+impl Write for HoldableStderr {
+    /// A message comes whole.
+    fn write(&mut self, message: &[u8]) -> std::io::Result<usize> {
+        let mut held = held();
+        let Some(messages) = held.as_mut() else {
+            drop(held);
+            return self.0.write(message);
+        };
+        if messages.len() == MAX_HELD {
+            messages.pop_front();
+        }
+        messages.push_back(message.to_vec());
+        Ok(message.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// A directive without `=` is taken as the name of a target by the library: a misspelt level would silence all logs.
@@ -49,8 +115,8 @@ fn parse(filter: &str) -> Result<EnvFilter, InvalidFilter> {
     EnvFilter::try_new(directives.join(",")).map_err(|error| invalid(error.to_string()))
 }
 
-fn is_in_colour(is_terminal: bool, no_color: Option<&OsStr>) -> bool {
-    is_terminal && no_color.is_none_or(OsStr::is_empty)
+fn allows_colour(no_color: Option<&OsStr>) -> bool {
+    no_color.is_none_or(OsStr::is_empty)
 }
 
 #[cfg(test)]
@@ -80,9 +146,19 @@ mod tests {
     }
 
     #[test]
-    fn colour_needs_a_terminal_and_no_no_color() {
-        assert!(is_in_colour(true, None) && is_in_colour(true, Some(OsStr::new(""))));
-        assert!(!is_in_colour(true, Some(OsStr::new("1"))));
-        assert!(!is_in_colour(false, None));
+    fn colour_is_wanted_unless_no_color_is_set_to_something() {
+        assert!(allows_colour(None) && allows_colour(Some(OsStr::new(""))));
+        assert!(!allows_colour(Some(OsStr::new("1"))));
+    }
+
+    #[test]
+    fn of_what_is_held_the_newest_messages_are_kept() {
+        *held() = Some(VecDeque::new());
+        let mut log = HoldableStderr(std::io::stderr());
+        for number in 0..=MAX_HELD {
+            writeln!(log, "message {number}").unwrap();
+        }
+        let kept = held().take().unwrap();
+        assert_eq!((kept.len(), &kept[0][..]), (MAX_HELD, &b"message 1\n"[..]));
     }
 }

@@ -6,7 +6,6 @@ use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
 use crate::output;
 use crate::scenarios::{self, Chosen};
 use anyhow::Context;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -28,7 +27,7 @@ pub(crate) async fn run(
 ) -> anyhow::Result<ExitCode> {
     let chosen = scenarios::choose(&args.scenario)?;
     let started_at = clock::now();
-    let folder = RunFolder::create(&args.out.clone().unwrap_or_else(|| default_folder(&chosen, started_at)))?;
+    let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
     folder.write("scenario.toml", &chosen.text)?;
     let demo = Demo {
         args,
@@ -54,11 +53,6 @@ fn launcher(started_at: Timestamp) -> anyhow::Result<Launcher> {
     let program = std::env::current_exe().context("finding this program")?;
     let network = NetworkId::new(&format!("demo-{}", started_at.as_micros()))?;
     Ok(Launcher::new(program, network))
-}
-
-fn default_folder(chosen: &Chosen, started_at: Timestamp) -> PathBuf {
-    // To the microsecond: runs that a script starts at the same time get different folders.
-    PathBuf::from("v2x-runs").join(format!("{}-{}", started_at.as_micros(), chosen.scenario.name))
 }
 
 struct Demo<'a> {

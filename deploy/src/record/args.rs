@@ -7,6 +7,7 @@ use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::RecordingOptions;
 use v2x_common::time::Span;
+use v2x_common::version;
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
@@ -81,7 +82,8 @@ impl RecordArgs {
 /// What a recording says of itself.
 fn facts(network: NetworkId) -> BTreeMap<String, String> {
     let facts = [
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("version", version::VERSION.to_owned()),
+        ("commit", version::COMMIT.to_owned()),
         ("network", network.to_string()),
         ("recorded_by", "v2x record".to_owned()),
         ("recorded_at_us", clock::now().as_micros().to_string()),

@@ -1,5 +1,6 @@
 //! The consumer's command line.
 
+use super::objects::SortKey;
 use crate::record::RecordArgs;
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
@@ -12,11 +13,16 @@ use v2x_lab::loopback::consumer::Traffic;
 Examples:
   v2x watch                                    a live table of a network on this machine
   v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
+  v2x watch --sort speed                       the fastest objects first; the key s changes it
   v2x watch --json --count 100                 the next hundred fused frames as JSON lines
   v2x watch --lagged                           the second list, a lag behind, where the hub has one
   v2x watch --delta                            the list by what changes: a tenth of the bytes, within 0.2 m
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
-  v2x watch --record run.mcap                  records it, as `v2x record` does")]
+  v2x watch --record run.mcap                  records it, as `v2x record` does
+
+In a terminal the table fits the window. Its keys: q, Esc or Ctrl-C end; s sorts by the next column, r the other way
+round; ↑ ↓ PgUp PgDn Home End scroll; p pauses; Tab shows the next hub. NO_COLOR=1 leaves out colours. Into a pipe, or
+with TERM=dumb, the table is printed as plain lines once a second.")]
 pub(crate) struct WatchArgs {
     /// The network to watch
     #[arg(long, default_value = "demo")]
@@ -36,6 +42,9 @@ pub(crate) struct WatchArgs {
     /// Watch the objects of a tile and its parts, by the digits of its quadkey, of a hub with the setting `tiles`
     #[arg(long, value_name = "DIGITS", conflicts_with_all = ["lagged", "delta"])]
     pub(crate) tile: Option<Tile>,
+    /// What the table is sorted by
+    #[arg(long, value_enum, default_value_t, value_name = "COLUMN", conflicts_with_all = ["json", "record"])]
+    pub(crate) sort: SortKey,
     /// Print every fused frame as one line of JSON
     #[arg(long, conflicts_with = "record")]
     pub(crate) json: bool,

@@ -1,9 +1,17 @@
 //! `v2x watch`: a consumer of fused objects.
 
 mod args;
+mod lines;
 mod lists;
+mod objects;
+mod page;
+mod roster;
 mod run;
-mod table;
+mod screen;
+mod statuses;
+#[cfg(test)]
+mod tests;
+mod view;
 
 pub(crate) use args::WatchArgs;
 pub(crate) use run::run;

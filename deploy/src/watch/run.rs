@@ -1,13 +1,16 @@
 //! The consumer's loop.
 
 use super::WatchArgs;
+use super::lines::plain;
 use super::lists::Lists;
-use super::table::table;
+use super::screen::{self, Screen};
+use super::statuses::Statuses;
+use super::view::{Action, View};
 use crate::output::{self, Output};
 use crate::record::{self, Counts, RecordedTraffic};
 use anyhow::{Context, bail};
-use std::io::IsTerminal;
 use std::time::Duration;
+use tokio::time::MissedTickBehavior;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::fused::FusedFrame;
@@ -16,8 +19,9 @@ use v2x_common::recording::Entry;
 use v2x_common::wire;
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 
-/// Samples that may wait: a table shows only the newest one, a recording keeps all.
-const VIEW_CAPACITY: usize = 1;
+/// Samples that may wait: plain lines show only the newest one, the live table the newest of each hub, a recording keeps all.
+const LINES_CAPACITY: usize = 1;
+const VIEW_CAPACITY: usize = 64;
 const STREAM_CAPACITY: usize = 1 << 16;
 /// Time between two tables in a terminal, and elsewhere.
 const REDRAW: Duration = Duration::from_millis(200);
@@ -35,7 +39,12 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     }
     let is_table = !args.json;
     let is_whole = matches!(traffic, Traffic::Fused | Traffic::Lagged);
-    let capacity = if is_table && is_whole { VIEW_CAPACITY } else { STREAM_CAPACITY };
+    let is_live = is_table && screen::is_possible();
+    let capacity = match (is_table && is_whole, is_live) {
+        (true, true) => VIEW_CAPACITY,
+        (true, false) => LINES_CAPACITY,
+        (false, _) => STREAM_CAPACITY,
+    };
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
     let subscription = Subscription { network: args.network, traffic, capacity };
@@ -48,8 +57,10 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
         events::emit("ready", &serde_json::json!({}));
     }
     let mut watch = Watch { args, counts: Counts::default(), lists: Lists::default() };
-    let watched = if is_table {
-        watch.show_tables(&consumer, shutdown).await
+    let watched = if is_live {
+        watch.show_live(&consumer, shutdown).await
+    } else if is_table {
+        watch.print_tables(&consumer, shutdown).await
     } else {
         watch.follow(&consumer, shutdown).await
     };
@@ -80,10 +91,49 @@ impl Watch<'_> {
         self.args.count.is_some_and(|count| self.counts.fused_frames >= count)
     }
 
-    async fn show_tables(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
-        let clears = std::io::stdout().is_terminal();
+    /// The live table, until a key ends it.
+    async fn show_live(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
         self.wait_for_a_frame(consumer, shutdown).await?;
-        let mut pace = tokio::time::interval(if clears { REDRAW } else { REPRINT });
+        if shutdown.is_cancelled() {
+            return Ok(());
+        }
+        let mut statuses = Statuses::ask(consumer, self.args.network);
+        let mut view = View::new(self.args.sort);
+        let mut screen = Screen::open()?;
+        let mut pace = tokio::time::interval(REDRAW);
+        pace.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        while !self.is_done() {
+            tokio::select! {
+                biased;
+                () = shutdown.cancelled() => break,
+                action = screen.next() => {
+                    match action {
+                        Action::Quit => break,
+                        Action::Redraw => screen.clear()?,
+                        action => view.act(action, clock::now()),
+                    }
+                    screen.draw(&mut view)?;
+                }
+                answers = statuses.next() => view.take_statuses(answers, clock::now()),
+                _ = pace.tick() => screen.draw(&mut view)?,
+                entry = consumer.next() => if let Some(frame) = self.list_after(&entry) {
+                    view.take_frame(frame, clock::now());
+                },
+            }
+        }
+        Ok(())
+    }
+
+    /// Tables as plain lines.
+    async fn print_tables(
+        &mut self,
+        consumer: &Consumer,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<()> {
+        self.wait_for_a_frame(consumer, shutdown).await?;
+        let mut statuses = Statuses::ask(consumer, self.args.network);
+        let mut view = View::new(self.args.sort);
+        let mut pace = tokio::time::interval(REPRINT);
         while !self.is_done() {
             let entry = tokio::select! {
                 () = shutdown.cancelled() => return Ok(()),
@@ -101,9 +151,13 @@ impl Watch<'_> {
                 frame = self.list_after(&entry).or(frame);
             }
             let Some(frame) = frame else { continue };
-            let table = table(&frame, clock::now());
-            let text = if clears { format!("\x1b[2J\x1b[H{table}") } else { table + "\n" };
-            if output::print(&text)? == Output::Closed {
+            let (now, hub) = (clock::now(), frame.hub);
+            view.take_frame(frame, now);
+            view.show(hub);
+            if let Some(answers) = statuses.try_next() {
+                view.take_statuses(answers, now);
+            }
+            if output::print(&plain(&mut view, screen::width(), now))? == Output::Closed {
                 return Ok(());
             }
             pace.tick().await;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::RecordingOptions;
+use v2x_common::version;
 
 /// Fuse the detections of all agents into one list of objects, and publish it.
 ///
@@ -72,7 +73,8 @@ impl HubArgs {
     pub fn recording(&self) -> Option<(PathBuf, RecordingOptions)> {
         let path = self.record.clone()?;
         let facts = [
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("version", version::VERSION.to_owned()),
+            ("commit", version::COMMIT.to_owned()),
             ("network", self.network.to_string()),
             ("recorded_by", "hub".to_owned()),
         ];

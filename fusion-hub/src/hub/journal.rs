@@ -10,6 +10,7 @@ use v2x_common::clock;
 use v2x_common::id::HubId;
 use v2x_common::keys::Keys;
 use v2x_common::recording::Entry;
+use v2x_common::version;
 use v2x_common::wire::journal::{self, Body, Call, Item, Start};
 use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD, WireError};
 
@@ -73,8 +74,8 @@ impl Journal {
         let why = saved.as_ref().err().map(ToString::to_string);
         self.push(&Item::Start(Start {
             settings: &settings,
-            version: env!("CARGO_PKG_VERSION"),
-            commit: "",
+            version: version::VERSION,
+            commit: version::COMMIT,
             state: saved.as_deref().ok(),
             not_repeatable: why.as_deref(),
         }));

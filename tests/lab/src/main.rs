@@ -24,7 +24,7 @@ fn heap() -> v2x_lab::commands::Heap {
 #[derive(Parser)]
 #[command(
     name = "lab",
-    version,
+    version = v2x_common::version::LONG,
     after_help = "\
 Examples:
   lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
@@ -35,8 +35,8 @@ Examples:
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables
-  lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded
-  lab retrack run.mcap                                a recorded hub again, compared bit by bit"
+  lab score v2x-runs/2026-11-28_14-05-31-crossing       a run that v2x demo recorded
+  lab retrack run.mcap                                  a recorded hub again, compared bit by bit"
 )]
 struct Cli {
     #[command(subcommand)]

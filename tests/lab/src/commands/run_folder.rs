@@ -2,12 +2,14 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `about.json` | scenario, local time of the start, version and commit; locked while the run goes on |
 //! | `scenario.toml` | the scenario as it was run |
 //! | `run.json` | seed, start, duration, the last report of each process |
 //! | `recording.mcap` | all messages that the consumer received, and the hub's journal |
 //! | `logs/` | the log of each process |
 //! | `summary.json`, `report.md`, `bev.svg` | the score |
 
+use crate::commands::run_place::{RUNS, new_folder, write_about};
 use crate::data::recording::run_log;
 use crate::data::simulation::Simulation;
 use crate::report::markdown::report_md;
@@ -49,18 +51,24 @@ pub struct RunRecord {
 }
 
 /// The folder of one run.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    // Locked as long as the run goes on.
+    _about: Option<File>,
 }
 
 impl RunFolder {
-    /// Creates the folder and its folder of logs.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
-        let folder = Self { path: path.to_owned() };
-        std::fs::create_dir_all(folder.logs()).with_context(|| format!("making {}", path.display()))?;
+    /// Creates the folder and its folder of logs, here or as a new one in [`RUNS`].
+    pub fn create(path: Option<&Path>, scenario: &str) -> anyhow::Result<Self> {
+        let path = match path {
+            Some(path) => path.to_owned(),
+            None => new_folder(Path::new(RUNS), scenario)?,
+        };
+        let logs = path.join("logs");
+        std::fs::create_dir_all(&logs).with_context(|| format!("making {}", logs.display()))?;
         // Results of an earlier run in the same folder must not be taken for results of this run.
-        for stale in ["run.json", "summary.json", "report.md", "bev.svg", "recording.mcap"] {
+        for stale in ["run.json", "summary.json", "report.md", "report.html", "bev.svg", "recording.mcap"] {
             match std::fs::remove_file(path.join(stale)) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                     return Err(error).with_context(|| format!("removing {stale} from {}", path.display()));
@@ -68,7 +76,8 @@ impl RunFolder {
                 _ => {}
             }
         }
-        Ok(folder)
+        let about = Some(write_about(&path, scenario)?);
+        Ok(Self { path, _about: about })
     }
 
     /// Path of the folder.
@@ -149,7 +158,7 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
 
 /// Scores a recorded run again and prints the summary.
 pub(crate) fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
-    let summary = RunFolder { path: folder.to_owned() }.score()?;
+    let summary = RunFolder { path: folder.to_owned(), _about: None }.score()?;
     print_summary(&summary, json)
 }
 

@@ -16,7 +16,7 @@ object a box is scored against: that of agent 1's detection of this keyframe, el
 one. Without this column boxes are matched by position, and the row says so.
 
 Examples:
-  lab score v2x-runs/1795314444000000-crossing
+  lab score v2x-runs/2026-11-28_14-05-31-crossing
   lab score --name mine fused --export detections
   lab score --name mine fused --table II --methods csba-wls,unikf-paper,ours")]
 pub struct ScoreArgs {
