@@ -1,5 +1,6 @@
 //! The consumer's command line.
 
+use crate::web::WebArgs;
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
@@ -15,6 +16,8 @@ Examples:
   v2x watch --lagged                           the second list, a lag behind, where the hub has one
   v2x watch --delta                            the list by what changes: a tenth of the bytes, within 0.2 m
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
+  v2x watch --web                              in your browser, at http://127.0.0.1:8088/
+  v2x watch --web --scenario crossing          with the roads and the truth of a simulation by `v2x up crossing`
   v2x watch --record run.v2xrec                records everything on the network into a file")]
 pub(crate) struct WatchArgs {
     /// The network to watch
@@ -41,6 +44,14 @@ pub(crate) struct WatchArgs {
     /// Record everything on the network into a file; with --delta or --tile that alone
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) web: WebArgs,
+    /// With --web: the scenario that is simulated, for its roads and its truth; a file or a shipped scenario's name
+    #[arg(long, value_name = "FILE|NAME", requires = "web")]
+    pub(crate) scenario: Option<String>,
+    /// With --scenario: the seed of the simulation [default: the scenario's]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed, requires = "scenario")]
+    pub(crate) seed: Option<u64>,
     /// End after this many fused frames
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,

@@ -1,6 +1,7 @@
 //! The consumer's loop.
 
 use super::WatchArgs;
+use super::browser;
 use super::lists::Lists;
 use super::record::{Counts, RecordingFile};
 use super::table::table;
@@ -29,6 +30,9 @@ const PROGRESS: Duration = Duration::from_secs(1);
 
 /// Watches until shutdown, or until `--count` frames have come.
 pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    if let Some(address) = args.web.web {
+        return browser::show(args, address, shutdown).await;
+    }
     let mut recording = args.record.as_deref().map(RecordingFile::create).transpose()?;
     let traffic = args.traffic();
     let is_table = recording.is_none() && !args.json;
