@@ -7,6 +7,7 @@ mod documents;
 mod mistakes;
 mod proxy;
 mod watch;
+mod web;
 
 /// Reads the list of processes from `/proc`.
 #[cfg(target_os = "linux")]

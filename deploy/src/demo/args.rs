@@ -46,12 +46,17 @@ impl DemoArgs {
     /// How long the agents publish at most.
     pub(crate) fn duration(&self) -> Duration {
         let longest = Duration::from_secs_f64(LONGEST_S);
-        self.duration.unwrap_or(if self.web.web.is_some() { longest } else { DEFAULT })
+        self.duration.unwrap_or(if self.is_open_ended() { longest } else { DEFAULT })
     }
 
-    /// Whether Ctrl-C ends a run of this length so that it is scored: whoever watches ends it when they have seen enough.
+    /// Whether who watches ends the run, with Ctrl-C.
+    pub(crate) const fn is_open_ended(&self) -> bool {
+        self.duration.is_none() && self.web.web.is_some()
+    }
+
+    /// Whether Ctrl-C after this time ends the run so that it is scored.
     pub(crate) fn is_scored_after(&self, ran: Duration) -> bool {
-        self.duration.is_none() && self.web.web.is_some() && ran.as_secs_f64() >= SHORTEST_S
+        self.is_open_ended() && ran.as_secs_f64() >= SHORTEST_S
     }
 }
 

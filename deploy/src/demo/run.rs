@@ -144,6 +144,9 @@ impl Demo<'_> {
     /// Shows the network in a browser.
     fn show(&self, site: Site, locator: &str, start: Timestamp) -> Live {
         site.announce();
+        if self.args.is_open_ended() {
+            Progress::new(Duration::ZERO).print("Ctrl-C ends it, and prints what fusion gains");
+        }
         let session = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
         let scene = Some(Scene::new(&self.chosen.scenario, self.seed, start));
         site.serve(Source { session, network: self.launcher.network(), scene })
