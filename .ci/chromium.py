@@ -51,7 +51,7 @@ class Browser:
             message["sessionId"] = session
         self.socket.send(json.dumps(message))
         while True:
-            answer = json.loads(self.socket.recv(timeout=PATIENCE_S))
+            answer = json.loads(self.socket.recv(timeout=PATIENCE_S + 20))
             self._note(answer)
             if answer.get("id") == self.last:
                 if "error" in answer:

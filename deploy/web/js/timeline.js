@@ -43,7 +43,8 @@ export class Timeline {
   /** Shows a moment so many seconds (negative) before the pause. */
   seek(seconds) {
     this.pause();
-    this.#time = this.#pausedAt + seconds * 1000;
+    const oldest = this.hub?.frames.oldest?.received ?? this.#pausedAt;
+    this.#time = Math.max(oldest, this.#pausedAt + seconds * 1000);
     this.onChange();
   }
 
