@@ -135,7 +135,7 @@ pub(crate) async fn up_with(folder: &Path, scenario: &str, network: &str) -> any
 /// Sends a signal.
 pub(crate) async fn send(signal: &str, process_id: u32) -> anyhow::Result<()> {
     let args = ["-s", signal, &process_id.to_string()];
-    let status = tokio::process::Command::new("kill").args(args).status().await.context("running kill")?;
+    let status = Command::new("kill").args(args).status().await.context("running kill")?;
     ensure!(status.success(), "kill {args:?}: {status}");
     Ok(())
 }

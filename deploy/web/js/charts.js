@@ -1,7 +1,7 @@
 // Small charts of the last minute.
 
 import { agentColour, palette } from "./palette.js";
-import { POINTS } from "./series.js";
+import { POINTS, STEP_MS } from "./series.js";
 
 const RATE_STEPS = 4;
 
@@ -12,24 +12,22 @@ const ofAgents = (pick) => ({ agents }) =>
 const ofHubs = (name) => ({ shown }) =>
   shown.map((hub, k) => ({ colour: palette.ours, isWide: true, isDashed: k > 0, value: (time, back) => hub[name].mean(time, back) }));
 
+/** Counts of an agent a second, over a second; nothing before it was there. */
+const rateOf = (name) => (agent, time, back) => {
+  if (!(time - (back + RATE_STEPS) * STEP_MS > agent.since)) return NaN;
+  let sum = 0;
+  for (let k = 0; k < RATE_STEPS; k += 1) sum += agent[name].perSecond(time, back + k);
+  return sum / RATE_STEPS;
+};
+
 const CHARTS = [
   { name: "Latency", unit: "ms", digits: 0, title: "From capture to this list (thick), and the part in the hub (thin)",
     lines: (state) => [...ofHubs("latency")(state), ...ofHubs("inHub")(state).map((line) => ({ ...line, colour: palette.muted, isWide: false }))] },
   { name: "Age of information", unit: "ms", digits: 0, title: "Time since the capture of the newest data in the list", lines: ofHubs("age") },
   { name: "Error", unit: "m", digits: 2, title: "Mean distance to the nearest true object", needsTruth: true,
     lines: (state) => [...ofAgents((agent, time, back) => agent.error.mean(time, back))(state), ...ofHubs("error")(state)] },
-  { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second",
-    lines: ofAgents((agent, time, back) => {
-      let sum = 0;
-      for (let k = 0; k < RATE_STEPS; k += 1) sum += agent.rate.perSecond(time, back + k);
-      return sum / RATE_STEPS;
-    }) },
-  { name: "Refused", unit: "/s", digits: 1, title: "Frames that the hub refused in a second, by agent",
-    lines: ofAgents((agent, time, back) => {
-      let sum = 0;
-      for (let k = 0; k < RATE_STEPS; k += 1) sum += agent.refusals.perSecond(time, back + k);
-      return sum / RATE_STEPS;
-    }) },
+  { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second", lines: ofAgents(rateOf("rate")) },
+  { name: "Refused", unit: "/s", digits: 1, title: "Frames that the hub refused in a second, by agent", lines: ofAgents(rateOf("refusals")) },
   { name: "NIS", unit: "", digits: 2, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
     lines: ofAgents((agent, time, back) => agent.nis.mean(time, back)) },
 ];
@@ -48,7 +46,10 @@ export class Charts {
       caption.append(name, value);
       figure.append(caption, canvas);
       root.append(figure);
-      return { ...chart, canvas, value, context: canvas.getContext("2d") };
+      const made = { ...chart, canvas, value, context: canvas.getContext("2d"), width: 0, height: 0 };
+      // The size is asked for when it changes only: asking makes the browser lay out.
+      new ResizeObserver(() => resize(made)).observe(canvas);
+      return made;
     });
   }
 
@@ -57,13 +58,8 @@ export class Charts {
   }
 
   #draw(chart, state) {
-    const { canvas, context } = chart;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const ratio = Math.min(devicePixelRatio || 1, 2);
-    if (canvas.width !== Math.round(width * ratio)) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
-    }
+    const { canvas, context, width, height, ratio } = chart;
+    if (!width) return;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     const lines = chart.needsTruth && !state.hasTruth ? [] : chart.lines(state);
@@ -106,6 +102,14 @@ export class Charts {
       context.setLineDash([]);
     }
   }
+}
+
+function resize(chart) {
+  const { canvas } = chart;
+  chart.ratio = Math.min(devicePixelRatio || 1, 2);
+  [chart.width, chart.height] = [canvas.clientWidth, canvas.clientHeight];
+  canvas.width = Math.round(chart.width * chart.ratio);
+  canvas.height = Math.round(chart.height * chart.ratio);
 }
 
 /** The values of a line from the newest back, without the step that is not over. */

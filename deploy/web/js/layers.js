@@ -3,12 +3,12 @@
 import { recall, remember } from "./palette.js";
 
 export const LAYERS = [
-  { id: "fused", name: "Fused objects", key: "1", on: true },
-  { id: "truth", name: "Ground truth", key: "2", on: true },
+  { id: "fused", name: "Fused", key: "1", on: true },
+  { id: "truth", name: "Truth", key: "2", on: true },
   { id: "detections", name: "Detections", key: "3", on: true },
-  { id: "views", name: "Fields of view", key: "4", on: true },
+  { id: "views", name: "Views", key: "4", on: true },
   { id: "velocity", name: "Velocity", key: "5", on: true },
-  { id: "covariance", name: "Covariance (2σ)", key: "6", on: true },
+  { id: "covariance", name: "Covariance", key: "6", on: true },
   { id: "trails", name: "Trails", key: "7", on: true },
   { id: "labels", name: "Labels", key: "8", on: true },
   { id: "roads", name: "Roads", key: "9", on: true },

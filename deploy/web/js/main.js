@@ -166,12 +166,13 @@ class View {
 
   #fitTo(bounds) {
     const n = Math.max(1, this.scene.panes.length);
-    const isTall = n > 1 && this.scene.canvas.clientWidth < 640;
-    const { clientWidth: width, clientHeight: height } = this.scene.canvas;
+    const { width, height } = this.scene;
+    const isTall = n > 1 && width < 640;
     this.camera.fit(bounds, isTall ? width : width / n, isTall ? height / n : height);
   }
 
   #resized() {
+    this.scene.resize($("map").clientWidth, $("map").clientHeight);
     this.#fitted = Math.min(this.#fitted, 11);
     this.changed();
   }

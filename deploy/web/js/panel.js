@@ -40,7 +40,7 @@ export function showSelected(root, view) {
   const frame = hub?.frames.at(view.time);
   const k = frame ? frame.tracks.indexOf(selection.track) : -1;
   if (k >= 0) root.replaceChildren(...objectNodes(view, frame, k));
-  else if (selection?.track) root.replaceChildren(heading(selection.track, view), element("p", "hint", "not in this list"));
+  else if (selection?.track) root.replaceChildren(element("div", "title", selection.track), element("p", "hint", "not in this list"));
   else if (selection?.agent && store.agents.has(selection.agent)) root.replaceChildren(...agentNodes(view, store.agents.get(selection.agent)));
   else root.replaceChildren(element("p", "hint", "Click an object or an agent to see its values and who contributed."));
 }

@@ -7,7 +7,7 @@ import { Projection, roundLength, traceBox, traceEllipse, traceSector } from "./
 import { DETECTION, OBJECT, TRUTH, trailPoints } from "./store.js";
 
 const TRAIL_MS = 6000;
-const FLASH_MS = 1600;
+const FLASH_MS = { late: 700, refused: 2500 };
 const FRESH_MS = 1000;
 /** Beyond this number of objects in sight there are no labels but the selected one's. */
 const MOST_LABELS = 150;
@@ -22,22 +22,20 @@ export class Scene {
     this.store = store;
     this.camera = camera;
     this.panes = [];
+    this.resize(canvas.clientWidth, canvas.clientHeight);
   }
 
-  resize() {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const ratio = Math.min(devicePixelRatio || 1, 2);
-    if (this.canvas.width === Math.round(width * ratio) && this.canvas.height === Math.round(height * ratio)) return;
-    this.canvas.width = Math.round(width * ratio);
-    this.canvas.height = Math.round(height * ratio);
-    this.ratio = ratio;
+  /** The canvas has this size on the screen. It is asked for when it changes only: asking makes the browser lay out. */
+  resize(width, height) {
+    this.ratio = Math.min(devicePixelRatio || 1, 2);
+    Object.assign(this, { width, height });
+    this.canvas.width = Math.round(width * this.ratio);
+    this.canvas.height = Math.round(height * this.ratio);
   }
 
   /** Draws the moment `time` for these hubs; returns whether something moves by itself. */
   draw(time, hubs, selection) {
-    this.resize();
-    const { context, canvas } = this;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const { context, width, height } = this;
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.fillStyle = palette.ground;
     context.fillRect(0, 0, width, height);
@@ -299,7 +297,7 @@ export class Scene {
       const text = `${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`;
       this.#text(text, x + 13, y - 11, colour);
       context.globalAlpha = 1;
-      const events = store.events.filter((event) => event.agent === agent.name && time >= event.at && time - event.at < FLASH_MS);
+      const events = store.events.filter((event) => event.agent === agent.name && time >= event.at && time - event.at < FLASH_MS[event.level]);
       this.#drawFlashes(x, y, events, time);
     }
   }
@@ -310,8 +308,8 @@ export class Scene {
     if (!event) return;
     this.flashes = true;
     const { context } = this;
-    const share = (time - event.at) / FLASH_MS;
-    context.globalAlpha = 1 - share;
+    const share = (time - event.at) / FLASH_MS[event.level];
+    context.globalAlpha = (1 - share) * (event.level === "late" ? 0.8 : 1);
     context.strokeStyle = event.level === "refused" ? palette.bad : palette.warn;
     context.lineWidth = event.level === "refused" ? 3 : 1.5;
     context.beginPath();
@@ -374,7 +372,7 @@ export class Scene {
     const { context } = this;
     context.font = "600 13px system-ui, 'DejaVu Sans', sans-serif";
     const error = hub.error.recent(this.store.now());
-    const text = `hub ${hub.name}${Number.isFinite(error) ? `   error ${error.toFixed(2)} m` : ""}`;
+    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}`;
     this.#text(text, view.left + 14, view.top + 24, palette.ours);
     context.fillStyle = palette.line;
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);

@@ -1,6 +1,6 @@
 // A value over the last minute, as means of a quarter of a second.
 
-const STEP_MS = 250;
+export const STEP_MS = 250;
 export const POINTS = 240;
 
 export class Series {

@@ -27,6 +27,8 @@ class Agent {
     this.number = number;
     this.frames = new History();
     this.sensor = null;
+    /** When its first frame came, ms. */
+    this.since = NaN;
     this.delay = new Series();
     this.error = new Series();
     this.rate = new Series();
@@ -117,6 +119,7 @@ export class Store {
     const agent = this.agent(message.agent);
     if (!agent) return;
     const { received, captured, sequence } = message;
+    if (Number.isNaN(agent.since)) agent.since = received;
     agent.delay.add(received, received - captured);
     agent.rate.add(received, 1);
     if (message.errors) agent.error.add(received, message.errors.mean_m ?? NaN);

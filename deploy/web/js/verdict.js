@@ -17,7 +17,8 @@ export function verdict(store, hub, time) {
   if (silent.length) return { level: "warn", word: "Agent silent", why: names(silent) };
   const refused = [...store.agents.values()].filter((agent) => now - agent.lastRefusedAt < 5000);
   if (refused.length) return { level: "warn", word: "Frames refused", why: `of ${names(refused)}` };
-  return { level: "good", word: "All well", why: "" };
+  const { scenario, network } = store.hello;
+  return { level: "good", word: "All well", why: scenario && scenario !== network ? `${scenario}, network ${network}` : `network ${network}` };
 }
 
 function names(agents) {
