@@ -1,10 +1,10 @@
 """The live view in a headless Chromium, over a real network.
 
-Usage: web_view.py V2X [--screenshots FOLDER] [--readme FILE]
+Usage: web_view.py V2X [--screenshots FOLDER] [--readme FILE] [--load SECONDS]
 
 V2X is the built program, such as target/debug/v2x. Starts a hub, two agents and the view as processes, opens the page, and
 checks what it shows against what the hub published. With --screenshots it writes the page at three widths in light and dark;
-with --readme only the picture of the README is made.
+with --readme only the picture of the README is made; with --load only script time and memory under load are measured.
 """
 
 import argparse
@@ -27,8 +27,21 @@ SCENARIO = ROOT / "deploy/scenarios/crossing.toml"
 PATIENCE_S = 60
 WIDTHS = [(400, 860), (1024, 768), (1920, 1080)]
 # The README's picture: as wide as GitHub shows it, with twice the pixels.
-README_SIZE = (1280, 800)
+README_SIZE = (1280, 840)
 README_QUALITY = 82
+
+# A car in motion that both agents see, in the picture and not an agent itself.
+IS_TELLING = """(() => {
+    const {selection, contributors} = window.v2x.state;
+    const text = document.getElementById('selected-body').innerText;
+    const k = window.v2x.shown[0].tracks.indexOf(selection?.track);
+    if (k < 0 || contributors.length < 2 || !text.includes('vehicle.car')) return false;
+    const {x, y} = window.v2x.placeOf(k);
+    const canvas = document.getElementById('canvas');
+    const isInside = x > 120 && y > 90 && x < canvas.clientWidth - 120 && y < canvas.clientHeight - 90;
+    const distance = Math.hypot(x - canvas.clientWidth / 2, y - canvas.clientHeight / 2);
+    return isInside && distance > 120 && Number(/speed m\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
+})()"""
 
 
 def free_port():
@@ -268,18 +281,54 @@ def readme_picture(browser, network, path):
     browser.wait("window.v2x.shown.length === 1 && window.v2x.shown[0].objects > 5", "objects")
     # The charts are full after half a minute.
     browser.run("new Promise((done) => setTimeout(done, 40_000))")
+    for _ in range(3):
+        browser.key("+", "+")
     for _ in range(200):
         browser.key("n", "n")
         browser.run("new Promise((done) => setTimeout(done, 50))")
-        moves = browser.run("(() => { const t = document.getElementById('selected-body').innerText;"
-                            " return t.includes('vehicle.car') && Number(/speed m\\/s\\s+([\\d.]+)/.exec(t)?.[1]) > 2; })()")
-        if moves and len(browser.run("window.v2x.state.contributors")) == 2:
+        if browser.run(IS_TELLING):
             break
     browser.run("new Promise((done) => setTimeout(done, 400))")
     browser.picture(path, "webp", quality=README_QUALITY)
     size = pathlib.Path(path).stat().st_size
     assert size <= 300_000, f"{size} bytes"
     print(f"{path}: {size} bytes")
+
+
+def measure_load(browser, v2x, folder, seconds):
+    """Script time and memory with ten agents that each report some 200 objects ten times a second."""
+    text = (ROOT / "deploy/scenarios/ten-agents.toml").read_text()
+    for name, count in {"traffic": 1.0, "parked": 120, "works": 28, "pedestrians": 48, "bicycles": 8}.items():
+        text = re.sub(rf"^{name} = .*$", f"{name} = {count}", text, flags=re.MULTILINE)
+    text = re.sub(r"^(noise = .*)$", r"\1\nfield_of_view = { range_max_m = 200.0 }", text, flags=re.MULTILINE)
+    (folder / "load.toml").write_text(text)
+    log = open(folder / "up.log", "w")
+    words = [v2x, "up", "load.toml", "--web", "0", "--listen", "tcp/127.0.0.1:0"]
+    process = subprocess.Popen(words, stderr=log, cwd=folder)
+    try:
+        while not (found := re.search(r"http://\S+", (folder / "up.log").read_text())):
+            assert process.poll() is None, (folder / "up.log").read_text()
+            time.sleep(0.05)
+        browser.size(1280, 800)
+        browser.open(found[0])
+        browser.wait("window.v2x.shown.length === 1 && window.v2x.state.agents.length === 10", "ten agents")
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            browser.run("new Promise((done) => setTimeout(done, 15_000))")
+            line = browser.run("""(() => {
+                const s = window.v2x.stats, [shown] = window.v2x.shown, agents = document.querySelectorAll('.agent .sub span:last-child');
+                const detections = [...agents].map((each) => parseInt(each.textContent) || 0);
+                return `${shown.objects} objects, ${detections.reduce((a, b) => a + b)} detections of 10 agents; script ${s.median.toFixed(1)} / ${s.p95.toFixed(1)} ms,`
+                    + ` drawing ${s.drawMedian.toFixed(1)} / ${s.drawP95.toFixed(1)} ms (median / p95); ${s.frames} frames; kept ${(s.memoryBytes / 1e6).toFixed(0)} MB,`
+                    + ` heap ${(performance.memory.usedJSHeapSize / 1e6).toFixed(0)} MB; ${s.skipped} skipped`;
+            })()""")
+            cpu = sum(map(int, pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13]))
+            print(f"{line}; launcher and view {cpu / 100:.1f} CPU s", flush=True)
+        assert not browser.complaints, browser.complaints
+    finally:
+        process.terminate()
+        process.wait(timeout=PATIENCE_S)
+        log.close()
 
 
 def check_all(browser, network, folder):
@@ -309,6 +358,7 @@ def main():
     parser.add_argument("v2x", type=lambda path: str(pathlib.Path(path).resolve()))
     parser.add_argument("--screenshots", type=pathlib.Path)
     parser.add_argument("--readme", type=pathlib.Path)
+    parser.add_argument("--load", type=float, metavar="SECONDS")
     args = parser.parse_args()
     if args.screenshots:
         args.screenshots.mkdir(parents=True, exist_ok=True)
@@ -318,7 +368,9 @@ def main():
         network = Network(args.v2x, folder)
         browser = Browser()
         try:
-            if args.readme:
+            if args.load:
+                measure_load(browser, args.v2x, folder, args.load)
+            elif args.readme:
                 readme_picture(browser, network, args.readme)
             else:
                 check_all(browser, network, args.screenshots)

@@ -69,6 +69,9 @@ async fn show_frames(consumer: &Consumer, mut picture: Picture<'_>, hurry: &Noti
             Ok(Next::Nothing) => {}
             Err(error) => tracing::debug!(key = entry.key, %error, "a sample that the view cannot read"),
         }
+        // Where samples come faster than they are translated, the queue is never empty: browsers, the status and the
+        // shutdown have their turn all the same.
+        tokio::task::yield_now().await;
     }
 }
 

@@ -156,7 +156,8 @@ export class Store {
       hub.inHub.add(received, received - arrived);
     }
     let newest = -Infinity;
-    for (const health of message.agents) newest = Math.max(newest, health[4]);
+    // An agent without an accepted frame has no newest one.
+    for (const [, accepted, , , captured] of message.agents) if (accepted > 0) newest = Math.max(newest, captured);
     hub.age.add(received, received - newest);
     if (message.errors) hub.error.add(received, message.errors.mean_m ?? NaN);
   }
