@@ -18,7 +18,9 @@ async fn the_page_and_its_files_are_served_with_a_strict_policy() -> anyhow::Res
     let (_watch, address) = view(&folder("web-page")?).await?;
     let page = get(&address, "/", &[]).await?;
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("<title>v2x live view"), "{page}");
-    for header in ["content-security-policy: default-src 'none'", "x-content-type-options: nosniff", "no-store"] {
+    for header in
+        ["content-security-policy: default-src 'none'", "x-content-type-options: nosniff", "no-store"]
+    {
         assert!(page.contains(header), "{header} in {page}");
     }
     for path in ["/style.css", "/js/main.js", "/icon.svg"] {
@@ -62,7 +64,10 @@ async fn a_network_is_told_in_well_formed_messages_and_ctrl_c_ends_it() -> anyho
             seen.insert(kind, message);
         }
     }
-    assert_eq!((&seen["hello"]["network"], &seen["hello"]["scenario"]), (&"web-up".into(), &"crossing".into()));
+    assert_eq!(
+        (&seen["hello"]["network"], &seen["hello"]["scenario"]),
+        (&"web-up".into(), &"crossing".into())
+    );
     assert!(length(&seen["hello"], "roads")? > 8);
     assert_eq!(length(&seen["detections"], "detections")? % DETECTION, 0);
     let fused = &seen["fused"];
@@ -86,7 +91,10 @@ async fn a_taken_address_is_an_error_that_says_what_to_do() -> anyhow::Result<()
     for command in [&["watch"][..], &["up", "crossing"], &["demo"]] {
         let ending = run(&folder, &[command, &["--web", &address]].concat()).await?;
         assert_eq!(ending.code, Some(1), "{ending:#?}");
-        assert!(ending.stderr.contains("is taken") && ending.stderr.contains("--web 127.0.0.1:0"), "{ending:#?}");
+        assert!(
+            ending.stderr.contains("is taken") && ending.stderr.contains("--web 127.0.0.1:0"),
+            "{ending:#?}"
+        );
     }
     Ok(())
 }

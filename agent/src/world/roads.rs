@@ -49,7 +49,9 @@ mod tests {
             for second in 0..100 {
                 world.objects_at(Span::from_millis(1000 * second), &mut objects);
                 // Faster than a bicycle.
-                for object in objects.iter().filter(|object| libm::hypot(object.velocity.0, object.velocity.1) > 7.0) {
+                for object in
+                    objects.iter().filter(|object| libm::hypot(object.velocity.0, object.velocity.1) > 7.0)
+                {
                     n_driving += 1;
                     let at = (object.bev.x, object.bev.y);
                     let is_on = surfaces.iter().any(|road| distance_m(road, at) <= road.width_m / 2.0);

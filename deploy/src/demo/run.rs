@@ -81,7 +81,11 @@ struct Started {
 
 impl Demo<'_> {
     /// Runs the network; `None` where Ctrl-C came first. Every process has ended when it returns.
-    async fn run(&self, site: Option<Site>, shutdown: &CancellationToken) -> anyhow::Result<Option<RunRecord>> {
+    async fn run(
+        &self,
+        site: Option<Site>,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Option<RunRecord>> {
         let mut progress = Progress::new(self.args.duration());
         let n_agents = self.chosen.scenario.agents.len();
         progress.print(&format!(

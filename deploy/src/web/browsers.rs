@@ -51,7 +51,11 @@ impl Browsers {
         if stream.is_state() && (state.newest.len() < MAX_STREAMS || state.newest.contains_key(&stream)) {
             state.newest.insert(stream, event.clone());
         }
-        state.mailboxes.iter().filter_map(Weak::upgrade).for_each(|mailbox| mailbox.put(stream, event.clone()));
+        state
+            .mailboxes
+            .iter()
+            .filter_map(Weak::upgrade)
+            .for_each(|mailbox| mailbox.put(stream, event.clone()));
     }
 
     /// Ends all streams of events, also of browsers that come later.

@@ -32,7 +32,8 @@ pub(super) async fn feed(
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
     let Source { session, network, scene } = source;
-    let (name, roads) = scene.as_ref().map_or((None, &[][..]), |scene| (Some(&*scene.name), &scene.roads[..]));
+    let (name, roads) =
+        scene.as_ref().map_or((None, &[][..]), |scene| (Some(&*scene.name), &scene.roads[..]));
     send(browsers, Stream::Hello, &Message::Hello(Hello::new(*network, name, roads)));
     let endpoints = match &session.connect[..] {
         [] => vec![DEFAULT_ENDPOINT.to_owned()],
@@ -49,7 +50,8 @@ pub(super) async fn feed(
     };
     say_connected(true);
     let tokens = Tokens::subscribe(consumer.session(), *network).await;
-    let mut tokens = tokens.map_err(|error| anyhow!("{error}")).context("subscribing to liveliness tokens")?;
+    let mut tokens =
+        tokens.map_err(|error| anyhow!("{error}")).context("subscribing to liveliness tokens")?;
     let hurry = Notify::new();
     tokio::select! {
         () = shutdown.cancelled() => {}

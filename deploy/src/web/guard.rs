@@ -72,7 +72,9 @@ mod tests {
 
     #[test]
     fn names_of_others_are_refused_though_they_resolve_to_this_machine() {
-        for host in ["evil.example:8088", "localhost.evil.example", "127.0.0.1.evil.example:8088", "", ":8088"] {
+        for host in
+            ["evil.example:8088", "localhost.evil.example", "127.0.0.1.evil.example:8088", "", ":8088"]
+        {
             assert_eq!(check(&headers(&[host], None), true), Err(Refused::Host), "{host:?}");
             assert_eq!(check(&headers(&[host], None), false), Err(Refused::Host), "{host:?}");
         }

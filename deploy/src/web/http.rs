@@ -61,12 +61,7 @@ pub(super) async fn serve(listener: TcpListener, browsers: Arc<Browsers>, shutdo
     }
 }
 
-async fn connection(
-    stream: TcpStream,
-    browsers: Arc<Browsers>,
-    is_local: bool,
-    shutdown: CancellationToken,
-) {
+async fn connection(stream: TcpStream, browsers: Arc<Browsers>, is_local: bool, shutdown: CancellationToken) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!(%error, "a browser's messages may wait");
     }
@@ -103,9 +98,11 @@ fn answer(request: &Request<Incoming>, browsers: &Browsers, is_local: bool) -> R
     match request.uri().path() {
         "/events" => response(StatusCode::OK, "text/event-stream", Content::Events(browsers.join())),
         path => match page::file(path) {
-            Some(file) => {
-                response(StatusCode::OK, file.content_type, Content::Whole(Some(Bytes::from_static(file.bytes))))
-            }
+            Some(file) => response(
+                StatusCode::OK,
+                file.content_type,
+                Content::Whole(Some(Bytes::from_static(file.bytes))),
+            ),
             None => text(StatusCode::NOT_FOUND, "no such page"),
         },
     }

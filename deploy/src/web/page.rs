@@ -83,7 +83,10 @@ mod tests {
             let file = file(path).unwrap();
             let text = String::from_utf8_lossy(file.bytes);
             let text = text.replace("http://www.w3.org/2000/svg", "");
-            assert!(!text.contains("http://") && !text.contains("https://") && !text.contains("//cdn"), "{path}");
+            assert!(
+                !text.contains("http://") && !text.contains("https://") && !text.contains("//cdn"),
+                "{path}"
+            );
         }
     }
 }

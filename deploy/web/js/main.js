@@ -14,7 +14,9 @@ import { Timeline } from "./timeline.js";
 import { noteFrame, timing } from "./timing.js";
 import { emptyState, facts, verdict } from "./verdict.js";
 
-const PANEL_EVERY_MS = 250;
+const PANEL_EVERY_MS = 500;
+/** New data is drawn at most so often; what the user does is drawn at once. */
+const DRAW_EVERY_MS = 30;
 const REACH_PIXELS = 18;
 const $ = (id) => document.getElementById(id);
 
@@ -25,7 +27,10 @@ class View {
   isFollowing = false;
   #chosenHubs = [null, null];
   #isDirty = true;
+  #hasNews = true;
+  #drawnAt = -Infinity;
   #panelAt = -Infinity;
+  #chartsAt = -Infinity;
   #fitted = 0;
 
   constructor() {
@@ -41,11 +46,11 @@ class View {
     keyboard.listen(this);
     keyboard.fillHelp($("keys"));
     this.#wire();
-    follow(this.store, () => { this.#isDirty = true; });
+    follow(this.store, () => { this.#hasNews = true; });
     new ResizeObserver(() => this.#resized()).observe($("map"));
     requestAnimationFrame(() => this.#tick());
     // A tab in the background draws nothing; it starts again with what is new.
-    setInterval(() => { this.#isDirty = true; }, 1000);
+    setInterval(() => { this.#hasNews = true; }, 1000);
   }
 
   #wire() {
@@ -71,6 +76,7 @@ class View {
   changed() {
     this.#isDirty = true;
     this.#panelAt = -Infinity;
+    this.#chartsAt = -Infinity;
   }
 
   get time() { return this.timeline.time; }
@@ -87,9 +93,11 @@ class View {
 
   #tick() {
     requestAnimationFrame(() => this.#tick());
-    if (!this.#isDirty) return;
     const begun = performance.now();
+    if (!this.#isDirty && !(this.#hasNews && begun - this.#drawnAt >= DRAW_EVERY_MS)) return;
     this.#isDirty = false;
+    this.#hasNews = false;
+    this.#drawnAt = begun;
     this.#draw(begun);
     noteFrame(performance.now() - begun);
   }
@@ -101,10 +109,16 @@ class View {
     this.#fitByItself(hubs, time);
     if (this.isFollowing) this.#centreOnSelected(hubs, time);
     const moves = this.scene.draw(time, hubs, this.selection);
-    if (moves && !this.store.paused) this.#isDirty = true;
-    if (here - this.#panelAt < PANEL_EVERY_MS) return;
-    this.#panelAt = here;
-    this.#showPanel(hubs, time);
+    if (moves && !this.store.paused) this.#hasNews = true;
+    // In turn, so that no single frame takes long.
+    if (here - this.#panelAt >= PANEL_EVERY_MS) {
+      this.#panelAt = here;
+      this.#showPanel(hubs, time);
+    } else if (here - this.#chartsAt >= PANEL_EVERY_MS) {
+      this.#chartsAt = here;
+      const hasTruth = Boolean(hubs[0]?.frames.newest?.truth);
+      this.charts.draw({ agents: this.store.agents, shown: hubs, time, hasTruth });
+    }
   }
 
   #showPanel(hubs, time) {
@@ -115,8 +129,6 @@ class View {
     showAgents($("agents-body"), this);
     this.#showHubs(hubs);
     this.timeline.show();
-    const hasTruth = Boolean(hubs[0]?.frames.newest?.truth);
-    this.charts.draw({ agents: store.agents, shown: hubs, time, hasTruth });
     const { median, p95 } = timing();
     const skipped = store.skipped ? ` · ${store.skipped} skipped` : "";
     $("stats").textContent = `script ${median.toFixed(1)} / ${p95.toFixed(1)} ms${skipped}`;

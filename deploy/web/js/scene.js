@@ -3,8 +3,8 @@
 import { LabelSpace, letterOf, shortTrack } from "./labels.js";
 import { layers } from "./layers.js";
 import { agentColour, palette } from "./palette.js";
-import { Projection, roundLength, traceBox, traceEllipse, traceSector } from "./shapes.js";
-import { DETECTION, OBJECT, TRUTH, trailPoints } from "./store.js";
+import { Projection, roundLength, traceBox, traceBoxes, traceEllipse, traceSector } from "./shapes.js";
+import { DETECTION, OBJECT, TRUTH, eachTrailPoint } from "./store.js";
 
 const TRAIL_MS = 6000;
 const FLASH_MS = { late: 700, refused: 2500 };
@@ -145,10 +145,7 @@ export class Scene {
   #drawTruth(view, truth) {
     const { context } = this;
     context.beginPath();
-    for (let k = 0; k < truth.length; k += TRUTH.size) {
-      const [x, y, w, d] = [truth[k + TRUTH.x], truth[k + TRUTH.y], truth[k + TRUTH.w], truth[k + TRUTH.d]];
-      if (view.sees(x, y, Math.max(w, d))) traceBox(context, view, x, y, w, d, truth[k + TRUTH.yaw]);
-    }
+    traceBoxes(context, view, truth, TRUTH);
     context.strokeStyle = palette.truth;
     context.lineWidth = 1.5;
     context.stroke();
@@ -156,12 +153,8 @@ export class Scene {
 
   #drawDetections(view, { agent, frame, isFresh }) {
     const { context } = this;
-    const { values } = frame;
     context.beginPath();
-    for (let k = 0; k < values.length; k += DETECTION.size) {
-      const [x, y, w, d] = [values[k + DETECTION.x], values[k + DETECTION.y], values[k + DETECTION.w], values[k + DETECTION.d]];
-      if (view.sees(x, y, Math.max(w, d))) traceBox(context, view, x, y, w, d, values[k + DETECTION.yaw]);
-    }
+    traceBoxes(context, view, frame.values, DETECTION);
     context.globalAlpha = isFresh ? 0.75 : 0.25;
     context.strokeStyle = agentColour(agent.number);
     context.lineWidth = 1;
@@ -186,7 +179,8 @@ export class Scene {
       context.fill();
       context.globalAlpha = 1;
     }
-    each((k) => traceBox(context, view, values[k + OBJECT.x], values[k + OBJECT.y], values[k + OBJECT.w], values[k + OBJECT.d], values[k + OBJECT.yaw]));
+    context.beginPath();
+    traceBoxes(context, view, values, OBJECT);
     context.fillStyle = context.strokeStyle = palette.ours;
     context.globalAlpha = 0.25;
     context.fill();
@@ -195,7 +189,10 @@ export class Scene {
     context.stroke();
     // Where the front is: from the middle to it.
     each((k) => {
-      const [x, y, half, yaw] = [values[k + OBJECT.x], values[k + OBJECT.y], values[k + OBJECT.d] / 2, values[k + OBJECT.yaw]];
+      const x = values[k + OBJECT.x];
+      const y = values[k + OBJECT.y];
+      const half = values[k + OBJECT.d] / 2;
+      const yaw = values[k + OBJECT.yaw];
       context.moveTo(view.x(x), view.y(y));
       context.lineTo(view.x(x + half * Math.cos(yaw)), view.y(y + half * Math.sin(yaw)));
     });
@@ -208,9 +205,13 @@ export class Scene {
   #drawVelocities(view, each, values) {
     const { context } = this;
     each((k) => {
-      const [x, y, vx, vy] = [values[k + OBJECT.x], values[k + OBJECT.y], values[k + OBJECT.vx], values[k + OBJECT.vy]];
+      const vx = values[k + OBJECT.vx];
+      const vy = values[k + OBJECT.vy];
       if (vx * vx + vy * vy < 0.25) return;
-      const [fromX, fromY, toX, toY] = [view.x(x), view.y(y), view.x(x + vx), view.y(y + vy)];
+      const fromX = view.x(values[k + OBJECT.x]);
+      const fromY = view.y(values[k + OBJECT.y]);
+      const toX = view.x(values[k + OBJECT.x] + vx);
+      const toY = view.y(values[k + OBJECT.y] + vy);
       const turn = Math.atan2(toY - fromY, toX - fromX);
       context.moveTo(fromX, fromY);
       context.lineTo(toX, toY);
@@ -234,9 +235,7 @@ export class Scene {
       const speed = Math.hypot(frame.values[at + OBJECT.vx], frame.values[at + OBJECT.vy]);
       if (!trail || speed < 0.3 || !view.sees(frame.values[at + OBJECT.x], frame.values[at + OBJECT.y], 120)) continue;
       context.moveTo(view.x(frame.values[at + OBJECT.x]), view.y(frame.values[at + OBJECT.y]));
-      for (const place of trailPoints(trail, time - TRAIL_MS, time)) {
-        context.lineTo(view.x(trail.points[2 * place]), view.y(trail.points[2 * place + 1]));
-      }
+      eachTrailPoint(trail, time - TRAIL_MS, time, (x, y) => context.lineTo(view.x(x), view.y(y)));
     }
     context.strokeStyle = palette.ours;
     context.globalAlpha = 0.4;

@@ -25,13 +25,28 @@ export class Projection {
 export function traceBox(context, view, x, y, w, d, yaw) {
   const cos = (Math.cos(yaw) * view.scale) / 2;
   const sin = (-Math.sin(yaw) * view.scale) / 2;
-  const [ax, ay, bx, by] = [d * cos, d * sin, -w * sin, w * cos];
-  const [px, py] = [view.x(x), view.y(y)];
+  const ax = d * cos;
+  const ay = d * sin;
+  const bx = -w * sin;
+  const by = w * cos;
+  const px = view.midX + x * view.scale;
+  const py = view.midY - y * view.scale;
   context.moveTo(px + ax + bx, py + ay + by);
   context.lineTo(px + ax - bx, py + ay - by);
   context.lineTo(px - ax - bx, py - ay - by);
   context.lineTo(px - ax + bx, py - ay + by);
   context.closePath();
+}
+
+/** Adds all boxes of a flat list that can be seen. */
+export function traceBoxes(context, view, values, layout) {
+  for (let k = 0; k < values.length; k += layout.size) {
+    const x = values[k + layout.x];
+    const y = values[k + layout.y];
+    const w = values[k + layout.w];
+    const d = values[k + layout.d];
+    if (view.sees(x, y, w + d)) traceBox(context, view, x, y, w, d, values[k + layout.yaw]);
+  }
 }
 
 /** Adds the ellipse of two standard deviations to the path. */
@@ -42,7 +57,8 @@ export function traceEllipse(context, view, x, y, xx, xy, yy) {
   const short = 2 * Math.sqrt(Math.max(0, mean - spread)) * view.scale;
   if (!(long > 1.5)) return;
   const turn = 0.5 * Math.atan2(2 * xy, xx - yy);
-  const [px, py] = [view.x(x), view.y(y)];
+  const px = view.x(x);
+  const py = view.y(y);
   context.moveTo(px + long * Math.cos(turn), py - long * Math.sin(turn));
   context.ellipse(px, py, long, short, -turn, 0, 2 * Math.PI);
 }

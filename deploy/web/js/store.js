@@ -272,21 +272,21 @@ function fusedFrame(message, origin) {
 /** Contributors in a few bytes each: which frame of a list of frames, and which detection in it. */
 function packed(lists) {
   const frames = [];
-  const places = new Map();
   const starts = new Uint32Array(lists.length + 1);
-  const flat = [];
-  lists.forEach((list, k) => {
+  for (let k = 0; k < lists.length; k += 1) starts[k + 1] = starts[k] + (2 * lists[k].length) / 3;
+  const items = new Uint16Array(starts[lists.length]);
+  let next = 0;
+  for (const list of lists) {
     for (let at = 0; at < list.length; at += 3) {
-      const key = `${list[at]}/${list[at + 1]}`;
-      if (!places.has(key)) {
-        places.set(key, frames.length);
-        frames.push([list[at], list[at + 1]]);
-      }
-      flat.push(places.get(key), list[at + 2]);
+      let place = frames.length - 1;
+      // The frames of a list are few: each agent's newest ones.
+      while (place >= 0 && !(frames[place][1] === list[at + 1] && frames[place][0] === list[at])) place -= 1;
+      if (place < 0) place = frames.push([list[at], list[at + 1]]) - 1;
+      items[next] = place;
+      items[next + 1] = list[at + 2];
+      next += 2;
     }
-    starts[k + 1] = flat.length;
-  });
-  const items = Uint16Array.from(flat);
+  }
   return { frames, starts, items, bytes: starts.byteLength + items.byteLength + 64 * frames.length };
 }
 
@@ -312,11 +312,11 @@ function extendTrails(hub, frame) {
   }
 }
 
-/** The points of a trail in a span of time, from the newest back. */
-export function* trailPoints(trail, from, to) {
+/** Calls `visit` with the points of a trail in a span of time, from the newest back. */
+export function eachTrailPoint(trail, from, to, visit) {
   for (let k = trail.n - 1; k >= Math.max(0, trail.n - TRAIL_POINTS); k -= 1) {
     const place = k % TRAIL_POINTS;
     if (trail.times[place] < from) return;
-    if (trail.times[place] <= to) yield place;
+    if (trail.times[place] <= to) visit(trail.points[2 * place], trail.points[2 * place + 1]);
   }
 }
