@@ -43,6 +43,9 @@ IS_TELLING = """(() => {
     return isInside && distance > 120 && Number(/speed m\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
 })()"""
 
+# Until what was just changed has been drawn.
+NEXT_DRAWING = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
 
 def free_port():
     with socket.socket() as probe:
@@ -159,8 +162,18 @@ def check_picture(browser):
         const named = (name) => of(style.getPropertyValue(name));
         return {all: colours.size, ours: named('--ours'), truth: named('--truth'), ego: of('#D55E00'), rsu: of('#009E73')};
     })()"""
+    # Without labels, which have the colour of the boxes.
+    browser.key("8", "8")
+    browser.run(NEXT_DRAWING)
     colours = browser.run(count)
     assert all(count > 20 for count in colours.values()), colours
+    # The key of a layer takes its boxes away, and brings them back.
+    browser.key("1", "1")
+    browser.run(NEXT_DRAWING)
+    hidden = browser.run(count)
+    assert hidden["ours"] < colours["ours"] / 10, (colours, hidden)
+    browser.key("1", "1")
+    browser.key("8", "8")
 
 
 def check_counts(browser, published):
