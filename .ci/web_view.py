@@ -87,7 +87,10 @@ class Network:
 
     def start_agents(self):
         for agent in ("ego", "rsu"):
-            self.start(agent, "agent", "--scenario", str(SCENARIO), "--id", agent, "--connect", self.endpoint)
+            self.start_agent(agent)
+
+    def start_agent(self, agent):
+        self.start(agent, "agent", "--scenario", str(SCENARIO), "--id", agent, "--connect", self.endpoint)
 
     def end(self, name, has_to_succeed=True):
         process = self.processes.pop(name)
@@ -240,6 +243,19 @@ def check_restart(browser, network):
     return Published(network)
 
 
+def check_refusals(browser, network):
+    """Frames that are too late flash at their agent with the reason, and the verdict names it."""
+    slow = re.sub(r"delay_ms = \d+", "delay_ms = 4000", SCENARIO.read_text())
+    (network.folder / "slow.toml").write_text(slow)
+    network.end("rsu")
+    network.start("rsu", "agent", "--scenario", "slow.toml", "--id", "rsu", "--connect", network.endpoint)
+    browser.wait("window.v2x.state.events.some((each) => each.agent === 'rsu' && each.level === 'refused' && each.text.includes('late'))", "a refusal with its reason")
+    browser.wait("document.getElementById('verdict').innerText.includes('Frames refused') && document.getElementById('verdict').innerText.includes('rsu')", "a verdict of refused frames")
+    network.end("rsu")
+    network.start_agent("rsu")
+    browser.wait("document.getElementById('verdict').dataset.level === 'good'", "a good verdict after the refusals")
+
+
 def check_widths(browser, folder):
     for width, height in WIDTHS:
         browser.size(width, height)
@@ -369,6 +385,7 @@ def check_all(browser, network, folder):
     check_help(browser)
     published = check_restart(browser, network)
     check_counts(browser, published)
+    check_refusals(browser, network)
     check_two_hubs(browser, network, folder)
     check_widths(browser, folder)
     stats = browser.run("window.v2x.stats")

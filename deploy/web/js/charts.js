@@ -5,18 +5,18 @@ import { POINTS, STEP_MS } from "./series.js";
 
 const RATE_STEPS = 4;
 
-/** Lines of all agents. */
-const ofAgents = (pick) => ({ agents }) =>
-  [...agents.values()].map((agent) => ({ colour: agentColour(agent.number), value: (time, back) => pick(agent, time, back) }));
+/** Lines of all agents, as the first hub that is shown has them. */
+const ofAgents = (pick) => ({ agents, shown }) =>
+  [...agents.values()].map((agent) => ({ colour: agentColour(agent.number), value: (time, back) => pick(agent, time, back, shown[0]) }));
 /** A line for each hub that is shown; the second one is dashed. */
 const ofHubs = (name) => ({ shown }) =>
   shown.map((hub, k) => ({ colour: palette.ours, isWide: true, isDashed: k > 0, value: (time, back) => hub[name].mean(time, back) }));
 
 /** Counts of an agent a second, over a second; nothing before it was there. */
-const rateOf = (name) => (agent, time, back) => {
+const perSecond = (series, agent, time, back) => {
   if (!(time - (back + RATE_STEPS) * STEP_MS > agent.since)) return NaN;
   let sum = 0;
-  for (let k = 0; k < RATE_STEPS; k += 1) sum += agent[name].perSecond(time, back + k);
+  for (let k = 0; series && k < RATE_STEPS; k += 1) sum += series.perSecond(time, back + k);
   return sum / RATE_STEPS;
 };
 
@@ -26,10 +26,11 @@ const CHARTS = [
   { name: "Age of information", unit: "ms", digits: 0, title: "Time since the capture of the newest data in the list", lines: ofHubs("age") },
   { name: "Error", unit: "m", digits: 2, title: "Mean distance to the nearest true object", needsTruth: true,
     lines: (state) => [...ofAgents((agent, time, back) => agent.error.mean(time, back))(state), ...ofHubs("error")(state)] },
-  { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second", lines: ofAgents(rateOf("rate")) },
-  { name: "Refused", unit: "/s", digits: 1, title: "Frames that the hub refused in a second, by agent", lines: ofAgents(rateOf("refusals")) },
+  { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second", lines: ofAgents((agent, time, back) => perSecond(agent.rate, agent, time, back)) },
+  { name: "Refused", unit: "/s", digits: 1, title: "Frames that the hub refused in a second, by agent",
+    lines: ofAgents((agent, time, back, hub) => perSecond(hub?.refusals.get(agent.name), agent, time, back)) },
   { name: "NIS", unit: "", digits: 2, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
-    lines: ofAgents((agent, time, back) => agent.nis.mean(time, back)) },
+    lines: ofAgents((agent, time, back, hub) => hub?.nis.get(agent.name)?.mean(time, back) ?? NaN) },
 ];
 
 export class Charts {

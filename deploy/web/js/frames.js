@@ -55,10 +55,11 @@ export class History {
     return place >= this.#first ? this.#frames[place] : null;
   }
 
-  /** The newest frame that meets a condition, among the last `most`. */
-  find(condition, most) {
-    const until = Math.max(this.#first, this.#frames.length - most);
-    for (let place = this.#frames.length - 1; place >= until; place -= 1) {
+  /** The newest frame that meets a condition, among the last `most` that had arrived at a time. */
+  find(condition, most, time) {
+    const newest = this.#placeAfter(time) - 1;
+    const until = Math.max(this.#first, newest - most);
+    for (let place = newest; place >= until; place -= 1) {
       if (condition(this.#frames[place])) return this.#frames[place];
     }
     return null;

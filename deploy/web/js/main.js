@@ -304,7 +304,7 @@ window.v2x = {
     const pane = view.scene.panes.find((each) => each.hub?.name === selection?.hub);
     const k = pane?.frame ? pane.frame.tracks.indexOf(selection.track) : -1;
     return {
-      online: store.online, paused: store.paused, time: view.time, selection, agents: [...store.agents.keys()],
+      online: store.online, paused: store.paused, time: view.time, selection, agents: [...store.agents.keys()], events: [...store.events],
       contributors: k < 0 ? [] : contributorsOf(store, pane.frame, k).map(({ agent, detection }) => ({ agent: agent.name, isDrawn: detection !== null })),
     };
   },

@@ -102,7 +102,8 @@ function agentNodes(view, agent) {
     ["NIS", status?.nis_per_dof != null ? status.nis_per_dof.toFixed(2) : "–"],
   ];
   for (const [reason, count] of Object.entries(status?.refused ?? {})) pairs.push([`· ${reason.replaceAll("_", " ")}`, String(count)]);
-  if (status?.learnt && sensor) pairs.push(["detection probability", `declared ${sensor.detection_probability}`]);
+  const learnt = status?.learnt?.detection_probability;
+  if (learnt != null) pairs.push(["detects", `${Math.round(100 * learnt)} %${sensor ? `, declares ${Math.round(100 * sensor.detection_probability)} %` : ""}`]);
   if (status?.registration && status.registration.pairs > 0 && !status.registration.reference) {
     const { dx_m: dx, dy_m: dy, dyaw_deg: yaw, clock_ms: clock } = status.registration;
     pairs.push(["pose error m", `${dx.toFixed(2)}, ${dy.toFixed(2)}`], ["heading error °", yaw.toFixed(2)], ["clock error ms", clock.toFixed(0)]);

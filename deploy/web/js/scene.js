@@ -69,7 +69,7 @@ export class Scene {
     if (frame && layers.fused) this.#drawFused(view, hub, frame, time);
     const chosen = frame && selection?.hub === hub.name ? frame.tracks.indexOf(selection.track) : -1;
     if (chosen >= 0) this.#drawSelected(view, frame, chosen);
-    this.#drawAgents(view, agents, selection, time);
+    this.#drawAgents(view, agents, { hub, selection, time });
     if (frame && layers.labels && layers.fused) this.#drawLabels(view, frame, chosen);
     this.#drawScale(view);
     if (isOneOfMany) this.#drawTitle(view, hub);
@@ -272,7 +272,7 @@ export class Scene {
     context.stroke();
   }
 
-  #drawAgents(view, agents, selection, time) {
+  #drawAgents(view, agents, { hub, selection, time }) {
     const { context, store } = this;
     context.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
     for (const { agent, frame, isFresh } of agents) {
@@ -296,7 +296,7 @@ export class Scene {
       const text = `${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`;
       this.#text(text, x + 13, y - 11, colour);
       context.globalAlpha = 1;
-      const events = store.events.filter((event) => event.agent === agent.name && time >= event.at && time - event.at < FLASH_MS[event.level]);
+      const events = store.events.filter((event) => event.agent === agent.name && event.hub === hub?.name && time >= event.at && time - event.at < FLASH_MS[event.level]);
       this.#drawFlashes(x, y, events, time);
     }
   }
@@ -398,7 +398,7 @@ export function contributorsOf(store, frame, k) {
     const [place, sequence] = frames[items[at]];
     const agent = store.agent(frame.names[place]);
     if (!agent) continue;
-    const source = agent.frames.find((each) => each.sequence === sequence, 200);
+    const source = agent.frames.find((each) => each.sequence === sequence, 200, frame.received);
     const from = items[at + 1] * DETECTION.size;
     const values = source?.values;
     const detection = values && from < values.length ? {

@@ -18,8 +18,6 @@ const TRAIL_POINTS = 300;
 const TRAIL_STEP_MS = 200;
 const MAX_TRAILS = 4000;
 const MAX_EVENTS = 64;
-/** A hub's count of refusals that stands still for so long is over. */
-export const RECENT_MS = 5000;
 
 class Agent {
   constructor(name, number) {
@@ -32,8 +30,6 @@ class Agent {
     this.delay = new Series();
     this.error = new Series();
     this.rate = new Series();
-    this.refusals = new Series();
-    this.nis = new Series();
     this.lastRefusal = null;
     this.lastRefusedAt = -Infinity;
   }
@@ -49,6 +45,9 @@ class Hub {
     this.inHub = new Series();
     this.age = new Series();
     this.error = new Series();
+    /** By agent: frames that were refused, and NIS. */
+    this.refusals = new Map();
+    this.nis = new Map();
     this.counts = new Map();
     this.refusedBefore = new Map();
     this.restarts = 0;
@@ -69,7 +68,7 @@ export class Store {
   skipped = 0;
   unknown = 0;
   statusError = null;
-  /** Recent late and refused frames: { agent, text, level, at }. */
+  /** Recent late and refused frames: { hub, agent, text, level, at }. */
   events = [];
   version = 0;
   /** The newest time of arrival by the program's clock, ms, and when that was by this page's. */
@@ -171,10 +170,10 @@ export class Store {
       const agent = this.agent(name);
       const n = refused - before.refused;
       if (agent && n > 0) {
-        agent.refusals.add(message.received, n);
+        seriesOf(hub.refusals, name).add(message.received, n);
         agent.lastRefusedAt = message.received;
       }
-      if (late > before.late) this.#event(name, "late", "late", message.received);
+      if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "late", level: "late", at: message.received });
     }
   }
 
@@ -189,7 +188,7 @@ export class Store {
       for (const each of status.agents) {
         const agent = this.agent(each.id);
         if (!agent) continue;
-        if (each.nis_per_dof !== null) agent.nis.add(at, each.nis_per_dof);
+        if (each.nis_per_dof !== null) seriesOf(hub.nis, each.id).add(at, each.nis_per_dof);
         agent.lastRefusal = each.last_refusal;
         this.#noteReasons(hub, each, status.lineage, at);
       }
@@ -202,12 +201,13 @@ export class Store {
     if (!before || before.lineage !== lineage) return;
     for (const [reason, count] of Object.entries(refused)) {
       const n = count - (before.refused[reason] ?? 0);
-      if (n > 0) this.#event(id, `${reason.replaceAll("_", " ")}${n > 1 ? ` ×${n}` : ""}`, "refused", at);
+      const text = `${reason.replaceAll("_", " ")}${n > 1 ? ` ×${n}` : ""}`;
+      if (n > 0) this.#event({ hub: hub.name, agent: id, text, level: "refused", at });
     }
   }
 
-  #event(agent, text, level, at) {
-    this.events.push({ agent, text, level, at });
+  #event(event) {
+    this.events.push(event);
     if (this.events.length > MAX_EVENTS) this.events.shift();
   }
 
@@ -244,6 +244,11 @@ export class Store {
   }
 
   get memoryBytes() { return memory.bytes; }
+}
+
+function seriesOf(map, name) {
+  if (!map.has(name)) map.set(name, new Series());
+  return map.get(name);
 }
 
 function relative(numbers, layout, origin) {
