@@ -153,6 +153,11 @@ impl Keys {
         format!("v2x/{}/hub/{hub}/alive", self.network)
     }
 
+    /// Every hub's liveliness token.
+    pub fn all_hubs_alive(&self) -> String {
+        format!("v2x/{}/hub/*/alive", self.network)
+    }
+
     /// Where a hub answers queries for its status.
     pub fn status(&self, hub: &HubId) -> String {
         format!("v2x/{}/hub/{hub}/status", self.network)

@@ -2,8 +2,8 @@
 //!
 //! [`V2x::end`] is the proof: it returns only when every process that `v2x` started has ended.
 
-use crate::support::{V2x, folder, up};
-use anyhow::{Context, ensure};
+use crate::support::{V2x, folder, send, up};
+use anyhow::Context;
 use std::path::Path;
 
 #[tokio::test(flavor = "multi_thread")]
@@ -76,14 +76,6 @@ async fn running_demo(folder: &Path) -> anyhow::Result<V2x> {
     let mut demo = V2x::start(folder, &["demo", "--duration", "10min", "--out", "run"])?;
     demo.stderr_line("all processes are up").await?;
     Ok(demo)
-}
-
-/// Sends a signal.
-async fn send(signal: &str, process_id: u32) -> anyhow::Result<()> {
-    let args = ["-s", signal, &process_id.to_string()];
-    let status = tokio::process::Command::new("kill").args(args).status().await.context("running kill")?;
-    ensure!(status.success(), "kill {args:?}: {status}");
-    Ok(())
 }
 
 /// The child with this word in its command line.

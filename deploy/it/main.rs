@@ -9,6 +9,7 @@ mod proxy;
 mod recording;
 mod runs;
 mod watch;
+mod web;
 
 /// Reads the list of processes from `/proc`.
 #[cfg(target_os = "linux")]

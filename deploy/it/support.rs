@@ -1,6 +1,6 @@
 //! Runs `v2x`, reads its output, and waits until it and all its children have ended.
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, ensure};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
@@ -185,4 +185,12 @@ pub(crate) async fn up_with(folder: &Path, scenario: &str, network: &str) -> any
     let line = up.stderr_line(" is up: hub at ").await?;
     let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;
     Ok((up, endpoint.trim_end_matches(',').to_owned()))
+}
+
+/// Sends a signal.
+pub(crate) async fn send(signal: &str, process_id: u32) -> anyhow::Result<()> {
+    let args = ["-s", signal, &process_id.to_string()];
+    let status = Command::new("kill").args(args).status().await.context("running kill")?;
+    ensure!(status.success(), "kill {args:?}: {status}");
+    Ok(())
 }

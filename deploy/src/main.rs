@@ -12,6 +12,7 @@ mod scenarios;
 mod status;
 mod up;
 mod watch;
+mod web;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -28,6 +29,7 @@ use v2x_fusion_hub::hub::HubArgs;
 Examples:
   v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer; prints what fusion gains
   v2x up highway                   a whole network until Ctrl-C
+  v2x demo --web                   the same in your browser, until Ctrl-C
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
   v2x record run.mcap              everything on a network, to be replayed and computed again

@@ -2,13 +2,14 @@
 
 use crate::network::{AgentsOfRun, FinalReports, Network};
 use crate::scenarios;
+use crate::web::{Scene, Site, Source, WebArgs};
 use anyhow::{Context, anyhow};
 use std::io::Write;
 use std::path::PathBuf;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
-use v2x_common::net::session::DEFAULT_ENDPOINT;
+use v2x_common::net::session::{DEFAULT_ENDPOINT, SessionOptions};
 use v2x_lab::commands::RunFolder;
 use v2x_lab::loopback::{ChildError, Launcher};
 
@@ -16,6 +17,7 @@ use v2x_lab::loopback::{ChildError, Launcher};
 #[command(after_help = "\
 Examples:
   v2x up crossing                               then, in another terminal: v2x watch
+  v2x up crossing --web                         in your browser, at http://127.0.0.1:8088/
   v2x up my-scenario.toml --seed 7
   v2x up highway --listen tcp/0.0.0.0:7447      for consumers and agents on other machines")]
 pub(crate) struct UpArgs {
@@ -34,11 +36,14 @@ pub(crate) struct UpArgs {
     /// Where the run's folder with the logs is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    web: WebArgs,
 }
 
 /// Runs the network until shutdown, or until one of its processes ends.
 pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let chosen = scenarios::choose(&args.scenario)?;
+    let site = Site::listen_if_wanted(args.web.web)?;
     let now = clock::now();
     let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
     folder.write("scenario.toml", &chosen.text)?;
@@ -70,10 +75,20 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         args.network,
         network.locator,
     ));
+    let live = site.map(|site| {
+        site.announce();
+        let connect = vec![network.locator.clone()];
+        let session = SessionOptions { connect, ..SessionOptions::default() };
+        let scene = Some(Scene::new(run.scenario, run.seed, run.start));
+        site.serve(Source { session, network: args.network, scene })
+    });
     let exit = tokio::select! {
         error = network.first_exit() => Some(error),
         () = shutdown.cancelled() => None,
     };
+    if let Some(live) = live {
+        live.end().await?;
+    }
     let mut reports = FinalReports::default();
     network.end_agents(&mut reports).await;
     network.end_hub(&mut reports).await;

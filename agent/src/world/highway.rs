@@ -12,6 +12,7 @@ use super::error::InvalidParameter;
 use super::motion::Motion;
 use super::path::Path;
 use super::profile::{Profile, speed_change_distance_m};
+use super::road::{Road, RoadKind};
 use crate::random::{Purpose, WorldDraw, chance, keyed_rng, uniform, weighted};
 
 /// Population of the motorway.
@@ -167,15 +168,44 @@ fn spread(number: u32, count: u32) -> (f64, f64) {
     (-STANDING_M + slot_m * (f64::from(number / 2) + 0.5), slot_m)
 }
 
+/// Both carriageways with their lanes, and the service roads with their ramps, as lines.
+pub(super) fn roads(config: &HighwayConfig) -> Vec<Road> {
+    let mut roads = Vec::new();
+    for side in 0..2 {
+        let line = |kind, width_m, right_m| {
+            let [from, to] = [-ROAD_M, ROAD_M].map(|along_m| on_side(side, along_m, right_m, 0.0));
+            Road::straight(kind, width_m, (from.x, from.y), (to.x, to.y))
+        };
+        // From the innermost lane's inner border to beyond the emergency lane.
+        let (inner_m, outer_m) = (INNERMOST_M - LANE_WIDTH_M / 2.0, EMERGENCY_LANE_M + LANE_WIDTH_M / 2.0);
+        roads.push(line(RoadKind::Surface, outer_m - inner_m, (inner_m + outer_m) / 2.0));
+        for border in 0..=config.lanes {
+            roads.push(line(RoadKind::Marking, 0.15, inner_m + LANE_WIDTH_M * f64::from(border)));
+        }
+        let path = service_path(side);
+        let n_points = 120;
+        let points = (0..=n_points).map(|k| {
+            let pose = path.at(path.length() * f64::from(k) / f64::from(n_points));
+            (pose.x, pose.y)
+        });
+        roads.push(Road { kind: RoadKind::Surface, width_m: LANE_WIDTH_M, points: points.collect() });
+    }
+    roads
+}
+
+/// Along the motorway, off to the right, back on the service road, and on again.
+fn service_path(side: u8) -> Path {
+    Path::from(on_side(side, -SERVICE_HALF_M, AGENT_LANE_M, 0.0))
+        .line(2.0 * SERVICE_HALF_M)
+        .arc(-PI, RAMP_RADIUS_M)
+        .line(2.0 * SERVICE_HALF_M)
+        .arc(-PI, RAMP_RADIUS_M)
+        .close()
+}
+
 /// The lap of an agent: along the motorway, off to the right, back on the service road, and on again.
 pub(super) fn service_lap(side: u8, rank: usize, lap: Span) -> Motion {
-    let start = on_side(side, -SERVICE_HALF_M, AGENT_LANE_M, 0.0);
-    let path = Path::from(start)
-        .line(2.0 * SERVICE_HALF_M)
-        .arc(-PI, RAMP_RADIUS_M)
-        .line(2.0 * SERVICE_HALF_M)
-        .arc(-PI, RAMP_RADIUS_M)
-        .close();
+    let path = service_path(side);
     let (along_m, ramp_m) = (2.0 * SERVICE_HALF_M, PI * RAMP_RADIUS_M);
     let brake_m = speed_change_distance_m(AGENT_MPS, RAMP_MPS, AGENT_MPS2);
     let out = Profile::from(0.0, RAMP_MPS)

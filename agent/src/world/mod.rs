@@ -13,12 +13,15 @@ mod motion;
 mod parameters;
 pub mod path;
 pub mod profile;
+mod road;
+mod roads;
 
 pub use crossing::CrossingConfig;
 pub use error::InvalidParameter;
 pub use ground_truth::World;
 pub use highway::HighwayConfig;
 pub use parameters::{Route, Station, WorldAgent, WorldConfig, WorldParameters};
+pub use road::{Road, RoadKind};
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
 //! The demo's command line.
 
+use crate::web::WebArgs;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -7,11 +8,14 @@ use std::time::Duration;
 const SHORTEST_S: f64 = 4.0;
 /// Longest run: an hour.
 const LONGEST_S: f64 = 3600.0;
+/// Length where none is given.
+const DEFAULT: Duration = Duration::from_secs(20);
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   v2x demo                                    20 s of the default crossing
+  v2x demo --web                              in your browser until Ctrl-C; then the figures, as ever
   v2x demo --duration 10s --seed 7
   v2x demo --scenario ten-agents              another shipped scenario, or a file of yours
   v2x demo --json > summary.json              for a program; everything else goes to standard error
@@ -19,9 +23,9 @@ Examples:
 The exit code is 0 only if every process did its work and the fused error on the objects that all agents
 cover is below each agent's.")]
 pub(crate) struct DemoArgs {
-    /// How long the agents publish, such as 10s or 2min
-    #[arg(long, default_value = "20s", value_parser = parse_duration)]
-    pub(crate) duration: Duration,
+    /// How long the agents publish, such as 10s or 2min [default: 20s; with --web until Ctrl-C, an hour at most]
+    #[arg(long, value_parser = parse_duration)]
+    duration: Option<Duration>,
     /// Seed of the world and of all noise [default: the scenario's]
     #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     pub(crate) seed: Option<u64>,
@@ -34,6 +38,26 @@ pub(crate) struct DemoArgs {
     /// Where the run's folder is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) web: WebArgs,
+}
+
+impl DemoArgs {
+    /// How long the agents publish at most.
+    pub(crate) fn duration(&self) -> Duration {
+        let longest = Duration::from_secs_f64(LONGEST_S);
+        self.duration.unwrap_or(if self.is_open_ended() { longest } else { DEFAULT })
+    }
+
+    /// Whether who watches ends the run, with Ctrl-C.
+    pub(crate) const fn is_open_ended(&self) -> bool {
+        self.duration.is_none() && self.web.web.is_some()
+    }
+
+    /// Whether Ctrl-C after this time ends the run so that it is scored.
+    pub(crate) fn is_scored_after(&self, ran: Duration) -> bool {
+        self.is_open_ended() && ran.as_secs_f64() >= SHORTEST_S
+    }
 }
 
 /// A duration such as `10s`, `1.5s`, `500ms` or `2min`; a plain number is seconds.

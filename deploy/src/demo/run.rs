@@ -5,12 +5,14 @@ use super::progress::Progress;
 use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
 use crate::output;
 use crate::scenarios::{self, Chosen};
+use crate::web::{Live, Scene, Site, Source};
 use anyhow::Context;
 use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
+use v2x_common::net::session::SessionOptions;
 use v2x_common::time::{Span, Timestamp};
 use v2x_lab::Summary;
 use v2x_lab::commands::{RunFolder, RunRecord, print_summary};
@@ -26,6 +28,7 @@ pub(crate) async fn run(
     shutdown: &CancellationToken,
 ) -> anyhow::Result<ExitCode> {
     let chosen = scenarios::choose(&args.scenario)?;
+    let site = Site::listen_if_wanted(args.web.web)?;
     let started_at = clock::now();
     let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
     folder.write("scenario.toml", &chosen.text)?;
@@ -36,7 +39,7 @@ pub(crate) async fn run(
         chosen,
         folder,
     };
-    let Some(record) = demo.run(shutdown).await? else {
+    let Some(record) = demo.run(site, shutdown).await? else {
         return Ok(ExitCode::from(INTERRUPTED));
     };
     demo.folder.write_record(&record)?;
@@ -72,8 +75,12 @@ struct Started {
 
 impl Demo<'_> {
     /// Runs the network; `None` where Ctrl-C came first. Every process has ended when it returns.
-    async fn run(&self, shutdown: &CancellationToken) -> anyhow::Result<Option<RunRecord>> {
-        let mut progress = Progress::new(self.args.duration);
+    async fn run(
+        &self,
+        site: Option<Site>,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Option<RunRecord>> {
+        let mut progress = Progress::new(self.args.duration());
         let n_agents = self.chosen.scenario.agents.len();
         progress.print(&format!(
             "{}: starting a hub, {n_agents} agents and a consumer as {} processes on this machine",
@@ -81,7 +88,7 @@ impl Demo<'_> {
             n_agents + 2,
         ));
         let scenario_file = self.folder.scenario();
-        let record = self.run_network(&scenario_file, &mut progress, shutdown).await?;
+        let record = self.run_network(site, &scenario_file, &mut progress, shutdown).await?;
         if record.is_none() {
             progress.print("interrupted; all processes have ended");
         }
@@ -90,6 +97,7 @@ impl Demo<'_> {
 
     async fn run_network(
         &self,
+        site: Option<Site>,
         scenario_file: &std::path::Path,
         progress: &mut Progress,
         shutdown: &CancellationToken,
@@ -101,30 +109,45 @@ impl Demo<'_> {
         };
         let Started { mut network, mut consumer, start } = started;
         progress.print(&format!("hub at {}, all processes are up", network.locator));
+        let live = site.map(|site| self.show(site, &network.locator, start));
         let began_at = clock::now();
         let exit = tokio::select! {
             exit = self.watch(&mut network, &mut consumer, progress) => exit,
             () = shutdown.cancelled() => None,
         };
         progress.end();
-        let duration_s = (clock::now() - began_at).as_secs_f64();
+        let ran = since(began_at);
+        if let Some(live) = live {
+            live.end().await?;
+        }
         let mut reports = FinalReports::default();
         reports.failures.extend(exit);
         network.end_agents(&mut reports).await;
         end_consumer(consumer, &mut reports).await;
         network.end_hub(&mut reports).await;
-        if shutdown.is_cancelled() {
+        if shutdown.is_cancelled() && !self.args.is_scored_after(ran) {
             return Ok(None);
         }
         Ok(Some(RunRecord {
             seed: self.seed,
             start_us: start.as_micros(),
-            duration_s,
+            duration_s: ran.as_secs_f64(),
             processes: self.chosen.scenario.agents.len() + 2,
             frames_sent: reports.frames_sent,
             hub: reports.hub,
             failures: reports.failures,
         }))
+    }
+
+    /// Shows the network in a browser.
+    fn show(&self, site: Site, locator: &str, start: Timestamp) -> Live {
+        site.announce();
+        if self.args.is_open_ended() {
+            Progress::new(Duration::ZERO).print("Ctrl-C ends it, and prints what fusion gains");
+        }
+        let session = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
+        let scene = Some(Scene::new(&self.chosen.scenario, self.seed, start));
+        site.serve(Source { session, network: self.launcher.network(), scene })
     }
 
     async fn start_network(&self, scenario_file: &std::path::Path) -> anyhow::Result<Started> {
@@ -151,7 +174,7 @@ impl Demo<'_> {
         progress: &mut Progress,
     ) -> Option<String> {
         let began_at = clock::now();
-        let end = tokio::time::sleep(self.args.duration);
+        let end = tokio::time::sleep(self.args.duration());
         tokio::pin!(end);
         loop {
             tokio::select! {

@@ -2,6 +2,7 @@
 
 use super::objects::SortKey;
 use crate::record::RecordArgs;
+use crate::web::WebArgs;
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
@@ -18,6 +19,8 @@ Examples:
   v2x watch --lagged                           the second list, a lag behind, where the hub has one
   v2x watch --delta                            the list by what changes: a tenth of the bytes, within 0.2 m
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
+  v2x watch --web                              in your browser, at http://127.0.0.1:8088/
+  v2x watch --web --scenario crossing          with the roads and the truth of a simulation by `v2x up crossing`
   v2x watch --record run.mcap                  records it, as `v2x record` does
 
 In a terminal the table fits the window. Its keys: q, Esc or Ctrl-C end; s sorts by the next column, r the other way
@@ -51,6 +54,14 @@ pub(crate) struct WatchArgs {
     /// Record everything on the network into a file; with --delta or --tile that alone
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) web: WebArgs,
+    /// With --web: the scenario that is simulated, for its roads and its truth; a file or a shipped scenario's name
+    #[arg(long, value_name = "FILE|NAME", requires = "web")]
+    pub(crate) scenario: Option<String>,
+    /// With --scenario: the seed of the simulation [default: the scenario's]
+    #[arg(long, value_parser = v2x_common::seed::parse_seed, requires = "scenario")]
+    pub(crate) seed: Option<u64>,
     /// End after this many fused frames
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,

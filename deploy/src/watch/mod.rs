@@ -1,6 +1,7 @@
 //! `v2x watch`: a consumer of fused objects.
 
 mod args;
+mod browser;
 mod lines;
 mod lists;
 mod objects;

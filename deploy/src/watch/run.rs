@@ -1,6 +1,7 @@
 //! The consumer's loop.
 
 use super::WatchArgs;
+use super::browser;
 use super::lines::plain;
 use super::lists::Lists;
 use super::screen::{self, Screen};
@@ -33,6 +34,9 @@ const PROGRESS: Duration = Duration::from_secs(1);
 
 /// Watches until shutdown, or until `--count` frames have come.
 pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    if let Some(address) = args.web.web {
+        return browser::show(args, address, shutdown).await;
+    }
     let traffic = args.traffic();
     if let Some(recording) = args.recording() {
         return record::record(&recording, RecordedTraffic(traffic), shutdown).await;

@@ -11,6 +11,7 @@ mod layout;
 mod light;
 mod parked;
 mod people;
+mod roads;
 mod traffic;
 
 use v2x_common::time::Span;
@@ -21,6 +22,7 @@ use super::motion::Motion;
 use light::Light;
 
 pub(super) use agents::block_lap;
+pub(super) use roads::roads;
 
 /// Population of the crossing.
 #[derive(Clone, Copy, Debug, PartialEq)]

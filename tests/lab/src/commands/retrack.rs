@@ -11,6 +11,9 @@ use std::process::ExitCode;
 use v2x_common::id::HubId;
 use v2x_common::recording::{Recording, RecordingError};
 
+/// What to do about a recording that cannot be computed again.
+const RECORD_SO: &str = "record with `v2x record`, `v2x demo` or `v2x hub --record` of this version";
+
 /// Compute a recorded hub again from its journal, and compare what it published bit by bit
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
@@ -65,7 +68,7 @@ fn hubs_of(
 /// Whether there is anything to compare, and if not, why.
 fn check(found: &BTreeMap<HubId, Journalled>) -> anyhow::Result<()> {
     if found.is_empty() {
-        bail!("it holds no fused frames");
+        bail!("it holds no lists and no journal: {RECORD_SO}");
     }
     if found.values().any(|hub| hub.identical > 0 || hub.different.is_some()) {
         return Ok(());
@@ -82,9 +85,7 @@ fn check(found: &BTreeMap<HubId, Journalled>) -> anyhow::Result<()> {
             );
         }
     }
-    bail!(
-        "it holds no journal of a hub: record with `v2x record`, `v2x demo` or `v2x hub --record` of this version"
-    )
+    bail!("it holds no journal of a hub: {RECORD_SO}")
 }
 
 fn to_text(found: &BTreeMap<HubId, Journalled>) -> String {

@@ -24,6 +24,7 @@ use crate::score::run::summary::Summary;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::Scenario;
 use v2x_common::id::AgentId;

@@ -1,0 +1,98 @@
+//! Samples of the network as messages of the page.
+
+use super::browsers::Browsers;
+use super::mailbox::Stream;
+use super::message::{Detections, Fused, Message, Sensor};
+use super::scene::Scene;
+use std::collections::BTreeMap;
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedFrame;
+use v2x_common::id::{AgentId, HubId};
+use v2x_common::keys::Topic;
+use v2x_common::recording::Entry;
+use v2x_common::wire::json::ReportDefaults;
+use v2x_common::wire::{self, WireError};
+
+/// Translates samples; holds nothing but what it compares the next one with.
+pub(super) struct Picture<'a> {
+    browsers: &'a Browsers,
+    scene: Option<&'a Scene>,
+    defaults: ReportDefaults,
+    /// Refused frames of all agents, by hub.
+    refused: BTreeMap<HubId, u64>,
+}
+
+/// What a sample calls for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    Nothing,
+    /// Frames were refused: the status has the reason.
+    AskForStatus,
+}
+
+impl<'a> Picture<'a> {
+    pub(super) fn new(browsers: &'a Browsers, scene: Option<&'a Scene>) -> Self {
+        Self { browsers, scene, defaults: ReportDefaults::default(), refused: BTreeMap::new() }
+    }
+
+    /// Sends a sample to the browsers.
+    pub(super) fn handle(&mut self, entry: &Entry) -> Result<Next, WireError> {
+        match Topic::of(&entry.key) {
+            Some(Topic::Sensor(agent)) => {
+                let is_json = wire::is_json(&entry.encoding, &entry.payload);
+                let decode = if is_json { wire::json::decode_sensor } else { wire::sensor::decode };
+                let description = decode(&entry.payload)?;
+                let message = Sensor { agent, description: &description };
+                send(self.browsers, Stream::Sensor(agent), &Message::Sensor(message));
+            }
+            // Without a browser frames are not even read.
+            _ if self.browsers.is_empty() => {}
+            Some(Topic::Detections(agent)) => {
+                let frame = self.detections(agent, entry)?;
+                let positions = frame.detections.iter().map(|detection| (detection.bev.x, detection.bev.y));
+                let errors = self.scene.map(|scene| scene.errors(frame.captured_at, positions));
+                let message = Detections::new(&frame, entry.received_at, errors);
+                send(self.browsers, Stream::Detections(agent), &Message::Detections(message));
+            }
+            Some(Topic::Fused(hub)) => {
+                let frame = wire::fused::decode(&entry.payload)?;
+                self.send_fused(&frame, entry);
+                return Ok(self.next(hub, &frame));
+            }
+            _ => {}
+        }
+        Ok(Next::Nothing)
+    }
+
+    /// With every detection as it was sent: contributors are named by their places in the frame.
+    fn detections(&self, agent: AgentId, entry: &Entry) -> Result<DetectionFrame, WireError> {
+        if wire::is_json(&entry.encoding, &entry.payload) {
+            let decoded = wire::json::decode_detections_as_sent(&entry.payload, agent, &self.defaults);
+            decoded.map(|decoded| decoded.frame)
+        } else {
+            wire::detections::decode_as_sent(&entry.payload)
+        }
+    }
+
+    fn send_fused(&self, frame: &FusedFrame, entry: &Entry) {
+        let truth = self.scene.map(|scene| scene.truth(frame.fused_at));
+        let positions = frame.objects.iter().map(|object| (object.bev.x, object.bev.y));
+        let errors = truth.as_deref().map(|truth| super::errors::Errors::of(positions, truth));
+        let message = Fused::new(frame, entry.received_at, truth.as_deref(), errors);
+        send(self.browsers, Stream::Fused(frame.hub), &Message::Fused(message));
+    }
+
+    fn next(&mut self, hub: HubId, frame: &FusedFrame) -> Next {
+        let refused = frame.agents.iter().map(|health| health.refused).sum();
+        let before = self.refused.insert(hub, refused);
+        if before.is_some_and(|before| refused > before) { Next::AskForStatus } else { Next::Nothing }
+    }
+}
+
+/// Sends a message to every browser.
+pub(super) fn send(browsers: &Browsers, stream: Stream, message: &Message<'_>) {
+    match serde_json::to_string(message) {
+        Ok(json) => browsers.send(stream, &json),
+        Err(error) => tracing::warn!(%error, "a message of the view cannot be written"),
+    }
+}

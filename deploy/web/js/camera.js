@@ -1,0 +1,38 @@
+// Which part of the map is seen.
+
+const CLOSEST = 200;
+const FARTHEST = 0.02;
+
+export class Camera {
+  x = 0;
+  y = 0;
+  /** Pixels of a metre. */
+  scale = 4;
+  /** Whether the user has moved it: then it is not fitted by itself any more. */
+  moved = false;
+
+  zoom(factor, atX = 0, atY = 0) {
+    const scale = Math.min(CLOSEST, Math.max(FARTHEST, this.scale * factor));
+    // The point under the pointer stays; `at` is from the middle of the picture, in pixels.
+    this.x += atX / this.scale - atX / scale;
+    this.y -= atY / this.scale - atY / scale;
+    this.scale = scale;
+    this.moved = true;
+  }
+
+  pan(dx, dy) {
+    this.x -= dx / this.scale;
+    this.y += dy / this.scale;
+    this.moved = true;
+  }
+
+  fit(bounds, width, height) {
+    if (!bounds) return;
+    const { left, right, bottom, top } = bounds;
+    this.x = (left + right) / 2;
+    this.y = (bottom + top) / 2;
+    const scale = Math.min(width / Math.max(right - left, 20), height / Math.max(top - bottom, 20)) * 0.94;
+    this.scale = Math.min(30, Math.max(FARTHEST, scale));
+    this.moved = false;
+  }
+}

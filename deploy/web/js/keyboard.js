@@ -1,0 +1,52 @@
+// The keyboard, and the table that explains it.
+
+import { LAYERS, toggleLayer } from "./layers.js";
+
+/** Keys, words and actions; an action is called with the view. */
+const KEYS = [
+  [["Space"], "pause, go on", (view) => view.togglePause(), " "],
+  [["←", "→"], "one frame back, on", (view, key) => view.step(key === "ArrowLeft" ? -1 : 1), "ArrowLeft", "ArrowRight"],
+  [["l"], "live", (view) => view.goLive(), "l"],
+  [["+", "−"], "closer, farther", (view, key) => view.zoom(key === "-" ? 1 / 1.3 : 1.3), "+", "=", "-"],
+  [["w", "a", "s", "d"], "move", (view, key) => view.pan({ w: [0, 60], a: [60, 0], s: [0, -60], d: [-60, 0] }[key]), "w", "a", "s", "d"],
+  [["0"], "fit everything", (view) => view.fit(), "0"],
+  [["n", "p"], "next, previous object", (view, key) => view.selectNext(key === "n" ? 1 : -1), "n", "p"],
+  [["f"], "follow what is selected", (view) => view.toggleFollow(), "f"],
+  [["Esc"], "select nothing", (view) => view.select(null), "Escape"],
+  [["t"], "dark or light", (view) => view.toggleTheme(), "t"],
+  [["?"], "this help", (view) => view.openHelp(), "?"],
+];
+
+export function listen(view) {
+  addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, dialog")) return;
+    const isControl = event.target.closest("input, button");
+    if (isControl && [" ", "ArrowLeft", "ArrowRight"].includes(event.key)) return;
+    const layer = LAYERS.find((each) => each.key === event.key);
+    const key = KEYS.find((each) => each.slice(3).includes(event.key));
+    if (layer) {
+      toggleLayer(layer.id);
+      view.changed();
+    } else if (key) {
+      key[2](view, event.key);
+    } else {
+      return;
+    }
+    event.preventDefault();
+  });
+}
+
+export function fillHelp(table) {
+  const row = (keys, words) => {
+    const line = table.insertRow();
+    const cell = line.insertCell();
+    for (const key of keys) {
+      const kbd = document.createElement("kbd");
+      kbd.textContent = key;
+      cell.append(kbd, " ");
+    }
+    line.insertCell().textContent = words;
+  };
+  KEYS.forEach(([keys, words]) => row(keys, words));
+  row(["1", "…", "9", "g"], LAYERS.map((layer) => layer.name.toLowerCase()).join(", "));
+}

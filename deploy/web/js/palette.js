@@ -1,0 +1,51 @@
+// The colours of the project, as the style sheet gives them for dark or light.
+
+const AGENTS = ["#D55E00", "#009E73", "#E69F00", "#56B4E9", "#A6761D", "#666666", "#F0E442"];
+// The same hues, with enough contrast on the other ground.
+const ON_LIGHT = { "#E69F00": "#B87A00", "#56B4E9": "#2A8FC7", "#F0E442": "#8F8600" };
+const ON_DARK = { "#666666": "#9A9A9A", "#A6761D": "#C8973F" };
+const NAMES = ["ground", "panel", "ink", "muted", "line", "road", "marking", "grid", "truth", "ours", "good", "warn", "bad"];
+
+export const palette = { agents: [] };
+
+/** Reads the colours again: the theme has changed. */
+export function readPalette() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of NAMES) palette[name] = style.getPropertyValue(`--${name}`).trim();
+  palette.isDark = isDark();
+  const swap = palette.isDark ? ON_DARK : ON_LIGHT;
+  palette.agents = AGENTS.map((colour) => swap[colour] ?? colour);
+}
+
+export function isDark() {
+  const chosen = document.documentElement.dataset.theme;
+  return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+}
+
+/** The colour of the agent that was the n-th to appear. */
+export function agentColour(n) {
+  return palette.agents[n % palette.agents.length];
+}
+
+/** Changes between dark and light, and remembers it. */
+export function toggleTheme() {
+  const theme = isDark() ? "light" : "dark";
+  document.documentElement.dataset.theme = theme;
+  remember("theme", theme);
+  readPalette();
+}
+
+/** Takes the remembered theme, if there is one. */
+export function restoreTheme() {
+  const theme = recall("theme");
+  if (theme === "dark" || theme === "light") document.documentElement.dataset.theme = theme;
+  readPalette();
+}
+
+// Storage can be switched off in a browser: then nothing is remembered.
+export function remember(key, value) {
+  try { localStorage.setItem(`v2x.${key}`, value); } catch { /* not kept */ }
+}
+export function recall(key) {
+  try { return localStorage.getItem(`v2x.${key}`); } catch { return null; }
+}

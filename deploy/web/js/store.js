@@ -1,0 +1,327 @@
+// Everything that is known, from the messages of the program.
+//
+// Positions are kept relative to an origin near the first one, so that single precision holds them anywhere on a map.
+
+import { History, memory } from "./frames.js";
+import { Series } from "./series.js";
+
+/** Numbers of one object, and their places. */
+export const OBJECT = { size: 19, class: 0, x: 1, y: 2, w: 3, d: 4, yaw: 5, vx: 6, vy: 7, xx: 8, xy: 9, yy: 10,
+  existence: 11, age: 12, since: 13, sYaw: 14, sW: 15, sD: 16, sVx: 17, sVy: 18 };
+/** Of one detection. */
+export const DETECTION = { size: 10, class: 0, score: 1, x: 2, y: 3, w: 4, d: 5, yaw: 6, xx: 7, xy: 8, yy: 9 };
+/** Of one true object. */
+export const TRUTH = { size: 9, id: 0, class: 1, x: 2, y: 3, w: 4, d: 5, yaw: 6, vx: 7, vy: 8 };
+
+const MAX_STREAMS = 512;
+const TRAIL_POINTS = 300;
+const TRAIL_STEP_MS = 200;
+const MAX_TRAILS = 4000;
+const MAX_EVENTS = 64;
+
+class Agent {
+  constructor(name, number) {
+    this.name = name;
+    this.number = number;
+    this.frames = new History();
+    this.sensor = null;
+    /** When its first frame came, ms. */
+    this.since = NaN;
+    this.delay = new Series();
+    this.error = new Series();
+    this.rate = new Series();
+    this.lastRefusal = null;
+    this.lastRefusedAt = -Infinity;
+  }
+}
+
+class Hub {
+  constructor(name) {
+    this.name = name;
+    this.frames = new History();
+    this.status = null;
+    this.trails = new Map();
+    this.latency = new Series();
+    this.inHub = new Series();
+    this.age = new Series();
+    this.error = new Series();
+    /** By agent: frames that were refused, and NIS. */
+    this.refusals = new Map();
+    this.nis = new Map();
+    this.counts = new Map();
+    this.refusedBefore = new Map();
+    this.restarts = 0;
+  }
+}
+
+export class Store {
+  hello = null;
+  connection = null;
+  presence = null;
+  agents = new Map();
+  hubs = new Map();
+  origin = null;
+  online = false;
+  paused = false;
+  /** Frames that were not shown: while paused, and what the program skipped for this browser. */
+  held = 0;
+  skipped = 0;
+  unknown = 0;
+  statusError = null;
+  /** Recent late and refused frames: { hub, agent, text, level, at }. */
+  events = [];
+  version = 0;
+  /** The newest time of arrival by the program's clock, ms, and when that was by this page's. */
+  #newest = 0;
+  #newestHere = 0;
+
+  handle(message, here) {
+    const handler = this[`_${message.t}`];
+    if (!handler) { this.unknown += 1; return; }
+    handler.call(this, message, here);
+    this.version += 1;
+  }
+
+  /** The time by the program's clock, ms. */
+  now(here = performance.now()) {
+    return this.#newest ? this.#newest + (here - this.#newestHere) : 0;
+  }
+
+  #arrived(time, here) {
+    if (time > this.now(here) || this.#newest === 0) {
+      this.#newest = time;
+      this.#newestHere = here;
+    }
+  }
+
+  _hello(message) {
+    const isAnother = this.hello && (this.hello.network !== message.network || this.hello.scenario !== message.scenario);
+    if (isAnother) this.forget();
+    this.hello = message;
+  }
+
+  _connection(message) { this.connection = message; }
+  _skipped(message) { this.skipped = message.n; }
+
+  _presence(message) {
+    this.presence = { hubs: new Set(message.hubs), agents: new Set(message.agents) };
+    message.agents.forEach((name) => this.agent(name));
+  }
+
+  _sensor(message) {
+    const agent = this.agent(message.agent);
+    if (agent) agent.sensor = message.description;
+  }
+
+  _detections(message, here) {
+    this.#arrived(message.received, here);
+    const agent = this.agent(message.agent);
+    if (!agent) return;
+    const { received, captured, sequence } = message;
+    if (Number.isNaN(agent.since)) agent.since = received;
+    agent.delay.add(received, received - captured);
+    agent.rate.add(received, 1);
+    if (message.errors) agent.error.add(received, message.errors.mean_m ?? NaN);
+    if (this.paused) { this.held += 1; return; }
+    const first = message.pose ?? (message.detections.length ? message.detections.slice(2, 4) : null);
+    const origin = this.#originNear(first);
+    const values = relative(message.detections, DETECTION, origin);
+    const pose = message.pose && { x: message.pose[0] - origin.x, y: message.pose[1] - origin.y, yaw: message.pose[2] };
+    const n = values.length / DETECTION.size;
+    agent.frames.push({ received, captured, sequence, pose, n, values, bytes: values.byteLength + 200 });
+  }
+
+  _fused(message, here) {
+    this.#arrived(message.received, here);
+    const hub = this.hub(message.hub);
+    if (!hub) return;
+    this.#measure(hub, message);
+    this.#noteHealth(hub, message);
+    if (this.paused) { this.held += 1; return; }
+    const last = hub.frames.newest;
+    if (last && last.lineage !== message.lineage) {
+      hub.restarts += 1;
+      hub.trails.clear();
+    }
+    const frame = fusedFrame(message, this.#originNear(message.objects.length ? message.objects.slice(1, 3) : null));
+    hub.frames.push(frame);
+    extendTrails(hub, frame);
+  }
+
+  #measure(hub, message) {
+    const { received } = message;
+    for (const [, captured, arrived] of message.includes) {
+      hub.latency.add(received, received - captured);
+      hub.inHub.add(received, received - arrived);
+    }
+    let newest = -Infinity;
+    // An agent without an accepted frame has no newest one.
+    for (const [, accepted, , , captured] of message.agents) if (accepted > 0) newest = Math.max(newest, captured);
+    hub.age.add(received, received - newest);
+    if (message.errors) hub.error.add(received, message.errors.mean_m ?? NaN);
+  }
+
+  #noteHealth(hub, message) {
+    for (const [place, , refused, late] of message.agents) {
+      const name = message.names[place];
+      const before = hub.counts.get(name);
+      hub.counts.set(name, { refused, late, lineage: message.lineage });
+      if (!before || before.lineage !== message.lineage) continue;
+      const agent = this.agent(name);
+      const n = refused - before.refused;
+      if (agent && n > 0) {
+        seriesOf(hub.refusals, name).add(message.received, n);
+        agent.lastRefusedAt = message.received;
+      }
+      if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "late", level: "late", at: message.received });
+    }
+  }
+
+  /** Refusals come with their reasons in the status. */
+  _status(message) {
+    this.statusError = message.error;
+    const at = this.now();
+    for (const status of message.hubs) {
+      const hub = this.hub(status.hub);
+      if (!hub) continue;
+      hub.status = status;
+      for (const each of status.agents) {
+        const agent = this.agent(each.id);
+        if (!agent) continue;
+        if (each.nis_per_dof !== null) seriesOf(hub.nis, each.id).add(at, each.nis_per_dof);
+        agent.lastRefusal = each.last_refusal;
+        this.#noteReasons(hub, each, status.lineage, at);
+      }
+    }
+  }
+
+  #noteReasons(hub, { id, refused }, lineage, at) {
+    const before = hub.refusedBefore.get(id);
+    hub.refusedBefore.set(id, { lineage, refused });
+    if (!before || before.lineage !== lineage) return;
+    for (const [reason, count] of Object.entries(refused)) {
+      const n = count - (before.refused[reason] ?? 0);
+      const text = `${reason.replaceAll("_", " ")}${n > 1 ? ` ×${n}` : ""}`;
+      if (n > 0) this.#event({ hub: hub.name, agent: id, text, level: "refused", at });
+    }
+  }
+
+  #event(event) {
+    this.events.push(event);
+    if (this.events.length > MAX_EVENTS) this.events.shift();
+  }
+
+  agent(name) {
+    return this.#of(this.agents, name, () => new Agent(name, this.agents.size));
+  }
+
+  hub(name) {
+    return this.#of(this.hubs, name, () => new Hub(name));
+  }
+
+  #of(map, name, make) {
+    if (!map.has(name) && map.size < MAX_STREAMS) map.set(name, make());
+    return map.get(name) ?? null;
+  }
+
+  isAlive(agent) {
+    return this.presence === null || this.presence.agents.has(agent);
+  }
+
+  #originNear(at) {
+    if (!this.origin && at) this.origin = { x: Math.round(at[0] / 100) * 100, y: Math.round(at[1] / 100) * 100 };
+    return this.origin ?? { x: 0, y: 0 };
+  }
+
+  /** Another network: nothing of the old one is shown. */
+  forget() {
+    [...this.agents.values(), ...this.hubs.values()].forEach((each) => each.frames.clear());
+    this.agents.clear();
+    this.hubs.clear();
+    this.events = [];
+    this.origin = null;
+    this.presence = null;
+  }
+
+  get memoryBytes() { return memory.bytes; }
+}
+
+function seriesOf(map, name) {
+  if (!map.has(name)) map.set(name, new Series());
+  return map.get(name);
+}
+
+function relative(numbers, layout, origin) {
+  const values = new Float32Array(numbers.length);
+  for (let k = 0; k < numbers.length; k += layout.size) {
+    for (let field = 0; field < layout.size; field += 1) values[k + field] = numbers[k + field];
+    values[k + layout.x] = numbers[k + layout.x] - origin.x;
+    values[k + layout.y] = numbers[k + layout.y] - origin.y;
+  }
+  return values;
+}
+
+function fusedFrame(message, origin) {
+  const values = relative(message.objects, OBJECT, origin);
+  const truth = message.truth && relative(message.truth, TRUTH, origin);
+  const contributors = packed(message.contributors);
+  return {
+    hub: message.hub, lineage: message.lineage, sequence: message.sequence,
+    fused: message.fused, received: message.received, errors: message.errors,
+    n: message.tracks.length, tracks: message.tracks, values, truth,
+    names: message.names, contributors,
+    bytes: values.byteLength + (truth?.byteLength ?? 0) + contributors.bytes + 40 * message.tracks.length + 600,
+  };
+}
+
+/** Contributors in a few bytes each: which frame of a list of frames, and which detection in it. */
+function packed(lists) {
+  const frames = [];
+  const starts = new Uint32Array(lists.length + 1);
+  for (let k = 0; k < lists.length; k += 1) starts[k + 1] = starts[k] + (2 * lists[k].length) / 3;
+  const items = new Uint16Array(starts[lists.length]);
+  let next = 0;
+  for (const list of lists) {
+    for (let at = 0; at < list.length; at += 3) {
+      let place = frames.length - 1;
+      // The frames of a list are few: each agent's newest ones.
+      while (place >= 0 && !(frames[place][1] === list[at + 1] && frames[place][0] === list[at])) place -= 1;
+      if (place < 0) place = frames.push([list[at], list[at + 1]]) - 1;
+      items[next] = place;
+      items[next + 1] = list[at + 2];
+      next += 2;
+    }
+  }
+  return { frames, starts, items, bytes: starts.byteLength + items.byteLength + 64 * frames.length };
+}
+
+function extendTrails(hub, frame) {
+  for (let k = 0; k < frame.n; k += 1) {
+    let trail = hub.trails.get(frame.tracks[k]);
+    if (!trail) {
+      if (hub.trails.size >= MAX_TRAILS) continue;
+      trail = { points: new Float32Array(2 * TRAIL_POINTS), times: new Float64Array(TRAIL_POINTS), n: 0, seen: 0 };
+      hub.trails.set(frame.tracks[k], trail);
+    }
+    trail.seen = frame.received;
+    const last = trail.n ? trail.times[(trail.n - 1) % TRAIL_POINTS] : -Infinity;
+    if (frame.received - last < TRAIL_STEP_MS) continue;
+    const place = trail.n % TRAIL_POINTS;
+    trail.points[2 * place] = frame.values[k * OBJECT.size + OBJECT.x];
+    trail.points[2 * place + 1] = frame.values[k * OBJECT.size + OBJECT.y];
+    trail.times[place] = frame.received;
+    trail.n += 1;
+  }
+  if (frame.sequence % 50 === 0) {
+    for (const [track, trail] of hub.trails) if (trail.seen < frame.received - 60_000) hub.trails.delete(track);
+  }
+}
+
+/** Calls `visit` with the points of a trail in a span of time, from the newest back. */
+export function eachTrailPoint(trail, from, to, visit) {
+  for (let k = trail.n - 1; k >= Math.max(0, trail.n - TRAIL_POINTS); k -= 1) {
+    const place = k % TRAIL_POINTS;
+    if (trail.times[place] < from) return;
+    if (trail.times[place] <= to) visit(trail.points[2 * place], trail.points[2 * place + 1]);
+  }
+}
