@@ -36,6 +36,7 @@ Examples:
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables
   lab score v2x-runs/2026-11-28_14-05-31-crossing       a run that v2x demo recorded
+  lab rerun v2x-runs/2026-11-28_14-05-31-crossing --method csba-wls   its frames through another method
   lab retrack run.mcap                                  a recorded hub again, compared bit by bit"
 )]
 struct Cli {
@@ -51,6 +52,7 @@ enum Command {
     Export(v2x_lab::commands::ExportArgs),
     Fuse(v2x_lab::commands::FuseArgs),
     Load(v2x_lab::commands::LoadArgs),
+    Rerun(v2x_lab::commands::RerunArgs),
     Retrack(v2x_lab::commands::RetrackArgs),
     Score(v2x_lab::commands::ScoreArgs),
     Simulate(v2x_lab::commands::SimulateArgs),
@@ -72,6 +74,7 @@ async fn main() -> ExitCode {
             Command::Export(args) => v2x_lab::commands::export(&args),
             Command::Fuse(args) => v2x_lab::commands::fuse(&args),
             Command::Load(args) => return v2x_lab::commands::load(&args).await,
+            Command::Rerun(args) => v2x_lab::commands::rerun(&args),
             Command::Retrack(args) => return v2x_lab::commands::retrack(&args),
             Command::Score(args) => v2x_lab::commands::score(&args),
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),

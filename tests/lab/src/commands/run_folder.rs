@@ -10,27 +10,31 @@
 //! | `summary.json`, `report.md`, `bev.svg` | the score |
 
 use crate::commands::run_place::{RUNS, new_folder, write_about};
+use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
+use crate::data::run_log::RunLog;
 use crate::data::simulation::Simulation;
+use crate::drive::rerun::rerun;
 use crate::report::markdown::report_md;
 use crate::report::output::print;
 use crate::report::plot::bev::bev_svg;
-use crate::report::plot::scene::typical_moment;
+use crate::report::plot::scene::{BevScene, typical_moment};
 use crate::report::summary::summary_table;
 use crate::score::percentiles::Percentiles;
-use crate::score::run::scored_run::RunFacts;
+use crate::score::run::scored_run::{RunFacts, ScoredRun};
 use crate::score::run::simulated::score_in_world;
 use crate::score::run::summary::Summary;
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::Scenario;
 use v2x_common::id::AgentId;
 use v2x_common::recording::Recording;
 use v2x_common::time::Timestamp;
-use v2x_fusion_hub::hub::{HubStatus, Quantiles};
+use v2x_fusion_hub::hub::{HubSettings, HubStatus, Quantiles};
 
 /// The contents of `run.json`: facts of a run that its recording does not hold.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -124,13 +128,63 @@ impl RunFolder {
         serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))
     }
 
+    /// The folder of an earlier run.
+    pub(crate) fn open(path: &Path) -> Self {
+        Self { path: path.to_owned(), _about: None }
+    }
+
+    /// The hub's settings in the scenario of the folder.
+    pub(crate) fn settings(&self) -> anyhow::Result<HubSettings> {
+        Ok(HubSettings::from_table(Scenario::load(self.scenario())?.hub)?)
+    }
+
+    fn recording_of_run(&self) -> anyhow::Result<Recording<BufReader<File>>> {
+        let path = self.recorded();
+        Recording::open(&path).with_context(|| format!("opening {}", path.display()))
+    }
+
+    fn log(&self) -> anyhow::Result<RunLog> {
+        run_log(self.recording_of_run()?).with_context(|| format!("in {}", self.recorded().display()))
+    }
+
     /// Scores the recorded run. Writes summary, report and picture.
     pub fn score(&self) -> anyhow::Result<Summary> {
+        let (scored, scene) = self.scored(&self.log()?)?;
+        if let Some(scene) = scene {
+            self.write("bev.svg", &bev_svg(&scene))?;
+        }
+        self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
+        self.write("report.md", &report_md(&scored.summary))?;
+        Ok(scored.summary)
+    }
+
+    /// Whether the scenario's settings of the hub are no longer those of the run; `None` where the recording does not say.
+    fn has_other_settings(&self, given: &HubInputs) -> anyhow::Result<Option<bool>> {
+        let Some(recorded) = &given.settings else { return Ok(None) };
+        let mut wanted = self.settings()?;
+        wanted.engine.lineage = recorded.engine.lineage;
+        wanted.engine.hub = recorded.engine.hub;
+        wanted.tiles = None;
+        Ok(Some(wanted != *recorded))
+    }
+
+    /// Scores what a hub with these settings makes of the recorded frames. Writes nothing.
+    pub(crate) fn rescored_with(&self, settings: HubSettings) -> anyhow::Result<Summary> {
+        let given = hub_inputs(self.recording_of_run()?)?;
+        ensure!(!given.inputs.is_empty(), "the recording holds no frames");
+        let mut log = self.log()?;
+        log.fused = rerun(&given, settings).context("running the hub again")?;
+        let mut summary = self.scored(&log)?.0.summary;
+        // Nothing ran live.
+        summary.latency_ms = None;
+        summary.compute_ms = None;
+        Ok(summary)
+    }
+
+    /// The score of a log of this run, and a moment for its picture.
+    fn scored(&self, log: &RunLog) -> anyhow::Result<(ScoredRun, Option<BevScene>)> {
         let record = self.read_record()?;
         let scenario = Scenario::load(self.scenario())?;
-        let path = self.recorded();
-        let recording = Recording::open(&path).with_context(|| format!("opening {}", path.display()))?;
-        let log = run_log(recording).with_context(|| format!("in {}", path.display()))?;
         let start = Timestamp::from_micros(record.start_us).context("run.json: start_us is out of range")?;
         let simulation = Simulation::new(&scenario, record.seed, start);
         let facts = RunFacts {
@@ -142,14 +196,10 @@ impl RunFolder {
             latency_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.latency_ms)),
             compute_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.compute_ms)),
         };
-        let mut scored = score_in_world(&simulation, &log, &facts)?;
+        let mut scored = score_in_world(&simulation, log, &facts)?;
         record.failures.into_iter().for_each(|failure| scored.summary.verdict.fail(failure));
-        if let Some(scene) = simulation.with_truth(|truth| typical_moment(&scored, &log, truth)) {
-            self.write("bev.svg", &bev_svg(&scene))?;
-        }
-        self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
-        self.write("report.md", &report_md(&scored.summary))?;
-        Ok(scored.summary)
+        let scene = simulation.with_truth(|truth| typical_moment(&scored, log, truth));
+        Ok((scored, scene))
     }
 }
 
@@ -157,9 +207,28 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
     Some(Percentiles { p50: quantiles.p50?, p95: quantiles.p95?, p99: quantiles.p99? })
 }
 
-/// Scores a recorded run again and prints the summary.
-pub(crate) fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
-    let summary = RunFolder { path: folder.to_owned(), _about: None }.score()?;
+/// Scores a recorded run again and prints the summary. Where the hub's settings were changed since, its frames are put through
+/// these.
+pub(crate) fn rescore(path: &Path, json: bool) -> anyhow::Result<()> {
+    let folder = RunFolder::open(path);
+    let given = hub_inputs(folder.recording_of_run()?)?;
+    let summary = match folder.has_other_settings(&given)? {
+        Some(true) => {
+            tracing::warn!(
+                "the [hub] table of scenario.toml is not that of the run: its frames are fused again with the table as \
+                 it is, and the folder's report stays that of the run"
+            );
+            folder.rescored_with(folder.settings()?)?
+        }
+        Some(false) => folder.score()?,
+        None => {
+            tracing::warn!(
+                "the recording has no journal: what is scored is what the hub published then, \
+                            whatever scenario.toml says now"
+            );
+            folder.score()?
+        }
+    };
     print_summary(&summary, json)
 }
 

@@ -8,6 +8,7 @@ pub(crate) mod exported;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub(crate) mod fused_box;
+pub(crate) mod hub_inputs;
 pub(crate) mod method_output;
 pub(crate) mod noise;
 pub(crate) mod observation;
