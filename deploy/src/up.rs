@@ -1,23 +1,24 @@
 //! `v2x up`: a whole network until Ctrl-C.
 
-use crate::network::{AgentsOfRun, FinalReports, Network};
+use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
 use crate::scenarios;
 use crate::web::{Scene, Site, Source, WebArgs};
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{DEFAULT_ENDPOINT, SessionOptions};
 use v2x_lab::commands::RunFolder;
-use v2x_lab::loopback::{ChildError, Launcher};
+use v2x_lab::loopback::{Child, ChildError, Launcher};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   v2x up crossing                               then, in another terminal: v2x watch
   v2x up crossing --web                         in your browser, at http://127.0.0.1:8088/
+  v2x up crossing --record run.mcap             records all of it, for v2x replay and lab retrack
   v2x up my-scenario.toml --seed 7
   v2x up highway --listen tcp/0.0.0.0:7447      for consumers and agents on other machines")]
 pub(crate) struct UpArgs {
@@ -36,6 +37,12 @@ pub(crate) struct UpArgs {
     /// Where the run's folder with the logs is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Record the network into an MCAP file
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Overwrite the recording if it exists
+    #[arg(long, requires = "record")]
+    force: bool,
     #[command(flatten)]
     web: WebArgs,
 }
@@ -44,6 +51,9 @@ pub(crate) struct UpArgs {
 pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let chosen = scenarios::choose(&args.scenario)?;
     let site = Site::listen_if_wanted(args.web.web)?;
+    if let Some(file) = args.record.as_ref().filter(|file| file.exists() && !args.force) {
+        bail!("{} exists; choose another name, or give --force to overwrite it", file.display());
+    }
     let now = clock::now();
     let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
     folder.write("scenario.toml", &chosen.text)?;
@@ -59,10 +69,14 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     };
     let start = async {
         let mut network = Network::start_hub(&launcher, &args.listen, &file).await?;
+        let recorder = match &args.record {
+            Some(file) => Some(start_recorder(&launcher, &network.locator, (file, args.force)).await?),
+            None => None,
+        };
         network.start_agents(&launcher, &run).await?;
-        Ok::<_, ChildError>(network)
+        Ok::<_, ChildError>((network, recorder))
     };
-    let mut network = tokio::select! {
+    let (mut network, recorder) = tokio::select! {
         started = start => started?,
         () = shutdown.cancelled() => return Ok(()),
     };
@@ -91,6 +105,9 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     }
     let mut reports = FinalReports::default();
     network.end_agents(&mut reports).await;
+    if let Some(recorder) = recorder {
+        end_consumer(recorder, &mut reports).await;
+    }
     network.end_hub(&mut reports).await;
     match (exit, reports.failures.is_empty()) {
         (Some(error), _) => Err(error.into()),
@@ -100,6 +117,19 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
             Ok(())
         }
     }
+}
+
+/// A recorder of the whole network; a file of this name is overwritten where that is said.
+async fn start_recorder(
+    launcher: &Launcher,
+    locator: &str,
+    (file, overwrites): (&Path, bool),
+) -> Result<Child, ChildError> {
+    let mut args = vec![file.display().to_string(), "--connect".to_owned(), locator.to_owned()];
+    if overwrites {
+        args.push("--force".to_owned());
+    }
+    Ok(launcher.start("recorder", "record", &args).await?.0)
 }
 
 fn print_line(text: &str) {

@@ -38,6 +38,12 @@ pub(crate) struct DemoArgs {
     /// Where the run's folder is made [default: v2x-runs/TIME-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
+    /// Copy the run's recording to this MCAP file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Overwrite that file if it exists
+    #[arg(long, requires = "record")]
+    pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) web: WebArgs,
 }

@@ -6,7 +6,7 @@ use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
 use crate::output;
 use crate::scenarios::{self, Chosen};
 use crate::web::{Live, Scene, Site, Source};
-use anyhow::Context;
+use anyhow::{Context, bail};
 use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -29,6 +29,9 @@ pub(crate) async fn run(
 ) -> anyhow::Result<ExitCode> {
     let chosen = scenarios::choose(&args.scenario)?;
     let site = Site::listen_if_wanted(args.web.web)?;
+    if let Some(file) = args.record.as_ref().filter(|file| file.exists() && !args.force) {
+        bail!("{} exists; choose another name, or give --force to overwrite it", file.display());
+    }
     let started_at = clock::now();
     let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
     folder.write("scenario.toml", &chosen.text)?;
@@ -43,6 +46,10 @@ pub(crate) async fn run(
         return Ok(ExitCode::from(INTERRUPTED));
     };
     demo.folder.write_record(&record)?;
+    if let Some(file) = &args.record {
+        std::fs::copy(demo.folder.recording(), file)
+            .with_context(|| format!("copying the recording to {}", file.display()))?;
+    }
     let summary = demo.folder.score().with_context(|| {
         let scoring = format!("scoring the run in {}", demo.folder.path().display());
         record.failures.iter().cloned().chain([scoring]).collect::<Vec<_>>().join("\n")
