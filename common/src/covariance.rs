@@ -1,7 +1,9 @@
 //! Covariances of what is measured.
 
+use serde::{Deserialize, Serialize};
+
 /// A 2×2 covariance of a position (m²) or a velocity (m²/s²).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Covariance2 {
     /// Variance along x.
     pub xx: f64,
@@ -47,7 +49,7 @@ impl Covariance2 {
 }
 
 /// Covariance of a box z = [x y w d θ]: no cross terms between position, width, depth and heading.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoxCovariance {
     /// Of the centre, m².
     pub position: Covariance2,
@@ -60,7 +62,7 @@ pub struct BoxCovariance {
 }
 
 /// A measured velocity: components in the map frame with their covariance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Velocity {
     /// East, m/s.
     pub x: f64,

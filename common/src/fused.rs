@@ -5,6 +5,7 @@ use crate::geometry::BevBox;
 use crate::heading::HeadingKind;
 use crate::id::{AgentId, FrameId, HubId, MapFrame, MeasurementId, TrackId};
 use crate::time::{Span, Timestamp};
+use serde::{Deserialize, Serialize};
 
 /// Symmetric 4×4 covariance of (x, y, vx, vy), upper triangle by rows: xx, x-y, x-vx, x-vy, yy, y-vx,
 /// y-vy, vx-vx, vx-vy, vy-vy; m², m²/s and m²/s².
@@ -18,7 +19,7 @@ pub const KINEMATIC_INDEX: [(usize, usize); 10] =
     [(0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3)];
 
 /// The published estimate of one track, valid at the frame's `fused_at`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FusedObject {
     /// The same as long as the track exists; unique over restarts of the hub.
     pub track: TrackId,
@@ -153,7 +154,7 @@ pub struct AgentHealth {
 }
 
 /// A detection frame of which this fused frame is the first to contain the information.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inclusion {
     /// The detection frame.
     pub frame: FrameId,

@@ -66,7 +66,7 @@ impl Pose {
 }
 
 /// A bird's-eye-view box as in eq. (1) of the paper: z = [x y w d θ].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BevBox {
     /// Centre, east, m.
     pub x: f64,

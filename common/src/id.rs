@@ -135,7 +135,7 @@ names! {
 
 /// The number of a track: the hub's lineage (new at every start) in the high half, a counter in the low half. So an id
 /// is not used again after a restart.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct TrackId(pub u64);
 
 impl TrackId {
@@ -163,7 +163,7 @@ impl fmt::Display for TrackId {
 }
 
 /// One frame of one agent: the agent's boot epoch and its number within it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct FrameId {
     /// The sender.
     pub agent: AgentId,
@@ -174,7 +174,7 @@ pub struct FrameId {
 }
 
 /// One detection of one frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct MeasurementId {
     /// The frame.
     pub frame: FrameId,

@@ -168,6 +168,16 @@ impl Keys {
         format!("v2x/{}/hub/*/status", self.network)
     }
 
+    /// Where a hub publishes its journal, and answers queries that ask it to start one.
+    pub fn journal(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/journal", self.network)
+    }
+
+    /// Every hub's journal.
+    pub fn all_journals(&self) -> String {
+        format!("v2x/{}/hub/*/journal", self.network)
+    }
+
     /// Where a simulated agent publishes the true objects of its detections.
     pub fn truth(&self, agent: &AgentId) -> String {
         format!("v2x/{}/sim/truth/{agent}", self.network)
@@ -205,6 +215,8 @@ pub enum Topic {
     Delta(HubId),
     /// The objects of a tile by this hub.
     Tile(HubId, Tile),
+    /// The journal of this hub.
+    Journal(HubId),
     /// Simulation truth of this agent.
     Truth(AgentId),
 }
@@ -231,6 +243,7 @@ impl Topic {
             ("agent", agent, "sensor") => Some(Self::Sensor(AgentId::new(agent).ok()?)),
             ("agent", agent, "alive") => Some(Self::AgentAlive(AgentId::new(agent).ok()?)),
             ("hub", hub, "fused") => Some(Self::Fused(HubId::new(hub).ok()?)),
+            ("hub", hub, "journal") => Some(Self::Journal(HubId::new(hub).ok()?)),
             ("sim", "truth", agent) => Some(Self::Truth(AgentId::new(agent).ok()?)),
             _ => None,
         }
@@ -287,6 +300,7 @@ mod tests {
         assert_eq!(Topic::of(&keys.fused_json(&hub)), None);
         assert_eq!(Topic::of(&keys.delta(&hub)), Some(Topic::Delta(hub)));
         assert_eq!(Topic::of(&keys.delta_json(&hub)), None);
+        assert_eq!(Topic::of(&keys.journal(&hub)), Some(Topic::Journal(hub)));
         assert_eq!(Topic::of(&keys.truth(&agent)), Some(Topic::Truth(agent)));
         assert_eq!(Topic::of("v2x/demo/agent/ego"), None);
         assert_eq!(Topic::of("v2x/demo/agent/ego/detections/x"), None);

@@ -1,5 +1,6 @@
 //! Names of classes that no table knows, with counts: so that whoever sends them can be helped.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Most names that are kept.
@@ -9,7 +10,7 @@ const MAX_CHARACTERS: usize = 64;
 
 /// Detections with an unknown class name: all of them, and by name. Names come from outside, so their number and their
 /// length are bounded; the names first met are kept.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UnmappedNames {
     total: u64,
     names: BTreeMap<String, u64>,

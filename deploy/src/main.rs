@@ -5,6 +5,8 @@ mod links;
 mod network;
 mod output;
 mod proxy;
+mod record;
+mod replay;
 mod scenarios;
 mod status;
 mod up;
@@ -29,6 +31,7 @@ Examples:
   v2x demo --web                   the same in your browser, until Ctrl-C
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
+  v2x record run.mcap              everything on a network, to be replayed and computed again
   v2x links                        the named links of scenarios, with their delays and losses
   v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
 )]
@@ -48,6 +51,10 @@ enum Command {
     Up(up::UpArgs),
     /// Print or record the fused objects of a network, live
     Watch(watch::WatchArgs),
+    /// Record a network into an MCAP file, with the journals of its hubs
+    Record(record::RecordArgs),
+    /// Put the frames of a recording on a network again
+    Replay(replay::ReplayArgs),
     /// Print the status of the hubs and of their agents as JSON
     Status(status::StatusArgs),
     Links(links::LinksArgs),
@@ -71,6 +78,13 @@ async fn main() -> ExitCode {
             Command::Watch(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
                 watch::run(&args, &shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Record(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                record::run(&args, &shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
+            Command::Replay(args) => {
+                replay::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
             Command::Status(args) => {
                 status::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)

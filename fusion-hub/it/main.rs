@@ -16,6 +16,7 @@ mod particles;
 mod promises;
 mod registration;
 mod same_instant;
+mod saved_state;
 mod smoothing;
 mod switches;
 mod world;

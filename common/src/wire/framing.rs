@@ -10,6 +10,7 @@ pub(super) enum Kind {
     Sensor = b'S',
     Fused = b'F',
     Delta = b'C',
+    Journal = b'J',
 }
 
 /// Appends a value to a buffer.

@@ -9,6 +9,7 @@ pub mod detections;
 mod error;
 mod framing;
 pub mod fused;
+pub mod journal;
 pub mod json;
 mod kinematic;
 mod quantity;

@@ -168,8 +168,8 @@ impl Demo<'_> {
 
     async fn start_consumer(&self, locator: &str) -> anyhow::Result<Child> {
         let record = self.folder.recording().display().to_string();
-        let args = ["--connect", locator, "--record", &record].map(str::to_owned);
-        Ok(self.launcher.start("consumer", "watch", &args).await?.0)
+        let args = [&record, "--connect", locator].map(str::to_owned);
+        Ok(self.launcher.start("consumer", "record", &args).await?.0)
     }
 
     /// Shows progress for the run's duration; returns the error of a process that ended before its time.

@@ -1,5 +1,6 @@
 //! The consumer's command line.
 
+use crate::record::RecordArgs;
 use crate::web::WebArgs;
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
@@ -18,7 +19,7 @@ Examples:
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
   v2x watch --web                              in your browser, at http://127.0.0.1:8088/
   v2x watch --web --scenario crossing          with the roads and the truth of a simulation by `v2x up crossing`
-  v2x watch --record run.v2xrec                records everything on the network into a file")]
+  v2x watch --record run.mcap                  records it, as `v2x record` does")]
 pub(crate) struct WatchArgs {
     /// The network to watch
     #[arg(long, default_value = "demo")]
@@ -39,10 +40,10 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "DIGITS", conflicts_with_all = ["lagged", "delta"])]
     pub(crate) tile: Option<Tile>,
     /// Print every fused frame as one line of JSON
-    #[arg(long, conflicts_with = "record")]
+    #[arg(long, conflicts_with_all = ["record", "web"])]
     pub(crate) json: bool,
     /// Record everything on the network into a file; with --delta or --tile that alone
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "web")]
     pub(crate) record: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) web: WebArgs,
@@ -72,10 +73,28 @@ impl WatchArgs {
         match (self.tile, &self.record) {
             (Some(tile), _) => Traffic::Area(tile),
             (None, _) if self.delta => Traffic::Delta,
-            (None, Some(_)) => Traffic::Everything,
+            (None, Some(_)) => Traffic::Recording,
             (None, None) if self.lagged => Traffic::Lagged,
             (None, None) => Traffic::Fused,
         }
+    }
+
+    /// The recording that is asked for, if any.
+    pub(crate) fn recording(&self) -> Option<RecordArgs> {
+        Some(RecordArgs {
+            file: self.record.clone()?,
+            network: self.network,
+            connect: self.connect.clone(),
+            zenoh_config: self.zenoh_config.clone(),
+            count: self.count,
+            wait: self.wait,
+            force: false,
+            rotate_mb: None,
+            rotate_min: None,
+            scene_hz: 0.0,
+            events: self.events,
+            exit_with_stdin: self.exit_with_stdin,
+        })
     }
 
     /// How to reach the network.

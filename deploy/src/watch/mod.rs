@@ -3,7 +3,6 @@
 mod args;
 mod browser;
 mod lists;
-mod record;
 mod run;
 mod table;
 

@@ -3,9 +3,9 @@
 use super::WatchArgs;
 use super::browser;
 use super::lists::Lists;
-use super::record::{Counts, RecordingFile};
 use super::table::table;
 use crate::output::{self, Output};
+use crate::record::{self, Counts, RecordedTraffic};
 use anyhow::{Context, bail};
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -33,9 +33,11 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     if let Some(address) = args.web.web {
         return browser::show(args, address, shutdown).await;
     }
-    let mut recording = args.record.as_deref().map(RecordingFile::create).transpose()?;
     let traffic = args.traffic();
-    let is_table = recording.is_none() && !args.json;
+    if let Some(recording) = args.recording() {
+        return record::record(&recording, RecordedTraffic(traffic), shutdown).await;
+    }
+    let is_table = !args.json;
     let is_whole = matches!(traffic, Traffic::Fused | Traffic::Lagged);
     let capacity = if is_table && is_whole { VIEW_CAPACITY } else { STREAM_CAPACITY };
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
@@ -53,12 +55,8 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     let watched = if is_table {
         watch.show_tables(&consumer, shutdown).await
     } else {
-        watch.follow(&consumer, recording.as_mut(), shutdown).await
+        watch.follow(&consumer, shutdown).await
     };
-    if let (Some(path), false) = (&args.record, args.events) {
-        let Counts { fused_frames, detection_frames, .. } = watch.counts;
-        tracing::info!(fused_frames, detection_frames, file = %path.display(), "recorded");
-    }
     if args.events {
         events::emit("stopped", &watch.counts.to_json(if is_table { 0 } else { consumer.dropped() }));
     }
@@ -148,22 +146,15 @@ impl Watch<'_> {
         }
     }
 
-    /// Takes every sample: into the recording, or as JSON lines.
-    async fn follow(
-        &mut self,
-        consumer: &Consumer,
-        mut recording: Option<&mut RecordingFile>,
-        shutdown: &CancellationToken,
-    ) -> anyhow::Result<()> {
-        if recording.is_none() {
-            self.wait_for_a_frame(consumer, shutdown).await?;
-        }
+    /// Prints every list as a line of JSON.
+    async fn follow(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
+        self.wait_for_a_frame(consumer, shutdown).await?;
         let mut progress = tokio::time::interval(PROGRESS);
         while !self.is_done() {
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => break,
-                entry = consumer.next() => if self.take(&entry, recording.as_deref_mut())? == Output::Closed {
+                entry = consumer.next() => if self.take(&entry)? == Output::Closed {
                     return Ok(());
                 },
                 _ = progress.tick() => if self.args.events {
@@ -174,24 +165,17 @@ impl Watch<'_> {
         while !self.is_done()
             && let Some(entry) = consumer.try_next()
         {
-            self.take(&entry, recording.as_deref_mut())?;
+            self.take(&entry)?;
         }
-        recording.map_or(Ok(()), RecordingFile::flush)
+        Ok(())
     }
 
-    /// Takes one sample; returns whether standard output still has a reader.
-    fn take(&mut self, entry: &Entry, recording: Option<&mut RecordingFile>) -> anyhow::Result<Output> {
-        let frame = self.list_after(entry);
-        if let Some(frame) = &frame {
-            self.counts.objects = frame.objects.len();
-        }
-        if let Some(recording) = recording {
-            recording.write(entry)?;
-        } else if let Some(frame) = &frame {
-            let mut line = wire::json::encode_fused(frame)?;
-            line.push(b'\n');
-            return output::print(&String::from_utf8(line)?);
-        }
-        Ok(Output::Open)
+    /// Prints the list after a sample; returns whether standard output still has a reader.
+    fn take(&mut self, entry: &Entry) -> anyhow::Result<Output> {
+        let Some(frame) = self.list_after(entry) else { return Ok(Output::Open) };
+        self.counts.objects = frame.objects.len();
+        let mut line = wire::json::encode_fused(&frame)?;
+        line.push(b'\n');
+        output::print(&String::from_utf8(line)?)
     }
 }

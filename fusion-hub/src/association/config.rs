@@ -1,12 +1,13 @@
 //! How detections and tracks are associated.
 
 use crate::values::ClassLaw;
+use serde::{Deserialize, Serialize};
 
 /// Beyond this distance of centres, m, [`AssociationCost::Euclidean`] makes no pair (paper, section IV).
 pub const EUCLIDEAN_REACH_M: f64 = 3.0;
 
 /// What makes a pair likely.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AssociationCost {
     /// Combined scores of centre, dimension and orientation, as in the paper.
@@ -21,7 +22,7 @@ pub enum AssociationCost {
 }
 
 /// What classes say of a pair.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClassRule {
     /// Nothing.
@@ -34,7 +35,7 @@ pub enum ClassRule {
 }
 
 /// How pairs are made.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AssociationConfig {
     /// What makes a pair likely.
     pub cost: AssociationCost,

@@ -8,10 +8,11 @@ use super::gate::Separation;
 use super::tail::{exp_minus, normal_tail};
 use crate::values::Measurement;
 use crate::values::PredictedMeasurement;
+use serde::{Deserialize, Serialize};
 use v2x_common::geometry::angle_difference;
 
 /// Weights of the three scores.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CsbaWeights {
     /// Of the dimension score.
     pub dimension: f64,

@@ -3,6 +3,7 @@
 use super::mean::mean;
 use super::pairing::{distance_within, fold};
 use super::report::{Fused, Report};
+use serde::{Deserialize, Serialize};
 
 /// Largest distance of centres in a pair, m (paper, Table I; the code has none).
 const REACH_M: f64 = 3.0;
@@ -10,7 +11,7 @@ const REACH_M: f64 = 3.0;
 const LONE_SCORE: f64 = 0.4;
 
 /// The variant of the rule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Variant {
     /// Pairs within 3 m, plain average: as the paper's rows indicate.
     Average,

@@ -4,12 +4,13 @@ use super::mean::mean;
 use super::pairing::{distance_within, fold};
 use super::report::{Fused, Report};
 use crate::values::Measurement;
+use serde::{Deserialize, Serialize};
 
 /// Largest distance of centres in a pair, m (the authors' default, and the paper's).
 const REACH_M: f64 = 3.0;
 
 /// What a pair becomes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Merge {
     /// Position and heading of the first agent's box, mean size: as the paper's rows indicate.
     FirstBoxMeanSize,

@@ -2,6 +2,7 @@
 
 use super::report::{Fused, Member, Report, bev, listed};
 use crate::values::overlap::Footprint;
+use serde::{Deserialize, Serialize};
 
 /// Boxes whose centres are this far apart are not compared, m.
 const REACH_M: f64 = 10.0;
@@ -11,7 +12,7 @@ const TEMPERATURE: f64 = 1e-6;
 /// What becomes of several boxes with the highest value in their cluster.
 ///
 /// With equal scores every cluster of two is such a tie.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ties {
     /// All are kept: the only reading that gives the paper's constant precision of 50 %.
     Kept,

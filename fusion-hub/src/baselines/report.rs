@@ -1,11 +1,12 @@
 //! Reports of agents, and the objects that they are fused to.
 
 use crate::values::Measurement;
+use serde::{Deserialize, Serialize};
 use v2x_common::covariance::BoxCovariance;
 use v2x_common::geometry::BevBox;
 
 /// One report of an agent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// What was measured.
     pub z: Measurement,

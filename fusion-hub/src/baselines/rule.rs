@@ -3,9 +3,10 @@
 use super::psa::Ties;
 use super::report::{Fused, Report, listed};
 use super::{csba_wls, dair_v2x, infradet3d, nms, psa, wbf};
+use serde::{Deserialize, Serialize};
 
 /// A rule of single-frame late fusion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rule {
     /// The reports of the agent at this place alone.
     Single(usize),

@@ -3,6 +3,7 @@
 use crate::filter::Filter;
 use crate::track::Track;
 use crate::values::Body;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::geometry::BevBox;
 use v2x_common::id::TrackId;
@@ -14,7 +15,7 @@ const EVERY: Span = Span::from_millis(250);
 const MERGED_AFTER: Span = Span::from_millis(500);
 
 /// Finds tracks that overlap.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Exclusion {
     compared_at: Option<Timestamp>,
     /// Since when two tracks overlap, the older track first.
@@ -26,7 +27,7 @@ pub(crate) struct Exclusion {
 }
 
 /// A body that may exclude others.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Candidate {
     id: TrackId,
     initiated_at: Timestamp,

@@ -4,6 +4,7 @@ use super::sequential_test::{CompetingPair, SequentialTest, Weights, Witness};
 use crate::filter::Filter;
 use crate::track::FrameSlot;
 use crate::tracker::{Assigned, TrackStore};
+use serde::{Deserialize, Serialize};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -13,7 +14,7 @@ const MAX_CANDIDATES: usize = 8;
 const FORGET_EVERY: Span = Span::from_millis(5000);
 
 /// Finds tracks that frames show to be of one object.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Duplicates {
     test: SequentialTest,
     /// Pairs of one object, the older track first.

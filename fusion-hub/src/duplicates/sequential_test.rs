@@ -7,6 +7,7 @@
 
 use crate::track::FrameSlot;
 use crate::values::AgentSlot;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -69,7 +70,7 @@ pub(super) struct Witness {
 }
 
 /// The evidence of all agents on a pair.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Evidence {
     log_odds: f64,
     /// Agents whose own log-odds are for two objects.
@@ -78,7 +79,7 @@ struct Evidence {
 }
 
 /// The tests of all pairs of tracks that compete for detections.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct SequentialTest {
     evidence: HashMap<Pair, Evidence>,
     /// The log-odds of one object by each agent.
@@ -88,7 +89,7 @@ pub(super) struct SequentialTest {
 }
 
 /// What a frame has added to an agent's log-odds of one object.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Noted {
     frame: FrameSlot,
     at: Timestamp,

@@ -5,12 +5,13 @@ use super::config::EngineConfig;
 use super::history::History;
 use super::refusal::{Refusal, StampFault};
 use crate::fusion::LateFrames;
+use serde::{Deserialize, Serialize};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::MapFrame;
 use v2x_common::time::{Span, Timestamp};
 
 /// Decides on frames.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Admission {
     delta_max: Span,
     synchronous: Span,

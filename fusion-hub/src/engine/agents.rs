@@ -1,8 +1,10 @@
 //! The agents: their names by number, what they declare of their sensors, and what is counted of them.
 
+use super::description_bytes;
 use super::refusal::Refusal;
 use super::statistics::AgentStatistics;
 use crate::values::{AgentNames, AgentSlot, Coverage, SensorModel};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::AgentHealth;
@@ -24,9 +26,10 @@ const SET_BACK_AT_MOST_EVERY: Span = Span::from_millis(1000);
 const FAR_AHEAD: Span = Span::from_millis(100);
 
 /// What is known of one agent.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct AgentRecord {
     /// Its sensor description, once it has sent one.
+    #[serde(with = "description_bytes")]
     pub description: Option<SensorDescription>,
     /// How its detections are read, by that.
     pub sensor: SensorModel,
@@ -115,7 +118,7 @@ impl AgentRecord {
 }
 
 /// A frame that was captured in the future by the hub's clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct AheadFrame {
     id: (u64, u64),
     captured_at: Timestamp,
@@ -133,7 +136,7 @@ impl AheadFrame {
 }
 
 /// All agents of a hub.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AgentRegistry {
     silent_for_good: Span,
     names: AgentNames,

@@ -2,11 +2,12 @@
 
 use crate::fusion::{EPSILON_S, Fusion, LateFrames, Lifetimes, Preset, TrackingConfig};
 use crate::values::{Coast, ContributorLimit, SensingDefaults};
+use serde::{Deserialize, Serialize};
 use v2x_common::id::{HubId, MapFrame};
 use v2x_common::time::Span;
 
 /// The settings of an engine.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EngineConfig {
     /// The hub's name in fused frames.
     pub hub: HubId,

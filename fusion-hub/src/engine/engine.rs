@@ -4,7 +4,7 @@ use super::admission::{Admission, Admitted};
 use super::agents::AgentRegistry;
 use super::config::EngineConfig;
 use super::history::{History, MAX_MEASUREMENTS_OF_AGENT};
-use super::output::Output;
+use super::output::Outputs;
 use super::refusal::{Disposition, Refusal};
 use super::sieve::Sieve;
 use super::statistics::DroppedDetections;
@@ -12,7 +12,7 @@ use crate::fusion::{AdmittedFrame, FusionMethod, LateFrames, ObjectList, TrackCo
 use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
-use crate::values::{PoseErrors, SensorModel};
+use crate::values::{PoseErrors, Saved, SensorModel, StateError, saved};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::AgentId;
@@ -26,9 +26,12 @@ const MAINTENANCE_INTERVAL: Span = Span::from_millis(200);
 /// Most frames waiting to be named as included in the next fused frame.
 const MAX_PENDING: usize = 65_536;
 
-/// Places of the lists among the outputs.
-const FIRST: usize = 0;
-const SECOND: usize = 1;
+/// Which of the lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum List {
+    First,
+    Second,
+}
 
 /// The fusion engine of one hub.
 #[derive(Debug)]
@@ -48,9 +51,22 @@ pub struct Engine {
     now: Timestamp,
     maintained_at: Timestamp,
     pending: Vec<Inclusion>,
-    /// The list, and the second one, which is a lag behind.
-    outputs: [Output; 2],
+    outputs: Outputs,
     spare_objects: Vec<FusedObject>,
+}
+
+saved!([] Engine, saved {
+    admission, agents, history, registrar, sieve, now, maintained_at, pending, outputs, method
+}, made_anew { config, undescribed, corrected, spare_objects });
+
+impl Saved for Box<dyn FusionMethod> {
+    fn save(&self, out: &mut Vec<u8>) -> Result<(), StateError> {
+        self.as_ref().save(out)
+    }
+
+    fn load(&mut self, bytes: &mut &[u8]) -> Result<(), StateError> {
+        self.as_mut().load(bytes)
+    }
 }
 
 /// The past is not held, or not at all.
@@ -104,6 +120,19 @@ impl Engine {
         Self::around(config, method, Registration::Off)
     }
 
+    /// An engine of these settings that goes on where another one was saved by [`Saved::save`].
+    ///
+    /// # Errors
+    /// Where the bytes are no state that this build saved under such settings.
+    pub fn restored(config: EngineConfig, mut bytes: &[u8]) -> Result<Self, StateError> {
+        let mut engine = Self::new(config);
+        engine.load(&mut bytes)?;
+        match bytes.len() {
+            0 => Ok(engine),
+            left => Err(StateError::LeftOver(left)),
+        }
+    }
+
     fn around(config: EngineConfig, method: Box<dyn FusionMethod>, registration: Registration) -> Self {
         // Without stamps a delay would look like a clock that is behind.
         let ignores_stamps = config.late_frames == LateFrames::IgnoreDelay;
@@ -121,7 +150,7 @@ impl Engine {
             now: Timestamp::MIN,
             maintained_at: Timestamp::MIN,
             pending: Vec::new(),
-            outputs: [Output::new(&config), Output::new(&config)],
+            outputs: Outputs::new(&config),
             spare_objects: Vec::new(),
         }
     }
@@ -325,13 +354,13 @@ impl Engine {
         let lag = self.config.fusion.lag();
         if lag > Span::ZERO {
             let at = (self.now - lag).max(self.history.begins(self.now));
-            if self.write_as_of(at, FIRST).is_ok() {
-                return &self.outputs[FIRST].frame;
+            if self.write_as_of(at, List::First).is_ok() {
+                return &self.outputs.first.frame;
             }
         }
         let Self { outputs, pending, agents, .. } = self;
-        outputs[FIRST].begin(self.now, self.admission.map_frame(), agents, pending);
-        let frame = &mut outputs[FIRST].frame;
+        outputs.first.begin(self.now, self.admission.map_frame(), agents, pending);
+        let frame = &mut outputs.first.frame;
         let objects = ObjectList::new(&mut frame.objects, &mut self.spare_objects);
         let mut objects = objects.naming(self.config.contributors);
         self.method.write_objects(self.now, agents.names(), &mut objects);
@@ -346,8 +375,8 @@ impl Engine {
         let lag = self.config.fusion.second_lag()?;
         self.advance(now);
         let at = (self.now - lag).max(self.history.begins(self.now));
-        self.write_as_of(at, SECOND).ok()?;
-        Some(&self.outputs[SECOND].frame)
+        self.write_as_of(at, List::Second).ok()?;
+        Some(&self.outputs.second.frame)
     }
 
     /// The list of objects as they stood at `at`, by everything known by `now`; `fused_at` is `at`. What is new since
@@ -367,8 +396,8 @@ impl Engine {
         if at < begins {
             return Err(HistoryError::Forgotten { at, begins });
         }
-        self.write_as_of(at, FIRST)?;
-        Ok(&self.outputs[FIRST].frame)
+        self.write_as_of(at, List::First)?;
+        Ok(&self.outputs.first.frame)
     }
 
     fn advance(&mut self, now: Timestamp) {
@@ -376,16 +405,19 @@ impl Engine {
         self.maintain(FOLD_SLACK);
     }
 
-    fn write_as_of(&mut self, at: Timestamp, list: usize) -> Result<(), HistoryError> {
+    fn write_as_of(&mut self, at: Timestamp, list: List) -> Result<(), HistoryError> {
         let Self { outputs, pending, agents, .. } = self;
-        let output = &mut outputs[list];
+        let output = match list {
+            List::First => &mut outputs.first,
+            List::Second => &mut outputs.second,
+        };
         let objects = ObjectList::new(&mut output.frame.objects, &mut self.spare_objects);
         let mut objects = objects.naming(self.config.contributors);
         self.method.write_objects_as_of(at, agents.names(), &mut objects)?;
         drop(objects);
         self.sieve.name_as_sent(&mut output.frame.objects);
         let mut none = Vec::new();
-        let new = if list == FIRST { pending } else { &mut none };
+        let new = if list == List::First { pending } else { &mut none };
         output.begin(at, self.admission.map_frame(), agents, new);
         Ok(())
     }

@@ -5,6 +5,7 @@
 
 use crate::track::Horizon;
 use crate::values::AgentSlot;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::time::{Span, Timestamp};
 
@@ -16,7 +17,7 @@ pub const MAX_MEASUREMENTS: usize = 1 << 20;
 pub const MAX_MEASUREMENTS_OF_AGENT: usize = MAX_MEASUREMENTS / 8;
 
 /// A frame that is held.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Entry {
     captured_at: Timestamp,
     agent: AgentSlot,
@@ -24,7 +25,7 @@ struct Entry {
 }
 
 /// What is held of the past.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct History {
     memory: Span,
     delta_max: Span,

@@ -4,6 +4,7 @@
 mod admission;
 mod agents;
 mod config;
+mod description_bytes;
 #[expect(clippy::module_inception, reason = "the engine of the layer of the engine")]
 mod engine;
 mod history;
@@ -21,4 +22,4 @@ pub use engine::{Engine, HistoryError};
 pub use history::{MAX_FRAMES, MAX_MEASUREMENTS, MAX_MEASUREMENTS_OF_AGENT};
 pub use refusal::{Disposition, Refusal, StampFault};
 pub use schedule::{PublishMode, Schedule};
-pub use statistics::{AgentStatistics, DroppedDetections};
+pub use statistics::{AgentStatistics, DroppedDetections, Label};

@@ -2,6 +2,7 @@
 
 use super::agents::AgentRegistry;
 use super::config::EngineConfig;
+use crate::values::saved;
 use v2x_common::fused::{FusedFrame, Inclusion};
 use v2x_common::id::MapFrame;
 use v2x_common::time::Timestamp;
@@ -11,6 +12,22 @@ use v2x_common::time::Timestamp;
 pub(super) struct Output {
     pub(super) frame: FusedFrame,
     sequence: u64,
+}
+
+/// The list, and the second one, which is a lag behind.
+#[derive(Debug)]
+pub(super) struct Outputs {
+    pub(super) first: Output,
+    pub(super) second: Output,
+}
+
+saved!([] Output, saved { sequence }, made_anew { frame });
+saved!([] Outputs, saved { first, second }, made_anew {});
+
+impl Outputs {
+    pub(super) const fn new(config: &EngineConfig) -> Self {
+        Self { first: Output::new(config), second: Output::new(config) }
+    }
 }
 
 impl Output {

@@ -1,9 +1,10 @@
 //! When to publish. Pure: asked after every event, and woken at its next deadline.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// How often a hub publishes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum PublishMode {
     /// After every accepted frame, and at a regular tick when nothing comes.
     OnUpdate {

@@ -3,6 +3,7 @@
 //! A detection is named by its place in the frame as it was sent. So the places of what was dropped are kept, for the
 //! measurement ids that are published later.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::detection::{DetectionFrame, InvalidValue};
 use v2x_common::fused::FusedObject;
@@ -15,7 +16,7 @@ const MAX_THINNED: usize = 1024;
 const KEPT_FOR: Span = Span::from_millis(60_000);
 
 /// What was left out of one frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Thinned {
     seen_at: Timestamp,
     /// Places in the frame as it was sent, in order.
@@ -23,9 +24,10 @@ struct Thinned {
 }
 
 /// Drops impossible detections.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Sieve {
     /// A frame without its impossible detections; its buffers are used again.
+    #[serde(skip)]
     frame: Option<DetectionFrame>,
     thinned: BTreeMap<FrameId, Thinned>,
 }

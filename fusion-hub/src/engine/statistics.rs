@@ -2,13 +2,18 @@
 
 use super::refusal::Refusal;
 use crate::fusion::Innovations;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use v2x_common::detection::InvalidValue;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::unmapped_names::UnmappedNames;
 
+/// The name of a reason or a field: a constant of the code, or read from a saved state.
+pub type Label = Cow<'static, str>;
+
 /// Counts of one agent since the start, and its recent innovations.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct AgentStatistics {
     /// Frames accepted.
     pub accepted: u64,
@@ -21,8 +26,9 @@ pub struct AgentStatistics {
     /// How often its clock was ahead of the hub's and was set back.
     pub clock_set_back: u64,
     /// Frames refused, by reason.
-    pub refused: BTreeMap<&'static str, u64>,
+    pub refused: BTreeMap<Label, u64>,
     /// The newest refusal.
+    #[serde(skip)]
     pub last_refusal: Option<Refusal>,
     /// Impossible detections of accepted frames.
     pub dropped: DroppedDetections,
@@ -36,18 +42,19 @@ pub struct AgentStatistics {
 }
 
 /// Impossible detections that were dropped while their frames were used.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DroppedDetections {
     /// Their number by the first impossible field and the cause: `not finite` or `out of range`.
-    pub by_cause: BTreeMap<(&'static str, &'static str), u64>,
+    pub by_cause: BTreeMap<(Label, Label), u64>,
     /// The newest.
+    #[serde(skip)]
     pub last: Option<InvalidValue>,
 }
 
 impl DroppedDetections {
     /// Counts one.
     pub fn note(&mut self, invalid: InvalidValue) {
-        *self.by_cause.entry((invalid.field, invalid.cause())).or_default() += 1;
+        *self.by_cause.entry((invalid.field.into(), invalid.cause().into())).or_default() += 1;
         self.last = Some(invalid);
     }
 
@@ -83,7 +90,7 @@ impl AgentStatistics {
     }
 
     pub(super) fn note_refusals(&mut self, refusal: Refusal, count: u64) {
-        *self.refused.entry(refusal.reason()).or_default() += count;
+        *self.refused.entry(refusal.reason().into()).or_default() += count;
         self.last_refusal = Some(refusal);
     }
 
@@ -109,7 +116,7 @@ const BUCKET: Span = Span::from_millis(10_000);
 const N_BUCKETS: usize = 6;
 
 /// Innovations of the last minute, in a ring of sums.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct RecentInnovations {
     /// By the number of their time modulo [`N_BUCKETS`], with that number.
     buckets: [(i64, Innovations); N_BUCKETS],

@@ -190,6 +190,7 @@ fn an_impossible_detection_is_dropped_and_counted_and_its_frame_is_used() {
         (("w", "out of range"), 1),
         (("x", "not finite"), 2),
     ];
+    let expected = expected.map(|((field, cause), count)| ((field.into(), cause.into()), count));
     assert_eq!((dropped.by_cause.clone(), dropped.total()), (expected.into(), 4));
     let last = dropped.last.as_ref().unwrap().to_string();
     assert!(last.starts_with("covariance of x and y of detection 0 is 1"), "{last}");

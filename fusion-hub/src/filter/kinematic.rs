@@ -3,6 +3,7 @@
 //! Everything is computed in pairs, x with y: two lanes of one register.
 
 use crate::values::PositionInnovation;
+use serde::{Deserialize, Serialize};
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::fused::KinematicCovariance;
 
@@ -10,7 +11,7 @@ use v2x_common::fused::KinematicCovariance;
 type Pair = [f64; 2];
 
 /// Mean and covariance of (x, y, vx, vy); m, m/s. The covariance in blocks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kinematic {
     /// Position, m.
     pub position: Pair,
@@ -25,7 +26,7 @@ pub struct Kinematic {
 }
 
 /// A general 2×2 matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cross {
     /// x by x and y by y.
     pub along: Pair,

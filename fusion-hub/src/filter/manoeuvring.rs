@@ -7,6 +7,7 @@ use super::state::GREATEST_WEIGHT;
 use super::{Course, Due, Filter, Heading, Holds, Motion, PoseEstimate, Size, intersection_weight};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::time::Timestamp;
@@ -15,7 +16,7 @@ use v2x_common::time::Timestamp;
 const SIZE_FLOOR_LN: f64 = 0.005;
 
 /// Position, motion and heading under the interacting models, and the evidence of width and depth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImmState {
     at: Timestamp,
     motion: Imm,

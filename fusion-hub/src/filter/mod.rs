@@ -27,6 +27,8 @@ pub use scalar::{Heading, Size};
 pub use state::State;
 
 use crate::values::{Measurement, PositionInnovation, PredictedMeasurement};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use size_evidence::SizeEvidence;
 use size_priors::TrackSizePriors;
 use std::fmt::Debug;
@@ -36,7 +38,7 @@ use v2x_common::fused::KinematicCovariance;
 use v2x_common::time::Timestamp;
 
 /// One object's state under one model of motion, at one time.
-pub trait Filter: Copy + Debug + PartialEq {
+pub trait Filter: Copy + Debug + PartialEq + Serialize + DeserializeOwned {
     /// Whether several states are updated faster together ([`Self::update_some`]) than one by one.
     const TOGETHER: bool = false;
 

@@ -1,9 +1,10 @@
 //! Width, depth and heading: three scalar filters.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::geometry::{angle_difference, wrap_angle};
 
 /// A width or a depth, m, estimated over time: a rigid body's size does not change.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Size {
     /// Estimate, m.
     pub mean: f64,
@@ -47,7 +48,7 @@ impl Size {
 }
 
 /// A heading, rad, as a random walk on the circle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
     /// Estimate, rad in (-π, π].
     pub mean: f64,

@@ -5,6 +5,7 @@
 //! A = Σ z²/σ², B = Σ z/σ²: four numbers that add up in any order without loss.
 
 use super::Size;
+use serde::{Deserialize, Serialize};
 
 /// Square of the skewness up to which a series is exact to 1 % of a standard deviation (test).
 const NEARLY_NORMAL: f64 = 0.09;
@@ -22,7 +23,7 @@ const DEPTH: f64 = 12.0;
 const RIGHT_TAIL: f64 = 1.6;
 
 /// The evidence of all reports of one dimension.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SizeEvidence {
     /// A, m².
     squares: f64,

@@ -5,6 +5,7 @@
 //! its own evidence, without the prior under which it was interpreted.
 
 use super::size_evidence::{LogNormal, SizeEvidence};
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 
 /// Relative spread of class means about [`Class::typical_size`]: round numbers, good to a quarter.
@@ -55,7 +56,7 @@ impl Spread {
 
 /// Information about one dimension's class mean, in whole parts of 2⁻²⁴: sums of integers are the same in any
 /// order of tracks, and what was added can be subtracted exactly.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Information {
     /// Σ weight.
     weight: i64,
@@ -85,7 +86,7 @@ impl Information {
 /// The sizes of all classes, as a set of tracks gives them.
 ///
 /// Tracks can be added in any order; a copy with the deleted tracks can be kept and added to.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SizePriors {
     classes: [[Information; 2]; Class::ALL.len()],
     /// Whether classes give no information.

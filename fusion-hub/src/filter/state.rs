@@ -8,6 +8,7 @@ use super::{
 };
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
@@ -23,7 +24,7 @@ const TURN_RATE: f64 = 0.2;
 pub(super) const GREATEST_WEIGHT: f64 = 0.99;
 
 /// The state [x y vx vy w d θ] of one object at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Time of the state.
     pub at: Timestamp,

@@ -6,6 +6,7 @@ use crate::registration::Registration;
 use crate::track::Rollback;
 use crate::tracker::{Hypotheses, TrackerConfig};
 use crate::values::ClassLaw;
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Span;
 
 /// Gate of the likelihood, which weighs by itself what lies within: the gate only saves time. 0.999996 of true pairs
@@ -13,7 +14,7 @@ use v2x_common::time::Span;
 const WIDE_GATE: f64 = 25.0;
 
 /// How a hub fuses.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Fusion {
     /// It keeps tracks.
     Tracking(TrackingConfig),
@@ -28,7 +29,7 @@ impl Default for Fusion {
 }
 
 /// How objects are taken to move.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MotionModel {
     /// Constant velocity: the paper's UniKF.
@@ -39,7 +40,7 @@ pub enum MotionModel {
 }
 
 /// What the first detection of an object is worth, by an agent that describes no sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Births {
     /// It is published once there is evidence that it exists: a second detection, mostly.
@@ -50,7 +51,7 @@ pub enum Births {
 }
 
 /// How objects are tracked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackingConfig {
     /// How objects move.
     pub motion: MotionModel,

@@ -1,7 +1,9 @@
 //! Frames that arrive after newer ones.
 
+use serde::{Deserialize, Serialize};
+
 /// What becomes of frames that arrive after newer ones.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LateFrames {
     /// They are fused at their own capture time.
     #[default]

@@ -5,7 +5,7 @@ use crate::publish::ObjectList;
 use crate::registration::{SharedObject, Source};
 use crate::track::Horizon;
 use crate::tracker::Innovations;
-use crate::values::{AgentNames, AgentSlot, Coverage, PoseErrors, SensorModel};
+use crate::values::{AgentNames, AgentSlot, Coverage, PoseErrors, SensorModel, StateError};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::time::Timestamp;
 
@@ -45,6 +45,22 @@ pub trait FusionMethod: std::fmt::Debug + Send {
     /// What it has learnt of an agent's sensor, for the status; a method that learns nothing knows nothing.
     fn learnt(&self, _agent: AgentSlot) -> Option<LearntSensorReport> {
         None
+    }
+
+    /// Appends everything that decides its further lists, so that a recording can be computed again from the middle.
+    ///
+    /// # Errors
+    /// Where it cannot: a method of your own needs not.
+    fn save(&self, _out: &mut Vec<u8>) -> Result<(), StateError> {
+        Err(StateError::NotSaved)
+    }
+
+    /// Takes back what [`Self::save`] of a method of the same settings appended, from the front of the bytes.
+    ///
+    /// # Errors
+    /// Where it cannot, or the bytes are no such state.
+    fn load(&mut self, _bytes: &mut &[u8]) -> Result<(), StateError> {
+        Err(StateError::NotSaved)
     }
 
     /// Tracks or objects that it holds, and what happened to them.

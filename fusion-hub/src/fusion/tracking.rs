@@ -10,7 +10,7 @@ use crate::publish::{AgentReading, ObjectList, PastTracks, PublishConfig, Publis
 use crate::registration::PairFinder;
 use crate::track::{FixedLagSmoother, FrameSlot, Horizon, PreMergeTracks, SensedFrame};
 use crate::tracker::{Horizons, Lifetimes, Tracker};
-use crate::values::{AgentNames, AgentSlot, HeadingLaw, PoseErrors};
+use crate::values::{AgentNames, AgentSlot, HeadingLaw, PoseErrors, Saved, StateError, saved};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -40,6 +40,10 @@ pub(super) struct Tracking<F> {
     publisher: Publisher<F>,
     smoother: FixedLagSmoother<F>,
 }
+
+saved!([F: Filter] Tracking<F>, saved {
+    tracker, pairs, duplicates, exclusion, folded_at, merges, pre_merge, learner, pose_errors, publisher
+}, made_anew { config, found, delta_max, readings, smoother });
 
 impl<F: Filter> Tracking<F> {
     /// A method without tracks yet. Its track ids are of this lineage.
@@ -241,6 +245,14 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
 
     fn learnt(&self, agent: AgentSlot) -> Option<LearntSensorReport> {
         self.learner.as_ref()?.report(agent)
+    }
+
+    fn save(&self, out: &mut Vec<u8>) -> Result<(), StateError> {
+        Saved::save(self, out)
+    }
+
+    fn load(&mut self, bytes: &mut &[u8]) -> Result<(), StateError> {
+        Saved::load(self, bytes)
     }
 
     fn counts(&self) -> TrackCounts {

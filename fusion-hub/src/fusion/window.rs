@@ -4,7 +4,8 @@ use super::method::{AdmittedFrame, FrameOutcome, FusionMethod, TrackCounts};
 use crate::baselines::{Fused, Member, Report, Rule};
 use crate::publish::ObjectList;
 use crate::track::Horizon;
-use crate::values::AgentNames;
+use crate::values::{AgentNames, Saved, StateError, saved};
+use serde::{Deserialize, Serialize};
 use v2x_common::fused::FusedObject;
 use v2x_common::id::{AgentId, FrameId, MeasurementId, TrackId};
 use v2x_common::time::{Span, Timestamp};
@@ -14,7 +15,7 @@ use v2x_common::time::{Span, Timestamp};
 pub const MAX_WINDOW_BOXES: usize = 8192;
 
 /// How a single-frame rule is applied to a stream of frames.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WindowConfig {
     /// The rule.
     pub rule: Rule,
@@ -47,7 +48,7 @@ pub struct WindowFusion {
 }
 
 /// An agent's newest frame.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Newest {
     frame: FrameId,
     captured_at: Timestamp,
@@ -58,6 +59,10 @@ struct Newest {
     /// It was left out for lack of room, and is counted.
     is_left_out: bool,
 }
+
+saved!([] WindowFusion, saved { next_counter, newest, objects, is_stale, boxes_refused }, made_anew {
+    config, keep, lineage
+});
 
 impl Newest {
     fn order(&self) -> (Timestamp, u64, u64) {
@@ -186,6 +191,14 @@ impl FusionMethod for WindowFusion {
 
     fn maintain(&mut self, now: Timestamp, _: &Horizon, _: &AgentNames) {
         self.newest.retain(|newest| now - newest.captured_at <= self.keep);
+    }
+
+    fn save(&self, out: &mut Vec<u8>) -> Result<(), StateError> {
+        Saved::save(self, out)
+    }
+
+    fn load(&mut self, bytes: &mut &[u8]) -> Result<(), StateError> {
+        Saved::load(self, bytes)
     }
 
     fn counts(&self) -> TrackCounts {

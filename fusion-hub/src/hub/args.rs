@@ -5,6 +5,7 @@ use anyhow::Context;
 use std::path::{Path, PathBuf};
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
+use v2x_common::recording::RecordingOptions;
 
 /// Fuse the detections of all agents into one list of objects, and publish it.
 ///
@@ -15,6 +16,7 @@ Examples:
   v2x hub                                        listen on tcp/127.0.0.1:7447, this machine only
   v2x hub --listen tcp/0.0.0.0:7447              for agents on the network
   v2x hub --config crossing.toml                 with the [hub] table of a scenario
+  v2x hub --record run.mcap --rotate-mb 500      with a recording that `lab retrack` computes again
   v2x hub --zenoh-config my-hub.json5            with Zenoh's own settings (this build has only its TCP transport)
 The program fusion-hub is the same hub alone.")]
 pub struct HubArgs {
@@ -36,6 +38,15 @@ pub struct HubArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
+    /// Record all that arrives and is published, and the journal, into an MCAP file
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Begin a further file (FILE-2, FILE-3, …) after so many megabytes
+    #[arg(long, value_name = "MB", requires = "record", value_parser = clap::value_parser!(u64).range(1..))]
+    pub rotate_mb: Option<u64>,
+    /// Overwrite the recording if there is one of this name
+    #[arg(long, requires = "record")]
+    pub force: bool,
     /// Print life-cycle events as JSON lines on standard output
     #[arg(long, hide = true)]
     pub events: bool,
@@ -55,6 +66,23 @@ impl HubArgs {
             settings.engine.hub = id;
         }
         Ok(settings)
+    }
+
+    /// The recording, if any: its file and how it is written.
+    pub fn recording(&self) -> Option<(PathBuf, RecordingOptions)> {
+        let path = self.record.clone()?;
+        let facts = [
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("network", self.network.to_string()),
+            ("recorded_by", "hub".to_owned()),
+        ];
+        let options = RecordingOptions {
+            overwrite: self.force,
+            rotate_bytes: self.rotate_mb.map(|megabytes| megabytes.saturating_mul(1_000_000)),
+            facts: facts.map(|(key, value)| (key.to_owned(), value)).into(),
+            ..RecordingOptions::default()
+        };
+        Some((path, options))
     }
 
     /// The session options of the command line.

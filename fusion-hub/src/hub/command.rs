@@ -19,8 +19,12 @@ pub async fn run_with(
     shutdown: CancellationToken,
     engine: impl FnOnce(EngineConfig) -> Engine,
 ) -> anyhow::Result<()> {
-    let setup =
-        HubSetup { network: args.network, settings: args.settings()?, session: args.session_options() };
+    let setup = HubSetup {
+        network: args.network,
+        settings: args.settings()?,
+        session: args.session_options(),
+        record: args.recording(),
+    };
     let status = serve(setup, shutdown, engine, |hub, locators| {
         if args.events {
             events::emit("ready", &serde_json::json!({ "locators": locators, "hub": hub }));

@@ -1,6 +1,6 @@
 //! The hub's list by what changes: a key frame once a second, and delta frames between.
 
-use super::encoding::encode;
+use super::encoding::encode_list;
 use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::lists::{DeltaSource, ListUpdate, Tolerance};
 use v2x_common::wire::{self, WireError};
@@ -25,7 +25,7 @@ impl DeltaStream {
             return Ok(ListUpdate::Delta(delta));
         }
         self.source.forget();
-        encode(list, &mut self.buffer)?;
+        encode_list(list, &mut self.buffer)?;
         let key = wire::fused::decode(&self.buffer)?;
         self.source.set_key(key.clone());
         Ok(ListUpdate::Key(key))

@@ -4,9 +4,12 @@ use std::borrow::Cow;
 use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::wire::{self, WireError};
 
-/// Encodes a frame; what was encoded. Objects for which the wire has no room are left out of it: one absurd object must not
-/// silence all others.
-pub(super) fn encode<'a>(
+/// Encodes a frame as it is published; what was encoded. Objects for which the wire has no room are left out of it: one absurd
+/// object must not silence all others.
+///
+/// # Errors
+/// Where the rest of the frame has values for which the wire has no room.
+pub fn encode_list<'a>(
     frame: &'a FusedFrame,
     buffer: &mut Vec<u8>,
 ) -> Result<Cow<'a, FusedFrame>, WireError> {

@@ -1,6 +1,7 @@
 //! Why a hub does not run.
 
 use v2x_common::id::HubId;
+use v2x_common::recording::FileError;
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
 
@@ -28,6 +29,9 @@ pub enum HubError {
         /// Zenoh's error.
         cause: Cause,
     },
+    /// Its recording cannot be written.
+    #[error("the recording: {0}")]
+    Recording(#[from] FileError),
     /// The session did not close cleanly.
     #[error("closing the Zenoh session: {0}")]
     Close(#[source] Cause),

@@ -1,15 +1,12 @@
-//! From a Zenoh sample to a frame, or to the reason why not.
+//! A sample as it arrived.
 
-use crate::engine::Refusal;
-use crate::hub::settings::HubSettings;
+use super::core::MAX_BYTES;
+use std::borrow::Cow;
 use v2x_common::clock;
-use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
 use v2x_common::keys::{self, InvalidAgent};
-use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
-use v2x_common::unmapped_names::UnmappedNames;
-use v2x_common::wire;
+use v2x_common::wire::journal::Body;
 use zenoh::sample::Sample;
 
 /// A sample as received, with its time of arrival.
@@ -19,9 +16,6 @@ pub(super) struct Received {
     pub(super) received_at: Timestamp,
     payload: Payload,
 }
-
-/// Largest payload that is read: 4096 detections as verbose JSON.
-const MAX_BYTES: usize = 4 << 20;
 
 #[derive(Debug)]
 enum Payload {
@@ -49,42 +43,19 @@ impl Received {
         }
     }
 
-    fn sample(&self) -> Result<&Sample, Refusal> {
+    /// Its payload in one piece.
+    pub(super) fn contents(&self) -> Cow<'_, [u8]> {
         match &self.payload {
-            Payload::Whole(sample) => Ok(sample),
-            Payload::TooLarge(bytes) => Err(Refusal::TooLarge { bytes: *bytes, limit: MAX_BYTES }),
+            Payload::Whole(sample) => sample.payload().to_bytes(),
+            Payload::TooLarge(_) => Cow::Borrowed(&[]),
         }
     }
 
-    /// The frame with its detections as they were sent, and its unknown class names.
-    pub(super) fn frame(&self, settings: &HubSettings) -> Result<(DetectionFrame, UnmappedNames), Refusal> {
-        if !settings.listens_to(&self.agent) {
-            return Err(Refusal::NotListenedTo);
+    /// Its payload, by its encoding; `contents` are [`Self::contents`].
+    pub(super) fn body<'a>(&self, contents: &'a [u8]) -> Body<'a> {
+        match &self.payload {
+            Payload::Whole(sample) => Body::of(&sample.encoding().to_string(), contents),
+            Payload::TooLarge(bytes) => Body::TooLarge(*bytes as u64),
         }
-        let sample = self.sample()?;
-        let bytes = sample.payload().to_bytes();
-        let (frame, unmapped_classes) = if is_json(sample, &bytes) {
-            let defaults = settings.report_defaults_of(&self.agent);
-            let decoded = wire::json::decode_detections_as_sent(&bytes, self.agent, defaults)?;
-            (decoded.frame, decoded.unmapped_classes)
-        } else {
-            (wire::detections::decode_as_sent(&bytes)?, UnmappedNames::default())
-        };
-        if frame.id.agent != self.agent {
-            return Err(Refusal::AgentMismatch { payload: frame.id.agent, key: self.agent });
-        }
-        Ok((frame, unmapped_classes))
     }
-
-    /// The sensor description.
-    pub(super) fn description(&self) -> Result<SensorDescription, Refusal> {
-        let sample = self.sample()?;
-        let bytes = sample.payload().to_bytes();
-        let decode = if is_json(sample, &bytes) { wire::json::decode_sensor } else { wire::sensor::decode };
-        Ok(decode(&bytes)?)
-    }
-}
-
-fn is_json(sample: &Sample, bytes: &[u8]) -> bool {
-    wire::is_json(&sample.encoding().to_string(), bytes)
 }

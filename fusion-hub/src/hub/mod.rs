@@ -1,17 +1,21 @@
 //! The hub as a process: the shell around the engine.
 
+mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
 #[cfg(feature = "cli")]
 mod command;
+mod core;
 mod delta_stream;
 mod encoding;
 mod error;
 mod fair_queue;
 mod intake;
+mod journal;
 mod network;
 mod on_demand;
 mod partial_lists;
+mod recorder;
 mod roster;
 mod run;
 mod settings;
@@ -27,9 +31,11 @@ pub use crate::fusion::SettingsError;
 pub use args::{HubArgs, hub_table};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
+pub use core::{Core, Handled};
+pub use encoding::encode_list;
 pub use error::HubError;
 pub use run::{HubSetup, serve};
 pub use settings::HubSettings;
-pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus};
+pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus};
 pub use tile_settings::TileSettings;
 pub use unnamed::InvalidName;

@@ -23,7 +23,9 @@ const CONTROL_QUEUE: usize = 4096;
 pub(super) enum Control {
     Description(Received),
     Alive(AgentId, bool),
-    Query(Query),
+    StatusQuery(Query),
+    /// A recorder asks for a start of the journal.
+    JournalQuery(Query),
 }
 
 /// The publishers of one list.
@@ -69,7 +71,7 @@ pub(super) struct Network {
     pub(super) unnamed: Arc<Unnamed>,
     // Dropping these undeclares them.
     _subscribers: [Subscriber<()>; 3],
-    _status: Queryable<()>,
+    _queryables: [Queryable<()>; 2],
     _alive: LivelinessToken,
 }
 
@@ -118,7 +120,11 @@ impl Network {
         let queue = control.clone();
         let status = session
             .declare_queryable(keys.status(hub))
-            .callback(move |query| queue.push(Control::Query(query)));
+            .callback(move |query| queue.push(Control::StatusQuery(query)));
+        let queue = control.clone();
+        let journal = session
+            .declare_queryable(keys.journal(hub))
+            .callback(move |query| queue.push(Control::JournalQuery(query)));
         Ok(Self {
             frames,
             control,
@@ -127,7 +133,7 @@ impl Network {
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
             _subscribers: [detections.await?, sensors.await?, roster.await?],
-            _status: status.await?,
+            _queryables: [status.await?, journal.await?],
             _alive: session.liveliness().declare_token(keys.hub_alive(hub)).await?,
         })
     }

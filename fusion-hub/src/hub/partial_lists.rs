@@ -1,7 +1,7 @@
 //! Publishes the lists that cost less than the whole one, each only while somebody subscribes to it.
 
 use super::delta_stream::{DeltaStream, plain};
-use super::encoding::encode;
+use super::encoding::encode_list;
 use super::on_demand::Parts;
 use super::tile_lists::TileLists;
 use super::tile_settings::TileSettings;
@@ -72,7 +72,7 @@ impl PartialLists {
             let [key, json_key] = parts.keys_of(tile);
             if wanted {
                 let mut bytes = Vec::new();
-                encode(&list, &mut bytes)?;
+                encode_list(&list, &mut bytes)?;
                 parts.tiles.put(key, bytes).await?;
                 self.tile_frames += 1;
             }

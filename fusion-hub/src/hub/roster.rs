@@ -55,7 +55,7 @@ impl Roster {
                 continue;
             }
             let main = statistics.refused.iter().max_by_key(|(_, count)| **count);
-            let (reason, count) = main.map_or(("", 0), |(reason, count)| (*reason, *count));
+            let (reason, count) = main.map_or(("", 0), |(reason, count)| (reason.as_ref(), *count));
             let last = statistics.last_refusal.as_ref().map(ToString::to_string).unwrap_or_default();
             tracing::warn!(%agent, reason, count, last, "every frame of this agent is refused");
         }

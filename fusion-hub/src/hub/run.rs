@@ -1,28 +1,36 @@
 //! The hub's loop: samples in, fused frames out.
 
-use super::encoding::encode;
+use super::agent_statuses::agent_statuses;
+use super::core::{Core, Handled};
+use super::encoding::encode_list;
 use super::error::HubError;
-use super::fair_queue::QueueLimits;
 use super::intake::Received;
+use super::journal::Journal;
 use super::network::{Control, List, Network};
+use super::on_demand::OnDemand;
 use super::partial_lists::PartialLists;
+use super::recorder::Recorder;
 use super::roster::Roster;
 use super::settings::HubSettings;
-use super::status::{AgentStatus, HubStatus, RegistrationStatus, memory_bytes};
+use super::status::{HubStatus, RecordingStatus, memory_bytes};
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
-use crate::engine::{Disposition, Engine, EngineConfig, PublishMode, Refusal, Schedule};
+use crate::engine::{Engine, EngineConfig, PublishMode, Schedule};
 use std::borrow::Cow;
+use std::path::PathBuf;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::fused::FusedFrame;
-use v2x_common::id::{AgentId, HubId, NetworkId};
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
-use v2x_common::wire::ENCODING_JSON;
+use v2x_common::wire::journal::Call;
+use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
 use zenoh::Session;
+use zenoh::query::Query;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -38,6 +46,8 @@ pub struct HubSetup {
     pub settings: HubSettings,
     /// Where it listens, and what it joins.
     pub session: SessionOptions,
+    /// The recording that it writes itself, if any: file and options.
+    pub record: Option<(PathBuf, RecordingOptions)>,
 }
 
 /// Runs a hub in this process until shutdown; returns its last status.
@@ -55,16 +65,20 @@ pub async fn serve(
 ) -> Result<HubStatus, HubError> {
     let config =
         session::hub_config(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
+    // Made first: without it nothing is to begin.
+    let recording = setup.record.clone().map(|(path, options)| RecordingFile::create(&path, options));
+    let recording = recording.transpose()?;
     let session = session::open(config).await.map_err(|error| {
         let listen = &setup.session.listen;
         let endpoints = if listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { listen.join(", ") };
         HubError::Listen { endpoints, cause: error.into() }
     })?;
     let locators = session::locators(&session).await;
-    let mut hub = Hub::declare(setup, engine, &session, locators).await?;
+    let mut hub = Hub::declare(setup, engine, (&session, locators), recording).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     on_ready(hub.settings.engine.hub, &hub.locators);
     hub.serve(&shutdown).await;
+    hub.journal.end().await;
     tracing::info!(hub = %hub.settings.engine.hub, published = hub.frames_published, "hub ends");
     let status = hub.status();
     drop(hub);
@@ -75,7 +89,8 @@ pub async fn serve(
 struct Hub {
     network_id: NetworkId,
     settings: HubSettings,
-    engine: Engine,
+    core: Core,
+    journal: Journal,
     schedule: Schedule,
     /// Of the second list.
     lagged_schedule: Option<Schedule>,
@@ -97,8 +112,8 @@ impl Hub {
     async fn declare(
         HubSetup { network: network_id, mut settings, .. }: HubSetup,
         engine: impl FnOnce(EngineConfig) -> Engine,
-        session: &Session,
-        locators: Vec<String>,
+        (session, locators): (&Session, Vec<String>),
+        recording: Option<RecordingFile>,
     ) -> Result<Self, HubError> {
         let started_at = clock::now();
         settings.engine.lineage = lineage_of(started_at);
@@ -107,9 +122,14 @@ impl Hub {
         let network = Network::declare(session, &keys, &hub, settings.lagged_interval.is_some()).await;
         let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
         let partial_lists = PartialLists::new(settings.tiles);
+        let stream = OnDemand::declare(session, keys.journal(&hub), ENCODING_POSTCARD).await;
+        let stream = stream.map_err(|cause| HubError::Declare { hub, cause })?;
+        let core = Core::new(settings.clone(), engine);
+        let journal = Journal::new(stream, recording.map(Recorder::begin), keys, &core);
         Ok(Self {
             network_id,
-            engine: engine(settings.engine),
+            core,
+            journal,
             schedule: Schedule::new(settings.publish, started_at),
             lagged_schedule: settings
                 .lagged_interval
@@ -141,7 +161,7 @@ impl Hub {
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => return,
-                _ = check.tick() => self.check(),
+                _ = check.tick() => self.check().await,
                 () = control.wait() => self.handle_next().await,
                 () = frames.wait() => self.handle_next().await,
                 () = tokio::time::sleep(until_deadline) => {}
@@ -185,60 +205,58 @@ impl Hub {
             }
         }
         self.turns.note(turn, clock::now() - begun_at);
+        if self.journal.is_full() {
+            self.journal.flush().await;
+        }
     }
 
     /// Counts the frames for which there was no time, and warns of agents that are refused.
-    fn check(&mut self) {
+    async fn check(&mut self) {
         for (agent, count) in self.network.frames.take_dropped() {
-            let limit = QueueLimits::DEFAULT.frames_of_agent;
-            self.engine.note_refusals(agent, Refusal::QueueFull { limit }, count);
+            self.journal.note(&Call::QueueFull { agent, count });
+            self.core.note_queue_full(agent, count);
         }
-        self.roster.warn_of_refused(self.engine.agents());
+        self.roster.warn_of_refused(self.core.engine().agents());
+        self.journal.renew(&self.core);
+        self.journal.flush().await;
     }
 
     fn handle_frame(&mut self, received: &Received) {
         let begun_at = clock::now();
-        match received.frame(&self.settings) {
-            Ok((frame, unmapped_classes)) => {
-                if unmapped_classes.total() > 0 {
-                    self.engine.note_unmapped_classes(received.agent, &unmapped_classes);
-                }
-                match self.engine.handle_frame(&frame, received.received_at) {
-                    Disposition::Accepted { out_of_sequence } => {
-                        tracing::trace!(agent = %received.agent, sequence = frame.id.sequence, out_of_sequence);
-                        self.timing.note_handled(frame.id, clock::now() - begun_at);
-                        self.schedule.note_update();
-                    }
-                    Disposition::Refused(refusal) => {
-                        tracing::debug!(agent = %received.agent, reason = refusal.reason(), %refusal, "refused");
-                    }
-                }
+        let Received { agent, received_at, .. } = *received;
+        let contents = received.contents();
+        let body = received.body(&contents);
+        self.journal.note(&Call::Frame { agent, received_at, body });
+        match self.core.handle_frame(agent, received_at, &body) {
+            Handled::Accepted { frame, out_of_sequence } => {
+                tracing::trace!(%agent, sequence = frame.sequence, out_of_sequence);
+                self.timing.note_handled(frame, clock::now() - begun_at);
+                self.schedule.note_update();
             }
-            Err(refusal) => {
-                tracing::debug!(agent = %received.agent, reason = refusal.reason(), %refusal, "refused");
-                self.engine.note_refusal(received.agent, refusal);
+            Handled::Refused(refusal) => {
+                tracing::debug!(%agent, reason = refusal.reason(), %refusal, "refused");
             }
         }
     }
 
     async fn handle_control(&mut self, event: Control) {
         match event {
-            Control::Description(received) if !self.settings.listens_to(&received.agent) => {}
-            Control::Description(received) => match received.description() {
-                // Decoded, and so valid: it is checked by the same rules.
-                Ok(description) => drop(self.engine.handle_description(received.agent, description)),
-                Err(error) => {
-                    tracing::debug!(agent = %received.agent, %error, "sensor description refused");
-                    self.engine.note_refused_description(received.agent, error);
-                }
-            },
+            Control::Description(received) => {
+                let agent = received.agent;
+                let contents = received.contents();
+                let body = received.body(&contents);
+                self.journal.note(&Call::Description { agent, body });
+                self.core.handle_description(agent, &body);
+            }
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
-            Control::Query(query) => {
-                let answer = serde_json::to_vec(&self.status()).unwrap_or_default();
-                let reply = query.reply(query.key_expr().clone(), answer).encoding(ENCODING_JSON).await;
-                if let Err(error) = reply {
-                    tracing::debug!(%error, "status query not answered");
-                }
+            Control::StatusQuery(query) => {
+                answer(&query, serde_json::to_vec(&self.status()).unwrap_or_default()).await;
+            }
+            Control::JournalQuery(query) => {
+                self.journal.start(&self.core);
+                self.journal.flush().await;
+                let lineage = self.settings.engine.lineage;
+                answer(&query, serde_json::json!({ "lineage": lineage }).to_string().into_bytes()).await;
             }
         }
     }
@@ -250,10 +268,12 @@ impl Hub {
         let ended_at = clock::now();
         self.timing.note_cost(begun_at, ended_at);
         self.schedule.note_published(begun_at, ended_at, is_behind);
+        self.journal.flush().await;
     }
 
     async fn publish_from(&mut self, begun_at: Timestamp) {
-        let frame = self.engine.fused(begun_at);
+        self.journal.note(&Call::Fused { now: begun_at });
+        let frame = self.core.fused(begun_at);
         self.objects = frame.objects.len();
         let encoded = match put(&self.network.fused, frame, &mut self.buffer).await {
             Ok(encoded) => encoded,
@@ -268,6 +288,7 @@ impl Hub {
         self.frames_published += 1;
         let put_at = clock::now();
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
+        self.journal.note_list(Keys::fused, &self.buffer);
         if let Err(error) = self.network.fused.put_json(frame).await {
             self.publish_errors += 1;
             tracing::warn!(%error, "fused frame not published as JSON");
@@ -281,15 +302,19 @@ impl Hub {
     /// Publishes the second list.
     async fn publish_lagged(&mut self) {
         let Some(list) = &self.network.lagged else { return };
-        let Some(frame) = self.engine.lagged(clock::now()) else { return };
+        let now = clock::now();
+        self.journal.note(&Call::Lagged { now });
+        let Some(frame) = self.core.lagged(now) else { return };
         let put = async {
             put(list, frame, &mut self.buffer).await?;
+            self.journal.note_list(Keys::lagged, &self.buffer);
             list.put_json(frame).await
         };
         if let Err(error) = put.await {
             self.publish_errors += 1;
             tracing::warn!(%error, "fused frame of the second list not published");
         }
+        self.journal.flush().await;
     }
 
     fn status(&self) -> HubStatus {
@@ -301,17 +326,17 @@ impl Hub {
             started_at: self.started_at.as_micros(),
             now: clock::now().as_micros(),
             locators: self.locators.clone(),
-            tracks: self.engine.counts().tracks,
+            tracks: self.core.engine().counts().tracks,
             objects: self.objects,
             frames_published: self.frames_published,
             publish_errors: self.publish_errors,
             dropped_overload: self.network.frames.dropped() + self.network.control.dropped(),
-            refused_beyond_limit: self.engine.agents().refused_beyond_limit(),
+            refused_beyond_limit: self.core.engine().agents().refused_beyond_limit(),
             refused_unnamed: self.network.unnamed.samples(),
             invalid_names: self.network.unnamed.names(),
             alive_beyond_limit: self.roster.beyond_limit(),
-            births_refused: self.engine.counts().births_refused,
-            merges: self.engine.counts().merges,
+            births_refused: self.core.engine().counts().births_refused,
+            merges: self.core.engine().counts().merges,
             objects_withheld: self.objects_withheld,
             delta_frames_published: self.partial_lists.delta_frames(),
             tile_frames_published: self.partial_lists.tile_frames(),
@@ -319,59 +344,16 @@ impl Hub {
             compute_ms: self.timing.compute_ms(),
             publish_ms: self.timing.publish_ms(),
             memory_bytes: memory_bytes(),
-            agents: self.agent_statuses(),
+            agents: agent_statuses(self.core.engine(), &self.roster),
+            recording: self.journal.recorder().map(RecordingStatus::of),
         }
     }
+}
 
-    fn agent_statuses(&self) -> Vec<AgentStatus> {
-        let agents = self.engine.agents();
-        let silent = self.roster.alive().filter(|agent| agents.record(agent).is_none());
-        let mut statuses: Vec<_> = silent.map(|agent| AgentStatus::silent(*agent)).collect();
-        statuses.extend(agents.iter().map(|(agent, record)| {
-            AgentStatus {
-                id: *agent,
-                alive: self.roster.is_alive(agent),
-                accepted: record.statistics.accepted,
-                synchronous: record.statistics.synchronous,
-                out_of_sequence: record.statistics.out_of_sequence,
-                ahead_of_time: record.statistics.ahead_of_time,
-                clock_set_back: record.statistics.clock_set_back,
-                refused: record
-                    .statistics
-                    .refused
-                    .iter()
-                    .map(|(reason, count)| ((*reason).to_owned(), *count))
-                    .collect(),
-                last_refusal: record.statistics.last_refusal.as_ref().map(ToString::to_string),
-                dropped_detections: record
-                    .statistics
-                    .dropped
-                    .by_cause
-                    .iter()
-                    .map(|((field, cause), count)| (format!("{field} {cause}"), *count))
-                    .collect(),
-                last_dropped: record.statistics.dropped.last.as_ref().map(ToString::to_string),
-                unmapped_classes: record.statistics.unmapped_classes.total(),
-                unmapped_names: record
-                    .statistics
-                    .unmapped_classes
-                    .names()
-                    .map(|(name, count)| (name.to_owned(), count))
-                    .collect(),
-                descriptions_refused: record.statistics.descriptions_refused,
-                nis_per_dof: record.statistics.recent_nis_per_dof(self.engine.now()),
-                registration: self.registration_of(agent),
-                learnt: self.engine.learnt(agent),
-                newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
-                sensor: record.description,
-            }
-        }));
-        statuses.sort_by_key(|status| status.id);
-        statuses
-    }
-
-    fn registration_of(&self, agent: &AgentId) -> Option<RegistrationStatus> {
-        self.engine.registration().find(|one| one.agent == *agent).map(|one| RegistrationStatus::of(&one))
+/// Answers a query with JSON.
+async fn answer(query: &Query, json: Vec<u8>) {
+    if let Err(error) = query.reply(query.key_expr().clone(), json).encoding(ENCODING_JSON).await {
+        tracing::debug!(%error, "query not answered");
     }
 }
 
@@ -381,7 +363,7 @@ async fn put<'a>(
     frame: &'a FusedFrame,
     buffer: &mut Vec<u8>,
 ) -> anyhow::Result<Cow<'a, FusedFrame>> {
-    let encoded = encode(frame, buffer)?;
+    let encoded = encode_list(frame, buffer)?;
     list.put(buffer).await?;
     Ok(encoded)
 }

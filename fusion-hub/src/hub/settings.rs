@@ -6,7 +6,7 @@ use crate::fusion::table::{TrackingTable, WindowTable, within};
 use crate::fusion::{Fusion, LateFrames, PresetKey, SettingsError, TrackingConfig};
 use crate::track::Rollback;
 use crate::values::{Coast, ContributorLimit, SensingDefaults};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, MapFrame};
 use v2x_common::time::Span;
@@ -121,7 +121,7 @@ impl Default for HubTable {
 }
 
 /// Settings of a hub, checked.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HubSettings {
     /// Of the engine; its lineage is set at the start.
     pub engine: EngineConfig,
@@ -129,7 +129,8 @@ pub struct HubSettings {
     pub publish: PublishMode,
     /// Time between two frames of the second list, which is a lag behind; `None` without.
     pub lagged_interval: Option<Span>,
-    /// Where on the earth the map frame is; `None`: no tiles are published.
+    /// Where on the earth the map frame is; `None`: no tiles are published. Not saved: it decides nothing of what is fused.
+    #[serde(skip)]
     pub tiles: Option<TileSettings>,
     /// The agents that it listens to; all where there is no list.
     pub only_agents: Vec<AgentId>,

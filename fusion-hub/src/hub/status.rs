@@ -1,5 +1,6 @@
 //! A hub's status, as JSON.
 
+use crate::hub::recorder::Recorder;
 use crate::hub::unnamed::InvalidName;
 use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias};
@@ -66,8 +67,28 @@ pub struct HubStatus {
     pub publish_ms: Quantiles,
     /// Resident memory, bytes; where the system reports it.
     pub memory_bytes: Option<u64>,
+    /// The hub's own recording, where it writes one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<RecordingStatus>,
     /// Every agent of which the hub has received anything, by name.
     pub agents: Vec<AgentStatus>,
+}
+
+/// The status of a hub's own recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordingStatus {
+    /// Bytes written.
+    pub bytes: u64,
+    /// Samples for which the disk was too slow.
+    pub dropped: u64,
+    /// Why nothing is written any more, where that is so.
+    pub error: Option<String>,
+}
+
+impl RecordingStatus {
+    pub(super) fn of(recorder: &Recorder) -> Self {
+        Self { bytes: recorder.bytes(), dropped: recorder.dropped(), error: recorder.error() }
+    }
 }
 
 /// The status of one agent.

@@ -1,6 +1,7 @@
 //! How an agent's classes err, from what the other agents report of the same objects.
 
 use crate::values::ClassLaw;
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 
 /// What is assumed in advance has the weight of so many comparisons.
@@ -17,7 +18,7 @@ const OTHER: [f64; 2] = [0.002, 0.3];
 const MOST_OTHERS: usize = 8;
 
 /// Comparisons of one agent's classes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct ClassCounts {
     all: f64,
     within_group: f64,
@@ -25,10 +26,10 @@ pub(super) struct ClassCounts {
 }
 
 /// What each agent reported last of one object, by its place among the object's agents, and how often that was compared.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct LastClasses(Vec<LastClass>);
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct LastClass {
     class: Class,
     comparisons: u32,

@@ -1,6 +1,7 @@
 //! How often an agent detected the objects that it could have detected.
 
 use crate::values::{DetectionProfile, RANGE_BINS};
+use serde::{Deserialize, Serialize};
 
 /// Weight of what is assumed in advance of a sensor that nothing is known of, in frames of an object.
 const PRIOR_FRAMES: f64 = 50.0;
@@ -21,7 +22,7 @@ const DECLINE: f64 = 0.2;
 const DECLINE_SIGMAS: f64 = 8.0;
 
 /// Detections among opportunities.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Share {
     pub(super) detected: f64,
     pub(super) all: f64,
@@ -45,7 +46,7 @@ impl Share {
 }
 
 /// Counts of one agent. They are whole numbers between two decays, so that their order does not matter.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct DetectionCounts {
     by_range: [Share; RANGE_BINS],
     after_detection: Share,
@@ -55,7 +56,7 @@ pub(super) struct DetectionCounts {
 }
 
 /// What is known of detection probabilities in advance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ProfilePrior {
     /// Probability.
     pub(crate) probability: f64,

@@ -1,12 +1,13 @@
 //! Epochs of capture time.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// Length of an epoch.
 pub(super) const EPOCH: Span = Span::from_millis(250);
 
 /// A number of an epoch, counted from the epoch of all time stamps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct Epoch(i64);
 
 impl Epoch {

@@ -4,6 +4,7 @@
 //! the agent's own error of position cancels.
 
 use crate::values::HeadingLaw;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::{Span, Timestamp};
@@ -29,7 +30,7 @@ const LEAST_AGREEMENT: f64 = 0.9;
 const UNITS: f64 = 4096.0;
 
 /// A report of one object.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Report {
     pub(super) at: Timestamp,
     pub(super) position: [f64; 2],
@@ -51,7 +52,7 @@ pub(super) fn is_due(earlier: &Report, at: Timestamp) -> Option<bool> {
 }
 
 /// Comparisons of one agent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct HeadingCounts {
     all: f64,
     reversed: f64,

@@ -4,6 +4,7 @@
 //! innovations of one agent about one object: they are alike. It does not average out over frames, so it belongs into the
 //! published covariance, once for each agent.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// Innovations further apart are not compared.
@@ -32,7 +33,7 @@ const MEAN_LN: f64 = -0.577_215_664_901_532_9;
 const LEAST_RATIO: f64 = 1e-6;
 
 /// An innovation of a position.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Innovation {
     pub(super) at: Timestamp,
     /// m.
@@ -54,7 +55,7 @@ impl Innovation {
 }
 
 /// Sums over the innovations of one agent, m².
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct InnovationCounts {
     all: f64,
     /// Of logarithms of squared innovations over their expected variance.

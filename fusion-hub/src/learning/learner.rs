@@ -13,6 +13,7 @@ use super::track_memory::{TrackMemory, WaitingMiss};
 use crate::filter::Filter;
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
 use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS, ScoreModel, range_bin};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::Pose;
@@ -41,7 +42,7 @@ const SAMPLED_EVERY: i64 = 4;
 const VIEW_MARGIN_M: f64 = 2.0;
 
 /// Learns of the agents of one hub.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Learner {
     delta_max: Span,
     /// By slot.
@@ -55,7 +56,7 @@ pub(crate) struct Learner {
 }
 
 /// What is learnt of one agent.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct AgentLearning {
     name: Option<AgentId>,
     /// What is assumed or declared.

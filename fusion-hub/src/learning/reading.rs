@@ -5,6 +5,7 @@ use crate::values::{
     ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PoseErrors,
     PositionErrors, ScoreModel,
 };
+use serde::{Deserialize, Serialize};
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::FieldOfView;
 
@@ -41,7 +42,7 @@ impl Prior {
 }
 
 /// What was learnt of an agent by some time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LearntSensor {
     /// Detection probabilities; `None` where those declared hold.
     pub(super) profile: Option<DetectionProfile>,

@@ -6,6 +6,7 @@
 //! the best detections shift it, as a detector whose best ones score low is seldom one that detects nothing.
 
 use crate::values::{SCORE_BANDS, ScoreBand, ScoreModel, logit};
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// Slope of the odds of a real object over the odds that a score states, and the score that is no evidence, until others
@@ -27,7 +28,7 @@ const SCORE_SPREAD: f64 = 0.01;
 const UNITS: f64 = 4096.0;
 
 /// Counts of one agent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ScoreCounts {
     /// Detections of others that are expected if all is real, and those that there were, by band.
     expected: [f64; SCORE_BANDS],
@@ -50,7 +51,7 @@ impl Default for ScoreCounts {
 }
 
 /// A detection that another agent may confirm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Scored {
     pub(super) band: ScoreBand,
     pub(super) at: Timestamp,

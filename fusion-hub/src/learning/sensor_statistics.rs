@@ -1,5 +1,6 @@
 //! What the frames of an agent show without tracks: its range and its rate.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// Ranges of detections are counted in steps of this, m.
@@ -15,15 +16,16 @@ const LEAST_DETECTIONS: f64 = 5.0;
 const LONGEST_INTERVAL: Span = Span::from_millis(5000);
 
 /// Statistics of one agent's frames.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct SensorStatistics {
+    #[serde(with = "crate::values::arrays")]
     ranges: [f64; STEPS],
     intervals: Intervals,
     newest: Option<Timestamp>,
 }
 
 /// Times between successive frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Intervals {
     sum_s: f64,
     count: f64,

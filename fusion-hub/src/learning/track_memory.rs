@@ -5,6 +5,7 @@ use super::heading_counts::{Report, compare, is_due};
 use super::innovation_counts::Innovation;
 use super::score_counts::{Scored, Witness};
 use crate::values::{AgentSlot, ScoreBand};
+use serde::{Deserialize, Serialize};
 
 /// Detections from which on a track is taken for a real object: fewer may be clutter.
 const LEAST_DETECTIONS: u32 = 4;
@@ -12,7 +13,7 @@ const LEAST_DETECTIONS: u32 = 4;
 const MOST_WAITING: usize = 64;
 
 /// A miss that counts once the object is detected again: until then it may have gone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WaitingMiss {
     pub(super) agent: AgentSlot,
     pub(super) range_bin: usize,
@@ -21,7 +22,7 @@ pub(super) struct WaitingMiss {
 }
 
 /// What is remembered of one track.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct TrackMemory {
     n_detections: u32,
     /// Whether it was taken for a real object when that was last decided.
@@ -39,7 +40,7 @@ pub(super) struct TrackMemory {
 }
 
 /// What is remembered of one track and one agent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct AgentMemory {
     /// What its last frame held.
     last: Option<bool>,

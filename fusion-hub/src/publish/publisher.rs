@@ -8,7 +8,7 @@ use super::readings::{Readings, lasting_variance};
 use crate::filter::size_priors::{Contribution, SizePriors};
 use crate::filter::{Due, Filter, PoseEstimate};
 use crate::track::Track;
-use crate::values::{AgentNames, Coast};
+use crate::values::{AgentNames, Coast, saved};
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -75,6 +75,10 @@ struct Listed {
     contribution: Option<Contribution>,
     existence: f64,
 }
+
+saved!([F: Filter] Publisher<F>, saved { past_sizes }, made_anew {
+    config, contributions, listed, states, due, poses
+});
 
 impl<F: Filter> Publisher<F> {
     pub(crate) fn new(config: PublishConfig) -> Self {

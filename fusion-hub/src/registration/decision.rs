@@ -1,6 +1,7 @@
 //! Which of an agent's errors are observable, and which are corrected in its frames.
 
 use super::report::Observable;
+use serde::{Deserialize, Serialize};
 
 /// An error becomes observable below the first and stops being observable above the second share of the declared
 /// standard deviation.
@@ -15,14 +16,14 @@ const CONFOUNDED: [f64; 2] = [0.9, 0.3];
 const EXCEEDING: f64 = 2.0;
 
 /// The estimate of one agent's errors, in units of the declared accuracy.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Belief {
     pub(super) mean: [f64; 4],
     pub(super) covariance: [[f64; 4]; 4],
 }
 
 /// What follows from the estimate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Decision {
     pub(super) observable: Observable,
     pub(super) confounded: bool,

@@ -3,6 +3,7 @@
 use super::cholesky;
 use super::model::{Difference, dot};
 use super::pair::Pair;
+use serde::{Deserialize, Serialize};
 use v2x_common::covariance::Covariance2;
 
 /// Differences further from what is expected than this, squared and normalised, weigh the less the further they are
@@ -13,7 +14,7 @@ const TRUSTED: f64 = 9.0;
 const CLOCKS: [usize; 2] = [3, 7];
 
 /// Information of both agents' errors, in units of what they declare: Λ and η, with Λ b = η.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Group {
     pub(super) lambda: [[f64; 8]; 8],
     pub(super) eta: [f64; 8],

@@ -6,11 +6,12 @@ use super::model::joined;
 use super::pair::Pair;
 use super::settings::MEMORY_S;
 use super::slot::RegistrationSlot;
+use serde::{Deserialize, Serialize};
 
 /// Mean and covariance of every agent's four errors, each N(0, 1) without data.
 ///
 /// Differences are gathered as information until they are applied.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Joint {
     /// Four for each agent.
     n: usize,

@@ -2,12 +2,13 @@
 
 use super::settings::MEMORY_S;
 use super::slot::{MAX_REGISTERED, RegistrationSlot};
+use serde::{Deserialize, Serialize};
 
 /// Fewer differences than this within the memory do not join two agents: wrong associations alone can give them.
 const JOINING: f64 = 20.0;
 
 /// Differences of each pair of agents, fading with the memory of the estimate.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Links {
     counts: Vec<f64>,
 }

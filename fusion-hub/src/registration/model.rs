@@ -2,6 +2,7 @@
 
 use super::slot::RegistrationSlot;
 use crate::filter::Motion;
+use serde::{Deserialize, Serialize};
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::Timestamp;
@@ -14,7 +15,7 @@ const TURNED_ROUND_RAD: f64 = std::f64::consts::FRAC_PI_2;
 const SURE_YAW_RAD: f64 = 0.5;
 
 /// By how much an agent errs, in the map frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
     /// Its pose lies so far east of the true one, m.
     pub dx_m: f64,
@@ -55,7 +56,7 @@ impl Bias {
 }
 
 /// A frame's agent, as registration needs it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// Its slot.
     pub slot: RegistrationSlot,

@@ -1,9 +1,10 @@
 //! The joint estimate of two agents' errors.
 
 use super::model::dot;
+use serde::{Deserialize, Serialize};
 
 /// The joint estimate of two agents' errors, in units of the declared accuracy.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pair {
     pub(super) mean: [f64; 8],
     pub(super) covariance: [[f64; 8]; 8],

@@ -6,17 +6,19 @@ use super::slot::RegistrationSlot;
 use crate::filter::Filter;
 use crate::track::{Evidence, FrameSlot, FrameStore, Track};
 use crate::tracker::Assigned;
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Span;
 
 /// Finds pairs of detections of one object by two agents. Of two agents each detection is compared once, so that no
 /// error counts twice.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct PairFinder {
     /// By frame slot: the agent, if registration has it.
     sources: Vec<Option<Source>>,
     /// By frame slot, for each detection: the agents with whose detections it was compared, a bit each.
     compared: Vec<Vec<u32>>,
     /// The shared objects of the newest frame.
+    #[serde(skip)]
     shared: Vec<SharedObject>,
 }
 

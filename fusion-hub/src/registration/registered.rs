@@ -7,12 +7,13 @@ use super::settings::REFERENCE;
 use super::slot::MAX_REGISTERED;
 use super::whiteness::Whiteness;
 use crate::values::MOST_ACCURACY;
+use serde::{Deserialize, Serialize};
 use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::Timestamp;
 
 /// The record of one agent beside its errors.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct RegisteredAgent {
     pub(super) agent: AgentId,
     pub(super) accuracy: Accuracy,

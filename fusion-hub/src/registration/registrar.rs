@@ -11,6 +11,7 @@ use super::settings::Registration;
 use super::slot::{MAX_REGISTERED, RegistrationSlot};
 use super::whiteness::Shown;
 use crate::values::PoseErrors;
+use serde::{Deserialize, Serialize};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
@@ -22,7 +23,7 @@ const STEP: Span = Span::from_millis(500);
 const SILENT_FOR_GOOD: Span = Span::from_millis(180_000);
 
 /// Estimates the clock and pose errors of all agents that describe their accuracy.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Registrar {
     mode: Registration,
     /// By slot.

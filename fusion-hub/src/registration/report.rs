@@ -1,10 +1,11 @@
 //! The published estimate of an agent's errors.
 
 use super::model::Bias;
+use serde::{Deserialize, Serialize};
 use v2x_common::id::AgentId;
 
 /// Which of an agent's errors the shared objects show.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Observable {
     /// Position, in every direction.
     pub position: bool,

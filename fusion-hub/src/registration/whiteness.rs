@@ -7,6 +7,7 @@
 use super::group::Group;
 use super::model::dot;
 use super::pair::Pair;
+use serde::{Deserialize, Serialize};
 
 /// Prior, with the weight of this many frames: a tenth of the declared variance.
 const AT_FIRST: f64 = 0.1;
@@ -17,7 +18,7 @@ const MOST: f64 = 4.0;
 const MEMORY_S: f64 = 20.0;
 
 /// One agent's κ, with its sums.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Whiteness {
     sum: f64,
     weight: f64,

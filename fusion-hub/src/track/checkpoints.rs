@@ -4,6 +4,7 @@
 //! a replay is long there anyway, and each takes nearly a kilobyte. Where they lie changes no result.
 
 use super::Snapshot;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::time::{Span, Timestamp};
 
@@ -22,7 +23,7 @@ const MOST_APART: Span = Span::from_millis(100);
 const THINNED_EVERY: usize = 16;
 
 /// Where an estimate stands in the evidence of its track.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Mark {
     /// After how many items, of those that are held.
     count: usize,
@@ -33,7 +34,7 @@ struct Mark {
 }
 
 /// Estimates of one track, by the number of items that they hold.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Checkpoints<F> {
     marks: VecDeque<Mark>,
     /// In no order: those in use keep their places.

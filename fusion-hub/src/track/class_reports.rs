@@ -1,6 +1,7 @@
 //! The classes that agents have reported of a track.
 
 use crate::values::{AgentClasses, AgentNames, AgentSlot, ClassBelief, ClassLaw, ClassShares, ScoreEvidence};
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 
 /// Weight of a report whose score is no evidence; that of a certain one is twice as much.
@@ -12,13 +13,13 @@ const MOST_CLASSES: usize = 8;
 const AT_FIRST: usize = 4;
 
 /// Weights of reported classes, by agent: sums of integers, so that they are the same in any order of arrival.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ClassReports {
     /// By agent and class.
     sums: Vec<Sum>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Sum {
     agent: AgentSlot,
     class: Class,

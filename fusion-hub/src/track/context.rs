@@ -2,6 +2,7 @@
 
 use super::frame_store::FrameStore;
 use crate::values::AgentNames;
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// Evidence can stay this much longer than the horizon. It is then folded at a checkpoint, without a replay.
@@ -17,7 +18,7 @@ pub struct Horizon {
 }
 
 /// What becomes of newer measurements when an out-of-sequence measurement is applied.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Rollback {
     /// They are applied again after it.
     #[default]

@@ -3,11 +3,12 @@
 use super::evidence::Evidence;
 use super::frame_store::StoredFrame;
 use crate::values::{AgentNames, AgentSlot};
+use serde::{Deserialize, Serialize};
 use v2x_common::id::{FrameId, MeasurementId};
 use v2x_common::time::Timestamp;
 
 /// An agent's newest detection of a track.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Contributor {
     captured_at: Timestamp,
     epoch: u64,
@@ -38,7 +39,7 @@ impl Contributor {
 const AGENTS_AT_FIRST: usize = 16;
 
 /// The newest detection of each agent, in the order of the agents' names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Contributors {
     newest: Vec<Contributor>,
     last_measured_at: Option<Timestamp>,

@@ -1,9 +1,10 @@
 //! Evidence: the detection or missed detection of one track in one frame.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Timestamp;
 
 /// Where a frame is held in the frame store, until it is forgotten.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameSlot(pub(crate) u32);
 
 impl FrameSlot {
@@ -20,7 +21,7 @@ const MISSED: u16 = u16::MAX;
 ///
 /// A missed detection counts only where the track was in the sensor's field of view. That is decided when the evidence
 /// is evaluated, with the state of that moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Capture time of the frame.
     pub captured_at: Timestamp,

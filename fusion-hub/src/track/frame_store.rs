@@ -6,6 +6,7 @@ use super::evidence::{Evidence, FrameSlot};
 use crate::values::{
     AgentSlot, CompactMeasurement, Coverage, DetectionModel, Measurement, SensorModel, SizeLaws,
 };
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::collections::VecDeque;
 use v2x_common::covariance::Velocity;
@@ -18,7 +19,7 @@ use v2x_common::time::Timestamp;
 const NO_SCORES: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 /// A frame that can still matter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StoredFrame {
     /// Capture time.
     pub captured_at: Timestamp,
@@ -75,7 +76,7 @@ impl StoredFrame {
 }
 
 /// All frames within the memory, by capture time.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct FrameStore {
     slots: Vec<StoredFrame>,
     /// Measurements, by slot.

@@ -7,6 +7,7 @@
 
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
 use crate::values::{Measurement, PositionInnovation};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use v2x_common::class::{Class, ClassGroup};
 use v2x_common::covariance::Covariance2;
@@ -69,7 +70,7 @@ const OFF_COURSE: f64 = 9.0;
 const MOST_BY_ONE: [f64; 2] = [-2.0, 6.0];
 
 /// What is known of an object's orientation beside its filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Orientation {
     /// Position and velocity by positions alone.
     path: Kinematic,

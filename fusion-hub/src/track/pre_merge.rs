@@ -6,10 +6,11 @@
 use super::context::{Horizon, TrackContext};
 use super::track::Track;
 use crate::filter::Filter;
+use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
 
 /// Two tracks before they were merged.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Pair<F> {
     /// The older one first.
     tracks: [Track<F>; 2],
@@ -19,7 +20,7 @@ struct Pair<F> {
 }
 
 /// All merged pairs that can still be asked for, in the order of their merges.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PreMergeTracks<F>(Vec<Pair<F>>);
 
 impl<F> Default for PreMergeTracks<F> {

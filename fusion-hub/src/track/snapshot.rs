@@ -9,6 +9,7 @@ use crate::values::{
     SharedError, Support, Widened,
 };
 use crate::values::{Existence, Persistence};
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
@@ -20,7 +21,7 @@ const VIEW_MARGIN_M: f64 = 0.5;
 const MAX_CLASSES: usize = 4;
 
 /// State, existence and class after the evidence up to one moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot<F> {
     /// State at the last detection.
     pub state: F,

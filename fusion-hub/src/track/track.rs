@@ -8,6 +8,7 @@ use super::orientation::Read;
 use super::{ClassReports, Contributors, Snapshot};
 use crate::filter::{Filter, Holds};
 use crate::values::{ParticleSet, PositionInnovation};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
@@ -20,7 +21,7 @@ const EVIDENCE_AT_FIRST: usize = 64;
 /// State and existence are functions of the evidence alone, sorted by capture time, then by ids and indices: the same
 /// evidence gives the same bits in any order of arrival. Evidence that is older than anything that can still arrive is
 /// folded into the first checkpoint; that is the same computation, cut at another place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Track<F> {
     /// Identity.
     pub id: TrackId,

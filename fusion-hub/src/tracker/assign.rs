@@ -8,6 +8,7 @@ use crate::filter::Filter;
 use crate::particles::{Outcome, Particles, PredictedFrame, Version};
 use crate::track::Track;
 use crate::values::{ParticleSet, PositionInnovation};
+use serde::{Deserialize, Serialize};
 use v2x_common::covariance::Covariance2;
 
 /// The assignment of one frame. Tracks are named by their places in the [`Predictions`].
@@ -30,7 +31,7 @@ pub(super) struct Initiation {
 }
 
 /// Normalised innovations squared of the positions in one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Innovations {
     /// Their sum; each is χ² with 2 degrees of freedom.
     pub nis_sum: f64,

@@ -3,10 +3,11 @@
 use crate::association::AssociationConfig;
 use crate::track::Rollback;
 use crate::values::{Coast, MAX_PARTICLES};
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Span;
 
 /// How tracks are kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackerConfig {
     /// Which detections can be of which tracks.
     pub association: AssociationConfig,
@@ -26,7 +27,7 @@ pub struct TrackerConfig {
 
 /// How many hypotheses of association there are, where it is ambiguous. Several cannot be smoothed together, so that
 /// only a single one can have a lag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hypotheses {
     /// One.
     Single {
@@ -80,7 +81,7 @@ impl Hypotheses {
 }
 
 /// A number of association particles: 2 to [`MAX_PARTICLES`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParticleCount(u32);
 
 impl ParticleCount {

@@ -9,11 +9,12 @@ use super::store::{KeptTracks, TrackStore};
 use crate::filter::Filter;
 use crate::particles::Outcome;
 use crate::track::{Evidence, FrameSlot, Track, TrackContext};
+use serde::{Deserialize, Serialize};
 use v2x_common::id::TrackId;
 use v2x_common::time::Timestamp;
 
 /// The newest capture time of all frames, and what was before them.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct NewestInstant<F> {
     at: Timestamp,
     /// Whether its frames were the newest when they arrived, and nothing arrived in between.

@@ -4,6 +4,7 @@ use super::whereabouts::{AllWhereabouts, Whereabouts};
 use crate::filter::Filter;
 use crate::track::{Evidence, Horizon, Replayer, Track, TrackContext};
 use crate::values::{Coast, Measurement, ParticleSet, PositionInnovation};
+use serde::{Deserialize, Serialize};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -33,16 +34,20 @@ impl KeptTracks {
 }
 
 /// All tracks, by id. Where association particles differ about a track it has several versions, next to each other.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound(serialize = "F: Serialize", deserialize = "F: Deserialize<'de>"))]
 pub(crate) struct TrackStore<F> {
     tracks: Vec<Track<F>>,
     /// Of the tracks, by place.
     whereabouts: AllWhereabouts,
     /// Places of tracks with late evidence. The memory is used again.
     stale: Vec<usize>,
+    #[serde(skip)]
     replayer: Replayer,
     /// Of the tracks that are being updated, by number. The memory is used again.
+    #[serde(skip)]
     innovations: Vec<(usize, PositionInnovation)>,
+    #[serde(skip)]
     spare: Vec<Track<F>>,
     lineage: u32,
     next_counter: u32,

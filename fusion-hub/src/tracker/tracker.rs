@@ -8,7 +8,7 @@ use super::store::{KeptTracks, TrackStore};
 use super::update::{AssociatedFrame, Opened, initiate, split_versions, update};
 use crate::filter::Filter;
 use crate::track::{Evidence, FrameSlot, FrameStore, Horizon, SensedFrame, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, AgentSlot, Measurement};
+use crate::values::{AgentNames, AgentSlot, Measurement, saved};
 use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -33,6 +33,10 @@ pub(crate) struct Tracker<F> {
     /// Tracks last detected before would be deleted without a lag, but for coasting.
     detected_from: Timestamp,
 }
+
+saved!([F: Filter] Tracker<F>, saved { frames, tracks, instant, detected_from }, made_anew {
+    config, lifetimes, measurements, predictions, assigning, assignment, opened
+});
 
 /// From when on history is held.
 #[derive(Clone, Copy, Debug)]

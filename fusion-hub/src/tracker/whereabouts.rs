@@ -3,10 +3,11 @@
 
 use crate::filter::Filter;
 use crate::track::Track;
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Timestamp;
 
 /// Roughly where a track is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Whereabouts {
     /// m.
     pub(super) position: [f64; 2],
@@ -31,7 +32,7 @@ impl Whereabouts {
 }
 
 /// The whereabouts of all tracks, by their place in the track store.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct AllWhereabouts {
     known: Vec<Whereabouts>,
     /// Places of tracks that may have changed.

@@ -1,10 +1,11 @@
 //! Agents by number: names are compared once, when a frame arrives.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
 
 /// An agent's place in the hub's registry.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct AgentSlot(u16);
 
 impl AgentSlot {
@@ -15,7 +16,7 @@ impl AgentSlot {
 }
 
 /// Names and their slots.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct AgentNames {
     by_name: BTreeMap<AgentId, AgentSlot>,
     names: Vec<AgentId>,

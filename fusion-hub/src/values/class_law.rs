@@ -1,10 +1,12 @@
 //! How an agent's classes err.
 
+use serde::{Deserialize, Serialize};
+
 /// Costs are differences of -2 ln p.
 const MINUS_TWO: f64 = -2.0;
 
 /// The probabilities of what an agent's class is: right; of the right group, but not the class; or the rest, wrong by any.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClassLaw {
     /// That the class is right.
     pub right: f64,

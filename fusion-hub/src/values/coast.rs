@@ -1,5 +1,6 @@
 //! How long an object is published without being detected.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Span;
 
 /// Detections that the agent that detected an object last is expected to have made meanwhile, until it is not published any
@@ -13,7 +14,7 @@ const LONGEST: Span = Span::from_millis(5000);
 const WITHOUT_RATE: Span = Span::from_millis(1500);
 
 /// How long an object is published without being detected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Coast {
     /// As long as the agent that detected it last needs for five detections of it, but 0.7 to 5 s: a parked car does not vanish between
     /// two frames of a slow sensor.

@@ -1,6 +1,7 @@
 //! A measurement in one cache line: what tracks replay.
 
 use super::{Measurement, ScoreBand, ScoreEvidence, SizeLaw};
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::HeadingKind;
@@ -10,7 +11,7 @@ const CORRELATION_KEPT: f64 = 1.0 - 1.0 / (1 << 20) as f64;
 
 /// A measurement without its velocity. Variances, sizes and headings are held in single precision, six
 /// digits and more than any sensor's accuracy; positions are not.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[repr(align(64))]
 pub struct CompactMeasurement {
     position: [f64; 2],
@@ -45,7 +46,7 @@ pub struct DetectionEvidence {
 }
 
 /// The laws that sensors have declared: few, so that a measurement names its own in one byte.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SizeLaws(Vec<SizeLaw>);
 
 impl SizeLaws {

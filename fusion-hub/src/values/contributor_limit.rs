@@ -1,7 +1,7 @@
 //! How many contributors a fused object names.
 
 use serde::de::{Error, Unexpected, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// Most contributors that can be asked for: a hub has no more agents.
@@ -42,6 +42,15 @@ impl ContributorLimit {
             room_for_oldest -= usize::from(fits && at == oldest);
             fits
         });
+    }
+}
+
+impl Serialize for ContributorLimit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::All => serializer.serialize_str("all"),
+            Self::Newest(limit) => serializer.serialize_u32(*limit),
+        }
     }
 }
 

@@ -1,12 +1,14 @@
 //! With what probability a sensor detects an object: by range, and after a detection or a miss of the same object.
 
+use serde::{Deserialize, Serialize};
+
 /// Ranges are told apart by this much, m.
 pub const RANGE_BIN_M: f64 = 10.0;
 /// Ranges that are told apart; the last one holds everything beyond.
 pub const RANGE_BINS: usize = 16;
 
 /// Detection probabilities of one sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DetectionProfile {
     by_range: [f64; RANGE_BINS],
     /// Correlation of one frame with the next about one object, 0 to 1: misses come in runs, because occlusion lasts.

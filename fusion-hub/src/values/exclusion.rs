@@ -1,6 +1,7 @@
 //! Two bodies cannot be at one place.
 
 use super::overlap::Footprint;
+use serde::{Deserialize, Serialize};
 use v2x_common::class::{Class, ClassGroup};
 use v2x_common::geometry::BevBox;
 
@@ -10,7 +11,7 @@ const MOST_SHARED: f64 = 0.3;
 const LEAST_KNOWN: f64 = 0.35;
 
 /// The body of a vehicle on four wheels, where it is known well enough to exclude others.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     footprint: Footprint,
     /// Variance of the position along the worse axis, m².

@@ -2,6 +2,7 @@
 
 use super::PositionInnovation;
 use super::share_lost;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::time::Span;
 
@@ -16,7 +17,7 @@ pub const SURVIVAL_TIME_S: f64 = 60.0;
 const SURVIVAL_FRAMES: f64 = 600.0;
 
 /// What bounds existence: how certain it can be, and how soon it fades.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Persistence {
     /// Greatest odds.
     most_odds: f64,
@@ -45,7 +46,7 @@ const NEAR: f64 = 18.0;
 const DENSITY_AT_NEAR: f64 = 1.2e-4;
 
 /// Odds of existence, r / (1 − r).
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct Existence(f64);
 
 impl Existence {

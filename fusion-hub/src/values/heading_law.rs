@@ -1,13 +1,14 @@
 //! How an agent's headings err: they may be turned round, or off by a constant.
 
 use super::Measurement;
+use serde::{Deserialize, Serialize};
 use v2x_common::geometry::wrap_angle;
 
 /// ln of 49 to 1.
 const LN_49: f64 = 3.891_820_298_110_627;
 
 /// An agent's headings.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum HeadingLaw {
     /// They err by a normal distribution, as declared.
     #[default]

@@ -1,9 +1,10 @@
 //! The innovation of a position: how far a measurement lies from the prediction.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::covariance::Covariance2;
 
 /// The normalised innovation of a position.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositionInnovation {
     /// Squared Mahalanobis distance (NIS), χ² with 2 degrees of freedom.
     pub mahalanobis2: f64,

@@ -1,12 +1,13 @@
 //! A detection as a filter takes it in.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::detection::HeadingKind;
 
 /// One report of one object: sizes debiased where the sensor declares a law, with variances relative to the
 /// true size.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
     /// Class of the detection.
     pub class: Class,
@@ -33,7 +34,7 @@ pub struct Measurement {
 }
 
 /// A sensor's declared law of size errors: reported = f · true, with f ~ N(1, σ²) cut off below.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SizeLaw {
     /// σ² before the cut.
     pub variance: f64,

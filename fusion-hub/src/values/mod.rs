@@ -5,6 +5,7 @@
 //! a track is of a real object.
 
 mod agents;
+pub(crate) mod arrays;
 mod class_belief;
 mod class_law;
 mod coast;
@@ -23,6 +24,7 @@ mod pose_errors;
 mod position_errors;
 mod predicted;
 mod real;
+mod saved;
 mod score_model;
 mod sensor_model;
 mod support;
@@ -45,6 +47,8 @@ pub use pose_errors::{MOST_ACCURACY, PoseDetection, PoseErrors, SharedError, Wid
 pub use position_errors::PositionErrors;
 pub use predicted::PredictedMeasurement;
 pub use real::{LANES, Real};
+pub(crate) use saved::saved;
+pub use saved::{Saved, StateError};
 pub use score_model::{SCORE_BANDS, ScoreBand, ScoreEvidence, ScoreModel, logit};
 pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::Support;

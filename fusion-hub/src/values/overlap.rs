@@ -3,10 +3,11 @@
 //! Most pairs have an axis that separates them (Gottschalk 1996). The rest are intersected by
 //! integrating along one box's boundary, clamped to the other one: by Green's theorem, without a polygon.
 
+use serde::{Deserialize, Serialize};
 use v2x_common::geometry::BevBox;
 
 /// A box made ready for many comparisons: its trigonometry is done.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Footprint {
     centre: [f64; 2],
     /// Unit vector of the heading.

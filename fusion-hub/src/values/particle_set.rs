@@ -1,10 +1,12 @@
 //! Sets of particles.
 
+use serde::{Deserialize, Serialize};
+
 /// Most particles.
 pub const MAX_PARTICLES: u32 = 64;
 
 /// The particles that hold a version of a track.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParticleSet(u64);
 
 impl ParticleSet {

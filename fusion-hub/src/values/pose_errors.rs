@@ -4,6 +4,7 @@
 //! known better, decides where an object is. What is left of it belongs into the published covariance.
 
 use super::AgentSlot;
+use serde::{Deserialize, Serialize};
 use v2x_common::sensor::Accuracy;
 use v2x_common::time::{Span, Timestamp};
 
@@ -18,7 +19,7 @@ const DECIDES_INTERVALS: f64 = 3.0;
 pub const MOST_ACCURACY: Accuracy = Accuracy { position_m: 10.0, yaw_rad: 0.1, clock_s: 1.0 };
 
 /// Variances of what is unknown of a sensor's pose.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PoseErrors {
     /// Of its position along each axis, m².
     pub position: f64,
@@ -50,7 +51,7 @@ impl PoseErrors {
 }
 
 /// The error that an estimate shares with the agent that decides where the object is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SharedError {
     /// Variance along an axis, m².
     pub variance: f64,

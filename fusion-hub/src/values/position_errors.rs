@@ -1,9 +1,10 @@
 //! How an agent's errors of position differ from what it declares.
 
 use super::Measurement;
+use serde::{Deserialize, Serialize};
 
 /// Differences from the declared covariances.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositionErrors {
     /// Factor on the declared variances.
     pub scale: f64,

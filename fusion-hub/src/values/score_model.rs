@@ -1,6 +1,7 @@
 //! What a detector's confidence score says of an object.
 
 use libm::{exp, log};
+use serde::{Deserialize, Serialize};
 
 /// Evidence is held in steps of this, in units of the natural logarithm of odds.
 const STEP: f64 = 0.125;
@@ -26,7 +27,7 @@ const EDGES: [f64; SCORE_BANDS - 1] = [
 ];
 
 /// How an agent's scores are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum ScoreModel {
     /// They are no evidence: all of them are the same, or nothing is known of them yet.
     #[default]
@@ -45,7 +46,7 @@ pub fn logit(score: f64) -> f64 {
 }
 
 /// A band of scores.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScoreBand(u8);
 
 impl ScoreBand {
@@ -71,7 +72,7 @@ impl ScoreBand {
 }
 
 /// The evidence of a score: the natural logarithm of a factor on the odds of existence, in one byte.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScoreEvidence(i8);
 
 impl ScoreModel {

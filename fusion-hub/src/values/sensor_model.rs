@@ -45,14 +45,14 @@ impl Default for SensingDefaults {
 }
 
 /// One agent's sensor: how its detections become measurements, and their evidence of existence.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorModel {
     model: DetectionModel,
     size_law: Option<SizeLaw>,
 }
 
 /// How the frames of a sensor are read as evidence of existence.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DetectionModel {
     /// Detection probabilities.
     pub profile: DetectionProfile,
@@ -146,7 +146,7 @@ fn limited(detection_probability: f64) -> f64 {
 }
 
 /// What a frame covers: the region in which an object without a detection was missed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
     /// Pose of the sensor.
     pub pose: Pose,

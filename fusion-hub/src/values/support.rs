@@ -5,6 +5,7 @@
 //! sum; and what one agent's silence can cost is bounded.
 
 use super::{AgentSlot, ScoreEvidence};
+use serde::{Deserialize, Serialize};
 use v2x_common::time::Timestamp;
 
 /// Agents whose support is held; the frames of others count as if each were their first.
@@ -25,7 +26,7 @@ const LEAST_WEIGHT: f32 = 0.3;
 const MOST_AGAINST: f32 = -1.2;
 
 /// What one agent has shown of a track, in 16 bytes: checkpoints hold many of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct AgentSupport {
     /// Mean evidence, ln.
     mean: f32,
@@ -39,7 +40,7 @@ struct AgentSupport {
 }
 
 /// What the agents have shown of a track.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Support {
     agents: [AgentSupport; MAX_AGENTS],
 }

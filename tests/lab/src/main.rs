@@ -35,7 +35,8 @@ Examples:
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables
-  lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded"
+  lab score v2x-runs/1795314444000000-crossing        a run that v2x demo recorded
+  lab retrack run.mcap                                a recorded hub again, compared bit by bit"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -50,6 +51,7 @@ enum Command {
     Export(v2x_lab::commands::ExportArgs),
     Fuse(v2x_lab::commands::FuseArgs),
     Load(v2x_lab::commands::LoadArgs),
+    Retrack(v2x_lab::commands::RetrackArgs),
     Score(v2x_lab::commands::ScoreArgs),
     Simulate(v2x_lab::commands::SimulateArgs),
     Sweep(v2x_lab::commands::SweepArgs),
@@ -70,6 +72,7 @@ async fn main() -> ExitCode {
             Command::Export(args) => v2x_lab::commands::export(&args),
             Command::Fuse(args) => v2x_lab::commands::fuse(&args),
             Command::Load(args) => return v2x_lab::commands::load(&args).await,
+            Command::Retrack(args) => return v2x_lab::commands::retrack(&args),
             Command::Score(args) => v2x_lab::commands::score(&args),
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),
             Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,

@@ -2,7 +2,8 @@
 
 use super::likelihood::{Factored, Likelihood, Symmetric};
 use crate::filter::Course;
-use crate::values::Real;
+use crate::values::{Real, arrays};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::MAX_SPEED_MPS;
@@ -16,9 +17,12 @@ pub(super) const SPEED: usize = 3;
 pub(super) const TURN: usize = 4;
 
 /// Mean and covariance; the covariance's lower triangle by rows, so that a leading block comes first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "R: Serialize", deserialize = "R: Deserialize<'de>"))]
 pub(super) struct Gaussian<const N: usize, const T: usize, R = f64> {
+    #[serde(with = "arrays")]
     pub(super) mean: [R; N],
+    #[serde(with = "arrays")]
     pub(super) covariance: [R; T],
 }
 

@@ -30,6 +30,7 @@ use motion::Step;
 use output::Kinematic;
 use params::Params;
 use passage::Passage;
+use serde::{Deserialize, Serialize};
 use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::wrap_angle;
@@ -52,7 +53,7 @@ impl Inflation {
 }
 
 /// One object under four models of motion; or several, one in each lane.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Imm<R = f64> {
     weights: [R; 4],
     parked: Still<R>,

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `scenario.toml` | the scenario as it was run |
 //! | `run.json` | seed, start, duration, the last report of each process |
-//! | `consumer.v2xrec` | all messages that the consumer received |
+//! | `recording.mcap` | all messages that the consumer received, and the hub's journal |
 //! | `logs/` | the log of each process |
 //! | `summary.json`, `report.md`, `bev.svg` | the score |
 
@@ -22,8 +22,6 @@ use crate::score::run::summary::Summary;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::Scenario;
 use v2x_common::id::AgentId;
@@ -62,7 +60,7 @@ impl RunFolder {
         let folder = Self { path: path.to_owned() };
         std::fs::create_dir_all(folder.logs()).with_context(|| format!("making {}", path.display()))?;
         // Results of an earlier run in the same folder must not be taken for results of this run.
-        for stale in ["run.json", "summary.json", "report.md", "bev.svg"] {
+        for stale in ["run.json", "summary.json", "report.md", "bev.svg", "recording.mcap"] {
             match std::fs::remove_file(path.join(stale)) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                     return Err(error).with_context(|| format!("removing {stale} from {}", path.display()));
@@ -90,7 +88,13 @@ impl RunFolder {
 
     /// Path of the recording.
     pub fn recording(&self) -> PathBuf {
-        self.path.join("consumer.v2xrec")
+        self.path.join("recording.mcap")
+    }
+
+    /// Path of the recording that is there: of a run of an earlier version it has the format of that.
+    fn recorded(&self) -> PathBuf {
+        let before = self.path.join("consumer.v2xrec");
+        if !self.recording().exists() && before.exists() { before } else { self.recording() }
     }
 
     /// Writes one file into the folder.
@@ -114,9 +118,9 @@ impl RunFolder {
     pub fn score(&self) -> anyhow::Result<Summary> {
         let record = self.read_record()?;
         let scenario = Scenario::load(self.scenario())?;
-        let path = self.recording();
-        let file = File::open(&path).with_context(|| format!("opening {}", path.display()))?;
-        let log = run_log(Recording::new(BufReader::new(file))?)?;
+        let path = self.recorded();
+        let recording = Recording::open(&path).with_context(|| format!("opening {}", path.display()))?;
+        let log = run_log(recording).with_context(|| format!("in {}", path.display()))?;
         let start = Timestamp::from_micros(record.start_us).context("run.json: start_us is out of range")?;
         let simulation = Simulation::new(&scenario, record.seed, start);
         let facts = RunFacts {

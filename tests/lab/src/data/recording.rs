@@ -44,7 +44,13 @@ pub(crate) fn run_log(
     let mut frames: Vec<(Timestamp, DetectionFrame)> = Vec::new();
     let mut truth: BTreeMap<FrameId, Identities> = BTreeMap::new();
     for entry in entries {
-        let entry = entry?;
+        let entry = match entry {
+            Err(unfinished @ RecordingError::Unfinished { .. }) => {
+                tracing::warn!("{unfinished}; what it holds is used");
+                break;
+            }
+            entry => entry?,
+        };
         let payload = |source| RunLogError::Payload { key: entry.key.clone(), source };
         match Topic::of(&entry.key) {
             Some(Topic::Fused(_)) => {
@@ -69,7 +75,14 @@ pub(crate) fn run_log(
                 let Identities { epoch, sequence, .. } = identities;
                 truth.insert(FrameId { agent, epoch, sequence }, identities);
             }
-            Some(Topic::AgentAlive(_) | Topic::Lagged(_) | Topic::Delta(_) | Topic::Tile(..)) | None => {}
+            Some(
+                Topic::AgentAlive(_)
+                | Topic::Lagged(_)
+                | Topic::Delta(_)
+                | Topic::Tile(..)
+                | Topic::Journal(_),
+            )
+            | None => {}
         }
     }
     log.detections = frames

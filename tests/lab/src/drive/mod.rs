@@ -5,6 +5,7 @@ pub(crate) mod keyframes;
 pub(crate) mod parallel;
 pub(crate) mod publishing;
 pub(crate) mod replay;
+pub(crate) mod retrack;
 pub(crate) mod sweep;
 pub(crate) mod ticks;
 pub(crate) mod traffic;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::net::session::{self, SessionOptions};
@@ -28,6 +28,8 @@ pub enum Traffic {
     Area(Tile),
     /// All messages that the scoring of a run needs: also detections, sensor descriptions and ground truth.
     Everything,
+    /// The same, the second lists, and the journals of hubs that were asked for one ([`Consumer::ask_for_journal`]).
+    Recording,
 }
 
 /// The subscription of a consumer.
@@ -44,6 +46,7 @@ pub struct Subscription {
 /// A connected consumer.
 pub struct Consumer {
     session: Session,
+    keys: Keys,
     queue: Arc<DropOldestQueue<Entry>>,
     // Dropping these undeclares them.
     subscribers: Vec<Subscriber<()>>,
@@ -70,8 +73,11 @@ impl Consumer {
             Traffic::Lagged => vec![keys.all_lagged()],
             Traffic::Delta => vec![keys.all_deltas()],
             Traffic::Area(tile) => vec![keys.area(tile)],
-            Traffic::Everything => {
-                vec![keys.all_fused(), keys.all_detections(), keys.all_sensors(), keys.all_truth()]
+            Traffic::Everything => everything(&keys),
+            Traffic::Recording => {
+                let mut expressions = everything(&keys);
+                expressions.extend([keys.all_lagged(), keys.all_journals()]);
+                expressions
             }
         };
         let mut subscribers = Vec::new();
@@ -84,7 +90,7 @@ impl Consumer {
                 .map_err(|source| ConnectionError::Subscription { expression: expression.clone(), source })?;
             subscribers.push(subscriber);
         }
-        Ok(Some(Self { session, queue, subscribers }))
+        Ok(Some(Self { session, keys, queue, subscribers }))
     }
 
     /// The next sample. Cancel-safe.
@@ -107,6 +113,13 @@ impl Consumer {
         self.queue.dropped()
     }
 
+    /// Asks a hub to start its journal, which comes as samples while this consumer is there.
+    pub async fn ask_for_journal(&self, hub: &HubId) -> Result<(), ConnectionError> {
+        let key = self.keys.journal(hub);
+        // The answer says nothing that the journal does not.
+        self.session.get(key).callback(drop).await.map_err(ConnectionError::Query)
+    }
+
     /// The session, for queries.
     pub fn session(&self) -> &Session {
         &self.session
@@ -117,6 +130,10 @@ impl Consumer {
         drop(self.subscribers);
         session::close(self.session).await.map_err(ConnectionError::Session)
     }
+}
+
+fn everything(keys: &Keys) -> Vec<String> {
+    vec![keys.all_fused(), keys.all_detections(), keys.all_sensors(), keys.all_truth()]
 }
 
 fn stamped(sample: &Sample) -> Entry {

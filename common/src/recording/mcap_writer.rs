@@ -1,0 +1,117 @@
+//! Writes samples into an MCAP file: a channel for each key and encoding.
+
+use super::entry::Entry;
+use crate::keys::Topic;
+use crate::schemas;
+use crate::time::Timestamp;
+use crate::wire::{ENCODING_JSON, is_json};
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{McapResult, WriteOptions, Writer};
+use std::collections::BTreeMap;
+use std::io::Write;
+
+/// The message encoding of channels with postcard payloads; MCAP's own registry has JSON.
+const POSTCARD: &str = "x-v2x-postcard";
+/// The key of a channel's metadata under which its Zenoh encoding stands.
+pub(super) const ZENOH_ENCODING: &str = "zenoh_encoding";
+/// Bytes of a chunk, beyond which the next one begins.
+const CHUNK_BYTES: u64 = 1 << 20;
+
+/// Writes an MCAP file.
+pub(super) struct McapWriter<W: Write> {
+    writer: Writer<NoSeek<W>>,
+    /// By key and encoding: the channel, and the number of its next message.
+    channels: BTreeMap<(String, String), (u16, u32)>,
+}
+
+/// What kind of messages a channel has.
+struct ChannelKind<'a> {
+    topic: &'a str,
+    encoding: &'a str,
+    schema: Schema<'a>,
+}
+
+/// A schema: its name, its language, and its text.
+struct Schema<'a>(&'a str, &'a str, &'a str);
+
+impl<W: Write> McapWriter<W> {
+    pub(super) fn new(out: W, facts: &BTreeMap<String, String>) -> McapResult<Self> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .chunk_size(Some(CHUNK_BYTES))
+            // A chunk is written whole: a recorder that is killed leaves no half one with a wrong length.
+            .disable_seeking(true)
+            .library(concat!("v2x ", env!("CARGO_PKG_VERSION")));
+        let mut writer = options.create(NoSeek::new(out))?;
+        writer.write_metadata(&Metadata { name: "v2x".into(), metadata: facts.clone() })?;
+        Ok(Self { writer, channels: BTreeMap::new() })
+    }
+
+    /// Appends a sample.
+    pub(super) fn write(&mut self, entry: &Entry) -> McapResult<()> {
+        let json = is_json(&entry.encoding, &entry.payload);
+        let kind = ChannelKind {
+            topic: &entry.key,
+            encoding: &entry.encoding,
+            schema: schema_of(Topic::of(&entry.key), json),
+        };
+        self.append(&kind, entry.received_at, &entry.payload)
+    }
+
+    /// Appends a message of Foxglove's schema `SceneUpdate`.
+    pub(super) fn write_scene(&mut self, topic: &str, at: Timestamp, json: &[u8]) -> McapResult<()> {
+        let schema = Schema("foxglove.SceneUpdate", "jsonschema", super::scene::SCHEMA);
+        self.append(&ChannelKind { topic, encoding: ENCODING_JSON, schema }, at, json)
+    }
+
+    fn append(&mut self, kind: &ChannelKind<'_>, at: Timestamp, payload: &[u8]) -> McapResult<()> {
+        let (channel_id, sequence) = self.channel(kind)?;
+        let nanos = u64::try_from(at.as_nanos()).unwrap_or(0);
+        let header = MessageHeader { channel_id, sequence, log_time: nanos, publish_time: nanos };
+        self.writer.write_to_known_channel(&header, payload)
+    }
+
+    /// The channel, and the number of its next message.
+    fn channel(&mut self, kind: &ChannelKind<'_>) -> McapResult<(u16, u32)> {
+        let ChannelKind { topic, encoding, schema: Schema(name, language, text) } = kind;
+        let key = ((*topic).to_owned(), (*encoding).to_owned());
+        if let Some((channel, next)) = self.channels.get_mut(&key) {
+            let sequence = *next;
+            *next = next.wrapping_add(1);
+            return Ok((*channel, sequence));
+        }
+        let schema = self.writer.add_schema(name, language, text.as_bytes())?;
+        let message_encoding = if *encoding == ENCODING_JSON { "json" } else { POSTCARD };
+        let metadata = BTreeMap::from([(ZENOH_ENCODING.to_owned(), (*encoding).to_owned())]);
+        let channel = self.writer.add_channel(schema, topic, message_encoding, &metadata)?;
+        self.channels.insert(key, (channel, 1));
+        Ok((channel, 0))
+    }
+
+    /// Ends the chunk: what was written before is readable whatever happens now.
+    pub(super) fn flush(&mut self) -> McapResult<()> {
+        self.writer.flush()
+    }
+
+    /// Writes the index and the end.
+    pub(super) fn finish(&mut self) -> McapResult<()> {
+        self.writer.finish().map(drop)
+    }
+}
+
+/// The schema of a topic's payloads: of JSON the shipped one, of postcard only its name.
+fn schema_of(topic: Option<Topic>, is_json: bool) -> Schema<'static> {
+    let (name, json) = match topic {
+        Some(Topic::Detections(_)) => ("v2x.DetectionFrame", schemas::DETECTION_FRAME),
+        Some(Topic::Sensor(_)) => ("v2x.SensorDescription", schemas::SENSOR_DESCRIPTION),
+        Some(Topic::Fused(_) | Topic::Lagged(_) | Topic::Tile(..)) => {
+            ("v2x.FusedFrame", schemas::FUSED_FRAME)
+        }
+        Some(Topic::Delta(_)) => ("v2x.DeltaFrame", schemas::DELTA_FRAME),
+        Some(Topic::Journal(_)) => ("v2x.Journal", ""),
+        Some(Topic::Truth(_)) => ("v2x.Truth", r#"{"type":"object"}"#),
+        Some(Topic::AgentAlive(_)) | None => ("v2x.Other", r#"{"type":"object"}"#),
+    };
+    if is_json && !json.is_empty() { Schema(name, "jsonschema", json) } else { Schema(name, "", "") }
+}

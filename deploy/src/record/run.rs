@@ -1,0 +1,151 @@
+//! The recorder's loop.
+
+use super::args::RecordArgs;
+use super::counts::Counts;
+use super::journals::Journals;
+use anyhow::Context;
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::net::events;
+use v2x_common::recording::{Entry, RecordingFile};
+use v2x_common::time::Timestamp;
+use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
+
+/// Samples that may wait for the disk.
+const WAITING: usize = 1 << 16;
+/// What was received is readable for everybody after this; it is also the time between two lines of progress.
+const TICK: Duration = Duration::from_millis(500);
+/// Ticks between two progress events of a launcher.
+const TICKS_OF_EVENT: u32 = 2;
+
+/// What is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RecordedTraffic(pub(crate) Traffic);
+
+/// Records everything on a network until shutdown.
+pub(crate) async fn run(args: &RecordArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    record(args, RecordedTraffic(Traffic::Recording), shutdown).await
+}
+
+/// Records this traffic until shutdown, or until `--count` lists have come.
+pub(crate) async fn record(
+    args: &RecordArgs,
+    RecordedTraffic(traffic): RecordedTraffic,
+    shutdown: &CancellationToken,
+) -> anyhow::Result<()> {
+    let file = RecordingFile::create(&args.file, args.options())?;
+    let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
+    let options = args.session_options();
+    let subscription = Subscription { network: args.network, traffic, capacity: WAITING };
+    let connected = Consumer::connect(&options, subscription, timeout, shutdown).await;
+    let Some(consumer) = connected.context("start a hub with `v2x up crossing`, or give --connect")? else {
+        return Ok(());
+    };
+    if args.events {
+        events::emit("ready", &serde_json::json!({}));
+    }
+    let began_at = clock::now();
+    let journals = Journals::default();
+    let mut recorder = Recorder { args, file, journals, counts: Counts::default(), began_at };
+    let recorded = recorder.follow(&consumer, shutdown).await;
+    let dropped = consumer.dropped();
+    consumer.close().await?;
+    recorder.end(recorded, dropped)
+}
+
+struct Recorder<'a> {
+    args: &'a RecordArgs,
+    file: RecordingFile,
+    journals: Journals,
+    counts: Counts,
+    began_at: Timestamp,
+}
+
+impl Recorder<'_> {
+    fn is_done(&self) -> bool {
+        self.args.count.is_some_and(|count| self.counts.fused_frames >= count)
+    }
+
+    async fn follow(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
+        let mut tick = tokio::time::interval(TICK);
+        let mut n_ticks = 0_u32;
+        while !self.is_done() {
+            tokio::select! {
+                biased;
+                () = shutdown.cancelled() => break,
+                _ = tick.tick() => {
+                    n_ticks = n_ticks.wrapping_add(1);
+                    self.file.flush(clock::now())?;
+                    self.show(consumer.dropped(), n_ticks);
+                }
+                entry = consumer.next() => self.take(&entry)?,
+            }
+            for hub in self.journals.to_ask(clock::now()) {
+                consumer.ask_for_journal(&hub).await?;
+            }
+        }
+        while !self.is_done()
+            && let Some(entry) = consumer.try_next()
+        {
+            self.take(&entry)?;
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, entry: &Entry) -> anyhow::Result<()> {
+        if self.counts.add(entry)
+            && let Ok(frame) = v2x_common::wire::fused::decode(&entry.payload)
+        {
+            self.counts.objects = frame.objects.len();
+        }
+        self.journals.note(entry);
+        if self.file.write(entry)? {
+            tracing::info!(file = %self.file.path().display(), "a further file begins");
+            self.journals.renew();
+        }
+        Ok(())
+    }
+
+    /// Progress: events for a launcher, else one line in a terminal.
+    #[expect(clippy::print_stderr, reason = "one line of progress that is written over")]
+    fn show(&self, dropped: u64, n_ticks: u32) {
+        if self.args.events {
+            if n_ticks.is_multiple_of(TICKS_OF_EVENT) {
+                events::emit("progress", &self.counts.to_json(dropped));
+            }
+        } else if std::io::stderr().is_terminal() {
+            eprint!("\r\x1b[K{}", self.progress(dropped));
+            let _ = std::io::stderr().flush();
+        }
+    }
+
+    fn progress(&self, dropped: u64) -> String {
+        let Counts { samples, fused_frames, .. } = self.counts;
+        #[expect(clippy::cast_precision_loss, reason = "for people")]
+        let megabytes = self.file.bytes() as f64 / 1e6;
+        let seconds = (clock::now() - self.began_at).as_secs_f64();
+        let journal = if self.journals.are_whole() { "with the journal" } else { "without a whole journal" };
+        let lost =
+            if dropped > 0 { format!(", {dropped} LOST: the disk is too slow") } else { String::new() };
+        format!(
+            "{seconds:.0} s, {samples} messages ({fused_frames} lists), {megabytes:.1} MB, {journal}{lost}"
+        )
+    }
+
+    #[expect(clippy::print_stderr, reason = "the last line of progress")]
+    fn end(self, recorded: anyhow::Result<()>, dropped: u64) -> anyhow::Result<()> {
+        let line = self.progress(dropped);
+        let path = self.file.path().display().to_string();
+        if self.args.events {
+            events::emit("stopped", &self.counts.to_json(dropped));
+        } else {
+            let clear = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
+            eprintln!("{clear}recorded {line}, into {path}");
+        }
+        recorded.context("what was recorded until a second before is readable")?;
+        self.file.finish()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,175 @@
+//! The core of a hub: the engine behind the payloads of the network. It is pure, so that a journal of its calls can be computed
+//! again to the same bits.
+
+use super::settings::HubSettings;
+use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
+use crate::hub::fair_queue::QueueLimits;
+use crate::values::{Saved, StateError};
+use v2x_common::detection::DetectionFrame;
+use v2x_common::fused::FusedFrame;
+use v2x_common::id::{AgentId, FrameId};
+use v2x_common::time::Timestamp;
+use v2x_common::unmapped_names::UnmappedNames;
+use v2x_common::wire;
+use v2x_common::wire::journal::{Body, Call};
+
+/// Largest payload that is read: 4096 detections as verbose JSON.
+pub(super) const MAX_BYTES: usize = 4 << 20;
+
+/// What became of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Handled {
+    /// It was accepted.
+    Accepted {
+        /// Its number.
+        frame: FrameId,
+        /// It was captured before the newest one by more than ε_s.
+        out_of_sequence: bool,
+    },
+    /// It was refused.
+    Refused(Refusal),
+}
+
+/// The engine behind the payloads of the network.
+#[derive(Debug)]
+pub struct Core {
+    settings: HubSettings,
+    engine: Engine,
+}
+
+impl Core {
+    /// A core that knows nothing yet.
+    pub fn new(settings: HubSettings, engine: impl FnOnce(EngineConfig) -> Engine) -> Self {
+        let engine = engine(settings.engine);
+        Self { settings, engine }
+    }
+
+    /// A core that goes on where another one was saved.
+    ///
+    /// # Errors
+    /// Where the bytes are no state that this build saved under such settings.
+    pub fn restored(settings: HubSettings, state: &[u8]) -> Result<Self, StateError> {
+        let engine = Engine::restored(settings.engine, state)?;
+        Ok(Self { settings, engine })
+    }
+
+    /// Everything that decides what it does from now on, but for the settings.
+    ///
+    /// # Errors
+    /// Where the method of fusion does not save its state.
+    pub fn save(&self) -> Result<Vec<u8>, StateError> {
+        let mut bytes = Vec::new();
+        self.engine.save(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// The settings.
+    pub const fn settings(&self) -> &HubSettings {
+        &self.settings
+    }
+
+    /// The engine.
+    pub const fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// Takes in the payload of a detection frame that arrived at `received_at`.
+    pub fn handle_frame(&mut self, agent: AgentId, received_at: Timestamp, body: &Body<'_>) -> Handled {
+        let (frame, unmapped_classes) = match self.frame(agent, body) {
+            Ok(read) => read,
+            Err(refusal) => {
+                self.engine.note_refusal(agent, refusal.clone());
+                return Handled::Refused(refusal);
+            }
+        };
+        if unmapped_classes.total() > 0 {
+            self.engine.note_unmapped_classes(agent, &unmapped_classes);
+        }
+        match self.engine.handle_frame(&frame, received_at) {
+            Disposition::Accepted { out_of_sequence } => {
+                Handled::Accepted { frame: frame.id, out_of_sequence }
+            }
+            Disposition::Refused(refusal) => Handled::Refused(refusal),
+        }
+    }
+
+    /// The frame with its detections as they were sent, and its unknown class names.
+    fn frame(&self, agent: AgentId, body: &Body<'_>) -> Result<(DetectionFrame, UnmappedNames), Refusal> {
+        if !self.settings.listens_to(&agent) {
+            return Err(Refusal::NotListenedTo);
+        }
+        let (frame, unmapped_classes) = match *body {
+            Body::TooLarge(bytes) => return Err(too_large(bytes)),
+            Body::Postcard(bytes) => (wire::detections::decode_as_sent(bytes)?, UnmappedNames::default()),
+            Body::Json(bytes) => {
+                let defaults = self.settings.report_defaults_of(&agent);
+                let decoded = wire::json::decode_detections_as_sent(bytes, agent, defaults)?;
+                (decoded.frame, decoded.unmapped_classes)
+            }
+        };
+        if frame.id.agent != agent {
+            return Err(Refusal::AgentMismatch { payload: frame.id.agent, key: agent });
+        }
+        Ok((frame, unmapped_classes))
+    }
+
+    /// Takes in the payload of a sensor description; of an agent that is not listened to nothing is taken.
+    pub fn handle_description(&mut self, agent: AgentId, body: &Body<'_>) {
+        if !self.settings.listens_to(&agent) {
+            return;
+        }
+        let description = match *body {
+            Body::TooLarge(bytes) => Err(too_large(bytes)),
+            Body::Postcard(bytes) => wire::sensor::decode(bytes).map_err(Refusal::from),
+            Body::Json(bytes) => wire::json::decode_sensor(bytes).map_err(Refusal::from),
+        };
+        match description {
+            // Decoded, and so valid: it is checked by the same rules.
+            Ok(description) => drop(self.engine.handle_description(agent, description)),
+            Err(error) => {
+                tracing::debug!(%agent, %error, "sensor description refused");
+                self.engine.note_refused_description(agent, error);
+            }
+        }
+    }
+
+    /// Counts frames that were dropped because their agent's queue was full.
+    pub fn note_queue_full(&mut self, agent: AgentId, count: u64) {
+        let limit = QueueLimits::DEFAULT.frames_of_agent;
+        self.engine.note_refusals(agent, Refusal::QueueFull { limit }, count);
+    }
+
+    /// The list as of `now`.
+    pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
+        self.engine.fused(now)
+    }
+
+    /// The second list as of `now`, where there is one.
+    pub fn lagged(&mut self, now: Timestamp) -> Option<&FusedFrame> {
+        self.engine.lagged(now)
+    }
+
+    /// Makes a call of a journal again; the list that it makes.
+    pub fn repeat(&mut self, call: &Call<'_>) -> Option<&FusedFrame> {
+        match call {
+            Call::Frame { agent, received_at, body } => {
+                self.handle_frame(*agent, *received_at, body);
+                None
+            }
+            Call::Description { agent, body } => {
+                self.handle_description(*agent, body);
+                None
+            }
+            Call::QueueFull { agent, count } => {
+                self.note_queue_full(*agent, *count);
+                None
+            }
+            Call::Fused { now } => Some(self.fused(*now)),
+            Call::Lagged { now } => self.lagged(*now),
+        }
+    }
+}
+
+fn too_large(bytes: u64) -> Refusal {
+    Refusal::TooLarge { bytes: usize::try_from(bytes).unwrap_or(usize::MAX), limit: MAX_BYTES }
+}

@@ -1,0 +1,189 @@
+//! The journal: every call of the core, in order, for those who record it.
+//!
+//! It is written only while somebody records: a file of the hub's own, or a subscriber that has asked for a start. Its batches
+//! leave after each list, so that they cost lists no time.
+
+use super::core::Core;
+use super::on_demand::OnDemand;
+use super::recorder::Recorder;
+use v2x_common::clock;
+use v2x_common::id::HubId;
+use v2x_common::keys::Keys;
+use v2x_common::recording::Entry;
+use v2x_common::wire::journal::{self, Body, Call, Item, Start};
+use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD, WireError};
+
+/// A batch leaves at the latest when it has this many bytes.
+const BATCH_BYTES: usize = 1 << 18;
+
+/// The journal of one hub.
+pub(super) struct Journal {
+    stream: OnDemand,
+    recorder: Option<Recorder>,
+    keys: Keys,
+    hub: HubId,
+    lineage: u32,
+    /// Whether the subscribers have a start to go on from.
+    is_streamed: bool,
+    /// The items that have not left, and their number; the number of the first one.
+    batch: Vec<u8>,
+    n_batched: u64,
+    next: u64,
+}
+
+impl Journal {
+    pub(super) fn new(stream: OnDemand, recorder: Option<Recorder>, keys: Keys, core: &Core) -> Self {
+        let engine = &core.settings().engine;
+        let mut journal = Self {
+            stream,
+            recorder,
+            keys,
+            hub: engine.hub,
+            lineage: engine.lineage,
+            is_streamed: false,
+            batch: Vec::new(),
+            n_batched: 0,
+            next: 0,
+        };
+        if journal.recorder.is_some() {
+            journal.write_start(core);
+        }
+        journal
+    }
+
+    /// Whether anybody records.
+    fn is_wanted(&self) -> bool {
+        self.is_streamed || self.recorder.is_some()
+    }
+
+    /// What becomes of the hub's own recording, for the status.
+    pub(super) fn recorder(&self) -> Option<&Recorder> {
+        self.recorder.as_ref()
+    }
+
+    /// A subscriber has asked for a start: the state of the core, from which its calls lead on.
+    pub(super) fn start(&mut self, core: &Core) {
+        self.is_streamed = true;
+        self.write_start(core);
+    }
+
+    fn write_start(&mut self, core: &Core) {
+        let settings = serde_json::to_string(core.settings()).unwrap_or_default();
+        let saved = core.save();
+        let why = saved.as_ref().err().map(ToString::to_string);
+        self.push(&Item::Start(Start {
+            settings: &settings,
+            version: env!("CARGO_PKG_VERSION"),
+            commit: "",
+            state: saved.as_deref().ok(),
+            not_repeatable: why.as_deref(),
+        }));
+    }
+
+    /// Notes a call that is about to be made, or has just been.
+    pub(super) fn note(&mut self, call: &Call<'_>) {
+        if !self.is_wanted() {
+            return;
+        }
+        if let Some(recorder) = &mut self.recorder {
+            let (key, body) = match call {
+                Call::Frame { agent, body, .. } => (self.keys.detections(agent), Some(body)),
+                Call::Description { agent, body } => (self.keys.sensor(agent), Some(body)),
+                _ => (String::new(), None),
+            };
+            if let Some((encoding, payload)) = body.and_then(sample) {
+                let received_at = clock::now();
+                recorder.record(Entry { received_at, key, encoding: encoding.to_owned(), payload });
+            }
+        }
+        self.push(&Item::Call(*call));
+    }
+
+    /// Notes a list as it was put.
+    pub(super) fn note_list(&mut self, key: impl FnOnce(&Keys, &HubId) -> String, bytes: &[u8]) {
+        let Some(recorder) = &mut self.recorder else { return };
+        recorder.record(Entry {
+            received_at: clock::now(),
+            key: key(&self.keys, &self.hub),
+            encoding: ENCODING_POSTCARD.to_owned(),
+            payload: bytes.to_vec(),
+        });
+    }
+
+    fn push(&mut self, item: &Item<'_>) {
+        if let Err(error) = self.try_push(item) {
+            // A gap in the numbers shows it to whoever reads the journal.
+            tracing::warn!(%error, "a call is missing in the journal");
+            self.batch.clear();
+            self.next += self.n_batched + 1;
+            self.n_batched = 0;
+        }
+    }
+
+    fn try_push(&mut self, item: &Item<'_>) -> Result<(), WireError> {
+        if self.batch.is_empty() {
+            journal::begin(self.lineage, self.next, &mut self.batch)?;
+        }
+        journal::push(item, &mut self.batch)?;
+        self.n_batched += 1;
+        Ok(())
+    }
+
+    /// Whether a batch is to leave before its time.
+    pub(super) fn is_full(&self) -> bool {
+        self.batch.len() >= BATCH_BYTES
+    }
+
+    /// Starts again where a further file of the hub's own recording began.
+    pub(super) fn renew(&mut self, core: &Core) {
+        if self.recorder.as_ref().is_some_and(Recorder::takes_start) {
+            self.write_start(core);
+        }
+    }
+
+    /// Sends what was noted.
+    pub(super) async fn flush(&mut self) {
+        if self.is_streamed && !self.stream.is_wanted() {
+            self.is_streamed = false;
+            if !self.is_wanted() {
+                // Calls that nobody records leave a gap in the numbers.
+                self.next += 1;
+            }
+        }
+        if self.n_batched == 0 {
+            return;
+        }
+        let batch = std::mem::take(&mut self.batch);
+        self.next += std::mem::take(&mut self.n_batched);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.record(Entry {
+                received_at: clock::now(),
+                key: self.keys.journal(&self.hub),
+                encoding: ENCODING_POSTCARD.to_owned(),
+                payload: batch.clone(),
+            });
+        }
+        if self.is_streamed
+            && let Err(error) = self.stream.put(batch).await
+        {
+            tracing::warn!(%error, "a part of the journal was not published");
+        }
+    }
+
+    /// Ends the hub's own recording.
+    pub(super) async fn end(&mut self) {
+        self.flush().await;
+        if let Some(recorder) = self.recorder.take() {
+            recorder.end();
+        }
+    }
+}
+
+/// The sample of a payload; `None` of one that was not kept.
+fn sample(body: &Body<'_>) -> Option<(&'static str, Vec<u8>)> {
+    match body {
+        Body::Postcard(bytes) => Some((ENCODING_POSTCARD, bytes.to_vec())),
+        Body::Json(bytes) => Some((ENCODING_JSON, bytes.to_vec())),
+        Body::TooLarge(_) => None,
+    }
+}
