@@ -39,8 +39,8 @@ IS_TELLING = """(() => {
     const {x, y} = window.v2x.placeOf(k);
     const canvas = document.getElementById('canvas');
     const isInside = x > 120 && y > 90 && x < canvas.clientWidth - 120 && y < canvas.clientHeight - 90;
-    const distance = Math.hypot(x - canvas.clientWidth / 2, y - canvas.clientHeight / 2);
-    return isInside && distance > 120 && Number(/speed m\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
+    const isApart = window.v2x.agentPlaces.every((place) => Math.hypot(place.x - x, place.y - y) > 60);
+    return isInside && isApart && Number(/speed m\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
 })()"""
 
 # Until what was just changed has been drawn.

@@ -308,6 +308,11 @@ window.v2x = {
       contributors: k < 0 ? [] : contributorsOf(store, pane.frame, k).map(({ agent, detection }) => ({ agent: agent.name, isDrawn: detection !== null })),
     };
   },
+  /** Where the agents are in the first picture, in pixels. */
+  get agentPlaces() {
+    const { view: projection, agents } = view.scene.panes[0];
+    return agents.filter(({ frame }) => frame.pose).map(({ frame }) => ({ x: projection.x(frame.pose.x), y: projection.y(frame.pose.y) }));
+  },
   /** Where an object of the first picture is on the canvas, in pixels. */
   placeOf(k) {
     const { view: projection, frame } = view.scene.panes[0];
