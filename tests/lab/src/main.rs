@@ -35,6 +35,7 @@ Examples:
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables
+  lab report v2x-runs/2026-11-28_14-05-31-crossing      one page of a run that v2x demo recorded
   lab score v2x-runs/2026-11-28_14-05-31-crossing       a run that v2x demo recorded"
 )]
 struct Cli {
@@ -50,6 +51,7 @@ enum Command {
     Export(v2x_lab::commands::ExportArgs),
     Fuse(v2x_lab::commands::FuseArgs),
     Load(v2x_lab::commands::LoadArgs),
+    Report(v2x_lab::commands::ReportArgs),
     Score(v2x_lab::commands::ScoreArgs),
     Simulate(v2x_lab::commands::SimulateArgs),
     Sweep(v2x_lab::commands::SweepArgs),
@@ -70,6 +72,7 @@ async fn main() -> ExitCode {
             Command::Export(args) => v2x_lab::commands::export(&args),
             Command::Fuse(args) => v2x_lab::commands::fuse(&args),
             Command::Load(args) => return v2x_lab::commands::load(&args).await,
+            Command::Report(args) => v2x_lab::commands::report(&args),
             Command::Score(args) => v2x_lab::commands::score(&args),
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),
             Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,

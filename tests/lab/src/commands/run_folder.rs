@@ -7,15 +7,16 @@
 //! | `run.json` | seed, start, duration, the last report of each process |
 //! | `consumer.v2xrec` | all messages that the consumer received |
 //! | `logs/` | the log of each process |
-//! | `summary.json`, `report.md`, `bev.svg` | the score |
+//! | `summary.json`, `report.html`, `report.md`, `bev.svg` | the score |
 
-use crate::commands::run_place::{RUNS, new_folder, write_about};
+use crate::commands::run_place::{About, RUNS, new_folder, write_about};
 use crate::data::recording::run_log;
 use crate::data::simulation::Simulation;
 use crate::report::markdown::report_md;
 use crate::report::output::print;
 use crate::report::plot::bev::bev_svg;
-use crate::report::plot::scene::typical_moment;
+use crate::report::plot::scene::{typical_moment, worst_moment};
+use crate::report::run_page::{RunPage, run_page};
 use crate::report::summary::summary_table;
 use crate::score::percentiles::Percentiles;
 use crate::score::run::scored_run::RunFacts;
@@ -119,7 +120,26 @@ impl RunFolder {
         serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))
     }
 
-    /// Scores the recorded run. Writes summary, report and picture.
+    /// The version and commit that recorded the run, where it says so.
+    fn commit(&self) -> Option<String> {
+        let text = std::fs::read(self.path.join("about.json")).ok()?;
+        let About { version, commit, started, .. } = serde_json::from_slice(&text).ok()?;
+        Some(format!("started {started} by version {version}, commit {commit}"))
+    }
+
+    /// The folder of a recorded run, by its path or that of its recording.
+    pub(crate) fn open(path: &Path) -> anyhow::Result<Self> {
+        let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
+        let is_run = folder.join("run.json").is_file();
+        anyhow::ensure!(
+            is_run,
+            "{} is no folder of a run that ended: it has no run.json; `v2x demo` makes one, `v2x runs` lists them",
+            folder.display()
+        );
+        Ok(Self { path: folder.to_owned(), _about: None })
+    }
+
+    /// Scores the recorded run. Writes summary, reports and picture.
     pub fn score(&self) -> anyhow::Result<Summary> {
         let record = self.read_record()?;
         let scenario = Scenario::load(self.scenario())?;
@@ -139,9 +159,16 @@ impl RunFolder {
         };
         let mut scored = score_in_world(&simulation, &log, &facts)?;
         record.failures.into_iter().for_each(|failure| scored.summary.verdict.fail(failure));
-        if let Some(scene) = simulation.with_truth(|truth| typical_moment(&scored, &log, truth)) {
-            self.write("bev.svg", &bev_svg(&scene))?;
+        let typical = simulation.with_truth(|truth| typical_moment(&scored, &log, truth));
+        let worst = simulation.with_truth(|truth| worst_moment(&scored, &log, truth));
+        if let Some(scene) = &typical {
+            self.write("bev.svg", &bev_svg(scene))?;
         }
+        let nis = record.hub.iter().flat_map(|hub| &hub.agents);
+        let nis = nis.filter_map(|agent| Some((agent.id, agent.nis_per_dof?))).collect();
+        let moments: Vec<_> = typical.into_iter().chain(worst).collect();
+        let page = RunPage { scored: &scored, log: &log, nis, moments: &moments, commit: self.commit() };
+        self.write("report.html", &run_page(&page))?;
         self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
         self.write("report.md", &report_md(&scored.summary))?;
         Ok(scored.summary)
@@ -154,7 +181,7 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
 
 /// Scores a recorded run again and prints the summary.
 pub(crate) fn rescore(folder: &Path, json: bool) -> anyhow::Result<()> {
-    let summary = RunFolder { path: folder.to_owned(), _about: None }.score()?;
+    let summary = RunFolder::open(folder)?.score()?;
     print_summary(&summary, json)
 }
 

@@ -1,8 +1,8 @@
 //! The figures of a sweep.
 
 use crate::drive::sweep::method::SweepMethod;
+use crate::report::palette::{Colour, OURS, SERIES, is_ours};
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
-use crate::report::plot::dots::PALETTE;
 use crate::report::sweep::results::Results;
 use crate::report::sweep::rows::{Row, mean_distribution};
 use crate::report::sweep::text::{Family, families};
@@ -117,13 +117,11 @@ fn styles(families: &[Family<'_>]) -> Vec<Style> {
     families.iter().enumerate().flat_map(style).collect()
 }
 
-fn colour(method: &str) -> &'static str {
+/// Of all methods, so that each has the same colour in every figure, whichever are compared.
+fn colour(method: &str) -> Colour {
     let place = SweepMethod::ALL.into_iter().position(|known| known.key() == method).unwrap_or(0);
-    PALETTE[COLOURS[place]]
+    if is_ours(method) { OURS } else { SERIES[place % SERIES.len()] }
 }
-
-/// Places in the palette by method: muted colours for the baselines.
-const COLOURS: [usize; 9] = [7, 5, 3, 6, 4, 2, 1, 8, 0];
 
 fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
     let curve = |family: &Family<'_>, method: &str| {
@@ -157,8 +155,8 @@ fn ages(results: &[Results]) -> CurvePlot {
             let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
             let delta_max_ms = place.point.delta_max_ms;
             let name = format!("{}, Δmax {delta_max_ms} ms{live}", values.join(", "));
-            let dash = if results.plan.live { 3.0 } else { DASHES[(number / PALETTE.len()) % DASHES.len()] };
-            let colour = PALETTE[number % PALETTE.len()];
+            let dash = if results.plan.live { 3.0 } else { DASHES[(number / SERIES.len()) % DASHES.len()] };
+            let colour = SERIES[number % SERIES.len()];
             styles.push(Style { name, colour, dash, is_dotted: false });
         }
     }
