@@ -15,7 +15,7 @@ use crate::data::simulation::Simulation;
 use crate::report::markdown::report_md;
 use crate::report::output::print;
 use crate::report::plot::bev::bev_svg;
-use crate::report::plot::scene::{typical_moment, worst_moment};
+use crate::report::plot::scene::{Moment, scene_at};
 use crate::report::run_page::{RunPage, run_page};
 use crate::report::summary::summary_table;
 use crate::score::percentiles::Percentiles;
@@ -159,14 +159,14 @@ impl RunFolder {
         };
         let mut scored = score_in_world(&simulation, &log, &facts)?;
         record.failures.into_iter().for_each(|failure| scored.summary.verdict.fail(failure));
-        let typical = simulation.with_truth(|truth| typical_moment(&scored, &log, truth));
-        let worst = simulation.with_truth(|truth| worst_moment(&scored, &log, truth));
+        let scene = |moment| simulation.with_truth(|truth| scene_at(moment, &scored, &log, truth));
+        let typical = scene(Moment::Typical);
         if let Some(scene) = &typical {
             self.write("bev.svg", &bev_svg(scene))?;
         }
         let nis = record.hub.iter().flat_map(|hub| &hub.agents);
         let nis = nis.filter_map(|agent| Some((agent.id, agent.nis_per_dof?))).collect();
-        let moments: Vec<_> = typical.into_iter().chain(worst).collect();
+        let moments: Vec<_> = typical.into_iter().chain(scene(Moment::Worst)).collect();
         let page = RunPage { scored: &scored, log: &log, nis, moments: &moments, commit: self.commit() };
         self.write("report.html", &run_page(&page))?;
         self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;

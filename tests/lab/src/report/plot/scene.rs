@@ -54,31 +54,46 @@ pub(crate) struct SceneAgent {
     pub offset: Option<Span>,
 }
 
-/// The scored fused frame with the median error; `None` where no fused frame has an error.
-pub(crate) fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
-    moment(
-        scored,
-        log,
-        truth,
-        (scored.median_frame()?, "a typical moment", "the median of all scored fused frames"),
-    )
+/// Which moment of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// The scored fused frame with the median error.
+    Typical,
+    /// The one with the largest error.
+    Worst,
 }
 
-/// The one with the largest error.
-pub(crate) fn worst_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
-    let worst = scored.frame_errors.iter().max_by(|(_, a), (_, b)| a.total_cmp(b));
-    moment(scored, log, truth, (worst?.0, "the worst moment", "the largest of all scored fused frames"))
+impl Moment {
+    /// Its place in the log; `None` where no fused frame has an error.
+    fn place(self, scored: &ScoredRun) -> Option<usize> {
+        match self {
+            Self::Typical => scored.median_frame(),
+            Self::Worst => {
+                scored.frame_errors.iter().max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(place, _)| *place)
+            }
+        }
+    }
+
+    const fn in_words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Typical => ("a typical moment", "the median of all scored fused frames"),
+            Self::Worst => ("the worst moment", "the largest of all scored fused frames"),
+        }
+    }
 }
 
 /// Speed from which an object has an arrow, m/s.
 const MOVING_MPS: f64 = 0.5;
 
-fn moment(
+/// The scene of a moment; `None` where no fused frame has an error.
+pub(crate) fn scene_at(
+    moment: Moment,
     scored: &ScoredRun,
     log: &RunLog,
     truth: Truth<'_>,
-    (place, what, rank): (usize, &str, &str),
 ) -> Option<BevScene> {
+    let place = moment.place(scored)?;
+    let (what, rank) = moment.in_words();
     let frame = &log.fused.get(place)?.frame;
     let error_m = scored.frame_errors.iter().find(|(of, _)| *of == place).map(|(_, ate_m)| *ate_m)?;
     let summary = &scored.summary;
@@ -142,7 +157,7 @@ mod tests {
         log.fused.iter_mut().for_each(|received| received.frame.fused_at += Span::from_millis(23));
         let scored = scored(&log, &facts).unwrap();
         let truth = Truth { objects_at: &world, agent_pose: &pose };
-        let scene = typical_moment(&scored, &log, truth).unwrap();
+        let scene = scene_at(Moment::Typical, &scored, &log, truth).unwrap();
         assert_eq!(
             scene.truth.iter().map(|truth| truth.is_covered).collect::<Vec<_>>(),
             [true, true, true, false]

@@ -1,7 +1,7 @@
 //! The figures of a sweep.
 
 use crate::drive::sweep::method::SweepMethod;
-use crate::report::palette::{Colour, OURS, SERIES, is_ours};
+use crate::report::palette::{Colour, OURS, SERIES};
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
 use crate::report::sweep::results::Results;
 use crate::report::sweep::rows::{Row, mean_distribution};
@@ -117,11 +117,15 @@ fn styles(families: &[Family<'_>]) -> Vec<Style> {
     families.iter().enumerate().flat_map(style).collect()
 }
 
-/// Of all methods, so that each has the same colour in every figure, whichever are compared.
+/// Each method has the same colour in every figure, whichever are compared.
 fn colour(method: &str) -> Colour {
     let place = SweepMethod::ALL.into_iter().position(|known| known.key() == method).unwrap_or(0);
-    if is_ours(method) { OURS } else { SERIES[place % SERIES.len()] }
+    COLOURS[place]
 }
+
+/// By method, in their order.
+const COLOURS: [Colour; 9] =
+    [SERIES[6], SERIES[4], SERIES[5], SERIES[3], SERIES[1], SERIES[2], OURS, SERIES[7], SERIES[0]];
 
 fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
     let curve = |family: &Family<'_>, method: &str| {
@@ -201,5 +205,18 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
             curves: families.iter().flat_map(curves).collect(),
             top: Top::Most,
         }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_has_a_colour_of_its_own_and_ours_that_of_all_figures() {
+        assert_eq!(colour(SweepMethod::Ours.key()), OURS);
+        let colours: std::collections::BTreeSet<_> =
+            SweepMethod::ALL.map(|method| colour(method.key())).into();
+        assert_eq!(colours.len(), SweepMethod::ALL.len());
     }
 }
