@@ -4,8 +4,14 @@ use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    println!("cargo::rustc-env=V2X_COMMIT={}", commit().unwrap_or_else(|| "unknown".to_owned()));
+    let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
+    let commit = commit().unwrap_or_else(|| "unknown".to_owned());
+    // Everything depends on this crate. A debug build does not follow commits, because each would build all of it again.
+    println!("cargo::rustc-env=V2X_COMMIT={commit}{}", if is_release { "" } else { "+dev" });
     println!("cargo::rerun-if-changed=build.rs");
+    if !is_release {
+        return;
+    }
     // Both change with every commit and checkout, and with nothing else: an edit alone does not build everything again.
     for name in ["HEAD", "logs/HEAD"] {
         if let Some(path) = git(&["rev-parse", "--git-path", name]).filter(|path| Path::new(path).exists()) {

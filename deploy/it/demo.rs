@@ -24,10 +24,26 @@ async fn the_demo_runs_four_processes_passes_and_writes_its_report() -> anyhow::
     for place in ["/agents/0", "/agents/1"] {
         assert_has_numbers(summary.pointer(place).unwrap_or(&Value::Null), &AGENT_FIELDS);
     }
-    for name in ["report.md", "bev.svg", "scenario.toml", "run.json", "recording.mcap"] {
+    for name in
+        ["report.md", "report.html", "about.json", "bev.svg", "scenario.toml", "run.json", "recording.mcap"]
+    {
         let length = std::fs::metadata(folder.join("run").join(name)).map_or(0, |metadata| metadata.len());
         assert!(length > 0, "{name} is missing or empty");
     }
+    let page = std::fs::read_to_string(folder.join("run/report.html"))?;
+    let place = |text: &str| page.find(text).unwrap_or(usize::MAX);
+    assert!(place("class=\"verdict good\"") < place("<table>"), "the verdict comes first");
+    for part in
+        ["Errors over time", "NEES/2", "captured → at the consumer", "NIS/2", "Key frames", "worst moment"]
+    {
+        assert!(page.contains(part), "{part} is missing");
+    }
+    assert!(
+        !["http://", "https://", "src="]
+            .iter()
+            .any(|link| { page.replace("http://www.w3.org/2000/svg", "").contains(link) }),
+        "the page needs nothing from elsewhere"
+    );
     let written: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("run/summary.json"))?)?;
     assert_eq!(written, summary);
     Ok(())

@@ -200,7 +200,7 @@ impl Demo<'_> {
         output::output(print_summary(summary, self.args.json))?;
         let folder = self.folder.path().display();
         Progress::new(Duration::ZERO)
-            .print(&format!("report: {folder}/report.md, picture: {folder}/bev.svg"));
+            .print(&format!("report: {folder}/report.html (as text report.md), picture: {folder}/bev.svg"));
         Ok(())
     }
 }

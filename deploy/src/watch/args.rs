@@ -1,9 +1,6 @@
 //! The consumer's command line.
 
-<<<<<<< HEAD
 use super::objects::SortKey;
-=======
->>>>>>> web
 use crate::record::RecordArgs;
 use crate::web::WebArgs;
 use std::path::PathBuf;
@@ -24,15 +21,11 @@ Examples:
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
   v2x watch --web                              in your browser, at http://127.0.0.1:8088/
   v2x watch --web --scenario crossing          with the roads and the truth of a simulation by `v2x up crossing`
-<<<<<<< HEAD
   v2x watch --record run.mcap                  records it, as `v2x record` does
 
 In a terminal the table fits the window. Its keys: q, Esc or Ctrl-C end; s sorts by the next column, r the other way
 round; ↑ ↓ PgUp PgDn Home End scroll; p pauses; Tab shows the next hub. NO_COLOR=1 leaves out colours. Into a pipe, or
 with TERM=dumb, the table is printed as plain lines once a second.")]
-=======
-  v2x watch --record run.mcap                  records it, as `v2x record` does")]
->>>>>>> web
 pub(crate) struct WatchArgs {
     /// The network to watch
     #[arg(long, default_value = "demo")]

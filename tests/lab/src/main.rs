@@ -35,6 +35,7 @@ Examples:
   lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
   lab export --quick --out detections                 the detections of the tables, for a method of your own
   lab score --name mine fused --export detections     its row in the tables
+  lab report v2x-runs/2026-11-28_14-05-31-crossing      one page of a run that v2x demo recorded
   lab score v2x-runs/2026-11-28_14-05-31-crossing       a run that v2x demo recorded
   lab rerun v2x-runs/2026-11-28_14-05-31-crossing --method csba-wls   its frames through another method
   lab retrack run.mcap                                  a recorded hub again, compared bit by bit"
@@ -54,6 +55,7 @@ enum Command {
     Load(v2x_lab::commands::LoadArgs),
     Rerun(v2x_lab::commands::RerunArgs),
     Retrack(v2x_lab::commands::RetrackArgs),
+    Report(v2x_lab::commands::ReportArgs),
     Score(v2x_lab::commands::ScoreArgs),
     Simulate(v2x_lab::commands::SimulateArgs),
     Sweep(v2x_lab::commands::SweepArgs),
@@ -76,6 +78,7 @@ async fn main() -> ExitCode {
             Command::Load(args) => return v2x_lab::commands::load(&args).await,
             Command::Rerun(args) => v2x_lab::commands::rerun(&args),
             Command::Retrack(args) => return v2x_lab::commands::retrack(&args),
+            Command::Report(args) => v2x_lab::commands::report(&args),
             Command::Score(args) => v2x_lab::commands::score(&args),
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),
             Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,

@@ -32,7 +32,7 @@ pub struct RerunArgs {
 /// # Errors
 /// Where the run cannot be read, or the method is not known.
 pub fn rerun(args: &RerunArgs) -> anyhow::Result<()> {
-    let folder = RunFolder::open(&args.folder);
+    let folder = RunFolder::open(&args.folder)?;
     let mut settings = match &args.config {
         Some(path) => {
             HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))?

@@ -7,9 +7,9 @@
 //! | `run.json` | seed, start, duration, the last report of each process |
 //! | `recording.mcap` | all messages that the consumer received, and the hub's journal |
 //! | `logs/` | the log of each process |
-//! | `summary.json`, `report.md`, `bev.svg` | the score |
+//! | `summary.json`, `report.html`, `report.md`, `bev.svg` | the score |
 
-use crate::commands::run_place::{RUNS, new_folder, write_about};
+use crate::commands::run_place::{About, RUNS, new_folder, write_about};
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
 use crate::data::run_log::RunLog;
@@ -18,7 +18,8 @@ use crate::drive::rerun::rerun;
 use crate::report::markdown::report_md;
 use crate::report::output::print;
 use crate::report::plot::bev::bev_svg;
-use crate::report::plot::scene::{BevScene, typical_moment};
+use crate::report::plot::scene::{Moment, scene_at};
+use crate::report::run_page::{RunPage, run_page};
 use crate::report::summary::summary_table;
 use crate::score::percentiles::Percentiles;
 use crate::score::run::scored_run::{RunFacts, ScoredRun};
@@ -53,6 +54,12 @@ pub struct RunRecord {
     pub hub: Option<HubStatus>,
     /// Problems, as text for people.
     pub failures: Vec<String>,
+}
+
+impl RunRecord {
+    fn start(&self) -> anyhow::Result<Timestamp> {
+        Timestamp::from_micros(self.start_us).context("run.json: start_us is out of range")
+    }
 }
 
 /// The folder of one run.
@@ -128,9 +135,23 @@ impl RunFolder {
         serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))
     }
 
-    /// The folder of an earlier run.
-    pub(crate) fn open(path: &Path) -> Self {
-        Self { path: path.to_owned(), _about: None }
+    /// The version and commit that recorded the run, where it says so.
+    fn commit(&self) -> Option<String> {
+        let text = std::fs::read(self.path.join("about.json")).ok()?;
+        let About { version, commit, started, .. } = serde_json::from_slice(&text).ok()?;
+        Some(format!("started {started} by version {version}, commit {commit}"))
+    }
+
+    /// The folder of a recorded run, by its path or that of its recording.
+    pub(crate) fn open(path: &Path) -> anyhow::Result<Self> {
+        let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
+        let is_run = folder.join("run.json").is_file();
+        anyhow::ensure!(
+            is_run,
+            "{} is no folder of a run that ended: it has no run.json; `v2x demo` makes one, `v2x runs` lists them",
+            folder.display()
+        );
+        Ok(Self { path: folder.to_owned(), _about: None })
     }
 
     /// The hub's settings in the scenario of the folder.
@@ -147,12 +168,22 @@ impl RunFolder {
         run_log(self.recording_of_run()?).with_context(|| format!("in {}", self.recorded().display()))
     }
 
-    /// Scores the recorded run. Writes summary, report and picture.
+    /// Scores the recorded run. Writes summary, reports and picture.
     pub fn score(&self) -> anyhow::Result<Summary> {
-        let (scored, scene) = self.scored(&self.log()?)?;
-        if let Some(scene) = scene {
-            self.write("bev.svg", &bev_svg(&scene))?;
+        let (log, record) = (self.log()?, self.read_record()?);
+        let scenario = Scenario::load(self.scenario())?;
+        let simulation = Simulation::new(&scenario, record.seed, record.start()?);
+        let scored = score_of(&simulation, &record, &log)?;
+        let scene = |moment| simulation.with_truth(|truth| scene_at(moment, &scored, &log, truth));
+        let typical = scene(Moment::Typical);
+        if let Some(scene) = &typical {
+            self.write("bev.svg", &bev_svg(scene))?;
         }
+        let nis = record.hub.iter().flat_map(|hub| &hub.agents);
+        let nis = nis.filter_map(|agent| Some((agent.id, agent.nis_per_dof?))).collect();
+        let moments: Vec<_> = typical.into_iter().chain(scene(Moment::Worst)).collect();
+        let page = RunPage { scored: &scored, log: &log, nis, moments: &moments, commit: self.commit() };
+        self.write("report.html", &run_page(&page))?;
         self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
         self.write("report.md", &report_md(&scored.summary))?;
         Ok(scored.summary)
@@ -174,33 +205,31 @@ impl RunFolder {
         ensure!(!given.inputs.is_empty(), "the recording holds no frames");
         let mut log = self.log()?;
         log.fused = rerun(&given, settings).context("running the hub again")?;
-        let mut summary = self.scored(&log)?.0.summary;
+        let record = self.read_record()?;
+        let scenario = Scenario::load(self.scenario())?;
+        let simulation = Simulation::new(&scenario, record.seed, record.start()?);
+        let mut summary = score_of(&simulation, &record, &log)?.summary;
         // Nothing ran live.
         summary.latency_ms = None;
         summary.compute_ms = None;
         Ok(summary)
     }
+}
 
-    /// The score of a log of this run, and a moment for its picture.
-    fn scored(&self, log: &RunLog) -> anyhow::Result<(ScoredRun, Option<BevScene>)> {
-        let record = self.read_record()?;
-        let scenario = Scenario::load(self.scenario())?;
-        let start = Timestamp::from_micros(record.start_us).context("run.json: start_us is out of range")?;
-        let simulation = Simulation::new(&scenario, record.seed, start);
-        let facts = RunFacts {
-            scenario: scenario.name.clone(),
-            seed: record.seed,
-            duration_s: record.duration_s,
-            processes: record.processes,
-            agents: simulation.agent_facts(|agent| record.frames_sent.get(agent).copied()),
-            latency_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.latency_ms)),
-            compute_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.compute_ms)),
-        };
-        let mut scored = score_in_world(&simulation, log, &facts)?;
-        record.failures.into_iter().for_each(|failure| scored.summary.verdict.fail(failure));
-        let scene = simulation.with_truth(|truth| typical_moment(&scored, log, truth));
-        Ok((scored, scene))
-    }
+/// The score of a log of a run.
+fn score_of(simulation: &Simulation<'_>, record: &RunRecord, log: &RunLog) -> anyhow::Result<ScoredRun> {
+    let facts = RunFacts {
+        scenario: simulation.name().to_owned(),
+        seed: record.seed,
+        duration_s: record.duration_s,
+        processes: record.processes,
+        agents: simulation.agent_facts(|agent| record.frames_sent.get(agent).copied()),
+        latency_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.latency_ms)),
+        compute_ms: record.hub.as_ref().and_then(|hub| percentiles(&hub.compute_ms)),
+    };
+    let mut scored = score_in_world(simulation, log, &facts)?;
+    record.failures.iter().for_each(|failure| scored.summary.verdict.fail(failure.clone()));
+    Ok(scored)
 }
 
 fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
@@ -210,7 +239,7 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
 /// Scores a recorded run again and prints the summary. Where the hub's settings were changed since, its frames are put through
 /// these.
 pub(crate) fn rescore(path: &Path, json: bool) -> anyhow::Result<()> {
-    let folder = RunFolder::open(path);
+    let folder = RunFolder::open(path)?;
     let given = hub_inputs(folder.recording_of_run()?)?;
     let summary = match folder.has_other_settings(&given)? {
         Some(true) => {

@@ -35,6 +35,11 @@ impl<'a> Simulation<'a> {
         Self { scenario, world: scenario.world(seed), start }
     }
 
+    /// The scenario's name.
+    pub(crate) fn name(&self) -> &str {
+        &self.scenario.name
+    }
+
     fn objects_at(&self, at: Timestamp, out: &mut Vec<TrueObject>) {
         self.world.objects_at(at - self.start, out);
     }

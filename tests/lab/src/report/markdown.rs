@@ -3,7 +3,7 @@
 use crate::report::summary::{Of, accuracy, comparison, frames, headline, reasons, spans, tracks, verdict};
 use crate::score::run::summary::Summary;
 
-const EXPLANATIONS: &str = "\
+pub(super) const EXPLANATIONS: &str = "\
 - **ATE**: distance of a matched box's centre from the true one, m; per frame the mean over its pairs, then the mean over frames (as every figure here).
 - **ADE**: error of a matched box's dimensions, sqrt(Δw² + Δd²), m.
 - **AOE**: error of a matched box's heading, degrees, 0 to 180.

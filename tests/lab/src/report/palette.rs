@@ -25,8 +25,6 @@ pub(crate) const MUTED: Colour = "#666666";
 pub(crate) const FAINT: Colour = "#dddddd";
 /// Every second row.
 pub(crate) const BAND: Colour = "#f2f4f7";
-/// The surface of roads.
-pub(crate) const ROAD: Colour = "#ececec";
 /// The background.
 pub(crate) const PAPER: Colour = "#ffffff";
 
@@ -78,7 +76,8 @@ mod tests {
             let is_excepted = ["palette.rs", "page.rs", "tests.rs"].iter().any(|name| path.ends_with(name));
             let text = std::fs::read_to_string(&path).unwrap();
             let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-            let is_hex = |colour: &str| colour.len() == 6 && colour.bytes().all(|byte| byte.is_ascii_hexdigit());
+            let is_hex =
+                |colour: &str| colour.len() == 6 && colour.bytes().all(|byte| byte.is_ascii_hexdigit());
             let found = code.split('#').skip(1).find(|rest| rest.get(..6).is_some_and(is_hex));
             assert!(is_excepted || found.is_none(), "{}: #{}", path.display(), found.unwrap_or_default());
         }

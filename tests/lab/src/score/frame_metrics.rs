@@ -37,10 +37,9 @@ pub(crate) fn frame_metrics(
     assigner: &mut Assigner,
 ) -> FrameMetrics {
     let sums = FrameErrors::of(frame, matching, SizeNorm::Hypot).sums(|_| true);
-    let (mut nees, mut estimates, mut objects) = (Moments::default(), Vec::new(), Vec::new());
+    let (mut estimates, mut objects) = (Vec::new(), Vec::new());
     for (estimate, outcome) in frame.estimates.iter().zip(&matching.outcomes) {
         if let Outcome::Matched(place) = *outcome {
-            nees.add(half_nees(estimate, &frame.truth[place].bev));
             objects.push(frame.truth[place].bev);
         }
         if *outcome != Outcome::Ignored {
@@ -48,7 +47,20 @@ pub(crate) fn frame_metrics(
         }
     }
     objects.extend(matching.missed.iter().map(|place| frame.truth[*place].bev));
-    FrameMetrics { sums, nees_position: nees.mean(), gospa: gospa(&estimates, &objects, cutoff_m, assigner) }
+    let nees_position = mean_half_nees(frame, matching);
+    FrameMetrics { sums, nees_position, gospa: gospa(&estimates, &objects, cutoff_m, assigner) }
+}
+
+/// Mean of `eᵀ S⁻¹ e / 2` over the matched boxes' positions: the NEES/2 of every report. Boxes are to be matched by position:
+/// by provenance a box far from its object, as after a wrong association, would count by the square of that distance.
+pub(crate) fn mean_half_nees(frame: &Frame<'_>, matching: &Matching) -> Option<f64> {
+    let mut nees = Moments::default();
+    for (estimate, outcome) in frame.estimates.iter().zip(&matching.outcomes) {
+        if let Outcome::Matched(place) = *outcome {
+            nees.add(half_nees(estimate, &frame.truth[place].bev));
+        }
+    }
+    nees.mean()
 }
 
 /// Means over frames. A figure without data is `None` (null in JSON), never 0 or NaN.

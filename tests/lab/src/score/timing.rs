@@ -10,13 +10,25 @@ pub(crate) const AGE_STEP: Span = Span::from_millis(10);
 /// From a measurement's capture until the consumer receives the first fused frame that contains it, ms, over every
 /// detection frame in the `includes` of the given fused frames.
 pub(crate) fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Option<Percentiles> {
-    let spans = fused
-        .into_iter()
-        .flat_map(|received| {
-            received.frame.includes.iter().map(|included| millis(received.received_at - included.captured_at))
-        })
-        .collect();
-    Percentiles::of(spans)
+    Percentiles::of(end_to_end_spans_ms(fused))
+}
+
+/// The spans themselves.
+pub(crate) fn end_to_end_spans_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Vec<f64> {
+    let spans = fused.into_iter().flat_map(|received| {
+        received.frame.includes.iter().map(|included| millis(received.received_at - included.captured_at))
+    });
+    spans.collect()
+}
+
+/// From a frame's arrival at the hub until the consumer has the first fused frame that contains it, ms.
+pub(crate) fn arrival_to_consumer_spans_ms<'a>(
+    fused: impl IntoIterator<Item = &'a ReceivedFused>,
+) -> Vec<f64> {
+    let spans = fused.into_iter().flat_map(|received| {
+        received.frame.includes.iter().map(|included| millis(received.received_at - included.received_at))
+    });
+    spans.collect()
 }
 
 /// Age of the newest measurement at the consumer, ms: at every 10 ms from `start` to `end` the time less the newest
@@ -27,6 +39,11 @@ pub(crate) fn age_of_information_ms(
     start: Timestamp,
     end: Timestamp,
 ) -> Option<Percentiles> {
+    Percentiles::of(ages_ms(fused, start, end))
+}
+
+/// The samples themselves.
+pub(crate) fn ages_ms(fused: &[ReceivedFused], start: Timestamp, end: Timestamp) -> Vec<f64> {
     let mut ages = Vec::new();
     let mut arrivals: Vec<_> = fused.iter().collect();
     arrivals.sort_by_key(|received| received.received_at);
@@ -40,7 +57,7 @@ pub(crate) fn age_of_information_ms(
         ages.extend(newest.map(|newest| millis(at - newest)));
         at += AGE_STEP;
     }
-    Percentiles::of(ages)
+    ages
 }
 
 /// Divided, not multiplied by 1e-6, so that 30 ms print as 30.

@@ -2,14 +2,21 @@
 
 use crate::commands::sweep::run::run_virtual;
 use crate::commands::sweep::store::Store;
+use crate::data::simulation::Simulation;
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::{Length, Plan};
 use crate::drive::sweep::scenarios::DEFAULT_SCENARIO;
+use crate::drive::virtual_run::VirtualRun;
 use crate::report::sweep::rows::Row;
 use crate::report::sweep::{files, text};
+use crate::score::run::scored_run::RunFacts;
+use crate::score::run::simulated::score_in_world;
 use crate::score::sweep::record::Subset;
 use std::path::PathBuf;
-use v2x_common::time::Span;
+use v2x_agent::scenario::Scenario;
+use v2x_common::time::{Span, Timestamp};
+use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::hub::HubSettings;
 
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("v2x-sweep-{name}-{}", std::process::id()));
@@ -68,6 +75,32 @@ fn replaying_late_data_lowers_the_error_and_losing_newer_data_raises_it() {
     assert!(versus.is_some_and(|versus| versus.low < versus.ratio && versus.high < 1.0), "{versus:?}");
     let kept = |x| rows.iter().find(|row| row.method == "replay" && row.x == x).unwrap().kept.unwrap();
     assert!(kept(0.0) == 1.0 && (0.1..0.95).contains(&kept(200.0)), "{}", kept(200.0));
+}
+
+#[test]
+fn nees_is_that_of_a_simulated_run_of_the_same_file() {
+    let plan = plan(&["loss=0"], &[SweepMethod::Ours], 20);
+    let swept = rows(&plan, "nees").iter().find_map(|row| row.nees_position).unwrap();
+    let scenario = Scenario::from_toml(include_str!("../../../../../deploy/scenarios/latency.toml")).unwrap();
+    let settings = HubSettings::from_table(scenario.hub.clone()).unwrap();
+    let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
+    let duration = Span::from_millis(20_000);
+    let run = VirtualRun { scenario: &scenario, seed: 1, start, duration, publish: settings.publish };
+    let log = run.run(Engine::new(settings.engine)).unwrap();
+    let simulation = Simulation::new(&scenario, 1, start);
+    let facts = RunFacts {
+        scenario: scenario.name.clone(),
+        seed: 1,
+        duration_s: 20.0,
+        processes: 1,
+        agents: simulation.agent_facts(|_| None),
+        latency_ms: None,
+        compute_ms: None,
+    };
+    let simulated =
+        score_in_world(&simulation, &log, &facts).unwrap().summary.fused.common.nees_position.unwrap();
+    // Other frames of the same run, and a match radius of its own: alike, not equal. By provenance it was 19 against 0.8.
+    assert!((0.75..1.33).contains(&(swept / simulated)), "{swept} {simulated}");
 }
 
 #[test]

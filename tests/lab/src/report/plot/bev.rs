@@ -2,6 +2,7 @@
 //!
 //! On the left the whole scene, on the right its densest region enlarged, and the legend.
 
+use crate::report::palette::{AGENTS, BAND, FAINT, INK, MUTED, OURS as FUSED, TRUTH, TRUTH_FILL};
 use crate::report::plot::scene::{BevScene, SceneAgent};
 use crate::report::plot::svg::{Font, Rect, Style, Svg};
 use v2x_common::geometry::{BevBox, Pose};
@@ -13,26 +14,35 @@ const WHOLE: Rect = Rect { x: 20.0, y: 90.0, w: 930.0, h: 930.0 };
 const DETAIL: Rect = Rect { x: 970.0, y: 90.0, w: 510.0, h: 510.0 };
 const LEGEND: Rect = Rect { x: 970.0, y: 630.0, w: 510.0, h: 390.0 };
 
-const TRUTH: &str = "#1f5fd6";
-const FUSED: &str = "#d400d4";
-const AGENTS: [&str; 8] =
-    ["#e02020", "#109a2e", "#f08000", "#7a4a2a", "#00a0b0", "#808000", "#606060", "#5a2ca0"];
-const INK: &str = "#202020";
-
 /// Half of the side of the enlarged region, m.
 const DETAIL_HALF_M: f64 = 12.0;
 
 /// The picture as a self-contained SVG document.
 pub(crate) fn bev_svg(scene: &BevScene) -> String {
+    bev_svg_named(scene, "bev")
+}
+
+/// The same with this prefix of all ids, for a page with several.
+pub(crate) fn bev_svg_named(scene: &BevScene, id: &str) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT);
     svg.text((WHOLE.x, 42.0), &scene.title, font(30.0, true));
     svg.text((WHOLE.x, 73.0), &scene.subtitle, font(20.0, false));
     let whole = Viewport::around(scene, WHOLE);
     let detail =
         Viewport { centre: busiest_spot(scene), half_m: DETAIL_HALF_M.min(whole.half_m), panel: DETAIL };
-    panel(&mut svg, scene, &whole, &Pen { id: "whole", grid_m: 10.0, thin: 1.4, thick: 2.2 });
+    panel(
+        &mut svg,
+        scene,
+        &whole,
+        &Pen { id: &format!("{id}-whole"), grid_m: 10.0, thin: 1.4, thick: 2.2, has_letters: false },
+    );
     svg.rect(whole.rect_of(&detail), Style { dashes: "7 5", ..Style::line(INK, 2.0) });
-    panel(&mut svg, scene, &detail, &Pen { id: "detail", grid_m: 2.0, thin: 2.2, thick: 3.4 });
+    panel(
+        &mut svg,
+        scene,
+        &detail,
+        &Pen { id: &format!("{id}-detail"), grid_m: 2.0, thin: 2.2, thick: 3.4, has_letters: true },
+    );
     svg.text((DETAIL.x + 14.0, DETAIL.y + 28.0), "the dashed square, enlarged", font(18.0, false));
     legend(&mut svg, scene);
     svg.finish()
@@ -100,20 +110,22 @@ fn busiest_spot(scene: &BevScene) -> (f64, f64) {
 }
 
 /// The style of a panel: line widths in px.
-struct Pen {
-    id: &'static str,
+struct Pen<'a> {
+    id: &'a str,
     grid_m: f64,
     thin: f64,
     thick: f64,
+    /// Whether each fused object has the letter of its class.
+    has_letters: bool,
 }
 
-fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen) {
+fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen<'_>) {
     svg.begin_clip(pen.id, view.panel);
-    svg.rect(view.panel, Style { fill: "#fbfbfb", ..Style::line("none", 0.0) });
+    svg.rect(view.panel, Style { fill: BAND, ..Style::line("none", 0.0) });
     grid(svg, view, pen.grid_m);
     for truth in &scene.truth {
         let style = if truth.is_covered {
-            Style { fill: "#dbe7ff", ..Style::line(TRUTH, pen.thick) }
+            Style { fill: TRUTH_FILL, ..Style::line(TRUTH, pen.thick) }
         } else {
             Style { dashes: "4 3", opacity: 0.5, ..Style::line(TRUTH, pen.thin) }
         };
@@ -123,18 +135,26 @@ fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen) {
         agent.detections.iter().for_each(|bev| bev_box(svg, view, bev, Style::line(colour, pen.thin)));
     }
     scene.fused.iter().for_each(|bev| bev_box(svg, view, bev, Style::line(FUSED, pen.thick)));
+    scene.motions.iter().for_each(|motion| arrow(svg, view, *motion, pen));
+    let mut labels = Labels { taken: Vec::new(), panel: view.panel };
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         if let Some(pose) = agent.pose.filter(|pose| view.shows(pose.x, pose.y, 0.0)) {
             marker(svg, view, agent, &pose, colour);
+            labels.write(svg, view.px((pose.x, pose.y)), agent.id.as_str(), 19.0);
+        }
+    }
+    for (at, letter) in scene.letters.iter().filter(|_| pen.has_letters) {
+        if view.shows(at.0, at.1, 0.0) {
+            labels.write(svg, view.px(*at), letter, 15.0);
         }
     }
     scale_bar(svg, view);
     svg.end_clip();
-    svg.rect(view.panel, Style::line("#808080", 1.5));
+    svg.rect(view.panel, Style::line(MUTED, 1.5));
 }
 
 fn grid(svg: &mut Svg, view: &Viewport, step_m: f64) {
-    let style = Style::line("#e6e6e6", 1.0);
+    let style = Style::line(FAINT, 1.0);
     let first = |low: f64| libm::ceil(low / step_m) * step_m;
     let Rect { x: left, y: top, w, h } = view.panel;
     let mut offset = first(view.centre.0 - view.half_m);
@@ -171,8 +191,66 @@ fn marker(svg: &mut Svg, view: &Viewport, agent: &SceneAgent, pose: &Pose, colou
     };
     let turned = |&(ahead, left): &(f64, f64)| (x + ahead * cos - left * sin, y - ahead * sin - left * cos);
     let points: Vec<_> = shape.iter().map(turned).collect();
-    svg.outline(&points, None, Style { fill: colour, ..Style::line("#000000", 2.0) });
-    svg.text((x + 18.0, y - 12.0), agent.id.as_str(), font(19.0, true));
+    svg.outline(&points, None, Style { fill: colour, ..Style::line(INK, 2.0) });
+}
+
+/// Where the object will be in a second.
+fn arrow(svg: &mut Svg, view: &Viewport, [from, to]: [(f64, f64); 2], pen: &Pen<'_>) {
+    if !view.shows(from.0, from.1, 0.0) {
+        return;
+    }
+    let (tail, tip) = (view.px(from), view.px(to));
+    let (dx, dy) = (tip.0 - tail.0, tip.1 - tail.1);
+    let length = libm::hypot(dx, dy);
+    // Shorter ones would be a head alone.
+    if length < 8.0 {
+        return;
+    }
+    let (ahead, left) = ((dx / length, dy / length), (-dy / length, dx / length));
+    let style = Style::line(FUSED, pen.thin);
+    svg.line([tail, tip], style);
+    for side in [-1.0, 1.0] {
+        let barb = |axis: fn((f64, f64)) -> f64| axis(tip) - 8.0 * axis(ahead) + side * 4.0 * axis(left);
+        svg.line([tip, (barb(|point| point.0), barb(|point| point.1))], style);
+    }
+}
+
+/// The labels of a panel, none of which lies over another.
+struct Labels {
+    taken: Vec<Rect>,
+    panel: Rect,
+}
+
+impl Labels {
+    /// Writes a label at the first free place beside a point; nowhere if there is none.
+    #[expect(clippy::cast_precision_loss, reason = "a count of letters")]
+    fn write(&mut self, svg: &mut Svg, (x, y): (f64, f64), label: &str, size: f64) {
+        let (w, h) = (0.62 * size * label.chars().count() as f64, 1.1 * size);
+        let places = [
+            (x + 16.0, y - 12.0 - h / 2.0),
+            (x + 16.0, y + 12.0 - h / 2.0),
+            (x - 16.0 - w, y - 12.0 - h / 2.0),
+            (x - 16.0 - w, y + 12.0 - h / 2.0),
+            (x - w / 2.0, y - 18.0 - h),
+            (x - w / 2.0, y + 18.0),
+            (x + 34.0, y - h / 2.0),
+            (x - 34.0 - w, y - h / 2.0),
+        ];
+        let free = places.into_iter().map(|(x, y)| Rect { x, y, w, h }).find(|place| self.is_free(*place));
+        if let Some(place) = free {
+            svg.text((place.x, place.y + 0.8 * h), label, font(size, true));
+            self.taken.push(place);
+        }
+    }
+
+    fn is_free(&self, Rect { x, y, w, h }: Rect) -> bool {
+        let Rect { x: left, y: top, w: width, h: height } = self.panel;
+        let is_inside = x >= left && y >= top && x + w <= left + width && y + h <= top + height;
+        let is_apart = |other: &Rect| {
+            x + w < other.x || other.x + other.w < x || y + h < other.y || other.y + other.h < y
+        };
+        is_inside && self.taken.iter().all(is_apart)
+    }
 }
 
 /// The longest of 1, 2, 5, 10 … m that is at most a quarter of the panel.
@@ -181,7 +259,7 @@ fn scale_bar(svg: &mut Svg, view: &Viewport) {
     let length_m = lengths.into_iter().rfind(|length| *length <= view.half_m / 2.0).unwrap_or(1.0);
     let (x, y) = (view.panel.x + 18.0, view.panel.y + view.panel.h - 18.0);
     let end = x + length_m * view.px_per_m();
-    let style = Style::line("#000000", 3.0);
+    let style = Style::line(INK, 3.0);
     svg.line([(x, y), (end, y)], style);
     svg.line([(x, y - 6.0), (x, y + 6.0)], style);
     svg.line([(end, y - 6.0), (end, y + 6.0)], style);
@@ -195,7 +273,7 @@ fn scale_bar(svg: &mut Svg, view: &Viewport) {
 fn legend(svg: &mut Svg, scene: &BevScene) {
     let n_covered = scene.truth.iter().filter(|truth| truth.is_covered).count();
     let n_others = scene.truth.len() - n_covered;
-    let solid = Style { fill: "#dbe7ff", ..Style::line(TRUTH, 3.0) };
+    let solid = Style { fill: TRUTH_FILL, ..Style::line(TRUTH, 3.0) };
     let dashed = Style { dashes: "4 3", opacity: 0.5, ..Style::line(TRUTH, 2.0) };
     let mut rows = vec![(solid, format!("truth: {n_covered} objects in view for 1 s"))];
     if n_others > 0 {
@@ -208,6 +286,13 @@ fn legend(svg: &mut Svg, scene: &BevScene) {
         rows.push((Style::line(colour, 2.6), format!("{id} ({kind}): {n} detections{when}")));
     }
     rows.push((Style::line(FUSED, 3.6), format!("fused: {} objects", scene.fused.len())));
+    let nothing = Style::line("none", 0.0);
+    if !scene.motions.is_empty() {
+        rows.push((nothing, "arrow: the way of one second".to_owned()));
+    }
+    if !scene.letters.is_empty() {
+        rows.push((nothing, "letter: class, as C car, P pedestrian, T truck".to_owned()));
+    }
     legend_rows(svg, &rows);
 }
 

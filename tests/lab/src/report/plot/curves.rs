@@ -1,7 +1,8 @@
 //! Curves over a common axis, in panels side by side, with a legend beside them.
 
-use crate::report::plot::dots::{FAINT, INK, MUTED, diamond, disc, text};
-use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, corners};
+use crate::report::palette::{Colour, FAINT, INK, MUTED, PAPER};
+use crate::report::plot::dots::{diamond, disc, text};
+use crate::report::plot::sheet::{Anchor, Paint, Sheet, corners};
 use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::{Ticks, ticks};
 
@@ -194,19 +195,20 @@ impl Style {
             if point.spread > 0.0 {
                 sheet.line(&[(px(point.x), py(low)), (px(point.x), py(high))], (self.colour, 1.0));
             }
+            sheet.hover(at(point), format!("{}: {:.4} at {}", self.name, point.y, rounded(point.x)));
             // The points of a distribution are not marked: there are too many.
             if self.is_dotted {
                 diamond(sheet, at(point), self.colour);
             } else if curve.len() <= 15 {
-                disc(
-                    sheet,
-                    at(point),
-                    3.2,
-                    Paint { stroke: Some(("#ffffff", 0.6)), fill: Some(self.colour) },
-                );
+                disc(sheet, at(point), 3.2, Paint { stroke: Some((PAPER, 0.6)), fill: Some(self.colour) });
             }
         }
     }
+}
+
+/// At most two digits after the point, and none that say nothing.
+fn rounded(x: f64) -> f64 {
+    (x * 100.0).round() / 100.0
 }
 
 /// The part of a line that is below the upper border.

@@ -1,15 +1,9 @@
 //! Dot plots: for each category and series a mean with its spread, in panels side by side.
 
-use crate::report::plot::sheet::{Anchor, Colour, Paint, Sheet, Type, corners};
+use crate::report::palette::{BAND, Colour, FAINT, INK, MUTED, OURS, PAPER, is_ours};
+use crate::report::plot::sheet::{Anchor, Paint, Sheet, Type, corners};
 use crate::report::plot::svg::Rect;
 use crate::report::plot::ticks::ticks;
-
-/// Colours that colour-blind readers can distinguish (Okabe & Ito), black and grey.
-pub(crate) const PALETTE: [Colour; 9] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7a00", "#000000", "#999999"];
-pub(super) const INK: Colour = "#222222";
-pub(super) const FAINT: Colour = "#dddddd";
-pub(super) const MUTED: Colour = "#666666";
 
 /// A mean with its spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +60,11 @@ impl DotPlot {
         }
         for (place, panel) in self.panels.iter().enumerate() {
             let x = left + (PANEL_WIDTH + GAP) * place as f64;
-            panel.draw(&mut sheet, Rect { x, y: TOP, w: PANEL_WIDTH, h: height }, &self.series);
+            panel.draw(
+                &mut sheet,
+                Rect { x, y: TOP, w: PANEL_WIDTH, h: height },
+                (&self.series, &self.categories),
+            );
         }
         sheet
     }
@@ -92,7 +90,7 @@ impl DotPlot {
 }
 
 impl Panel {
-    fn draw(&self, sheet: &mut Sheet, area: Rect, series: &[(String, Colour)]) {
+    fn draw(&self, sheet: &mut Sheet, area: Rect, (series, categories): (&[(String, Colour)], &[String])) {
         let dots = || self.dots.iter().flatten().flatten();
         let reach = |dot: &Dot| (dot.mean + dot.spread).max(dot.published.unwrap_or(0.0));
         let high = dots().map(reach).filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -109,14 +107,20 @@ impl Panel {
         for (row, of_row) in self.dots.iter().enumerate() {
             if row % 2 == 1 {
                 let band = Rect { y: top + row_height * row as f64, h: row_height, ..area };
-                sheet.shade(&corners(band), "#f2f4f7", 0.6);
+                sheet.shade(&corners(band), BAND, 0.6);
             }
             let step = (row_height - 6.0) / of_row.len().max(1) as f64;
             for (place, dot) in of_row.iter().enumerate() {
                 let Some(dot) = dot else { continue };
-                let colour = series.get(place).map_or(INK, |(_, colour)| colour);
+                let category = categories.get(row).map_or("", String::as_str);
+                // Where a row is a method, ours has its colour too.
+                let is_ours = of_row.len() == 1 && is_ours(category);
+                let colour = if is_ours { OURS } else { series.get(place).map_or(INK, |(_, colour)| colour) };
+                let name = series.get(place).map(|(name, _)| name.as_str()).filter(|name| !name.is_empty());
+                let name = name.map_or_else(|| category.to_owned(), |name| format!("{category}, {name}"));
                 let y = top + row_height * row as f64 + 3.0 + step * (place as f64 + 0.5);
                 mark(sheet, dot, (y, &px), colour);
+                sheet.hover((px(dot.mean), y), format!("{name}: {:.4}", dot.mean));
             }
         }
         sheet.path(&corners(area), true, Paint::line(MUTED, 1.0));
@@ -134,7 +138,7 @@ fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colou
     if let Some(published) = dot.published {
         diamond(sheet, (px(published), y), INK);
     }
-    disc(sheet, (px(dot.mean), y), 4.5, Paint { stroke: Some(("#ffffff", 0.8)), fill: Some(colour) });
+    disc(sheet, (px(dot.mean), y), 4.5, Paint { stroke: Some((PAPER, 0.8)), fill: Some(colour) });
 }
 
 pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Paint) {
@@ -166,7 +170,10 @@ mod tests {
         let plot = DotPlot {
             title: "Fig. <4>".to_owned(),
             categories: vec!["N1".to_owned(), "N3".to_owned()],
-            series: vec![("ours".to_owned(), PALETTE[0]), ("theirs".to_owned(), PALETTE[1])],
+            series: vec![
+                ("ours".to_owned(), crate::report::palette::SERIES[0]),
+                ("theirs".to_owned(), crate::report::palette::SERIES[1]),
+            ],
             panels: vec![Panel { label: "mATE (m)".to_owned(), dots: vec![vec![dot, None], vec![dot, dot]] }],
         };
         let svg = plot.sheet().svg();

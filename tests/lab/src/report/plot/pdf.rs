@@ -1,6 +1,7 @@
 //! Sheets as PDF, with the standard fonts.
 
-use crate::report::plot::sheet::{Anchor, Colour, Paint, Shape, Sheet, Type};
+use crate::report::palette::Colour;
+use crate::report::plot::sheet::{Anchor, Paint, Shape, Sheet, Type};
 use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Name, Pdf, Rect, Ref, Str};
 
@@ -89,6 +90,8 @@ fn content(sheet: &Sheet, opacities: &[f64]) -> Vec<u8> {
                 draw(&mut content, points, *is_closed, Paint { stroke: *stroke, fill: *fill });
             }
             Shape::Text { at, text, set } => write(&mut content, *at, text, *set),
+            // Nothing appears on paper.
+            Shape::Hover { .. } => {}
         }
     }
     content.finish().to_vec()

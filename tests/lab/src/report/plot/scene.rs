@@ -4,6 +4,8 @@ use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::data::truth::Truth;
 use crate::score::coverage::Coverage;
 use crate::score::run::scored_run::ScoredRun;
+use v2x_common::class::Class;
+use v2x_common::fused::FusedObject;
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
@@ -22,6 +24,10 @@ pub(crate) struct BevScene {
     pub agents: Vec<SceneAgent>,
     /// Fused objects.
     pub fused: Vec<BevBox>,
+    /// Those that move: where they are, and will be in a second.
+    pub motions: Vec<[(f64, f64); 2]>,
+    /// The letter of each fused object's class: C car, P pedestrian, and so on.
+    pub letters: Vec<((f64, f64), String)>,
 }
 
 /// A true object.
@@ -48,9 +54,46 @@ pub(crate) struct SceneAgent {
     pub offset: Option<Span>,
 }
 
-/// The scored fused frame with the median error; `None` where no fused frame has an error.
-pub(crate) fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>) -> Option<BevScene> {
-    let place = scored.median_frame()?;
+/// Which moment of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// The scored fused frame with the median error.
+    Typical,
+    /// The one with the largest error.
+    Worst,
+}
+
+impl Moment {
+    /// Its place in the log; `None` where no fused frame has an error.
+    fn place(self, scored: &ScoredRun) -> Option<usize> {
+        match self {
+            Self::Typical => scored.median_frame(),
+            Self::Worst => {
+                scored.frame_errors.iter().max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(place, _)| *place)
+            }
+        }
+    }
+
+    const fn in_words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Typical => ("a typical moment", "the median of all scored fused frames"),
+            Self::Worst => ("the worst moment", "the largest of all scored fused frames"),
+        }
+    }
+}
+
+/// Speed from which an object has an arrow, m/s.
+const MOVING_MPS: f64 = 0.5;
+
+/// The scene of a moment; `None` where no fused frame has an error.
+pub(crate) fn scene_at(
+    moment: Moment,
+    scored: &ScoredRun,
+    log: &RunLog,
+    truth: Truth<'_>,
+) -> Option<BevScene> {
+    let place = moment.place(scored)?;
+    let (what, rank) = moment.in_words();
     let frame = &log.fused.get(place)?.frame;
     let error_m = scored.frame_errors.iter().find(|(of, _)| *of == place).map(|(_, ate_m)| *ate_m)?;
     let summary = &scored.summary;
@@ -71,12 +114,30 @@ pub(crate) fn typical_moment(scored: &ScoredRun, log: &RunLog, truth: Truth<'_>)
         }
     });
     Some(BevScene {
-        title: format!("{}, seed {}: a typical moment", summary.scenario, summary.seed),
-        subtitle: format!("mean fused position error {error_m:.2} m, the median of all scored fused frames"),
+        title: format!("{}, seed {}: {what}", summary.scenario, summary.seed),
+        subtitle: format!("mean fused position error {error_m:.2} m, {rank}"),
         truth: view.objects.iter().map(true_box).collect(),
         agents: agents.collect(),
         fused: frame.objects.iter().map(|object| object.bev).collect(),
+        motions: frame.objects.iter().filter_map(motion).collect(),
+        letters: frame
+            .objects
+            .iter()
+            .map(|object| ((object.bev.x, object.bev.y), letter(object.class)))
+            .collect(),
     })
+}
+
+fn motion(object: &FusedObject) -> Option<[(f64, f64); 2]> {
+    let (BevBox { x, y, .. }, (vx, vy)) = (object.bev, object.velocity);
+    (libm::hypot(vx, vy) > MOVING_MPS).then_some([(x, y), (x + vx, y + vy)])
+}
+
+/// The first letter of the last part of a class's name, or of its group for people.
+fn letter(class: Class) -> String {
+    let name = class.to_string();
+    let part = if name.starts_with("human.") { "pedestrian" } else { name.rsplit('.').next().unwrap_or("") };
+    part.chars().take(1).flat_map(char::to_uppercase).collect()
 }
 
 fn nearest_frame(log: &RunLog, agent: AgentId, at: Timestamp) -> Option<&ReceivedDetections> {
@@ -96,7 +157,7 @@ mod tests {
         log.fused.iter_mut().for_each(|received| received.frame.fused_at += Span::from_millis(23));
         let scored = scored(&log, &facts).unwrap();
         let truth = Truth { objects_at: &world, agent_pose: &pose };
-        let scene = typical_moment(&scored, &log, truth).unwrap();
+        let scene = scene_at(Moment::Typical, &scored, &log, truth).unwrap();
         assert_eq!(
             scene.truth.iter().map(|truth| truth.is_covered).collect::<Vec<_>>(),
             [true, true, true, false]

@@ -1,10 +1,8 @@
 //! A drawing as a list of shapes, to be written as SVG or PDF. Units are pixels (points in PDF), x to the right and
 //! y down.
 
+use crate::report::palette::Colour;
 use crate::report::plot::svg::{Font, Rect, Style, Svg};
-
-/// A colour, `#rrggbb`.
-pub(crate) type Colour = &'static str;
 
 /// The side of a text's anchor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,6 +71,13 @@ pub(crate) enum Shape {
         /// Its style.
         set: Type,
     },
+    /// A text that appears while the pointer is there; not in print.
+    Hover {
+        /// The place.
+        at: (f64, f64),
+        /// The text.
+        text: String,
+    },
 }
 
 /// A drawing.
@@ -123,6 +128,11 @@ impl Sheet {
         self.shapes.push(Shape::Text { at, text: text.to_owned(), set });
     }
 
+    /// Shows a text while the pointer is there.
+    pub(crate) fn hover(&mut self, at: (f64, f64), text: String) {
+        self.shapes.push(Shape::Hover { at, text });
+    }
+
     /// As a self-contained SVG document.
     pub(crate) fn svg(&self) -> String {
         let mut svg = Svg::new(self.width, self.height);
@@ -135,6 +145,7 @@ impl Sheet {
                     let style = Style { stroke: colour, width, fill, dashes: &dashes, opacity: *opacity };
                     svg.path(points, *is_closed, style);
                 }
+                Shape::Hover { at, text } => svg.hover(*at, text),
                 Shape::Text { at, text, set } => {
                     let anchor = match set.anchor {
                         Anchor::Start => "start",

@@ -1,5 +1,6 @@
 //! Writing SVG: shapes in pixels, x to the right and y down.
 
+use crate::report::palette::PAPER;
 use std::fmt::{self, Display, Write};
 
 /// A drawing under construction.
@@ -63,7 +64,7 @@ impl Svg {
         let body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
              height=\"{height}\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\" \
-             stroke-linejoin=\"round\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
+             stroke-linejoin=\"round\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"{PAPER}\"/>\n"
         );
         Self { body }
     }
@@ -119,13 +120,21 @@ impl Svg {
         self.push(format_args!(r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" {style}/>"#));
     }
 
+    /// A text that appears while the pointer is within some pixels.
+    pub(super) fn hover(&mut self, (x, y): (f64, f64), text: &str) {
+        let text = Escaped(text);
+        self.push(format_args!(
+            r#"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" pointer-events="all"><title>{text}</title></circle>"#
+        ));
+    }
+
     /// A text with a white outline, readable on any background.
     pub(super) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
         let Font { size, colour, bold, anchor } = font;
         let weight = if bold { "bold" } else { "normal" };
         let text = Escaped(text);
         self.push(format_args!(
-            r##"<text x="{x:.1}" y="{y:.1}" font-size="{size:.1}" font-weight="{weight}" fill="{colour}" text-anchor="{anchor}" stroke="#ffffff" stroke-width="4" paint-order="stroke">{text}</text>"##
+            r##"<text x="{x:.1}" y="{y:.1}" font-size="{size:.1}" font-weight="{weight}" fill="{colour}" text-anchor="{anchor}" stroke="{PAPER}" stroke-width="4" paint-order="stroke">{text}</text>"##
         ));
     }
 }

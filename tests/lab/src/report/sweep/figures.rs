@@ -1,8 +1,8 @@
 //! The figures of a sweep.
 
 use crate::drive::sweep::method::SweepMethod;
+use crate::report::palette::{Colour, OURS, SERIES};
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
-use crate::report::plot::dots::PALETTE;
 use crate::report::sweep::results::Results;
 use crate::report::sweep::rows::{Row, mean_distribution};
 use crate::report::sweep::text::{Family, families};
@@ -117,13 +117,15 @@ fn styles(families: &[Family<'_>]) -> Vec<Style> {
     families.iter().enumerate().flat_map(style).collect()
 }
 
-fn colour(method: &str) -> &'static str {
+/// Each method has the same colour in every figure, whichever are compared.
+fn colour(method: &str) -> Colour {
     let place = SweepMethod::ALL.into_iter().position(|known| known.key() == method).unwrap_or(0);
-    PALETTE[COLOURS[place]]
+    COLOURS[place]
 }
 
-/// Places in the palette by method: muted colours for the baselines.
-const COLOURS: [usize; 9] = [7, 5, 3, 6, 4, 2, 1, 8, 0];
+/// By method, in their order.
+const COLOURS: [Colour; 9] =
+    [SERIES[6], SERIES[4], SERIES[5], SERIES[3], SERIES[1], SERIES[2], OURS, SERIES[7], SERIES[0]];
 
 fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity) -> Panel {
     let curve = |family: &Family<'_>, method: &str| {
@@ -157,8 +159,8 @@ fn ages(results: &[Results]) -> CurvePlot {
             let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
             let delta_max_ms = place.point.delta_max_ms;
             let name = format!("{}, Δmax {delta_max_ms} ms{live}", values.join(", "));
-            let dash = if results.plan.live { 3.0 } else { DASHES[(number / PALETTE.len()) % DASHES.len()] };
-            let colour = PALETTE[number % PALETTE.len()];
+            let dash = if results.plan.live { 3.0 } else { DASHES[(number / SERIES.len()) % DASHES.len()] };
+            let colour = SERIES[number % SERIES.len()];
             styles.push(Style { name, colour, dash, is_dotted: false });
         }
     }
@@ -203,5 +205,18 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
             curves: families.iter().flat_map(curves).collect(),
             top: Top::Most,
         }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_has_a_colour_of_its_own_and_ours_that_of_all_figures() {
+        assert_eq!(colour(SweepMethod::Ours.key()), OURS);
+        let colours: std::collections::BTreeSet<_> =
+            SweepMethod::ALL.map(|method| colour(method.key())).into();
+        assert_eq!(colours.len(), SweepMethod::ALL.len());
     }
 }

@@ -3,7 +3,8 @@
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::PUBLISH_HZ;
 use crate::report::folder;
-use crate::report::page::page;
+use crate::report::page::{figure, page, verdict_html};
+use crate::report::palette::is_ours;
 use crate::report::rows_csv::rows_csv;
 use crate::report::sweep::figures::{Figure, figures};
 use crate::report::sweep::results::Results;
@@ -17,7 +18,7 @@ use std::path::Path;
 /// The first columns. All others follow by name.
 const FIRST_COLUMNS: [&str; 8] = ["method", "axis", "x", "x_text", "axis_2", "y", "delta_max_ms", "subset"];
 /// Highlighted rows.
-const MARKED: [&str; 2] = ["replay", "ours"];
+const MARKED: [&str; 1] = ["ours"];
 
 /// Writes the report, its figures as SVG and PDF, and the rows as CSV, JSON and Markdown.
 pub(crate) fn write(rows: &[Row], results: &[Results], command: &str, folder: &Path) -> anyhow::Result<()> {
@@ -39,20 +40,20 @@ fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
     let axis = rows.first().map_or("", |row| row.axis.as_str());
     let title = format!("Error and timing against {axis}");
     let mut body = format!(
-        "<h1>{}</h1>\n<pre>{}</pre>\n<p>Objects count that both of the first two agents have in view. Errors are \
+        "<h1>{}</h1>\n{}<pre>{}</pre>\n<p>Objects count that both of the first two agents have in view. Errors are \
          matched by identity, at any distance; bars reach one standard deviation over seeds to either side. A curve \
          that explodes is cut off at the border. Hubs publish at {PUBLISH_HZ} Hz, and what arrives waits for that. Rows \
          with every column: rows.csv, rows.json.</p>\n",
         escaped(&title),
+        verdict(rows),
         escaped(command),
     );
-    body += &format!("<h2>What is compared</h2>\n{}", methods(rows).html(&MARKED));
+    body += &format!(
+        "<h2>What is compared</h2>\n{}",
+        methods(rows).html(&MARKED).replace("class=\"table\"", "class=\"table words\"")
+    );
     for Figure { name, plot } in figures {
-        body += &format!(
-            "<figure>\n{}<figcaption>plots/{name}.svg, <a href=\"plots/{name}.pdf\">plots/{name}.pdf</a>\
-             </figcaption></figure>\n",
-            plot.sheet().svg()
-        );
+        body += &figure(&plot.sheet().svg(), Some(name));
     }
     for family in families(rows) {
         body += &format!("<h2>{}</h2>\n", escaped(&family.name()));
@@ -66,6 +67,30 @@ fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
         body += &format!("<h3>Stage by stage, ms (median / 95 % / 99 %)</h3>\n{}", stages.html(&MARKED));
     }
     page(&title, &body)
+}
+
+/// At how many values ours has the least error; empty where it is not compared. Ours without other agents is no other.
+fn verdict(rows: &[Row]) -> String {
+    let others = |row: &&Row| row.subset == "all" && !row.method.contains("ours");
+    let ratio = |ours: &Row| {
+        let is_same = |row: &&Row| {
+            (&row.x_text, row.y.map(f64::to_bits), row.delta_max_ms)
+                == (&ours.x_text, ours.y.map(f64::to_bits), ours.delta_max_ms)
+        };
+        let best =
+            rows.iter().filter(others).filter(is_same).filter_map(|row| row.mate_m).reduce(f64::min)?;
+        Some(ours.mate_m? / best)
+    };
+    let ours = rows.iter().filter(|row| row.subset == "all" && is_ours(row.method));
+    let ratios: Vec<f64> = ours.filter_map(ratio).collect();
+    let Some(largest) = ratios.iter().copied().reduce(f64::max) else { return String::new() };
+    let least = ratios.iter().copied().fold(largest, f64::min);
+    let (won, all) = (ratios.iter().filter(|ratio| **ratio < 1.0).count(), ratios.len());
+    let word = if won == all { "Ours is the most accurate" } else { "Ours is not always the most accurate" };
+    let reasons = format!(
+        "least position error at {won} of {all} values; {least:.2} to {largest:.2} × that of the best other method"
+    );
+    verdict_html(won == all, word, &reasons)
 }
 
 /// The methods in words.

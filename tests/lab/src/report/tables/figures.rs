@@ -1,7 +1,8 @@
 //! The figures of the tables.
 
 use crate::data::noise::Shape;
-use crate::report::plot::dots::{Dot, DotPlot, PALETTE, Panel};
+use crate::report::palette::{Colour, SERIES, of_methods};
+use crate::report::plot::dots::{Dot, DotPlot, Panel};
 use crate::report::tables::kind::Table;
 use crate::report::tables::results::Tables;
 use crate::report::tables::rows::Row;
@@ -64,9 +65,9 @@ fn row_of<'a>(tables: &'a Tables, block: &'a Block, key: &str) -> Option<&'a Row
     tables.rows_of(block).find(is_it)
 }
 
-fn coloured(block: &Block) -> Vec<(String, &'static str)> {
-    let names = block.contenders.iter().map(|one| one.key().to_owned());
-    names.zip(PALETTE.into_iter().cycle()).collect()
+fn coloured(block: &Block) -> Vec<(String, Colour)> {
+    let colours = of_methods(block.contenders.iter().map(|one| one.key()));
+    block.contenders.iter().map(|one| one.key().to_owned()).zip(colours).collect()
 }
 
 /// A row for each method.
@@ -80,7 +81,7 @@ fn by_method(tables: &Tables, block: &Block) -> Figure {
     let plot = DotPlot {
         title: text::heading(block),
         categories: block.contenders.iter().map(|one| one.key().to_owned()).collect(),
-        series: vec![(String::new(), PALETTE[0])],
+        series: vec![(String::new(), SERIES[0])],
         panels: ERRORS.map(panel).into(),
     };
     figure(block, format!("{}-{}", block.table.stem(), block.setting.noise.name()), plot)

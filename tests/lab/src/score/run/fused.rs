@@ -15,6 +15,7 @@ use v2x_fusion_hub::association::assignment::Assigner;
 pub(super) struct FusedScore {
     pub(super) summary: FusedSummary,
     pub(super) frame_errors: Vec<(usize, f64)>,
+    pub(super) frame_nees: Vec<(usize, f64)>,
 }
 
 /// Scores every fused frame of the window.
@@ -26,7 +27,7 @@ pub(super) fn score(
 ) -> FusedScore {
     let (mut tally, mut common_tally) = (Tally::default(), Tally::default());
     let mut continuity = TrackContinuity::default();
-    let mut frame_errors = Vec::new();
+    let (mut frame_errors, mut frame_nees) = (Vec::new(), Vec::new());
     let mut assigner = Assigner::default();
     for (place, received) in fused.iter().enumerate().filter(|(_, r)| window.contains(r.frame.fused_at)) {
         let frame = &received.frame;
@@ -39,6 +40,7 @@ pub(super) fn score(
         let matching = scored.matched(MatchingRule::ByPosition(rule), &mut assigner);
         let metrics = frame_metrics(&scored, &matching, match_radius_m, &mut assigner);
         frame_errors.extend(metrics.ate_m().map(|ate_m| (place, ate_m)));
+        frame_nees.extend(metrics.nees_position.map(|nees| (place, nees)));
         tally.add(&metrics);
         continuity.add(&frame.objects, &truth, &matching);
         let common = matching.restricted_to(
@@ -52,5 +54,5 @@ pub(super) fn score(
         common: common_tally.metrics(),
         tracks: continuity.summary(),
     };
-    FusedScore { summary, frame_errors }
+    FusedScore { summary, frame_errors, frame_nees }
 }

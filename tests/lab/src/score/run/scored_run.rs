@@ -51,6 +51,8 @@ pub(crate) struct ScoredRun {
     pub summary: Summary,
     /// Fused frames that have an error: place in the log and ATE (m), in order of arrival.
     pub frame_errors: Vec<(usize, f64)>,
+    /// Fused frames that have a NEES: place in the log and mean position NEES/2.
+    pub frame_nees: Vec<(usize, f64)>,
     /// The agents, in the order of the scenario.
     pub observers: Vec<Observer>,
 }
@@ -107,7 +109,7 @@ pub(crate) fn score(log: &RunLog, truth: Truth<'_>, facts: &RunFacts) -> Result<
         end_to_end_ms: end_to_end_ms(scored()),
         age_of_information_ms: age_of_information_ms(&log.fused, window.start, last_received_at),
     };
-    Ok(ScoredRun { summary, frame_errors: fused.frame_errors, observers })
+    Ok(ScoredRun { summary, frame_errors: fused.frame_errors, frame_nees: fused.frame_nees, observers })
 }
 
 fn observers(log: &RunLog, agents: &[AgentFacts]) -> Result<Vec<Observer>, ScoreError> {

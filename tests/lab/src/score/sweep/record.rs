@@ -146,7 +146,8 @@ pub(crate) struct Record {
     /// Matched by position.
     #[serde(rename = "geometric")]
     pub by_position: ByPosition,
-    /// Sum and number of position NEES over its 2 degrees of freedom.
+    /// Sum over the frames that are matched by position, and their number, of the mean position NEES over its 2 degrees of
+    /// freedom: the NEES/2 of runs.
     pub nees: (f64, u64),
     /// Sum and number of normalised innovations squared over their degrees of freedom, all agents.
     pub nis: (f64, u64),

@@ -1,9 +1,10 @@
 //! Fused frames against the truth: matched by provenance, as in the tables, and in a part of the frames by position.
 
 use crate::data::run_log::ReceivedFused;
-use crate::score::errors::{SizeNorm, half_nees};
+use crate::score::errors::SizeNorm;
 use crate::score::estimate::Estimate;
 use crate::score::frame_errors::{ErrorSums, FrameErrors};
+use crate::score::frame_metrics::mean_half_nees;
 use crate::score::gospa::gospa;
 use crate::score::matching::{Frame, MatchingRule, Outcome, PositionRule, Repeats};
 use crate::score::sweep::provenance::Provenance;
@@ -114,11 +115,9 @@ impl<'a, 'b> Scorer<'a, 'b> {
         });
         self.add_to_block(&sums, at);
         for (index, outcome) in matching.outcomes.iter().enumerate() {
-            let Some(place) = outcome.place() else { continue };
-            if let Some(nees) = half_nees(&frame.estimates[index], &frame.truth[place].bev) {
-                self.record.nees = (self.record.nees.0 + nees, self.record.nees.1 + 1);
+            if outcome.place().is_some() {
+                self.add_ages(&objects[index], at);
             }
-            self.add_ages(&objects[index], at);
         }
     }
 
@@ -153,6 +152,9 @@ impl<'a, 'b> Scorer<'a, 'b> {
         let matching = matching.restricted_to(|_| true, |index| self.is_in_view(frame, snapshot, index));
         let errors = FrameErrors::of(frame, &matching, SizeNorm::RootOfSquares);
         errors.add_to(&mut self.sums_by_position, |_| true);
+        if let Some(nees) = mean_half_nees(frame, &matching) {
+            self.record.nees = (self.record.nees.0 + nees, self.record.nees.1 + 1);
+        }
         let outcomes = frame.estimates.iter().zip(&matching.outcomes);
         let counted = outcomes.filter(|(_, outcome)| **outcome != Outcome::Ignored);
         let estimates: Vec<_> = counted.map(|(estimate, _)| estimate.bev).collect();

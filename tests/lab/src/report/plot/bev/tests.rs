@@ -132,3 +132,35 @@ fn the_busiest_spot_is_where_most_boxes_are() {
     };
     assert!(busiest_spot(&scene).0 >= 100.0);
 }
+
+#[test]
+fn labels_of_agents_at_one_place_do_not_overlap_and_stay_in_the_panel() {
+    let mut svg = Svg::new(WIDTH, HEIGHT);
+    let mut labels = Labels { taken: Vec::new(), panel: WHOLE };
+    let corner = (WHOLE.x + WHOLE.w - 2.0, WHOLE.y + 2.0);
+    for at in [(300.0, 300.0), (302.0, 301.0), (299.0, 303.0), corner, corner] {
+        labels.write(&mut svg, at, "rsu-north", 19.0);
+    }
+    assert!(labels.taken.len() >= 4, "{:?}", labels.taken);
+    let is_apart =
+        |a: &Rect, b: &Rect| a.x + a.w < b.x || b.x + b.w < a.x || a.y + a.h < b.y || b.y + b.h < a.y;
+    for (place, label) in labels.taken.iter().enumerate() {
+        assert!(labels.taken[..place].iter().all(|other| is_apart(label, other)), "{:?}", labels.taken);
+        assert!(label.x >= WHOLE.x && label.x + label.w <= WHOLE.x + WHOLE.w && label.y >= WHOLE.y);
+    }
+}
+
+#[test]
+fn what_moves_has_an_arrow_and_what_is_enlarged_a_letter() {
+    let mut scene = scene();
+    let still = bev_svg(&scene);
+    let BevBox { x, y, .. } = scene.fused[0];
+    let spot = busiest_spot(&scene);
+    scene.motions = vec![[(x, y), (x + 5.0, y)]];
+    scene.letters = vec![(spot, "C".to_owned()), ((1e4, 1e4), "Z".to_owned())];
+    let moving = bev_svg(&scene);
+    let lines = |svg: &str| svg.matches("<line").count();
+    assert!(lines(&moving) >= lines(&still) + 3, "a shaft and two barbs");
+    assert!(moving.contains(">C</text>") && !moving.contains(">Z</text>"));
+    assert!(moving.contains("arrow: the way of one second") && !still.contains("arrow:"));
+}
