@@ -264,7 +264,9 @@ mod tests {
 
     fn record(path: &Path, options: RecordingOptions, entries: &[Entry]) -> RecordingFile {
         let mut file = RecordingFile::create(path, options).unwrap();
-        entries.iter().for_each(|entry| drop(file.write(entry).unwrap()));
+        for entry in entries {
+            file.write(entry).unwrap();
+        }
         file
     }
 

@@ -70,7 +70,7 @@ impl<R: Read> McapReader<R> {
                             self.channels.insert(channel.id, Source::of(channel));
                         }
                         Record::Metadata(metadata) if metadata.name == "v2x" => {
-                            self.facts = metadata.metadata
+                            self.facts = metadata.metadata;
                         }
                         Record::Message { header, data } => {
                             if let Some(entry) = entry(&self.channels, &header, &data) {

@@ -66,7 +66,7 @@ impl Journals {
     }
 
     /// The hubs that are to be asked now.
-    pub(super) fn to_ask(&mut self, now: Timestamp) -> Vec<HubId> {
+    pub(super) fn take_due(&mut self, now: Timestamp) -> Vec<HubId> {
         let is_due = |journal: &Journal| {
             (journal.is_broken || now - journal.heard_at > SILENT_FOR) && now - journal.asked_at > ASKED_EVERY
         };
@@ -122,14 +122,14 @@ mod tests {
     #[test]
     fn a_hub_is_asked_when_its_first_list_comes_and_not_again_while_its_journal_does() {
         let mut journals = Journals::default();
-        assert!(journals.to_ask(at(0)).is_empty());
+        assert!(journals.take_due(at(0)).is_empty());
         journals.note(&entry(10, keys().fused(&hub()), Vec::new()));
-        assert_eq!(journals.to_ask(at(10)), [hub()]);
-        assert!(journals.to_ask(at(200)).is_empty(), "it has been asked");
+        assert_eq!(journals.take_due(at(10)), [hub()]);
+        assert!(journals.take_due(at(200)).is_empty(), "it has been asked");
         journals.note(&batch(300, 0, &[START, CALL]));
         journals.note(&batch(1900, 2, &[CALL]));
-        assert!(journals.to_ask(at(2000)).is_empty() && journals.are_whole());
-        assert_eq!(journals.to_ask(at(4000)), [hub()], "no batch for long");
+        assert!(journals.take_due(at(2000)).is_empty() && journals.are_whole());
+        assert_eq!(journals.take_due(at(4000)), [hub()], "no batch for long");
     }
 
     #[test]
@@ -138,10 +138,10 @@ mod tests {
         journals.note(&batch(0, 0, &[START, CALL]));
         journals.note(&batch(10, 3, &[CALL]));
         assert!(!journals.are_whole());
-        assert_eq!(journals.to_ask(at(20)), [hub()]);
+        assert_eq!(journals.take_due(at(20)), [hub()]);
         journals.note(&batch(30, 4, &[CALL, START, CALL]));
-        assert!(journals.are_whole() && journals.to_ask(at(2000)).is_empty());
+        assert!(journals.are_whole() && journals.take_due(at(2000)).is_empty());
         journals.renew();
-        assert_eq!(journals.to_ask(at(1020)), [hub()]);
+        assert_eq!(journals.take_due(at(1020)), [hub()]);
     }
 }

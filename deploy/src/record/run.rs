@@ -82,7 +82,7 @@ impl Recorder<'_> {
                 }
                 entry = consumer.next() => self.take(&entry)?,
             }
-            for hub in self.journals.to_ask(clock::now()) {
+            for hub in self.journals.take_due(clock::now()) {
                 consumer.ask_for_journal(&hub).await?;
             }
         }

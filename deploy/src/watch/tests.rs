@@ -39,7 +39,7 @@ fn health(name: &str, accepted: u64, refused: u64) -> AgentHealth {
 
 /// Object 0 is the slowest and the newest measured, object n the fastest.
 fn object(number: u32) -> FusedObject {
-    let class = if number % 2 == 0 { Class::Car } else { Class::Adult };
+    let class = if number.is_multiple_of(2) { Class::Car } else { Class::Adult };
     let bev = BevBox { x: f64::from(number) * -3.25 - 0.001, y: 112.5, w: 1.9, d: 4.6, yaw: 1.0 };
     let mut object = FusedObject::from_box(TrackId::new(3_000_000_000, number + 1), class, bev);
     object.velocity = (f64::from(number), 0.0);

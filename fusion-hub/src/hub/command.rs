@@ -25,11 +25,11 @@ pub async fn run_with(
         session: args.session_options(),
         record: args.recording(),
     };
-    let status = serve(setup, shutdown, engine, |hub, locators| {
+    let status = Box::pin(serve(setup, shutdown, engine, |hub, locators| {
         if args.events {
             events::emit("ready", &serde_json::json!({ "locators": locators, "hub": hub }));
         }
-    });
+    }));
     let status = status.await?;
     if args.events {
         events::emit("stopped", &serde_json::json!({ "status": status }));
