@@ -96,8 +96,11 @@ class Checker:
             return [*words, "lte-uu"] if not rest else words
         if words[0].endswith("lab") and words[1:] == ["sweep", "latency"]:
             return [words[0], "sweep", "latency=0,100", "--seeds", "1", "--duration-s", "6", "--methods", "replay,ours"]
-        if command in ("watch", "status") and "--connect" not in rest:
-            ending = ["--count", "5"] if command == "watch" else []
+        if command == "retrack":
+            # Of a recording that an earlier command of the document made.
+            return words if (self.folder / rest[0]).exists() else None
+        if command in ("watch", "status", "record") and "--connect" not in rest:
+            ending = {"watch": ["--count", "5"], "record": ["--count", "20", "--force"]}.get(command, [])
             return [*words, *ending, "--connect", self.endpoint(words[0])]
         return None
 
