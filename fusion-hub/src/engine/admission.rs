@@ -120,7 +120,7 @@ impl Admission {
             let refusal = Refusal::TooManyAgents { limit: MAX_AGENTS };
             return if agents.has_room(now) { Ok(()) } else { Err(refusal) };
         };
-        if record.has_accepted(&frame.id) {
+        if record.has_accepted(&frame.id, now - self.delta_max) {
             return Err(Refusal::Duplicate { epoch: frame.id.epoch, sequence: frame.id.sequence });
         }
         if record.is_full(now - self.delta_max) {

@@ -55,9 +55,11 @@ impl AgentRecord {
         Some(self.sensor.coverage(self.description.as_ref()?, frame.sensor_pose?))
     }
 
-    /// Whether a frame of it has been accepted before.
-    pub(super) fn has_accepted(&self, frame: &FrameId) -> bool {
-        self.accepted.binary_search_by_key(&(frame.epoch, frame.sequence), |(id, _)| *id).is_ok()
+    /// Whether a frame of it has been accepted before, and was captured after the horizon. An older one does not count: whoever has
+    /// used numbers that are yet to come (a forger, or the agent before it was restarted) silences nobody for longer.
+    pub(super) fn has_accepted(&self, frame: &FrameId, horizon: Timestamp) -> bool {
+        let place = self.accepted.binary_search_by_key(&(frame.epoch, frame.sequence), |(id, _)| *id);
+        place.is_ok_and(|place| self.accepted[place].1 >= horizon)
     }
 
     /// Whether there is no room for another frame within Δmax, which began at `horizon`.
@@ -75,8 +77,10 @@ impl AgentRecord {
             self.accepted.retain(|(_, captured_at)| *captured_at >= horizon);
         }
         let id = (frame.id.epoch, frame.id.sequence);
-        let place = self.accepted.partition_point(|(other, _)| *other < id);
-        self.accepted.insert(place, (id, frame.captured_at));
+        match self.accepted.binary_search_by_key(&id, |(other, _)| *other) {
+            Ok(place) => self.accepted[place].1 = frame.captured_at,
+            Err(place) => self.accepted.insert(place, (id, frame.captured_at)),
+        }
         if self.newest_captured_at.is_none_or(|newest| frame.captured_at >= newest) {
             self.newest_captured_at = Some(frame.captured_at);
             self.epoch = frame.id.epoch;
@@ -184,7 +188,7 @@ impl AgentRegistry {
 
     /// Whether there is room for another agent at `now`.
     pub(super) fn has_room(&self, now: Timestamp) -> bool {
-        self.names.len() < MAX_AGENTS || self.longest_silent(now).is_some()
+        self.names.len() < MAX_AGENTS || self.dispensable(now).is_some()
     }
 
     /// The slot and the record of an agent that something has arrived from at `now`, made where there is none yet;
@@ -209,8 +213,8 @@ impl AgentRegistry {
             return Some(slot);
         }
         if self.names.len() >= MAX_AGENTS {
-            let silent = self.longest_silent(now)?;
-            let slot = self.names.remove(&silent)?;
+            let dispensable = self.dispensable(now)?;
+            let slot = self.names.remove(&dispensable)?;
             self.records[slot.index()] = AgentRecord::default();
         }
         let slot = self.names.slot_for(agent);
@@ -220,11 +224,16 @@ impl AgentRegistry {
         Some(slot)
     }
 
-    /// The agent that was silent for the longest time, if that is for good.
-    fn longest_silent(&self, now: Timestamp) -> Option<AgentId> {
-        let (agent, record) = self.iter().min_by_key(|(_, record)| record.last_heard_at)?;
+    /// The agent that makes room for another one. Names of which no frame was ever accepted go first, and of these the ones that do
+    /// not describe themselves; an agent whose frames are fused stays, unless it is silent for good.
+    fn dispensable(&self, now: Timestamp) -> Option<AgentId> {
+        let usefulness =
+            |record: &AgentRecord| (record.statistics.accepted > 0, record.description.is_some());
+        let (agent, record) =
+            self.iter().min_by_key(|(_, record)| (usefulness(record), record.last_heard_at))?;
         let last_heard_at = record.last_heard_at.unwrap_or(Timestamp::MIN);
-        (now - last_heard_at > self.silent_for_good).then_some(*agent)
+        let is_dispensable = record.statistics.accepted == 0 || now - last_heard_at > self.silent_for_good;
+        is_dispensable.then_some(*agent)
     }
 }
 
@@ -248,7 +257,7 @@ mod tests {
         for (sequence, ms) in [(5, 50), (3, 30), (9, 90), (4, 40)] {
             record.note_accepted(&frame(sequence, ms), at(0));
         }
-        let has = |record: &AgentRecord, sequence| record.has_accepted(&frame(sequence, 0).id);
+        let has = |record: &AgentRecord, sequence| record.has_accepted(&frame(sequence, 0).id, at(0));
         assert!([3, 4, 5, 9].iter().all(|sequence| has(&record, *sequence)) && !has(&record, 6));
         // A frame of exactly the horizon may arrive again, an older one may not.
         record.note_accepted(&frame(10, 100), at(40));

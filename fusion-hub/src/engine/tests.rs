@@ -116,6 +116,44 @@ fn memory_is_bounded_against_many_agents_and_many_frames() {
 }
 
 #[test]
+fn sequence_numbers_that_somebody_has_used_up_silence_an_agent_no_longer_than_delta_max() {
+    let mut engine = engine();
+    admit(&mut engine, &frame("ego", 0, 0), at(0)).unwrap();
+    for forged in 1..=1000 {
+        admit(&mut engine, &frame("ego", forged, 0), at(10)).unwrap();
+    }
+    let mut refused = 0;
+    for sequence in 1..=100_u64 {
+        let ms = i64::try_from(sequence).unwrap() * 100;
+        refused += u64::from(admit(&mut engine, &frame("ego", sequence, ms), at(ms + 5)).is_err());
+    }
+    assert!(refused <= 5, "{refused} of 100 frames are taken for duplicates");
+    let again = admit(&mut engine, &frame("ego", 100, 10_000), at(10_006));
+    assert!(matches!(again, Err(Refusal::Duplicate { .. })), "{again:?}");
+}
+
+#[test]
+fn names_of_which_no_frame_is_ever_accepted_lock_nobody_out() {
+    let mut engine = engine();
+    admit(&mut engine, &frame("ego", 0, 0), at(0)).unwrap();
+    let flood = |engine: &mut Engine, round: usize| {
+        for name in 0..MAX_AGENTS + 100 {
+            let name = AgentId::new(&format!("x{round}-{name}")).unwrap();
+            engine.note_refusal(name, Refusal::NotListenedTo);
+        }
+    };
+    flood(&mut engine, 0);
+    assert_eq!(admit(&mut engine, &frame("late", 0, 10), at(10)), Ok(false));
+    flood(&mut engine, 1);
+    assert_eq!(admit(&mut engine, &frame("ego", 1, 20), at(20)), Ok(false));
+    assert_eq!(admit(&mut engine, &frame("late", 1, 20), at(20)), Ok(false));
+    let agents = engine.agents();
+    assert_eq!(agents.iter().count(), MAX_AGENTS);
+    let accepted = |name: &str| agents.record(&AgentId::new(name).unwrap()).unwrap().statistics.accepted;
+    assert_eq!((accepted("ego"), accepted("late")), (2, 2));
+}
+
+#[test]
 fn published_times_never_go_back() {
     let mut engine = engine();
     assert_eq!(engine.fused(at(100)).fused_at, at(100));
