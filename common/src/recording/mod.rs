@@ -6,6 +6,7 @@
 mod entry;
 #[cfg(feature = "mcap")]
 mod file;
+#[cfg(feature = "mcap")]
 mod legacy;
 #[cfg(feature = "mcap")]
 mod mcap_reader;
