@@ -9,8 +9,9 @@ use v2x_common::wire::journal::Batch;
 
 /// A hub whose lists come for so long without its journal is asked for it.
 const SILENT_FOR: Span = Span::from_millis(1000);
-/// A hub is asked this often at most.
+/// A hub is asked this often at most, and half as often after each time that brought no start.
 const ASKED_EVERY: Span = Span::from_millis(1000);
+const MOST_HALVINGS: u32 = 6;
 
 /// What is known of the journals of all hubs.
 #[derive(Debug, Default)]
@@ -24,12 +25,22 @@ struct Journal {
     next: Option<(u32, u64)>,
     heard_at: Timestamp,
     asked_at: Timestamp,
+    /// How often it was asked since its last start.
+    n_asked: u32,
     is_broken: bool,
 }
 
 impl Default for Journal {
     fn default() -> Self {
-        Self { next: None, heard_at: Timestamp::MIN, asked_at: Timestamp::MIN, is_broken: false }
+        Self { next: None, heard_at: Timestamp::MIN, asked_at: Timestamp::MIN, n_asked: 0, is_broken: false }
+    }
+}
+
+impl Journal {
+    /// How long after it was asked it is asked again.
+    const fn patience(&self) -> Span {
+        let halvings = if self.n_asked > MOST_HALVINGS { MOST_HALVINGS } else { self.n_asked };
+        Span::from_nanos(ASKED_EVERY.as_nanos() << halvings >> 1)
     }
 }
 
@@ -50,6 +61,9 @@ impl Journals {
                 let is_gap = journal.next.is_some_and(|next| next != (batch.lineage, batch.first));
                 let has_start =
                     batch.items().any(|item| matches!(item, Ok(v2x_common::wire::journal::Item::Start(_))));
+                if has_start {
+                    journal.n_asked = 0;
+                }
                 journal.is_broken = (journal.is_broken || is_gap) && !has_start;
                 journal.next = Some((batch.lineage, batch.first + batch.items().count() as u64));
             }
@@ -62,18 +76,22 @@ impl Journals {
         for journal in self.hubs.values_mut() {
             journal.is_broken = true;
             journal.asked_at = Timestamp::MIN;
+            journal.n_asked = 0;
         }
     }
 
     /// The hubs that are to be asked now.
     pub(super) fn take_due(&mut self, now: Timestamp) -> Vec<HubId> {
         let is_due = |journal: &Journal| {
-            (journal.is_broken || now - journal.heard_at > SILENT_FOR) && now - journal.asked_at > ASKED_EVERY
+            (journal.is_broken || now - journal.heard_at > SILENT_FOR)
+                && now - journal.asked_at > journal.patience()
         };
         let due: Vec<_> =
             self.hubs.iter().filter(|(_, journal)| is_due(journal)).map(|(hub, _)| *hub).collect();
         for hub in &due {
-            self.hubs.entry(*hub).or_default().asked_at = now;
+            let journal = self.hubs.entry(*hub).or_default();
+            journal.asked_at = now;
+            journal.n_asked += 1;
         }
         due
     }
@@ -130,6 +148,16 @@ mod tests {
         journals.note(&batch(1900, 2, &[CALL]));
         assert!(journals.take_due(at(2000)).is_empty() && journals.are_whole());
         assert_eq!(journals.take_due(at(4000)), [hub()], "no batch for long");
+    }
+
+    #[test]
+    fn a_hub_that_gives_no_start_is_asked_ever_more_rarely() {
+        let mut journals = Journals::default();
+        journals.note(&entry(0, keys().fused(&hub()), Vec::new()));
+        let asked = (0..60_000).step_by(100).filter(|ms| !journals.take_due(at(*ms)).is_empty()).count();
+        assert!((5..=8).contains(&asked), "{asked} times in a minute");
+        journals.note(&batch(60_000, 0, &[START, CALL]));
+        assert_eq!(journals.take_due(at(62_000)), [hub()], "soon after a start");
     }
 
     #[test]

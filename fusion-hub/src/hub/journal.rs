@@ -10,12 +10,16 @@ use v2x_common::clock;
 use v2x_common::id::HubId;
 use v2x_common::keys::Keys;
 use v2x_common::recording::Entry;
+use v2x_common::time::{Span, Timestamp};
 use v2x_common::version;
 use v2x_common::wire::journal::{self, Body, Call, Item, Start};
 use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD, WireError};
 
 /// A batch leaves at the latest when it has this many bytes.
 const BATCH_BYTES: usize = 1 << 18;
+
+/// Whoever asks for starts more often gets none.
+const STARTED_EVERY: Span = Span::from_millis(500);
 
 /// The journal of one hub.
 pub(super) struct Journal {
@@ -24,6 +28,8 @@ pub(super) struct Journal {
     keys: Keys,
     hub: HubId,
     lineage: u32,
+    /// When the newest start was given to subscribers.
+    started_at: Timestamp,
     /// Whether the subscribers have a start to go on from.
     is_streamed: bool,
     /// The items that have not left, and their number; the number of the first one.
@@ -41,6 +47,7 @@ impl Journal {
             keys,
             hub: engine.hub,
             lineage: engine.lineage,
+            started_at: Timestamp::MIN,
             is_streamed: false,
             batch: Vec::new(),
             n_batched: 0,
@@ -62,8 +69,13 @@ impl Journal {
         self.recorder.as_ref()
     }
 
-    /// A subscriber has asked for a start: the state of the core, from which its calls lead on.
-    pub(super) fn start(&mut self, core: &Core) {
+    /// A subscriber has asked for a start: the state of the core, from which its calls lead on. It costs time, so that it is
+    /// given once a second at most, and only where somebody subscribes.
+    pub(super) fn start(&mut self, core: &Core, now: Timestamp) {
+        if !self.stream.is_wanted() || now - self.started_at < STARTED_EVERY {
+            return;
+        }
+        self.started_at = now;
         self.is_streamed = true;
         self.write_start(core);
     }

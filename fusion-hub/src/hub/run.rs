@@ -253,7 +253,7 @@ impl Hub {
                 answer(&query, serde_json::to_vec(&self.status()).unwrap_or_default()).await;
             }
             Control::JournalQuery(query) => {
-                self.journal.start(&self.core);
+                self.journal.start(&self.core, clock::now());
                 self.journal.flush().await;
                 let lineage = self.settings.engine.lineage;
                 answer(&query, serde_json::json!({ "lineage": lineage }).to_string().into_bytes()).await;
