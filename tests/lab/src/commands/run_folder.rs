@@ -18,7 +18,7 @@ use crate::drive::rerun::rerun;
 use crate::report::markdown::report_md;
 use crate::report::output::print;
 use crate::report::plot::bev::bev_svg;
-use crate::report::plot::scene::{Moment, scene_at};
+use crate::report::plot::scene::{BevScene, Moment, scene_at};
 use crate::report::run_page::{RunPage, run_page};
 use crate::report::summary::summary_table;
 use crate::score::percentiles::Percentiles;
@@ -174,7 +174,10 @@ impl RunFolder {
         let scenario = Scenario::load(self.scenario())?;
         let simulation = Simulation::new(&scenario, record.seed, record.start()?);
         let scored = score_of(&simulation, &record, &log)?;
-        let scene = |moment| simulation.with_truth(|truth| scene_at(moment, &scored, &log, truth));
+        let scene = |moment| {
+            let scene = simulation.with_truth(|truth| scene_at(moment, &scored, &log, truth));
+            scene.map(|scene| BevScene { roads: simulation.roads(), ..scene })
+        };
         let typical = scene(Moment::Typical);
         if let Some(scene) = &typical {
             self.write("bev.svg", &bev_svg(scene))?;

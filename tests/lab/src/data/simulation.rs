@@ -5,7 +5,7 @@ use crate::data::truth::Truth;
 use v2x_agent::clock::ClockError;
 use v2x_agent::scenario::Scenario;
 use v2x_agent::truth::{ObjectId, TrueObject};
-use v2x_agent::world::World;
+use v2x_agent::world::{Road, World};
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
@@ -38,6 +38,11 @@ impl<'a> Simulation<'a> {
     /// The scenario's name.
     pub(crate) fn name(&self) -> &str {
         &self.scenario.name
+    }
+
+    /// The lines on the ground of its world.
+    pub(crate) fn roads(&self) -> Vec<Road> {
+        self.scenario.world.roads()
     }
 
     fn objects_at(&self, at: Timestamp, out: &mut Vec<TrueObject>) {

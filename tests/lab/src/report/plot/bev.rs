@@ -2,9 +2,10 @@
 //!
 //! On the left the whole scene, on the right its densest region enlarged, and the legend.
 
-use crate::report::palette::{AGENTS, BAND, FAINT, INK, MUTED, OURS as FUSED, TRUTH, TRUTH_FILL};
+use crate::report::palette::{AGENTS, BAND, FAINT, INK, MUTED, OURS as FUSED, PAPER, TRUTH, TRUTH_FILL};
 use crate::report::plot::scene::{BevScene, SceneAgent};
 use crate::report::plot::svg::{Font, Rect, Style, Svg};
+use v2x_agent::world::{Road, RoadKind};
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::sensor::SensorKind;
 
@@ -122,6 +123,7 @@ struct Pen<'a> {
 fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen<'_>) {
     svg.begin_clip(pen.id, view.panel);
     svg.rect(view.panel, Style { fill: BAND, ..Style::line("none", 0.0) });
+    scene.roads.iter().for_each(|line| road(svg, view, line));
     grid(svg, view, pen.grid_m);
     for truth in &scene.truth {
         let style = if truth.is_covered {
@@ -153,8 +155,17 @@ fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen<'_>) {
     svg.rect(view.panel, Style::line(MUTED, 1.5));
 }
 
+/// A line on the ground in its true width, thin ones at least a hair.
+fn road(svg: &mut Svg, view: &Viewport, road: &Road) {
+    let colour = if road.kind == RoadKind::Surface { FAINT } else { PAPER };
+    let width = (road.width_m * view.px_per_m()).max(1.0);
+    for pair in road.points.windows(2) {
+        svg.line([view.px(pair[0]), view.px(pair[1])], Style::line(colour, width));
+    }
+}
+
 fn grid(svg: &mut Svg, view: &Viewport, step_m: f64) {
-    let style = Style::line(FAINT, 1.0);
+    let style = Style { opacity: 0.6, ..Style::line(FAINT, 1.0) };
     let first = |low: f64| libm::ceil(low / step_m) * step_m;
     let Rect { x: left, y: top, w, h } = view.panel;
     let mut offset = first(view.centre.0 - view.half_m);

@@ -4,6 +4,7 @@ use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::data::truth::Truth;
 use crate::score::coverage::Coverage;
 use crate::score::run::scored_run::ScoredRun;
+use v2x_agent::world::Road;
 use v2x_common::class::Class;
 use v2x_common::fused::FusedObject;
 use v2x_common::geometry::{BevBox, Pose};
@@ -18,6 +19,8 @@ pub(crate) struct BevScene {
     pub title: String,
     /// Subtitle.
     pub subtitle: String,
+    /// Lines on the ground, surfaces first.
+    pub roads: Vec<Road>,
     /// True objects.
     pub truth: Vec<TrueBox>,
     /// Agents with their detections.
@@ -116,6 +119,7 @@ pub(crate) fn scene_at(
     Some(BevScene {
         title: format!("{}, seed {}: {what}", summary.scenario, summary.seed),
         subtitle: format!("mean fused position error {error_m:.2} m, {rank}"),
+        roads: Vec::new(),
         truth: view.objects.iter().map(true_box).collect(),
         agents: agents.collect(),
         fused: frame.objects.iter().map(|object| object.bev).collect(),
