@@ -168,7 +168,7 @@ mod tests {
         assert!(!journals.are_whole());
         assert_eq!(journals.take_due(at(20)), [hub()]);
         journals.note(&batch(30, 4, &[CALL, START, CALL]));
-        assert!(journals.are_whole() && journals.take_due(at(2000)).is_empty());
+        assert!(journals.are_whole() && journals.take_due(at(1000)).is_empty());
         journals.renew();
         assert_eq!(journals.take_due(at(1020)), [hub()]);
     }
