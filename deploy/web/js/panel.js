@@ -131,7 +131,11 @@ export function showAgents(root, view) {
       element("span", "row sub", element("span", "", agent.sensor?.kind ?? "no description"),
         element("span", "", isAlive ? `${agent.frames.at(view.time)?.n ?? 0} detections` : "not alive")),
     );
-    if (agent.lastRefusal && now - agent.lastRefusedAt < 5000) button.append(element("span", "remark", agent.lastRefusal));
+    if (agent.lastRefusal && now - agent.lastRefusedAt < 5000) {
+      const remark = element("span", "remark", agent.lastRefusal);
+      remark.title = agent.lastRefusal;
+      button.append(remark);
+    }
     button.addEventListener("click", () => view.select({ agent: agent.name }));
     return button;
   });

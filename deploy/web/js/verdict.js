@@ -30,7 +30,8 @@ function names(agents) {
 function refusalsOf(store, agents, now) {
   const newest = store.events.filter((event) => event.level === "refused" && now - event.at < 5000);
   const reasons = [...new Set(newest.map((event) => event.text.replace(/ ×\d+$/, "")))];
-  return `of ${names(agents)}${reasons.length ? `: ${reasons.join(", ")}` : ""}`;
+  const whose = agents.length > 1 && agents.length === store.agents.size ? "all agents" : names(agents);
+  return reasons.length ? `${reasons.join(", ")}: ${whose}` : `of ${whose}`;
 }
 
 /** Mean errors against truth, of the list and of the agents alone. */
