@@ -75,13 +75,15 @@ function objectNodes(view, frame, k) {
   const list = element("table");
   list.id = "contributors";
   const head = list.insertRow();
-  head.append(element("th", "", "contributor"), element("th", "", "link ms"), element("th", "", "off m"));
-  for (const { agent, detection, delay } of found) {
+  head.append(element("th", "", "contributor"), element("th", "", "link ms"), element("th", "", "age ms"), element("th", "", "distance m"));
+  for (const { agent, detection, delay, captured } of found) {
     const row = list.insertRow();
     const off = detection ? Math.hypot(detection.x - value("x"), detection.y - value("y")).toFixed(2) : "–";
     row.append(
       element("td", "", swatch(agentColour(agent.number)), agent.name),
       element("td", "", delay === null ? "–" : String(Math.round(delay))),
+      // The object has moved on since: an old measurement is far behind a fast one.
+      element("td", "", captured === null ? "–" : String(Math.round(frame.received - captured))),
       element("td", "", off),
     );
   }

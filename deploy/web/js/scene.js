@@ -387,7 +387,8 @@ export class Scene {
     const { context } = this;
     context.font = "600 13px system-ui, 'DejaVu Sans', sans-serif";
     const error = hub.error.recent(this.store.now());
-    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}`;
+    const isSecond = view.left > 0 || view.top > 0;
+    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${isSecond ? "  ·  dashed in the charts" : ""}`;
     this.#text(text, view.left + 14, view.top + 24, palette.ours);
     context.fillStyle = palette.line;
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);
