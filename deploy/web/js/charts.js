@@ -68,7 +68,7 @@ export class Charts {
     const most = Math.max(chart.mark ? 1.5 * chart.mark : 0, ...read.map((points) => points.most));
     context.font = "10px system-ui, 'DejaVu Sans', sans-serif";
     context.fillStyle = palette.muted;
-    if (!(most > 0) && !read.some((points) => points.n > 0)) {
+    if (!read.some((points) => points.n > 0)) {
       chart.value.textContent = "–";
       context.fillText(chart.needsTruth && !state.hasTruth ? "no ground truth known" : "nothing yet", 0, height / 2);
       canvas.setAttribute("aria-label", `${chart.name}: nothing yet`);
