@@ -29,7 +29,7 @@ const CHARTS = [
   { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second", lines: ofAgents((agent, time, back) => perSecond(agent.rate, agent, time, back)) },
   { name: "Refused", unit: "/s", digits: 1, title: "Frames that the hub refused in a second, by agent",
     lines: ofAgents((agent, time, back, hub) => perSecond(hub?.refusals.get(agent.name), agent, time, back)) },
-  { name: "NIS", unit: "", digits: 2, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
+  { name: "NIS, ideal 1", unit: "", digits: 2, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
     lines: ofAgents((agent, time, back, hub) => hub?.nis.get(agent.name)?.mean(time, back) ?? NaN) },
 ];
 
@@ -68,7 +68,7 @@ export class Charts {
     const most = Math.max(chart.mark ? 1.5 * chart.mark : 0, ...read.map((points) => points.most));
     context.font = "10px system-ui, 'DejaVu Sans', sans-serif";
     context.fillStyle = palette.muted;
-    if (!(most > 0) && !read.some((points) => points.n > 0)) {
+    if (!read.some((points) => points.n > 0)) {
       chart.value.textContent = "–";
       context.fillText(chart.needsTruth && !state.hasTruth ? "no ground truth known" : "nothing yet", 0, height / 2);
       canvas.setAttribute("aria-label", `${chart.name}: nothing yet`);
@@ -93,6 +93,9 @@ export class Charts {
     }
     context.stroke();
     context.fillText(String(top), 0, 9);
+    context.textAlign = "right";
+    context.fillText("last 60 s", width, 9);
+    context.textAlign = "left";
     if (markY !== null) {
       context.setLineDash([2, 3]);
       context.strokeStyle = palette.muted;
@@ -156,5 +159,5 @@ function recent(read, lines) {
 
 function niceCeiling(value) {
   const power = 10 ** Math.floor(Math.log10(value));
-  return Number(([1, 2, 3, 5, 10].find((digit) => digit * power >= value * 1.02) * power).toPrecision(2));
+  return Number(([1, 1.5, 2, 3, 5, 7, 10].find((digit) => digit * power >= value * 1.02) * power).toPrecision(2));
 }

@@ -62,26 +62,28 @@ function objectNodes(view, frame, k) {
   const table = rows([
     ["track", frame.tracks[k]],
     ["position m", `${(value("x") + origin.x).toFixed(2)}, ${(value("y") + origin.y).toFixed(2)}`],
-    ["± m", `${Math.sqrt(value("xx")).toFixed(2)}, ${Math.sqrt(value("yy")).toFixed(2)}`],
+    ["± m (1σ)", `${Math.sqrt(value("xx")).toFixed(2)}, ${Math.sqrt(value("yy")).toFixed(2)}`],
     ["speed m/s", Math.hypot(value("vx"), value("vy")).toFixed(1) + ` ± ${Math.hypot(value("sVx"), value("sVy")).toFixed(1)}`],
     ["heading °", `${degrees(value("yaw"))} ± ${degrees(value("sYaw"))}`],
     ["width m", value("w").toFixed(2) + pm("sW")],
-    ["depth m", value("d").toFixed(2) + pm("sD")],
-    ["exists", value("existence").toFixed(3)],
-    ["known for s", value("age").toFixed(1)],
+    ["length m", value("d").toFixed(2) + pm("sD")],
+    ["exists, probability", `${(100 * value("existence")).toFixed(1)} %`],
+    ["tracked for s", value("age").toFixed(1)],
     ["newest measurement", `${Math.round(value("since"))} ms before`],
   ]);
   const found = contributorsOf(store, frame, k);
   const list = element("table");
   list.id = "contributors";
   const head = list.insertRow();
-  head.append(element("th", "", "contributor"), element("th", "", "link ms"), element("th", "", "off m"));
-  for (const { agent, detection, delay } of found) {
+  head.append(element("th", "", "contributor"), element("th", "", "link ms"), element("th", "", "age ms"), element("th", "", "distance m"));
+  for (const { agent, detection, delay, captured } of found) {
     const row = list.insertRow();
     const off = detection ? Math.hypot(detection.x - value("x"), detection.y - value("y")).toFixed(2) : "–";
     row.append(
       element("td", "", swatch(agentColour(agent.number)), agent.name),
       element("td", "", delay === null ? "–" : String(Math.round(delay))),
+      // The object has moved on since: an old measurement is far behind a fast one.
+      element("td", "", captured === null ? "–" : String(Math.round(frame.received - captured))),
       element("td", "", off),
     );
   }
@@ -127,11 +129,15 @@ export function showAgents(root, view) {
     const isAlive = store.isAlive(agent.name);
     button.append(
       element("span", "row", element("span", "", swatch(agentColour(agent.number)), element("b", "", agent.name)),
-        element("span", "", Number.isFinite(delay) ? `${Math.round(delay)} ms` : "–")),
+        element("span", "", Number.isFinite(delay) ? `link ${Math.round(delay)} ms` : "–")),
       element("span", "row sub", element("span", "", agent.sensor?.kind ?? "no description"),
         element("span", "", isAlive ? `${agent.frames.at(view.time)?.n ?? 0} detections` : "not alive")),
     );
-    if (agent.lastRefusal && now - agent.lastRefusedAt < 5000) button.append(element("span", "remark", agent.lastRefusal));
+    if (agent.lastRefusal && now - agent.lastRefusedAt < 5000) {
+      const remark = element("span", "remark", agent.lastRefusal);
+      remark.title = agent.lastRefusal;
+      button.append(remark);
+    }
     button.addEventListener("click", () => view.select({ agent: agent.name }));
     return button;
   });
@@ -149,10 +155,10 @@ function sample(id) {
     for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
     svg.append(made);
   };
-  const box = (stroke, fill = "none") => shape("rect", { x: 3, y: 3, width: 16, height: 8, stroke, fill, "fill-opacity": 0.25, "stroke-width": 1.6 });
+  const box = (stroke, fill = "none", more = {}) => shape("rect", { x: 3, y: 3, width: 16, height: 8, stroke, fill, "fill-opacity": 0.25, "stroke-width": 1.6, ...more });
   const line = (stroke, more = {}) => shape("line", { x1: 2, y1: 7, x2: 20, y2: 7, stroke, "stroke-width": 1.6, ...more });
   if (id === "fused") box(palette.ours, palette.ours);
-  else if (id === "truth") box(palette.truth);
+  else if (id === "truth") box(palette.truth, "none", { "stroke-dasharray": "6 2" });
   else if (id === "detections") box(agentColour(0));
   else if (id === "views") shape("path", { d: "M3 12 A14 14 0 0 1 19 12 L11 2 Z", transform: "rotate(180 11 7)", fill: agentColour(1), "fill-opacity": 0.25, stroke: agentColour(1) });
   else if (id === "velocity") shape("path", { d: "M2 7H18M14 3.5 18 7 14 10.5", fill: "none", stroke: palette.ink, "stroke-width": 1.4 });
@@ -177,4 +183,5 @@ export function showLayers(root, letters, onChange) {
   }));
   const names = ["vehicle.car", "vehicle.truck", "vehicle.bus", "vehicle.motorcycle", "vehicle.bicycle", "vehicle.other", "human", "animal", "movable"];
   letters.textContent = names.map((name) => letterOf(name)).map(({ letter, meaning }) => `${letter} ${meaning}`).join(" · ");
+  letters.textContent += ". Truth without a fused box: no agent sees it, or the hub does not know it yet. An arrow ends where the object will be after 1 s.";
 }

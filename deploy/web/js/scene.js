@@ -9,6 +9,7 @@ import { DETECTION, OBJECT, TRUTH, eachTrailPoint } from "./store.js";
 const TRAIL_MS = 6000;
 const FLASH_MS = { late: 700, refused: 2500 };
 const FRESH_MS = 1000;
+const TRUTH_DASH = [6, 2];
 /** Beyond this number of objects in sight there are no labels but the selected one's. */
 const MOST_LABELS = 150;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -147,8 +148,11 @@ export class Scene {
     context.beginPath();
     traceBoxes(context, view, truth, TRUTH);
     context.strokeStyle = palette.truth;
-    context.lineWidth = 1.5;
+    context.lineWidth = 2;
+    // Dashes tell it from the detections without colour.
+    context.setLineDash(TRUTH_DASH);
     context.stroke();
+    context.setLineDash([]);
   }
 
   #drawDetections(view, { agent, frame, isFresh }) {
@@ -294,8 +298,13 @@ export class Scene {
       }
       const delay = agent.delay.recent(time);
       const text = `${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`;
-      this.#text(text, x + 13, y - 11, colour);
+      this.#name(text, x, y, colour);
       context.globalAlpha = 1;
+    }
+    // Names take their room before flashes do.
+    for (const { agent, frame } of agents) {
+      if (!frame.pose) continue;
+      const [x, y] = [view.x(frame.pose.x), view.y(frame.pose.y)];
       const events = store.events.filter((event) => event.agent === agent.name && event.hub === hub?.name && time >= event.at && time - event.at < FLASH_MS[event.level]);
       this.#drawFlashes(x, y, events, time);
     }
@@ -316,6 +325,13 @@ export class Scene {
     context.stroke();
     this.#text(event.level === "refused" ? `refused: ${event.text}` : event.text, x + 13, y + 17, context.strokeStyle);
     context.globalAlpha = 1;
+  }
+
+  /** A name beside a place, where there is room. */
+  #name(text, x, y, colour) {
+    const left = x - 13 - this.context.measureText(text).width;
+    const places = [[x + 13, y - 11], [x + 13, y + 17], [left, y - 11], [left, y + 17], [x + 13, y + 4], [left, y + 4]];
+    places.some((place) => this.#text(text, ...place, colour));
   }
 
   #text(text, x, y, colour) {
@@ -371,7 +387,8 @@ export class Scene {
     const { context } = this;
     context.font = "600 13px system-ui, 'DejaVu Sans', sans-serif";
     const error = hub.error.recent(this.store.now());
-    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}`;
+    const isSecond = view.left > 0 || view.top > 0;
+    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${isSecond ? "  ·  dashed in the charts" : ""}`;
     this.#text(text, view.left + 14, view.top + 24, palette.ours);
     context.fillStyle = palette.line;
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);

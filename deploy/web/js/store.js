@@ -173,7 +173,7 @@ export class Store {
         seriesOf(hub.refusals, name).add(message.received, n);
         agent.lastRefusedAt = message.received;
       }
-      if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "late", level: "late", at: message.received });
+      if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "out of order", level: "late", at: message.received });
     }
   }
 

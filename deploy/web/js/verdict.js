@@ -16,7 +16,7 @@ export function verdict(store, hub, time) {
   const silent = [...store.agents.values()].filter((agent) => agent.frames.newest && now - agent.frames.newest.received > STALE_MS);
   if (silent.length) return { level: "warn", word: "Agent silent", why: names(silent) };
   const refused = [...store.agents.values()].filter((agent) => now - agent.lastRefusedAt < 5000);
-  if (refused.length) return { level: "warn", word: "Frames refused", why: `of ${names(refused)}` };
+  if (refused.length) return { level: "warn", word: "Frames refused", why: refusalsOf(store, refused, now) };
   const { scenario, network } = store.hello;
   return { level: "good", word: "All well", why: scenario && scenario !== network ? `${scenario}, network ${network}` : `network ${network}` };
 }
@@ -24,6 +24,23 @@ export function verdict(store, hub, time) {
 function names(agents) {
   const all = agents.map((agent) => agent.name);
   return all.length > 3 ? `${all.slice(0, 3).join(", ")} and ${all.length - 3} more` : all.join(", ");
+}
+
+/** Whose frames are refused, and why where the hub has said it. */
+function refusalsOf(store, agents, now) {
+  const newest = store.events.filter((event) => event.level === "refused" && now - event.at < 5000);
+  const reasons = [...new Set(newest.map((event) => event.text.replace(/ ×\d+$/, "")))];
+  const whose = agents.length > 1 && agents.length === store.agents.size ? "all agents" : names(agents);
+  return reasons.length ? `${reasons.join(", ")}: ${whose}` : `of ${whose}`;
+}
+
+/** Mean errors against truth, of the list and of the agents alone. */
+function errors(store, hub, time) {
+  const alone = [...store.agents.values()].map((agent) => agent.error.recent(time)).filter(Number.isFinite);
+  const ours = hub ? hub.error.recent(time) : NaN;
+  if (!Number.isFinite(ours) || !alone.length) return [];
+  const mean = alone.reduce((sum, each) => sum + each, 0) / alone.length;
+  return [["error fused / one agent", `${ours.toFixed(2)} / ${mean.toFixed(2)} m`]];
 }
 
 function seconds(ms) {
@@ -41,7 +58,8 @@ export function facts(store, hub, time) {
     ["hub", hub?.name ?? "–"],
     ["objects", frame ? String(frame.n) : "–"],
     ["agents alive", `${alive} of ${store.agents.size}`],
-    ["hub latency p50 / p95", status ? `${ms(status.latency_ms.p50)} / ${ms(status.latency_ms.p95)} ms` : "–"],
+    ...errors(store, hub, time),
+    ["time in hub p50 / p95", status ? `${ms(status.latency_ms.p50)} / ${ms(status.latency_ms.p95)} ms` : "–"],
     ["refused", refused === null ? "–" : String(refused)],
   ];
 }
