@@ -211,8 +211,15 @@ export class Store {
     if (this.events.length > MAX_EVENTS) this.events.shift();
   }
 
+  /** Agents are numbered by name, so that each keeps its colour whoever comes first. */
   agent(name) {
-    return this.#of(this.agents, name, () => new Agent(name, this.agents.size));
+    const isNew = !this.agents.has(name);
+    const agent = this.#of(this.agents, name, () => new Agent(name, this.agents.size));
+    if (isNew) {
+      const byName = [...this.agents.values()].sort((one, other) => (one.name < other.name ? -1 : 1));
+      byName.forEach((each, number) => (each.number = number));
+    }
+    return agent;
   }
 
   hub(name) {
