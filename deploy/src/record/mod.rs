@@ -7,4 +7,4 @@ mod run;
 
 pub(crate) use args::RecordArgs;
 pub(crate) use counts::Counts;
-pub(crate) use run::{RecordedTraffic, record, run};
+pub(crate) use run::{record, run};

@@ -20,19 +20,15 @@ const TICK: Duration = Duration::from_millis(500);
 /// Ticks between two progress events of a launcher.
 const TICKS_OF_EVENT: u32 = 2;
 
-/// What is recorded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct RecordedTraffic(pub(crate) Traffic);
-
 /// Records everything on a network until shutdown.
 pub(crate) async fn run(args: &RecordArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
-    record(args, RecordedTraffic(Traffic::Recording), shutdown).await
+    record(args, Traffic::Recording, shutdown).await
 }
 
 /// Records this traffic until shutdown, or until `--count` lists have come.
 pub(crate) async fn record(
     args: &RecordArgs,
-    RecordedTraffic(traffic): RecordedTraffic,
+    traffic: Traffic,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
     let file = RecordingFile::create(&args.file, args.options())?;

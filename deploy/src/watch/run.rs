@@ -8,7 +8,7 @@ use super::screen::{self, Screen};
 use super::statuses::Statuses;
 use super::view::{Action, View};
 use crate::output::{self, Output};
-use crate::record::{self, Counts, RecordedTraffic};
+use crate::record::{self, Counts};
 use anyhow::{Context, bail};
 use std::time::Duration;
 use tokio::time::MissedTickBehavior;
@@ -39,7 +39,7 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     }
     let traffic = args.traffic();
     if let Some(recording) = args.recording() {
-        return record::record(&recording, RecordedTraffic(traffic), shutdown).await;
+        return record::record(&recording, traffic, shutdown).await;
     }
     let is_table = !args.json;
     let is_whole = matches!(traffic, Traffic::Fused | Traffic::Lagged);

@@ -70,7 +70,7 @@ impl Journal {
     }
 
     /// A subscriber has asked for a start: the state of the core, from which its calls lead on. It costs time, so that it is
-    /// given once a second at most, and only where somebody subscribes.
+    /// given no more often than [`STARTED_EVERY`], and only where somebody subscribes.
     pub(super) fn start(&mut self, core: &Core, now: Timestamp) {
         if !self.stream.is_wanted() || now - self.started_at < STARTED_EVERY {
             return;

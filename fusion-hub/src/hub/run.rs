@@ -73,8 +73,7 @@ pub async fn serve(
         let endpoints = if listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { listen.join(", ") };
         HubError::Listen { endpoints, cause: error.into() }
     })?;
-    let locators = session::locators(&session).await;
-    let mut hub = Hub::declare(setup, engine, (&session, locators), recording).await?;
+    let mut hub = Hub::declare(setup, engine, &session, recording).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     on_ready(hub.settings.engine.hub, &hub.locators);
     hub.serve(&shutdown).await;
@@ -112,7 +111,7 @@ impl Hub {
     async fn declare(
         HubSetup { network: network_id, mut settings, .. }: HubSetup,
         engine: impl FnOnce(EngineConfig) -> Engine,
-        (session, locators): (&Session, Vec<String>),
+        session: &Session,
         recording: Option<RecordingFile>,
     ) -> Result<Self, HubError> {
         let started_at = clock::now();
@@ -139,7 +138,7 @@ impl Hub {
             roster: Roster::default(),
             turns: Turns::default(),
             network,
-            locators,
+            locators: session::locators(session).await,
             started_at,
             objects: 0,
             frames_published: 0,
@@ -217,7 +216,6 @@ impl Hub {
             self.core.note_queue_full(agent, count);
         }
         self.roster.warn_of_refused(self.core.engine().agents());
-        self.journal.renew(&self.core);
         self.journal.flush().await;
     }
 
@@ -268,6 +266,7 @@ impl Hub {
         let ended_at = clock::now();
         self.timing.note_cost(begun_at, ended_at);
         self.schedule.note_published(begun_at, ended_at, is_behind);
+        self.journal.renew(&self.core);
         self.journal.flush().await;
     }
 

@@ -84,6 +84,12 @@ fn check(found: &BTreeMap<HubId, Journalled>) -> anyhow::Result<()> {
                 journalled.not_recorded
             );
         }
+        if journalled.has_journal {
+            bail!(
+                "the journal of hub {hub} has no start here: of a rotated recording take a file that is larger than the \
+                 state of the hub (--rotate-mb)"
+            );
+        }
     }
     bail!("it holds no journal of a hub: {RECORD_SO}")
 }

@@ -31,6 +31,8 @@ pub(crate) struct Journalled {
     pub(crate) not_journalled: u64,
     /// Calls that were made again.
     pub(crate) calls: u64,
+    /// Whether there is a journal at all.
+    pub(crate) has_journal: bool,
     /// Batches of the journal that are missing.
     pub(crate) gaps: u64,
     /// Version and commit of the hub.
@@ -55,6 +57,7 @@ pub(super) struct HubJournal {
 
 impl HubJournal {
     pub(super) fn handle(&mut self, batch: &Batch<'_>) -> Result<(), WireError> {
+        self.found.has_journal = true;
         let is_other = batch.lineage != self.lineage;
         if is_other || self.next.is_some_and(|next| next != batch.first) {
             self.found.gaps += u64::from(!is_other);
