@@ -1,12 +1,13 @@
 # Cheaper lists in another language: what changes, and an area. `pip install eclipse-zenoh`
 # python3 delta_and_area.py ENDPOINT QUADKEY: the hub's [hub.tiles] says where its map is
-import json, sys, time, zenoh
+import json, sys, threading, time, zenoh
 
 endpoint, quadkey = sys.argv[1:]
 config = zenoh.Config()
 config.insert_json5("mode", '"client"')
 config.insert_json5("connect/endpoints", json.dumps([endpoint]))
 key, tiles = None, {}
+one_line = threading.Lock()  # Zenoh calls each subscriber in a thread of its own
 
 
 def follow(sample):
@@ -35,7 +36,8 @@ def area(sample):
 
 def show(what, frame, objects):
     places = [[o["track"], round(o["x"], 2), round(o["y"], 2)] for o in objects]
-    print(json.dumps({"list": what, "sequence": frame["sequence"], "objects": places}), flush=True)
+    with one_line:
+        print(json.dumps({"list": what, "sequence": frame["sequence"], "objects": places}), flush=True)
 
 
 with zenoh.open(config) as session:
