@@ -2,7 +2,7 @@
 
 use super::entry::Entry;
 use super::mcap_writer::McapWriter;
-use super::scene::{SCENE_SUFFIX, scene_of};
+use super::scene::Scenes;
 use crate::time::{Span, Timestamp};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -78,8 +78,8 @@ pub struct RecordingFile {
     part: Part,
     /// The number of the file, from 1.
     n_parts: u32,
-    /// When each topic had its last scene, in the order in which they came.
-    scenes: Vec<(String, Timestamp)>,
+    /// Where scenes are wanted.
+    scenes: Option<Scenes>,
     /// Bytes of the files before.
     bytes_before: u64,
 }
@@ -100,14 +100,8 @@ impl RecordingFile {
     /// Where it exists and is not to be overwritten, or cannot be made.
     pub fn create(path: &Path, options: RecordingOptions) -> Result<Self, FileError> {
         let part = Part::create(path.to_owned(), &options)?;
-        Ok(Self {
-            first_path: path.to_owned(),
-            options,
-            part,
-            n_parts: 1,
-            scenes: Vec::new(),
-            bytes_before: 0,
-        })
+        let scenes = options.scene_interval.map(Scenes::new);
+        Ok(Self { first_path: path.to_owned(), options, part, n_parts: 1, scenes, bytes_before: 0 })
     }
 
     /// The file that is being written.
@@ -167,26 +161,18 @@ impl RecordingFile {
         self.bytes_before += self.part.bytes;
         self.n_parts += 1;
         self.part = Part::create(numbered(&self.first_path, self.n_parts), &self.options)?;
-        self.scenes.clear();
+        self.scenes.iter_mut().for_each(Scenes::clear);
         Ok(true)
     }
 
     fn write_scene(&mut self, entry: &Entry) -> Result<(), FileError> {
-        let Some(interval) = self.options.scene_interval else { return Ok(()) };
-        let place = self.scenes.iter().position(|(key, _)| *key == entry.key);
-        if place.is_some_and(|place| entry.received_at - self.scenes[place].1 < interval) {
-            return Ok(());
-        }
         // What cannot be read has no scene; the recording holds it all the same.
-        let Some(Ok(scene)) = scene_of(entry, place.unwrap_or(self.scenes.len())) else { return Ok(()) };
-        match place {
-            Some(place) => self.scenes[place].1 = entry.received_at,
-            None => self.scenes.push((entry.key.clone(), entry.received_at)),
-        }
-        let topic = format!("{}{SCENE_SUFFIX}", entry.key);
+        let Some(scene) = self.scenes.as_mut().and_then(|scenes| scenes.of(entry)) else { return Ok(()) };
         let part = &mut self.part;
-        part.bytes += scene.len() as u64 + ENTRY_OVERHEAD;
-        part.writer.write_scene(&topic, entry.received_at, &scene).map_err(|cause| part.error(cause))
+        part.bytes += scene.json.len() as u64 + ENTRY_OVERHEAD;
+        part.writer
+            .write_scene(&scene.topic, entry.received_at, &scene.json)
+            .map_err(|cause| part.error(cause))
     }
 }
 

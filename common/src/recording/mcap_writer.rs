@@ -1,6 +1,7 @@
 //! Writes samples into an MCAP file: a channel for each key and encoding.
 
 use super::entry::Entry;
+use super::scene::{SCENE_SCHEMA, SCENE_SCHEMA_NAME};
 use crate::keys::Topic;
 use crate::schemas;
 use crate::time::Timestamp;
@@ -61,7 +62,7 @@ impl<W: Write> McapWriter<W> {
 
     /// Appends a message of Foxglove's schema `SceneUpdate`.
     pub(super) fn write_scene(&mut self, topic: &str, at: Timestamp, json: &[u8]) -> McapResult<()> {
-        let schema = Schema("foxglove.SceneUpdate", "jsonschema", super::scene::SCHEMA);
+        let schema = Schema(SCENE_SCHEMA_NAME, "jsonschema", SCENE_SCHEMA);
         self.append(&ChannelKind { topic, encoding: ENCODING_JSON, schema }, at, json)
     }
 

@@ -23,4 +23,4 @@ pub use file::{FileError, RecordingFile, RecordingOptions};
 #[cfg(feature = "mcap")]
 pub use open::Recording;
 #[cfg(feature = "mcap")]
-pub use scene::SCENE_SUFFIX;
+pub use scene::{SCENE_SCHEMA, SCENE_SCHEMA_NAME, SCENE_SUFFIX, Scene, Scenes};

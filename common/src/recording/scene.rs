@@ -14,8 +14,9 @@ use serde_json::{Value, json};
 
 /// What follows the key of a list or of detections in the name of their scene's topic.
 pub const SCENE_SUFFIX: &str = "/scene";
-/// The schema as viewers need it: they know the fields by its name.
-pub(super) const SCHEMA: &str = r#"{"title":"foxglove.SceneUpdate","type":"object","properties":{"deletions":{"type":"array","items":{"type":"object"}},"entities":{"type":"array","items":{"type":"object"}}}}"#;
+/// The name of the schema, and the schema as viewers need it: they know the fields by its name.
+pub const SCENE_SCHEMA_NAME: &str = "foxglove.SceneUpdate";
+pub const SCENE_SCHEMA: &str = r#"{"title":"foxglove.SceneUpdate","type":"object","properties":{"deletions":{"type":"array","items":{"type":"object"}},"entities":{"type":"array","items":{"type":"object"}}}}"#;
 /// The frame of all positions, where none is named.
 const MAP: &str = "map";
 /// An entity that is not renewed vanishes after this.
@@ -33,12 +34,56 @@ const AGENTS: [Colour; 5] = [
     Colour(0.65, 0.46, 0.11, 0.35),
 ];
 
+/// Makes scenes of samples, of each topic not too many.
+#[derive(Clone, Debug)]
+pub struct Scenes {
+    interval: Span,
+    /// When each key had its last scene, in the order in which the keys came.
+    last: Vec<(String, Timestamp)>,
+}
+
+/// A message of Foxglove's schema `SceneUpdate`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Scene {
+    /// Its topic.
+    pub topic: String,
+    /// Its text.
+    pub json: Vec<u8>,
+}
+
+impl Scenes {
+    /// At least this time between two scenes of a topic.
+    pub const fn new(interval: Span) -> Self {
+        Self { interval, last: Vec::new() }
+    }
+
+    /// The scene of a sample; `None` where it has none, where the last one was just before, and where the sample cannot be
+    /// read.
+    pub fn of(&mut self, entry: &Entry) -> Option<Scene> {
+        let place = self.last.iter().position(|(key, _)| *key == entry.key);
+        if place.is_some_and(|place| entry.received_at - self.last[place].1 < self.interval) {
+            return None;
+        }
+        let json = scene_of(entry, place.unwrap_or(self.last.len()))?.ok()?;
+        match place {
+            Some(place) => self.last[place].1 = entry.received_at,
+            None => self.last.push((entry.key.clone(), entry.received_at)),
+        }
+        Some(Scene { topic: format!("{}{SCENE_SUFFIX}", entry.key), json })
+    }
+
+    /// Every topic begins anew.
+    pub(super) fn clear(&mut self) {
+        self.last.clear();
+    }
+}
+
 /// Red, green, blue and opacity, each from 0 to 1.
 #[derive(Clone, Copy)]
 struct Colour(f64, f64, f64, f64);
 
 /// The scene of a sample, as JSON; `None` where it has none. `n_agent` is the agent's number, for its colour.
-pub(super) fn scene_of(entry: &Entry, n_agent: usize) -> Option<Result<Vec<u8>, WireError>> {
+fn scene_of(entry: &Entry, n_agent: usize) -> Option<Result<Vec<u8>, WireError>> {
     let scene = match Topic::of(&entry.key)? {
         Topic::Fused(_) => wire::fused::decode(&entry.payload).map(|frame| of_list(&frame)),
         Topic::Detections(agent) => {

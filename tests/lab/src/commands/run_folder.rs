@@ -17,7 +17,7 @@ use crate::data::simulation::Simulation;
 use crate::drive::rerun::rerun;
 use crate::report::markdown::report_md;
 use crate::report::output::print;
-use crate::report::plot::bev::bev_svg;
+use crate::report::plot::bev::bev_sheet;
 use crate::report::plot::scene::{BevScene, Moment, scene_at};
 use crate::report::run_page::{RunPage, run_page};
 use crate::report::summary::summary_table;
@@ -180,7 +180,7 @@ impl RunFolder {
         };
         let typical = scene(Moment::Typical);
         if let Some(scene) = &typical {
-            self.write("bev.svg", &bev_svg(scene))?;
+            self.write("bev.svg", &bev_sheet(scene).svg())?;
         }
         let nis = record.hub.iter().flat_map(|hub| &hub.agents);
         let nis = nis.filter_map(|agent| Some((agent.id, agent.nis_per_dof?))).collect();

@@ -4,7 +4,7 @@ use crate::data::run_log::RunLog;
 use crate::report::markdown::EXPLANATIONS;
 use crate::report::page::{figure, page, verdict_html};
 use crate::report::palette::{AGENTS, OURS, SERIES};
-use crate::report::plot::bev::bev_svg_named;
+use crate::report::plot::bev::bev_sheet;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
 use crate::report::plot::scene::BevScene;
 use crate::report::summary::{Of, accuracy, comparison, frames, headline, spans, tracks};
@@ -58,8 +58,8 @@ pub(crate) fn run_page(run: &RunPage<'_>) -> String {
     if !run.moments.is_empty() {
         body += "<h2>Key frames</h2>\n";
     }
-    for (place, scene) in run.moments.iter().enumerate() {
-        body += &figure(&bev_svg_named(scene, &format!("moment-{place}")), None);
+    for scene in run.moments {
+        body += &figure(&bev_sheet(scene).svg(), None);
     }
     body += &format!("<h2>What the figures mean</h2>\n{}", explanations());
     page(&title, &body)

@@ -205,6 +205,7 @@ fn a_methods_output_is_scored_only_with_its_own_detections() {
         shape: Shape::Gaussian,
         conditions: Conditions::Paper,
         further: vec![Contender::Recorded(Arc::new(method_output.output))],
+        moment: crate::score::keyframes::moment::Moment::default(),
         is_brief: false,
     };
     for block in study.blocks() {

@@ -7,6 +7,7 @@ use crate::drive::keyframes::method::Method;
 use crate::report::tables::kind::Table;
 use crate::report::tables::study::Study;
 use crate::score::keyframes::experiments::Plan;
+use crate::score::keyframes::moment::Moment;
 use std::path::{Path, PathBuf};
 
 /// The tables of the paper, and the checks of consistency and robustness.
@@ -26,6 +27,8 @@ Examples:
   lab tables --quick                              a few seconds
   lab tables --out v2x-tables                     and a report with plots, Markdown, CSV, LaTeX and JSON
   lab tables --table II,fig4                      only these
+  lab tables --table fig5                         the picture of one moment, under NMS and under ours
+  lab tables --table fig5 --methods dair-v2x,csba-wls,ours --moment typical
   lab tables --ablation --sensors                 ours without its parts; misses, clutter, partly overlapping views
   lab tables --table II --detectors lidar         with detectors that err as those on lidars do
   lab tables --dataset csv:boxes.csv --trials 3   your own scenes
@@ -47,6 +50,10 @@ pub struct RowArgs {
     /// Only these tables and figures [default: the paper's, nees, and robustness at the lowest and highest noise]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub table: Vec<Table>,
+    /// Which keyframe fig5 shows: telling (where the first and the last method differ most), typical (the median), or
+    /// SCENE:KEYFRAME
+    #[arg(long, value_name = "WHICH", default_value_t)]
+    pub moment: Moment,
     /// Also ours without each one of its parts
     #[arg(long)]
     pub ablation: bool,
@@ -62,7 +69,8 @@ pub struct RowArgs {
     /// Number of threads; the results do not depend on it [default: all cores]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
-    /// Folder for report.html with its plots (SVG, PDF), tables.md, tables.csv, tables.tex and tables.json
+    /// Folder for report.html with its plots (SVG, PDF), tables.md, tables.csv, tables.tex and tables.json [default: none;
+    /// v2x-tables with fig5, which is a picture]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
@@ -119,7 +127,8 @@ impl TablesArgs {
         let (noise, methods) = (self.draws.noise.clone(), rows.methods.clone());
         let is_brief = rows.table.is_empty();
         let conditions = rows.detectors.conditions();
-        Study { tables, noise, methods, shape: self.draws.shape, conditions, further, is_brief }
+        let (shape, moment) = (self.draws.shape, rows.moment.clone());
+        Study { tables, noise, methods, shape, conditions, further, moment, is_brief }
     }
 
     /// The plan of experiments for these tables.
@@ -139,7 +148,8 @@ impl TablesArgs {
 
     /// Folder of the output files.
     pub(super) fn out(&self) -> Option<&Path> {
-        self.rows.out.as_deref()
+        let is_picture = self.rows.table.contains(&Table::Fig5);
+        self.rows.out.as_deref().or_else(|| is_picture.then(|| Path::new("v2x-tables")))
     }
 
     /// Whether the rows are printed as JSON.

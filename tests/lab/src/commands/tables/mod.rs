@@ -9,6 +9,7 @@ use crate::data::scene::Scene;
 use crate::drive::keyframes::contender::Contender;
 use crate::report::output::print;
 use crate::report::progress::Progress;
+use crate::report::tables::kind::Table;
 use crate::report::tables::results::Tables;
 use crate::report::tables::{files, text};
 
@@ -33,6 +34,11 @@ pub(crate) fn tables_of(args: &TablesArgs, scenes: &[Scene], further: Vec<Conten
     let text = text::terminal(&tables);
     if let Some(folder) = args.out() {
         files::write(&tables, folder)?;
+        eprintln!("written: {}", folder.join("report.html").display());
+        if let Some(shown) = &tables.shown {
+            let name = format!("{}-{}.svg", Table::Fig5.stem(), shown.setting.noise.name());
+            eprintln!("written: {}", folder.join("plots").join(name).display());
+        }
     }
     if args.is_json() {
         eprintln!("{text}");
@@ -51,10 +57,10 @@ mod tests {
     use crate::data::noise::{NoisePair, Shape};
     use crate::data::test_scenes::parking;
     use crate::drive::keyframes::method::Method;
-    use crate::report::tables::kind::Table;
     use crate::report::tables::study::Study;
     use crate::report::tables::{figures, html, latex};
     use crate::score::keyframes::experiments::Plan;
+    use crate::score::keyframes::moment::Moment;
 
     fn small(tables: &[Table], methods: &[Method]) -> Tables {
         of_scenes(tables, methods, &[3, 40].map(synthetic::scene))
@@ -68,6 +74,7 @@ mod tests {
             shape: Shape::Gaussian,
             conditions: Conditions::Paper,
             further: Vec::new(),
+            moment: Moment::default(),
             is_brief: false,
         };
         let plan = Plan { experiments: study.experiments(), trials: 2, seed: 5, threads: 2 };
@@ -142,14 +149,22 @@ mod tests {
     #[test]
     fn the_report_holds_every_table_and_figure_on_one_page() {
         let methods = [Method::Nms, Method::UnikfPaper, Method::Ours];
-        let tables = small(&[Table::II, Table::Fig3, Table::Robustness], &methods);
+        let tables = small(&[Table::II, Table::Fig3, Table::Fig5, Table::Robustness], &methods);
         let figures = figures::figures(&tables);
         let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-        let expected =
-            ["table-2-N2-N2", "table-2-N1-N3", "fig-3-N1-N3", "robustness-N2-N2", "robustness-N1-N3"];
+        let expected = [
+            "table-2-N2-N2",
+            "table-2-N1-N3",
+            "fig-3-N1-N3",
+            "fig-5-N1-N3",
+            "robustness-N2-N2",
+            "robustness-N1-N3",
+        ];
         assert_eq!(names, expected);
         let page = html::html(&tables, &figures);
-        assert_eq!(page.matches("<svg ").count(), figures.len());
+        // One more for each method of Fig. 5, which clips its picture.
+        assert_eq!(page.matches("<svg xmlns").count(), figures.len());
+        assert_eq!(page.matches("<svg ").count(), figures.len() + methods.len());
         for link in ["href=\"#table-2\"", "id=\"table-2\"", "counted as the paper prints its formula"] {
             assert!(page.contains(link), "{link}");
         }

@@ -2,8 +2,7 @@
 
 use crate::report::palette::{Colour, FAINT, INK, MUTED, PAPER};
 use crate::report::plot::dots::{diamond, disc, text};
-use crate::report::plot::sheet::{Anchor, Paint, Sheet, corners};
-use crate::report::plot::svg::Rect;
+use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, corners};
 use crate::report::plot::ticks::{Ticks, ticks};
 
 const PANEL_WIDTH: f64 = 330.0;
@@ -101,7 +100,7 @@ impl CurvePlot {
             if style.is_dotted {
                 diamond(sheet, (x + 13.0, y), style.colour);
             } else {
-                disc(sheet, (x + 13.0, y), 3.2, Paint { stroke: None, fill: Some(style.colour) });
+                disc(sheet, (x + 13.0, y), 3.2, Paint::fill(style.colour));
             }
             sheet.text((x + 34.0, y + 4.0), &style.name, text(12.0, false, INK, Anchor::Start));
         }
@@ -200,7 +199,7 @@ impl Style {
             if self.is_dotted {
                 diamond(sheet, at(point), self.colour);
             } else if curve.len() <= 15 {
-                disc(sheet, at(point), 3.2, Paint { stroke: Some((PAPER, 0.6)), fill: Some(self.colour) });
+                disc(sheet, at(point), 3.2, Paint { fill: Some(self.colour), ..Paint::line(PAPER, 0.6) });
             }
         }
     }

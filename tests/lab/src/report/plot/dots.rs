@@ -1,8 +1,7 @@
 //! Dot plots: for each category and series a mean with its spread, in panels side by side.
 
 use crate::report::palette::{BAND, Colour, FAINT, INK, MUTED, OURS, PAPER, is_ours};
-use crate::report::plot::sheet::{Anchor, Paint, Sheet, Type, corners};
-use crate::report::plot::svg::Rect;
+use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type, corners};
 use crate::report::plot::ticks::ticks;
 
 /// A mean with its spread.
@@ -73,7 +72,7 @@ impl DotPlot {
         let mut x = 16.0;
         let mut entry = |sheet: &mut Sheet, name: &str, colour: Option<Colour>| {
             match colour {
-                Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, Paint { stroke: None, fill: Some(colour) }),
+                Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, Paint::fill(colour)),
                 None => diamond(sheet, (x + 5.0, 46.0), INK),
             }
             sheet.text((x + 14.0, 50.0), name, text(12.0, false, INK, Anchor::Start));
@@ -138,7 +137,7 @@ fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colou
     if let Some(published) = dot.published {
         diamond(sheet, (px(published), y), INK);
     }
-    disc(sheet, (px(dot.mean), y), 4.5, Paint { stroke: Some((PAPER, 0.8)), fill: Some(colour) });
+    disc(sheet, (px(dot.mean), y), 4.5, Paint { fill: Some(colour), ..Paint::line(PAPER, 0.8) });
 }
 
 pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Paint) {

@@ -1,6 +1,7 @@
-//! Figures: a bird's-eye view of a run, curves and dot plots.
+//! Figures: bird's-eye views, curves and dot plots.
 
 pub(crate) mod bev;
+pub(crate) mod comparison;
 pub(crate) mod curves;
 pub(crate) mod dots;
 mod pdf;

@@ -3,7 +3,7 @@
 use crate::report::palette::Colour;
 use crate::report::plot::sheet::{Anchor, Paint, Shape, Sheet, Type};
 use pdf_writer::types::LineJoinStyle;
-use pdf_writer::{Content, Name, Pdf, Rect, Ref, Str};
+use pdf_writer::{Content, Name, Pdf, Ref, Str};
 
 const REGULAR: Name<'_> = Name(b"F1");
 const BOLD: Name<'_> = Name(b"F2");
@@ -36,7 +36,7 @@ fn document(sheet: &Sheet) -> Vec<u8> {
     pdf.pages(tree).kids([page]).count(1);
     let opacities = opacities(sheet);
     let mut page_writer = pdf.page(page);
-    page_writer.media_box(Rect::new(0.0, 0.0, sheet.width as f32, sheet.height as f32));
+    page_writer.media_box(pdf_writer::Rect::new(0.0, 0.0, sheet.width as f32, sheet.height as f32));
     page_writer.parent(tree).contents(contents);
     {
         let mut resources = page_writer.resources();
@@ -66,10 +66,10 @@ fn state_name(place: usize) -> String {
 fn opacities(sheet: &Sheet) -> Vec<f64> {
     let mut opacities: Vec<f64> = vec![1.0];
     for shape in &sheet.shapes {
-        if let Shape::Path { opacity, .. } = shape
-            && !opacities.contains(opacity)
+        if let Shape::Path { paint, .. } = shape
+            && !opacities.contains(&paint.opacity)
         {
-            opacities.push(*opacity);
+            opacities.push(paint.opacity);
         }
     }
     opacities
@@ -82,13 +82,19 @@ fn content(sheet: &Sheet, opacities: &[f64]) -> Vec<u8> {
     content.set_line_join(LineJoinStyle::RoundJoin);
     for shape in &sheet.shapes {
         match shape {
-            Shape::Path { points, is_closed, stroke, fill, dash, opacity } => {
-                let place = opacities.iter().position(|one| one == opacity).unwrap_or(0);
+            Shape::Path { points, is_closed, paint } => {
+                let place = opacities.iter().position(|one| *one == paint.opacity).unwrap_or(0);
                 content.set_parameters(Name(state_name(place).as_bytes()));
-                let dashes = [*dash as f32; 2];
-                content.set_dash_pattern(dashes[..if *dash > 0.0 { 2 } else { 0 }].iter().copied(), 0.0);
-                draw(&mut content, points, *is_closed, Paint { stroke: *stroke, fill: *fill });
+                let dashes = [paint.dash as f32; 2];
+                content.set_dash_pattern(dashes[..if paint.dash > 0.0 { 2 } else { 0 }].iter().copied(), 0.0);
+                draw(&mut content, points, *is_closed, *paint);
             }
+            Shape::Clip(rect) => {
+                content.save_state();
+                content.rect(rect.x as f32, rect.y as f32, rect.w as f32, rect.h as f32);
+                content.clip_nonzero().end_path();
+            }
+            Shape::EndClip => drop(content.restore_state()),
             Shape::Text { at, text, set } => write(&mut content, *at, text, *set),
             // Nothing appears on paper.
             Shape::Hover { .. } => {}
@@ -98,7 +104,7 @@ fn content(sheet: &Sheet, opacities: &[f64]) -> Vec<u8> {
 }
 
 fn draw(content: &mut Content, points: &[(f64, f64)], is_closed: bool, paint: Paint) {
-    let Paint { stroke, fill } = paint;
+    let Paint { stroke, fill, .. } = paint;
     for (place, (x, y)) in points.iter().enumerate() {
         if place == 0 {
             content.move_to(*x as f32, *y as f32);

@@ -2,7 +2,15 @@
 //! y down.
 
 use crate::report::palette::Colour;
-use crate::report::plot::svg::{Font, Rect, Style, Svg};
+
+/// A rectangle: left, top, width, height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rect {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) w: f64,
+    pub(crate) h: f64,
+}
 
 /// The side of a text's anchor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,18 +37,30 @@ pub(crate) struct Type {
 }
 
 /// How an outline is painted.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Paint {
     /// Colour and width of the line.
     pub stroke: Option<(Colour, f64)>,
     /// Colour of the inside.
     pub fill: Option<Colour>,
+    /// Lengths of dash and gap; 0 for a solid line.
+    pub dash: f64,
+    /// Opacity; 1 is opaque.
+    pub opacity: f64,
 }
 
 impl Paint {
+    /// Nothing is painted.
+    pub(crate) const NONE: Self = Self { stroke: None, fill: None, dash: 0.0, opacity: 1.0 };
+
     /// A line without a fill.
     pub(crate) const fn line(colour: Colour, width: f64) -> Self {
-        Self { stroke: Some((colour, width)), fill: None }
+        Self { stroke: Some((colour, width)), ..Self::NONE }
+    }
+
+    /// The inside without a line.
+    pub(crate) const fn fill(colour: Colour) -> Self {
+        Self { fill: Some(colour), ..Self::NONE }
     }
 }
 
@@ -53,14 +73,8 @@ pub(crate) enum Shape {
         points: Vec<(f64, f64)>,
         /// Whether the last point is joined with the first.
         is_closed: bool,
-        /// Colour and width of the line.
-        stroke: Option<(Colour, f64)>,
-        /// Colour of the inside.
-        fill: Option<Colour>,
-        /// Lengths of dash and gap; 0 for a solid line.
-        dash: f64,
-        /// Opacity; 1 is opaque.
-        opacity: f64,
+        /// Its line and inside.
+        paint: Paint,
     },
     /// A text on one line.
     Text {
@@ -78,6 +92,10 @@ pub(crate) enum Shape {
         /// The text.
         text: String,
     },
+    /// Until [`Shape::EndClip`], only what lies within this rectangle is drawn.
+    Clip(Rect),
+    /// Ends the clipping.
+    EndClip,
 }
 
 /// A drawing.
@@ -98,29 +116,35 @@ impl Sheet {
     }
 
     /// Draws a line from point to point.
-    pub(crate) fn line(&mut self, points: &[(f64, f64)], stroke: (Colour, f64)) {
-        self.path(points, false, Paint { stroke: Some(stroke), fill: None });
+    pub(crate) fn line(&mut self, points: &[(f64, f64)], (colour, width): (Colour, f64)) {
+        self.path(points, false, Paint::line(colour, width));
     }
 
     /// Draws a dashed line.
-    pub(crate) fn dashed(&mut self, points: &[(f64, f64)], stroke: (Colour, f64), dash: f64) {
-        let points = points.to_vec();
-        let stroke = Some(stroke);
-        self.shapes.push(Shape::Path { points, is_closed: false, stroke, fill: None, dash, opacity: 1.0 });
+    pub(crate) fn dashed(&mut self, points: &[(f64, f64)], (colour, width): (Colour, f64), dash: f64) {
+        self.path(points, false, Paint { dash, ..Paint::line(colour, width) });
     }
 
     /// Draws an outline, or fills it, or both.
     pub(crate) fn path(&mut self, points: &[(f64, f64)], is_closed: bool, paint: Paint) {
-        let Paint { stroke, fill } = paint;
-        let points = points.to_vec();
-        self.shapes.push(Shape::Path { points, is_closed, stroke, fill, dash: 0.0, opacity: 1.0 });
+        self.shapes.push(Shape::Path { points: points.to_vec(), is_closed, paint });
     }
 
     /// Fills an outline with a transparent colour.
     pub(crate) fn shade(&mut self, points: &[(f64, f64)], fill: Colour, opacity: f64) {
-        let points = points.to_vec();
-        let fill = Some(fill);
-        self.shapes.push(Shape::Path { points, is_closed: true, stroke: None, fill, dash: 0.0, opacity });
+        self.path(points, true, Paint { opacity, ..Paint::fill(fill) });
+    }
+
+    /// Draws a rectangle.
+    pub(crate) fn rect(&mut self, rect: Rect, paint: Paint) {
+        self.path(&corners(rect), true, paint);
+    }
+
+    /// What is drawn by `draw` appears only within the rectangle.
+    pub(crate) fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+        self.shapes.push(Shape::Clip(rect));
+        draw(self);
+        self.shapes.push(Shape::EndClip);
     }
 
     /// Writes a text.
@@ -131,33 +155,6 @@ impl Sheet {
     /// Shows a text while the pointer is there.
     pub(crate) fn hover(&mut self, at: (f64, f64), text: String) {
         self.shapes.push(Shape::Hover { at, text });
-    }
-
-    /// As a self-contained SVG document.
-    pub(crate) fn svg(&self) -> String {
-        let mut svg = Svg::new(self.width, self.height);
-        for shape in &self.shapes {
-            match shape {
-                Shape::Path { points, is_closed, stroke, fill, dash, opacity } => {
-                    let (colour, width) = stroke.unwrap_or(("none", 0.0));
-                    let dashes = if *dash > 0.0 { format!("{dash} {dash}") } else { String::new() };
-                    let fill = fill.unwrap_or("none");
-                    let style = Style { stroke: colour, width, fill, dashes: &dashes, opacity: *opacity };
-                    svg.path(points, *is_closed, style);
-                }
-                Shape::Hover { at, text } => svg.hover(*at, text),
-                Shape::Text { at, text, set } => {
-                    let anchor = match set.anchor {
-                        Anchor::Start => "start",
-                        Anchor::Middle => "middle",
-                        Anchor::End => "end",
-                    };
-                    let Type { size, bold, colour, .. } = *set;
-                    svg.text(*at, text, Font { size, colour, bold, anchor });
-                }
-            }
-        }
-        svg.finish()
     }
 }
 

@@ -1,36 +1,37 @@
-//! Writing SVG: shapes in pixels, x to the right and y down.
+//! Sheets as SVG.
 
 use crate::report::palette::PAPER;
+use crate::report::plot::sheet::{Anchor, Paint, Rect, Shape, Sheet, Type};
 use std::fmt::{self, Display, Write};
 
-/// A drawing under construction.
-pub(super) struct Svg {
-    body: String,
-}
-
-/// How a shape is drawn.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Style<'a> {
-    pub(super) stroke: &'a str,
-    pub(super) width: f64,
-    pub(super) fill: &'a str,
-    /// Dash pattern in px; empty for a solid line.
-    pub(super) dashes: &'a str,
-    pub(super) opacity: f64,
-}
-
-impl<'a> Style<'a> {
-    /// A solid line without a fill.
-    pub(super) const fn line(stroke: &'a str, width: f64) -> Self {
-        Self { stroke, width, fill: "none", dashes: "", opacity: 1.0 }
+impl Sheet {
+    /// As a self-contained SVG document.
+    pub(crate) fn svg(&self) -> String {
+        let mut svg = Svg::new(self.width, self.height);
+        for shape in &self.shapes {
+            match shape {
+                Shape::Path { points, is_closed, paint } => svg.path(points, *is_closed, paint),
+                Shape::Clip(rect) => svg.begin_clip(*rect),
+                Shape::EndClip => svg.end_clip(),
+                Shape::Hover { at, text } => svg.hover(*at, text),
+                Shape::Text { at, text, set } => svg.text(*at, text, *set),
+            }
+        }
+        svg.finish()
     }
 }
 
-impl Display for Style<'_> {
+/// A document under construction.
+struct Svg {
+    body: String,
+}
+
+impl Display for Paint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, r#"stroke="{}" stroke-width="{}" fill="{}""#, self.stroke, self.width, self.fill)?;
-        if !self.dashes.is_empty() {
-            write!(f, r#" stroke-dasharray="{}""#, self.dashes)?;
+        let (stroke, width) = self.stroke.unwrap_or(("none", 0.0));
+        write!(f, r#"stroke="{stroke}" stroke-width="{width}" fill="{}""#, self.fill.unwrap_or("none"))?;
+        if self.dash > 0.0 {
+            write!(f, r#" stroke-dasharray="{0} {0}""#, self.dash)?;
         }
         if self.opacity < 1.0 {
             write!(f, r#" opacity="{}""#, self.opacity)?;
@@ -39,28 +40,9 @@ impl Display for Style<'_> {
     }
 }
 
-/// A text's size, weight and side of its anchor.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Font {
-    pub(super) size: f64,
-    pub(super) colour: &'static str,
-    pub(super) bold: bool,
-    /// `start`, `middle` or `end`.
-    pub(super) anchor: &'static str,
-}
-
-/// A rectangle: left, top, width, height.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rect {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) w: f64,
-    pub(super) h: f64,
-}
-
 impl Svg {
     /// A white sheet.
-    pub(super) fn new(width: u32, height: u32) -> Self {
+    fn new(width: u32, height: u32) -> Self {
         let body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
              height=\"{height}\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\" \
@@ -70,7 +52,7 @@ impl Svg {
     }
 
     /// The finished document.
-    pub(super) fn finish(mut self) -> String {
+    fn finish(mut self) -> String {
         self.body.push_str("</svg>\n");
         self.body
     }
@@ -80,48 +62,28 @@ impl Svg {
         self.body.push('\n');
     }
 
-    /// Everything until [`Svg::end_clip`] is clipped at the rectangle.
-    pub(super) fn begin_clip(&mut self, id: &str, Rect { x, y, w, h }: Rect) {
+    /// Everything until [`Svg::end_clip`] is clipped at the rectangle. A drawing within the drawing clips without a name,
+    /// which a page with several figures would have to keep apart.
+    fn begin_clip(&mut self, Rect { x, y, w, h }: Rect) {
         self.push(format_args!(
-            r#"<clipPath id="{id}"><rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}"/></clipPath>"#
+            r#"<svg x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" viewBox="{x:.1} {y:.1} {w:.1} {h:.1}">"#
         ));
-        self.push(format_args!(r#"<g clip-path="url(#{id})">"#));
     }
 
     /// Ends the clipping.
-    pub(super) fn end_clip(&mut self) {
-        self.push(format_args!("</g>"));
-    }
-
-    /// A rectangle.
-    pub(super) fn rect(&mut self, Rect { x, y, w, h }: Rect, style: Style<'_>) {
-        self.push(format_args!(r#"<rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" {style}/>"#));
-    }
-
-    /// A closed outline, and from the first of `tick` a line to the second.
-    pub(super) fn outline(&mut self, points: &[(f64, f64)], tick: Option<[(f64, f64); 2]>, style: Style<'_>) {
-        let mut path = path_data(points);
-        path.push('Z');
-        if let Some([(x0, y0), (x1, y1)]) = tick {
-            let _ = write!(path, "M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}");
-        }
-        self.push(format_args!(r#"<path d="{path}" {style}/>"#));
+    fn end_clip(&mut self) {
+        self.push(format_args!("</svg>"));
     }
 
     /// Straight lines from point to point.
-    pub(super) fn path(&mut self, points: &[(f64, f64)], is_closed: bool, style: Style<'_>) {
+    fn path(&mut self, points: &[(f64, f64)], is_closed: bool, paint: &Paint) {
         let mut path = path_data(points);
         path.push_str(if is_closed { "Z" } else { "" });
-        self.push(format_args!(r#"<path d="{path}" {style}/>"#));
-    }
-
-    /// A straight line.
-    pub(super) fn line(&mut self, [(x1, y1), (x2, y2)]: [(f64, f64); 2], style: Style<'_>) {
-        self.push(format_args!(r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" {style}/>"#));
+        self.push(format_args!(r#"<path d="{path}" {paint}/>"#));
     }
 
     /// A text that appears while the pointer is within some pixels.
-    pub(super) fn hover(&mut self, (x, y): (f64, f64), text: &str) {
+    fn hover(&mut self, (x, y): (f64, f64), text: &str) {
         let text = Escaped(text);
         self.push(format_args!(
             r#"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" pointer-events="all"><title>{text}</title></circle>"#
@@ -129,9 +91,14 @@ impl Svg {
     }
 
     /// A text with a white outline, readable on any background.
-    pub(super) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
-        let Font { size, colour, bold, anchor } = font;
+    fn text(&mut self, (x, y): (f64, f64), text: &str, set: Type) {
+        let Type { size, colour, bold, anchor } = set;
         let weight = if bold { "bold" } else { "normal" };
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
         let text = Escaped(text);
         self.push(format_args!(
             r##"<text x="{x:.1}" y="{y:.1}" font-size="{size:.1}" font-weight="{weight}" fill="{colour}" text-anchor="{anchor}" stroke="{PAPER}" stroke-width="4" paint-order="stroke">{text}</text>"##

@@ -3,7 +3,9 @@
 use crate::data::noise::Shape;
 use crate::report::palette::{Colour, SERIES, of_methods};
 use crate::report::plot::dots::{Dot, DotPlot, Panel};
+use crate::report::plot::sheet::Sheet;
 use crate::report::tables::kind::Table;
+use crate::report::tables::moment;
 use crate::report::tables::results::Tables;
 use crate::report::tables::rows::Row;
 use crate::report::tables::study::Block;
@@ -17,7 +19,7 @@ const ERRORS: [(usize, &str); 3] = [(0, "mATE (m)"), (1, "mADE (m)"), (2, "mAOE 
 pub(crate) struct Figure {
     pub(crate) table: Table,
     pub(crate) name: String,
-    pub(crate) plot: DotPlot,
+    pub(crate) sheet: Sheet,
 }
 
 /// All figures, by table.
@@ -31,6 +33,10 @@ pub(crate) fn figures(tables: &Tables) -> Vec<Figure> {
             }
             Table::Fig3 | Table::Nees => figures.extend(blocks.iter().map(|block| by_class(tables, block))),
             Table::III | Table::IV | Table::Fig4 => figures.push(by_block(tables, &blocks)),
+            Table::Fig5 => figures.extend(tables.shown.iter().map(|shown| {
+                let name = format!("{}-{}", table.stem(), shown.setting.noise.name());
+                Figure { table, name, sheet: moment::sheet(shown, text::heading(blocks[0])) }
+            })),
             Table::Robustness => {
                 let noise = |block: &&Block| block.setting.noise;
                 figures
@@ -48,8 +54,8 @@ pub(crate) fn kinds(tables: &Tables) -> Vec<Table> {
     kinds
 }
 
-fn figure(block: &Block, name: String, plot: DotPlot) -> Figure {
-    Figure { table: block.table, name, plot }
+fn figure(block: &Block, name: String, plot: &DotPlot) -> Figure {
+    Figure { table: block.table, name, sheet: plot.sheet() }
 }
 
 fn dot(row: &Row, metric: usize) -> Option<Dot> {
@@ -84,7 +90,7 @@ fn by_method(tables: &Tables, block: &Block) -> Figure {
         series: vec![(String::new(), SERIES[0])],
         panels: ERRORS.map(panel).into(),
     };
-    figure(block, format!("{}-{}", block.table.stem(), block.setting.noise.name()), plot)
+    figure(block, format!("{}-{}", block.table.stem(), block.setting.noise.name()), &plot)
 }
 
 /// A row for each block, in it a dot for each method.
@@ -110,7 +116,7 @@ fn by_block(tables: &Tables, blocks: &[&Block]) -> Figure {
         series: coloured(first),
         panels: ERRORS.map(panel).into(),
     };
-    figure(first, first.table.stem().to_owned() + &noise.replace(", ", "-"), plot)
+    figure(first, first.table.stem().to_owned() + &noise.replace(", ", "-"), &plot)
 }
 
 /// A row for each class, in it a dot for each method.
@@ -138,5 +144,5 @@ fn by_class(tables: &Tables, block: &Block) -> Figure {
     };
     let categories = classes.iter().map(ToString::to_string).collect();
     let plot = DotPlot { title: text::heading(block), categories, series: coloured(block), panels };
-    figure(block, format!("{}-{}", block.table.stem(), block.setting.noise.name()), plot)
+    figure(block, format!("{}-{}", block.table.stem(), block.setting.noise.name()), &plot)
 }

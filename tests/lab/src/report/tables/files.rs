@@ -18,7 +18,7 @@ pub(crate) fn write(tables: &Tables, folder: &Path) -> anyhow::Result<()> {
         ("tables.tex", latex::latex(tables)),
         ("tables.json", serde_json::to_string(&tables.rows)?),
     ];
-    folder::write(folder, files, figures.iter().map(|Figure { name, plot, .. }| (name.clone(), plot.sheet())))
+    folder::write(folder, files, figures.into_iter().map(|Figure { name, sheet, .. }| (name, sheet)))
 }
 
 /// The first columns. All others follow by name.

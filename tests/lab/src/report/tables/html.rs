@@ -66,7 +66,7 @@ fn short(kind: Table) -> String {
 fn section(tables: &Tables, kind: Table, figures: &[Figure]) -> String {
     let mut page = format!("<h2 id=\"{}\">{}</h2>\n", kind.stem(), escaped(&kind.title()));
     for figure in figures.iter().filter(|figure| figure.table == kind) {
-        let (svg, name) = (figure.plot.sheet().svg(), &figure.name);
+        let (svg, name) = (figure.sheet.svg(), &figure.name);
         page += &crate::report::page::figure(&svg, Some(name));
     }
     for block in tables.blocks.iter().filter(|block| block.table == kind) {

@@ -23,6 +23,10 @@ pub enum Table {
     #[serde(rename = "fig4")]
     #[value(name = "fig4")]
     Fig4,
+    /// The paper's Fig. 5: one moment under NMS and under ours, or under --methods, as a picture
+    #[serde(rename = "fig5")]
+    #[value(name = "fig5")]
+    Fig5,
     /// Errors of other shapes with the same standard deviations
     #[serde(rename = "robustness")]
     Robustness,
@@ -46,6 +50,7 @@ impl Table {
             Self::IV => "table-4",
             Self::Fig3 => "fig-3",
             Self::Fig4 => "fig-4",
+            Self::Fig5 => "fig-5",
             Self::Robustness => "robustness",
             Self::Nees => "nees",
             Self::Ablation => "ablation",

@@ -6,6 +6,7 @@ pub(crate) mod gain;
 pub(crate) mod html;
 pub(crate) mod kind;
 pub(crate) mod latex;
+pub(crate) mod moment;
 pub(crate) mod published;
 pub(crate) mod results;
 pub(crate) mod rows;

@@ -6,6 +6,8 @@ use crate::report::tables::kind::Table;
 use crate::report::tables::rows::{Row, rows};
 use crate::report::tables::study::{Block, Study};
 use crate::score::keyframes::experiments::{Plan, RunError, Scores};
+use crate::score::keyframes::moment::{ShowError, Shown};
+
 /// Everything that was computed.
 pub(crate) struct Tables {
     pub(crate) blocks: Vec<Block>,
@@ -14,6 +16,8 @@ pub(crate) struct Tables {
     pub(crate) dataset: String,
     pub(crate) rows: Vec<Row>,
     pub(crate) scores: Scores,
+    /// What [`Table::Fig5`] shows, where it is wanted.
+    pub(crate) shown: Option<Shown>,
 }
 
 impl Tables {
@@ -22,7 +26,7 @@ impl Tables {
         (study, plan): (&Study, Plan),
         dataset: &str,
         mut progress: impl FnMut(usize, usize),
-    ) -> Result<Self, RunError> {
+    ) -> Result<Self, ShowError> {
         let blocks = study.blocks();
         // In scenes: tracking metrics need another run over all scenes for each trial.
         let again = trackers(&blocks).count() * plan.trials as usize * scenes.len();
@@ -35,8 +39,13 @@ impl Tables {
         note_trackers(&mut rows, &blocks, (&plan, scenes), |done, _| {
             progress(first_part + done * scenes.len(), first_part + again);
         })?;
-        let statistics = Statistics::of(scenes);
-        Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores })
+        let shown = blocks.iter().find(|block| block.table == Table::Fig5);
+        let shown = shown.map(|block| {
+            let keys: Vec<String> = block.contenders.iter().map(|one| one.key().to_owned()).collect();
+            plan.show(scenes, (block.setting, &keys), &study.moment)
+        });
+        let (shown, statistics) = (shown.transpose()?, Statistics::of(scenes));
+        Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores, shown })
     }
 
     /// The rows of a block.

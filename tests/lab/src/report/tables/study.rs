@@ -7,6 +7,7 @@ use crate::drive::keyframes::method::Method;
 use crate::drive::keyframes::setting::Setting;
 use crate::report::tables::kind::Table;
 use crate::score::keyframes::experiments::Experiment;
+use crate::score::keyframes::moment::Moment;
 
 /// The requested tables.
 #[derive(Clone, Debug)]
@@ -23,6 +24,8 @@ pub(crate) struct Study {
     pub conditions: Conditions,
     /// Further rows of every table.
     pub further: Vec<Contender>,
+    /// Which keyframe [`Table::Fig5`] shows.
+    pub moment: Moment,
     /// Whether robustness is computed at the lowest and the highest level only: it needs all shapes.
     pub is_brief: bool,
 }
@@ -51,13 +54,11 @@ impl Study {
             |method: &Method| conditions == Conditions::Paper || !method.inputs().contains("identities");
         let is_wanted =
             |method: &Method| can_run(method) && (self.methods.is_empty() || self.methods.contains(method));
-        let contenders: Vec<Contender> = table
-            .methods()
-            .iter()
-            .filter(|method| is_wanted(method))
-            .copied()
-            .map(Contender::Method)
-            .collect();
+        // The picture takes any method, in the order of the option; a table has its own rows.
+        let takes_any = table == Table::Fig5 && !self.methods.is_empty();
+        let rows = if takes_any { &self.methods } else { table.methods() };
+        let contenders: Vec<Contender> =
+            rows.iter().filter(|method| is_wanted(method)).copied().map(Contender::Method).collect();
         if contenders.is_empty() {
             return Vec::new();
         }
@@ -117,6 +118,7 @@ impl Table {
                 Method::Ours,
                 Method::OursTrueId,
             ],
+            Self::Fig5 => &[Method::Nms, Method::Ours],
             Self::Robustness => {
                 &[Method::Single1, Method::CsbaWls, Method::CsbaWlsCv, Method::UnikfPaper, Method::Ours]
             }
@@ -139,7 +141,7 @@ impl Table {
     /// Its levels of noise.
     pub const fn noise(self) -> &'static [NoisePair] {
         match self {
-            Self::IV | Self::Fig3 => &[NoisePair::N1N3],
+            Self::IV | Self::Fig3 | Self::Fig5 => &[NoisePair::N1N3],
             Self::Fig4 => &[NoisePair::N1N1, NoisePair::N3N3],
             _ => &NoisePair::ALL,
         }
@@ -158,6 +160,7 @@ mod tests {
             shape: Shape::Gaussian,
             conditions: Conditions::Paper,
             further: Vec::new(),
+            moment: Moment::default(),
             is_brief: false,
         }
     }

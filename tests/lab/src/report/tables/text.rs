@@ -5,6 +5,7 @@ use crate::drive::keyframes::setting::Setting;
 use crate::report::table::Table;
 use crate::report::tables::gain::gains;
 use crate::report::tables::kind::Table as Kind;
+use crate::report::tables::moment;
 use crate::report::tables::published::FOOTNOTES;
 use crate::report::tables::results::Tables;
 use crate::report::tables::rows::Row;
@@ -26,6 +27,7 @@ impl Kind {
             Self::IV => "Table IV: others' metrics (first boxes) against the paper's",
             Self::Fig3 => "Fig. 3: errors by category",
             Self::Fig4 => "Fig. 4: what association does",
+            Self::Fig5 => "Fig. 5: one moment under each method",
             Self::Robustness => "Robustness: errors of other shapes",
             Self::Nees => "Claimed accuracies: squared errors over variances, per degree of freedom",
             Self::Ablation => "Ours without its parts",
@@ -213,8 +215,12 @@ fn by_class(tables: &Tables, block: &Block) -> Table {
     Table { header, rows: classes.into_iter().map(line).collect() }
 }
 
-/// The gain of ours over least squares, alone and filtered, for all objects and for subsets.
+/// What is said below a block's table: for Table II the gain of ours over least squares, alone and filtered, for all
+/// objects and for subsets.
 pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
+    if block.table == Kind::Fig5 {
+        return tables.shown.iter().map(moment::text).collect();
+    }
     if block.table == Kind::Sensors {
         return "Methods without memory name every box anew in every frame: of them HOTA, AssA, IDF1, switches and AMOTA \
                 say only that."

@@ -12,6 +12,8 @@ use v2x_fusion_hub::association::assignment::Assigner;
 pub(crate) struct ScoredKeyframe<'a> {
     /// Its scene.
     pub scene: &'a Scene,
+    /// Its place in the scene.
+    pub frame: usize,
     /// All objects of the keyframe.
     pub truth: &'a [TrueBox],
     /// The published boxes.
@@ -35,7 +37,8 @@ impl<'a> ScoredKeyframe<'a> {
         let places: Vec<_> = boxes.iter().map(|one| one.object.and_then(place)).collect();
         let estimates: Vec<_> = boxes.iter().map(Estimate::from).collect();
         let rule = MatchingRule::ByProvenance { places: &places, repeats: Repeats::ErrorsAddUp };
-        let unmatched = Self { scene, truth, boxes, matching: Matching::default(), estimates, is_in_view };
+        let unmatched =
+            Self { scene, frame, truth, boxes, matching: Matching::default(), estimates, is_in_view };
         let matching = unmatched.frame().matched(rule, &mut Assigner::default());
         Self { matching, ..unmatched }
     }
@@ -43,6 +46,11 @@ impl<'a> ScoredKeyframe<'a> {
     /// The frame that is matched.
     pub(crate) fn frame(&self) -> Frame<'_> {
         Frame { estimates: &self.estimates, truth: self.truth, counts: self.is_in_view }
+    }
+
+    /// Of each object whether any agent covers it.
+    pub(crate) const fn is_in_view(&self) -> &'a [bool] {
+        self.is_in_view
     }
 
     /// The objects that count.

@@ -16,7 +16,7 @@ use v2x_common::geometry::BevBox;
 use v2x_fusion_hub::association::assignment::Assigner;
 
 /// GOSPA's cut-off: a miss and a false object cost as much as a pair this far apart, m.
-const GOSPA_CUTOFF_M: f64 = 5.0;
+pub(super) const GOSPA_CUTOFF_M: f64 = 5.0;
 
 /// A contender's tracking metrics, over all scenes of a trial, then averaged over trials. Boxes are matched by position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -51,6 +51,10 @@ fn scene() -> BevScene {
     scene
 }
 
+fn svg_of(scene: &BevScene) -> String {
+    bev_sheet(scene).svg()
+}
+
 /// Checks that elements nest, and returns how many there are of each name.
 fn elements(xml: &str) -> std::collections::BTreeMap<String, usize> {
     let mut open = Vec::new();
@@ -75,7 +79,7 @@ fn elements(xml: &str) -> std::collections::BTreeMap<String, usize> {
 #[test]
 fn the_picture_is_well_formed_and_holds_every_box() {
     let scene = scene();
-    let svg = bev_svg(&scene);
+    let svg = svg_of(&scene);
     let counts = elements(&svg);
     let n_boxes = scene.fused.len() + scene.agents.iter().map(|a| a.detections.len()).sum::<usize>();
     assert!(counts["path"] > n_boxes + scene.agents.len(), "{counts:?}");
@@ -85,7 +89,7 @@ fn the_picture_is_well_formed_and_holds_every_box() {
 
 #[test]
 fn the_legend_counts_what_is_drawn() {
-    let svg = bev_svg(&scene());
+    let svg = svg_of(&scene());
     for text in
         ["truth: 36 objects", "ego (vehicle): 36 detections at -40 ms", "rsu (roadside-unit)", "fused: 36"]
     {
@@ -95,7 +99,7 @@ fn the_legend_counts_what_is_drawn() {
 
 #[test]
 fn colours_are_the_papers() {
-    let svg = bev_svg(&scene());
+    let svg = svg_of(&scene());
     let first = |colour: &str| svg.find(colour).unwrap();
     assert!(first(TRUTH) < first(AGENTS[0]) && first(AGENTS[0]) < first(AGENTS[1]));
     assert!(first(AGENTS[1]) < first(FUSED));
@@ -103,11 +107,11 @@ fn colours_are_the_papers() {
 
 #[test]
 fn an_empty_scene_and_many_agents_still_make_a_picture() {
-    elements(&bev_svg(&BevScene::default()));
+    elements(&svg_of(&BevScene::default()));
     let mut crowded = scene();
     let one = crowded.agents[0].clone();
     crowded.agents.extend(std::iter::repeat_n(one, 18));
-    elements(&bev_svg(&crowded));
+    elements(&svg_of(&crowded));
 }
 
 #[test]
@@ -130,16 +134,16 @@ fn the_busiest_spot_is_where_most_boxes_are() {
         fused: vec![car(0.0), car(104.2)],
         ..BevScene::default()
     };
-    assert!(busiest_spot(&scene).0 >= 100.0);
+    assert!(busiest_spot(&scene, DETAIL_HALF_M).0 >= 100.0);
 }
 
 #[test]
 fn labels_of_agents_at_one_place_do_not_overlap_and_stay_in_the_panel() {
-    let mut svg = Svg::new(WIDTH, HEIGHT);
+    let mut sheet = Sheet::new(WIDTH, HEIGHT);
     let mut labels = Labels { taken: Vec::new(), panel: WHOLE };
     let corner = (WHOLE.x + WHOLE.w - 2.0, WHOLE.y + 2.0);
     for at in [(300.0, 300.0), (302.0, 301.0), (299.0, 303.0), corner, corner] {
-        labels.write(&mut svg, at, "rsu-north", 19.0);
+        labels.write(&mut sheet, at, "rsu-north", 19.0);
     }
     assert!(labels.taken.len() >= 4, "{:?}", labels.taken);
     let is_apart =
@@ -153,13 +157,13 @@ fn labels_of_agents_at_one_place_do_not_overlap_and_stay_in_the_panel() {
 #[test]
 fn what_moves_has_an_arrow_and_what_is_enlarged_a_letter() {
     let mut scene = scene();
-    let still = bev_svg(&scene);
+    let still = svg_of(&scene);
     let BevBox { x, y, .. } = scene.fused[0];
-    let spot = busiest_spot(&scene);
+    let spot = busiest_spot(&scene, DETAIL_HALF_M);
     scene.motions = vec![[(x, y), (x + 5.0, y)]];
     scene.letters = vec![(spot, "C".to_owned()), ((1e4, 1e4), "Z".to_owned())];
-    let moving = bev_svg(&scene);
-    let lines = |svg: &str| svg.matches("<line").count();
+    let moving = svg_of(&scene);
+    let lines = |svg: &str| svg.matches("<path").count();
     assert!(lines(&moving) >= lines(&still) + 3, "a shaft and two barbs");
     assert!(moving.contains(">C</text>") && !moving.contains(">Z</text>"));
     assert!(moving.contains("arrow: the way of one second") && !still.contains("arrow:"));
