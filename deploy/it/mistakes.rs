@@ -81,3 +81,12 @@ async fn an_unknown_agent_is_named_with_the_agents_of_the_scenario() -> anyhow::
     assert!(["drone", "ego", "rsu"].iter().all(|id| ending.stderr.contains(id)), "{ending:#?}");
     Ok(())
 }
+
+#[cfg(not(feature = "foxglove"))]
+#[tokio::test(flavor = "multi_thread")]
+async fn foxglove_without_its_feature_says_how_to_get_it() -> anyhow::Result<()> {
+    let ending = run(&folder("no-foxglove")?, &["watch", "--foxglove"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert!(ending.stderr.contains("--features foxglove"), "{}", ending.stderr);
+    Ok(())
+}

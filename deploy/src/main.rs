@@ -1,6 +1,7 @@
 //! `v2x`: one command for a cooperative-perception network.
 
 mod demo;
+mod foxglove;
 mod links;
 mod network;
 mod output;

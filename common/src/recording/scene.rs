@@ -14,8 +14,9 @@ use serde_json::{Value, json};
 
 /// What follows the key of a list or of detections in the name of their scene's topic.
 pub const SCENE_SUFFIX: &str = "/scene";
-/// The name of the schema, and the schema as viewers need it: they know the fields by its name.
+/// The name of the schema of scenes; viewers know the fields by it.
 pub const SCENE_SCHEMA_NAME: &str = "foxglove.SceneUpdate";
+/// The schema of scenes, as JSON schema.
 pub const SCENE_SCHEMA: &str = r#"{"title":"foxglove.SceneUpdate","type":"object","properties":{"deletions":{"type":"array","items":{"type":"object"}},"entities":{"type":"array","items":{"type":"object"}}}}"#;
 /// The frame of all positions, where none is named.
 const MAP: &str = "map";

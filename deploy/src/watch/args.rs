@@ -1,6 +1,7 @@
 //! The consumer's command line.
 
 use super::objects::SortKey;
+use crate::foxglove::FoxgloveArgs;
 use crate::record::RecordArgs;
 use crate::web::WebArgs;
 use std::path::PathBuf;
@@ -21,6 +22,7 @@ Examples:
   v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
   v2x watch --web                              in your browser, at http://127.0.0.1:8088/
   v2x watch --web --scenario crossing          with the roads and the truth of a simulation by `v2x up crossing`
+  v2x watch --foxglove                         in Foxglove or Lichtblick, at ws://127.0.0.1:8765
   v2x watch --record run.mcap                  records it, as `v2x record` does
 
 In a terminal the table fits the window. Its keys: q, Esc or Ctrl-C end; s sorts by the next column, r the other way
@@ -56,6 +58,8 @@ pub(crate) struct WatchArgs {
     pub(crate) record: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) web: WebArgs,
+    #[command(flatten)]
+    pub(crate) foxglove: FoxgloveArgs,
     /// With --web: the scenario that is simulated, for its roads and its truth; a file or a shipped scenario's name
     #[arg(long, value_name = "FILE|NAME", requires = "web")]
     pub(crate) scenario: Option<String>,

@@ -7,6 +7,7 @@ use super::lists::Lists;
 use super::screen::{self, Screen};
 use super::statuses::Statuses;
 use super::view::{Action, View};
+use crate::foxglove;
 use crate::output::{self, Output};
 use crate::record::{self, Counts};
 use anyhow::{Context, bail};
@@ -36,6 +37,9 @@ const PROGRESS: Duration = Duration::from_secs(1);
 pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
     if let Some(address) = args.web.web {
         return browser::show(args, address, shutdown).await;
+    }
+    if let Some(address) = args.foxglove.foxglove {
+        return foxglove::serve(address, &args.session_options(), args.network, shutdown).await;
     }
     let traffic = args.traffic();
     if let Some(recording) = args.recording() {
