@@ -53,6 +53,7 @@
 
 pub mod class;
 pub mod clock;
+pub mod conventions;
 pub mod covariance;
 pub mod detection;
 pub mod fused;

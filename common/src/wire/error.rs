@@ -1,5 +1,6 @@
 //! Errors of encoding and decoding.
 
+use crate::conventions::MissingPose;
 use crate::detection::InvalidValue;
 use crate::id::NameError;
 use crate::sensor::InvalidDescription;
@@ -75,6 +76,9 @@ pub enum WireError {
         /// The value found, in its own unit.
         value: f64,
     },
+    /// Positions are relative to a pose that is not there.
+    #[error(transparent)]
+    MissingPose(#[from] MissingPose),
     /// A value that the wire cannot represent.
     #[error("{field} = {value} does not fit on the wire")]
     NotEncodable {
@@ -103,6 +107,7 @@ impl WireError {
             Self::UnlistedAgent => "unlisted_agent",
             Self::Json(_) => "bad_json",
             Self::NotMicroseconds { .. } => "wrong_time_unit",
+            Self::MissingPose(_) => "no_sensor_pose",
             Self::NotEncodable { .. } => "not_encodable",
         }
     }

@@ -12,7 +12,8 @@ use crate::fusion::{AdmittedFrame, FusionMethod, LateFrames, ObjectList, TrackCo
 use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
-use crate::values::{PoseErrors, Saved, SensorModel, StateError, saved};
+use crate::values::{PoseErrors, Saved, SensingDefaults, SensorModel, StateError, saved};
+use std::collections::BTreeMap;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
 use v2x_common::id::AgentId;
@@ -44,6 +45,8 @@ pub struct Engine {
     method: Box<dyn FusionMethod>,
     /// How detections are read of agents that describe no sensor.
     undescribed: SensorModel,
+    /// The same for single agents.
+    assumed: BTreeMap<AgentId, SensorModel>,
     sieve: Sieve,
     /// A frame, corrected for its agent's errors; its buffers are used again.
     corrected: Option<DetectionFrame>,
@@ -57,7 +60,7 @@ pub struct Engine {
 
 saved!([] Engine, saved {
     admission, agents, history, registrar, sieve, now, maintained_at, pending, outputs, method
-}, made_anew { config, undescribed, corrected, spare_objects });
+}, made_anew { config, undescribed, assumed, corrected, spare_objects });
 
 impl Saved for Box<dyn FusionMethod> {
     fn save(&self, out: &mut Vec<u8>) -> Result<(), StateError> {
@@ -145,6 +148,7 @@ impl Engine {
             registrar: Registrar::new(registration),
             method,
             undescribed: SensorModel::undescribed(&config.sensing),
+            assumed: BTreeMap::new(),
             sieve: Sieve::default(),
             corrected: None,
             now: Timestamp::MIN,
@@ -153,6 +157,11 @@ impl Engine {
             outputs: Outputs::new(&config),
             spare_objects: Vec::new(),
         }
+    }
+
+    /// What is assumed about an agent as long as it describes no sensor: its detection probability and its clutter.
+    pub fn assume(&mut self, agent: AgentId, sensing: &SensingDefaults) {
+        self.assumed.insert(agent, SensorModel::undescribed(sensing));
     }
 
     /// Takes in an agent's sensor description.
@@ -315,10 +324,11 @@ impl Engine {
         let declared = || record.description.map(|description| PoseErrors::declared(&description.accuracy));
         let estimated = self.registrar.pose_errors(frame.id.agent);
         let pose_errors = estimated.or_else(declared).unwrap_or(PoseErrors::NONE);
+        let assumed = self.assumed.get(&frame.id.agent).unwrap_or(&self.undescribed);
         let outcome = self.method.handle_frame(&AdmittedFrame {
             frame,
             received_at: self.now,
-            sensor: if record.description.is_some() { &record.sensor } else { &self.undescribed },
+            sensor: if record.description.is_some() { &record.sensor } else { assumed },
             is_described: record.description.is_some(),
             pose_errors,
             coverage: record.coverage(frame),

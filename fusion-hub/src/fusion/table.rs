@@ -34,6 +34,14 @@ pub enum SettingsError {
         /// The range.
         expected: &'static str,
     },
+    /// A setting of a single agent is wrong.
+    #[error("hub.agents.{agent}: {problem}")]
+    Agent {
+        /// The agent.
+        agent: AgentId,
+        /// The field, its value and what is expected.
+        problem: String,
+    },
     /// A lag and several hypotheses of association.
     #[error(
         "hub.lag_ms and hub.lagged are for one hypothesis: set hub.association_particles = 0, not {particles}, or no lag"

@@ -1,7 +1,7 @@
 //! The core of a hub: the engine behind the payloads of the network. It is pure, so that a journal of its calls can be computed
 //! again to the same bits.
 
-use super::settings::HubSettings;
+use super::settings::{AgentSettings, HubSettings};
 use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
 use crate::hub::fair_queue::QueueLimits;
 use crate::values::{Saved, StateError};
@@ -10,8 +10,8 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Timestamp;
 use v2x_common::unmapped_names::UnmappedNames;
-use v2x_common::wire;
 use v2x_common::wire::journal::{Body, Call};
+use v2x_common::wire::{self, WireError};
 
 /// Largest payload that is read: 4096 detections as verbose JSON.
 pub(super) const MAX_BYTES: usize = 4 << 20;
@@ -41,6 +41,13 @@ impl Core {
     /// A core that knows nothing yet.
     pub fn new(settings: HubSettings, engine: impl FnOnce(EngineConfig) -> Engine) -> Self {
         let engine = engine(settings.engine);
+        Self::around(settings, engine)
+    }
+
+    fn around(settings: HubSettings, mut engine: Engine) -> Self {
+        for (agent, of_agent) in &settings.agents {
+            of_agent.sensing.iter().for_each(|sensing| engine.assume(*agent, sensing));
+        }
         Self { settings, engine }
     }
 
@@ -50,7 +57,7 @@ impl Core {
     /// Where the bytes are no state that this build saved under such settings.
     pub fn restored(settings: HubSettings, state: &[u8]) -> Result<Self, StateError> {
         let engine = Engine::restored(settings.engine, state)?;
-        Ok(Self { settings, engine })
+        Ok(Self::around(settings, engine))
     }
 
     /// Everything that decides what it does from now on, but for the settings.
@@ -98,12 +105,16 @@ impl Core {
         if !self.settings.listens_to(&agent) {
             return Err(Refusal::NotListenedTo);
         }
+        let AgentSettings { report_defaults, conventions, .. } = self.settings.of_agent(&agent);
         let (frame, unmapped_classes) = match *body {
             Body::TooLarge(bytes) => return Err(too_large(bytes)),
-            Body::Postcard(bytes) => (wire::detections::decode_as_sent(bytes)?, UnmappedNames::default()),
+            Body::Postcard(bytes) => {
+                let mut frame = wire::detections::decode_as_sent(bytes)?;
+                conventions.convert(&mut frame).map_err(WireError::from)?;
+                (frame, UnmappedNames::default())
+            }
             Body::Json(bytes) => {
-                let defaults = self.settings.report_defaults_of(&agent);
-                let decoded = wire::json::decode_detections_as_sent(bytes, agent, defaults)?;
+                let decoded = wire::json::decode_detections_by(bytes, agent, report_defaults, conventions)?;
                 (decoded.frame, decoded.unmapped_classes)
             }
         };

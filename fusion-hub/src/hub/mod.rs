@@ -35,7 +35,7 @@ pub use core::{Core, Handled};
 pub use encoding::encode_list;
 pub use error::HubError;
 pub use run::{HubSetup, serve};
-pub use settings::HubSettings;
+pub use settings::{AgentSettings, HubSettings};
 pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus};
 pub use tile_settings::TileSettings;
 pub use unnamed::InvalidName;

@@ -1,5 +1,7 @@
 //! The `[hub]` table of a scenario or settings file, and the checked settings.
 
+pub use self::agents::AgentSettings;
+use self::agents::{AgentTable, ForAll};
 use super::tile_settings::{TileSettings, TilesTable};
 use crate::engine::{EngineConfig, PublishMode};
 use crate::fusion::table::{TrackingTable, WindowTable, within};
@@ -11,6 +13,8 @@ use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, MapFrame};
 use v2x_common::time::Span;
 use v2x_common::wire::json::ReportDefaults;
+
+mod agents;
 
 /// The settings of the hub itself, as they are typed. Every field has a default; `None` is the method's default.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -30,7 +34,7 @@ struct HubTable {
     tiles: Option<TilesTable>,
     sensing: SensingDefaults,
     report_defaults: ReportDefaults,
-    agents: BTreeMap<AgentId, ReportDefaults>,
+    agents: BTreeMap<AgentId, AgentTable>,
 }
 
 impl HubTable {
@@ -134,10 +138,10 @@ pub struct HubSettings {
     pub tiles: Option<TileSettings>,
     /// The agents that it listens to; all where there is no list.
     pub only_agents: Vec<AgentId>,
-    /// Defaults where a JSON frame leaves a value out.
-    pub report_defaults: ReportDefaults,
+    /// What is assumed of agents that have no table of their own.
+    pub every_agent: AgentSettings,
     /// The same for single agents.
-    pub report_defaults_of: BTreeMap<AgentId, ReportDefaults>,
+    pub agents: BTreeMap<AgentId, AgentSettings>,
 }
 
 impl Default for HubSettings {
@@ -170,9 +174,9 @@ impl HubSettings {
         self.only_agents.is_empty() || self.only_agents.contains(agent)
     }
 
-    /// Defaults of this agent's JSON frames.
-    pub fn report_defaults_of(&self, agent: &AgentId) -> &ReportDefaults {
-        self.report_defaults_of.get(agent).unwrap_or(&self.report_defaults)
+    /// What is assumed of this agent, and how it writes its frames.
+    pub fn of_agent(&self, agent: &AgentId) -> &AgentSettings {
+        self.agents.get(agent).unwrap_or(&self.every_agent)
     }
 }
 
@@ -192,12 +196,8 @@ impl HubTable {
     fn check(self, tracking: &TrackingTable, window: &WindowTable) -> Result<HubSettings, SettingsError> {
         within("delta_max_ms", self.delta_max_ms, 1.0..=60_000.0, "1 to 60000")?;
         within("coast_ms", self.coast_ms.unwrap_or(0.0), 0.0..=60_000.0, "0 to 60000")?;
-        let sensing = &self.sensing;
-        within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
-        within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
-        within("sensing.births_per_m2_s", sensing.births_per_m2_s, 1e-12..=10.0, "1e-12 to 10")?;
+        check_sensing(&self.sensing)?;
         check_report_defaults(&self.report_defaults)?;
-        self.agents.values().try_for_each(check_report_defaults)?;
         let defaults = EngineConfig::new(self.id, 0).with_preset(self.method.preset());
         let mut engine = EngineConfig {
             map_frame: self.map_frame,
@@ -216,14 +216,22 @@ impl HubTable {
             within("synchronous_ms", synchronous_ms, 0.0..=1000.0, "0 to 1000")?;
             engine.synchronous = Span::from_secs_f64(synchronous_ms * 1e-3);
         }
+        let tiles = self.tiles.map(TilesTable::check).transpose()?;
+        let for_all = ForAll {
+            report_defaults: &self.report_defaults,
+            sensing: &self.sensing,
+            plane: tiles.map(|tiles| tiles.plane),
+        };
+        let agents =
+            self.agents.into_iter().map(|(agent, table)| Ok((agent, table.check(&agent, &for_all)?)));
         Ok(HubSettings {
             engine,
             publish: self.publish.check()?,
             lagged_interval: tracking.lagged_interval(),
-            tiles: self.tiles.map(TilesTable::check).transpose()?,
+            tiles,
             only_agents: self.only_agents,
-            report_defaults: self.report_defaults,
-            report_defaults_of: self.agents,
+            every_agent: AgentSettings { report_defaults: self.report_defaults, ..AgentSettings::default() },
+            agents: agents.collect::<Result<_, SettingsError>>()?,
         })
     }
 
@@ -272,15 +280,23 @@ impl PublishTable {
     }
 }
 
+fn check_sensing(sensing: &SensingDefaults) -> Result<(), SettingsError> {
+    within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
+    within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
+    within("sensing.births_per_m2_s", sensing.births_per_m2_s, 1e-12..=10.0, "1e-12 to 10")
+}
+
 fn check_report_defaults(defaults: &ReportDefaults) -> Result<(), SettingsError> {
     let ReportDefaults {
         sigma_position_m,
+        sigma_position_per_m,
         sigma_yaw_rad,
         sigma_size_relative,
         sigma_typical_size_relative,
         ..
     } = *defaults;
     within("report_defaults.sigma_position_m", sigma_position_m, 1e-3..=70.0, "0.001 to 70")?;
+    within("report_defaults.sigma_position_per_m", sigma_position_per_m, 0.0..=1.0, "0 to 1")?;
     within("report_defaults.sigma_yaw_rad", sigma_yaw_rad, 1e-4..=7.0, "0.0001 to 7")?;
     within("report_defaults.sigma_size_relative", sigma_size_relative, 1e-3..=1.0, "0.001 to 1")?;
     let typical = sigma_typical_size_relative;

@@ -3,9 +3,10 @@
 use super::values::{Id64, Stamp, covariance, deviations, number, optional_number};
 use super::values::{parse, print, variance, with_quoted_words};
 use crate::class::Class;
+use crate::conventions::{Conventions, Conversion};
 use crate::covariance::{BoxCovariance, Velocity};
 use crate::detection::{Detection, DetectionFrame, HeadingKind, MAX_DETECTIONS};
-use crate::geometry::{BevBox, Pose, wrap_angle};
+use crate::geometry::{BevBox, Pose};
 use crate::id::{AgentId, FrameId, MapFrame};
 use crate::unmapped_names::UnmappedNames;
 use crate::wire::error::WireError;
@@ -18,8 +19,10 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReportDefaults {
-    /// Of x and of y, m.
+    /// Of x and of y, m; at the sensor, where it grows with the range.
     pub sigma_position_m: f64,
+    /// Added for each metre between the sensor and the detection (the paper's σ₀ + k·d), where the sensor's pose is known.
+    pub sigma_position_per_m: f64,
     /// Of a heading that was given without one, rad.
     pub sigma_yaw_rad: f64,
     /// Of a size that was given without one, relative to it.
@@ -32,6 +35,7 @@ impl Default for ReportDefaults {
     fn default() -> Self {
         Self {
             sigma_position_m: 0.5,
+            sigma_position_per_m: 0.0,
             sigma_yaw_rad: 0.175,
             sigma_size_relative: 0.2,
             sigma_typical_size_relative: 0.5,
@@ -193,15 +197,26 @@ pub fn decode_detections_as_sent(
     agent: AgentId,
     defaults: &ReportDefaults,
 ) -> Result<DecodedDetections, WireError> {
+    decode_detections_by(bytes, agent, defaults, &Conventions::default())
+}
+
+/// The same, of an agent with conventions of its own.
+pub fn decode_detections_by(
+    bytes: &[u8],
+    agent: AgentId,
+    defaults: &ReportDefaults,
+    conventions: &Conventions,
+) -> Result<DecodedDetections, WireError> {
+    let to_frame = |json: &JsonFrame<'_>| to_frame(json, agent, (defaults, conventions));
     match parse(bytes) {
-        Ok(json) => to_frame(&json, agent, defaults),
+        Ok(json) => to_frame(&json),
         Err(WireError::Json(words)) if words.starts_with(TOO_MANY) => Err(WireError::TooMany {
             what: "detections",
             count: MAX_DETECTIONS as u64 + 1,
             limit: MAX_DETECTIONS,
         }),
         Err(error) => match with_quoted_words(bytes) {
-            Some(quoted) => to_frame(&parse(&quoted)?, agent, defaults),
+            Some(quoted) => to_frame(&parse(&quoted)?),
             None => Err(error),
         },
     }
@@ -210,15 +225,17 @@ pub fn decode_detections_as_sent(
 fn to_frame(
     json: &JsonFrame<'_>,
     agent: AgentId,
-    defaults: &ReportDefaults,
+    (defaults, conventions): (&ReportDefaults, &Conventions),
 ) -> Result<DecodedDetections, WireError> {
     let mut unmapped_classes = UnmappedNames::default();
+    let pose = json.sensor_pose.as_ref().map(|pose| Pose { x: pose.x, y: pose.y, yaw: pose.yaw });
+    let conversion = conventions.conversion(pose)?;
     let detections = json.detections.iter().map(|detection| {
-        let class = Class::from_name(&detection.class).unwrap_or_else(|| {
+        let class = conventions.class(&detection.class).unwrap_or_else(|| {
             unmapped_classes.add(&detection.class);
             Class::Unknown
         });
-        detection.to_detection(class, defaults)
+        detection.to_detection(class, defaults, &conversion)
     });
     let detections = detections.collect();
     let captured_at = json.captured_at.micros()?;
@@ -229,12 +246,8 @@ fn to_frame(
             epoch: json.epoch.map_or(0, |id| id.0),
             sequence: json.sequence.map_or(by_time, |id| id.0),
         },
-        captured_at,
-        sensor_pose: json.sensor_pose.as_ref().map(|pose| Pose {
-            x: pose.x,
-            y: pose.y,
-            yaw: wrap_angle(pose.yaw),
-        }),
+        captured_at: captured_at + conventions.time_offset,
+        sensor_pose: conversion.sensor_pose(),
         sensor_revision: json.sensor_revision,
         map_frame: json.map_frame,
         detections,
@@ -244,7 +257,12 @@ fn to_frame(
 }
 
 impl JsonDetection<'_> {
-    fn to_detection(&self, class: Class, defaults: &ReportDefaults) -> Detection {
+    fn to_detection(
+        &self,
+        class: Class,
+        defaults: &ReportDefaults,
+        conversion: &Conversion<'_>,
+    ) -> Detection {
         let (typical_w, typical_d) = class.typical_size();
         let sigma = &self.sigma;
         let size = |given: Option<f64>, typical: f64, sigma: Option<f64>| {
@@ -255,17 +273,21 @@ impl JsonDetection<'_> {
             let extent = given.unwrap_or(typical);
             (extent, sigma.unwrap_or(relative * extent))
         };
-        let (w, sigma_w) = size(self.w, typical_w, sigma.w);
-        let (d, sigma_d) = size(self.d, typical_d, sigma.d);
+        let ((w, given_sigma_w), (d, given_sigma_d)) = conversion.sizes((self.w, sigma.w), (self.d, sigma.d));
+        let (w, sigma_w) = size(w, typical_w, given_sigma_w);
+        let (d, sigma_d) = size(d, typical_d, given_sigma_d);
         let sigma_yaw = match self.yaw {
-            Some(_) => sigma.yaw.unwrap_or(defaults.sigma_yaw_rad),
+            Some(_) => sigma.yaw.map_or(defaults.sigma_yaw_rad, |given| conversion.sigma_yaw(given)),
             None => SIGMA_YAW_UNKNOWN_RAD,
         };
-        let sigma_x = sigma.x.unwrap_or(defaults.sigma_position_m);
-        Detection {
+        let sigma_x = sigma.x.unwrap_or_else(|| {
+            let range_m = conversion.range_m(self.x, self.y).unwrap_or(0.0);
+            defaults.sigma_position_m + defaults.sigma_position_per_m * range_m
+        });
+        let mut detection = Detection {
             class,
             score: self.score.unwrap_or(1.0),
-            bev: BevBox { x: self.x, y: self.y, w, d, yaw: wrap_angle(self.yaw.unwrap_or(0.0)) },
+            bev: BevBox { x: self.x, y: self.y, w, d, yaw: self.yaw.unwrap_or(0.0) },
             covariance: BoxCovariance {
                 position: covariance(sigma_x, sigma.y.unwrap_or(sigma_x), sigma.rho),
                 ww: variance(sigma_w),
@@ -282,7 +304,9 @@ impl JsonDetection<'_> {
                 None => HeadingKind::Unknown,
             }),
             source_track: self.source_track.map(|id| id.0),
-        }
+        };
+        conversion.apply(&mut detection);
+        detection
     }
 
     fn from_detection(detection: &Detection) -> JsonDetection<'static> {

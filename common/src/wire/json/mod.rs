@@ -13,6 +13,6 @@ mod values;
 
 pub use delta::{decode_delta, decode_update, encode_delta};
 pub use detections::{DecodedDetections, ReportDefaults};
-pub use detections::{decode_detections, decode_detections_as_sent, encode_detections};
+pub use detections::{decode_detections, decode_detections_as_sent, decode_detections_by, encode_detections};
 pub use fused::{decode_fused, encode_fused};
 pub use sensor::{decode_sensor, encode_sensor};

@@ -33,8 +33,8 @@ fn typed_values_take_effect() {
     assert_eq!(settings.engine.fusion.lag(), Span::from_millis(250));
     assert_eq!(settings.publish, PublishMode::Fixed { interval: Span::from_millis(50) });
     let cam = AgentId::new("cam").unwrap();
-    assert_eq!(settings.report_defaults_of(&cam).sigma_position_m, 1.5);
-    assert_eq!(settings.report_defaults_of(&AgentId::new("x").unwrap()).sigma_position_m, 0.5);
+    assert_eq!(settings.of_agent(&cam).report_defaults.sigma_position_m, 1.5);
+    assert_eq!(settings.of_agent(&AgentId::new("x").unwrap()).report_defaults.sigma_position_m, 0.5);
 }
 
 #[test]

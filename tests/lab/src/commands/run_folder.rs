@@ -113,7 +113,7 @@ impl RunFolder {
     }
 
     /// Path of the recording that is there: of a run of an earlier version it has the format of that.
-    fn recorded(&self) -> PathBuf {
+    pub(crate) fn recorded(&self) -> PathBuf {
         let before = self.path.join("consumer.v2xrec");
         if !self.recording().exists() && before.exists() { before } else { self.recording() }
     }
@@ -142,12 +142,16 @@ impl RunFolder {
         Some(format!("started {started} by version {version}, commit {commit}"))
     }
 
+    /// Whether this is the folder of a run that ended, or a file in one.
+    pub(crate) fn is_run(path: &Path) -> bool {
+        folder_of(path).join("run.json").is_file()
+    }
+
     /// The folder of a recorded run, by its path or that of its recording.
     pub(crate) fn open(path: &Path) -> anyhow::Result<Self> {
-        let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
-        let is_run = folder.join("run.json").is_file();
-        anyhow::ensure!(
-            is_run,
+        let folder = folder_of(path);
+        ensure!(
+            Self::is_run(path),
             "{} is no folder of a run that ended: it has no run.json; `v2x demo` makes one, `v2x runs` lists them",
             folder.display()
         );
@@ -217,6 +221,10 @@ impl RunFolder {
         summary.compute_ms = None;
         Ok(summary)
     }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    if path.is_file() { path.parent().unwrap_or(path) } else { path }
 }
 
 /// The score of a log of a run.

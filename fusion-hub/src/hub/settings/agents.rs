@@ -1,0 +1,255 @@
+//! The `[hub.agents.…]` tables: what is assumed of single agents, and how they write their frames.
+
+use crate::fusion::SettingsError;
+use crate::values::SensingDefaults;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use v2x_common::class::Class;
+use v2x_common::conventions::{Conventions, CoordinateFrame, YawConvention};
+use v2x_common::geometry::{Pose, wrap_angle};
+use v2x_common::id::AgentId;
+use v2x_common::tile::{Geodetic, LocalPlane, MAX_LATITUDE_DEG};
+use v2x_common::time::Span;
+use v2x_common::wire::json::ReportDefaults;
+
+/// As it is typed; what is not there is as for all agents.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct AgentTable {
+    sigma_position_m: Option<f64>,
+    sigma_position_per_m: Option<f64>,
+    sigma_yaw_rad: Option<f64>,
+    sigma_size_relative: Option<f64>,
+    sigma_typical_size_relative: Option<f64>,
+    detection_probability: Option<f64>,
+    clutter_per_m2: Option<f64>,
+    frame: FrameName,
+    pose: Option<Pose>,
+    origin: Option<Geodetic>,
+    yaw: YawConvention,
+    sizes: SizeOrder,
+    classes: BTreeMap<String, String>,
+    time_offset_ms: f64,
+}
+
+/// The frame of positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum FrameName {
+    #[default]
+    Map,
+    Sensor,
+    Ego,
+    Wgs84,
+}
+
+/// Which of w and d is along the heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum SizeOrder {
+    #[default]
+    DAlong,
+    WAlong,
+}
+
+/// What is assumed of one agent, and how it writes its frames.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AgentSettings {
+    /// Where a JSON frame leaves a value out.
+    pub report_defaults: ReportDefaults,
+    /// How it writes its frames.
+    pub conventions: Conventions,
+    /// As long as it describes no sensor; `None`: as for all agents.
+    pub sensing: Option<SensingDefaults>,
+}
+
+/// What single agents take over where their table has nothing.
+pub(super) struct ForAll<'a> {
+    pub(super) report_defaults: &'a ReportDefaults,
+    pub(super) sensing: &'a SensingDefaults,
+    /// The place of the map frame on the earth, where `[hub.tiles]` says it.
+    pub(super) plane: Option<LocalPlane>,
+}
+
+impl AgentTable {
+    /// The settings of this agent.
+    ///
+    /// # Errors
+    /// Names the agent, the field and the value.
+    pub(super) fn check(self, agent: &AgentId, for_all: &ForAll<'_>) -> Result<AgentSettings, SettingsError> {
+        let wrong = |problem: String| SettingsError::Agent { agent: *agent, problem };
+        let report_defaults = self.report_defaults(for_all.report_defaults);
+        super::check_report_defaults(&report_defaults).map_err(|error| wrong(field_of(&error)))?;
+        let sensing = self.sensing(for_all.sensing);
+        if let Some(sensing) = &sensing {
+            super::check_sensing(sensing).map_err(|error| wrong(field_of(&error)))?;
+        }
+        if self.time_offset_ms.is_nan() || self.time_offset_ms.abs() > 60_000.0 {
+            return Err(wrong(format!(
+                "time_offset_ms is {}, expected -60000 to 60000",
+                self.time_offset_ms
+            )));
+        }
+        let conventions = Conventions {
+            frame: self.frame(for_all.plane).map_err(wrong)?,
+            yaw: self.yaw,
+            sizes_swapped: self.sizes == SizeOrder::WAlong,
+            classes: self.classes().map_err(wrong)?,
+            time_offset: Span::from_secs_f64(self.time_offset_ms * 1e-3),
+        };
+        Ok(AgentSettings { report_defaults, conventions, sensing })
+    }
+
+    fn report_defaults(&self, for_all: &ReportDefaults) -> ReportDefaults {
+        ReportDefaults {
+            sigma_position_m: self.sigma_position_m.unwrap_or(for_all.sigma_position_m),
+            sigma_position_per_m: self.sigma_position_per_m.unwrap_or(for_all.sigma_position_per_m),
+            sigma_yaw_rad: self.sigma_yaw_rad.unwrap_or(for_all.sigma_yaw_rad),
+            sigma_size_relative: self.sigma_size_relative.unwrap_or(for_all.sigma_size_relative),
+            sigma_typical_size_relative: self
+                .sigma_typical_size_relative
+                .unwrap_or(for_all.sigma_typical_size_relative),
+        }
+    }
+
+    fn sensing(&self, for_all: &SensingDefaults) -> Option<SensingDefaults> {
+        let is_given = self.detection_probability.is_some() || self.clutter_per_m2.is_some();
+        is_given.then(|| SensingDefaults {
+            detection_probability: self.detection_probability.unwrap_or(for_all.detection_probability),
+            clutter_per_m2: self.clutter_per_m2.unwrap_or(for_all.clutter_per_m2),
+            ..*for_all
+        })
+    }
+
+    fn frame(&self, plane: Option<LocalPlane>) -> Result<CoordinateFrame, String> {
+        let (has_pose, has_origin) = (self.pose.is_some(), self.origin.is_some());
+        if has_pose && self.frame != FrameName::Sensor {
+            return Err("pose is for frame = \"sensor\"".to_owned());
+        }
+        if has_origin && self.frame != FrameName::Wgs84 {
+            return Err("origin is for frame = \"wgs84\"".to_owned());
+        }
+        Ok(match self.frame {
+            FrameName::Map => CoordinateFrame::Map,
+            FrameName::Ego => CoordinateFrame::Ego,
+            FrameName::Sensor => {
+                let pose =
+                    self.pose.ok_or("frame = \"sensor\" needs pose = { x = …, y = …, yaw = … } (m, rad)")?;
+                if ![pose.x, pose.y, pose.yaw].iter().all(|value| value.is_finite() && value.abs() <= 1e8) {
+                    return Err(format!("pose is {pose:?}, expected finite numbers up to 1e8 m"));
+                }
+                CoordinateFrame::Sensor(Pose { yaw: wrap_angle(pose.yaw), ..pose })
+            }
+            FrameName::Wgs84 => {
+                let needed = "frame = \"wgs84\" needs origin = { latitude_deg = …, longitude_deg = … }, or [hub.tiles]";
+                match self.origin {
+                    None => CoordinateFrame::Geodetic(plane.ok_or(needed)?),
+                    Some(origin) => CoordinateFrame::Geodetic(LocalPlane::new(on_earth(origin)?)),
+                }
+            }
+        })
+    }
+
+    fn classes(&self) -> Result<BTreeMap<String, Class>, String> {
+        let class = |(name, ours): (&String, &String)| match Class::from_name(ours) {
+            Some(class) => Ok((name.clone(), class)),
+            None => {
+                Err(format!("classes.{name:?} is {ours:?}, which is no class; there are {}", known_classes()))
+            }
+        };
+        self.classes.iter().map(class).collect()
+    }
+}
+
+fn known_classes() -> String {
+    Class::ALL.map(Class::name).join(", ")
+}
+
+fn on_earth(origin: Geodetic) -> Result<Geodetic, String> {
+    let Geodetic { latitude_deg, longitude_deg } = origin;
+    let is_on_it = latitude_deg.abs() <= MAX_LATITUDE_DEG && longitude_deg.abs() <= 180.0;
+    if is_on_it {
+        Ok(origin)
+    } else {
+        Err(format!(
+            "origin is {latitude_deg}, {longitude_deg}: latitude -85.05 to 85.05, longitude -180 to 180"
+        ))
+    }
+}
+
+/// The problem without the table's name.
+fn field_of(error: &SettingsError) -> String {
+    match error {
+        SettingsError::OutOfRange { field, value, expected } => {
+            let field = field.rsplit('.').next().unwrap_or(field);
+            format!("{field} is {value}, expected {expected}")
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::HubSettings;
+    use super::*;
+    use v2x_common::conventions::{AngleUnit, TurnDirection, YawOrigin};
+
+    fn cam(text: &str) -> Result<AgentSettings, SettingsError> {
+        let settings = HubSettings::from_table(text.parse().expect("valid TOML"))?;
+        Ok(settings.of_agent(&AgentId::new("cam").unwrap()).clone())
+    }
+
+    #[test]
+    fn conventions_are_as_typed() {
+        let cam = cam("[agents.cam]\nframe = \"wgs84\"\norigin = { latitude_deg = 48.1, longitude_deg = 11.5 }\n\
+             yaw = { unit = \"deg\", from = \"north\", turn = \"cw\" }\nsizes = \"w-along\"\ntime_offset_ms = 300\n\
+             classes = { Auto = \"car\" }\nsigma_position_m = 0.2\nsigma_position_per_m = 0.01\n\
+             detection_probability = 0.9")
+        .unwrap();
+        let Conventions { frame, yaw, sizes_swapped, classes, time_offset } = cam.conventions;
+        assert!(matches!(frame, CoordinateFrame::Geodetic(_)) && sizes_swapped);
+        let compass = YawConvention { unit: AngleUnit::Deg, from: YawOrigin::North, turn: TurnDirection::Cw };
+        assert_eq!((yaw, time_offset), (compass, Span::from_millis(300)));
+        assert_eq!(classes["Auto"], Class::Car);
+        assert_eq!(cam.report_defaults.sigma_position_per_m, 0.01);
+        assert_eq!(cam.sensing.map(|sensing| sensing.detection_probability), Some(0.9));
+    }
+
+    #[test]
+    fn what_an_agent_has_not_is_as_for_all_agents() {
+        let cam =
+            cam("report_defaults = { sigma_position_m = 2.0 }\n[agents.cam]\nsigma_yaw_rad = 0.3").unwrap();
+        assert_eq!((cam.report_defaults.sigma_position_m, cam.report_defaults.sigma_yaw_rad), (2.0, 0.3));
+        assert_eq!((cam.conventions, cam.sensing), (Conventions::default(), None));
+    }
+
+    #[test]
+    fn the_place_of_the_tiles_is_the_place_of_the_map() {
+        let cam =
+            cam("tiles = { latitude_deg = 48.1, longitude_deg = 11.5 }\n[agents.cam]\nframe = \"wgs84\"")
+                .unwrap();
+        assert!(matches!(cam.conventions.frame, CoordinateFrame::Geodetic(_)));
+    }
+
+    #[test]
+    fn errors_name_the_agent_the_field_and_what_is_expected() {
+        for (text, named) in [
+            ("frame = \"sensor\"", "needs pose"),
+            ("frame = \"wgs84\"", "needs origin"),
+            ("frame = \"utm\"", "expected one of `map`, `sensor`, `ego`, `wgs84`"),
+            ("pose = { x = 1, y = 2 }", "pose is for frame = \"sensor\""),
+            ("origin = { latitude_deg = 91, longitude_deg = 0 }\nframe = \"wgs84\"", "origin is 91"),
+            ("classes = { Auto = \"spaceship\" }", "\"spaceship\", which is no class; there are"),
+            ("yaw = { unit = \"gon\" }", "expected `rad` or `deg`"),
+            ("time_offset_ms = 1e9", "time_offset_ms is 1000000000"),
+            ("detection_probability = 2", "detection_probability is 2, expected 0.01 to 1"),
+            ("sigma_position_m = 0", "sigma_position_m is 0"),
+            ("sigma_position_per_m = 2", "sigma_position_per_m is 2, expected 0 to 1"),
+        ] {
+            let message = cam(&format!("[agents.cam]\n{text}")).unwrap_err().to_string();
+            assert!(message.contains(named), "{message:?} should name {named:?}");
+        }
+        let message = cam("[agents.cam]\nframe = \"sensor\"").unwrap_err().to_string();
+        assert!(message.contains("hub.agents.cam"), "{message}");
+    }
+}
