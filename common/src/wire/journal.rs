@@ -7,7 +7,7 @@
 use super::error::{VERSION, WireError};
 use super::framing::{Kind, put, take, take_preamble};
 use crate::id::AgentId;
-use crate::time::Timestamp;
+use crate::time::{Span, Timestamp};
 use serde::{Deserialize, Serialize};
 
 /// A payload as it arrived at the hub.
@@ -72,6 +72,11 @@ pub enum Call<'a> {
     Lagged {
         /// As of then.
         now: Timestamp,
+    },
+    /// The system's clock of the hub was set.
+    ClockStep {
+        /// How far it is ahead of the hub's timeline since then.
+        step: Span,
     },
 }
 
@@ -164,6 +169,7 @@ mod tests {
             Item::Call(Call::QueueFull { agent, count: 3 }),
             Item::Call(Call::Fused { now }),
             Item::Call(Call::Lagged { now }),
+            Item::Call(Call::ClockStep { step: Span::from_millis(-5) }),
         ]
     }
 

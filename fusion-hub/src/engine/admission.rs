@@ -3,6 +3,7 @@
 use super::agents::{AgentRegistry, MAX_AGENTS, MAX_FRAMES_WITHIN_DELTA_MAX};
 use super::config::EngineConfig;
 use super::history::History;
+use super::map_frames::MapFrames;
 use super::refusal::{Refusal, StampFault};
 use crate::fusion::LateFrames;
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,9 @@ pub(super) struct Admission {
     delta_max: Span,
     synchronous: Span,
     late_frames: LateFrames,
-    map_frame: Option<MapFrame>,
+    map_frames: MapFrames,
+    /// How far the clock of the hub's system is ahead of the hub's timeline, since it was set.
+    pub(super) clock_step: Span,
     /// The newest capture time of an admitted frame. Frames that were captured in the future by the hub's clock do not
     /// count: one agent whose clock is ahead would make the frames of all others late.
     newest_captured_at: Option<Timestamp>,
@@ -39,14 +42,32 @@ impl Admission {
             delta_max: config.delta_max,
             synchronous: config.synchronous,
             late_frames: config.late_frames,
-            map_frame: config.map_frame,
+            map_frames: MapFrames::new(config.map_frame),
+            clock_step: Span::ZERO,
             newest_captured_at: None,
         }
     }
 
     /// The coordinate frame of all positions, once there is one.
     pub(super) const fn map_frame(&self) -> Option<MapFrame> {
-        self.map_frame
+        self.map_frames.current()
+    }
+
+    /// Takes note of the map frame that a frame names, whether it is admitted or not.
+    pub(super) fn note_map_frame(&mut self, frame: &DetectionFrame, now: Timestamp) {
+        if let Some(name) = frame.map_frame
+            && (now - frame.captured_at).abs() <= self.delta_max
+        {
+            self.map_frames.note(frame.id.agent, name, now);
+        }
+    }
+
+    /// What is to be added to a stamp, so that it is by the hub's timeline: nothing, unless the stamp is impossible by it and
+    /// possible by the system's clock, which was set.
+    pub(super) fn shift_of(&self, captured_at: Timestamp, now: Timestamp) -> Span {
+        let is_possible = |by: Timestamp| (by - captured_at).abs() <= self.delta_max;
+        let is_stepped = !is_possible(now) && is_possible(now + self.clock_step);
+        if is_stepped { -self.clock_step } else { Span::ZERO }
     }
 
     /// Decides on a frame that arrives at `now`. Nothing changes.
@@ -74,12 +95,10 @@ impl Admission {
         if frame.captured_at <= now + self.synchronous {
             self.newest_captured_at = self.newest_captured_at.max(Some(frame.captured_at));
         }
-        // The first map frame that is named is the hub's, where it has none of its own.
-        self.map_frame = self.map_frame.or(frame.map_frame);
     }
 
     fn check_map_frame(&self, frame: &DetectionFrame) -> Result<(), Refusal> {
-        match (frame.map_frame, self.map_frame) {
+        match (frame.map_frame, self.map_frames.current()) {
             (Some(theirs), Some(hub)) if theirs != hub => {
                 Err(Refusal::MapFrameMismatch { frame: theirs, hub })
             }

@@ -219,19 +219,35 @@ impl Engine {
         }
     }
 
+    /// The clock of the hub's system was set: it is so far ahead of the hub's own timeline, which nobody sets. Agents on the same
+    /// system, and those that follow it, have stamps by that clock now.
+    pub const fn note_clock_step(&mut self, step: Span) {
+        self.admission.clock_step = step;
+    }
+
     /// Takes in a frame that was received at `now` by the hub's clock. It is refused as a whole where the frame itself has
     /// an invalid value (its pose, the number of detections); a detection with one is dropped and counted.
     pub fn handle_frame(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
         // The age of a frame includes its waiting time: history may have been folded meanwhile.
         self.now = self.now.max(now);
+        let shift = self.admission.shift_of(frame.captured_at, self.now);
+        if shift == Span::ZERO {
+            return self.handle_stamped(frame, now, shift);
+        }
+        let shifted = DetectionFrame { captured_at: frame.captured_at + shift, ..frame.clone() };
+        self.handle_stamped(&shifted, now, shift)
+    }
+
+    /// Takes in a frame whose stamp is by the hub's timeline; `shift` was added to it.
+    fn handle_stamped(&mut self, frame: &DetectionFrame, now: Timestamp, shift: Span) -> Disposition {
         if let Err(invalid) = frame.validate_head() {
             return self.refuse(frame.id.agent, WireError::from(invalid).into());
         }
         let mut dropped = DroppedDetections::default();
         let Some(thin) = self.sieve.thin(frame, |invalid| dropped.note(invalid)) else {
-            return self.handle_possible(frame, now);
+            return self.handle_possible(frame, now, shift);
         };
-        let disposition = self.handle_possible(&thin.0, now);
+        let disposition = self.handle_possible(&thin.0, now, shift);
         let is_accepted = matches!(disposition, Disposition::Accepted { .. });
         if is_accepted && let Some((_, record)) = self.agents.heard(frame.id.agent, self.now) {
             record.statistics.dropped.merge(dropped);
@@ -241,8 +257,9 @@ impl Engine {
     }
 
     /// Takes in a frame without impossible values.
-    fn handle_possible(&mut self, frame: &DetectionFrame, now: Timestamp) -> Disposition {
-        let arrival = Arrival { frame, source: None, stamped_at: frame.captured_at, received_at: now };
+    fn handle_possible(&mut self, frame: &DetectionFrame, now: Timestamp, shift: Span) -> Disposition {
+        let stamped_at = frame.captured_at - shift;
+        let arrival = Arrival { frame, source: None, stamped_at, received_at: now };
         if self.config.late_frames == LateFrames::IgnoreDelay {
             let arrived = DetectionFrame { captured_at: self.now, ..frame.clone() };
             return self.handle(&Arrival { frame: &arrived, ..arrival });
@@ -275,6 +292,7 @@ impl Engine {
     }
 
     fn admit(&mut self, frame: &DetectionFrame) -> Result<Admitted, Refusal> {
+        self.admission.note_map_frame(frame, self.now);
         let admitted = self.admission.admit(frame, self.now, &self.agents, &self.history)?;
         self.make_room(frame)?;
         Ok(admitted)

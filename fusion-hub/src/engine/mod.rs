@@ -8,6 +8,7 @@ mod description_bytes;
 #[expect(clippy::module_inception, reason = "the engine of the layer of the engine")]
 mod engine;
 mod history;
+mod map_frames;
 mod output;
 mod refusal;
 mod schedule;

@@ -86,6 +86,40 @@ fn the_first_named_map_frame_holds_where_the_hub_names_none() {
 }
 
 #[test]
+fn a_map_frame_on_which_more_agents_agree_replaces_the_first_one() {
+    let named = |agent: &str, name: &str, sequence| {
+        let mut frame = frame(agent, sequence, 0);
+        frame.map_frame = Some(MapFrame::new(name).unwrap());
+        frame
+    };
+    let mut engine = engine();
+    assert_eq!(admit(&mut engine, &named("spoof", "nowhere", 0), at(0)), Ok(false));
+    admit(&mut engine, &named("ego", "munich", 0), at(0)).unwrap_err();
+    assert_eq!(admit(&mut engine, &named("rsu", "munich", 0), at(0)), Ok(false));
+    assert_eq!(admit(&mut engine, &named("ego", "munich", 1), at(0)), Ok(false));
+    let refused = admit(&mut engine, &named("spoof", "nowhere", 1), at(0));
+    assert!(matches!(refused, Err(Refusal::MapFrameMismatch { .. })));
+}
+
+#[test]
+fn a_system_clock_that_was_set_stops_neither_agents_that_follow_it_nor_others() {
+    for step_ms in [-3_600_000, -5_000, 5_000, 3_600_000] {
+        let mut engine = engine();
+        assert_eq!(admit(&mut engine, &frame("follows", 0, 0), at(10)), Ok(false));
+        let stepped = |sequence, ms| frame("follows", sequence, ms + step_ms);
+        // Until the step is known its stamps are impossible.
+        admit(&mut engine, &stepped(1, 100), at(110)).unwrap_err();
+        engine.note_clock_step(Span::from_millis(step_ms));
+        assert_eq!(admit(&mut engine, &stepped(2, 200), at(210)), Ok(false), "{step_ms}");
+        assert_eq!(admit(&mut engine, &frame("other", 0, 205), at(215)), Ok(false));
+        let list = engine.fused(at(220));
+        assert_eq!(list.fused_at, at(220), "the hub's timeline goes on");
+        let stamps: Vec<_> = list.includes.iter().map(|one| one.captured_at).collect();
+        assert_eq!(stamps, [at(0), at(200 + step_ms), at(205)], "as the agents wrote them");
+    }
+}
+
+#[test]
 fn an_agent_that_is_silent_for_good_makes_room_for_a_new_one() {
     let mut engine = engine();
     for agent in 0..MAX_AGENTS {

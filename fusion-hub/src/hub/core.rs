@@ -8,7 +8,7 @@ use crate::values::{Saved, StateError};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, FrameId};
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::journal::{Body, Call};
 use v2x_common::wire::{self, WireError};
@@ -150,6 +150,11 @@ impl Core {
         self.engine.note_refusals(agent, Refusal::QueueFull { limit }, count);
     }
 
+    /// The system's clock was set, and is now so far ahead of the hub's timeline.
+    pub fn note_clock_step(&mut self, step: Span) {
+        self.engine.note_clock_step(step);
+    }
+
     /// The list as of `now`.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
         self.engine.fused(now)
@@ -177,6 +182,10 @@ impl Core {
             }
             Call::Fused { now } => Some(self.fused(*now)),
             Call::Lagged { now } => self.lagged(*now),
+            Call::ClockStep { step } => {
+                self.note_clock_step(*step);
+                None
+            }
         }
     }
 }

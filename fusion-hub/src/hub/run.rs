@@ -34,6 +34,8 @@ use zenoh::query::Query;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
+/// A step of the system's clock from which on it is one; less is how exactly two clocks are read.
+const CLOCK_STEP_NOTED: Span = Span::from_millis(20);
 /// A list that is due waits for so long at most for the frames that are there.
 const DRAINED_FOR: Span = Span::from_millis(5);
 
@@ -99,6 +101,8 @@ struct Hub {
     network: Network,
     locators: Vec<String>,
     started_at: Timestamp,
+    /// How far the system's clock is ahead of the hub's timeline.
+    clock_step: Span,
     objects: usize,
     frames_published: u64,
     publish_errors: u64,
@@ -140,6 +144,7 @@ impl Hub {
             network,
             locators: session::locators(session).await,
             started_at,
+            clock_step: Span::ZERO,
             objects: 0,
             frames_published: 0,
             publish_errors: 0,
@@ -209,6 +214,23 @@ impl Hub {
         }
     }
 
+    /// Whether somebody has set the system's clock. The hub's own timeline goes on.
+    fn check_clock(&mut self) {
+        let step = clock::step();
+        if (step - self.clock_step).abs() < CLOCK_STEP_NOTED {
+            return;
+        }
+        let by_ms = (step - self.clock_step).as_millis_f64();
+        tracing::warn!(
+            "the system's clock was set by {by_ms:.0} ms: this hub's stamps go on as before, {:.0} ms off it, until it is \
+             started again; agents are understood by either clock",
+            -step.as_millis_f64()
+        );
+        self.clock_step = step;
+        self.journal.note(&Call::ClockStep { step });
+        self.core.note_clock_step(step);
+    }
+
     /// Counts the frames for which there was no time, and warns of agents that are refused.
     async fn check(&mut self) {
         for (agent, count) in self.network.frames.take_dropped() {
@@ -260,6 +282,7 @@ impl Hub {
     }
 
     async fn publish(&mut self) {
+        self.check_clock();
         let is_behind = self.network.frames.len() > 0;
         let begun_at = clock::now();
         self.publish_from(begun_at).await;
@@ -324,6 +347,7 @@ impl Hub {
             lineage: self.settings.engine.lineage,
             started_at: self.started_at.as_micros(),
             now: clock::now().as_micros(),
+            clock_step_ms: self.clock_step.as_millis_f64(),
             locators: self.locators.clone(),
             tracks: self.core.engine().counts().tracks,
             objects: self.objects,

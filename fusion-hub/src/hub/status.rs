@@ -24,6 +24,9 @@ pub struct HubStatus {
     pub started_at: i64,
     /// When it answered, µs.
     pub now: i64,
+    /// How far the system's clock is ahead of the hub's, since somebody set it, ms. The hub's own time goes on.
+    #[serde(default)]
+    pub clock_step_ms: f64,
     /// Endpoints at which it listens.
     pub locators: Vec<String>,
     /// Tracks, published or not.
