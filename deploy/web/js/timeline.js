@@ -23,6 +23,11 @@ export class Timeline {
     return this.store.paused ? this.#time : this.store.now();
   }
 
+  /** The newest moment that is kept: that of the pause, or now. */
+  get end() {
+    return this.store.paused ? this.#pausedAt : this.store.now();
+  }
+
   toggle() {
     if (this.store.paused) this.goLive(); else this.pause();
   }
@@ -30,13 +35,12 @@ export class Timeline {
   pause() {
     if (this.store.paused) return;
     this.#pausedAt = this.#time = this.store.now();
-    this.store.paused = true;
-    this.store.held = 0;
+    this.store.pause();
     this.onChange();
   }
 
   goLive() {
-    this.store.paused = false;
+    this.store.resume();
     this.onChange();
   }
 
