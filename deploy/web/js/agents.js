@@ -23,7 +23,7 @@ export function drawViews(context, view, agents, highlighted) {
     traceSector(context, view, frame.pose, agent.sensor.field_of_view);
     const { colour, dash } = markOf(agent.number);
     context.strokeStyle = context.fillStyle = colour;
-    context.globalAlpha = isHighlighted ? 0.16 : seen.length > 4 ? 0 : Math.min(0.05, VEIL / seen.length);
+    context.globalAlpha = isHighlighted ? 0.12 : seen.length > 4 ? 0 : Math.min(0.05, VEIL / seen.length);
     if (context.globalAlpha > 0) context.fill();
     context.globalAlpha = isHighlighted ? 1 : highlighted ? 0.3 : 0.55;
     context.lineWidth = isHighlighted ? 2 : 1;

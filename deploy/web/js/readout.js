@@ -12,7 +12,6 @@ const FAST = 10;
 export class Readout {
   #chart = null;
   #y = NaN;
-  #isByTouch = false;
 
   constructor(root, charts, { onChange, onHighlight }) {
     Object.assign(this, { root, charts, onChange, onHighlight });
@@ -23,10 +22,7 @@ export class Readout {
 
   #listen(chart) {
     const { canvas } = chart;
-    const point = (event) => {
-      this.#isByTouch = event.pointerType === "touch";
-      this.#show(chart, stepsBefore(chart, event.offsetX), event.offsetY);
-    };
+    const point = (event) => this.#show(chart, stepsBefore(chart, event.offsetX), event.offsetY);
     canvas.addEventListener("pointermove", point);
     canvas.addEventListener("pointerdown", point);
     canvas.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") this.#hide(); });
@@ -95,10 +91,11 @@ export class Readout {
   /** Beside the upright line, above the chart; below it where there is no room. */
   #place(chart) {
     const canvas = chart.canvas.getBoundingClientRect();
+    const { top } = chart.canvas.parentElement.getBoundingClientRect();
     const own = this.root.getBoundingClientRect();
     const x = canvas.left + canvas.width * (1 - this.charts.back / LAST_STEP);
     const left = Math.min(innerWidth - own.width - 6, Math.max(6, x - own.width / 2));
-    const above = canvas.top - own.height - (this.#isByTouch ? 30 : 8);
+    const above = top - own.height - 4;
     this.root.style.left = `${left}px`;
     this.root.style.top = `${above > 4 ? above : Math.min(canvas.bottom + 8, innerHeight - own.height - 4)}px`;
   }
