@@ -109,6 +109,22 @@ class Browser:
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    def point(self, x, y):
+        """Moves the mouse there."""
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+
+    def drag(self, x, y, dx, dy):
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y + dy, button="left", buttons=1)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + dx, y=y + dy, button="left", clickCount=1)
+
+    def touch(self, *steps):
+        """Fingers come down at the first step's points, move through the others', and are lifted."""
+        for kind, points in zip(["touchStart"] + ["touchMove"] * (len(steps) - 1), steps):
+            fingers = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(points)]
+            self.call("Input.dispatchTouchEvent", type=kind, touchPoints=fingers)
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
     def key(self, key, text=None):
         more = {"text": text} if text else {}
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, **more)

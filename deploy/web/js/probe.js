@@ -35,9 +35,9 @@ export function probe(view) {
         return { name: agent.name, x: projection.x(frame.pose.x), y: projection.y(frame.pose.y), colour, shape, text };
       });
     },
-    /** Where an object of the first picture is on the canvas, in pixels. */
-    placeOf(k) {
-      const { view: projection, frame } = scene.panes[0];
+    /** Where an object of a picture is on the canvas, in pixels. */
+    placeOf(k, pane = 0) {
+      const { view: projection, frame } = scene.panes[pane];
       return { x: projection.x(frame.values[k * OBJECT.size + OBJECT.x]), y: projection.y(frame.values[k * OBJECT.size + OBJECT.y]) };
     },
   };
