@@ -38,21 +38,40 @@ def place(browser, selector):
     return at["x"], at["y"]
 
 
-def check_follow(browser):
-    """What is followed stays in the middle while it moves; a drag ends that."""
-    # A button that is held while the panel gets its next values is pressed all the same.
+# The track that has moved most on the screen within half a second.
+FASTEST = """new Promise((done) => {
+    const places = () => new Map(window.v2x.shown[0].tracks.map((track, k) => [track, window.v2x.placeOf(k)]));
+    const before = places();
+    setTimeout(() => {
+        const moved = [...places()].map(([track, p]) => [Math.hypot(p.x - (before.get(track)?.x ?? p.x), p.y - (before.get(track)?.y ?? p.y)), track]);
+        done(moved.sort((one, other) => other[0] - one[0])[0][1]);
+    }, 500);
+})"""
+
+
+def check_press(browser):
+    """A button that is held while the panel gets its next values is pressed all the same."""
     x, y = place(browser, "[data-agent=ego]")
     browser.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
     browser.run("new Promise((done) => setTimeout(done, 700))")
     browser.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1)
-    browser.wait("window.v2x.state.selection?.agent === 'ego'", "a selected agent")
+    browser.wait("window.v2x.state.selection?.agent === 'ego'", "a selected agent", 5)
+
+
+def check_follow(browser):
+    """What is followed stays in the middle while it moves; a drag ends that."""
+    browser.key("0", "0")
+    fastest = browser.run(FASTEST)
+    for _ in range(100):
+        browser.key("n", "n")
+        if browser.run("window.v2x.state.selection?.track") == fastest:
+            break
     browser.key("f", "f")
     browser.wait("window.v2x.state.following", "following by the key f")
     before = browser.run(CAMERA)
-    # The car waits for others at times.
     moved = f"(() => {{ const c = {CAMERA}; return Math.hypot(c.x - {before['x']}, c.y - {before['y']}) > 1; }})()"
-    browser.wait(moved, "a camera that follows the car for a metre")
-    off = browser.run("(() => { const p = window.v2x.agentPlaces.find((each) => each.name === 'ego'), c = document.getElementById('canvas');"
+    browser.wait(moved, "a camera that follows for a metre")
+    off = browser.run(f"(() => {{ const k = window.v2x.shown[0].tracks.indexOf('{fastest}'), p = window.v2x.placeOf(k), c = document.getElementById('canvas');"
                       " return Math.hypot(p.x - c.clientWidth / 2, p.y - c.clientHeight / 2); })()")
     assert off < 1, f"what is followed is {off} pixels from the middle"
     middle = browser.run(MIDDLE)
@@ -167,7 +186,8 @@ def check_motion(browser):
     assert len(set(browser.run(RINGS))) > 3, "rings do not move"
     browser.media(prefers_reduced_motion="reduce")
     still = set(browser.run(RINGS))
-    assert len(still) == 1, f"rings move though no motion is wanted: {sorted(still)[:9]}"
+    # Late ones and refused ones.
+    assert still and still <= {"0.80 15.0", "1.00 15.0"}, f"rings move though no motion is wanted: {sorted(still)[:9]}"
     browser.media()
 
 

@@ -87,6 +87,7 @@ def check_all(browser, network, folder):
     shown.check_selection(browser)
     shown.check_time(browser)
     shown.check_help(browser)
+    used.check_press(browser)
     used.check_follow(browser)
     used.check_touch(browser)
     used.check_charts_by_touch(browser)
@@ -94,11 +95,11 @@ def check_all(browser, network, folder):
     published = shown.check_restart(browser, network)
     shown.check_counts(browser, published)
     shown.check_refusals(browser, network, meanwhile=used.check_motion)
+    stats = browser.run("window.v2x.stats")
     used.check_two_hubs(browser, network, free_port, folder)
     shown.check_recovery(browser)
     check_widths(browser, folder)
     used.check_markup(browser, network)
-    stats = browser.run("window.v2x.stats")
     shown.check_end(browser, network)
     # The stream of events was cut off on purpose.
     complaints = [each for each in browser.complaints if "ERR_CONNECTION_REFUSED" not in each]
