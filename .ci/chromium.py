@@ -28,7 +28,7 @@ class Browser:
         self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         command = [program, *FLAGS, f"--user-data-dir={self.profile.name}", "about:blank"]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        self.socket, self.last, self.complaints = None, 0, []
+        self.socket, self.last, self.complaints, self.loads = None, 0, [], 0
         endpoint = self._endpoint()
         # The browser's endpoint leads to that of its page: /devtools/page/ID.
         self.socket = connect(endpoint, max_size=1 << 28)
@@ -61,6 +61,7 @@ class Browser:
     def _note(self, event):
         """Keeps what the page complains about."""
         params = event.get("params", {})
+        self.loads += event.get("method") == "Page.loadEventFired"
         if event.get("method") == "Runtime.exceptionThrown":
             details = params["exceptionDetails"]
             self.complaints.append(details.get("exception", {}).get("description", details["text"]))
@@ -81,7 +82,11 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=pairs)
 
     def open(self, url):
+        """Waits until the page and its files are there: what is asked before that is asked of the page before."""
+        before = self.loads
         self.call("Page.navigate", url=url)
+        while self.loads == before:
+            self._note(json.loads(self.socket.recv(timeout=PATIENCE_S)))
 
     def run(self, expression):
         """The value of a JavaScript expression."""

@@ -38,9 +38,12 @@ def place(browser, selector):
     return at["x"], at["y"]
 
 
-# The track that has moved most on the screen within half a second.
+# The track that has moved most within half a second, in metres: the picture may be fitted anew meanwhile.
 FASTEST = """new Promise((done) => {
-    const places = () => new Map(window.v2x.shown[0].tracks.map((track, k) => [track, window.v2x.placeOf(k)]));
+    const places = () => new Map(window.v2x.shown[0].tracks.map((track, k) => {
+        const {x, y} = window.v2x.placeOf(k), {camera} = window.v2x.state, {clientWidth, clientHeight} = document.getElementById('canvas');
+        return [track, {x: camera.x + (x - clientWidth / 2) / camera.scale, y: camera.y - (y - clientHeight / 2) / camera.scale}];
+    }));
     const before = places();
     setTimeout(() => {
         const moved = [...places()].map(([track, p]) => [Math.hypot(p.x - (before.get(track)?.x ?? p.x), p.y - (before.get(track)?.y ?? p.y)), track]);
@@ -58,20 +61,38 @@ def check_press(browser):
     browser.wait("window.v2x.state.selection?.agent === 'ego'", "a selected agent", 5)
 
 
-def check_follow(browser):
-    """What is followed stays in the middle while it moves; a drag ends that."""
-    browser.key("0", "0")
+def follow_fastest(browser):
+    """Follows the fastest object; its track once the camera has moved a metre, None where that takes long."""
+    browser.key("Escape")
     fastest = browser.run(FASTEST)
-    for _ in range(100):
+    n_objects = browser.run("window.v2x.shown[0].objects")
+    for _ in range(2 * n_objects):
         browser.key("n", "n")
         if browser.run("window.v2x.state.selection?.track") == fastest:
             break
+    else:
+        return None
     browser.key("f", "f")
-    browser.wait("window.v2x.state.following", "following by the key f")
+    browser.wait("window.v2x.state.following", "following by the key f", 5)
     before = browser.run(CAMERA)
-    moved = f"(() => {{ const c = {CAMERA}; return Math.hypot(c.x - {before['x']}, c.y - {before['y']}) > 1; }})()"
-    browser.wait(moved, "a camera that follows for a metre")
-    off = browser.run(f"(() => {{ const k = window.v2x.shown[0].tracks.indexOf('{fastest}'), p = window.v2x.placeOf(k), c = document.getElementById('canvas');"
+    return browser.run(f"""new Promise((done) => {{
+        const end = performance.now() + 1500, look = () => {{
+            const c = {CAMERA}, hasMoved = Math.hypot(c.x - {before['x']}, c.y - {before['y']}) > 1;
+            if (hasMoved || performance.now() > end) done(hasMoved ? {json.dumps(fastest)} : null); else setTimeout(look, 20);
+        }};
+        look();
+    }})""")
+
+
+def check_follow(browser):
+    """What is followed stays in the middle while it moves; a drag ends that."""
+    browser.key("0", "0")
+    end, track = time.monotonic() + PATIENCE_S, None
+    # What moves now may stop, or be lost.
+    while track is None:
+        assert time.monotonic() < end, "the camera follows nothing"
+        track = follow_fastest(browser)
+    off = browser.run(f"(() => {{ const k = window.v2x.shown[0].tracks.indexOf('{track}'), p = window.v2x.placeOf(k), c = document.getElementById('canvas');"
                       " return Math.hypot(p.x - c.clientWidth / 2, p.y - c.clientHeight / 2); })()")
     assert off < 1, f"what is followed is {off} pixels from the middle"
     middle = browser.run(MIDDLE)
@@ -297,7 +318,7 @@ def check_ten_agents(browser, v2x, folder, screenshots):
         browser.point(1, 1)
         browser.run(NEXT_DRAWING)
         bare = browser.run(PIXELS)["empty"]
-        assert bare > 0.4, f"only {100 * bare:.0f} % of the ground is seen"
+        assert bare > 0.65, f"only {100 * bare:.0f} % of the ground is seen"
         browser.point(*place(browser, "[data-agent=rsu-ne]"))
         browser.run(NEXT_DRAWING)
         assert browser.run(PIXELS)["empty"] < bare - 0.05, "the field of view of the agent that is pointed at is not filled"

@@ -123,18 +123,17 @@ function agentRow(view, agent) {
   const made = button("", "select", view.selection?.agent === agent.name);
   made.className = "agent";
   made.dataset.agent = agent.name;
+  // In place of the kind, so that no row changes its height under a pointer.
+  const isRefused = agent.reason && store.now() - agent.lastRefusedAt < 5000;
+  const below = isRefused ? element("span", "remark", `refused: ${agent.reason}`) : element("span", "sub", agent.sensor?.kind ?? "no description");
+  if (isRefused) below.title = agent.lastRefusal ?? "";
   made.replaceChildren(
     markNode(agent.number),
     element("b", "", agent.name),
     element("span", "value", Number.isFinite(delay) ? `link ${Math.round(delay)} ms` : "–"),
-    element("span", "sub", agent.sensor?.kind ?? "no description"),
+    below,
     element("span", "sub value", state),
   );
-  if (agent.reason && store.now() - agent.lastRefusedAt < 5000) {
-    const remark = element("span", "remark", `refused: ${agent.reason}`);
-    remark.title = agent.lastRefusal ?? "";
-    made.append(remark);
-  }
   return made;
 }
 
