@@ -184,6 +184,12 @@ def check_charts(browser):
     farther = readout(browser)
     # The chart is a minute wide.
     assert abs(farther["ago"] - near["ago"] - 0.9) < 0.4, (near, farther)
+    # A click there shows that moment on the map.
+    browser.click(*chart_place(browser, 3, 0.97))
+    browser.wait("window.v2x.state.paused", "a pause by a click on a chart")
+    back = browser.wait("-Number(document.getElementById('clock').textContent.replace('−', '-').replace(' s', ''))", "the moment that is shown")
+    assert abs(back - readout(browser)["ago"]) < 0.8, (back, readout(browser))
+    browser.key("l", "l")
     browser.point(*chart_place(browser, 2, 0.97))
     error = readout(browser)["values"]
     assert 0 < error["fused"] < min(error["ego"], error["rsu"]), error

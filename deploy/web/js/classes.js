@@ -13,7 +13,7 @@ const GROUPS = [
   [/^vehicle\./, "E", "special vehicle", "#AAAA00"],
   [/^human/, "P", "pedestrian", "#44BB99"],
   [/^animal/, "A", "animal", "#BBCC33"],
-  [/^(movable|static)/, "O", "cone, barrier, other", "#B8BCC2"],
+  [/^(movable|static)/, "O", "cone or other", "#B8BCC2"],
   [/^/, "U", "unknown", "#FFAABB"],
 ];
 

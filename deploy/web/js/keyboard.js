@@ -47,6 +47,6 @@ export function fillHelp(table) {
     line.insertCell().textContent = words;
   };
   KEYS.forEach(([keys, words]) => row(keys, words));
-  row(["Tab"], "to a chart, whose values ← → Home End then read");
+  row(["Tab"], "to a chart: ← → Home End read its values, Enter shows that moment");
   row(["1", "…", "9", "c", "g"], LAYERS.map((layer) => layer.name.toLowerCase()).join(", "));
 }

@@ -46,6 +46,7 @@ class View {
     this.readout = new Readout($("readout"), this.charts, {
       onChange: () => { this.#isChartDirty = true; },
       onHighlight: (agent) => this.pointAt(agent),
+      onSeek: (time) => this.timeline.seek(time),
     });
     this.hubChoice = new HubChoice(this.store, () => this.changed());
     this.timeline = new Timeline(this.store, () => this.changed());

@@ -162,7 +162,7 @@ function sample(id) {
   else if (id === "roads") line(palette.muted, { "stroke-opacity": 0.35, "stroke-width": 9 });
   else if (id === "grid") shape("path", { d: "M2 4.5H20M2 9.5H20M7 1V13M15 1V13", stroke: palette.muted, "stroke-opacity": 0.6 });
   else if (id === "classes") ["#EE8866", "#EEDD88", "#44BB99"].forEach((fill, k) => shape("rect", { x: 2 + 6 * k, y: 3, width: 6, height: 8, fill }));
-  else shape("text", { x: 2, y: 11, "font-size": 11, fill: palette.ours }), (svg.lastChild.textContent = "C12");
+  else shape("text", { x: 0, y: 11, "font-size": 10, fill: palette.ours }), (svg.lastChild.textContent = "C12");
   return svg;
 }
 

@@ -13,8 +13,8 @@ export class Readout {
   #chart = null;
   #y = NaN;
 
-  constructor(root, charts, { onChange, onHighlight }) {
-    Object.assign(this, { root, charts, onChange, onHighlight });
+  constructor(root, charts, { onChange, onHighlight, onSeek }) {
+    Object.assign(this, { root, charts, onChange, onHighlight, onSeek });
     for (const chart of charts.charts) this.#listen(chart);
     // A finger that was lifted leaves its values until the next one comes elsewhere.
     addEventListener("pointerdown", (event) => { if (!event.target.closest("#charts")) this.#hide(); });
@@ -26,6 +26,8 @@ export class Readout {
     canvas.addEventListener("pointermove", point);
     canvas.addEventListener("pointerdown", point);
     canvas.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") this.#hide(); });
+    // A finger only reads: it comes down to scroll, too.
+    canvas.addEventListener("click", (event) => { if (event.pointerType !== "touch") this.#seek(); });
     canvas.addEventListener("focus", () => { if (canvas.matches(":focus-visible")) this.#show(chart, this.charts.back ?? 0); });
     canvas.addEventListener("blur", () => this.#hide());
     canvas.addEventListener("keydown", (event) => this.#key(chart, event));
@@ -35,7 +37,8 @@ export class Readout {
     const back = this.charts.back ?? 0;
     const stride = event.shiftKey ? FAST : 1;
     const to = { ArrowLeft: back + stride, ArrowRight: back - stride, Home: LAST_STEP, End: 0 }[event.key];
-    if (event.key === "Escape") this.#hide();
+    if (event.key === "Enter") this.#seek();
+    else if (event.key === "Escape") this.#hide();
     else if (to === undefined) return;
     else this.#show(chart, Math.min(LAST_STEP, Math.max(0, to)));
     // The same keys move the whole page through time elsewhere.
@@ -50,6 +53,11 @@ export class Readout {
     this.charts.back = back;
     this.update();
     this.onChange();
+  }
+
+  /** Shows the moment that is read on the map, too. */
+  #seek() {
+    if (this.#chart) this.onSeek(this.charts.time - secondsAgo(this.charts.back) * 1000);
   }
 
   #hide() {
@@ -67,7 +75,7 @@ export class Readout {
     this.root.hidden = !chart;
     if (!chart) return;
     const { back, time } = this.charts;
-    const ago = ((back + 1) * STEP_MS) / 1000;
+    const ago = secondsAgo(back);
     const clock = new Date(time - ago * 1000).toLocaleTimeString("en-GB");
     const read = chart.lines.map((line) => ({ line, value: valueAt(line, back) }));
     const near = this.#nearest(chart, read);
@@ -100,6 +108,9 @@ export class Readout {
     this.root.style.top = `${above > 4 ? above : Math.min(canvas.bottom + 8, innerHeight - own.height - 4)}px`;
   }
 }
+
+/** The step that is not over is left out of a chart. */
+const secondsAgo = (back) => ((back + 1) * STEP_MS) / 1000;
 
 function table(read, near, digits) {
   const made = element("table");

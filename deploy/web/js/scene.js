@@ -290,13 +290,7 @@ export class Scene {
     const text = metres >= 1000 ? `${metres / 1000} km` : `${metres} m`;
     const [x, y, length] = [view.left + 18, view.top + view.height - 18, metres * view.scale];
     context.font = FONT;
-    // A plate of its own: what is under it does not matter.
-    context.fillStyle = palette.panel;
-    context.globalAlpha = 0.86;
-    context.beginPath();
-    context.roundRect(x - 8, y - 20, Math.max(length, context.measureText(text).width + 5) + 16, 28, 5);
-    context.fill();
-    context.globalAlpha = 1;
+    drawPlate(context, x - 8, y - 20, Math.max(length, context.measureText(text).width + 5) + 16, 28);
     context.beginPath();
     context.moveTo(x, y - 5);
     context.lineTo(x, y);
@@ -308,17 +302,39 @@ export class Scene {
     context.fillText(text, x + 5, y - 5);
   }
 
+  /** Whose picture this is, with its line in the charts. */
   #drawTitle(view, hub) {
     const { context } = this;
-    context.font = BOLD;
-    const error = hub.error.recent(this.store.now());
     const isSecond = view.left > 0 || view.top > 0;
-    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${isSecond ? "  ·  dashed in the charts" : ""}`;
-    this.labels.write(text, view.left + 14, view.top + 24, palette.ours);
+    const error = hub.error.recent(this.store.now());
+    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${this.store.isGone(hub.name) ? "  ·  gone" : ""}`;
+    context.font = BOLD;
+    const [x, y] = [view.left + 10, view.top + 10];
+    drawPlate(context, x, y, context.measureText(text).width + 42, 24);
+    context.strokeStyle = palette.ours;
+    context.lineWidth = 2;
+    context.setLineDash(isSecond ? [5, 3] : []);
+    context.beginPath();
+    context.moveTo(x + 8, y + 12);
+    context.lineTo(x + 27, y + 12);
+    context.stroke();
+    context.setLineDash([]);
+    context.fillStyle = palette.ink;
+    context.fillText(text, x + 34, y + 16);
     context.fillStyle = palette.line;
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);
     if (view.top > 0) context.fillRect(view.left, view.top, view.width, 1);
   }
+}
+
+/** A plate for a text: what is under it does not matter. */
+function drawPlate(context, x, y, width, height) {
+  context.fillStyle = palette.panel;
+  context.globalAlpha = 0.88;
+  context.beginPath();
+  context.roundRect(x, y, width, height, 5);
+  context.fill();
+  context.globalAlpha = 1;
 }
 
 /** Each measurement of an object: whose it is, and where it lies if its frame is still known. */

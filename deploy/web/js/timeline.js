@@ -15,7 +15,7 @@ export class Timeline {
     this.pauseButton.addEventListener("click", () => this.toggle());
     document.getElementById("back").addEventListener("click", () => this.step(-1));
     document.getElementById("forth").addEventListener("click", () => this.step(1));
-    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+    this.slider.addEventListener("input", () => this.#slide(Number(this.slider.value)));
   }
 
   /** The moment that is shown, by the program's clock, ms. */
@@ -44,12 +44,18 @@ export class Timeline {
     this.onChange();
   }
 
-  /** Shows a moment so many seconds (negative) before the pause. */
-  seek(seconds) {
+  /** Shows a moment, ms, of those that are kept. */
+  seek(time) {
     this.pause();
     const oldest = this.hub?.frames.oldest?.received ?? this.#pausedAt;
-    this.#time = Math.max(oldest, this.#pausedAt + seconds * 1000);
+    this.#time = Math.min(this.#pausedAt, Math.max(oldest, time));
     this.onChange();
+  }
+
+  /** Shows a moment so many seconds (negative) before the pause. */
+  #slide(seconds) {
+    this.pause();
+    this.seek(this.#pausedAt + seconds * 1000);
   }
 
   /** One list on or back. */
