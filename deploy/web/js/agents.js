@@ -51,12 +51,14 @@ export function drawMarks(context, view, agents, { labels, highlighted, time }) 
   const placed = agents.filter(({ frame }) => frame.pose && view.sees(frame.pose.x, frame.pose.y, 0));
   // No label lies under a mark.
   for (const { frame } of placed) labels.take(view.x(frame.pose.x) - 8, view.y(frame.pose.y) - 8, 16, 16);
+  labels.use(BOLD);
+  for (const { agent, frame } of placed) {
+    const delay = agent.delay.recent(time);
+    labels.writeBeside(`${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`, view.x(frame.pose.x), view.y(frame.pose.y), palette.ink);
+  }
   for (const { agent, frame, isFresh } of placed) {
     const [x, y] = [view.x(frame.pose.x), view.y(frame.pose.y)];
-    const delay = agent.delay.recent(time);
     context.globalAlpha = isFresh ? 1 : 0.5;
-    context.font = BOLD;
-    labels.writeBeside(`${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`, x, y, palette.ink);
     drawMark(context, markOf(agent.number), x, y, frame.pose.yaw, MARK_PIXELS);
     context.globalAlpha = 1;
     if (agent.name !== highlighted) continue;
@@ -71,7 +73,7 @@ export function drawMarks(context, view, agents, { labels, highlighted, time }) 
 /** The newest late or refused frame of each agent, with the reason; returns whether something moves. */
 export function drawFlashes(context, view, agents, { labels, events, time }) {
   let moves = false;
-  context.font = BOLD;
+  labels.use(BOLD);
   for (const { agent, frame } of agents) {
     if (!frame.pose || !view.sees(frame.pose.x, frame.pose.y, 0)) continue;
     const isShown = (event) => event.agent === agent.name && time >= event.at && time - event.at < (calm.matches ? CALM_MS : FLASH_MS[event.level]);

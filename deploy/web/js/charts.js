@@ -40,7 +40,7 @@ const CHARTS = [
   { name: "Error", unit: "m", digits: 2, title: "Mean distance to the nearest true object", needsTruth: true,
     lines: (state) => [...ofHubs("error", "fused")(state), ...ofAgents((agent, { time, back }) => agent.error.mean(time, back))(state)] },
   { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second", lines: ofAgents((agent, at) => perSecond(agent.rate, agent, at)) },
-  { name: "Refused", unit: "/s", digits: 1, title: "Frames that the hub refused in a second, by agent",
+  { name: "Refused", unit: "/s", digits: 1, hasSum: true, title: "Frames that the hub refused in a second, by agent",
     lines: ofAgents((agent, at) => perSecond(at.shown[0]?.refusals.get(agent.name), agent, at)) },
   { name: "NIS, ideal 1", unit: "", digits: 2, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
     lines: ofAgents((agent, { shown, time, back }) => shown[0]?.nis.get(agent.name)?.mean(time, back) ?? NaN) },
@@ -224,14 +224,15 @@ function drawLine(chart, line, alpha, isHighlighted) {
   context.globalAlpha = 1;
 }
 
-/** What a chart's title says: the newest value of each hub's line, else the mean of all agents. */
-function recent({ lines, digits }) {
+/** What a chart's title says: the newest value of each hub's line, else the mean or the sum of all agents. */
+function recent({ lines, digits, hasSum }) {
   const text = (value) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   const own = lines.filter((line) => line.isWide);
   if (own.length) return own.map((line) => text(line.newest)).join(" · ");
   const known = lines.map((line) => line.newest).filter(Number.isFinite);
-  const mean = known.reduce((sum, value) => sum + value, 0) / known.length;
-  return known.length > 1 ? `mean ${text(mean)}` : text(mean);
+  const sum = known.reduce((all, value) => all + value, 0);
+  if (known.length < 2) return text(known[0] ?? NaN);
+  return hasSum ? `sum ${text(sum)}` : `mean ${text(sum / known.length)}`;
 }
 
 function niceCeiling(value) {

@@ -67,9 +67,17 @@ export function drawMark(context, mark, x, y, yaw, size) {
   context.textAlign = "left";
 }
 
+const templates = new Map();
+
 /** The same as an element. */
 export function markNode(number) {
   const mark = markOf(number);
+  const key = `${mark.text} ${mark.colour}`;
+  if (!templates.has(key)) templates.set(key, newNode(mark));
+  return templates.get(key).cloneNode(true);
+}
+
+function newNode(mark) {
   const svg = svgElement("svg", { class: "mark", width: 20, height: 20, viewBox: "-10 -10 20 20", "data-shape": mark.shape, "data-colour": mark.colour, "aria-hidden": "true" });
   const size = 7.4;
   if (mark.corners) {

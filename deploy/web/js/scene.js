@@ -57,6 +57,9 @@ export class Scene {
     const agents = this.#agentsAt(time);
     this.panes.push({ view, hub, frame, agents });
     labels.clear(view);
+    // Where the plates will be.
+    labels.take(view.left + 10, view.top + view.height - 38, 130, 28);
+    if (isOneOfMany) labels.take(view.left + 10, view.top + 10, 190, 24);
     context.save();
     context.beginPath();
     context.rect(view.left, view.top, view.width, view.height);
@@ -265,9 +268,9 @@ export class Scene {
   }
 
   #drawLabels(view, frame, chosen) {
-    const { context, store } = this;
+    const { store } = this;
     const { values } = frame;
-    context.font = FONT;
+    this.labels.use(FONT);
     const write = (k) => {
       const at = k * OBJECT.size;
       const reach = Math.max(values[at + OBJECT.w], values[at + OBJECT.d]) / 2;
@@ -289,8 +292,8 @@ export class Scene {
     const metres = roundLength(110 / view.scale);
     const text = metres >= 1000 ? `${metres / 1000} km` : `${metres} m`;
     const [x, y, length] = [view.left + 18, view.top + view.height - 18, metres * view.scale];
-    context.font = FONT;
-    drawPlate(context, x - 8, y - 20, Math.max(length, context.measureText(text).width + 5) + 16, 28);
+    this.labels.use(FONT);
+    drawPlate(context, x - 8, y - 20, Math.max(length, this.labels.width(text) + 5) + 16, 28);
     context.beginPath();
     context.moveTo(x, y - 5);
     context.lineTo(x, y);
@@ -308,9 +311,9 @@ export class Scene {
     const isSecond = view.left > 0 || view.top > 0;
     const error = hub.error.recent(this.store.now());
     const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${this.store.isGone(hub.name) ? "  ·  gone" : ""}`;
-    context.font = BOLD;
+    this.labels.use(BOLD);
     const [x, y] = [view.left + 10, view.top + 10];
-    drawPlate(context, x, y, context.measureText(text).width + 42, 24);
+    drawPlate(context, x, y, this.labels.width(text) + 42, 24);
     context.strokeStyle = palette.ours;
     context.lineWidth = 2;
     context.setLineDash(isSecond ? [5, 3] : []);
