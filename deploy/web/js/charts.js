@@ -218,6 +218,7 @@ function drawLine(chart, line, alpha, isHighlighted) {
   context.strokeStyle = line.colour;
   context.globalAlpha = alpha;
   context.lineWidth = line.isWide || isHighlighted ? 1.8 : 1.1;
+  context.lineJoin = "round";
   context.setLineDash(line.dash);
   context.stroke();
   context.setLineDash([]);

@@ -273,9 +273,11 @@ export class Scene {
     this.labels.use(FONT);
     const write = (k) => {
       const at = k * OBJECT.size;
-      const reach = Math.max(values[at + OBJECT.w], values[at + OBJECT.d]) / 2;
+      // To the right of the box, however it is turned.
+      const [w, d, yaw] = [values[at + OBJECT.w], values[at + OBJECT.d], values[at + OBJECT.yaw]];
+      const reach = (d * Math.abs(Math.cos(yaw)) + w * Math.abs(Math.sin(yaw))) / 2;
       const letter = groups[store.groups[values[at + OBJECT.class]]]?.letter ?? "U";
-      this.labels.write(`${letter}${shortTrack(frame.tracks[k])}`, view.x(values[at + OBJECT.x]) + Math.min(reach * view.scale, 14) + 3,
+      this.labels.write(`${letter}${shortTrack(frame.tracks[k])}`, view.x(values[at + OBJECT.x]) + reach * view.scale + 3,
         view.y(values[at + OBJECT.y]) - 4, k === chosen ? palette.ink : palette.ours);
     };
     if (chosen >= 0) write(chosen);
