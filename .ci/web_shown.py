@@ -48,8 +48,11 @@ def check_picture(browser):
     # Without labels, which have the colour of the boxes.
     browser.key("8", "8")
     browser.run(NEXT_DRAWING)
-    colours = browser.run(count)
-    assert all(count > 20 for count in colours.values()), colours
+    # An agent whose newest frame is old is drawn faintly.
+    end, colours = time.monotonic() + PATIENCE_S, {"none": 0}
+    while not all(count > 20 for count in colours.values()):
+        assert time.monotonic() < end, colours
+        colours = browser.run(count)
     # The key of a layer takes its boxes away, and brings them back.
     browser.key("1", "1")
     browser.run(NEXT_DRAWING)
@@ -92,8 +95,8 @@ def check_selection(browser):
             break
     else:
         raise AssertionError("no object with two contributors could be selected")
-    rows = browser.wait("document.getElementById('contributors')?.rows.length", "the list of contributors")
-    assert rows == 1 + len(state["contributors"]), (rows, state)
+    n_rows = 1 + len(state["contributors"])
+    browser.wait(f"document.getElementById('contributors')?.rows.length === {n_rows}", f"the list of contributors, {n_rows} rows")
     assert browser.run("document.getElementById('selected-body').innerText").count("±") >= 4
 
 
