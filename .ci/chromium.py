@@ -28,7 +28,7 @@ class Browser:
         self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         command = [program, *FLAGS, f"--user-data-dir={self.profile.name}", "about:blank"]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        self.socket, self.last, self.complaints = None, 0, []
+        self.socket, self.last, self.complaints, self.loads = None, 0, [], 0
         endpoint = self._endpoint()
         # The browser's endpoint leads to that of its page: /devtools/page/ID.
         self.socket = connect(endpoint, max_size=1 << 28)
@@ -61,6 +61,7 @@ class Browser:
     def _note(self, event):
         """Keeps what the page complains about."""
         params = event.get("params", {})
+        self.loads += event.get("method") == "Page.loadEventFired"
         if event.get("method") == "Runtime.exceptionThrown":
             details = params["exceptionDetails"]
             self.complaints.append(details.get("exception", {}).get("description", details["text"]))
@@ -81,7 +82,11 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=pairs)
 
     def open(self, url):
+        """Waits until the page and its files are there: what is asked before that is asked of the page before."""
+        before = self.loads
         self.call("Page.navigate", url=url)
+        while self.loads == before:
+            self._note(json.loads(self.socket.recv(timeout=PATIENCE_S)))
 
     def run(self, expression):
         """The value of a JavaScript expression."""
@@ -108,6 +113,22 @@ class Browser:
     def click(self, x, y):
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def point(self, x, y):
+        """Moves the mouse there."""
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+
+    def drag(self, x, y, dx, dy):
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y + dy, button="left", buttons=1)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + dx, y=y + dy, button="left", clickCount=1)
+
+    def touch(self, *steps):
+        """Fingers come down at the first step's points, move through the others', and are lifted."""
+        for kind, points in zip(["touchStart"] + ["touchMove"] * (len(steps) - 1), steps):
+            fingers = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(points)]
+            self.call("Input.dispatchTouchEvent", type=kind, touchPoints=fingers)
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
     def key(self, key, text=None):
         more = {"text": text} if text else {}

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::queue::DropOldestQueue;
 use zenoh::Session;
@@ -37,9 +37,8 @@ impl Tokens {
             let queue = changes.clone();
             let declared = session.liveliness().declare_subscriber(expression).history(true);
             declared.callback(move |sample| {
-                let is_alive = sample.kind() == SampleKind::Put;
-                if let Some(name) = sample.key_expr().as_str().split('/').nth_back(1) {
-                    queue.push(Change { is_hub, name: name.to_owned(), is_alive });
+                if let Some(change) = change(sample.key_expr(), is_hub, sample.kind() == SampleKind::Put) {
+                    queue.push(change);
                 }
             })
         };
@@ -66,5 +65,28 @@ impl Tokens {
     /// The names of the agents, and of the hubs, sorted.
     pub(super) fn names(&self) -> [Vec<String>; 2] {
         self.names.each_ref().map(|names| names.iter().cloned().collect())
+    }
+}
+
+/// What a token says; nothing where the name in its key is not valid. The hub's status lists such names with the reason.
+fn change(key: &str, is_hub: bool, is_alive: bool) -> Option<Change> {
+    let name = key.split('/').nth_back(1)?;
+    let is_valid = if is_hub { HubId::new(name).is_ok() } else { AgentId::new(name).is_ok() };
+    is_valid.then(|| Change { is_hub, name: name.to_owned(), is_alive })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_valid_names_are_listed() {
+        for is_hub in [false, true] {
+            let named = |key| change(key, is_hub, true).map(|change| change.name);
+            assert_eq!(named("v2x/demo/agent/ego/alive"), Some("ego".to_owned()));
+            assert_eq!(named("v2x/demo/agent/<img src=x>/alive"), None);
+            assert_eq!(named("v2x/demo/agent/a-name-of-more-than-thirty-two-bytes/alive"), None);
+            assert_eq!(named("alive"), None);
+        }
     }
 }

@@ -1,8 +1,8 @@
-// Pointer and wheel on the canvas: drag, zoom, pinch, click.
+// Pointer and wheel on the canvas: drag, zoom, pinch, click, and where the mouse rests.
 
 const CLICK_PIXELS = 5;
 
-export function listen(canvas, camera, { onChange, onClick, onMove }) {
+export function listen(canvas, camera, { onChange, onClick, onMove, onPoint }) {
   const pointers = new Map();
   let travelled = 0;
 
@@ -21,7 +21,10 @@ export function listen(canvas, camera, { onChange, onClick, onMove }) {
     if (pointers.size === 1) travelled = 0;
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (!pointers.has(event.pointerId)) return;
+    if (!pointers.has(event.pointerId)) {
+      if (event.pointerType === "mouse") onPoint(event.offsetX, event.offsetY);
+      return;
+    }
     const before = middle();
     pointers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
     const after = middle();
@@ -38,6 +41,7 @@ export function listen(canvas, camera, { onChange, onClick, onMove }) {
   };
   canvas.addEventListener("pointerup", lift);
   canvas.addEventListener("pointercancel", lift);
+  canvas.addEventListener("pointerleave", () => onPoint(NaN, NaN));
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     const pixels = event.deltaMode === 1 ? event.deltaY * 24 : event.deltaY;

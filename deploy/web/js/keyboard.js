@@ -1,6 +1,6 @@
 // The keyboard, and the table that explains it.
 
-import { LAYERS, toggleLayer } from "./layers.js";
+import { LAYERS } from "./layers.js";
 
 /** Keys, words and actions; an action is called with the view. */
 const KEYS = [
@@ -25,8 +25,7 @@ export function listen(view) {
     const layer = LAYERS.find((each) => each.key === event.key);
     const key = KEYS.find((each) => each.slice(3).includes(event.key));
     if (layer) {
-      toggleLayer(layer.id);
-      view.changed();
+      view.toggleLayer(layer.id);
     } else if (key) {
       key[2](view, event.key);
     } else {
@@ -48,5 +47,6 @@ export function fillHelp(table) {
     line.insertCell().textContent = words;
   };
   KEYS.forEach(([keys, words]) => row(keys, words));
-  row(["1", "…", "9", "g"], LAYERS.map((layer) => layer.name.toLowerCase()).join(", "));
+  row(["Tab"], "to a chart: ← → Home End read its values, Enter shows that moment");
+  row(["1", "…", "9", "c", "g"], LAYERS.map((layer) => layer.name.toLowerCase()).join(", "));
 }

@@ -12,6 +12,7 @@ export const LAYERS = [
   { id: "trails", name: "Trails", key: "7", on: true },
   { id: "labels", name: "Labels", key: "8", on: true },
   { id: "roads", name: "Roads", key: "9", on: true },
+  { id: "classes", name: "Classes", key: "c", on: true },
   { id: "grid", name: "Grid", key: "g", on: true },
 ];
 

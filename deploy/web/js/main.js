@@ -4,20 +4,24 @@ import { Camera } from "./camera.js";
 import { Charts } from "./charts.js";
 import { follow } from "./feed.js";
 import * as gestures from "./gestures.js";
+import { HubChoice } from "./hubs.js";
 import * as keyboard from "./keyboard.js";
-import { layers } from "./layers.js";
+import { toggleLayer } from "./layers.js";
+import { element, renew } from "./nodes.js";
 import { restoreTheme, toggleTheme, readPalette } from "./palette.js";
 import { showAgents, showLayers, showSelected } from "./panel.js";
-import { Scene, contributorsOf } from "./scene.js";
+import { pick } from "./picking.js";
+import { probe } from "./probe.js";
+import { Readout } from "./readout.js";
+import { Scene } from "./scene.js";
 import { OBJECT, Store } from "./store.js";
 import { Timeline } from "./timeline.js";
-import { noteFrame, timing } from "./timing.js";
+import { noteFrame, noteReading, timing } from "./timing.js";
 import { emptyState, facts, verdict } from "./verdict.js";
 
 const PANEL_EVERY_MS = 500;
 /** New data is drawn at most so often; what the user does is drawn at once. */
 const DRAW_EVERY_MS = 30;
-const REACH_PIXELS = 18;
 const $ = (id) => document.getElementById(id);
 
 class View {
@@ -25,8 +29,10 @@ class View {
   camera = new Camera();
   selection = null;
   isFollowing = false;
-  #chosenHubs = [null, null];
+  /** The agent that is pointed at: on the map, in the list or in a chart. */
+  #pointedAt = null;
   #isDirty = true;
+  #isChartDirty = false;
   #hasNews = true;
   #drawnAt = -Infinity;
   #panelAt = -Infinity;
@@ -37,11 +43,18 @@ class View {
     restoreTheme();
     this.scene = new Scene($("canvas"), this.store, this.camera);
     this.charts = new Charts($("charts"));
+    this.readout = new Readout($("readout"), this.charts, {
+      onChange: () => { this.#isChartDirty = true; },
+      onHighlight: (agent) => this.pointAt(agent),
+      onSeek: (time) => this.timeline.seek(time),
+    });
+    this.hubChoice = new HubChoice(this.store, () => this.changed());
     this.timeline = new Timeline(this.store, () => this.changed());
     gestures.listen($("canvas"), this.camera, {
       onChange: () => this.changed(),
       onMove: () => { this.isFollowing = false; },
       onClick: (x, y) => this.#click(x, y),
+      onPoint: (x, y) => this.#point(x, y),
     });
     keyboard.listen(this);
     keyboard.fillHelp($("keys"));
@@ -60,10 +73,13 @@ class View {
     $("zoom-out").addEventListener("click", () => this.zoom(1 / 1.4));
     $("fit").addEventListener("click", () => this.fit());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readPalette(); this.#recolour(); });
-    ["hub-left", "hub-right"].forEach((id, k) => $(id).addEventListener("change", (event) => {
-      this.#chosenHubs[k] = event.target.value;
-      this.changed();
-    }));
+    $("agents-body").addEventListener("click", (event) => {
+      const agent = event.target.closest("[data-agent]")?.dataset.agent;
+      if (agent) this.select({ agent });
+    });
+    $("agents-body").addEventListener("pointerover", (event) => this.pointAt(event.target.closest("[data-agent]")?.dataset.agent ?? null));
+    $("agents-body").addEventListener("pointerleave", () => this.pointAt(null));
+    $("selected-body").addEventListener("click", (event) => { if (event.target.closest("[data-action=follow]")) this.toggleFollow(); });
     this.#recolour();
   }
 
@@ -81,19 +97,21 @@ class View {
 
   get time() { return this.timeline.time; }
 
-  /** The hubs that are shown: one, or two side by side. */
-  get hubs() {
-    const names = [...this.store.hubs.values()].filter((hub) => hub.frames.newest || hub.status).map((hub) => hub.name).sort();
-    const alive = names.filter((name) => this.store.presence?.hubs.has(name) ?? true);
-    const order = alive.length ? alive : names;
-    const left = names.includes(this.#chosenHubs[0]) ? this.#chosenHubs[0] : order[0];
-    const second = this.#chosenHubs[1] ?? order.find((name) => name !== left);
-    return [left, second].filter((name, k, all) => names.includes(name) && all.indexOf(name) === k).map((name) => this.store.hubs.get(name));
+  get hubs() { return this.hubChoice.shown; }
+
+  /** The agent that stands out. */
+  get highlighted() { return this.#pointedAt ?? this.selection?.agent ?? null; }
+
+  pointAt(agent) {
+    if (agent === this.#pointedAt) return;
+    this.#pointedAt = agent;
+    this.#isDirty = this.#isChartDirty = true;
   }
 
   #tick() {
     requestAnimationFrame(() => this.#tick());
     const begun = performance.now();
+    if (this.#isChartDirty) this.#paintCharts();
     if (!this.#isDirty && !(this.#hasNews && begun - this.#drawnAt >= DRAW_EVERY_MS)) return;
     this.#isDirty = false;
     this.#hasNews = false;
@@ -108,7 +126,7 @@ class View {
     const time = this.time;
     this.#fitByItself(hubs, time);
     if (this.isFollowing) this.#centreOnSelected(hubs, time);
-    const moves = this.scene.draw(time, hubs, this.selection);
+    const moves = this.scene.draw(time, hubs, { selection: this.selection, highlighted: this.highlighted });
     if (moves && !this.store.paused) this.#hasNews = true;
     // In turn, so that no single frame takes long.
     if (here - this.#panelAt >= PANEL_EVERY_MS) {
@@ -116,35 +134,33 @@ class View {
       this.#showPanel(hubs, time);
     } else if (here - this.#chartsAt >= PANEL_EVERY_MS) {
       this.#chartsAt = here;
-      const hasTruth = Boolean(hubs[0]?.frames.newest?.truth);
-      this.charts.draw({ agents: this.store.agents, shown: hubs, time, hasTruth });
+      this.charts.highlighted = this.highlighted;
+      this.charts.draw({ store: this.store, shown: hubs, time: this.timeline.end, cursor: time });
+      this.readout.update();
     }
+  }
+
+  #paintCharts() {
+    const begun = performance.now();
+    this.#isChartDirty = false;
+    this.charts.highlighted = this.highlighted;
+    this.charts.paint();
+    noteReading(performance.now() - begun);
   }
 
   #showPanel(hubs, time) {
     const { store } = this;
-    showVerdict(verdict(store, hubs[0], time), facts(store, hubs[0], time));
+    store.forgetGone();
+    showVerdict(verdict(store, hubs));
+    showFacts(facts(store, hubs, time));
     showEmpty(emptyState(store, hubs[0]));
     showSelected($("selected-body"), this);
     showAgents($("agents-body"), this);
-    this.#showHubs(hubs);
+    this.hubChoice.show(hubs);
     this.timeline.show();
     const { median, p95 } = timing();
     const skipped = store.skipped ? ` · ${store.skipped} skipped` : "";
     $("stats").textContent = `script ${median.toFixed(1)} / ${p95.toFixed(1)} ms${skipped}`;
-  }
-
-  #showHubs(hubs) {
-    const names = [...this.store.hubs.keys()].sort();
-    $("hubs").hidden = names.length < 2;
-    [["hub-left", hubs[0]?.name ?? ""], ["hub-right", hubs[1]?.name ?? ""]].forEach(([id, chosen], k) => {
-      const options = k === 1 ? ["", ...names] : names;
-      const select = $(id);
-      if ([...select.options].map((option) => option.value).join() !== options.join()) {
-        select.replaceChildren(...options.map((name) => new Option(name || "none", name)));
-      }
-      if (document.activeElement !== select) select.value = chosen;
-    });
   }
 
   #bounds(hubs, time) {
@@ -202,6 +218,7 @@ class View {
   step(direction) { this.timeline.step(direction); }
   openHelp() { $("help").showModal(); }
   toggleTheme() { toggleTheme(); this.#recolour(); }
+  toggleLayer(id) { toggleLayer(id); this.#recolour(); }
 
   select(selection) {
     this.selection = selection;
@@ -237,45 +254,26 @@ class View {
     return k < 0 ? null : { x: frame.values[k * OBJECT.size + OBJECT.x], y: frame.values[k * OBJECT.size + OBJECT.y] };
   }
 
-  /** Selects what is nearest: an object, or an agent's arrow. */
   #click(x, y) {
     $("canvas").focus({ preventScroll: true });
-    const pane = this.scene.panes.find(({ view }) => x >= view.left && x < view.left + view.width && y >= view.top && y < view.top + view.height);
-    if (!pane) return;
-    const { view, hub, frame, agents } = pane;
-    let [best, found] = [REACH_PIXELS, null];
-    const offer = (px, py, allowance, selection) => {
-      const distance = Math.hypot(view.x(px) - x, view.y(py) - y) - allowance;
-      if (distance < best) [best, found] = [distance, selection];
-    };
-    for (let k = 0; layers.fused && k < (frame?.n ?? 0); k += 1) {
-      const at = k * OBJECT.size;
-      const reach = Math.min(frame.values[at + OBJECT.w], frame.values[at + OBJECT.d]) * 0.5 * view.scale;
-      offer(frame.values[at + OBJECT.x], frame.values[at + OBJECT.y], reach, { hub: hub.name, track: frame.tracks[k] });
-    }
-    for (const { agent, frame: own } of agents) {
-      if (own.pose) offer(own.pose.x, own.pose.y, 4, { agent: agent.name });
-    }
-    this.select(found);
+    this.select(pick(this.scene.panes, x, y));
+  }
+
+  #point(x, y) {
+    const found = pick(this.scene.panes, x, y);
+    $("canvas").classList.toggle("at-something", found !== null);
+    this.pointAt(found?.agent ?? null);
   }
 }
 
-function showVerdict({ level, word, why }, pairs) {
+function showVerdict({ level, word, why }) {
   $("verdict").dataset.level = level;
   if ($("verdict-word").textContent !== word) $("verdict-word").textContent = word;
-  $("verdict-why").textContent = why;
-  const list = $("facts");
-  if (list.children.length !== pairs.length) {
-    list.replaceChildren(...pairs.map(() => {
-      const pair = document.createElement("div");
-      pair.append(document.createElement("dt"), document.createElement("dd"));
-      return pair;
-    }));
-  }
-  pairs.forEach(([name, value], k) => {
-    list.children[k].children[0].textContent = name;
-    list.children[k].children[1].textContent = value;
-  });
+  if ($("verdict-why").textContent !== why) $("verdict-why").textContent = why;
+}
+
+function showFacts(pairs) {
+  renew($("facts"), pairs.map(([name, values]) => element("div", "", element("dt", "", name), ...values.map((value) => element("dd", "", value)))));
 }
 
 function showEmpty(state) {
@@ -286,36 +284,4 @@ function showEmpty(state) {
   $("empty").children[2].textContent = state.command;
 }
 
-const view = new View();
-
-/** For tests and for the curious: what is shown, and what it costs. */
-window.v2x = {
-  get stats() {
-    return { ...timing(), memoryBytes: view.store.memoryBytes, skipped: view.store.skipped, held: view.store.held };
-  },
-  /** The list that is shown of each hub. */
-  get shown() {
-    return view.scene.panes.filter((pane) => pane.frame).map(({ hub, frame }) => ({
-      hub: hub.name, lineage: frame.lineage, sequence: frame.sequence, objects: frame.n, tracks: [...frame.tracks], restarts: hub.restarts,
-    }));
-  },
-  get state() {
-    const { store, selection } = view;
-    const pane = view.scene.panes.find((each) => each.hub?.name === selection?.hub);
-    const k = pane?.frame ? pane.frame.tracks.indexOf(selection.track) : -1;
-    return {
-      online: store.online, paused: store.paused, time: view.time, selection, agents: [...store.agents.keys()], events: [...store.events],
-      contributors: k < 0 ? [] : contributorsOf(store, pane.frame, k).map(({ agent, detection }) => ({ agent: agent.name, isDrawn: detection !== null })),
-    };
-  },
-  /** Where the agents are in the first picture, in pixels. */
-  get agentPlaces() {
-    const { view: projection, agents } = view.scene.panes[0];
-    return agents.filter(({ frame }) => frame.pose).map(({ frame }) => ({ x: projection.x(frame.pose.x), y: projection.y(frame.pose.y) }));
-  },
-  /** Where an object of the first picture is on the canvas, in pixels. */
-  placeOf(k) {
-    const { view: projection, frame } = view.scene.panes[0];
-    return { x: projection.x(frame.values[k * OBJECT.size + OBJECT.x]), y: projection.y(frame.values[k * OBJECT.size + OBJECT.y]) };
-  },
-};
+window.v2x = probe(new View());

@@ -1,10 +1,14 @@
 // The colours of the project, as the style sheet gives them for dark or light.
 
 const AGENTS = ["#D55E00", "#009E73", "#E69F00", "#56B4E9", "#A6761D", "#666666", "#F0E442"];
-// The same hues, with enough contrast on the other ground.
-const ON_LIGHT = { "#E69F00": "#B87A00", "#56B4E9": "#2A8FC7", "#F0E442": "#8F8600" };
-const ON_DARK = { "#666666": "#9A9A9A", "#A6761D": "#C8973F" };
+// The same hues in a lightness in which no two of them, nor truth or fused, look alike to anybody: `.ci/web_view.py` computes
+// how they look without one kind of cones.
+const ON_LIGHT = { "#E69F00": "#DE8E06", "#56B4E9": "#4AA8E0", "#A6761D": "#5A421F", "#666666": "#989DA2", "#F0E442": "#615C04" };
+const ON_DARK = { "#56B4E9": "#7CC8F5", "#A6761D": "#8F6A29", "#666666": "#C0C4C8" };
 const NAMES = ["ground", "panel", "ink", "muted", "line", "road", "marking", "grid", "truth", "ours", "good", "warn", "bad"];
+
+/** Colours of the agents: further ones begin again, with another shape and dash. */
+export const N_COLOURS = AGENTS.length;
 
 export const palette = { agents: [] };
 
@@ -20,11 +24,6 @@ export function readPalette() {
 export function isDark() {
   const chosen = document.documentElement.dataset.theme;
   return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
-
-/** The colour of the agent that was the n-th to appear. */
-export function agentColour(n) {
-  return palette.agents[n % palette.agents.length];
 }
 
 /** Changes between dark and light, and remembers it. */

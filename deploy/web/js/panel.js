@@ -1,56 +1,48 @@
-// The side panel: what is selected, agents, layers. Text only, built from nodes: names come from the network.
+// The side panel: what is selected, agents, layers.
 
-import { letterOf } from "./labels.js";
+import { groups } from "./classes.js";
 import { LAYERS, layers, toggleLayer } from "./layers.js";
-import { agentColour, palette } from "./palette.js";
+import { markNode, markOf } from "./marks.js";
+import { button, element, renew, rows, svgElement } from "./nodes.js";
+import { palette } from "./palette.js";
 import { contributorsOf } from "./scene.js";
 import { OBJECT } from "./store.js";
 import { total } from "./verdict.js";
 
-const SVG = "http://www.w3.org/2000/svg";
-
-function element(name, className, ...content) {
-  const made = document.createElement(name);
-  if (className) made.className = className;
-  made.append(...content);
-  return made;
-}
-
-function swatch(colour) {
-  const made = element("span", "swatch");
-  made.style.background = colour;
-  return made;
-}
-
-function rows(pairs) {
-  const table = element("table");
-  for (const [key, value] of pairs) {
-    const row = table.insertRow();
-    row.append(element("td", "key", key), element("td", "", value));
-  }
-  return table;
-}
+/** Names that come from outside: no more than these are listed. */
+const MOST_AGENTS = 100;
+const MOST_NAMES = 5;
 
 const degrees = (radians) => ((radians * 180) / Math.PI).toFixed(1);
 
 /** Shows the selected object or agent. */
 export function showSelected(root, view) {
-  const { store, selection } = view;
-  const hub = selection?.hub ? store.hubs.get(selection.hub) : null;
-  const frame = hub?.frames.at(view.time);
-  const k = frame ? frame.tracks.indexOf(selection.track) : -1;
-  if (k >= 0) root.replaceChildren(...objectNodes(view, frame, k));
-  else if (selection?.track) root.replaceChildren(element("div", "title", selection.track), element("p", "hint", "not in this list"));
-  else if (selection?.agent && store.agents.has(selection.agent)) root.replaceChildren(...agentNodes(view, store.agents.get(selection.agent)));
-  else root.replaceChildren(element("p", "hint", "Click an object or an agent to see its values and who contributed."));
+  renew(root, selectedNodes(view));
 }
 
-function heading(text, view) {
-  const follow = element("button", "", view.isFollowing ? "Following" : "Follow");
-  follow.type = "button";
-  follow.setAttribute("aria-pressed", String(view.isFollowing));
-  follow.addEventListener("click", () => view.toggleFollow());
-  return element("div", "title", element("span", "", text), follow);
+function selectedNodes(view) {
+  const { store, selection } = view;
+  if (selection?.track) return trackNodes(view, selection);
+  const agent = store.agents.get(selection?.agent);
+  if (agent) return agentNodes(view, agent);
+  if (selection?.agent) return [element("div", "title", selection.agent), element("p", "hint", "This agent has left.")];
+  return [element("p", "hint", "Click an object or an agent to see its values and who contributed.")];
+}
+
+function trackNodes(view, { hub: name, track }) {
+  const hub = view.store.hubs.get(name);
+  const frame = hub?.frames.at(view.time);
+  const k = frame ? frame.tracks.indexOf(track) : -1;
+  const isGone = view.store.isGone(name);
+  const gone = element("p", "remark", `Hub gone: ${name} has left the network. ${k < 0 ? "Nothing more is known of this track." : "These values are from its last list."}`);
+  if (k >= 0) return [...objectNodes(view, frame, k), ...(isGone ? [gone] : [])];
+  const title = element("div", "title", track);
+  return [title, isGone ? gone : element("p", "hint", `Not in the list of ${name} at this moment: the hub does not follow it any more, or not yet.`)];
+}
+
+function heading(nodes, view) {
+  const text = view.isFollowing ? "Following" : "Follow";
+  return element("div", "title", element("span", "", ...nodes), button(text, "follow", view.isFollowing));
 }
 
 function objectNodes(view, frame, k) {
@@ -80,14 +72,14 @@ function objectNodes(view, frame, k) {
     const row = list.insertRow();
     const off = detection ? Math.hypot(detection.x - value("x"), detection.y - value("y")).toFixed(2) : "–";
     row.append(
-      element("td", "", swatch(agentColour(agent.number)), agent.name),
+      element("td", "", markNode(agent.number), agent.name),
       element("td", "", delay === null ? "–" : String(Math.round(delay))),
       // The object has moved on since: an old measurement is far behind a fast one.
       element("td", "", captured === null ? "–" : String(Math.round(frame.received - captured))),
       element("td", "", off),
     );
   }
-  return [heading(name, view), table, list];
+  return [heading([name], view), table, list];
 }
 
 function agentNodes(view, agent) {
@@ -110,63 +102,67 @@ function agentNodes(view, agent) {
     const { dx_m: dx, dy_m: dy, dyaw_deg: yaw, clock_ms: clock } = status.registration;
     pairs.push(["pose error m", `${dx.toFixed(2)}, ${dy.toFixed(2)}`], ["heading error °", yaw.toFixed(2)], ["clock error ms", clock.toFixed(0)]);
   }
-  const nodes = [heading(agent.name, view), rows(pairs)];
+  const nodes = [heading([markNode(agent.number), agent.name], view), rows(pairs)];
   if (status?.last_refusal) nodes.push(element("p", "hint", `newest refusal: ${status.last_refusal}`));
+  const classes = Object.entries(status?.unmapped_names ?? {}).slice(0, MOST_NAMES);
+  if (classes.length) nodes.push(element("p", "hint", `classes that no table knows: ${classes.map(([name, count]) => `${name} (${count})`).join(", ")}`));
   return nodes;
 }
 
 /** Lists all agents, each a button that selects it. */
 export function showAgents(root, view) {
   const { store } = view;
-  const now = store.now();
-  const focused = document.activeElement?.dataset?.agent;
-  const list = [...store.agents.values()].slice(0, 100).map((agent) => {
-    const button = element("button", "agent");
-    button.type = "button";
-    button.dataset.agent = agent.name;
-    button.setAttribute("aria-pressed", String(view.selection?.agent === agent.name));
-    const delay = agent.delay.recent(view.time);
-    const isAlive = store.isAlive(agent.name);
-    button.append(
-      element("span", "row", element("span", "", swatch(agentColour(agent.number)), element("b", "", agent.name)),
-        element("span", "", Number.isFinite(delay) ? `link ${Math.round(delay)} ms` : "–")),
-      element("span", "row sub", element("span", "", agent.sensor?.kind ?? "no description"),
-        element("span", "", isAlive ? `${agent.frames.at(view.time)?.n ?? 0} detections` : "not alive")),
-    );
-    if (agent.lastRefusal && now - agent.lastRefusedAt < 5000) {
-      const remark = element("span", "remark", agent.lastRefusal);
-      remark.title = agent.lastRefusal;
-      button.append(remark);
-    }
-    button.addEventListener("click", () => view.select({ agent: agent.name }));
-    return button;
-  });
-  root.replaceChildren(...(list.length ? list : [element("p", "hint", "none so far")]));
-  if (focused) [...root.children].find((each) => each.dataset.agent === focused)?.focus();
+  const list = [...store.agents.values()].sort((one, other) => one.number - other.number).slice(0, MOST_AGENTS).map((agent) => agentRow(view, agent));
+  renew(root, [...(list.length ? list : [element("p", "hint", "none so far")]), ...invalidNames(view.hubs[0]?.status)]);
+}
+
+function agentRow(view, agent) {
+  const { store } = view;
+  const delay = agent.delay.recent(view.time);
+  const state = store.isAlive(agent.name) ? `${agent.frames.at(view.time)?.n ?? 0} detections` : "has left";
+  const made = button("", "select", view.selection?.agent === agent.name);
+  made.className = "agent";
+  made.dataset.agent = agent.name;
+  // In place of the kind, so that no row changes its height under a pointer.
+  const isRefused = agent.reason && store.now() - agent.lastRefusedAt < 5000;
+  const below = isRefused ? element("span", "remark", `refused: ${agent.reason}`) : element("span", "sub", agent.sensor?.kind ?? "no description");
+  if (isRefused) below.title = agent.lastRefusal ?? "";
+  made.replaceChildren(
+    markNode(agent.number),
+    element("b", "", agent.name),
+    element("span", "value", Number.isFinite(delay) ? `link ${Math.round(delay)} ms` : "–"),
+    below,
+    element("span", "sub value", state),
+  );
+  return made;
+}
+
+/** Agents that the hub cannot use for their names. */
+function invalidNames(status) {
+  const found = status?.invalid_names ?? [];
+  const listed = found.slice(0, MOST_NAMES).map(({ name, reason }) => element("p", "remark", `“${name}” is not used: ${reason}`));
+  if (found.length > MOST_NAMES) listed.push(element("p", "hint", `and ${found.length - MOST_NAMES} more names that are not valid`));
+  return listed;
 }
 
 /** How a layer looks, drawn small. */
 function sample(id) {
-  const svg = document.createElementNS(SVG, "svg");
-  svg.setAttribute("width", "22");
-  svg.setAttribute("height", "14");
-  const shape = (name, attributes) => {
-    const made = document.createElementNS(SVG, name);
-    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-    svg.append(made);
-  };
+  const svg = svgElement("svg", { width: 22, height: 14 });
+  const shape = (name, attributes) => svg.append(svgElement(name, attributes));
   const box = (stroke, fill = "none", more = {}) => shape("rect", { x: 3, y: 3, width: 16, height: 8, stroke, fill, "fill-opacity": 0.25, "stroke-width": 1.6, ...more });
   const line = (stroke, more = {}) => shape("line", { x1: 2, y1: 7, x2: 20, y2: 7, stroke, "stroke-width": 1.6, ...more });
+  const agent = markOf(0).colour;
   if (id === "fused") box(palette.ours, palette.ours);
   else if (id === "truth") box(palette.truth, "none", { "stroke-dasharray": "6 2" });
-  else if (id === "detections") box(agentColour(0));
-  else if (id === "views") shape("path", { d: "M3 12 A14 14 0 0 1 19 12 L11 2 Z", transform: "rotate(180 11 7)", fill: agentColour(1), "fill-opacity": 0.25, stroke: agentColour(1) });
+  else if (id === "detections") box(agent);
+  else if (id === "views") shape("path", { d: "M3 12 A14 14 0 0 1 19 12 L11 2 Z", transform: "rotate(180 11 7)", fill: agent, "fill-opacity": 0.15, stroke: agent });
   else if (id === "velocity") shape("path", { d: "M2 7H18M14 3.5 18 7 14 10.5", fill: "none", stroke: palette.ink, "stroke-width": 1.4 });
   else if (id === "covariance") shape("ellipse", { cx: 11, cy: 7, rx: 8, ry: 5, fill: palette.ours, "fill-opacity": 0.3 });
   else if (id === "trails") line(palette.ours, { "stroke-opacity": 0.45, "stroke-width": 3 });
   else if (id === "roads") line(palette.muted, { "stroke-opacity": 0.35, "stroke-width": 9 });
   else if (id === "grid") shape("path", { d: "M2 4.5H20M2 9.5H20M7 1V13M15 1V13", stroke: palette.muted, "stroke-opacity": 0.6 });
-  else shape("text", { x: 2, y: 11, "font-size": 11, fill: palette.ours }), (svg.lastChild.textContent = "C12");
+  else if (id === "classes") ["#EE8866", "#EEDD88", "#44BB99"].forEach((fill, k) => shape("rect", { x: 2 + 6 * k, y: 3, width: 6, height: 8, fill }));
+  else shape("text", { x: 0, y: 11, "font-size": 10, fill: palette.ours }), (svg.lastChild.textContent = "C12");
   return svg;
 }
 
@@ -181,7 +177,9 @@ export function showLayers(root, letters, onChange) {
     label.title = `key ${layer.key}`;
     return label;
   }));
-  const names = ["vehicle.car", "vehicle.truck", "vehicle.bus", "vehicle.motorcycle", "vehicle.bicycle", "vehicle.other", "human", "animal", "movable"];
-  letters.textContent = names.map((name) => letterOf(name)).map(({ letter, meaning }) => `${letter} ${meaning}`).join(" · ");
-  letters.textContent += ". Truth without a fused box: no agent sees it, or the hub does not know it yet. An arrow ends where the object will be after 1 s.";
+  letters.replaceChildren(...groups.map(({ letter, meaning, colour }) => {
+    const svg = svgElement("svg", { width: 16, height: 12 });
+    svg.append(svgElement("rect", { x: 1, y: 1, width: 14, height: 10, rx: 1.5, fill: colour ?? palette.ours, "fill-opacity": colour ? 0.6 : 0.25, stroke: palette.ours, "stroke-width": 1.5 }));
+    return element("span", "", svg, element("b", "", letter), ` ${meaning}`);
+  }));
 }

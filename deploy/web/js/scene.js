@@ -1,25 +1,25 @@
 // The bird's-eye view: one picture for each hub that is shown, side by side.
 
-import { LabelSpace, letterOf, shortTrack } from "./labels.js";
+import { drawDetections, drawFlashes, drawMarks, drawViews } from "./agents.js";
+import { groups } from "./classes.js";
+import { BOLD, FONT, Labels, shortTrack } from "./labels.js";
 import { layers } from "./layers.js";
-import { agentColour, palette } from "./palette.js";
-import { Projection, roundLength, traceBox, traceBoxes, traceEllipse, traceSector } from "./shapes.js";
+import { markOf } from "./marks.js";
+import { palette } from "./palette.js";
+import { Projection, roundLength, traceBox, traceBoxes, traceEllipse } from "./shapes.js";
 import { DETECTION, OBJECT, TRUTH, eachTrailPoint } from "./store.js";
 
 const TRAIL_MS = 6000;
-const FLASH_MS = { late: 700, refused: 2500 };
 const FRESH_MS = 1000;
 const TRUTH_DASH = [6, 2];
 /** Beyond this number of objects in sight there are no labels but the selected one's. */
 const MOST_LABELS = 150;
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 export class Scene {
-  #labels = new LabelSpace();
-
   constructor(canvas, store, camera) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
+    this.labels = new Labels(this.context);
     this.store = store;
     this.camera = camera;
     this.panes = [];
@@ -35,7 +35,7 @@ export class Scene {
   }
 
   /** Draws the moment `time` for these hubs; returns whether something moves by itself. */
-  draw(time, hubs, selection) {
+  draw(time, hubs, { selection, highlighted }) {
     const { context, width, height } = this;
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.fillStyle = palette.ground;
@@ -43,20 +43,23 @@ export class Scene {
     const n = Math.max(1, hubs.length);
     const isTall = n > 1 && width < 640;
     this.panes = [];
-    this.flashes = false;
+    this.moves = false;
     for (let k = 0; k < n; k += 1) {
       const box = isTall ? [0, (k * height) / n, width, height / n] : [(k * width) / n, 0, width / n, height];
-      this.#drawPane(new Projection(this.camera, ...box), hubs[k] ?? null, { time, selection, isOneOfMany: n > 1 });
+      this.#drawPane(new Projection(this.camera, ...box), hubs[k] ?? null, { time, selection, highlighted, isOneOfMany: n > 1 });
     }
-    return this.flashes;
+    return this.moves;
   }
 
-  #drawPane(view, hub, { time, selection, isOneOfMany }) {
-    const { context } = this;
+  #drawPane(view, hub, { time, selection, highlighted, isOneOfMany }) {
+    const { context, labels } = this;
     const frame = hub?.frames.at(time) ?? null;
     const agents = this.#agentsAt(time);
     this.panes.push({ view, hub, frame, agents });
-    this.#labels.clear();
+    labels.clear(view);
+    // Where the plates will be.
+    labels.take(view.left + 10, view.top + view.height - 38, 130, 28);
+    if (isOneOfMany) labels.take(view.left + 10, view.top + 10, 190, 24);
     context.save();
     context.beginPath();
     context.rect(view.left, view.top, view.width, view.height);
@@ -64,13 +67,15 @@ export class Scene {
     context.lineJoin = "round";
     if (layers.grid) this.#drawGrid(view);
     if (layers.roads) this.#drawRoads(view);
-    if (layers.views) this.#drawViews(view, agents);
+    if (layers.views) drawViews(context, view, agents, highlighted);
     if (layers.truth && frame?.truth) this.#drawTruth(view, frame.truth);
-    if (layers.detections) agents.forEach((each) => this.#drawDetections(view, each));
+    if (layers.detections) agents.forEach((each) => drawDetections(context, view, each, highlighted));
     if (frame && layers.fused) this.#drawFused(view, hub, frame, time);
     const chosen = frame && selection?.hub === hub.name ? frame.tracks.indexOf(selection.track) : -1;
     if (chosen >= 0) this.#drawSelected(view, frame, chosen);
-    this.#drawAgents(view, agents, { hub, selection, time });
+    drawMarks(context, view, agents, { labels, highlighted, time });
+    const events = this.store.events.filter((event) => event.hub === hub?.name);
+    if (drawFlashes(context, view, agents, { labels, events, time })) this.moves = true;
     if (frame && layers.labels && layers.fused) this.#drawLabels(view, frame, chosen);
     this.#drawScale(view);
     if (isOneOfMany) this.#drawTitle(view, hub);
@@ -127,22 +132,6 @@ export class Scene {
     context.setLineDash([]);
   }
 
-  #drawViews(view, agents) {
-    const { context } = this;
-    for (const { agent, frame } of agents) {
-      if (!agent.sensor || !frame.pose) continue;
-      context.beginPath();
-      traceSector(context, view, frame.pose, agent.sensor.field_of_view);
-      context.strokeStyle = context.fillStyle = agentColour(agent.number);
-      context.globalAlpha = palette.isDark ? 0.05 : 0.045;
-      context.fill();
-      context.globalAlpha = 0.4;
-      context.lineWidth = 1;
-      context.stroke();
-      context.globalAlpha = 1;
-    }
-  }
-
   #drawTruth(view, truth) {
     const { context } = this;
     context.beginPath();
@@ -153,17 +142,6 @@ export class Scene {
     context.setLineDash(TRUTH_DASH);
     context.stroke();
     context.setLineDash([]);
-  }
-
-  #drawDetections(view, { agent, frame, isFresh }) {
-    const { context } = this;
-    context.beginPath();
-    traceBoxes(context, view, frame.values, DETECTION);
-    context.globalAlpha = isFresh ? 0.75 : 0.25;
-    context.strokeStyle = agentColour(agent.number);
-    context.lineWidth = 1;
-    context.stroke();
-    context.globalAlpha = 1;
   }
 
   #drawFused(view, hub, frame, time) {
@@ -183,12 +161,10 @@ export class Scene {
       context.fill();
       context.globalAlpha = 1;
     }
+    this.#fillByClass(view, values);
     context.beginPath();
     traceBoxes(context, view, values, OBJECT);
-    context.fillStyle = context.strokeStyle = palette.ours;
-    context.globalAlpha = 0.25;
-    context.fill();
-    context.globalAlpha = 1;
+    context.strokeStyle = palette.ours;
     context.lineWidth = 1.8;
     context.stroke();
     // Where the front is: from the middle to it.
@@ -203,6 +179,21 @@ export class Scene {
     context.lineWidth = 1.4;
     context.stroke();
     if (layers.velocity) this.#drawVelocities(view, each, values);
+  }
+
+  /** All boxes of a group of classes are one path. */
+  #fillByClass(view, values) {
+    const { context, store } = this;
+    const isOf = (place) => (k) => !layers.classes || store.groups[values[k + OBJECT.class]] === place;
+    for (let place = 0; place < (layers.classes ? groups.length : 1); place += 1) {
+      const colour = layers.classes ? groups[place].colour : null;
+      context.beginPath();
+      traceBoxes(context, view, values, OBJECT, isOf(place));
+      context.fillStyle = colour ?? palette.ours;
+      context.globalAlpha = colour ? 0.6 : 0.25;
+      context.fill();
+    }
+    context.globalAlpha = 1;
   }
 
   /** Where each object will be after a second, if it is faster than a slow walk. */
@@ -255,7 +246,7 @@ export class Scene {
     const [x, y, w, d, yaw] = [values[at + OBJECT.x], values[at + OBJECT.y], values[at + OBJECT.w], values[at + OBJECT.d], values[at + OBJECT.yaw]];
     for (const { agent, detection, pose } of contributorsOf(this.store, frame, chosen)) {
       if (!detection) continue;
-      context.strokeStyle = agentColour(agent.number);
+      context.strokeStyle = markOf(agent.number).colour;
       context.lineWidth = 2.5;
       context.beginPath();
       traceBox(context, view, detection.x, detection.y, detection.w, detection.d, detection.yaw);
@@ -276,85 +267,17 @@ export class Scene {
     context.stroke();
   }
 
-  #drawAgents(view, agents, { hub, selection, time }) {
-    const { context, store } = this;
-    context.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
-    for (const { agent, frame, isFresh } of agents) {
-      if (!frame.pose) continue;
-      const [x, y] = [view.x(frame.pose.x), view.y(frame.pose.y)];
-      const colour = agentColour(agent.number);
-      context.fillStyle = colour;
-      context.globalAlpha = isFresh ? 1 : 0.45;
-      traceArrow(context, x, y, frame.pose.yaw);
-      context.fill();
-      context.strokeStyle = palette.panel;
-      context.lineWidth = 1.5;
-      context.stroke();
-      if (selection?.agent === agent.name) {
-        context.beginPath();
-        context.arc(x, y, 15, 0, 2 * Math.PI);
-        context.strokeStyle = palette.ink;
-        context.stroke();
-      }
-      const delay = agent.delay.recent(time);
-      const text = `${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`;
-      this.#name(text, x, y, colour);
-      context.globalAlpha = 1;
-    }
-    // Names take their room before flashes do.
-    for (const { agent, frame } of agents) {
-      if (!frame.pose) continue;
-      const [x, y] = [view.x(frame.pose.x), view.y(frame.pose.y)];
-      const events = store.events.filter((event) => event.agent === agent.name && event.hub === hub?.name && time >= event.at && time - event.at < FLASH_MS[event.level]);
-      this.#drawFlashes(x, y, events, time);
-    }
-  }
-
-  /** The newest late or refused frame of an agent, with the reason. */
-  #drawFlashes(x, y, events, time) {
-    const event = events.findLast((each) => each.level === "refused") ?? events.at(-1);
-    if (!event) return;
-    this.flashes = true;
-    const { context } = this;
-    const share = (time - event.at) / FLASH_MS[event.level];
-    context.globalAlpha = (1 - share) * (event.level === "late" ? 0.8 : 1);
-    context.strokeStyle = event.level === "refused" ? palette.bad : palette.warn;
-    context.lineWidth = event.level === "refused" ? 3 : 1.5;
-    context.beginPath();
-    context.arc(x, y, calm.matches ? 16 : 12 + 14 * share, 0, 2 * Math.PI);
-    context.stroke();
-    this.#text(event.level === "refused" ? `refused: ${event.text}` : event.text, x + 13, y + 17, context.strokeStyle);
-    context.globalAlpha = 1;
-  }
-
-  /** A name beside a place, where there is room. */
-  #name(text, x, y, colour) {
-    const left = x - 13 - this.context.measureText(text).width;
-    const places = [[x + 13, y - 11], [x + 13, y + 17], [left, y - 11], [left, y + 17], [x + 13, y + 4], [left, y + 4]];
-    places.some((place) => this.#text(text, ...place, colour));
-  }
-
-  #text(text, x, y, colour) {
-    const { context } = this;
-    const width = context.measureText(text).width;
-    if (!this.#labels.take(x, y - 10, width, 12)) return false;
-    context.lineWidth = 3;
-    context.strokeStyle = palette.ground;
-    context.strokeText(text, x, y);
-    context.fillStyle = colour;
-    context.fillText(text, x, y);
-    return true;
-  }
-
   #drawLabels(view, frame, chosen) {
-    const { context, store } = this;
+    const { store } = this;
     const { values } = frame;
-    context.font = "11px system-ui, 'DejaVu Sans', sans-serif";
+    this.labels.use(FONT);
     const write = (k) => {
       const at = k * OBJECT.size;
-      const reach = Math.max(values[at + OBJECT.w], values[at + OBJECT.d]) / 2;
-      const { letter } = letterOf(store.hello?.classes[values[at + OBJECT.class]]);
-      this.#text(`${letter}${shortTrack(frame.tracks[k])}`, view.x(values[at + OBJECT.x]) + Math.min(reach * view.scale, 14) + 3,
+      // To the right of the box, however it is turned.
+      const [w, d, yaw] = [values[at + OBJECT.w], values[at + OBJECT.d], values[at + OBJECT.yaw]];
+      const reach = (d * Math.abs(Math.cos(yaw)) + w * Math.abs(Math.sin(yaw))) / 2;
+      const letter = groups[store.groups[values[at + OBJECT.class]]]?.letter ?? "U";
+      this.labels.write(`${letter}${shortTrack(frame.tracks[k])}`, view.x(values[at + OBJECT.x]) + reach * view.scale + 3,
         view.y(values[at + OBJECT.y]) - 4, k === chosen ? palette.ink : palette.ours);
     };
     if (chosen >= 0) write(chosen);
@@ -369,42 +292,54 @@ export class Scene {
   #drawScale(view) {
     const { context } = this;
     const metres = roundLength(110 / view.scale);
-    const [x, y, length] = [view.left + 14, view.top + view.height - 14, metres * view.scale];
+    const text = metres >= 1000 ? `${metres / 1000} km` : `${metres} m`;
+    const [x, y, length] = [view.left + 18, view.top + view.height - 18, metres * view.scale];
+    this.labels.use(FONT);
+    drawPlate(context, x - 8, y - 20, Math.max(length, this.labels.width(text) + 5) + 16, 28);
     context.beginPath();
     context.moveTo(x, y - 5);
     context.lineTo(x, y);
     context.lineTo(x + length, y);
     context.lineTo(x + length, y - 5);
-    context.strokeStyle = palette.muted;
+    context.strokeStyle = context.fillStyle = palette.ink;
     context.lineWidth = 1.5;
     context.stroke();
-    context.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-    context.fillStyle = palette.muted;
-    context.fillText(metres >= 1000 ? `${metres / 1000} km` : `${metres} m`, x + 5, y - 5);
+    context.fillText(text, x + 5, y - 5);
   }
 
+  /** Whose picture this is, with its line in the charts. */
   #drawTitle(view, hub) {
     const { context } = this;
-    context.font = "600 13px system-ui, 'DejaVu Sans', sans-serif";
-    const error = hub.error.recent(this.store.now());
     const isSecond = view.left > 0 || view.top > 0;
-    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${isSecond ? "  ·  dashed in the charts" : ""}`;
-    this.#text(text, view.left + 14, view.top + 24, palette.ours);
+    const error = hub.error.recent(this.store.now());
+    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${this.store.isGone(hub.name) ? "  ·  gone" : ""}`;
+    this.labels.use(BOLD);
+    const [x, y] = [view.left + 10, view.top + 10];
+    drawPlate(context, x, y, this.labels.width(text) + 42, 24);
+    context.strokeStyle = palette.ours;
+    context.lineWidth = 2;
+    context.setLineDash(isSecond ? [5, 3] : []);
+    context.beginPath();
+    context.moveTo(x + 8, y + 12);
+    context.lineTo(x + 27, y + 12);
+    context.stroke();
+    context.setLineDash([]);
+    context.fillStyle = palette.ink;
+    context.fillText(text, x + 34, y + 16);
     context.fillStyle = palette.line;
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);
     if (view.top > 0) context.fillRect(view.left, view.top, view.width, 1);
   }
 }
 
-function traceArrow(context, x, y, yaw) {
-  const [cos, sin] = [Math.cos(yaw), -Math.sin(yaw)];
-  const point = (along, across) => context.lineTo(x + along * cos - across * sin, y + along * sin + across * cos);
+/** A plate for a text: what is under it does not matter. */
+function drawPlate(context, x, y, width, height) {
+  context.fillStyle = palette.panel;
+  context.globalAlpha = 0.88;
   context.beginPath();
-  point(10, 0);
-  point(-7, 6.5);
-  point(-4, 0);
-  point(-7, -6.5);
-  context.closePath();
+  context.roundRect(x, y, width, height, 5);
+  context.fill();
+  context.globalAlpha = 1;
 }
 
 /** Each measurement of an object: whose it is, and where it lies if its frame is still known. */
@@ -413,7 +348,7 @@ export function contributorsOf(store, frame, k) {
   const found = [];
   for (let at = starts[k]; at < starts[k + 1]; at += 2) {
     const [place, sequence] = frames[items[at]];
-    const agent = store.agent(frame.names[place]);
+    const agent = store.agents.get(frame.names[place]);
     if (!agent) continue;
     const source = agent.frames.find((each) => each.sequence === sequence, 200, frame.received);
     const from = items[at + 1] * DETECTION.size;

@@ -39,14 +39,14 @@ export function traceBox(context, view, x, y, w, d, yaw) {
   context.lineTo(px + ax + bx, py + ay + by);
 }
 
-/** Adds all boxes of a flat list that can be seen. */
-export function traceBoxes(context, view, values, layout) {
+/** Adds all boxes of a flat list that can be seen, or those of them at the places that `isWanted` says. */
+export function traceBoxes(context, view, values, layout, isWanted = () => true) {
   for (let k = 0; k < values.length; k += layout.size) {
     const x = values[k + layout.x];
     const y = values[k + layout.y];
     const w = values[k + layout.w];
     const d = values[k + layout.d];
-    if (view.sees(x, y, w + d)) traceBox(context, view, x, y, w, d, values[k + layout.yaw]);
+    if (isWanted(k) && view.sees(x, y, w + d)) traceBox(context, view, x, y, w, d, values[k + layout.yaw]);
   }
 }
 

@@ -2,7 +2,8 @@
 //
 // Positions are kept relative to an origin near the first one, so that single precision holds them anywhere on a map.
 
-import { History, memory } from "./frames.js";
+import { groupsOf } from "./classes.js";
+import { History, SPAN_MS, memory } from "./frames.js";
 import { Series } from "./series.js";
 
 /** Numbers of one object, and their places. */
@@ -25,13 +26,16 @@ class Agent {
     this.number = number;
     this.frames = new History();
     this.sensor = null;
-    /** When its first frame came, ms. */
+    /** When its first frame came, and when anything of it did, ms. */
     this.since = NaN;
+    this.seen = -Infinity;
     this.delay = new Series();
     this.error = new Series();
     this.rate = new Series();
     this.lastRefusal = null;
     this.lastRefusedAt = -Infinity;
+    /** Why, in a few words. */
+    this.reason = "";
   }
 }
 
@@ -40,6 +44,7 @@ class Hub {
     this.name = name;
     this.frames = new History();
     this.status = null;
+    this.seen = -Infinity;
     this.trails = new Map();
     this.latency = new Series();
     this.inHub = new Series();
@@ -70,7 +75,12 @@ export class Store {
   statusError = null;
   /** Recent late and refused frames: { hub, agent, text, level, at }. */
   events = [];
-  version = 0;
+  /** The group of each class, by its number. */
+  groups = new Uint8Array(0);
+  #names = [];
+  #pausedAt = 0;
+  /** When nothing was noted because the page was paused: beginnings and ends, ms. */
+  #pauses = [];
   /** The newest time of arrival by the program's clock, ms, and when that was by this page's. */
   #newest = 0;
   #newestHere = 0;
@@ -79,7 +89,6 @@ export class Store {
     const handler = this[`_${message.t}`];
     if (!handler) { this.unknown += 1; return; }
     handler.call(this, message, here);
-    this.version += 1;
   }
 
   /** The time by the program's clock, ms. */
@@ -94,10 +103,28 @@ export class Store {
     }
   }
 
+  /** Keeps the last minute as it is: frames and series take nothing in. */
+  pause() {
+    this.paused = true;
+    this.held = 0;
+    this.#pausedAt = this.now();
+  }
+
+  resume() {
+    if (this.paused) this.#pauses.push([this.#pausedAt, this.now()]);
+    this.#pauses = this.#pauses.filter(([, end]) => end > this.now() - SPAN_MS);
+    this.paused = false;
+  }
+
+  wasPausedAt(time) {
+    return this.#pauses.some(([begin, end]) => time >= begin && time < end);
+  }
+
   _hello(message) {
     const isAnother = this.hello && (this.hello.network !== message.network || this.hello.scenario !== message.scenario);
     if (isAnother) this.forget();
     this.hello = message;
+    this.groups = groupsOf(message.classes);
   }
 
   _connection(message) { this.connection = message; }
@@ -118,11 +145,12 @@ export class Store {
     const agent = this.agent(message.agent);
     if (!agent) return;
     const { received, captured, sequence } = message;
+    agent.seen = received;
+    if (this.paused) { this.held += 1; return; }
     if (Number.isNaN(agent.since)) agent.since = received;
     agent.delay.add(received, received - captured);
     agent.rate.add(received, 1);
     if (message.errors) agent.error.add(received, message.errors.mean_m ?? NaN);
-    if (this.paused) { this.held += 1; return; }
     const first = message.pose ?? (message.detections.length ? message.detections.slice(2, 4) : null);
     const origin = this.#originNear(first);
     const values = relative(message.detections, DETECTION, origin);
@@ -135,9 +163,10 @@ export class Store {
     this.#arrived(message.received, here);
     const hub = this.hub(message.hub);
     if (!hub) return;
-    this.#measure(hub, message);
+    hub.seen = message.received;
     this.#noteHealth(hub, message);
     if (this.paused) { this.held += 1; return; }
+    this.#measure(hub, message);
     const last = hub.frames.newest;
     if (last && last.lineage !== message.lineage) {
       hub.restarts += 1;
@@ -167,11 +196,11 @@ export class Store {
       const before = hub.counts.get(name);
       hub.counts.set(name, { refused, late, lineage: message.lineage });
       if (!before || before.lineage !== message.lineage) continue;
-      const agent = this.agent(name);
       const n = refused - before.refused;
-      if (agent && n > 0) {
-        seriesOf(hub.refusals, name).add(message.received, n);
-        agent.lastRefusedAt = message.received;
+      const agent = n > 0 ? this.agent(name) : null;
+      if (agent) {
+        if (!this.paused) seriesOf(hub.refusals, name).add(message.received, n);
+        agent.lastRefusedAt = agent.seen = message.received;
       }
       if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "out of order", level: "late", at: message.received });
     }
@@ -186,11 +215,12 @@ export class Store {
       if (!hub) continue;
       hub.status = status;
       for (const each of status.agents) {
-        const agent = this.agent(each.id);
-        if (!agent) continue;
-        if (each.nis_per_dof !== null) seriesOf(hub.nis, each.id).add(at, each.nis_per_dof);
-        agent.lastRefusal = each.last_refusal;
         this.#noteReasons(hub, each, status.lineage, at);
+        // A hub remembers agents that left long ago.
+        const agent = each.alive ? this.agent(each.id) : this.agents.get(each.id);
+        if (!agent) continue;
+        if (each.nis_per_dof !== null && !this.paused) seriesOf(hub.nis, each.id).add(at, each.nis_per_dof);
+        agent.lastRefusal = each.last_refusal;
       }
     }
   }
@@ -202,7 +232,10 @@ export class Store {
     for (const [reason, count] of Object.entries(refused)) {
       const n = count - (before.refused[reason] ?? 0);
       const text = `${reason.replaceAll("_", " ")}${n > 1 ? ` ×${n}` : ""}`;
-      if (n > 0) this.#event({ hub: hub.name, agent: id, text, level: "refused", at });
+      if (n <= 0) continue;
+      this.#event({ hub: hub.name, agent: id, text, level: "refused", at });
+      const agent = this.agent(id);
+      if (agent) Object.assign(agent, { reason: text, lastRefusedAt: at, seen: at });
     }
   }
 
@@ -211,14 +244,17 @@ export class Store {
     if (this.events.length > MAX_EVENTS) this.events.shift();
   }
 
-  /** Agents are numbered by name, so that each keeps its colour whoever comes first. */
+  /** Agents are numbered by name, so that each keeps its colour whoever comes first; one that left keeps its number. */
   agent(name) {
-    const isNew = !this.agents.has(name);
-    const agent = this.#of(this.agents, name, () => new Agent(name, this.agents.size));
-    if (isNew) {
-      const byName = [...this.agents.values()].sort((one, other) => (one.name < other.name ? -1 : 1));
-      byName.forEach((each, number) => (each.number = number));
-    }
+    const known = this.agents.get(name);
+    const agent = known ?? this.#of(this.agents, name, () => new Agent(name, 0));
+    if (!agent || known) return agent;
+    if (this.#names.length >= MAX_STREAMS) this.#names = [...this.agents.keys()];
+    else if (!this.#names.includes(name)) this.#names.push(name);
+    this.#names.sort().forEach((each, number) => {
+      const numbered = this.agents.get(each);
+      if (numbered) numbered.number = number;
+    });
     return agent;
   }
 
@@ -235,6 +271,23 @@ export class Store {
     return this.presence === null || this.presence.agents.has(agent);
   }
 
+  /** Whether a hub has left the network. */
+  isGone(hub) {
+    return !this.hubs.has(hub) || (this.presence !== null && !this.presence.hubs.has(hub));
+  }
+
+  /** Hubs and agents that left are forgotten when the last minute has nothing of them any more. */
+  forgetGone() {
+    if (this.paused || !this.online || !this.presence) return;
+    const oldest = this.now() - SPAN_MS;
+    for (const [name, hub] of this.hubs) {
+      if (this.isGone(name) && !(hub.frames.newest?.received > oldest)) drop(this.hubs, name);
+    }
+    for (const [name, agent] of this.agents) {
+      if (!this.isAlive(name) && agent.seen < oldest) drop(this.agents, name);
+    }
+  }
+
   #originNear(at) {
     if (!this.origin && at) this.origin = { x: Math.round(at[0] / 100) * 100, y: Math.round(at[1] / 100) * 100 };
     return this.origin ?? { x: 0, y: 0 };
@@ -245,12 +298,18 @@ export class Store {
     [...this.agents.values(), ...this.hubs.values()].forEach((each) => each.frames.clear());
     this.agents.clear();
     this.hubs.clear();
+    this.#names = [];
     this.events = [];
     this.origin = null;
     this.presence = null;
   }
 
   get memoryBytes() { return memory.bytes; }
+}
+
+function drop(map, name) {
+  map.get(name).frames.clear();
+  map.delete(name);
 }
 
 function seriesOf(map, name) {

@@ -15,12 +15,17 @@ export class Timeline {
     this.pauseButton.addEventListener("click", () => this.toggle());
     document.getElementById("back").addEventListener("click", () => this.step(-1));
     document.getElementById("forth").addEventListener("click", () => this.step(1));
-    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+    this.slider.addEventListener("input", () => this.#slide(Number(this.slider.value)));
   }
 
   /** The moment that is shown, by the program's clock, ms. */
   get time() {
     return this.store.paused ? this.#time : this.store.now();
+  }
+
+  /** The newest moment that is kept: that of the pause, or now. */
+  get end() {
+    return this.store.paused ? this.#pausedAt : this.store.now();
   }
 
   toggle() {
@@ -30,22 +35,27 @@ export class Timeline {
   pause() {
     if (this.store.paused) return;
     this.#pausedAt = this.#time = this.store.now();
-    this.store.paused = true;
-    this.store.held = 0;
+    this.store.pause();
     this.onChange();
   }
 
   goLive() {
-    this.store.paused = false;
+    this.store.resume();
+    this.onChange();
+  }
+
+  /** Shows a moment, ms, of those that are kept. */
+  seek(time) {
+    this.pause();
+    const oldest = this.hub?.frames.oldest?.received ?? this.#pausedAt;
+    this.#time = Math.min(this.#pausedAt, Math.max(oldest, time));
     this.onChange();
   }
 
   /** Shows a moment so many seconds (negative) before the pause. */
-  seek(seconds) {
+  #slide(seconds) {
     this.pause();
-    const oldest = this.hub?.frames.oldest?.received ?? this.#pausedAt;
-    this.#time = Math.max(oldest, this.#pausedAt + seconds * 1000);
-    this.onChange();
+    this.seek(this.#pausedAt + seconds * 1000);
   }
 
   /** One list on or back. */

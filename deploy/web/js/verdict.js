@@ -3,26 +3,35 @@
 const STALE_MS = 3000;
 
 /** The state of the network in a word, its reason, and how bad it is. */
-export function verdict(store, hub, time) {
+export function verdict(store, hubs) {
   if (!store.online) return { level: "bad", word: "Page is cut off", why: "the program that serves this page has ended" };
   if (!store.connection?.connected) return { level: "warn", word: "No hub yet", why: "" };
-  const newest = hub?.frames.newest;
-  if (!newest) return { level: "warn", word: "Waiting", why: "no list of objects so far" };
-  const hubIsGone = store.presence && !store.presence.hubs.has(hub.name);
-  if (hubIsGone) return { level: "bad", word: "Hub is gone", why: "what is shown is its last list" };
+  if (!hubs.some((hub) => hub.frames.newest)) return { level: "warn", word: "Waiting", why: "no list of objects so far" };
+  const gone = hubs.filter((hub) => store.isGone(hub.name));
+  if (gone.length) return { level: "bad", word: "Hub is gone", why: `what is shown of ${names(gone)} is its last list` };
   if (store.paused) return { level: "warn", word: "Paused", why: `${store.held} newer frames skipped` };
-  const now = store.now();
-  if (now - newest.received > STALE_MS) return { level: "bad", word: "No new list", why: `for ${seconds(now - newest.received)}` };
-  const silent = [...store.agents.values()].filter((agent) => agent.frames.newest && now - agent.frames.newest.received > STALE_MS);
+  return troubleOf(store, hubs, store.now()) ?? allWell(store.hello);
+}
+
+/** What is not well with hubs and agents that are there; null where all is. */
+function troubleOf(store, hubs, now) {
+  const age = (each) => now - (each.frames.newest?.received ?? now);
+  const stale = hubs.filter((hub) => age(hub) > STALE_MS);
+  if (stale.length) return { level: "bad", word: "No new list", why: `${names(stale)}: for ${seconds(Math.max(...stale.map(age)))}` };
+  const agents = [...store.agents.values()];
+  const silent = agents.filter((agent) => age(agent) > STALE_MS);
   if (silent.length) return { level: "warn", word: "Agent silent", why: names(silent) };
-  const refused = [...store.agents.values()].filter((agent) => now - agent.lastRefusedAt < 5000);
+  const refused = agents.filter((agent) => now - agent.lastRefusedAt < 5000);
   if (refused.length) return { level: "warn", word: "Frames refused", why: refusalsOf(store, refused, now) };
-  const { scenario, network } = store.hello;
+  return null;
+}
+
+function allWell({ scenario, network }) {
   return { level: "good", word: "All well", why: scenario && scenario !== network ? `${scenario}, network ${network}` : `network ${network}` };
 }
 
-function names(agents) {
-  const all = agents.map((agent) => agent.name);
+function names(list) {
+  const all = list.map((each) => each.name);
   return all.length > 3 ? `${all.slice(0, 3).join(", ")} and ${all.length - 3} more` : all.join(", ");
 }
 
@@ -34,33 +43,32 @@ function refusalsOf(store, agents, now) {
   return reasons.length ? `${reasons.join(", ")}: ${whose}` : `of ${whose}`;
 }
 
-/** Mean errors against truth, of the list and of the agents alone. */
-function errors(store, hub, time) {
+/** Mean errors against truth, of each list and of the agents alone. */
+function errors(store, hubs, time) {
   const alone = [...store.agents.values()].map((agent) => agent.error.recent(time)).filter(Number.isFinite);
-  const ours = hub ? hub.error.recent(time) : NaN;
-  if (!Number.isFinite(ours) || !alone.length) return [];
-  const mean = alone.reduce((sum, each) => sum + each, 0) / alone.length;
-  return [["error fused / one agent", `${ours.toFixed(2)} / ${mean.toFixed(2)} m`]];
+  if (!alone.length || !hubs.some((hub) => Number.isFinite(hub.error.recent(time)))) return [];
+  const mean = (alone.reduce((sum, each) => sum + each, 0) / alone.length).toFixed(2);
+  return [["error fused / one agent", hubs.map((hub) => `${fixed(hub.error.recent(time), 2)} / ${mean} m`)]];
 }
+
+const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 
 function seconds(ms) {
   return `${Math.round(ms / 1000)} s`;
 }
 
-/** Name and value of what the header says. */
-export function facts(store, hub, time) {
-  const frame = hub?.frames.at(time);
-  const status = hub?.status;
+/** Name and values of what the header says: one value, or one of each hub that is shown. */
+export function facts(store, hubs, time) {
   const alive = [...store.agents.keys()].filter((name) => store.isAlive(name)).length;
-  const refused = status ? status.agents.reduce((sum, agent) => sum + total(agent.refused), 0) : null;
-  const ms = (value) => (value === null || value === undefined ? "–" : value.toFixed(1));
+  const ofEach = (value) => (hubs.length ? hubs.map(value) : ["–"]);
+  const inHub = ({ latency_ms: latency }) => `${fixed(latency.p50 ?? NaN, 1)} / ${fixed(latency.p95 ?? NaN, 1)} ms`;
   return [
-    ["hub", hub?.name ?? "–"],
-    ["objects", frame ? String(frame.n) : "–"],
-    ["agents alive", `${alive} of ${store.agents.size}`],
-    ...errors(store, hub, time),
-    ["time in hub p50 / p95", status ? `${ms(status.latency_ms.p50)} / ${ms(status.latency_ms.p95)} ms` : "–"],
-    ["refused", refused === null ? "–" : String(refused)],
+    [hubs.length > 1 ? "hubs" : "hub", ofEach((hub) => hub.name)],
+    ["objects", ofEach((hub) => String(hub.frames.at(time)?.n ?? "–"))],
+    ["agents alive", [`${alive} of ${store.agents.size}`]],
+    ...errors(store, hubs, time),
+    ["time in hub p50 / p95", ofEach((hub) => (hub.status ? inHub(hub.status) : "–"))],
+    ["refused", ofEach((hub) => (hub.status ? String(hub.status.agents.reduce((sum, agent) => sum + total(agent.refused), 0)) : "–"))],
   ];
 }
 

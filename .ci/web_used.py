@@ -1,0 +1,366 @@
+"""The page of the live view can be used: by mouse, finger and keyboard, without motion, with ten agents, and under attack."""
+
+import json
+import re
+import subprocess
+import time
+
+import zenoh
+from web_network import PATIENCE_S
+from web_shown import NEXT_DRAWING
+from web_sight import contrast, least_difference
+
+MARKUP = '<img src=x onerror="window.attacked=1">'
+MIDDLE = "(() => { const box = document.getElementById('canvas').getBoundingClientRect(); return {x: box.left + box.width / 2, y: box.top + box.height / 2}; })()"
+CAMERA = "window.v2x.state.camera"
+# A second of what is drawn in the colours of flashes: opacity and radius of each ring.
+RINGS = """new Promise((done) => {
+    const seen = [], canvas = CanvasRenderingContext2D.prototype, style = getComputedStyle(document.documentElement);
+    const colours = ['--bad', '--warn'].map((name) => style.getPropertyValue(name).trim().toLowerCase());
+    const {arc, stroke} = canvas;
+    canvas.arc = function (x, y, radius, ...more) { this.lastRadius = radius; return arc.call(this, x, y, radius, ...more); };
+    canvas.stroke = function (...more) {
+        if (colours.includes(this.strokeStyle)) seen.push(`${this.globalAlpha.toFixed(2)} ${this.lastRadius.toFixed(1)}`);
+        return stroke.apply(this, more);
+    };
+    setTimeout(() => { Object.assign(canvas, {arc, stroke}); done(seen); }, 1000);
+})"""
+
+
+def close(value, expected, share=0.03):
+    return abs(value - expected) <= share * abs(expected)
+
+
+def place(browser, selector):
+    """The middle of an element."""
+    at = browser.run(f"(() => {{ const box = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+                     " return {x: box.left + box.width / 2, y: box.top + box.height / 2}; })()")
+    return at["x"], at["y"]
+
+
+# The track that has moved most within half a second, in metres: the picture may be fitted anew meanwhile.
+FASTEST = """new Promise((done) => {
+    const places = () => new Map(window.v2x.shown[0].tracks.map((track, k) => {
+        const {x, y} = window.v2x.placeOf(k), {camera} = window.v2x.state, {clientWidth, clientHeight} = document.getElementById('canvas');
+        return [track, {x: camera.x + (x - clientWidth / 2) / camera.scale, y: camera.y - (y - clientHeight / 2) / camera.scale}];
+    }));
+    const before = places();
+    setTimeout(() => {
+        const moved = [...places()].map(([track, p]) => [Math.hypot(p.x - (before.get(track)?.x ?? p.x), p.y - (before.get(track)?.y ?? p.y)), track]);
+        done(moved.sort((one, other) => other[0] - one[0])[0][1]);
+    }, 500);
+})"""
+
+
+def check_press(browser):
+    """A button that is held while the panel gets its next values is pressed all the same."""
+    x, y = place(browser, "[data-agent=ego]")
+    browser.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+    browser.run("new Promise((done) => setTimeout(done, 700))")
+    browser.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1)
+    browser.wait("window.v2x.state.selection?.agent === 'ego'", "a selected agent", 5)
+
+
+def follow_fastest(browser):
+    """Follows the fastest object; its track once the camera has moved a metre, None where that takes long."""
+    browser.key("Escape")
+    fastest = browser.run(FASTEST)
+    n_objects = browser.run("window.v2x.shown[0].objects")
+    for _ in range(2 * n_objects):
+        browser.key("n", "n")
+        if browser.run("window.v2x.state.selection?.track") == fastest:
+            break
+    else:
+        return None
+    browser.key("f", "f")
+    browser.wait("window.v2x.state.following", "following by the key f", 5)
+    before = browser.run(CAMERA)
+    return browser.run(f"""new Promise((done) => {{
+        const end = performance.now() + 1500, look = () => {{
+            const c = {CAMERA}, hasMoved = Math.hypot(c.x - {before['x']}, c.y - {before['y']}) > 1;
+            if (hasMoved || performance.now() > end) done(hasMoved ? {json.dumps(fastest)} : null); else setTimeout(look, 20);
+        }};
+        look();
+    }})""")
+
+
+def check_follow(browser):
+    """What is followed stays in the middle while it moves; a drag ends that."""
+    browser.key("0", "0")
+    end, track = time.monotonic() + PATIENCE_S, None
+    # What moves now may stop, or be lost.
+    while track is None:
+        assert time.monotonic() < end, "the camera follows nothing"
+        track = follow_fastest(browser)
+    off = browser.run(f"(() => {{ const k = window.v2x.shown[0].tracks.indexOf('{track}'), p = window.v2x.placeOf(k), c = document.getElementById('canvas');"
+                      " return Math.hypot(p.x - c.clientWidth / 2, p.y - c.clientHeight / 2); })()")
+    assert off < 1, f"what is followed is {off} pixels from the middle"
+    middle = browser.run(MIDDLE)
+    browser.drag(middle["x"] + 60, middle["y"] + 60, 40, 0)
+    assert not browser.run("window.v2x.state.following"), "a drag does not end following"
+    browser.key("Escape")
+    browser.key("0", "0")
+
+
+def check_touch(browser):
+    """Two fingers zoom about the point between them, one moves the map, a tap selects."""
+    browser.size(400, 860)
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    browser.run("scrollTo(0, 0)")
+    browser.key(" ", " ")
+    browser.wait("window.v2x.state.paused && innerWidth === 400", "a paused telephone")
+    browser.key("0", "0")
+    browser.run(NEXT_DRAWING)
+    middle, before = browser.run(MIDDLE), browser.run(CAMERA)
+    x, y = middle["x"] + 40, middle["y"] - 30
+    spread = [[(x - r, y), (x + r, y)] for r in (30, 45, 60)]
+    browser.touch(*spread)
+    browser.run(NEXT_DRAWING)
+    zoomed = browser.run(CAMERA)
+    assert close(zoomed["scale"], 2 * before["scale"]), (before, zoomed)
+    # The point of the map between the fingers: 40 pixels right of the middle and 30 above it, before and after.
+    for axis, pixels in (("x", 40), ("y", 30)):
+        point = [camera[axis] + pixels / camera["scale"] for camera in (before, zoomed)]
+        assert abs(point[0] - point[1]) * zoomed["scale"] < 2, (axis, point)
+    browser.touch([(x, y)], [(x - 20, y)], [(x - 50, y + 40)])
+    browser.run(NEXT_DRAWING)
+    moved = browser.run(CAMERA)
+    assert moved["scale"] == zoomed["scale"], "one finger zooms"
+    assert close((moved["x"] - zoomed["x"]) * moved["scale"], 50) and close((moved["y"] - zoomed["y"]) * moved["scale"], 40), (zoomed, moved)
+    browser.key("0", "0")
+    browser.run(NEXT_DRAWING)
+    agent = browser.run("window.v2x.agentPlaces.find((each) => each.name === 'rsu')")
+    canvas = browser.run("(() => { const box = document.getElementById('canvas').getBoundingClientRect(); return {x: box.left, y: box.top}; })()")
+    browser.touch([(canvas["x"] + agent["x"], canvas["y"] + agent["y"])])
+    browser.wait("window.v2x.state.selection?.agent === 'rsu'", "a selection by a tap")
+    browser.key("Escape")
+    browser.key("l", "l")
+
+
+def readout(browser):
+    """Caption, seconds ago and values of what is read out of a chart."""
+    return browser.run("""(() => {
+        const root = document.getElementById('readout');
+        if (root.hidden) return null;
+        const rows = [...root.querySelectorAll('tr')].map((row) => [row.cells[0].lastChild.textContent, Number(row.cells[1].textContent)]);
+        const box = root.getBoundingClientRect();
+        return {text: root.innerText, ago: Number(/([\\d.]+) s ago/.exec(root.innerText)?.[1]), values: Object.fromEntries(rows),
+                isInside: box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight};
+    })()""")
+
+
+def chart_place(browser, number, share):
+    """A point of a chart, so far from its left edge."""
+    browser.run(f"document.querySelectorAll('#charts canvas')[{number}].scrollIntoView({{block: 'center'}})")
+    box = browser.run(f"(() => {{ const b = document.querySelectorAll('#charts canvas')[{number}].getBoundingClientRect();"
+                      " return {x: b.left, y: b.top, width: b.width, height: b.height}; })()")
+    return box["x"] + share * box["width"], box["y"] + box["height"] / 2
+
+
+def check_charts_by_touch(browser):
+    """A tap on a chart shows values until the next tap elsewhere. Leaves the telephone."""
+    browser.touch([chart_place(browser, 3, 0.98)])
+    browser.run(NEXT_DRAWING)
+    read = readout(browser)
+    assert read and read["isInside"] and set(read["values"]) == {"ego", "rsu"}, read
+    browser.run("scrollTo(0, 0)")
+    middle = browser.run(MIDDLE)
+    browser.touch([(middle["x"], middle["y"])])
+    assert readout(browser) is None, "values stay after a tap elsewhere"
+    browser.key("Escape")
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    browser.size(1280, 800)
+
+
+def check_charts(browser):
+    """The pointer reads the values of its moment, and so do the arrow keys."""
+    browser.point(*chart_place(browser, 3, 0.97))
+    browser.wait("[...document.querySelectorAll('#readout td:last-child')].every((each) => Number.isFinite(Number(each.textContent)))", "rates")
+    browser.point(*chart_place(browser, 3, 0.985))
+    near = readout(browser)
+    assert near and near["isInside"] and near["text"].startswith("Rate, Hz"), near
+    assert set(near["values"]) == {"ego", "rsu"} and all(7 <= rate <= 13 for rate in near["values"].values()), near
+    browser.point(*chart_place(browser, 3, 0.97))
+    farther = readout(browser)
+    # The chart is a minute wide.
+    assert abs(farther["ago"] - near["ago"] - 0.9) < 0.4, (near, farther)
+    # A click there shows that moment on the map.
+    browser.click(*chart_place(browser, 3, 0.97))
+    browser.wait("window.v2x.state.paused", "a pause by a click on a chart")
+    back = browser.wait("-Number(document.getElementById('clock').textContent.replace('−', '-').replace(' s', ''))", "the moment that is shown")
+    assert abs(back - readout(browser)["ago"]) < 0.8, (back, readout(browser))
+    browser.key("l", "l")
+    browser.point(*chart_place(browser, 2, 0.97))
+    error = readout(browser)["values"]
+    assert 0 < error["fused"] < min(error["ego"], error["rsu"]), error
+    middle = browser.run(MIDDLE)
+    browser.point(middle["x"], middle["y"])
+    assert readout(browser) is None, "values stay when the pointer has left"
+    browser.run("document.querySelectorAll('#charts canvas')[1].focus({focusVisible: true})")
+    browser.key("ArrowLeft")
+    first = readout(browser)
+    browser.key("ArrowLeft")
+    second = readout(browser)
+    assert second["text"].startswith("Age of information") and abs(second["ago"] - first["ago"] - 0.25) < 0.06, (first, second)
+    assert not browser.run("window.v2x.state.paused"), "a key for a chart moved the page through time"
+    browser.key("Escape")
+    assert readout(browser) is None, "values stay after Escape"
+    browser.run("document.activeElement.blur()")
+
+
+def check_motion(browser):
+    """Rings of refused frames fade; where the system asks for less motion they stand still."""
+    assert len(set(browser.run(RINGS))) > 3, "rings do not move"
+    browser.media(prefers_reduced_motion="reduce")
+    still = set(browser.run(RINGS))
+    # Late ones and refused ones.
+    assert still and still <= {"0.80 15.0", "1.00 15.0"}, f"rings move though no motion is wanted: {sorted(still)[:9]}"
+    browser.media()
+
+
+def check_two_hubs(browser, network, free_port, folder):
+    """A second hub that joins the first is shown beside it, in the header too; when it has left, that is said, and it is forgotten."""
+    network.start("nms", "hub", "--id", "nms", "--listen", f"tcp/127.0.0.1:{free_port()}", "--connect", network.endpoint,
+                  "--config", str(network.folder / "nms.toml"))
+    browser.wait("window.v2x.shown.length === 2 && window.v2x.shown[1].objects > 5", "two hubs side by side")
+    header = browser.wait("""(() => {
+        const facts = [...document.querySelectorAll('#facts div')].map((each) => [...each.children].map((child) => child.textContent));
+        return facts[0][0] === 'hubs' && facts.every((each) => !each.includes('–')) && Object.fromEntries(facts.map(([name, ...values]) => [name, values]));
+    })()""", "both hubs in the header")
+    assert header["hubs"] == ["hub", "nms"] == browser.run("window.v2x.shown.map((each) => each.hub)"), header
+    for fact in ("objects", "error fused / one agent", "time in hub p50 / p95", "refused"):
+        assert len(header[fact]) == 2, header
+    if folder:
+        for width, height in ((400, 860), (1920, 1080)):
+            browser.size(width, height)
+            browser.run("new Promise((done) => setTimeout(done, 2500))")
+            browser.picture(folder / f"view-two-hubs-{width}.png", captureBeyondViewport=width < 820)
+        browser.size(1280, 800)
+        browser.run(NEXT_DRAWING)
+    browser.key(" ", " ")
+    canvas = browser.run("(() => { const box = document.getElementById('canvas').getBoundingClientRect(); return {x: box.left, y: box.top}; })()")
+    for k in range(browser.run("window.v2x.shown[1].objects")):
+        at = browser.run(f"window.v2x.placeOf({k}, 1)")
+        browser.click(canvas["x"] + at["x"], canvas["y"] + at["y"])
+        if browser.run("window.v2x.state.selection?.hub") == "nms":
+            break
+    else:
+        raise AssertionError("no object of the second hub could be selected")
+    browser.key("l", "l")
+    network.end("nms")
+    browser.wait("window.v2x.shown.length === 1", "one hub again")
+    said = browser.wait("/Hub gone.*/.exec(document.getElementById('selected').innerText)?.[0]", "that the selected object's hub is gone")
+    assert "nms" in said, said
+    options = browser.run("[...document.getElementById('hub-left').options].map((option) => option.text)")
+    assert options == ["hub", "nms (gone)"], options
+    # As if a minute had passed: then nothing of it is left to be looked at.
+    browser.run("(() => { const now = performance.now.bind(performance); performance.now = () => now() + 61_000; })()")
+    browser.wait("window.v2x.state.hubs.join() === 'hub' && document.getElementById('hubs').hidden", "a hub that is forgotten")
+    browser.open(network.url)
+    browser.wait("window.v2x.shown.length === 1 && window.v2x.shown[0].objects > 5", "the page once more")
+
+
+def check_markup(browser, network):
+    """Whatever an agent writes into names, classes and numbers is text on the page."""
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", json.dumps([network.endpoint]))
+    frame = lambda at, name: json.dumps({"captured_at": at, "detections": [{"class": name, "x": 300, "y": 300}]})
+    with zenoh.open(config) as session:
+        token = session.liveliness().declare_token(f"v2x/demo/agent/{MARKUP}/alive")
+        end, said = time.monotonic() + PATIENCE_S, ""
+        # A reason of refusal, a class without a table, and a name that is not valid.
+        while not all(word in said for word in ("newest refusal", "no table knows", "is not used")):
+            assert time.monotonic() < end, said
+            for at, name in ((MARKUP, "car"), (time.time_ns() // 1000, MARKUP)):
+                session.put("v2x/demo/agent/attacker/detections", frame(at, name))
+            session.put(f"v2x/demo/agent/{MARKUP}/detections", frame(0, "car"))
+            browser.run("document.querySelector('[data-agent=attacker]')?.click()")
+            browser.run("new Promise((done) => setTimeout(done, 100))")
+            said = browser.run("document.querySelector('aside').innerText")
+        token.undeclare()
+    assert said.count(MARKUP) + said.count(MARKUP.replace('"', '\\"')) >= 3, said
+    assert browser.run("document.querySelectorAll('img').length === 0 && window.attacked === undefined"), "a name became an element"
+
+
+def marks(browser, selector, name):
+    """Colour, shape and number of each agent in a part of the page."""
+    return browser.run(f"""Object.fromEntries([...document.querySelectorAll({json.dumps(selector)})].map((row) => {{
+        const mark = row.querySelector('.mark');
+        return [row.querySelector({json.dumps(name)}).lastChild.textContent, [mark.dataset.colour, mark.dataset.shape, mark.textContent]];
+    }}))""")
+
+
+# Whether the canvas has each agent's colour where its mark is, and how much of the canvas is empty ground.
+PIXELS = """(() => {
+    const canvas = document.getElementById('canvas'), context = canvas.getContext('2d'), ratio = canvas.width / canvas.clientWidth;
+    const number = (colour) => parseInt(colour.trim().slice(1), 16);
+    const ground = number(getComputedStyle(document.documentElement).getPropertyValue('--ground'));
+    const {data, width} = context.getImageData(0, 0, canvas.width, canvas.height);
+    const at = (x, y) => { const k = 4 * (Math.round(y * ratio) * width + Math.round(x * ratio)); return (data[k] << 16) | (data[k + 1] << 8) | data[k + 2]; };
+    const around = [[-5, -3], [5, -3], [-5, 4], [5, 4], [0, -6], [0, 6]];
+    let empty = 0;
+    for (let k = 0; k < data.length; k += 4) empty += ((data[k] << 16) | (data[k + 1] << 8) | data[k + 2]) === ground;
+    const marked = window.v2x.agentPlaces.filter(({x, y, colour}) => around.some(([dx, dy]) => at(x + dx, y + dy) === number(colour)));
+    return {empty: empty / (data.length / 4), marked: marked.map((each) => each.name)};
+})()"""
+
+
+def check_ten_agents(browser, v2x, folder, screenshots):
+    """Ten agents are told apart in the map, the list and the charts, by colour alone or without any, in light and dark."""
+    with open(folder / "ten.log", "w") as log:
+        process = subprocess.Popen([v2x, "up", "ten-agents", "--web", "0", "--listen", "tcp/127.0.0.1:0"], stderr=log, cwd=folder)
+    try:
+        while not (found := re.search(r"http://\S+", (folder / "ten.log").read_text())):
+            assert process.poll() is None, (folder / "ten.log").read_text()
+            time.sleep(0.05)
+        browser.open(found[0])
+        browser.wait("window.v2x.agentPlaces.length === 10 && document.querySelectorAll('.agent').length === 10", "ten agents")
+        for scheme in ("light", "dark"):
+            browser.media(prefers_color_scheme=scheme)
+            browser.run(NEXT_DRAWING)
+            check_marks(browser, scheme)
+        browser.media(prefers_color_scheme="light")
+        browser.point(1, 1)
+        browser.run(NEXT_DRAWING)
+        bare = browser.run(PIXELS)["empty"]
+        assert bare > 0.65, f"only {100 * bare:.0f} % of the ground is seen"
+        browser.point(*place(browser, "[data-agent=rsu-ne]"))
+        browser.run(NEXT_DRAWING)
+        assert browser.run(PIXELS)["empty"] < bare - 0.05, "the field of view of the agent that is pointed at is not filled"
+        browser.point(*chart_place(browser, 3, 0.98))
+        assert len(readout(browser)["values"]) == 10, readout(browser)
+        if screenshots:
+            browser.size(1920, 1080)
+            browser.run("new Promise((done) => setTimeout(done, 3000))")
+            browser.picture(screenshots / "view-ten-agents.png")
+            browser.size(1280, 800)
+    finally:
+        process.terminate()
+        process.wait(timeout=PATIENCE_S)
+
+
+def check_marks(browser, scheme):
+    listed = browser.wait(f"""(() => {{
+        const marks = [...document.querySelectorAll('.agent')].map((row) => [row.dataset.agent, row.querySelector('.mark').dataset.colour]);
+        const drawn = Object.fromEntries(window.v2x.agentPlaces.map((each) => [each.name, each.colour]));
+        return marks.every(([name, colour]) => drawn[name] === colour) && matchMedia('(prefers-color-scheme: {scheme})').matches && marks.length;
+    }})()""", "the same colours in list and map")
+    assert listed == 10, listed
+    listed = marks(browser, ".agent", "b")
+    assert len({(colour, shape) for colour, shape, _ in listed.values()}) == 10, f"two agents have one mark: {listed}"
+    assert sorted(int(number) for _, _, number in listed.values()) == list(range(1, 11)), listed
+    drawn = {each["name"]: [each["colour"], each["shape"], each["text"]] for each in browser.run("window.v2x.agentPlaces")}
+    assert drawn == listed, (drawn, listed)
+    # Others may stand before a mark.
+    seen = browser.run(PIXELS)["marked"]
+    assert len(seen) >= 7, f"only {seen} have their colour on the map"
+    browser.point(*chart_place(browser, 3, 0.98))
+    assert marks(browser, "#readout tr", "td") == listed, "a chart has other marks"
+    named = "['--truth', '--ours', '--ground'].map((name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim())"
+    truth, ours, ground = browser.run(named)
+    colours = {colour for colour, _, _ in listed.values()}
+    difference = least_difference([truth, ours, *sorted(colours)])
+    # Twice as much as two colours beside each other need to be told apart; these are thin lines.
+    assert difference[0] > 8, f"{scheme}: {difference}"
+    assert min(contrast(colour, ground) for colour in colours) > 2, scheme
