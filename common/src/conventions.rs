@@ -131,7 +131,7 @@ impl Conventions {
     pub fn convert(&self, frame: &mut DetectionFrame) -> Result<(), MissingPose> {
         let conversion = self.conversion(frame.sensor_pose)?;
         frame.sensor_pose = conversion.sensor_pose();
-        frame.captured_at = frame.captured_at + self.time_offset;
+        frame.captured_at += self.time_offset;
         for detection in &mut frame.detections {
             let Detection { bev, covariance, .. } = detection;
             (bev.w, bev.d) = conversion.sizes(bev.w, bev.d);
