@@ -114,3 +114,42 @@ fn an_agent_at_the_other_end_of_the_world_does_not_silence_others() {
     let mut bytes = Vec::new();
     assert_eq!(v2x_common::wire::fused::encode(&fused, &mut bytes), Ok(()));
 }
+
+/// The ids of three cars at 8 m/s before and after a while in which the hub did not run.
+fn ids_around_a_gap(is_told: bool) -> [Vec<v2x_common::id::TrackId>; 2] {
+    let mut engine = engine();
+    let mut ids: Vec<Vec<_>> = Vec::new();
+    let mut second_of = |engine: &mut Engine, from_ms: i64| {
+        for ms in (from_ms..from_ms + 1000).step_by(100) {
+            let detections = (0..3).map(|object| {
+                let mut detection = detection(object, at(0), (0.0, 0.0));
+                detection.bev.x += 0.008 * ms as f64;
+                detection
+            });
+            let sequence = u64::try_from(ms).expect("test input");
+            engine.handle_frame(&frame(agent("rsu"), sequence, ms, detections.collect()), at(ms));
+            let list = engine.fused(at(ms));
+            ids.push(list.objects.iter().map(|object| object.track).collect());
+        }
+    };
+    second_of(&mut engine, 0);
+    second_of(&mut engine, 1000);
+    if is_told {
+        engine.note_held_up(at(6_900), v2x_common::time::Span::from_millis(5_000));
+    }
+    // As a hub does that goes on: its list is due first.
+    engine.fused(at(6_900));
+    second_of(&mut engine, 7_000);
+    let (last, before) = (ids.pop().expect("lists"), ids[19].clone());
+    [before, last]
+}
+
+#[test]
+fn objects_keep_their_ids_over_five_seconds_in_which_the_hub_was_stopped() {
+    let [mut before, mut after] = ids_around_a_gap(true);
+    before.sort_unstable();
+    after.sort_unstable();
+    assert_eq!((before.len(), &before), (3, &after));
+    let [before, after] = ids_around_a_gap(false);
+    assert!(before.iter().all(|id| !after.contains(id)), "a while without detections is another thing");
+}

@@ -78,6 +78,13 @@ pub enum Call<'a> {
         /// How far it is ahead of the hub's timeline since then.
         step: Span,
     },
+    /// The hub did not run for a while, as one that is stopped by a signal.
+    HeldUp {
+        /// It runs again since then.
+        now: Timestamp,
+        /// For so long.
+        lasted: Span,
+    },
 }
 
 /// Where a journal starts: what the core is at that moment.
@@ -169,6 +176,7 @@ mod tests {
             Item::Call(Call::QueueFull { agent, count: 3 }),
             Item::Call(Call::Fused { now }),
             Item::Call(Call::Lagged { now }),
+            Item::Call(Call::HeldUp { now, lasted: Span::from_millis(5) }),
             Item::Call(Call::ClockStep { step: Span::from_millis(-5) }),
         ]
     }

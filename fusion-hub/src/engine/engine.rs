@@ -13,6 +13,7 @@ use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
 use crate::values::{PoseErrors, Saved, SensingDefaults, SensorModel, StateError, saved};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
@@ -53,13 +54,28 @@ pub struct Engine {
     /// The newest time that any call named.
     now: Timestamp,
     maintained_at: Timestamp,
+    /// Not long ago it did not run for a while.
+    held_up: Option<HeldUp>,
     pending: Vec<Inclusion>,
     outputs: Outputs,
     spare_objects: Vec<FusedObject>,
 }
 
+/// A while in which the hub did not run.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct HeldUp {
+    lasted: Span,
+    /// Tracks of before are kept until then.
+    until: Timestamp,
+}
+
+/// After that the world is another one.
+const HELD_UP_AT_MOST: Span = Span::from_millis(30_000);
+/// What is still there is reported again within this time.
+const REPORTED_AGAIN_WITHIN: Span = Span::from_millis(1_500);
+
 saved!([] Engine, saved {
-    admission, agents, history, registrar, sieve, now, maintained_at, pending, outputs, method
+    admission, agents, history, registrar, sieve, now, maintained_at, held_up, pending, outputs, method
 }, made_anew { config, undescribed, assumed, corrected, spare_objects });
 
 impl Saved for Box<dyn FusionMethod> {
@@ -153,6 +169,7 @@ impl Engine {
             corrected: None,
             now: Timestamp::MIN,
             maintained_at: Timestamp::MIN,
+            held_up: None,
             pending: Vec::new(),
             outputs: Outputs::new(&config),
             spare_objects: Vec::new(),
@@ -217,6 +234,13 @@ impl Engine {
         if let Some((_, record)) = self.agents.heard(agent, self.now) {
             record.statistics.unmapped_classes.merge(names);
         }
+    }
+
+    /// The hub did not run for a while until `now`, and nothing of that while was taken in: tracks are kept until agents had
+    /// time to report what is still there.
+    pub fn note_held_up(&mut self, now: Timestamp, lasted: Span) {
+        let lasted = lasted.min(HELD_UP_AT_MOST);
+        self.held_up = Some(HeldUp { lasted, until: now + REPORTED_AGAIN_WITHIN });
     }
 
     /// The clock of the hub's system was set: it is so far ahead of the hub's own timeline, which nobody sets. Agents on the same
@@ -366,7 +390,9 @@ impl Engine {
     /// Replays late data, and forgets what can no longer matter.
     fn maintain(&mut self, slack: Span) {
         self.maintained_at = self.now;
-        let horizon = Horizon { at: self.history.begins(self.now), slack };
+        let held_up = self.held_up.filter(|held_up| self.now <= held_up.until);
+        let more = held_up.map_or(Span::ZERO, |held_up| held_up.lasted);
+        let horizon = Horizon { at: self.history.begins(self.now) - more, slack };
         self.method.maintain(self.now, &horizon, self.agents.names());
         self.history.forget_before(&horizon);
     }

@@ -155,6 +155,11 @@ impl Core {
         self.engine.note_clock_step(step);
     }
 
+    /// The hub did not run for a while until `now`.
+    pub fn note_held_up(&mut self, now: Timestamp, lasted: Span) {
+        self.engine.note_held_up(now, lasted);
+    }
+
     /// The list as of `now`.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
         self.engine.fused(now)
@@ -182,6 +187,10 @@ impl Core {
             }
             Call::Fused { now } => Some(self.fused(*now)),
             Call::Lagged { now } => self.lagged(*now),
+            Call::HeldUp { now, lasted } => {
+                self.note_held_up(*now, *lasted);
+                None
+            }
             Call::ClockStep { step } => {
                 self.note_clock_step(*step);
                 None

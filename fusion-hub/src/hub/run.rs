@@ -34,6 +34,8 @@ use zenoh::query::Query;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
+/// A hub whose loop takes no step for so long did not run: it takes one a second by itself.
+const HELD_UP: Span = Span::from_millis(2_000);
 /// A step of the system's clock from which on it is one; less is how exactly two clocks are read.
 const CLOCK_STEP_NOTED: Span = Span::from_millis(20);
 /// A list that is due waits for so long at most for the frames that are there.
@@ -103,6 +105,8 @@ struct Hub {
     started_at: Timestamp,
     /// How far the system's clock is ahead of the hub's timeline.
     clock_step: Span,
+    /// When its loop took its last step.
+    ran_at: Timestamp,
     objects: usize,
     frames_published: u64,
     publish_errors: u64,
@@ -145,6 +149,7 @@ impl Hub {
             locators: session::locators(session).await,
             started_at,
             clock_step: Span::ZERO,
+            ran_at: started_at,
             objects: 0,
             frames_published: 0,
             publish_errors: 0,
@@ -194,6 +199,7 @@ impl Hub {
 
     /// Takes in what waits: a frame or something else, whose turn it is.
     async fn handle_next(&mut self) {
+        self.check_held_up();
         let begun_at = clock::now();
         let Network { frames, control, .. } = &self.network;
         let Some(turn) = self.turns.next(frames.len() > 0, !control.is_empty()) else { return };
@@ -212,6 +218,19 @@ impl Hub {
         if self.journal.is_full() {
             self.journal.flush().await;
         }
+    }
+
+    /// Whether the hub did not run for a while, stopped by a signal or by a system that has no time for it.
+    fn check_held_up(&mut self) {
+        let now = clock::now();
+        let lasted = now - self.ran_at;
+        self.ran_at = now;
+        if lasted < HELD_UP {
+            return;
+        }
+        tracing::warn!("this hub did not run for {:.1} s; it goes on with its objects", lasted.as_secs_f64());
+        self.journal.note(&Call::HeldUp { now, lasted });
+        self.core.note_held_up(now, lasted);
     }
 
     /// Whether somebody has set the system's clock. The hub's own timeline goes on.
@@ -233,6 +252,7 @@ impl Hub {
 
     /// Counts the frames for which there was no time, and warns of agents that are refused.
     async fn check(&mut self) {
+        self.check_held_up();
         for (agent, count) in self.network.frames.take_dropped() {
             self.journal.note(&Call::QueueFull { agent, count });
             self.core.note_queue_full(agent, count);
@@ -282,6 +302,7 @@ impl Hub {
     }
 
     async fn publish(&mut self) {
+        self.check_held_up();
         self.check_clock();
         let is_behind = self.network.frames.len() > 0;
         let begun_at = clock::now();
