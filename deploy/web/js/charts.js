@@ -27,7 +27,8 @@ const ofHubs = (series, what) => ({ shown }) =>
 /** Counts of an agent a second, over a second; nothing before it was there and while the page was paused. */
 const perSecond = (series, agent, { store, time, back }) => {
   if (!(time - (back + RATE_STEPS) * STEP_MS > agent.since)) return NaN;
-  if (store.wasPausedAt(time - back * STEP_MS) || store.wasPausedAt(time - (back + RATE_STEPS) * STEP_MS)) return NaN;
+  const end = (Math.floor(time / STEP_MS) - back + 1) * STEP_MS;
+  if (store.wasPausedBetween(end - RATE_STEPS * STEP_MS, end)) return NaN;
   let sum = 0;
   for (let k = 0; series && k < RATE_STEPS; k += 1) sum += series.perSecond(time, back + k);
   return sum / RATE_STEPS;

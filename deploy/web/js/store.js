@@ -116,8 +116,9 @@ export class Store {
     this.paused = false;
   }
 
-  wasPausedAt(time) {
-    return this.#pauses.some(([begin, end]) => time >= begin && time < end);
+  /** Whether nothing was noted for a part of a span of time, ms. */
+  wasPausedBetween(from, to) {
+    return this.#pauses.some(([begin, end]) => begin < to && end > from);
   }
 
   _hello(message) {
