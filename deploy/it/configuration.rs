@@ -203,8 +203,37 @@ fn every_key_of_a_scenario_is_on_the_page() -> anyhow::Result<()> {
         all.extend(variants(&block(name)?)?.iter().map(|table| with_agents(&whole, name, table)));
     }
     all.push(at_highway(&whole, &parse(&block("highway")?)?));
+    all.extend(variants(&block("trajectories")?)?.iter().map(|table| on_the_road(&whole, table)));
     // A scenario does not read the hub's table.
     assert_complete(&all, "hub", |table| read_scenario(table).map(|_| ()))
+}
+
+/// The scenario with recorded traffic, whose agent rides on one of its objects; the paths of its files lead to real ones.
+fn on_the_road(scenario: &Table, block: &Table) -> Table {
+    let mut world = block.clone();
+    let mut roads = world.remove("world").and_then(|inner| inner.get("road").cloned());
+    for road in roads.iter_mut().filter_map(Value::as_array_mut).flatten().filter_map(Value::as_table_mut) {
+        // These are of lines only.
+        if road.contains_key("polygon") {
+            road.retain(|key, _| key == "polygon");
+        }
+    }
+    world.extend(roads.map(|roads| ("road".to_owned(), roads)));
+    let file = |name: &str| Value::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../").to_owned() + name);
+    world.insert("file".to_owned(), file("deploy/examples/recorded/junction.csv"));
+    if world.contains_key("vtypes") {
+        world.insert("vtypes".to_owned(), file("deploy/examples/sumo/demand.rou.xml"));
+    }
+    world.remove("scene");
+    let mut scenario = scenario.clone();
+    scenario.remove("loop_s");
+    scenario.insert("world".to_owned(), Value::Table(world));
+    let agents = scenario.get_mut("agents").and_then(Value::as_array_mut);
+    for agent in agents.into_iter().flatten().filter_map(Value::as_table_mut) {
+        agent.remove("route");
+        agent.insert("ride".to_owned(), Value::from("veh5"));
+    }
+    scenario
 }
 
 /// The scenario in another world, on one of its routes.

@@ -41,7 +41,8 @@ impl Files {
         let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-        let mut names: Vec<_> = names.filter(|name| name.ends_with(".csv") || name.ends_with(".xml")).collect();
+        let mut names: Vec<_> =
+            names.filter(|name| name.ends_with(".csv") || name.ends_with(".xml")).collect();
         names.sort_unstable();
         names.truncate(8);
         if names.is_empty() { "none there".to_owned() } else { names.join(", ") }
@@ -75,14 +76,18 @@ fn refused(path: &Path, cause: TrafficError) -> ScenarioError {
     ScenarioError::Traffic { path: path.to_owned(), cause: Box::new(cause) }
 }
 
-/// A scenario's text in which the files of the world have other paths; as it is where it names none.
-pub fn with_paths(text: &str, path_of: impl Fn(&str) -> Option<PathBuf>) -> String {
+/// A scenario's text in which the files of the world have other paths, by their keys and present ones; as it is where it
+/// names none.
+pub fn with_paths(text: &str, path_of: impl Fn(&str, &str) -> Option<PathBuf>) -> String {
     let mut text = text.to_owned();
     for key in KEYS {
         let value = text.parse::<toml::Table>().ok().and_then(|table| {
-            table.get("world")?.get(key)?.as_str().and_then(&path_of)
+            let file = table.get("world")?.get(key)?.as_str()?;
+            path_of(key, file)
         });
-        let (Some(path), Some(span)) = (value, place::span_of(&text, &format!("world.{key}"))) else { continue };
+        let (Some(path), Some(span)) = (value, place::span_of(&text, &format!("world.{key}"))) else {
+            continue;
+        };
         // JSON writes a text with the same escapes as TOML.
         text.replace_range(span, &serde_json::Value::from(path.display().to_string()).to_string());
     }
@@ -96,10 +101,13 @@ mod tests {
     #[test]
     fn a_path_is_replaced_and_all_else_stays_as_it_was() {
         let text = "[world] # of mine\nfile = \"a.csv\" # recorded\n";
-        let moved = with_paths(text, |file| Some(Path::new("/runs \"1\"").join(file)));
+        let moved = with_paths(text, |_, file| Some(Path::new("/runs \"1\"").join(file)));
         let table: toml::Table = moved.parse().unwrap();
         assert_eq!(table["world"]["file"].as_str(), Some("/runs \"1\"/a.csv"));
         assert!(moved.starts_with("[world] # of mine\n") && moved.ends_with(" # recorded\n"), "{moved}");
-        assert_eq!(with_paths("[world]\nkind = \"crossing\"\n", |_| None), "[world]\nkind = \"crossing\"\n");
+        assert_eq!(
+            with_paths("[world]\nkind = \"crossing\"\n", |_, _| None),
+            "[world]\nkind = \"crossing\"\n"
+        );
     }
 }

@@ -15,4 +15,6 @@ pub use error::{Origin, ScenarioError};
 pub use files::{Files, with_paths};
 
 #[cfg(test)]
+mod recorded_tests;
+#[cfg(test)]
 mod tests;

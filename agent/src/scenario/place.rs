@@ -38,7 +38,8 @@ pub(super) fn line_and_column(text: &str, path: &str) -> Option<(usize, usize)> 
 mod tests {
     use super::*;
 
-    const TEXT: &str = "name = \"a\"\n[world]\nkind = \"b\"\n[[agents]]\nid = \"x\"\n[[agents]]\nlink = { loss = 7 }\n";
+    const TEXT: &str =
+        "name = \"a\"\n[world]\nkind = \"b\"\n[[agents]]\nid = \"x\"\n[[agents]]\nlink = { loss = 7 }\n";
 
     #[test]
     fn a_value_is_found_by_its_path_and_a_missing_one_by_what_it_is_missing_in() {

@@ -181,7 +181,9 @@ impl Sensor {
     pub fn observe(&self, sequence: u64) -> Observation {
         let mut objects = Vec::new();
         self.objects_at_capture(sequence, &mut objects);
-        let Some(pose) = self.estimated_pose(sequence) else { return self.observation(sequence, None, Vec::new()) };
+        let Some(pose) = self.estimated_pose(sequence) else {
+            return self.observation(sequence, None, Vec::new());
+        };
         let mut detected = if let Some(detector) = self.detector() {
             self.profiled_detections((&detector, &objects), &pose, sequence)
         } else {
@@ -198,7 +200,12 @@ impl Sensor {
         self.observation(sequence, Some(pose.estimate), detected)
     }
 
-    fn observation(&self, sequence: u64, sensor_pose: Option<Pose>, detected: Vec<Identified>) -> Observation {
+    fn observation(
+        &self,
+        sequence: u64,
+        sensor_pose: Option<Pose>,
+        detected: Vec<Identified>,
+    ) -> Observation {
         let (identities, detections) = detected.into_iter().unzip();
         Observation {
             frame: DetectionFrame {

@@ -182,7 +182,9 @@ impl<'a> Builder<'a> {
         if self.n_rows == 0 {
             let outside = match self.n_outside {
                 0 => String::new(),
-                n => format!(" between from_s and to_s ({n} are outside; times count from the file's first row)"),
+                n => format!(
+                    " between from_s and to_s ({n} are outside; times count from the file's first row)"
+                ),
             };
             return Err(TrafficError::Empty(outside));
         }
@@ -242,8 +244,8 @@ impl<'a> Builder<'a> {
     fn far_origin(&self) -> (f64, f64) {
         let places = || self.drafts.iter().flat_map(|draft| &draft.rows).map(|row| row.pose);
         let middle = |axis: fn(&Pose) -> f64| {
-            let (low, high) =
-                places().fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(axis(&at)), high.max(axis(&at))));
+            let (low, high) = places()
+                .fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(axis(&at)), high.max(axis(&at))));
             f64::midpoint(low, high)
         };
         let (x, y) = (middle(|pose| pose.x), middle(|pose| pose.y));
@@ -310,7 +312,13 @@ impl Draft {
             pose: Pose { x: pose.x - origin.0, y: pose.y - origin.1, yaw: wrap_angle(pose.yaw) },
         };
         let samples = self.rows.iter().zip(poses).map(sample).collect();
-        RecordedObject { name: self.name, class: self.class, w, d, trajectory: Arc::new(Trajectory::new(samples, max_gap)) }
+        RecordedObject {
+            name: self.name,
+            class: self.class,
+            w,
+            d,
+            trajectory: Arc::new(Trajectory::new(samples, max_gap)),
+        }
     }
 }
 
@@ -320,7 +328,9 @@ fn of_data_set(name: &str) -> Option<Class> {
     Some(match folded.as_str() {
         // INTERACTION does not tell them apart.
         "pedestrian/bicycle" => Class::Adult,
-        "default_vehtype" | "passenger" | "private" | "evehicle" | "hov" | "custom1" | "custom2" => Class::Car,
+        "default_vehtype" | "passenger" | "private" | "evehicle" | "hov" | "custom1" | "custom2" => {
+            Class::Car
+        }
         "default_pedtype" => Class::Adult,
         "default_biketype" => Class::Bicycle,
         "default_taxitype" => Class::Car,

@@ -15,10 +15,14 @@ pub enum TrafficError {
     #[error("has no rows{0}")]
     Empty(String),
     /// All rows are of one time.
-    #[error("has one time only: a trajectory needs a place at two times or more (for what stands, repeat its row)")]
+    #[error(
+        "has one time only: a trajectory needs a place at two times or more (for what stands, repeat its row)"
+    )]
     OneTime,
     /// Columns are missing.
-    #[error("line 1: no column {missing}; needed are t, id, class, x, y (optional yaw, w, d); found are {found}")]
+    #[error(
+        "line 1: no column {missing}; needed are t, id, class, x, y (optional yaw, w, d); found are {found}"
+    )]
     MissingColumns {
         /// All missing columns.
         missing: String,
@@ -61,7 +65,9 @@ pub enum TrafficError {
         expected: &'static str,
     },
     /// One object is at two places at one time.
-    #[error("lines {first} and {second}: object {id} has two rows at {t_s} s; one object has one place at a time")]
+    #[error(
+        "lines {first} and {second}: object {id} has two rows at {t_s} s; one object has one place at a time"
+    )]
     Duplicate {
         /// The object.
         id: String,

@@ -30,15 +30,17 @@ pub(super) fn read(input: impl BufRead, options: &ReadOptions) -> Result<Traffic
         match element.name.as_str() {
             ROOT => has_root = true,
             _ if !has_root => {
-                let cause = format!(
-                    "the root is <{}>, expected <{ROOT}> (of sumo --fcd-output FILE)",
-                    element.name
-                );
+                let cause =
+                    format!("the root is <{}>, expected <{ROOT}> (of sumo --fcd-output FILE)", element.name);
                 return Err(TrafficError::Xml { line: element.line, cause });
             }
             "timestep" => {
                 let is_time = |t: f64| (0.0..=9e9).contains(&t);
-                t_s = Some(element.number("time", "a time in s (run sumo without --human-readable-time)", is_time)?);
+                t_s = Some(element.number(
+                    "time",
+                    "a time in s (run sumo without --human-readable-time)",
+                    is_time,
+                )?);
             }
             "vehicle" | "person" | "container" => {
                 let t_s = t_s.ok_or_else(|| TrafficError::Xml {
@@ -55,9 +57,10 @@ pub(super) fn read(input: impl BufRead, options: &ReadOptions) -> Result<Traffic
         builder.remarks.warnings.push("the file ends in the middle; what came before is used".to_owned());
     }
     if degrees.are_likely() {
-        builder.remarks.warnings.push(
-            "x and y look like longitude and latitude: run sumo without --fcd-output.geo".to_owned(),
-        );
+        builder
+            .remarks
+            .warnings
+            .push("x and y look like longitude and latitude: run sumo without --fcd-output.geo".to_owned());
     }
     builder.finish(Format::SumoFcd)
 }

@@ -90,7 +90,8 @@ pub(super) fn warnings(survey: &Survey, format: Format) -> Vec<String> {
     let Survey { n_jumps, fastest_mps, n_single, n_gaps, n_objects, .. } = survey;
     warnings.extend(heading(survey));
     if *n_jumps > 0 {
-        let cause = if format == Format::SumoFcd { "" } else { " (is t in seconds, and are x and y in metres?)" };
+        let cause =
+            if format == Format::SumoFcd { "" } else { " (is t in seconds, and are x and y in metres?)" };
         warnings.push(format!(
             "{n_jumps} jumps: up to {fastest_mps:.0} m/s between two rows of an object{cause}"
         ));
@@ -99,7 +100,9 @@ pub(super) fn warnings(survey: &Survey, format: Format) -> Vec<String> {
         warnings.push(format!("{n_single} of {n_objects} objects have one row only, and are never seen"));
     }
     if *n_gaps > 0 {
-        warnings.push(format!("{n_gaps} gaps in which an object is absent: max_gap_s decides how long a gap may be"));
+        warnings.push(format!(
+            "{n_gaps} gaps in which an object is absent: max_gap_s decides how long a gap may be"
+        ));
     }
     warnings
 }
@@ -113,11 +116,14 @@ fn heading(survey: &Survey) -> Option<String> {
     if mean[0] >= AGREES {
         return None;
     }
-    let best = (1..mean.len()).max_by(|a, b| mean[*a].total_cmp(&mean[*b])).filter(|best| mean[*best] >= AGREES);
+    let best =
+        (1..mean.len()).max_by(|a, b| mean[*a].total_cmp(&mean[*b])).filter(|best| mean[*best] >= AGREES);
     let off_deg = libm::acos(mean[0].clamp(-1.0, 1.0)).to_degrees();
     let what = "the headings disagree with the motion";
     Some(match best {
         Some(best) => format!("{what}; they look like {}", READINGS[best].1),
-        None => format!("{what} by {off_deg:.0}° on average; without a column of headings they are those of the motion"),
+        None => format!(
+            "{what} by {off_deg:.0}° on average; without a column of headings they are those of the motion"
+        ),
     })
 }

@@ -20,7 +20,11 @@ const NAMED: usize = 12;
 const TIME: &str = "a time in s (a column t_ms holds milliseconds)";
 
 /// Reads a table; its separator is the one of its first line.
-pub(super) fn read(input: impl BufRead, delimiter: u8, options: &ReadOptions) -> Result<Traffic, TrafficError> {
+pub(super) fn read(
+    input: impl BufRead,
+    delimiter: u8,
+    options: &ReadOptions,
+) -> Result<Traffic, TrafficError> {
     let mut reader =
         csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).flexible(true).from_reader(input);
     let header = reader.headers()?.clone();
@@ -30,7 +34,13 @@ pub(super) fn read(input: impl BufRead, delimiter: u8, options: &ReadOptions) ->
         let found = header.iter().collect::<Vec<_>>().join(", ");
         return Err(TrafficError::MissingColumns { missing: missing.join(", "), found });
     }
-    let mut rows = Rows { columns: &columns, delimiter, builder: Builder::new(options), other_scenes: Vec::new(), ego: None };
+    let mut rows = Rows {
+        columns: &columns,
+        delimiter,
+        builder: Builder::new(options),
+        other_scenes: Vec::new(),
+        ego: None,
+    };
     rows.builder.ignored(&columns.ignored);
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record)? {
@@ -133,7 +143,12 @@ impl<'a> Cells<'a> {
         }
     }
 
-    fn number(&self, column: Column, expected: &'static str, ok: impl Fn(f64) -> bool) -> Result<f64, TrafficError> {
+    fn number(
+        &self,
+        column: Column,
+        expected: &'static str,
+        ok: impl Fn(f64) -> bool,
+    ) -> Result<f64, TrafficError> {
         let text = self.text(column).unwrap_or_default();
         let number = if self.has_decimal_commas { text.replace(',', ".").parse() } else { text.parse() };
         number.ok().filter(|value| ok(*value)).ok_or_else(|| self.wrong(column, expected))
@@ -175,7 +190,12 @@ impl<'a> Cells<'a> {
             t_s,
             id: self.name(Column::Id, "an id")?,
             kind: Kind::Name(self.name(Column::Class, "a class such as car or vehicle.car")?),
-            at: At { x: self.coordinate(Column::X)?, y: self.coordinate(Column::Y)?, yaw: self.yaw()?, is_front: false },
+            at: At {
+                x: self.coordinate(Column::X)?,
+                y: self.coordinate(Column::Y)?,
+                yaw: self.yaw()?,
+                is_front: false,
+            },
             size: (size(Column::Width)?, size(Column::Depth)?),
         })
     }
@@ -194,7 +214,8 @@ impl<'a> Cells<'a> {
         if let Some(yaw_deg) = angle(Column::YawDegrees, degrees)? {
             return Ok(yaw_deg.to_radians());
         }
-        Ok(angle(Column::Compass, degrees)?.map_or(f64::NAN, |compass_deg| FRAC_PI_2 - compass_deg.to_radians()))
+        Ok(angle(Column::Compass, degrees)?
+            .map_or(f64::NAN, |compass_deg| FRAC_PI_2 - compass_deg.to_radians()))
     }
 
     /// The ego of the laboratory's tables, where it is known.

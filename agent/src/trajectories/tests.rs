@@ -28,7 +28,10 @@ fn a_row_in_any_order_of_columns_is_a_place_of_an_object() {
     let RecordedObject { name, class, w, d, trajectory } = &traffic.objects[0];
     assert_eq!((name.as_str(), *class, *w, *d), ("p 1", Class::Adult, 0.8, 0.9));
     assert_eq!(trajectory.at(Span::ZERO).unwrap().velocity, (4.0, 0.0));
-    assert_eq!((traffic.format, traffic.first_s, traffic.length), (Format::Csv, 10.5, Span::from_millis(500)));
+    assert_eq!(
+        (traffic.format, traffic.first_s, traffic.length),
+        (Format::Csv, 10.5, Span::from_millis(500))
+    );
     assert_eq!(traffic.remarks.notes, ["columns that are not used: speed"]);
 }
 
@@ -56,20 +59,35 @@ fn every_mistake_names_its_line_and_column() {
         ("  \n", "is empty"),
         ("t,id,class,x,y\n", "has no rows"),
         ("t,id,class,x,y\n0,a,car,1,1\n", "one time only"),
-        ("t,id,x\n", "line 1: no column class, y; needed are t, id, class, x, y (optional yaw, w, d); found are t, id, x"),
+        (
+            "t,id,x\n",
+            "line 1: no column class, y; needed are t, id, class, x, y (optional yaw, w, d); found are t, id, x",
+        ),
         (&TWO.replace("10,0,0", "NaN,0,0"), "line 3, column x: \"NaN\", expected a coordinate in m"),
         (&TWO.replace("10,0,0", "inf,0,0"), "line 3, column x: \"inf\""),
         (&TWO.replace("1,a,car", "soon,a,car"), "line 3, column t: \"soon\", expected a time in s"),
-        (&TWO.replace("1,a,car", "1700000000000,a,car"), "column t: \"1700000000000\", expected a time in s (a column t_ms"),
+        (
+            &TWO.replace("1,a,car", "1700000000000,a,car"),
+            "column t: \"1700000000000\", expected a time in s (a column t_ms",
+        ),
         (&TWO.replace("1,a,car", "1,,car"), "line 3, column id: \"\", expected an id"),
         (&TWO.replace("1,a,car", "1,a,"), "line 3, column class: \"\", expected a class such as car"),
-        (&TWO.replace("10,0,0", "10,0,east"), "line 3, column yaw: \"east\", expected an angle in rad, or nothing"),
+        (
+            &TWO.replace("10,0,0", "10,0,east"),
+            "line 3, column yaw: \"east\", expected an angle in rad, or nothing",
+        ),
         (&TWO.replace("10,0,0", "10,0,0,7"), "line 3: 7 cells under 6 columns"),
         (&TWO.replace("1,a,car", "0,a,car"), "lines 2 and 3: object a has two rows at 0 s"),
-        ("t,id,class,x,y,w\n0,a,car,0,0,70\n1,a,car,0,0,2\n", "line 2, column w: \"70\", expected a size of 0.001 to 65 m"),
+        (
+            "t,id,class,x,y,w\n0,a,car,0,0,70\n1,a,car,0,0,2\n",
+            "line 2, column w: \"70\", expected a size of 0.001 to 65 m",
+        ),
         ("{}", "is JSON"),
         ("<scenario>\n</scenario>", "line 1: the root is <scenario>, expected <fcd-export>"),
-        ("<fcd-export>\n<timestep time=\"0\">\n<vehicle id=\"v\" x=\"1\" y=\"?\" angle=\"0\"/>", "line 3, attribute y of <vehicle>: \"?\""),
+        (
+            "<fcd-export>\n<timestep time=\"0\">\n<vehicle id=\"v\" x=\"1\" y=\"?\" angle=\"0\"/>",
+            "line 3, attribute y of <vehicle>: \"?\"",
+        ),
         ("<fcd-export>\n<timestep time=\"00:00:01\">", "line 2, attribute time of <timestep>: \"00:00:01\""),
         ("<fcd-export><vehicle id=\"v\"/></fcd-export>", "<vehicle> outside of a <timestep>"),
         ("<fcd-export>\n</wrong>", "line 2: "),
@@ -179,7 +197,11 @@ fn vehicle_types_give_sizes_and_classes() {
 
 #[test]
 fn a_file_of_sumo_that_was_cut_off_is_used_with_a_warning() {
-    for end in ["</timestep>\n</fcd-export>", "    </timestep>\n</fcd-export>", "speed=\"1\"/>\n    </timestep>\n</fcd-export>\n"] {
+    for end in [
+        "</timestep>\n</fcd-export>",
+        "    </timestep>\n</fcd-export>",
+        "speed=\"1\"/>\n    </timestep>\n</fcd-export>\n",
+    ] {
         let cut = FCD.rsplit_once(end).unwrap().0;
         let traffic = traffic(cut);
         assert!(traffic.remarks.warnings[0].contains("ends in the middle"), "{end:?}: {:?}", traffic.remarks);
@@ -191,7 +213,9 @@ fn coordinates_in_degrees_are_noticed() {
     let mut text = "<fcd-export>".to_owned();
     for second in 0..30 {
         let x = 11.5 + 1e-4 * f64::from(second);
-        text += &format!("<timestep time=\"{second}\"><vehicle id=\"v\" x=\"{x}\" y=\"48.1\" angle=\"90\" speed=\"8\"/></timestep>");
+        text += &format!(
+            "<timestep time=\"{second}\"><vehicle id=\"v\" x=\"{x}\" y=\"48.1\" angle=\"90\" speed=\"8\"/></timestep>"
+        );
     }
     let traffic = traffic(&(text + "</fcd-export>"));
     assert!(traffic.remarks.warnings[0].contains("--fcd-output.geo"), "{:?}", traffic.remarks);
@@ -213,7 +237,8 @@ fn far_coordinates_are_moved_to_a_round_place_and_a_stated_origin_holds() {
 fn a_window_keeps_its_rows_and_begins_at_zero() {
     let text: String = (0..100).map(|t| format!("{},a,car,{t},0\n", 50 + t)).collect();
     let text = format!("t,id,class,x,y\n{text}");
-    let options = |from_s, to_s| ReadOptions { from_s: Some(from_s), to_s: Some(to_s), ..ReadOptions::default() };
+    let options =
+        |from_s, to_s| ReadOptions { from_s: Some(from_s), to_s: Some(to_s), ..ReadOptions::default() };
     let traffic = read(text.as_bytes(), &options(10.0, 20.0)).unwrap();
     assert_eq!((traffic.n_rows, traffic.first_s, traffic.length), (11, 60.0, Span::from_millis(10_000)));
     let message = read(text.as_bytes(), &options(1000.0, 2000.0)).unwrap_err().to_string();
@@ -237,7 +262,13 @@ fn circle(column: &str, write: impl Fn(f64) -> f64) -> Remarks {
     for step in 0..60 {
         let angle = f64::from(step) * 0.1;
         let (sin, cos) = libm::sincos(angle);
-        text += &format!("{},a,car,{},{},{}\n", f64::from(step) * 0.5, 50.0 * cos, 50.0 * sin, write(angle + FRAC_PI_2));
+        text += &format!(
+            "{},a,car,{},{},{}\n",
+            f64::from(step) * 0.5,
+            50.0 * cos,
+            50.0 * sin,
+            write(angle + FRAC_PI_2)
+        );
     }
     traffic(&text).remarks
 }
@@ -250,7 +281,10 @@ fn headings_that_disagree_with_the_motion_are_named_with_what_they_look_like() {
     assert!(warning(|yaw| FRAC_PI_2 - yaw).contains("radians clockwise from north"));
     assert!(warning(|yaw| yaw + PI).contains("of the back"));
     assert!(warning(|yaw| -yaw).contains("clockwise from east"));
-    assert!(warning(|yaw| yaw + 1.2).contains("disagree with the motion by 67°") || warning(|yaw| yaw + 1.2).contains("disagree"));
+    assert!(
+        warning(|yaw| yaw + 1.2).contains("disagree with the motion by 67°")
+            || warning(|yaw| yaw + 1.2).contains("disagree")
+    );
     for (column, write) in [
         ("yaw", (|yaw| yaw) as fn(f64) -> f64),
         ("yaw_deg", f64::to_degrees),

@@ -108,7 +108,11 @@ mod tests {
         assert_eq!(at(&trajectory, 2001), None);
         let middle = at(&trajectory, 1500).unwrap();
         assert_eq!((middle.pose.x, middle.velocity), (5.0, (10.0, 0.0)));
-        assert_eq!(at(&trajectory, 2000).unwrap().velocity, (10.0, 0.0), "it does not stop at its last place");
+        assert_eq!(
+            at(&trajectory, 2000).unwrap().velocity,
+            (10.0, 0.0),
+            "it does not stop at its last place"
+        );
     }
 
     #[test]

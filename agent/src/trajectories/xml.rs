@@ -126,7 +126,8 @@ impl Element {
         expected: &'static str,
         ok: impl Fn(f64) -> bool,
     ) -> Result<f64, TrafficError> {
-        let number = self.attribute(name).and_then(|text| text.trim().parse().ok()).filter(|value| ok(*value));
+        let number =
+            self.attribute(name).and_then(|text| text.trim().parse().ok()).filter(|value| ok(*value));
         number.ok_or_else(|| self.wrong(name, expected))
     }
 

@@ -10,8 +10,8 @@ use v2x_common::time::Span;
 use super::body::Shape;
 use super::error::InvalidParameter;
 use super::motion::Motion;
-use super::recorded::RecordedWorld;
 use super::parameters::{Route, Station, WorldAgent, WorldConfig, WorldParameters};
+use super::recorded::RecordedWorld;
 use super::{crossing, highway};
 use crate::random::{Purpose, WorldDraw, keyed_rng};
 use crate::trajectories::State;
@@ -135,7 +135,8 @@ impl<'a> Setting<'a> {
             WorldConfig::Highway(_) => (highway::lap_length(loop_length), None),
             WorldConfig::Recorded(recorded) => (loop_length, Some(recorded)),
         };
-        let are_many = recorded.is_some_and(|world| world.traffic.objects.len() >= FIRST_AGENT_OBJECT as usize);
+        let are_many =
+            recorded.is_some_and(|world| world.traffic.objects.len() >= FIRST_AGENT_OBJECT as usize);
         let first_agent_object = if are_many { FIRST_AGENT_OF_MANY } else { FIRST_AGENT_OBJECT };
         Self { lap, recorded, first_agent_object }
     }

@@ -70,7 +70,9 @@ impl WorldParameters {
     pub fn validate(&self) -> Result<(), InvalidParameter> {
         let loop_s = self.loop_length.as_secs_f64();
         let (is_valid, expected) = match &self.config {
-            WorldConfig::Recorded(world) => (self.loop_length == world.traffic.length, "the recording's length"),
+            WorldConfig::Recorded(world) => {
+                (self.loop_length == world.traffic.length, "the recording's length")
+            }
             _ => ((100.0..=3600.0).contains(&loop_s), "100 to 3600 s"),
         };
         InvalidParameter::check("loop_length", &self.loop_length, is_valid, expected)?;

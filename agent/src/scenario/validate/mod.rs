@@ -28,9 +28,13 @@ const DEFAULT_SEED: u64 = 1;
 
 pub(super) fn scenario(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioError> {
     read(text, origin, files).map_err(|error| match error {
-        ScenarioError::Value { origin, field, value, expected, .. } => {
-            ScenarioError::Value { place: place::line_and_column(text, &field), origin, field, value, expected }
-        }
+        ScenarioError::Value { origin, field, value, expected, .. } => ScenarioError::Value {
+            place: place::line_and_column(text, &field),
+            origin,
+            field,
+            value,
+            expected,
+        },
         other => other,
     })
 }

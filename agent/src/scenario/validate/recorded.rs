@@ -57,13 +57,17 @@ fn options(
     vehicle_types: BTreeMap<String, VehicleType>,
 ) -> Result<ReadOptions, ScenarioError> {
     let second = |name, value: Option<f64>| {
-        value.map(|value| field.number(name, value, value.abs() <= 1e9, "seconds since the file's first row")).transpose()
+        value
+            .map(|value| field.number(name, value, value.abs() <= 1e9, "seconds since the file's first row"))
+            .transpose()
     };
     let (from_s, to_s) = (second("from_s", file.from_s)?, second("to_s", file.to_s)?);
     if let (Some(from_s), Some(to_s)) = (from_s, to_s) {
         field.number("to_s", to_s, to_s > from_s, "more than from_s")?;
     }
-    let gap = |gap_s: f64| field.number("max_gap_s", gap_s, gap_s > 0.0 && gap_s <= 3600.0, "more than 0, at most 3600");
+    let gap = |gap_s: f64| {
+        field.number("max_gap_s", gap_s, gap_s > 0.0 && gap_s <= 3600.0, "more than 0, at most 3600")
+    };
     let origin = file.origin.as_ref().map(|TomlOrigin { x, y }| {
         let field = field.child("origin");
         let limit = "-1e8 to 1e8";
@@ -80,7 +84,10 @@ fn options(
     })
 }
 
-fn classes(field: &Field<'_>, file: &BTreeMap<String, String>) -> Result<BTreeMap<String, Class>, ScenarioError> {
+fn classes(
+    field: &Field<'_>,
+    file: &BTreeMap<String, String>,
+) -> Result<BTreeMap<String, Class>, ScenarioError> {
     let class = |(name, class): (&String, &String)| {
         let known = Class::from_name(class);
         let known = known.ok_or_else(|| {

@@ -9,8 +9,14 @@ use crate::world::{Road, RoadKind};
 const DEFAULT_WIDTH_M: f64 = 3.5;
 const DEFAULT_MARKING_M: f64 = 0.15;
 
-pub(super) fn roads(field: &Field<'_>, file: &[TomlRoad], origin: (f64, f64)) -> Result<Vec<Road>, ScenarioError> {
-    let one = |(index, road): (usize, &TomlRoad)| road_of(&field.child(format_args!("road[{index}]")), road, origin);
+pub(super) fn roads(
+    field: &Field<'_>,
+    file: &[TomlRoad],
+    origin: (f64, f64),
+) -> Result<Vec<Road>, ScenarioError> {
+    let one = |(index, road): (usize, &TomlRoad)| {
+        road_of(&field.child(format_args!("road[{index}]")), road, origin)
+    };
     let mut roads: Vec<_> = file.iter().enumerate().map(one).collect::<Result<_, _>>()?;
     roads.sort_by_key(|road| road.kind);
     Ok(roads)
@@ -27,7 +33,9 @@ fn road_of(field: &Field<'_>, file: &TomlRoad, origin: (f64, f64)) -> Result<Roa
         let expected = format_args!("{least} or more points [x, y]").to_string();
         return Err(field.child(name).error(format_args!("{} points", points.len()), expected));
     }
-    if let Some((index, point)) = points.iter().enumerate().find(|(_, [x, y])| !(x.abs() <= 1e7 && y.abs() <= 1e7)) {
+    if let Some((index, point)) =
+        points.iter().enumerate().find(|(_, [x, y])| !(x.abs() <= 1e7 && y.abs() <= 1e7))
+    {
         let place = field.child(format_args!("{name}[{index}]"));
         return Err(place.error(format_args!("{point:?}"), "coordinates in m, -1e7 to 1e7"));
     }

@@ -93,7 +93,8 @@ fn fixed_pose(field: &Field<'_>, file: &TomlPose, origin: (f64, f64)) -> Result<
 fn driving(field: &Field<'_>, name: &str, world: &WorldConfig) -> Result<Station, ScenarioError> {
     match (Route::from_name(name), world) {
         (_, WorldConfig::Recorded(_)) => {
-            Err(field.error(format_args!("{name:?}"), "none: with recorded traffic use ride, pose or waypoints"))
+            Err(field
+                .error(format_args!("{name:?}"), "none: with recorded traffic use ride, pose or waypoints"))
         }
         (Some(route), _) if route.is_of(world) => Ok(Station::Driving(route)),
         (_, WorldConfig::Crossing(_)) => {
@@ -156,7 +157,8 @@ fn following(
 fn samples(points: &[[f64; 3]], loop_s: f64) -> Vec<Sample> {
     let legs: Vec<Leg> = points.windows(2).map(|pair| Leg { from: pair[0], to: pair[1] }).collect();
     let headings = headings(&legs);
-    let sample = |t_s: f64, x: f64, y: f64, yaw: f64| Sample { t: Span::from_secs_f64(t_s), pose: Pose { x, y, yaw } };
+    let sample =
+        |t_s: f64, x: f64, y: f64, yaw: f64| Sample { t: Span::from_secs_f64(t_s), pose: Pose { x, y, yaw } };
     let (first, last) = (points[0], points[points.len() - 1]);
     let mut samples = vec![sample(0.0, first[1], first[2], headings[0])];
     for (leg, yaw) in legs.iter().zip(&headings) {

@@ -155,8 +155,13 @@ fn panel(svg: &mut Svg, scene: &BevScene, view: &Viewport, pen: &Pen<'_>) {
     svg.rect(view.panel, Style::line(MUTED, 1.5));
 }
 
-/// A line on the ground in its true width, thin ones at least a hair.
+/// An area, or a line on the ground in its true width, thin ones at least a hair.
 fn road(svg: &mut Svg, view: &Viewport, road: &Road) {
+    if road.kind == RoadKind::Area {
+        let border: Vec<_> = road.points.iter().map(|point| view.px(*point)).collect();
+        svg.path(&border, true, Style { fill: FAINT, ..Style::line("none", 0.0) });
+        return;
+    }
     let colour = if road.kind == RoadKind::Surface { FAINT } else { PAPER };
     let width = (road.width_m * view.px_per_m()).max(1.0);
     for pair in road.points.windows(2) {
