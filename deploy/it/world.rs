@@ -25,7 +25,7 @@ async fn a_file_is_summed_up_and_drawn() -> anyhow::Result<()> {
     names(&ending.stdout, &expected)?;
     assert!(!ending.stdout.contains("looks wrong"), "{}", ending.stdout);
     let svg = std::fs::read_to_string(folder.join("junction.world.svg"))?;
-    names(&svg, &["<svg", "veh5", "6 × vehicle.car", "</svg>"])?;
+    names(&svg, &["<svg", "veh5", "7 × vehicle.car", "</svg>"])?;
     let json =
         run(&folder, &["world", "junction.csv", "--json", "--from", "10", "--svg", "part.svg"]).await?;
     let summary: serde_json::Value = serde_json::from_str(&json.stdout)?;

@@ -25,7 +25,7 @@ pose = { x = 5, y = 5 }
 
 const TRAFFIC: &str = "t,id,class,x,y,yaw,w,d\n\
     100,veh1,truck,0,0,0,2.5,8\n101,veh1,truck,10,0,0,2.5,8\n102,veh1,truck,20,0,0,2.5,8\n\
-    100,veh2,car,0,4,0,1.8,4\n104,veh2,car,0,4,0,1.8,4\n";
+    100,veh2,car,0,4,0,1.8,4\n102,veh2,car,0,4,0,1.8,4\n104,veh2,car,0,4,0,1.8,4\n";
 
 /// A folder with the traffic, of one test's own.
 fn folder(test: &str, traffic: &str) -> PathBuf {

@@ -270,8 +270,9 @@ impl<'a> Builder<'a> {
         }
         for (name, class) in &self.unknown {
             self.remarks.warnings.push(format!(
-                "class name {name:?} is not known and taken as {}: say what it is by  classes = {{ {name:?} = \"car\" }}",
-                class.name()
+                "class name {name:?} is not known and taken as {}: say what it is by  classes = {{ {name:?} = \"car\" }}{}",
+                class.name(),
+                if *class == Class::Unknown { "" } else { ", or by SUMO's  vtypes = \"demand.rou.xml\"" }
             ));
         }
     }

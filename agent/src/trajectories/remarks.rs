@@ -17,6 +17,9 @@ const ENOUGH: u32 = 20;
 /// Mean cosine between heading and motion from which they agree.
 const AGREES: f64 = 0.8;
 
+/// By so much more another reading agrees, if it is meant.
+const CLEARLY: f64 = 0.1;
+
 /// What a heading could mean, and the words for it.
 const READINGS: [(fn(f64) -> f64, &str); 6] = [
     (|yaw| yaw, ""),
@@ -113,11 +116,12 @@ fn heading(survey: &Survey) -> Option<String> {
         return None;
     }
     let mean = survey.agreement.map(|sum| sum / f64::from(survey.n_moving));
-    if mean[0] >= AGREES {
+    let best = (1..mean.len()).max_by(|a, b| mean[*a].total_cmp(&mean[*b]));
+    let best = best.filter(|best| mean[*best] >= AGREES && mean[*best] > mean[0] + CLEARLY);
+    // Where most objects go east, zero is right in every unit.
+    if mean[0] >= AGREES && best.is_none() {
         return None;
     }
-    let best =
-        (1..mean.len()).max_by(|a, b| mean[*a].total_cmp(&mean[*b])).filter(|best| mean[*best] >= AGREES);
     let off_deg = libm::acos(mean[0].clamp(-1.0, 1.0)).to_degrees();
     let what = "the headings disagree with the motion";
     Some(match best {
