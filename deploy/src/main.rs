@@ -6,6 +6,7 @@ mod network;
 mod output;
 mod proxy;
 mod record;
+mod recorded;
 mod replay;
 mod runs;
 mod scenario;

@@ -25,7 +25,7 @@ fn a_recorded_world_is_simulated_and_scored_against_itself() {
 #[test]
 fn a_sweep_varies_agents_in_recorded_traffic() {
     let folder = folder("recorded-sweep");
-    let sweep = "sweep latency=0,400 --scenario mine/junction.toml --seeds 1 --duration-s 20 --methods drop,ours --json";
+    let sweep = "sweep latency=0,400 --scenario mine/junction.toml --seeds 1 --duration-s 20 --methods drop-late,ours --json";
     let rows = folder.json(sweep);
     let text = rows.to_string();
     assert!(text.contains("ours") && text.contains("400"), "{text}");

@@ -16,7 +16,7 @@ pub(super) enum Action {
 Examples:
   v2x scenario init                                    scenario.toml: a crossing, with a comment for each line
   v2x scenario init --world traffic.csv                traffic.toml: your recorded traffic; a car and a roadside unit
-  v2x scenario init --world fcd.xml --from 600 --to 660 rush-hour.toml
+  v2x scenario init --world fcd.xml --vtypes demand.rou.xml --from 600 --to 660 rush-hour.toml
 Then: v2x up traffic.toml --web")]
     Init(InitArgs),
 }
@@ -35,6 +35,9 @@ pub(super) struct InitArgs {
     /// The scene, of a file with several [default: the first]
     #[arg(long, value_name = "NAME", requires = "world")]
     pub(super) scene: Option<String>,
+    /// A file with SUMO's vehicle types (<vType id vClass length width/>): sizes and classes by type
+    #[arg(long, value_name = "FILE", requires = "world")]
+    pub(super) vtypes: Option<PathBuf>,
     /// The scenario file [default: scenario.toml, or the name of the recorded traffic]
     #[arg(value_name = "OUT.toml")]
     pub(super) out: Option<PathBuf>,

@@ -1,13 +1,13 @@
 //! Writes the file, and reads it once as a check.
 
 use super::args::{Action, InitArgs, ScenarioArgs};
-use super::text;
+use super::text::{self, Files};
+use crate::recorded;
 use anyhow::{Context, bail};
-use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::Scenario;
-use v2x_agent::trajectories::{ReadOptions, read};
+use v2x_agent::trajectories::ReadOptions;
 
 const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 
@@ -41,12 +41,12 @@ fn default_out(world: Option<&Path>) -> PathBuf {
 }
 
 fn of_world(args: &InitArgs, world: &Path, out: &Path) -> anyhow::Result<String> {
-    let options =
+    let mut options =
         ReadOptions { from_s: args.from, to_s: args.to, scene: args.scene.clone(), ..ReadOptions::default() };
-    let file = File::open(world).with_context(|| format!("reading {}", world.display()))?;
-    let traffic = read(BufReader::with_capacity(1 << 16, file), &options);
-    let traffic = traffic.with_context(|| world.display().to_string())?;
-    Ok(text::scenario(&traffic, &options, &from_folder_of(out, world)?))
+    let traffic = recorded::open(world, args.vtypes.as_deref(), &mut options)?;
+    let vtypes = args.vtypes.as_deref().map(|file| from_folder_of(out, file)).transpose()?;
+    let files = Files { traffic: &from_folder_of(out, world)?, vtypes: vtypes.as_deref() };
+    Ok(text::scenario(&traffic, &options, &files))
 }
 
 /// The path of a file as it is written in a scenario: relative where both are in one folder, else absolute.

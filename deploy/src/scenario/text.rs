@@ -8,8 +8,16 @@ use v2x_common::class::ClassGroup;
 /// Side of the squares in which rows are counted, m.
 const CELL_M: f64 = 20.0;
 
+/// The paths of the files, as the scenario has them.
+pub(super) struct Files<'a> {
+    pub(super) traffic: &'a str,
+    /// With SUMO's vehicle types.
+    pub(super) vtypes: Option<&'a str>,
+}
+
 /// A scenario with a vehicle that rides on an object of the recording, and a roadside unit where most of it happens.
-pub(super) fn scenario(traffic: &Traffic, options: &ReadOptions, file: &str) -> String {
+pub(super) fn scenario(traffic: &Traffic, options: &ReadOptions, files: &Files<'_>) -> String {
+    let file = files.traffic;
     let mut text = format!(
         "# Recorded traffic as a live world, written by  v2x scenario init. Every key: deploy/docs/configuration.md\n\
          # Coordinates here are those of the recorded file: m, x east, y north.\n\n\
@@ -23,6 +31,9 @@ pub(super) fn scenario(traffic: &Traffic, options: &ReadOptions, file: &str) -> 
         traffic.length.as_secs_f64(),
         quoted(file),
     );
+    if let Some(vtypes) = files.vtypes {
+        let _ = writeln!(text, "# Sizes and classes of SUMO's vehicle types.\nvtypes = {}", quoted(vtypes));
+    }
     text += &keys(traffic, options);
     text += "\n# Roads for the pictures, by their middle and width, or as areas; nothing drives by them:\n\
              # [[world.road]]\n\
@@ -109,15 +120,19 @@ fn units(traffic: &Traffic) -> String {
     text
 }
 
-/// The vehicle that goes the longest way.
+/// The vehicle that goes the longest way for the longest time.
 fn best_to_ride(traffic: &Traffic) -> Option<&RecordedObject> {
     let way_m = |object: &RecordedObject| {
         let samples = object.trajectory.samples().windows(2);
         samples.map(|pair| pair[0].pose.distance_to(pair[1].pose.x, pair[1].pose.y)).sum::<f64>()
     };
+    let time_s = |object: &RecordedObject| {
+        let samples = object.trajectory.samples();
+        samples.last().zip(samples.first()).map_or(0.0, |(last, first)| (last.t - first.t).as_secs_f64())
+    };
     let vehicles = traffic.objects.iter().filter(|object| object.class.group() == ClassGroup::FourWheeled);
     let ways = vehicles.map(|object| (way_m(object), object)).filter(|(way_m, _)| *way_m > 10.0);
-    ways.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, object)| object)
+    ways.max_by(|a, b| (a.0 * time_s(a.1)).total_cmp(&(b.0 * time_s(b.1)))).map(|(_, object)| object)
 }
 
 /// Middles of the squares with most rows.

@@ -2,14 +2,13 @@
 
 use super::WorldArgs;
 use super::summary::Summary;
-use crate::output;
+use crate::{output, recorded};
 use anyhow::{Context, bail};
-use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use v2x_agent::scenario::Scenario;
-use v2x_agent::trajectories::{ReadOptions, Traffic, read};
+use v2x_agent::trajectories::{ReadOptions, Traffic};
 use v2x_agent::world::Road;
 use v2x_lab::recorded_svg;
 
@@ -37,14 +36,13 @@ fn world(args: &WorldArgs) -> anyhow::Result<(Arc<Traffic>, Vec<Road>)> {
     let path = &args.file;
     if path.extension().is_some_and(|suffix| suffix == "toml") {
         let scenario = Scenario::load(path)?;
-        let Some(recorded) = scenario.world.recorded() else {
+        let Some(world) = scenario.world.recorded() else {
             bail!("the world of {} is not recorded traffic (kind = \"trajectories\")", path.display());
         };
-        return Ok((Arc::clone(&recorded.traffic), recorded.roads.clone()));
+        return Ok((Arc::clone(&world.traffic), world.roads.clone()));
     }
-    let options =
+    let mut options =
         ReadOptions { from_s: args.from, to_s: args.to, scene: args.scene.clone(), ..ReadOptions::default() };
-    let file = File::open(path).with_context(|| format!("reading {}", path.display()))?;
-    let traffic = read(BufReader::with_capacity(1 << 16, file), &options);
-    Ok((Arc::new(traffic.with_context(|| path.display().to_string())?), Vec::new()))
+    let traffic = recorded::open(path, args.vtypes.as_deref(), &mut options)?;
+    Ok((Arc::new(traffic), Vec::new()))
 }
