@@ -114,7 +114,9 @@ fn assert_complete(
     for variant in variants {
         read(variant).map_err(|error| anyhow::anyhow!("{error}\n{variant}"))?;
     }
-    for (place, names) in documented(variants) {
+    // The names of classes are the user's own.
+    let is_closed = |place: &[String]| place.last().is_none_or(|name| name != "classes");
+    for (place, names) in documented(variants).into_iter().filter(|(place, _)| is_closed(place)) {
         for probe in variants.iter().filter_map(|variant| with_unknown(variant, &place)) {
             let Err(error) = read(&probe) else {
                 ensure!(place == [free], "{place:?} takes any key");

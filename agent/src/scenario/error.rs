@@ -30,7 +30,7 @@ pub enum ScenarioError {
         /// Source of the text.
         origin: Origin,
         /// Line and column of the value, counted from 1, where they are known.
-        place: Option<(usize, usize)>,
+        place: Option<(u32, u32)>,
         /// The field's path, as in `agents[1].rate_hz`.
         field: String,
         /// The value found.
@@ -48,8 +48,19 @@ pub enum ScenarioError {
     },
 }
 
+impl ScenarioError {
+    /// The same without line and column, of a text that no user has seen.
+    #[must_use]
+    pub fn without_place(mut self) -> Self {
+        if let Self::Value { place, .. } = &mut self {
+            *place = None;
+        }
+        self
+    }
+}
+
 /// Line and column, for messages.
-struct Place(Option<(usize, usize)>);
+struct Place(Option<(u32, u32)>);
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -28,10 +28,11 @@ fn child<'a, 'b>(value: &'a Spanned<DeValue<'b>>, name: &str) -> Option<&'a Span
 }
 
 /// Line and column of a value by its path, counted from 1.
-pub(super) fn line_and_column(text: &str, path: &str) -> Option<(usize, usize)> {
+pub(super) fn line_and_column(text: &str, path: &str) -> Option<(u32, u32)> {
     let before = text.get(..span_of(text, path)?.start)?;
     let line_start = before.rfind('\n').map_or(0, |end| end + 1);
-    Some((before.matches('\n').count() + 1, before[line_start..].chars().count() + 1))
+    let (lines, columns) = (before.matches('\n').count(), before[line_start..].chars().count());
+    Some((u32::try_from(lines).ok()? + 1, u32::try_from(columns).ok()? + 1))
 }
 
 #[cfg(test)]

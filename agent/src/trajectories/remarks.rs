@@ -20,8 +20,11 @@ const AGREES: f64 = 0.8;
 /// By so much more another reading agrees, if it is meant.
 const CLEARLY: f64 = 0.1;
 
+/// From a heading as it is written to radians counter-clockwise from east.
+type Reading = fn(f64) -> f64;
+
 /// What a heading could mean, and the words for it.
-const READINGS: [(fn(f64) -> f64, &str); 6] = [
+const READINGS: [(Reading, &str); 6] = [
     (|yaw| yaw, ""),
     (|yaw| yaw.to_radians(), "degrees: name the column yaw_deg"),
     (

@@ -48,7 +48,7 @@ fn read(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioE
     let map_frame = file.map_frame.map(|name| {
         MapFrame::new(&name).map_err(|cause| root.child("map_frame").error(format_args!("{name:?}"), cause))
     });
-    let (world, files) = world::world(&root.child("world"), file.world, files)?;
+    let (world, files) = world::world(&root.child("world"), &file.world, files)?;
     let loop_length = loop_length(&root, file.loop_s, &world)?;
     if file.agents.is_empty() {
         return Err(root.child("agents").error("empty", "at least one agent"));

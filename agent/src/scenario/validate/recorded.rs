@@ -15,7 +15,7 @@ use crate::world::{RecordedWorld, WorldConfig};
 
 pub(super) fn recorded(
     field: &Field<'_>,
-    file: TomlWorld,
+    file: &TomlWorld,
     files: &Files,
 ) -> Result<(WorldConfig, Vec<ScenarioFile>), ScenarioError> {
     let Some(name) = &file.file else {
@@ -30,7 +30,7 @@ pub(super) fn recorded(
         vehicle_types = Files::vehicle_types(&path)?;
         named.push(ScenarioFile { key: "vtypes", path });
     }
-    let traffic = files.traffic(path, options(field, &file, vehicle_types)?)?;
+    let traffic = files.traffic(path, options(field, file, vehicle_types)?)?;
     let roads = roads::roads(field, &file.road, traffic.origin)?;
     let repeats = file.repeats.unwrap_or(true);
     Ok((WorldConfig::Recorded(RecordedWorld { traffic, repeats, roads }), named))

@@ -11,13 +11,13 @@ use crate::world::{CrossingConfig, HighwayConfig, WorldConfig};
 /// The world, and the files that it was read from.
 pub(super) fn world(
     field: &Field<'_>,
-    file: TomlWorld,
+    file: &TomlWorld,
     files: &Files,
 ) -> Result<(WorldConfig, Vec<ScenarioFile>), ScenarioError> {
-    refuse_foreign(field, &file)?;
+    refuse_foreign(field, file)?;
     match file.kind {
-        WorldKind::Crossing => Ok((crossing(field, &file)?, Vec::new())),
-        WorldKind::Highway => Ok((highway(field, &file)?, Vec::new())),
+        WorldKind::Crossing => Ok((crossing(field, file)?, Vec::new())),
+        WorldKind::Highway => Ok((highway(field, file)?, Vec::new())),
         WorldKind::Trajectories => recorded::recorded(field, file, files),
     }
 }

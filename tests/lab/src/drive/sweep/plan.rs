@@ -147,7 +147,7 @@ impl Plan {
         }
         let text = toml::to_string(&table)?;
         let scenario = Scenario::from_toml_with(&text, files)
-            .map_err(|cause| PlanError::Scenario { at: at(), cause: Box::new(cause) })?;
+            .map_err(|cause| PlanError::Scenario { at: at(), cause: Box::new(cause.without_place()) })?;
         let n = scenario.agents.len();
         let asked = self.axes.iter().zip(values).find(|(axis, _)| axis.is_number_of_agents());
         #[expect(

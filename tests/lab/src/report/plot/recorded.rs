@@ -20,7 +20,7 @@ pub fn recorded_svg(traffic: &Traffic, roads: &[Road], title: &str) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT);
     svg.text((MAP.x, 42.0), title, font(28.0, true));
     let subtitle = format!(
-        "{} objects, {} rows, {:.1} s; dot: first place, arrow head: last place",
+        "{} objects, {} rows, {:.1} s; square: first place, arrow head: last place",
         traffic.objects.len(),
         traffic.n_rows,
         traffic.length.as_secs_f64()
