@@ -91,6 +91,10 @@ class Checker:
             return replaced(words, "--duration", "4s")
         if command == "simulate":
             return replaced(words, "--duration-s", "5")
+        if command == "world":
+            return words
+        if command == "scenario":
+            return [*words, "--force"]
         if command == "links":
             # The whole list takes a minute of an unoptimised program.
             return [*words, "lte-uu"] if not rest else words

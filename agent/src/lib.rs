@@ -43,7 +43,7 @@
 //! From low to high; a module imports from lower layers only:
 //!
 //! 1. [`truth`], [`clock`]: true objects; errors of a clock
-//! 2. [`random`]: keyed random numbers
+//! 2. [`random`], [`trajectories`]: keyed random numbers; recorded traffic
 //! 3. [`timing`], [`noise`], [`detector`], [`pose_error`]: rates and phases; errors of measurements, of detectors, of poses
 //! 4. [`link`], [`world`]: delays and losses; ground truth as a function of parameters, seed and time
 //! 5. [`sensor`]: detection frames
@@ -63,6 +63,7 @@ pub mod sensor;
 #[cfg(feature = "net")]
 pub mod shell;
 pub mod timing;
+pub mod trajectories;
 pub mod truth;
 pub mod world;
 

@@ -10,6 +10,7 @@ mod recording;
 mod runs;
 mod watch;
 mod web;
+mod world;
 
 /// Reads the list of processes from `/proc`.
 #[cfg(target_os = "linux")]

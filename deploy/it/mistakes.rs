@@ -13,6 +13,9 @@ async fn a_bad_scenario_is_refused_with_the_name_of_the_wrong_field() -> anyhow:
     assert_refused(&folder, "misspelt.toml", Some(&misspelt), &["rate_herz", "line", "rate_hz"]).await?;
     let impossible = CROSSING.replacen("rate_hz = 10", "rate_hz = -3", 1);
     assert_refused(&folder, "impossible.toml", Some(&impossible), &["agents[0].rate_hz", "-3"]).await?;
+    let recorded = CROSSING.replacen("kind = \"crossing\"", "file = \"a.csv\"\nkind = \"csv\"", 1);
+    let kinds = ["line", "`csv`", "`crossing`, `highway`, `trajectories`"];
+    assert_refused(&folder, "kind.toml", Some(&recorded), &kinds).await?;
     let bad_hub = CROSSING.replacen("[hub]", "[hub]\ngate = 0", 1);
     assert_refused(&folder, "hub.toml", Some(&bad_hub), &["hub.gate", "0"]).await?;
     assert_refused(&folder, "missing.toml", None, &["no scenario file", "crossing"]).await

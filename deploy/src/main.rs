@@ -7,13 +7,16 @@ mod network;
 mod output;
 mod proxy;
 mod record;
+mod recorded;
 mod replay;
 mod runs;
+mod scenario;
 mod scenarios;
 mod status;
 mod up;
 mod watch;
 mod web;
+mod world;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -34,6 +37,8 @@ Examples:
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
   v2x record run.mcap              everything on a network, to be replayed and computed again
+  v2x world traffic.csv            what is in recorded traffic, which can be the world of a network
+  v2x scenario init                a commented scenario file, to begin one of your own
   v2x runs                         earlier runs with their verdicts
   v2x links                        the named links of scenarios, with their delays and losses
   v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
@@ -60,6 +65,8 @@ enum Command {
     Replay(replay::ReplayArgs),
     /// Print the status of the hubs and of their agents as JSON
     Status(status::StatusArgs),
+    World(world::WorldArgs),
+    Scenario(scenario::ScenarioArgs),
     Runs(runs::RunsArgs),
     Links(links::LinksArgs),
     Proxy(proxy::ProxyArgs),
@@ -96,6 +103,8 @@ async fn main() -> ExitCode {
             Command::Proxy(args) => {
                 proxy::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
+            Command::World(args) => world::run(&args).map(|()| ExitCode::SUCCESS),
+            Command::Scenario(args) => scenario::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Runs(args) => runs::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Links(args) => links::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Hub(args) => {

@@ -1,9 +1,12 @@
 //! The scenarios that are shipped with the program, and those of the user.
 
 use anyhow::{Context, bail};
-use std::path::Path;
-use v2x_agent::scenario::Scenario;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use v2x_agent::scenario::{Scenario, ScenarioFile, with_paths};
+use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubSettings;
+use v2x_lab::commands::{RunFolder, log_remarks};
 
 /// Name and text of each shipped scenario.
 pub(crate) const SHIPPED: [(&str, &str); 4] = [
@@ -13,6 +16,9 @@ pub(crate) const SHIPPED: [(&str, &str); 4] = [
     ("latency", include_str!("../scenarios/latency.toml")),
 ];
 
+/// Larger files of a world are not copied into the folder of each run, bytes.
+const MAX_COPY: u64 = 64 << 20;
+
 /// A scenario whose tables were all checked, with its text, which the processes of a run read again.
 #[derive(Debug)]
 pub(crate) struct Chosen {
@@ -20,7 +26,38 @@ pub(crate) struct Chosen {
     pub(crate) scenario: Scenario,
 }
 
-/// The scenario of a file, or a shipped one by name. The hub's settings are checked with it.
+impl Chosen {
+    /// Writes the scenario into the folder of a run, with the files of its world, so that the run can be scored later and
+    /// elsewhere. Of large files the text has the path.
+    pub(crate) fn write(&self, folder: &RunFolder) -> anyhow::Result<()> {
+        let mut paths = Vec::new();
+        for ScenarioFile { key, path } in &self.scenario.files {
+            let reading = || format!("reading {}", path.display());
+            let is_small = path.metadata().with_context(reading)?.len() <= MAX_COPY;
+            let new = if is_small {
+                let suffix = path.extension().and_then(OsStr::to_str).unwrap_or("txt");
+                let name = format!("world-{key}.{suffix}");
+                std::fs::copy(path, folder.path().join(&name)).with_context(reading)?;
+                PathBuf::from(name)
+            } else {
+                path.canonicalize().with_context(reading)?
+            };
+            paths.push((*key, new));
+        }
+        let new =
+            |key: &str, _: &str| paths.iter().find(|(known, _)| *known == key).map(|(_, path)| path.clone());
+        folder.write("scenario.toml", &with_paths(&self.text, new))
+    }
+
+    /// Scenario time 0 of a network that begins now: agents that are started by hand have the same where the world repeats
+    /// itself, and one that ends begins with its first row.
+    pub(crate) fn start(&self, now: Timestamp) -> Timestamp {
+        if self.scenario.world.repeats() { now.floor_to(self.scenario.loop_length) } else { now }
+    }
+}
+
+/// The scenario of a file, or a shipped one by name. The hub's settings are checked with it. What is to be said about
+/// recorded traffic is logged.
 pub(crate) fn choose(name_or_file: &str) -> anyhow::Result<Chosen> {
     let shipped = SHIPPED.iter().find(|(name, _)| *name == name_or_file);
     let (text, scenario) = match shipped {
@@ -30,6 +67,7 @@ pub(crate) fn choose(name_or_file: &str) -> anyhow::Result<Chosen> {
         None => from_file(Path::new(name_or_file))?,
     };
     HubSettings::from_table(scenario.hub.clone()).with_context(|| format!("scenario {name_or_file}"))?;
+    log_remarks(&scenario);
     Ok(Chosen { text, scenario })
 }
 

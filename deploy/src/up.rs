@@ -56,7 +56,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     }
     let now = clock::now();
     let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
-    folder.write("scenario.toml", &chosen.text)?;
+    chosen.write(&folder)?;
     let program = std::env::current_exe().context("finding this program")?;
     let launcher = Launcher::new(program, args.network).with_logs(&folder.logs(), log_filter);
     let file = folder.scenario();
@@ -64,8 +64,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         scenario: &chosen.scenario,
         file: &file,
         seed: args.seed.unwrap_or(chosen.scenario.seed),
-        // The same rule as for agents that are started by hand, so that these agree on the world's time.
-        start: now.floor_to(chosen.scenario.loop_length),
+        start: chosen.start(now),
     };
     let start = async {
         let mut network = Network::start_hub(&launcher, &args.listen, &file).await?;

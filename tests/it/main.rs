@@ -10,6 +10,7 @@ mod hub_restart;
 mod isolation;
 mod methods;
 mod offline;
+mod recorded;
 mod refusals;
 mod status;
 mod sweep;

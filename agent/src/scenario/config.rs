@@ -1,5 +1,6 @@
 //! What a scenario file means: complete, checked, in SI units.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use v2x_common::id::AgentId;
@@ -14,7 +15,7 @@ use crate::world::{Station, World, WorldAgent, WorldConfig, WorldParameters};
 pub struct Scenario {
     /// Its name, for people.
     pub name: String,
-    /// The world's period: every object is where it was one period before.
+    /// The world's period: every object is where it was one period before; of recorded traffic its length.
     pub loop_length: Span,
     /// The seed that is used where no other is given.
     pub seed: u64,
@@ -24,6 +25,17 @@ pub struct Scenario {
     pub agents: Vec<AgentConfig>,
     /// The hub's settings as they are in the file: this crate does not interpret them.
     pub hub: toml::Table,
+    /// The files that the world was read from.
+    pub files: Vec<ScenarioFile>,
+}
+
+/// A file that a scenario names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScenarioFile {
+    /// The key of the `[world]` table that names it.
+    pub key: &'static str,
+    /// Where it is.
+    pub path: PathBuf,
 }
 
 /// One agent: where it is, what it detects, how it sends.
@@ -41,7 +53,7 @@ impl Scenario {
     /// All that the world depends on, apart from the seed.
     pub fn world_parameters(&self) -> WorldParameters {
         let agents = self.agents.iter().map(AgentConfig::in_world).collect();
-        WorldParameters { loop_length: self.loop_length, config: self.world, agents }
+        WorldParameters { loop_length: self.loop_length, config: self.world.clone(), agents }
     }
 
     /// The world of the run with this seed, which may differ from the scenario's own.
@@ -74,7 +86,7 @@ impl AgentConfig {
         Ok(Sender::new(self.sensor(world, boot)?, self.sending.clone()))
     }
 
-    const fn in_world(&self) -> WorldAgent {
-        WorldAgent { id: self.sensor.agent, kind: self.sensor.kind, station: self.station }
+    fn in_world(&self) -> WorldAgent {
+        WorldAgent { id: self.sensor.agent, kind: self.sensor.kind, station: self.station.clone() }
     }
 }

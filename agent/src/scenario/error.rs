@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::trajectories::TrafficError;
+
 /// Why a scenario file was refused. Every message names the file, the place in it, and the value.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
@@ -23,10 +25,12 @@ pub enum ScenarioError {
         cause: Box<toml::de::Error>,
     },
     /// A value outside of its limits.
-    #[error("{origin}: {field} is {value}, expected {expected}")]
+    #[error("{origin}{}: {field} is {value}, expected {expected}", Place(*place))]
     Value {
         /// Source of the text.
         origin: Origin,
+        /// Line and column of the value, counted from 1, where they are known.
+        place: Option<(u32, u32)>,
         /// The field's path, as in `agents[1].rate_hz`.
         field: String,
         /// The value found.
@@ -34,6 +38,34 @@ pub enum ScenarioError {
         /// The allowed values.
         expected: String,
     },
+    /// A file of recorded traffic cannot be used.
+    #[error("{}: {cause}", path.display())]
+    Traffic {
+        /// The file.
+        path: PathBuf,
+        /// The cause; it names the line and the column.
+        cause: Box<TrafficError>,
+    },
+}
+
+impl ScenarioError {
+    /// The same without line and column, of a text that no user has seen.
+    #[must_use]
+    pub fn without_place(mut self) -> Self {
+        if let Self::Value { place, .. } = &mut self {
+            *place = None;
+        }
+        self
+    }
+}
+
+/// Line and column, for messages.
+struct Place(Option<(u32, u32)>);
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |(line, column)| write!(f, ", line {line}, column {column}"))
+    }
 }
 
 /// The source of a scenario's text.

@@ -4,12 +4,17 @@
 
 mod config;
 mod error;
+mod files;
 mod load;
+mod place;
 mod toml_file;
 mod validate;
 
-pub use config::{AgentConfig, Scenario};
+pub use config::{AgentConfig, Scenario, ScenarioFile};
 pub use error::{Origin, ScenarioError};
+pub use files::{Files, with_paths};
 
+#[cfg(test)]
+mod recorded_tests;
 #[cfg(test)]
 mod tests;

@@ -23,7 +23,7 @@ use crate::sensor::{Boot, Observation, Sensor};
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "taken apart at once, and nearly always the large one")]
 pub enum Fate {
-    /// Not sent: it has no detection that the rules require to be sent.
+    /// Not sent: it has no detection that the rules require to be sent, or the agent is not in the world.
     Withheld,
     /// Lost by the link.
     Lost,
@@ -90,6 +90,9 @@ impl Sender {
 
     /// Sends the frame of this number.
     pub fn send(&mut self, sequence: u64) -> Fate {
+        if !self.sensor.is_present(sequence) {
+            return Fate::Withheld;
+        }
         let is_size_needed = self.link.config().rate_bps.is_some();
         // Without rules, and where the size does not matter, the outcome is known before the frame is computed.
         let observation = match &mut self.rules {

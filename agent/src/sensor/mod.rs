@@ -171,11 +171,19 @@ impl Sensor {
         }
     }
 
-    /// The frame of this number.
+    /// Whether the agent is in the world when the frame of this number is captured: one that rides on a recorded object is
+    /// not where that is absent.
+    pub fn is_present(&self, sequence: u64) -> bool {
+        self.world.agent_pose(self.index, self.scenario_time(sequence)).is_some()
+    }
+
+    /// The frame of this number. Of an agent that is not in the world it has neither a pose nor detections.
     pub fn observe(&self, sequence: u64) -> Observation {
         let mut objects = Vec::new();
         self.objects_at_capture(sequence, &mut objects);
-        let pose = self.estimated_pose(sequence);
+        let Some(pose) = self.estimated_pose(sequence) else {
+            return self.observation(sequence, None, Vec::new());
+        };
         let mut detected = if let Some(detector) = self.detector() {
             self.profiled_detections((&detector, &objects), &pose, sequence)
         } else {
@@ -189,12 +197,21 @@ impl Sensor {
         // A user's law of noise can give any number.
         detected.retain(|(_, detection)| detection.validate(Some(&pose.estimate)).is_ok());
         detected.shuffle(&mut self.rng(sequence, Purpose::Order));
+        self.observation(sequence, Some(pose.estimate), detected)
+    }
+
+    fn observation(
+        &self,
+        sequence: u64,
+        sensor_pose: Option<Pose>,
+        detected: Vec<Identified>,
+    ) -> Observation {
         let (identities, detections) = detected.into_iter().unzip();
         Observation {
             frame: DetectionFrame {
                 id: FrameId { agent: self.config.agent, epoch: self.boot.epoch, sequence },
                 captured_at: self.stamp(sequence),
-                sensor_pose: Some(pose.estimate),
+                sensor_pose,
                 sensor_revision: SENSOR_REVISION,
                 map_frame: self.config.map_frame,
                 detections,
@@ -215,14 +232,14 @@ impl Sensor {
         FrameKey { seed: self.boot.seed, agent: &self.config.agent, sequence }
     }
 
-    fn estimated_pose(&self, sequence: u64) -> EstimatedPose {
-        let truth = self.world.agent_pose(self.index, self.scenario_time(sequence));
-        let truth = truth.expect("the agent's index is from this world");
+    /// `None` while the agent is not in the world.
+    fn estimated_pose(&self, sequence: u64) -> Option<EstimatedPose> {
+        let truth = self.world.agent_pose(self.index, self.scenario_time(sequence))?;
         let estimate = match &self.config.pose_error {
             Some(error) => error.estimate(&truth, &self.frame_key(sequence), self.config.rate.hz()),
             None => self.declared_error(&truth, sequence),
         };
-        EstimatedPose { truth, estimate }
+        Some(EstimatedPose { truth, estimate })
     }
 
     /// Without a configured pose error a surveyed pose is exact, and a vehicle reports itself with the accuracy that it

@@ -1,5 +1,7 @@
 //! Ground truth at any time.
 
+use std::sync::Arc;
+
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::AgentId;
 use v2x_common::sensor::{Body, SensorKind};
@@ -9,17 +11,23 @@ use super::body::Shape;
 use super::error::InvalidParameter;
 use super::motion::Motion;
 use super::parameters::{Route, Station, WorldAgent, WorldConfig, WorldParameters};
+use super::recorded::RecordedWorld;
 use super::{crossing, highway};
 use crate::random::{Purpose, WorldDraw, keyed_rng};
+use crate::trajectories::State;
 use crate::truth::{ObjectId, TrueObject};
 
 /// Agents' own bodies are numbered from here in the order of the parameters, so that adding one renumbers nothing.
 const FIRST_AGENT_OBJECT: u32 = 100_000;
+/// The same beside more recorded objects than that.
+const FIRST_AGENT_OF_MANY: u32 = 1_000_000_000;
 
 /// Ground truth.
 #[derive(Clone, Debug)]
 pub struct World {
     loop_length: Span,
+    /// Whether it begins again after its length.
+    repeats: bool,
     /// By id.
     objects: Vec<Object>,
     /// By index in the parameters.
@@ -38,6 +46,8 @@ struct Agent {
     id: AgentId,
     motion: Motion,
     body: Option<(ObjectId, Shape)>,
+    /// Whether its body is one of the other objects, on which it rides.
+    is_of_the_population: bool,
 }
 
 impl World {
@@ -45,23 +55,23 @@ impl World {
     pub fn new(parameters: &WorldParameters, seed: u64) -> Result<Self, InvalidParameter> {
         parameters.validate()?;
         let WorldParameters { loop_length, config, agents } = parameters;
-        let lap = match config {
-            WorldConfig::Crossing(_) => crossing::lap_length(*loop_length),
-            WorldConfig::Highway(_) => highway::lap_length(*loop_length),
-        };
-        let agents: Vec<Agent> = (0..agents.len()).map(|index| agent(agents, index, lap, seed)).collect();
+        let setting = Setting::of(config, *loop_length);
+        let agents: Vec<Agent> = (0..agents.len()).map(|index| setting.agent(agents, index, seed)).collect();
         let population = match config {
             WorldConfig::Crossing(config) => {
                 crossing::population(config, *loop_length, &queued_agents(&parameters.agents), seed)
             }
             WorldConfig::Highway(config) => highway::population(config, *loop_length, seed),
+            WorldConfig::Recorded(recorded) => recorded.population(),
         };
         let others =
             (1..).zip(population).map(|(id, (shape, motion))| Object { id: ObjectId(id), shape, motion });
         let bodies = agents.iter().filter_map(|agent| {
-            agent.body.map(|(id, shape)| Object { id, shape, motion: agent.motion.clone() })
+            let (id, shape) = agent.body.filter(|_| !agent.is_of_the_population)?;
+            Some(Object { id, shape, motion: agent.motion.clone() })
         });
-        Ok(Self { loop_length: *loop_length, objects: others.chain(bodies).collect(), agents })
+        let objects = others.chain(bodies).collect();
+        Ok(Self { loop_length: *loop_length, repeats: config.repeats(), objects, agents })
     }
 
     /// The period.
@@ -74,15 +84,10 @@ impl World {
         out.clear();
         let t = self.in_loop(t);
         out.extend(self.objects.iter().filter_map(|object| {
-            let (pose, speed_mps) = object.motion.at(t)?;
-            let (sin, cos) = libm::sincos(pose.yaw);
+            let State { pose, velocity } = object.motion.at(t)?;
             let Shape { class, w, d } = object.shape;
-            Some(TrueObject {
-                id: object.id,
-                class,
-                bev: BevBox { x: pose.x, y: pose.y, w, d, yaw: pose.yaw },
-                velocity: (speed_mps * cos, speed_mps * sin),
-            })
+            let bev = BevBox { x: pose.x, y: pose.y, w, d, yaw: pose.yaw };
+            Some(TrueObject { id: object.id, class, bev, velocity })
         }));
     }
 
@@ -91,10 +96,10 @@ impl World {
         self.agents.iter().position(|agent| agent.id == *id)
     }
 
-    /// The true pose of an agent, by its index, at scenario time `t`; `None` where there is no such agent.
+    /// The true pose of an agent, by its index, at scenario time `t`; `None` where there is no such agent, and while the
+    /// object that it rides on is absent.
     pub fn agent_pose(&self, agent: usize, t: Span) -> Option<Pose> {
-        let (pose, _) = self.agents.get(agent)?.motion.at(self.in_loop(t))?;
-        Some(pose)
+        self.agents.get(agent)?.motion.at(self.in_loop(t)).map(|state| state.pose)
     }
 
     /// The object that a vehicle agent is; `None` for a roadside unit, and where there is no such agent.
@@ -108,24 +113,60 @@ impl World {
     }
 
     fn in_loop(&self, t: Span) -> Span {
+        if !self.repeats {
+            return t;
+        }
         Span::from_nanos(t.as_nanos().rem_euclid(self.loop_length.as_nanos()))
     }
 }
 
-fn agent(agents: &[WorldAgent], index: usize, lap: Span, seed: u64) -> Agent {
-    let WorldAgent { id, kind, station } = agents[index];
-    let body = (kind == SensorKind::Vehicle).then(|| {
-        let mut rng = keyed_rng(seed, Some(&id), 0, Purpose::World(WorldDraw::AgentBody));
-        let offset = u32::try_from(index).expect("there are far fewer agents than u32 can count");
-        (ObjectId(FIRST_AGENT_OBJECT + offset), Shape::agent(&mut rng))
-    });
-    let rank = agents[..index].iter().filter(|other| other.station == station).count();
-    let motion = match station {
-        Station::Fixed(pose) => Motion::Standing(pose),
-        Station::Driving(Route::Block(arm)) => crossing::block_lap(arm, rank, lap),
-        Station::Driving(Route::Service(side)) => highway::service_lap(side, rank, lap),
-    };
-    Agent { id, motion, body }
+/// What the agents' motions depend on.
+struct Setting<'a> {
+    /// How long a lap on a route takes.
+    lap: Span,
+    recorded: Option<&'a RecordedWorld>,
+    first_agent_object: u32,
+}
+
+impl<'a> Setting<'a> {
+    fn of(config: &'a WorldConfig, loop_length: Span) -> Self {
+        let (lap, recorded) = match config {
+            WorldConfig::Crossing(_) => (crossing::lap_length(loop_length), None),
+            WorldConfig::Highway(_) => (highway::lap_length(loop_length), None),
+            WorldConfig::Recorded(recorded) => (loop_length, Some(recorded)),
+        };
+        let are_many =
+            recorded.is_some_and(|world| world.traffic.objects.len() >= FIRST_AGENT_OBJECT as usize);
+        let first_agent_object = if are_many { FIRST_AGENT_OF_MANY } else { FIRST_AGENT_OBJECT };
+        Self { lap, recorded, first_agent_object }
+    }
+
+    fn agent(&self, agents: &[WorldAgent], index: usize, seed: u64) -> Agent {
+        let WorldAgent { id, kind, station } = &agents[index];
+        let ridden = match (self.recorded, station) {
+            (Some(recorded), Station::Riding(object)) => {
+                recorded.object(*object).map(|(shape, motion)| ((*object, shape), motion))
+            }
+            _ => None,
+        };
+        if let Some((body, motion)) = ridden {
+            return Agent { id: *id, motion, body: Some(body), is_of_the_population: true };
+        }
+        let body = (*kind == SensorKind::Vehicle).then(|| {
+            let mut rng = keyed_rng(seed, Some(id), 0, Purpose::World(WorldDraw::AgentBody));
+            let offset = u32::try_from(index).expect("there are far fewer agents than u32 can count");
+            (ObjectId(self.first_agent_object + offset), Shape::agent(&mut rng))
+        });
+        let rank = agents[..index].iter().filter(|other| other.station == *station).count();
+        let motion = match station {
+            Station::Fixed(pose) => Motion::Standing(*pose),
+            Station::Driving(Route::Block(arm)) => crossing::block_lap(*arm, rank, self.lap),
+            Station::Driving(Route::Service(side)) => highway::service_lap(*side, rank, self.lap),
+            Station::Following(trajectory) => Motion::Recorded(Arc::clone(trajectory)),
+            Station::Riding(_) => unreachable!("checked with the parameters"),
+        };
+        Agent { id: *id, motion, body, is_of_the_population: false }
+    }
 }
 
 /// How many agents wait at each arm's stop line.

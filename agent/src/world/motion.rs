@@ -7,6 +7,7 @@ use v2x_common::time::Span;
 
 use super::path::Path;
 use super::profile::Profile;
+use crate::trajectories::{State, Trajectory};
 
 /// How one object moves.
 #[derive(Clone, Debug)]
@@ -15,6 +16,8 @@ pub(super) enum Motion {
     Standing(Pose),
     /// On a path.
     Riding(Ride),
+    /// From one recorded place to the next.
+    Recorded(Arc<Trajectory>),
 }
 
 /// A ride along a path, which repeats in every period and ends before the next one starts.
@@ -48,19 +51,27 @@ impl Motion {
         Self::Riding(Ride { path: Arc::clone(path), profile, start: Span::from_secs_f64(start_s), period })
     }
 
-    /// Pose and speed (m/s) at a time within the loop; `None` while it is absent.
-    pub(super) fn at(&self, t: Span) -> Option<(Pose, f64)> {
-        let ride = match self {
-            Self::Standing(pose) => return Some((*pose, 0.0)),
-            Self::Riding(ride) => ride,
-        };
-        let since_start = (t - ride.start).as_nanos().rem_euclid(ride.period.as_nanos());
+    /// Pose and velocity at a time within the loop; `None` while it is absent.
+    pub(super) fn at(&self, t: Span) -> Option<State> {
+        match self {
+            Self::Standing(pose) => Some(State { pose: *pose, velocity: (0.0, 0.0) }),
+            Self::Riding(ride) => ride.at(t),
+            Self::Recorded(trajectory) => trajectory.at(t),
+        }
+    }
+}
+
+impl Ride {
+    fn at(&self, t: Span) -> Option<State> {
+        let since_start = (t - self.start).as_nanos().rem_euclid(self.period.as_nanos());
         let since_start_s = Span::from_nanos(since_start).as_secs_f64();
         // Closed rides last the whole period, up to rounding.
-        if since_start_s > ride.profile.duration_s() + 1e-6 {
+        if since_start_s > self.profile.duration_s() + 1e-6 {
             return None;
         }
-        let (distance_m, speed_mps) = ride.profile.at(since_start_s);
-        Some((ride.path.at(distance_m), speed_mps))
+        let (distance_m, speed_mps) = self.profile.at(since_start_s);
+        let pose = self.path.at(distance_m);
+        let (sin, cos) = libm::sincos(pose.yaw);
+        Some(State { pose, velocity: (speed_mps * cos, speed_mps * sin) })
     }
 }

@@ -1,5 +1,7 @@
 //! What determines a world.
 
+use std::sync::Arc;
+
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
@@ -8,11 +10,14 @@ use v2x_common::time::Span;
 use super::crossing::CrossingConfig;
 use super::error::InvalidParameter;
 use super::highway::HighwayConfig;
+use super::recorded::RecordedWorld;
+use crate::trajectories::Trajectory;
+use crate::truth::ObjectId;
 
 /// All that a world depends on, apart from the seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldParameters {
-    /// Period: every object is where it was one period before. At least 100 s.
+    /// Period: every object is where it was one period before. At least 100 s; of a recording its length.
     pub loop_length: Span,
     /// Roads and population.
     pub config: WorldConfig,
@@ -21,16 +26,36 @@ pub struct WorldParameters {
 }
 
 /// Roads and population of a world.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum WorldConfig {
     /// Two roads that cross, with traffic lights, sidewalks and blocks around.
     Crossing(CrossingConfig),
     /// A straight motorway.
     Highway(HighwayConfig),
+    /// What was recorded.
+    Recorded(RecordedWorld),
+}
+
+impl WorldConfig {
+    /// Whether it begins again after its length.
+    pub const fn repeats(&self) -> bool {
+        match self {
+            Self::Crossing(_) | Self::Highway(_) => true,
+            Self::Recorded(recorded) => recorded.repeats,
+        }
+    }
+
+    /// The recording that it is.
+    pub const fn recorded(&self) -> Option<&RecordedWorld> {
+        match self {
+            Self::Recorded(recorded) => Some(recorded),
+            Self::Crossing(_) | Self::Highway(_) => None,
+        }
+    }
 }
 
 /// An agent as far as the world is concerned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WorldAgent {
     /// Its name.
     pub id: AgentId,
@@ -44,16 +69,27 @@ impl WorldParameters {
     /// Checks every number, that ids are unique, and that each route is one of these roads and has room.
     pub fn validate(&self) -> Result<(), InvalidParameter> {
         let loop_s = self.loop_length.as_secs_f64();
-        let is_valid = (100.0..=3600.0).contains(&loop_s);
-        InvalidParameter::check("loop_length", &self.loop_length, is_valid, "100 to 3600 s")?;
+        let (is_valid, expected) = match &self.config {
+            WorldConfig::Recorded(world) => {
+                (self.loop_length == world.traffic.length, "the recording's length")
+            }
+            _ => ((100.0..=3600.0).contains(&loop_s), "100 to 3600 s"),
+        };
+        InvalidParameter::check("loop_length", &self.loop_length, is_valid, expected)?;
         match &self.config {
             WorldConfig::Crossing(config) => config.validate()?,
             WorldConfig::Highway(config) => config.validate()?,
+            WorldConfig::Recorded(_) => {}
         }
         for (index, agent) in self.agents.iter().enumerate() {
             let others = &self.agents[..index];
             let is_new = others.iter().all(|other| other.id != agent.id);
             InvalidParameter::check("agents", &agent.id, is_new, "an id that no other agent has")?;
+            if let Station::Riding(object) = agent.station {
+                let n_objects = self.config.recorded().map_or(0, |world| world.traffic.objects.len());
+                let is_there = (1..=n_objects).contains(&(object.0 as usize));
+                InvalidParameter::check("ride", &object.0, is_there, "an object of the recording")?;
+            }
             let Station::Driving(route) = agent.station else { continue };
             let n_before = others.iter().filter(|other| other.station == agent.station).count();
             let fits = route.is_of(&self.config) && n_before < route.capacity();
@@ -64,12 +100,16 @@ impl WorldParameters {
 }
 
 /// How an agent is placed in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Station {
     /// At rest, in the map frame.
     Fixed(Pose),
     /// On a route of the world.
     Driving(Route),
+    /// On an object of a recording, which is its body.
+    Riding(ObjectId),
+    /// Along a way of its own.
+    Following(Arc<Trajectory>),
 }
 
 /// A closed route for agents that drive.

@@ -1,8 +1,10 @@
-//! A line on the ground, for pictures of a world. Nothing drives by it.
+//! A line or an area on the ground, for pictures of a world. Nothing drives by it.
 
 /// What a line on the ground is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RoadKind {
+    /// A part of the ground, by its border: a crossing, a square.
+    Area,
     /// Where vehicles drive or stand.
     Surface,
     /// The middle of a road, or the border of two lanes.
@@ -11,14 +13,14 @@ pub enum RoadKind {
     StopLine,
 }
 
-/// A line on the ground.
+/// A line on the ground, or an area.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Road {
     /// What it is.
     pub kind: RoadKind,
-    /// Its width, m.
+    /// Its width, m; 0 of an area.
     pub width_m: f64,
-    /// Its middle, in the map frame, m.
+    /// Its middle, or an area's border without the first point again, in the map frame, m.
     pub points: Vec<(f64, f64)>,
 }
 

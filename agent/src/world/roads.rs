@@ -10,6 +10,7 @@ impl WorldConfig {
         let mut roads = match self {
             Self::Crossing(_) => crossing::roads(),
             Self::Highway(config) => highway::roads(config),
+            Self::Recorded(world) => world.roads.clone(),
         };
         roads.sort_by_key(|road| road.kind);
         roads

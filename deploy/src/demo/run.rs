@@ -34,7 +34,7 @@ pub(crate) async fn run(
     }
     let started_at = clock::now();
     let folder = RunFolder::create(args.out.as_deref(), &chosen.scenario.name)?;
-    folder.write("scenario.toml", &chosen.text)?;
+    chosen.write(&folder)?;
     let demo = Demo {
         args,
         seed: args.seed.unwrap_or(chosen.scenario.seed),

@@ -3,6 +3,7 @@
 use super::WatchArgs;
 use crate::scenarios;
 use crate::web::{Scene, Site, Source};
+use anyhow::ensure;
 use std::net::SocketAddr;
 use tokio_util::sync::CancellationToken;
 
@@ -15,6 +16,10 @@ pub(super) async fn show(
     let site = Site::listen(address)?;
     let scene = args.scenario.as_deref().map(|name| {
         let scenario = scenarios::choose(name)?.scenario;
+        ensure!(
+            scenario.world.repeats(),
+            "--scenario {name}: where loop is false, only v2x up knows when the world began; use v2x up {name} --web"
+        );
         Ok::<_, anyhow::Error>(Scene::of_period(&scenario, args.seed.unwrap_or(scenario.seed)))
     });
     let scene = scene.transpose()?;

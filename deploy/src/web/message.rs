@@ -81,6 +81,7 @@ pub(super) struct RoadLine {
 impl RoadLine {
     fn of(road: &Road) -> Self {
         let kind = match road.kind {
+            RoadKind::Area => "area",
             RoadKind::Surface => "surface",
             RoadKind::Marking => "marking",
             RoadKind::StopLine => "stop",

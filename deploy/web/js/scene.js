@@ -120,6 +120,12 @@ export class Scene {
     };
     context.lineCap = "butt";
     for (const road of store.hello?.roads ?? []) {
+      if (road.kind === "area") {
+        trace(road.points);
+        context.fillStyle = palette.road;
+        context.fill();
+        continue;
+      }
       const isSurface = road.kind === "surface";
       context.lineWidth = Math.max(isSurface ? 2 : 1, road.width_m * view.scale);
       context.strokeStyle = isSurface ? palette.road : palette.marking;

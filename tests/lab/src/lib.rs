@@ -63,6 +63,7 @@ pub use crate::{
     drive::driver::{Consumer, Driver, Publishing},
     drive::keyframes::contender::Contender,
     drive::virtual_run::VirtualRun,
+    report::plot::recorded::recorded_svg,
     score::detection,
     score::errors::BoxError,
     score::run::summary::Summary,

@@ -16,6 +16,8 @@ pub(in crate::scenario) struct TomlAgent {
     pub(in crate::scenario) kind: SensorKind,
     pub(in crate::scenario) pose: Option<TomlPose>,
     pub(in crate::scenario) route: Option<String>,
+    pub(in crate::scenario) ride: Option<String>,
+    pub(in crate::scenario) waypoints: Option<Vec<[f64; 3]>>,
     pub(in crate::scenario) rate_hz: Option<f64>,
     pub(in crate::scenario) phase_ms: Option<TomlPhase>,
     #[serde(default)]

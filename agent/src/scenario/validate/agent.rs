@@ -2,31 +2,24 @@
 
 use std::f64::consts::TAU;
 
-use v2x_common::geometry::{Pose, wrap_angle};
-use v2x_common::id::{AgentId, MapFrame};
+use v2x_common::id::AgentId;
 use v2x_common::sensor::{FieldOfView, SensorKind};
 
 use super::field::Field;
-use super::{link, noise, pose, sending};
+use super::station::{Placing, Surroundings};
+use super::{link, noise, pose, sending, station};
 use crate::scenario::config::AgentConfig;
 use crate::scenario::error::ScenarioError;
-use crate::scenario::toml_file::{TomlAgent, TomlFieldOfView, TomlPose};
+use crate::scenario::toml_file::{TomlAgent, TomlFieldOfView};
 use crate::sending::SendingConfig;
 use crate::sensor::SensorConfig;
 use crate::timing::Rate;
-use crate::world::{Route, Station, WorldConfig};
 
 const DEFAULT_RATE_HZ: f64 = 10.0;
 const DEFAULT_RANGE_M: f64 = 60.0;
 /// A vehicle's own body hides what is nearer.
 const DEFAULT_VEHICLE_BLIND_ZONE_M: f64 = 2.5;
 const DEFAULT_DETECTION_PROBABILITY: f64 = 0.95;
-
-/// What all agents of a scenario have in common.
-pub(super) struct Surroundings {
-    pub(super) world: WorldConfig,
-    pub(super) map_frame: Option<MapFrame>,
-}
 
 pub(super) fn agent(
     field: &Field<'_>,
@@ -36,7 +29,8 @@ pub(super) fn agent(
     let id = AgentId::new(&file.id);
     let id = id.map_err(|cause| field.child("id").error(format_args!("{:?}", file.id), cause))?;
     let kind = file.kind;
-    let station = station(field, file.pose, file.route.as_deref(), kind, &surroundings.world)?;
+    let placing = Placing { pose: file.pose, route: file.route, ride: file.ride, waypoints: file.waypoints };
+    let station = station::station(field, placing, kind, surroundings)?;
     let rate_hz = file.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
     let rate = Rate::from_hz(rate_hz).ok_or_else(|| field.child("rate_hz").error(rate_hz, "0.1 to 1000"))?;
     let field_of_view = field_of_view(&field.child("field_of_view"), &file.field_of_view, kind)?;
@@ -69,44 +63,6 @@ pub(super) fn agent(
         link,
     };
     Ok(AgentConfig { station, sensor, sending })
-}
-
-fn station(
-    field: &Field<'_>,
-    pose: Option<TomlPose>,
-    route: Option<&str>,
-    kind: SensorKind,
-    world: &WorldConfig,
-) -> Result<Station, ScenarioError> {
-    match (pose, route) {
-        (Some(pose), None) => fixed_pose(&field.child("pose"), &pose).map(Station::Fixed),
-        (None, Some(name)) if kind == SensorKind::Vehicle => driving(&field.child("route"), name, world),
-        (None, Some(name)) => {
-            Err(field.child("route").error(format_args!("{name:?}"), "none: only vehicles drive"))
-        }
-        (Some(_), Some(_)) => Err(field.error("with both pose and route", "one of them")),
-        (None, None) => Err(field.error("without pose and route", "one of them")),
-    }
-}
-
-fn fixed_pose(field: &Field<'_>, file: &TomlPose) -> Result<Pose, ScenarioError> {
-    let limit = "-1e7 to 1e7";
-    let x = field.number("x", file.x, file.x.abs() <= 1e7, limit)?;
-    let y = field.number("y", file.y, file.y.abs() <= 1e7, limit)?;
-    let yaw_deg = field.number("yaw_deg", file.yaw_deg, file.yaw_deg.abs() <= 360.0, "-360 to 360")?;
-    Ok(Pose { x, y, yaw: wrap_angle(yaw_deg.to_radians()) })
-}
-
-fn driving(field: &Field<'_>, name: &str, world: &WorldConfig) -> Result<Station, ScenarioError> {
-    match (Route::from_name(name), world) {
-        (Some(route), _) if route.is_of(world) => Ok(Station::Driving(route)),
-        (_, WorldConfig::Crossing(_)) => {
-            Err(field.error(format_args!("{name:?}"), "block-ne, block-nw, block-sw or block-se"))
-        }
-        (_, WorldConfig::Highway(_)) => {
-            Err(field.error(format_args!("{name:?}"), "service-south or service-north"))
-        }
-    }
 }
 
 fn field_of_view(

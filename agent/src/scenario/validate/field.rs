@@ -25,6 +25,7 @@ impl<'a> Field<'a> {
     pub(super) fn error(&self, value: impl Display, expected: impl Display) -> ScenarioError {
         ScenarioError::Value {
             origin: self.origin.clone(),
+            place: None,
             field: self.path.clone(),
             value: value.to_string(),
             expected: expected.to_string(),

@@ -5,7 +5,10 @@ mod field;
 mod link;
 mod noise;
 mod pose;
+mod recorded;
+mod roads;
 mod sending;
+mod station;
 mod world;
 
 use v2x_common::id::MapFrame;
@@ -13,30 +16,44 @@ use v2x_common::time::Span;
 
 use super::config::{AgentConfig, Scenario};
 use super::error::{Origin, ScenarioError};
+use super::files::Files;
+use super::place;
 use super::toml_file::TomlScenario;
-use crate::world::Station;
-use agent::Surroundings;
+use crate::world::{Station, WorldConfig};
 use field::Field;
+use station::Surroundings;
 
 const DEFAULT_LOOP_S: f64 = 120.0;
 const DEFAULT_SEED: u64 = 1;
 
-pub(super) fn scenario(text: &str, origin: Origin) -> Result<Scenario, ScenarioError> {
+pub(super) fn scenario(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioError> {
+    read(text, origin, files).map_err(|error| match error {
+        ScenarioError::Value { origin, field, value, expected, .. } => ScenarioError::Value {
+            place: place::line_and_column(text, &field),
+            origin,
+            field,
+            value,
+            expected,
+        },
+        other => other,
+    })
+}
+
+fn read(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioError> {
     let file: TomlScenario = match toml::from_str(text) {
         Ok(file) => file,
         Err(source) => return Err(ScenarioError::Syntax { origin, cause: Box::new(source) }),
     };
     let root = Field::root(&origin);
-    let loop_s = file.loop_s.unwrap_or(DEFAULT_LOOP_S);
-    root.number("loop_s", loop_s, (100.0..=3600.0).contains(&loop_s), "100 to 3600")?;
     let map_frame = file.map_frame.map(|name| {
         MapFrame::new(&name).map_err(|cause| root.child("map_frame").error(format_args!("{name:?}"), cause))
     });
-    let world = world::world(&root.child("world"), &file.world)?;
+    let (world, files) = world::world(&root.child("world"), &file.world, files)?;
+    let loop_length = loop_length(&root, file.loop_s, &world)?;
     if file.agents.is_empty() {
         return Err(root.child("agents").error("empty", "at least one agent"));
     }
-    let surroundings = Surroundings { world, map_frame: map_frame.transpose()? };
+    let surroundings = Surroundings { world, loop_length, map_frame: map_frame.transpose()? };
     let mut agents: Vec<AgentConfig> = Vec::with_capacity(file.agents.len());
     for (index, agent) in file.agents.into_iter().enumerate() {
         let field = root.child(format_args!("agents[{index}]"));
@@ -46,12 +63,29 @@ pub(super) fn scenario(text: &str, origin: Origin) -> Result<Scenario, ScenarioE
     }
     Ok(Scenario {
         name: file.name,
-        loop_length: Span::from_secs_f64(loop_s),
+        loop_length,
         seed: file.seed.unwrap_or(DEFAULT_SEED),
-        world,
+        world: surroundings.world,
         agents,
         hub: file.hub,
+        files,
     })
+}
+
+/// Recorded traffic has the length that it has.
+fn loop_length(root: &Field<'_>, loop_s: Option<f64>, world: &WorldConfig) -> Result<Span, ScenarioError> {
+    match (world, loop_s) {
+        (WorldConfig::Recorded(recorded), None) => Ok(recorded.traffic.length),
+        (WorldConfig::Recorded(_), Some(loop_s)) => {
+            let expected = "none: recorded traffic is as long as its file, or as from_s and to_s say";
+            Err(root.child("loop_s").error(loop_s, expected))
+        }
+        (_, loop_s) => {
+            let loop_s = loop_s.unwrap_or(DEFAULT_LOOP_S);
+            root.number("loop_s", loop_s, (100.0..=3600.0).contains(&loop_s), "100 to 3600")?;
+            Ok(Span::from_secs_f64(loop_s))
+        }
+    }
 }
 
 /// Ids are unique, and each route has room.

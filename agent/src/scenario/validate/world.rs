@@ -1,19 +1,28 @@
 //! The world of a scenario.
 
 use super::field::Field;
+use super::recorded;
+use crate::scenario::config::ScenarioFile;
 use crate::scenario::error::ScenarioError;
+use crate::scenario::files::Files;
 use crate::scenario::toml_file::{TomlWorld, WorldKind};
 use crate::world::{CrossingConfig, HighwayConfig, WorldConfig};
 
-pub(super) fn world(field: &Field<'_>, file: &TomlWorld) -> Result<WorldConfig, ScenarioError> {
+/// The world, and the files that it was read from.
+pub(super) fn world(
+    field: &Field<'_>,
+    file: &TomlWorld,
+    files: &Files,
+) -> Result<(WorldConfig, Vec<ScenarioFile>), ScenarioError> {
+    refuse_foreign(field, file)?;
     match file.kind {
-        WorldKind::Crossing => crossing(field, file),
-        WorldKind::Highway => highway(field, file),
+        WorldKind::Crossing => Ok((crossing(field, file)?, Vec::new())),
+        WorldKind::Highway => Ok((highway(field, file)?, Vec::new())),
+        WorldKind::Trajectories => recorded::recorded(field, file, files),
     }
 }
 
 fn crossing(field: &Field<'_>, file: &TomlWorld) -> Result<WorldConfig, ScenarioError> {
-    refuse_foreign(field, "lanes", file.lanes, "crossing")?;
     let default = CrossingConfig::default();
     let config = CrossingConfig {
         traffic: file.traffic.unwrap_or(default.traffic),
@@ -28,8 +37,6 @@ fn crossing(field: &Field<'_>, file: &TomlWorld) -> Result<WorldConfig, Scenario
 }
 
 fn highway(field: &Field<'_>, file: &TomlWorld) -> Result<WorldConfig, ScenarioError> {
-    refuse_foreign(field, "pedestrians", file.pedestrians, "highway")?;
-    refuse_foreign(field, "bicycles", file.bicycles, "highway")?;
     let default = HighwayConfig::default();
     let config = HighwayConfig {
         traffic: file.traffic.unwrap_or(default.traffic),
@@ -42,14 +49,16 @@ fn highway(field: &Field<'_>, file: &TomlWorld) -> Result<WorldConfig, ScenarioE
     Ok(WorldConfig::Highway(config))
 }
 
-/// A setting of the other kind of world is an error.
-fn refuse_foreign(
-    field: &Field<'_>,
-    name: &str,
-    value: Option<u32>,
-    kind: &str,
-) -> Result<(), ScenarioError> {
-    value.map_or(Ok(()), |value| {
-        Err(field.child(name).error(value, format_args!("no such field in a {kind}")))
+/// A setting of another kind of world is an error.
+fn refuse_foreign(field: &Field<'_>, file: &TomlWorld) -> Result<(), ScenarioError> {
+    let kind = file.kind;
+    let foreign = file.given().into_iter().find(|(_, _, kinds)| !kinds.contains(&kind));
+    foreign.map_or(Ok(()), |(name, value, _)| {
+        let of = match kind {
+            WorldKind::Crossing => "no such field in a crossing",
+            WorldKind::Highway => "no such field in a highway",
+            WorldKind::Trajectories => "no such field with recorded traffic",
+        };
+        Err(field.child(name).error(value, of))
     })
 }

@@ -1,5 +1,6 @@
 //! `lab simulate`: runs a scenario in virtual time and scores it.
 
+use crate::commands::remarks::log_remarks;
 use crate::commands::run_folder::print_summary;
 use crate::data::simulation::Simulation;
 use crate::drive::virtual_run::VirtualRun;
@@ -34,6 +35,7 @@ const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Runs and scores.
 pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
     let scenario = Scenario::load(&args.scenario)?;
+    log_remarks(&scenario);
     let settings = HubSettings::from_table(scenario.hub.clone())?;
     let seed = args.seed.unwrap_or(scenario.seed);
     let duration = Span::from_secs_f64(args.duration_s);

@@ -6,6 +6,7 @@ use crate::drive::sweep::plan::{Length, PUBLISH_HZ, Plan};
 use crate::drive::sweep::{axis, scenarios};
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
+use v2x_agent::scenario::with_paths;
 use v2x_common::time::Span;
 
 /// Shortest scored time, s.
@@ -76,11 +77,19 @@ fn no_scenario(path: &Path) -> String {
     format!("reading the scenario {} (a file, such as deploy/scenarios/highway.toml)", path.display())
 }
 
+/// A scenario's text with the whole paths of the files of its world: points of a sweep are written elsewhere.
+fn with_files_of(scenario: &Path, text: &str) -> String {
+    let folder = scenario.parent().unwrap_or(Path::new(""));
+    with_paths(text, |_, file| std::path::absolute(folder.join(file)).ok())
+}
+
 impl SweepArgs {
     /// The plan of the sweep.
     pub fn plan(&self) -> anyhow::Result<Plan> {
         let text = match &self.scenario {
-            Some(path) => std::fs::read_to_string(path).with_context(|| no_scenario(path))?,
+            Some(path) => {
+                with_files_of(path, &std::fs::read_to_string(path).with_context(|| no_scenario(path))?)
+            }
             None if self.axes.iter().any(Axis::is_number_of_agents) => scenarios::TEN_AGENTS.to_owned(),
             None => scenarios::DEFAULT_SCENARIO.to_owned(),
         };

@@ -3,7 +3,7 @@
 use crate::drive::sweep::axis::{Axis, AxisValue};
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::overrides::{OverrideError, Path};
-use v2x_agent::scenario::{Scenario, ScenarioError};
+use v2x_agent::scenario::{Files, Scenario, ScenarioError};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 use v2x_fusion_hub::hub::{HubSettings, SettingsError};
@@ -96,10 +96,12 @@ impl Plan {
     /// All points, by value, Δmax and seed. Every one is checked before the first is run.
     pub fn points(&self) -> Result<Vec<Point>, PlanError> {
         let mut points = Vec::new();
+        // Recorded traffic is read once for all points.
+        let files = Files::default();
         for values in self.places() {
             for delta_max_ms in &self.delta_max_ms {
                 for seed in &self.seeds {
-                    points.push(self.point(&values, *delta_max_ms, *seed)?);
+                    points.push(self.point((&values, *delta_max_ms), *seed, &files)?);
                 }
             }
         }
@@ -119,7 +121,12 @@ impl Plan {
         places
     }
 
-    fn point(&self, values: &[AxisValue], delta_max_ms: Option<f64>, seed: u64) -> Result<Point, PlanError> {
+    fn point(
+        &self,
+        (values, delta_max_ms): (&[AxisValue], Option<f64>),
+        seed: u64,
+        files: &Files,
+    ) -> Result<Point, PlanError> {
         let at = || {
             let names =
                 self.axes.iter().zip(values).map(|(axis, value)| format!("{}={}", axis.name, value.text));
@@ -139,8 +146,8 @@ impl Plan {
             path("hub.delta_max_ms").set(&mut table, &toml::Value::Float(delta_max_ms))?;
         }
         let text = toml::to_string(&table)?;
-        let scenario = Scenario::from_toml(&text)
-            .map_err(|cause| PlanError::Scenario { at: at(), cause: Box::new(cause) })?;
+        let scenario = Scenario::from_toml_with(&text, files)
+            .map_err(|cause| PlanError::Scenario { at: at(), cause: Box::new(cause.without_place()) })?;
         let n = scenario.agents.len();
         let asked = self.axes.iter().zip(values).find(|(axis, _)| axis.is_number_of_agents());
         #[expect(

@@ -156,8 +156,13 @@ fn labels(sheet: &mut Sheet, scene: &BevScene, view: &Viewport, pen: &Pen) {
     }
 }
 
-/// A line on the ground in its true width, thin ones at least a hair.
+/// An area, or a line on the ground in its true width, thin ones at least a hair.
 fn road(sheet: &mut Sheet, view: &Viewport, road: &Road) {
+    if road.kind == RoadKind::Area {
+        let border: Vec<_> = road.points.iter().map(|point| view.px(*point)).collect();
+        sheet.path(&border, true, Paint::fill(FAINT));
+        return;
+    }
     let colour = if road.kind == RoadKind::Surface { FAINT } else { PAPER };
     let width = (road.width_m * view.px_per_m()).max(1.0);
     for pair in road.points.windows(2) {

@@ -1,0 +1,113 @@
+//! The files that a scenario names.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::error::ScenarioError;
+use super::place;
+use crate::trajectories::{ReadOptions, Traffic, TrafficError, VehicleType, read, read_vehicle_types};
+
+/// Keys of the `[world]` table that name files.
+pub(super) const KEYS: [&str; 2] = ["file", "vtypes"];
+
+/// Where the files of a scenario are. What was read once is not read again for another scenario.
+#[derive(Debug, Default)]
+pub struct Files {
+    folder: PathBuf,
+    read: RefCell<Vec<(PathBuf, ReadOptions, Arc<Traffic>)>>,
+}
+
+impl Files {
+    /// Paths are relative to this folder; by default to the present one.
+    pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into(), read: RefCell::default() }
+    }
+
+    /// Paths are relative to the folder of this file.
+    pub fn beside(file: &Path) -> Self {
+        Self::in_folder(file.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Where a file is.
+    pub(super) fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// The files beside a missing one that could be meant, as words.
+    pub(super) fn others(&self, path: &Path) -> String {
+        let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut names: Vec<_> =
+            names.filter(|name| name.ends_with(".csv") || name.ends_with(".xml")).collect();
+        names.sort_unstable();
+        names.truncate(8);
+        if names.is_empty() { "none there".to_owned() } else { names.join(", ") }
+    }
+
+    pub(super) fn traffic(&self, path: PathBuf, options: ReadOptions) -> Result<Arc<Traffic>, ScenarioError> {
+        let known = self.read.borrow().iter().find_map(|(file, with, traffic)| {
+            (*file == path && *with == options).then(|| Arc::clone(traffic))
+        });
+        if let Some(traffic) = known {
+            return Ok(traffic);
+        }
+        let traffic = open(&path).and_then(|file| read(file, &options));
+        let traffic = Arc::new(traffic.map_err(|cause| refused(&path, cause))?);
+        self.read.borrow_mut().push((path, options, Arc::clone(&traffic)));
+        Ok(traffic)
+    }
+
+    pub(super) fn vehicle_types(
+        path: &Path,
+    ) -> Result<std::collections::BTreeMap<String, VehicleType>, ScenarioError> {
+        open(path).and_then(read_vehicle_types).map_err(|cause| refused(path, cause))
+    }
+}
+
+fn open(path: &Path) -> Result<BufReader<File>, TrafficError> {
+    Ok(BufReader::with_capacity(1 << 16, File::open(path)?))
+}
+
+fn refused(path: &Path, cause: TrafficError) -> ScenarioError {
+    ScenarioError::Traffic { path: path.to_owned(), cause: Box::new(cause) }
+}
+
+/// A scenario's text in which the files of the world have other paths, by their keys and present ones; as it is where it
+/// names none.
+pub fn with_paths(text: &str, path_of: impl Fn(&str, &str) -> Option<PathBuf>) -> String {
+    let mut text = text.to_owned();
+    for key in KEYS {
+        let value = text.parse::<toml::Table>().ok().and_then(|table| {
+            let file = table.get("world")?.get(key)?.as_str()?;
+            path_of(key, file)
+        });
+        let (Some(path), Some(span)) = (value, place::span_of(&text, &format!("world.{key}"))) else {
+            continue;
+        };
+        // JSON writes a text with the same escapes as TOML.
+        text.replace_range(span, &serde_json::Value::from(path.display().to_string()).to_string());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_replaced_and_all_else_stays_as_it_was() {
+        let text = "[world] # of mine\nfile = \"a.csv\" # recorded\n";
+        let moved = with_paths(text, |_, file| Some(Path::new("/runs \"1\"").join(file)));
+        let table: toml::Table = moved.parse().unwrap();
+        assert_eq!(table["world"]["file"].as_str(), Some("/runs \"1\"/a.csv"));
+        assert!(moved.starts_with("[world] # of mine\n") && moved.ends_with(" # recorded\n"), "{moved}");
+        assert_eq!(
+            with_paths("[world]\nkind = \"crossing\"\n", |_, _| None),
+            "[world]\nkind = \"crossing\"\n"
+        );
+    }
+}

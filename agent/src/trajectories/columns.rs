@@ -1,0 +1,129 @@
+//! The columns of tables that are understood, by name.
+
+use super::traffic::Format;
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Column {
+    /// Seconds.
+    Time,
+    /// Milliseconds.
+    TimeMillis,
+    Id,
+    Class,
+    X,
+    Y,
+    /// Radians, counter-clockwise from east.
+    Yaw,
+    /// Degrees, counter-clockwise from east.
+    YawDegrees,
+    /// Degrees, clockwise from north.
+    Compass,
+    Width,
+    Depth,
+    Scene,
+    EgoX,
+    EgoY,
+    EgoYaw,
+    /// Not used, and not worth a word.
+    Silent,
+}
+
+/// Names in lower case. Of several names of one meaning the first one of the header counts.
+const NAMES: &[(&str, Column)] = &[
+    ("t", Column::Time),
+    ("t_s", Column::Time),
+    ("time", Column::Time),
+    ("time_s", Column::Time),
+    ("timestamp_s", Column::Time),
+    ("t_ms", Column::TimeMillis),
+    ("time_ms", Column::TimeMillis),
+    ("timestamp_ms", Column::TimeMillis),
+    ("id", Column::Id),
+    ("object_id", Column::Id),
+    ("track_id", Column::Id),
+    ("class", Column::Class),
+    ("type", Column::Class),
+    ("agent_type", Column::Class),
+    ("object_type", Column::Class),
+    ("x", Column::X),
+    ("x_m", Column::X),
+    ("y", Column::Y),
+    ("y_m", Column::Y),
+    ("yaw", Column::Yaw),
+    ("yaw_rad", Column::Yaw),
+    ("psi_rad", Column::Yaw),
+    ("yaw_deg", Column::YawDegrees),
+    ("heading_deg", Column::Compass),
+    ("w", Column::Width),
+    ("width", Column::Width),
+    ("width_m", Column::Width),
+    ("d", Column::Depth),
+    ("length", Column::Depth),
+    ("length_m", Column::Depth),
+    ("scene", Column::Scene),
+    ("case_id", Column::Scene),
+    ("ego_x", Column::EgoX),
+    ("ego_y", Column::EgoY),
+    ("ego_yaw", Column::EgoYaw),
+    ("frame", Column::Silent),
+    ("frame_id", Column::Silent),
+    ("vx", Column::Silent),
+    ("vy", Column::Silent),
+];
+
+/// The columns of a table: for each its place and its name in the header.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Columns {
+    places: Vec<(Column, usize, String)>,
+    /// Names that mean nothing here.
+    pub(super) ignored: Vec<String>,
+    pub(super) format: Format,
+    pub(super) n: usize,
+}
+
+impl Columns {
+    /// Of a header.
+    pub(super) fn of<'a>(header: impl Iterator<Item = &'a str>) -> Self {
+        let (mut places, mut ignored, mut n) = (Vec::<(Column, usize, String)>::new(), Vec::new(), 0);
+        for (place, name) in header.enumerate() {
+            n = place + 1;
+            let folded = name.to_ascii_lowercase();
+            match NAMES.iter().find(|(known, _)| *known == folded).map(|(_, column)| *column) {
+                Some(Column::Silent) => {}
+                Some(column) if places.iter().all(|(other, ..)| *other != column) => {
+                    places.push((column, place, name.to_owned()));
+                }
+                _ => ignored.push(name.to_owned()),
+            }
+        }
+        let has = |wanted: &str| places.iter().any(|(.., name)| name.eq_ignore_ascii_case(wanted));
+        let format = if has("track_id") && has("timestamp_ms") {
+            Format::Interaction
+        } else if has("object_id") && has("t_s") {
+            Format::Laboratory
+        } else {
+            Format::Csv
+        };
+        Self { places, ignored, format, n }
+    }
+
+    /// Place and name of a column.
+    pub(super) fn find(&self, column: Column) -> Option<(usize, &str)> {
+        let found = self.places.iter().find(|(one, ..)| *one == column);
+        found.map(|(_, place, name)| (*place, name.as_str()))
+    }
+
+    /// Names of the columns that are needed and not there.
+    pub(super) fn missing(&self) -> Vec<&'static str> {
+        let has = |column| self.find(column).is_some();
+        let needed = [
+            ("t", has(Column::Time) || has(Column::TimeMillis)),
+            ("id", has(Column::Id)),
+            ("class", has(Column::Class)),
+            ("x", has(Column::X)),
+            ("y", has(Column::Y)),
+        ];
+        needed.iter().filter(|(_, is_there)| !is_there).map(|(name, _)| *name).collect()
+    }
+}

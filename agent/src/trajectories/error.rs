@@ -1,0 +1,103 @@
+//! Why recorded traffic cannot be used.
+
+use v2x_common::time::Span;
+
+/// Why recorded traffic cannot be used. The caller names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum TrafficError {
+    /// Reading failed.
+    #[error("cannot be read: {0}")]
+    Read(#[from] std::io::Error),
+    /// It is neither a table nor XML.
+    #[error("{0}")]
+    Format(&'static str),
+    /// It has no rows.
+    #[error("has no rows{0}")]
+    Empty(String),
+    /// All rows are of one time.
+    #[error(
+        "has one time only: a trajectory needs a place at two times or more (for what stands, repeat its row)"
+    )]
+    OneTime,
+    /// Columns are missing.
+    #[error(
+        "line 1: no column {missing}; needed are t, id, class, x, y (optional yaw, w, d); found are {found}"
+    )]
+    MissingColumns {
+        /// All missing columns.
+        missing: String,
+        /// The columns of the header.
+        found: String,
+    },
+    /// The text is no CSV.
+    #[error("is no table: {0}")]
+    Table(#[from] csv::Error),
+    /// The text is no XML.
+    #[error("line {line}: {cause}")]
+    Xml {
+        /// Counted from 1.
+        line: u64,
+        /// The cause.
+        cause: String,
+    },
+    /// A row has more cells than the header.
+    #[error("line {line}: {cells} cells under {columns} columns; is a comma used as decimal point?")]
+    TooManyCells {
+        /// Counted from 1.
+        line: u64,
+        /// Cells of the row.
+        cells: usize,
+        /// Columns of the header.
+        columns: usize,
+    },
+    /// An invalid value.
+    #[error("line {line}, {} {column}: {value:?}, expected {expected}", if *.is_xml { "attribute" } else { "column" })]
+    Value {
+        /// Counted from 1.
+        line: u64,
+        /// Of the column or attribute.
+        column: String,
+        /// Whether it is of an attribute.
+        is_xml: bool,
+        /// The value.
+        value: String,
+        /// What is valid.
+        expected: &'static str,
+    },
+    /// One object is at two places at one time.
+    #[error(
+        "lines {first} and {second}: object {id} has two rows at {t_s} s; one object has one place at a time"
+    )]
+    Duplicate {
+        /// The object.
+        id: String,
+        /// The time in the file, s.
+        t_s: f64,
+        /// Line of a row.
+        first: u64,
+        /// Line of the other.
+        second: u64,
+    },
+    /// More rows than are kept.
+    #[error("line {line}: more than {limit} rows; keep a part of the time by from_s and to_s")]
+    TooManyRows {
+        /// Counted from 1.
+        line: u64,
+        /// How many are kept.
+        limit: usize,
+    },
+    /// No such scene.
+    #[error("has no scene {wanted:?}; it has {known}")]
+    NoSuchScene {
+        /// The scene.
+        wanted: String,
+        /// The first scenes of the file.
+        known: String,
+    },
+    /// The recording is too short or too long to be a world.
+    #[error("lasts {length}, expected 0.1 s to 7 days")]
+    Length {
+        /// From the first row to the last.
+        length: Span,
+    },
+}

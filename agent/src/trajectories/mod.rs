@@ -1,0 +1,36 @@
+//! Recorded traffic: where objects were, read from text that users have.
+//!
+//! | format | how it is known |
+//! |---|---|
+//! | CSV | columns by name, in any order, separated by commas, semicolons or tabs |
+//! | the laboratory's CSV | columns `t_s`, `object_id`, …; the ego is an object, too |
+//! | INTERACTION CSV | columns `track_id`, `timestamp_ms`, `agent_type`, `psi_rad`, … |
+//! | SUMO floating-car data | XML with the root `fcd-export` |
+//!
+//! [`read`] takes a reader and keeps one row for each object and time, of a window of time where one is given. All else
+//! streams, so that the length of the text does not matter. The result is in metres, x east, y north, heading in radians
+//! counter-clockwise from x, at the middle of each object; time begins at 0 with the earliest row.
+
+mod builder;
+mod columns;
+mod error;
+mod fcd;
+mod headings;
+mod options;
+mod read;
+mod remarks;
+mod table;
+mod traffic;
+mod trajectory;
+mod vtypes;
+mod xml;
+
+pub use error::TrafficError;
+pub use options::{ReadOptions, VehicleType};
+pub use read::read;
+pub use traffic::{Format, RecordedObject, Remarks, Traffic};
+pub use trajectory::{Sample, State, Trajectory};
+pub use vtypes::read_vehicle_types;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,47 @@
+//! The command line of `v2x scenario`.
+
+use std::path::PathBuf;
+
+/// Write a commented scenario file, to begin one of your own
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ScenarioArgs {
+    #[command(subcommand)]
+    pub(super) action: Action,
+}
+
+#[derive(Clone, Debug, clap::Subcommand)]
+pub(super) enum Action {
+    /// Write a commented scenario that v2x up runs at once
+    #[command(after_help = "\
+Examples:
+  v2x scenario init                                    scenario.toml: a crossing, with a comment for each line
+  v2x scenario init --world traffic.csv                traffic.toml: your recorded traffic; a car and a roadside unit
+  v2x scenario init --world fcd.xml --vtypes demand.rou.xml --from 600 --to 660 rush-hour.toml
+Then: v2x up traffic.toml --web")]
+    Init(InitArgs),
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct InitArgs {
+    /// Recorded traffic: CSV, or SUMO's floating-car data (v2x world FILE shows what is in it)
+    #[arg(long, value_name = "FILE")]
+    pub(super) world: Option<PathBuf>,
+    /// Begin so many seconds after the file's first row
+    #[arg(long, value_name = "S", requires = "world", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// End so many seconds after the file's first row
+    #[arg(long, value_name = "S", requires = "world")]
+    pub(super) to: Option<f64>,
+    /// The scene, of a file with several [default: the first]
+    #[arg(long, value_name = "NAME", requires = "world")]
+    pub(super) scene: Option<String>,
+    /// A file with SUMO's vehicle types (<vType id vClass length width/>): sizes and classes by type
+    #[arg(long, value_name = "FILE", requires = "world")]
+    pub(super) vtypes: Option<PathBuf>,
+    /// The scenario file [default: scenario.toml, or the name of the recorded traffic]
+    #[arg(value_name = "OUT.toml")]
+    pub(super) out: Option<PathBuf>,
+    /// Overwrite the file if it exists
+    #[arg(long)]
+    pub(super) force: bool,
+}

@@ -1,0 +1,59 @@
+//! Writes the file, and reads it once as a check.
+
+use super::args::{Action, InitArgs, ScenarioArgs};
+use super::text::{self, Files};
+use crate::recorded;
+use anyhow::{Context, bail};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use v2x_agent::scenario::Scenario;
+use v2x_agent::trajectories::ReadOptions;
+
+const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
+
+pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
+    let Action::Init(args) = &args.action;
+    let out = args.out.clone().unwrap_or_else(|| default_out(args.world.as_deref()));
+    if out.exists() && !args.force {
+        bail!("{} exists; choose another name, or give --force to overwrite it", out.display());
+    }
+    let text = match &args.world {
+        Some(world) => of_world(args, world, &out)?,
+        None => CROSSING.to_owned(),
+    };
+    std::fs::write(&out, text).with_context(|| format!("writing {}", out.display()))?;
+    let scenario = Scenario::load(&out).context("reading what was written")?;
+    let agents: Vec<_> = scenario.agents.iter().map(|agent| agent.id().to_string()).collect();
+    let _ = writeln!(
+        std::io::stderr(),
+        "{}: agents {}\nrun it: v2x up {} --web",
+        out.display(),
+        agents.join(", "),
+        out.display()
+    );
+    Ok(())
+}
+
+fn default_out(world: Option<&Path>) -> PathBuf {
+    world
+        .and_then(Path::file_stem)
+        .map_or_else(|| PathBuf::from("scenario.toml"), |stem| PathBuf::from(stem).with_extension("toml"))
+}
+
+fn of_world(args: &InitArgs, world: &Path, out: &Path) -> anyhow::Result<String> {
+    let mut options =
+        ReadOptions { from_s: args.from, to_s: args.to, scene: args.scene.clone(), ..ReadOptions::default() };
+    let traffic = recorded::open(world, args.vtypes.as_deref(), &mut options)?;
+    let vtypes = args.vtypes.as_deref().map(|file| from_folder_of(out, file)).transpose()?;
+    let files = Files { traffic: &from_folder_of(out, world)?, vtypes: vtypes.as_deref() };
+    Ok(text::scenario(&traffic, &options, &files))
+}
+
+/// The path of a file as it is written in a scenario: relative where both are in one folder, else absolute.
+fn from_folder_of(scenario: &Path, file: &Path) -> anyhow::Result<String> {
+    let whole = std::path::absolute(file).with_context(|| format!("finding {}", file.display()))?;
+    let folder = std::path::absolute(scenario).with_context(|| format!("finding {}", scenario.display()))?;
+    let folder = folder.parent().unwrap_or(Path::new("/"));
+    let path = whole.strip_prefix(folder).unwrap_or(&whole);
+    path.to_str().map(str::to_owned).with_context(|| format!("the path {} is not UTF-8", path.display()))
+}

@@ -1,0 +1,8 @@
+//! `v2x scenario`: writes scenario files.
+
+mod args;
+mod init;
+mod text;
+
+pub(crate) use args::ScenarioArgs;
+pub(crate) use init::run;

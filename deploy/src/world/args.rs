@@ -1,0 +1,42 @@
+//! The command line of `v2x world`.
+
+use std::path::PathBuf;
+
+/// Draw what is in a file of recorded traffic, and say what looks wrong
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Formats: CSV with columns t, id, class, x, y (optional yaw, w, d; s, m, rad), the laboratory's CSV, INTERACTION CSV, and
+SUMO's XML of  sumo --fcd-output fcd.xml. Columns yaw_deg (counter-clockwise from east) and heading_deg (clockwise from
+north) are read, too.
+
+Examples:
+  v2x world traffic.csv                        the summary, and the picture traffic.world.svg
+  v2x world traffic.csv --json | jq .warnings
+  v2x world fcd.xml --from 600 --to 660        one minute of a long file; only that is kept in memory
+  v2x world my-scenario.toml                   the world of a scenario, with its roads
+Then: v2x scenario init --world traffic.csv")]
+pub(crate) struct WorldArgs {
+    /// The file, or a scenario with recorded traffic
+    pub(super) file: PathBuf,
+    /// Begin so many seconds after the file's first row
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// End so many seconds after the file's first row
+    #[arg(long, value_name = "S")]
+    pub(super) to: Option<f64>,
+    /// The scene, of a file with several [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub(super) scene: Option<String>,
+    /// A file with SUMO's vehicle types (<vType id vClass length width/>): sizes and classes by type
+    #[arg(long, value_name = "FILE")]
+    pub(super) vtypes: Option<PathBuf>,
+    /// Where the picture is written [default: FILE.world.svg in this folder]
+    #[arg(long, value_name = "FILE")]
+    pub(super) svg: Option<PathBuf>,
+    /// List all objects, not only those that go the longest way
+    #[arg(long)]
+    pub(super) all: bool,
+    /// Print the summary as one line of JSON, with all objects
+    #[arg(long)]
+    pub(super) json: bool,
+}

@@ -1,0 +1,35 @@
+//! Recorded traffic as the truth of the laboratory's commands, started in another folder than its files are in.
+
+use crate::folder::Folder;
+
+const JUNCTION: &str = include_str!("../../deploy/examples/recorded/junction.csv");
+const SCENARIO: &str = include_str!("../../deploy/examples/recorded/junction.toml");
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    std::fs::create_dir_all(folder.0.join("mine")).unwrap();
+    folder.write("mine/junction.csv", JUNCTION);
+    folder.write("mine/junction.toml", SCENARIO);
+    folder
+}
+
+#[test]
+fn a_recorded_world_is_simulated_and_scored_against_itself() {
+    let folder = folder("recorded-simulate");
+    let summary = folder.json("simulate mine/junction.toml --duration-s 40 --json");
+    let ate_m = summary["fused"]["ate_m"].as_f64();
+    assert!(ate_m.is_some_and(|ate_m| ate_m < 0.5), "{summary}");
+    assert_eq!(folder.json("simulate mine/junction.toml --duration-s 40 --json"), summary);
+}
+
+#[test]
+fn a_sweep_varies_agents_in_recorded_traffic() {
+    let folder = folder("recorded-sweep");
+    let sweep = "sweep latency=0,400 --scenario mine/junction.toml --seeds 1 --duration-s 20 --methods drop-late,ours --json";
+    let rows = folder.json(sweep);
+    let text = rows.to_string();
+    assert!(text.contains("ours") && text.contains("400"), "{text}");
+    let complaint =
+        folder.complaint("sweep agents.ego.ride=veh5,nobody --scenario mine/junction.toml --out other");
+    assert!(complaint.contains("agents[0].ride is \"nobody\"") && complaint.contains("veh1"), "{complaint}");
+}
