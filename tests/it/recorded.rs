@@ -7,7 +7,6 @@ const SCENARIO: &str = include_str!("../../deploy/examples/recorded/junction.tom
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
-    std::fs::create_dir_all(folder.0.join("mine")).unwrap();
     folder.write("mine/junction.csv", JUNCTION);
     folder.write("mine/junction.toml", SCENARIO);
     folder
