@@ -35,7 +35,7 @@ pub(super) struct InitArgs {
     /// The scene, of a file with several [default: the first]
     #[arg(long, value_name = "NAME", requires = "world")]
     pub(super) scene: Option<String>,
-    /// A file with SUMO's vehicle types (<vType id vClass length width/>): sizes and classes by type
+    /// A file with SUMO's vehicle types (its elements vType): sizes and classes by type
     #[arg(long, value_name = "FILE", requires = "world")]
     pub(super) vtypes: Option<PathBuf>,
     /// The scenario file [default: scenario.toml, or the name of the recorded traffic]

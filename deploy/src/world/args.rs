@@ -27,7 +27,7 @@ pub(crate) struct WorldArgs {
     /// The scene, of a file with several [default: the first]
     #[arg(long, value_name = "NAME")]
     pub(super) scene: Option<String>,
-    /// A file with SUMO's vehicle types (<vType id vClass length width/>): sizes and classes by type
+    /// A file with SUMO's vehicle types (its elements vType): sizes and classes by type
     #[arg(long, value_name = "FILE")]
     pub(super) vtypes: Option<PathBuf>,
     /// Where the picture is written [default: FILE.world.svg in this folder]
