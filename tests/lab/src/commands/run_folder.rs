@@ -139,7 +139,7 @@ impl RunFolder {
     fn commit(&self) -> Option<String> {
         let text = std::fs::read(self.path.join("about.json")).ok()?;
         let About { version, commit, started, .. } = serde_json::from_slice(&text).ok()?;
-        Some(format!("started {started} by version {version}, commit {commit}"))
+        Some(format!("Started {started} by version {version}, commit {commit}"))
     }
 
     /// Whether this is the folder of a run that ended, or a file in one.

@@ -1,63 +1,119 @@
 //! A self-contained HTML page: no scripts, external style sheets or pictures. It is read on a telephone, in the dark, and on
 //! paper.
 
+use crate::report::plot::pieces::{Layout, Pieces};
+use crate::report::plot::sheet::Sheet;
 use crate::report::table::escaped;
+use jiff::Timestamp;
+use v2x_common::version;
 
-const STYLE: &str = "\
-:root { color-scheme: light dark; --ink: #222; --paper: #fff; --muted: #555; --line: #e0e0e0; --accent: #0072b2; \
---ours: #b0467f; --mark: #f9edf4; --soft: #f3f4f6; --good: #00724f; --bad: #b34700; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e6e6; --paper: #15171b; --muted: #a8a8a8; --line: #343840; \
---accent: #56b4e9; --ours: #cc79a7; --mark: #35242e; --soft: #22252b; --good: #2fc494; --bad: #ff8c42; } }
-* { box-sizing: border-box; }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto; max-width: 1400px; padding: 1rem clamp(.8rem, 3vw, 2rem) 4rem; overflow-wrap: break-word; }
-h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.3rem; margin-top: 2.5rem; border-bottom: 2px solid var(--accent); }
-h3 { font-size: 1.05rem; margin-bottom: .3rem; }
-nav a { margin-right: 1rem; } a { color: var(--accent); }
-.verdict { border-left: 6px solid var(--ours); background: var(--soft); padding: .7rem 1rem; margin: 1rem 0; }
-.verdict b { font-size: 1.25rem; margin-right: .6rem; } .verdict.good { border-color: var(--good); } .verdict.good b { color: var(--good); }
-.verdict.bad { border-color: var(--bad); } .verdict.bad b { color: var(--bad); }
-.table { overflow-x: auto; max-width: 100%; } table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
-th, td { padding: 3px 9px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: var(--paper); }
-thead th { border-bottom: 2px solid var(--muted); }
-tr.marked td { background: var(--mark); font-weight: 600; } tr.marked td:first-child { box-shadow: inset 4px 0 var(--ours); }
-.words td { white-space: normal; text-align: left; }
-figure { margin: 1rem 0; overflow-x: auto; } figure svg { display: block; width: 100%; min-width: 620px; height: auto; border: 1px solid var(--line); }
-figcaption { font-size: 13px; color: var(--muted); position: sticky; left: 0; }
-pre { background: var(--soft); padding: .6rem .8rem; overflow-x: auto; font-size: 13px; }
-details { margin: .4rem 0; } summary { cursor: pointer; color: var(--accent); } .notes { font-size: 13px; color: var(--muted); padding-left: 1.2rem; }
-@media print { body { max-width: none; padding: 0; font-size: 11px; } .table, figure { overflow: visible; } figure svg { min-width: 0; } \
-th:first-child, td:first-child { position: static; } figure, tr, .verdict { break-inside: avoid; } h2, h3 { break-after: avoid; } nav { display: none; } }
-";
+const STYLE: &str = include_str!("style.css");
 
-/// A page with this title and body, which is HTML.
-pub(crate) fn page(title: &str, body: &str) -> String {
+/// A part of a page, to which its head links.
+pub(crate) struct Section {
+    /// Its name in links.
+    pub id: String,
+    /// The text of the link.
+    pub name: String,
+    /// Its heading.
+    pub title: String,
+    /// What stands in it, as HTML.
+    pub html: String,
+}
+
+impl Section {
+    /// A section with its heading as its name.
+    pub(crate) fn new(id: &str, title: &str, html: String) -> Self {
+        Self { id: id.to_owned(), name: title.to_owned(), title: title.to_owned(), html }
+    }
+}
+
+/// A page with this title: what stands at its top, links to its sections, the sections, and what wrote it.
+pub(crate) fn page(title: &str, top: &str, sections: &[Section]) -> String {
+    let link = |Section { id, name, .. }: &Section| format!("<a href=\"#{id}\">{}</a>\n", escaped(name));
+    let section = |Section { id, title, html, .. }: &Section| {
+        format!("<section>\n<h2 id=\"{id}\">{}</h2>\n{html}</section>\n", escaped(title))
+    };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
-         <style>\n{STYLE}</style></head>\n<body>\n{body}</body>\n</html>\n",
-        escaped(title)
+         content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n\
+         <style>\n{STYLE}</style></head>\n<body>\n<h1>{0}</h1>\n{top}<nav>\n{1}</nav>\n{2}{3}</body>\n</html>\n",
+        escaped(title),
+        sections.iter().map(link).collect::<String>(),
+        sections.iter().map(section).collect::<String>(),
+        footer(&command(), Timestamp::now()),
     )
 }
 
-/// The verdict, which stands before everything else.
-pub(crate) fn verdict_html(is_good: bool, verdict: &str, reasons: &str) -> String {
-    let class = if is_good { "good" } else { "bad" };
-    format!("<p class=\"verdict {class}\"><b>{}</b>{}</p>\n", escaped(verdict), escaped(reasons))
+/// The command line of this program, without the folder of the program.
+pub(crate) fn command() -> String {
+    let mut words = std::env::args();
+    let program = words.next().unwrap_or_default();
+    let program =
+        std::path::Path::new(&program).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    std::iter::once(program).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// A figure as wide as the page; where that is too narrow to read, it scrolls within its own box. With the name of its
-/// files, if it has some.
-pub(crate) fn figure(svg: &str, file: Option<&str>) -> String {
-    let caption = file.map_or_else(String::new, |name| {
+/// What wrote the page, and when.
+fn footer(command: &str, at: Timestamp) -> String {
+    format!(
+        "<footer>Written by <code>{}</code>, version {}, {} UTC.</footer>\n",
+        escaped(command),
+        version::LONG,
+        at.strftime("%Y-%m-%d %H:%M")
+    )
+}
+
+/// The verdict, which stands before everything else: in a word, and its reasons, one a line.
+pub(crate) fn verdict_html(is_good: bool, verdict: &str, reasons: &[String]) -> String {
+    let class = if is_good { "good" } else { "bad" };
+    let reasons: String = reasons.iter().map(|reason| format!("<p>{}</p>\n", escaped(reason))).collect();
+    format!("<div class=\"verdict {class}\"><b>{}</b>\n{reasons}</div>\n", escaped(verdict))
+}
+
+/// A figure: its panels side by side as far as they can be read there, and one legend. With links to its files, if it has
+/// some.
+pub(crate) fn figure(pieces: &Pieces, file: Option<&str>) -> String {
+    let Pieces { title, subtitle, panels, legend, layout } = pieces;
+    let class = match layout {
+        Layout::Columns => "panels",
+        Layout::LargeColumns => "panels large",
+        Layout::Rows => "panels rows",
+    };
+    let panel = |(caption, sheet): &(String, Sheet)| {
+        let caption =
+            if caption.is_empty() { String::new() } else { format!("<p>{}</p>\n", escaped(caption)) };
+        format!("<div>{caption}{}</div>\n", sheet.svg())
+    };
+    let entry =
+        |(mark, text): &(Sheet, String)| format!("<li>{}{}</li>\n", mark.svg().trim_end(), escaped(text));
+    let entries: String = legend.iter().map(entry).collect();
+    let legend =
+        if entries.is_empty() { entries } else { format!("<ul class=\"legend\">\n{entries}</ul>\n") };
+    let files = file.map_or_else(String::new, |name| {
         format!(
-            "<figcaption>plots/{name}.svg, <a href=\"plots/{name}.pdf\">plots/{name}.pdf</a></figcaption>"
+            "<figcaption>As one sheet: <a href=\"plots/{name}.svg\">{name}.svg</a>, <a \
+             href=\"plots/{name}.pdf\">{name}.pdf</a></figcaption>"
         )
     });
-    // Not so wide that its text is much larger than the page's.
-    let width = svg.split("width=\"").nth(1).and_then(|rest| rest.split('"').next()?.parse::<u32>().ok());
-    let limit = width.map_or_else(String::new, |width| format!(" style=\"max-width: {}px\"", width * 3 / 2));
-    format!("<figure><div{limit}>\n{svg}</div>{caption}</figure>\n")
+    format!(
+        "<figure><p><b>{}</b> {}</p>\n<div class=\"{class}\">\n{}</div>\n{legend}{files}</figure>\n",
+        escaped(title),
+        escaped(subtitle),
+        panels.iter().map(panel).collect::<String>()
+    )
+}
+
+/// Notes as a list. A part between `**` is bold.
+pub(crate) fn notes<'a>(notes: impl IntoIterator<Item = &'a str>) -> String {
+    let bold = |(place, part): (usize, &str)| {
+        if place % 2 == 1 { format!("<b>{part}</b>") } else { part.to_owned() }
+    };
+    let item = |note: &str| {
+        let note = escaped(note).into_owned();
+        format!("<li>{}</li>\n", note.split("**").enumerate().map(bold).collect::<String>())
+    };
+    format!("<ul class=\"notes\">\n{}</ul>\n", notes.into_iter().map(item).collect::<String>())
 }
 
 #[cfg(test)]
@@ -65,14 +121,59 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_figure_is_at_most_half_as_wide_again_as_it_was_drawn() {
-        let html = figure("<svg viewBox=\"0 0 600 100\" width=\"600\" height=\"100\"></svg>", Some("error"));
-        assert!(html.contains("max-width: 900px") && html.contains("plots/error.pdf"), "{html}");
+    fn a_figure_has_its_panels_one_legend_and_links_to_its_files() {
+        let panel = |caption: &str| (caption.to_owned(), Sheet::labelled((300, 200), "error"));
+        let pieces = Pieces {
+            title: "Error".to_owned(),
+            subtitle: "a < b".to_owned(),
+            panels: vec![panel("mATE"), panel("")],
+            legend: vec![(Sheet::new(30, 20), "ours".to_owned())],
+            layout: Layout::Columns,
+        };
+        let html = figure(&pieces, Some("error"));
+        assert_eq!(html.matches("<svg ").count(), 2 + 1, "{html}");
+        assert_eq!(html.matches("role=\"img\" aria-label=\"error\"").count(), 2);
+        for part in [
+            "<p>mATE</p>",
+            "a &lt; b",
+            "</svg>ours</li>",
+            "href=\"plots/error.svg\"",
+            "href=\"plots/error.pdf\"",
+        ] {
+            assert!(html.contains(part), "{part} in {html}");
+        }
+        assert!(!figure(&pieces, None).contains("href"));
     }
 
     #[test]
     fn the_verdict_is_escaped_and_has_its_colour() {
-        let html = verdict_html(false, "Not passed", "a < b");
+        let html = verdict_html(false, "Not passed", &["a < b".to_owned()]);
         assert!(html.contains("verdict bad") && html.contains("a &lt; b"), "{html}");
+    }
+
+    #[test]
+    fn the_head_links_to_every_section_and_the_foot_says_what_wrote_the_page() {
+        let sections = ["a", "b"].map(|id| Section::new(id, &format!("Part <{id}>"), String::new()));
+        let html = page("Title", "<p>top</p>", &sections);
+        for part in ["<a href=\"#a\">Part &lt;a&gt;</a>", "<h2 id=\"b\">Part &lt;b&gt;</h2>", version::LONG] {
+            assert!(html.contains(part), "{part} in {html}");
+        }
+        let at: Timestamp = "2026-11-29T02:03:59Z".parse().unwrap();
+        let foot = footer("lab tables --x <y>", at);
+        assert!(
+            foot.contains("<code>lab tables --x &lt;y&gt;</code>") && foot.contains("2026-11-29 02:03 UTC")
+        );
+    }
+
+    #[test]
+    fn nothing_is_cut_off_on_paper_or_on_a_telephone() {
+        let print = STYLE.split("@media print").nth(1).unwrap();
+        assert!(print.contains("overflow: visible") && print.contains("table { font-size"));
+        assert!(STYLE.contains("white-space: pre-wrap") && STYLE.contains("minmax(min(100%, 320px), 1fr)"));
+    }
+
+    #[test]
+    fn notes_are_a_list() {
+        assert_eq!(notes(["**a** < b"]), "<ul class=\"notes\">\n<li><b>a</b> &lt; b</li>\n</ul>\n");
     }
 }

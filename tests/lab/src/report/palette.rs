@@ -17,6 +17,11 @@ pub(crate) const AGENTS: [Colour; 7] =
 pub(crate) const SERIES: [Colour; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#a6761d", "#222222", "#999999"];
 
+/// Insides of boxes by group of classes: cars, two-wheelers, people, what stands, the unknown. They are drawn light.
+pub(crate) const TINTS: [Colour; 5] = ["#56b4e9", "#f0e442", "#e69f00", "#666666", "#ffffff"];
+/// The ground that vehicles use.
+pub(crate) const ROAD: Colour = "#d2d5da";
+
 /// Text and frames.
 pub(crate) const INK: Colour = "#222222";
 /// Axes and what is less important.
@@ -42,6 +47,11 @@ pub(crate) fn is_ours(key: &str) -> bool {
     key == OURS_KEY
 }
 
+/// Whether this is the key of our method or of a variant of it: `ours` is a part of its name.
+pub(crate) fn is_of_ours(key: &str) -> bool {
+    key.split('-').any(is_ours)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +62,13 @@ mod tests {
         assert_eq!(of_methods(["a", "ours", "b"]), [SERIES[0], OURS, SERIES[1]]);
         let many: Vec<_> = (0..30).map(|_| "other").collect();
         assert!(!of_methods(many).contains(&OURS) && !AGENTS.contains(&OURS));
+    }
+
+    #[test]
+    fn variants_of_ours_are_known_by_name_and_no_other_method_is() {
+        let variants = ["ours", "ours-lag-0.5s", "single-1-ours", "single-ours"];
+        assert!(variants.into_iter().all(is_of_ours));
+        assert!(!["nms", "csba-wls", "colours", "yours-2"].into_iter().any(is_of_ours));
     }
 
     fn sources(folder: &Path) -> Vec<PathBuf> {

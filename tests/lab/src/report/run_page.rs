@@ -2,12 +2,13 @@
 
 use crate::data::run_log::RunLog;
 use crate::report::markdown::EXPLANATIONS;
-use crate::report::page::{figure, page, verdict_html};
+use crate::report::page::{Section, figure, notes, page, verdict_html};
 use crate::report::palette::{AGENTS, OURS, SERIES};
-use crate::report::plot::bev::bev_sheet;
+use crate::report::plot::bev::bev_pieces;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
+use crate::report::plot::marker::Marker;
 use crate::report::plot::scene::BevScene;
-use crate::report::summary::{Of, accuracy, comparison, frames, headline, spans, tracks};
+use crate::report::summary::{Of, accuracy, frames, gain, headline, spans, tracks};
 use crate::report::table::{Table, escaped};
 use crate::score::run::scored_run::ScoredRun;
 use crate::score::timing::{ages_ms, arrival_to_consumer_spans_ms, end_to_end_spans_ms};
@@ -16,6 +17,11 @@ use v2x_common::id::AgentId;
 
 /// The points of a curve are at most so many: means over equal parts of the time.
 const MAX_POINTS: usize = 150;
+
+/// What the column of the agents' table is that no other report has.
+const NIS: &str = "**NIS/2**: squared distance of an agent's detections from what the hub expects of them, over what both \
+    covariances promise, for each degree of freedom; mean over the hub's last minute. 1 is right; more says that the agent \
+    states too small errors.";
 
 /// What the page shows.
 pub(crate) struct RunPage<'a> {
@@ -33,36 +39,29 @@ pub(crate) struct RunPage<'a> {
 pub(crate) fn run_page(run: &RunPage<'_>) -> String {
     let summary = &run.scored.summary;
     let title = format!("{}, seed {}", summary.scenario, summary.seed);
-    let said = if summary.verdict.passed { comparison(summary) } else { None };
-    let reasons = summary.verdict.reasons.iter().cloned().chain(said).collect::<Vec<_>>().join("; ");
-    let mut body = format!("<h1>{}</h1>\n", escaped(&title));
+    let reasons: Vec<String> = summary.verdict.reasons.iter().cloned().chain([gain(summary)]).collect();
     let word = if summary.verdict.passed { "Passed" } else { "Not passed" };
-    body += &verdict_html(summary.verdict.passed, word, &reasons);
     let commit = run.commit.as_ref().map_or_else(String::new, |commit| format!(" {commit}."));
-    body += &format!(
-        "<p>{}.{} {}</p>\n",
+    let top = format!(
+        "{}<p>{}.{} {}</p>\n",
+        verdict_html(summary.verdict.passed, word, &reasons),
         escaped(&headline(summary)),
         escaped(&commit),
         escaped(&tracks(summary))
     );
-    for (name, what, of) in [
-        ("Objects that all agents cover", "common", Of::Common),
-        ("Everything that each covers", "everything", Of::Everything),
-    ] {
-        body += &format!("<h2 id=\"{what}\">{name}</h2>\n{}", accuracy(summary, of).html(&["fused"]));
-    }
-    body += &format!("<h2>Errors over time</h2>\n{}", figure(&errors(run).sheet().svg(), None));
-    body += &format!("<h2>Time</h2>\n{}", figure(&latencies(run).sheet().svg(), None));
-    body += &spans(summary).html(&[]);
-    body += &format!("<h2>Agents</h2>\n{}", agents(run).html(&[]));
-    if !run.moments.is_empty() {
-        body += "<h2>Key frames</h2>\n";
-    }
-    for scene in run.moments {
-        body += &figure(&bev_sheet(scene).svg(), None);
-    }
-    body += &format!("<h2>What the figures mean</h2>\n{}", explanations());
-    page(&title, &body)
+    let moments: String = run.moments.iter().map(|scene| figure(&bev_pieces(scene), None)).collect();
+    let sections = [
+        ("common", "Objects that all agents cover", accuracy(summary, Of::Common).html(&["fused"])),
+        ("everything", "Everything that each covers", accuracy(summary, Of::Everything).html(&["fused"])),
+        ("errors", "Errors over time", figure(&errors(run).pieces(), None)),
+        ("time", "Time", figure(&latencies(run).pieces(), None) + &spans(summary).html(&[])),
+        ("agents", "Agents", agents(run).html(&[])),
+        ("moments", "Key frames", moments),
+        ("meaning", "What the figures mean", notes(explanations())),
+    ];
+    let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
+    let sections: Vec<_> = sections.map(|(id, title, html)| Section::new(id, title, html)).collect();
+    page(&title, &top, &sections)
 }
 
 /// The counts of frames, and the NIS.
@@ -77,7 +76,8 @@ fn agents(run: &RunPage<'_>) -> Table {
 }
 
 fn style(name: &str, colour: crate::report::palette::Colour, dash: f64) -> Style {
-    Style { name: name.to_owned(), colour, dash, is_dotted: false }
+    let is_first = colour == OURS;
+    Style { name: name.to_owned(), colour, dash, marker: Marker::Disc, is_dotted: false, is_first }
 }
 
 /// The fused error of each frame beside each agent's mean, and how consistent its covariance is.
@@ -94,13 +94,14 @@ fn errors(run: &RunPage<'_>) -> CurvePlot {
     }
     let nees = means_over_time(run.log, frame_nees);
     CurvePlot {
-        title: "Position error, and NEES/2 (1 is consistent)".to_owned(),
-        x_label: "s since scoring began".to_owned(),
+        title: "Position error and consistency".to_owned(),
+        subtitle: "all that is covered; dashed: the NEES of a consistent filter".to_owned(),
+        x_label: "since scoring began, s".to_owned(),
         x_names: None,
         styles,
         panels: vec![
-            Panel { label: "ATE (m)".to_owned(), curves, top: Top::Whole },
-            Panel { label: "NEES/2".to_owned(), curves: vec![nees], top: Top::Whole },
+            Panel { label: "ATE (m)".to_owned(), curves, top: Top::Whole, target: None },
+            Panel { label: "NEES/2".to_owned(), curves: vec![nees], top: Top::Whole, target: Some(1.0) },
         ],
     }
 }
@@ -128,13 +129,15 @@ fn latencies(run: &RunPage<'_>) -> CurvePlot {
     let colours = [SERIES[6], SERIES[4], SERIES[5]];
     CurvePlot {
         title: "Latency of detection frames, and age of what the consumer has".to_owned(),
-        x_label: "ms".to_owned(),
+        subtitle: "the longest hundredth is left out".to_owned(),
+        x_label: "at most, ms".to_owned(),
         x_names: None,
         styles: names.into_iter().zip(colours).map(|(name, colour)| style(name, colour, 0.0)).collect(),
         panels: vec![Panel {
             label: "share that is at most so long".to_owned(),
             curves: curves.map(shares).into(),
             top: Top::At(1.0),
+            target: None,
         }],
     }
 }
@@ -149,14 +152,45 @@ fn shares(mut spans_ms: Vec<f64>) -> Vec<Point> {
     (0..100).filter_map(at).collect()
 }
 
-/// The Markdown list as HTML.
-fn explanations() -> String {
-    let item = |line: &str| {
-        let line = escaped(line.trim_start_matches("- ")).into_owned();
-        let bold = |(place, part): (usize, &str)| {
-            if place % 2 == 1 { format!("<b>{part}</b>") } else { part.to_owned() }
-        };
-        format!("<li>{}</li>\n", line.split("**").enumerate().map(bold).collect::<String>())
-    };
-    format!("<ul class=\"notes\">\n{}</ul>\n", EXPLANATIONS.lines().map(item).collect::<String>())
+/// What the figures mean, one a line.
+fn explanations() -> impl Iterator<Item = &'static str> {
+    EXPLANATIONS.lines().map(|line| line.trim_start_matches("- ")).chain([NIS])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::plot::scene::{Moment, scene_at};
+    use crate::score::run::test_run::{pose, run, scored, world};
+
+    fn page_of(change: impl FnOnce(&mut ScoredRun)) -> String {
+        let (log, facts) = run();
+        let mut scored = scored(&log, &facts).unwrap();
+        change(&mut scored);
+        let truth = crate::data::truth::Truth { objects_at: &world, agent_pose: &pose };
+        let moments: Vec<_> = scene_at(Moment::Typical, &scored, &log, truth).into_iter().collect();
+        let commit = Some("Started then".to_owned());
+        run_page(&RunPage { scored: &scored, log: &log, nis: BTreeMap::new(), moments: &moments, commit })
+    }
+
+    #[test]
+    fn what_fusion_gains_is_in_the_verdict_also_where_the_run_does_not_pass() {
+        let passed = page_of(|_| {});
+        let failed = page_of(|scored| scored.summary.verdict.fail("rsu ended with exit code 3".to_owned()));
+        for page in [&passed, &failed] {
+            let verdict = page.split("class=\"verdict").nth(1).unwrap().split("</div>").next().unwrap();
+            assert!(verdict.contains("the fused error is") && verdict.contains("recall"), "{verdict}");
+        }
+        assert!(failed.contains("<p>rsu ended with exit code 3</p>") && failed.contains("Not passed"));
+    }
+
+    #[test]
+    fn the_page_links_to_its_parts_and_explains_the_nis() {
+        let page = page_of(|_| {});
+        for part in ["href=\"#moments\"", "id=\"moments\"", "<b>NIS/2</b>", "last minute", "m. Started then."]
+        {
+            assert!(page.contains(part), "{part} in {page}");
+        }
+        assert!(!page.contains("src="), "nothing from elsewhere");
+    }
 }

@@ -77,7 +77,7 @@ pub(super) fn frames(summary: &Summary) -> Table {
 pub(super) fn spans(summary: &Summary) -> Table {
     let row = |name: &str, spans: Option<Percentiles>| {
         let spans = [spans.map(|s| s.p50), spans.map(|s| s.p95), spans.map(|s| s.p99)];
-        std::iter::once(name.to_owned()).chain(spans.map(|span| figure(span, 3))).collect()
+        std::iter::once(name.to_owned()).chain(spans.map(span)).collect()
     };
     Table {
         header: ["Time, ms", "p50", "p95", "p99"].map(str::to_owned).into(),
@@ -107,12 +107,38 @@ pub(super) fn comparison(summary: &Summary) -> Option<String> {
     Some(format!("On common objects the fused error is {ratio:.2} × the {word} agent's."))
 }
 
+/// What fusion gains, with the errors behind the ratio. A missing figure is a dash.
+pub(super) fn gain(summary: &Summary) -> String {
+    let Metrics { ate_m, precision, recall, .. } = summary.fused.common;
+    let errors = summary.agents.iter().filter_map(|agent| Some((agent.id, agent.common.ate_m?)));
+    let best = errors.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    let word = if summary.agents.len() == 2 { "better" } else { "best" };
+    let beside = match (best, summary.ate_ratio_to_best_agent) {
+        (Some((id, error_m)), Some(ratio)) => {
+            format!(", {ratio:.2} × the {word} agent's ({id}: {error_m:.3} m)")
+        }
+        (Some((id, error_m)), None) => format!(", the {word} agent's is {error_m:.3} m ({id})"),
+        (None, _) => String::new(),
+    };
+    format!(
+        "On the objects that all agents cover, the fused error is {} m{beside}; recall {}, precision {}.",
+        figure(ate_m, 3),
+        figure(recall, 3),
+        figure(precision, 3),
+    )
+}
+
 pub(super) fn verdict(summary: &Summary) -> &'static str {
     if summary.verdict.passed { "PASSED" } else { "NOT PASSED" }
 }
 
 pub(super) fn reasons(summary: &Summary) -> String {
     summary.verdict.reasons.iter().map(|reason| format!("- {reason}\n")).collect()
+}
+
+/// A span in ms: microseconds say nothing beside tens of milliseconds.
+fn span(value_ms: Option<f64>) -> String {
+    figure(value_ms, if value_ms.is_some_and(|ms| ms >= 10.0) { 1 } else { 3 })
 }
 
 fn figure(value: Option<f64>, digits: usize) -> String {
@@ -132,13 +158,26 @@ mod tests {
     fn columns_line_up_and_missing_figures_are_dashes() {
         let text = summary_table(&summary());
         let line = |start: &str| text.lines().find(|line| line.starts_with(start)).unwrap();
-        assert_eq!(line("hub compute"), "hub compute              –        –        –");
-        assert_eq!(line("end to end"), "end to end          61.000  122.000  183.000");
+        assert_eq!(line("hub compute"), "hub compute             –      –      –");
+        assert_eq!(line("end to end"), "end to end           61.0  122.0  183.0");
         assert_eq!(line("ego  "), "ego      200       198    31        2");
         let table: Vec<_> = text.lines().skip_while(|line| !line.contains("ATE m")).take(4).collect();
         let width = |line: &str| line.chars().count();
         assert!(table.iter().all(|line| width(line) == width(table[0])), "{text}");
         assert!(text.lines().skip(1).all(|line| width(line) <= 80), "{text}");
+    }
+
+    #[test]
+    fn the_gain_names_both_errors_and_what_is_found_whatever_the_verdict() {
+        let mut summary = summary();
+        summary.verdict.fail("rsu ended with exit code 3".to_owned());
+        assert_eq!(
+            gain(&summary),
+            "On the objects that all agents cover, the fused error is 0.176 m, 0.44 × the better agent's (rsu: 0.400 m); \
+             recall 0.950, precision 0.990."
+        );
+        (summary.fused.common.ate_m, summary.ate_ratio_to_best_agent) = (None, None);
+        assert!(gain(&summary).contains("is – m, the better agent's is 0.400 m (rsu)"), "{}", gain(&summary));
     }
 
     #[test]

@@ -31,10 +31,19 @@ impl Table {
         line(&self.header) + &rule + &rows
     }
 
-    /// As HTML. Rows that begin with one of `marked` are highlighted.
+    /// As HTML. Rows that begin with one of `marked` are highlighted. Columns without any figure are left out, and columns of
+    /// words may wrap.
     pub(crate) fn html(&self, marked: &[&str]) -> String {
+        let columns: Vec<(usize, bool)> = (0..self.header.len())
+            .filter(|column| !self.is_blank(*column))
+            .map(|column| (column, self.is_of_words(column)))
+            .collect();
         let cells = |tag: &str, row: &[String]| -> String {
-            row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+            let cell = |(column, is_of_words): &(usize, bool)| {
+                let class = if *is_of_words { " class=\"words\"" } else { "" };
+                format!("<{tag}{class}>{}</{tag}>", row.get(*column).map_or("".into(), |cell| escaped(cell)))
+            };
+            columns.iter().map(cell).collect()
         };
         let row = |row: &Vec<String>| {
             let is_marked = row.first().is_some_and(|name| marked.contains(&name.as_str()));
@@ -46,6 +55,23 @@ impl Table {
             "<div class=\"table\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
             cells("th", &self.header)
         )
+    }
+
+    /// Whether a column after the first has a dash in every row.
+    fn is_blank(&self, column: usize) -> bool {
+        column > 0 && !self.rows.is_empty() && self.cells(column).all(|cell| cell == "–")
+    }
+
+    /// Whether a column after the first has sentences or lists of words.
+    fn is_of_words(&self, column: usize) -> bool {
+        /// A number with its unit has fewer letters.
+        const FEWEST_LETTERS: usize = 12;
+        let letters = |cell: &String| cell.chars().filter(|c| c.is_alphabetic()).count();
+        column > 0 && self.cells(column).any(|cell| letters(cell) >= FEWEST_LETTERS)
+    }
+
+    fn cells(&self, column: usize) -> impl Iterator<Item = &String> {
+        self.rows.iter().filter_map(move |row| row.get(column))
     }
 
     fn widths(&self) -> Vec<usize> {
@@ -79,5 +105,21 @@ mod tests {
         let html = table.html(&[]);
         assert!(html.contains("<th>a&lt;b</th>") && html.contains("<td>&quot;x&quot; &amp; y</td>"));
         assert!(table.html(&["\"x\" & y"]).contains("<tr class=\"marked\">"));
+    }
+
+    #[test]
+    fn a_page_leaves_out_what_is_nowhere_known_and_wraps_words() {
+        let texts = |cells: [&str; 4]| cells.map(str::to_owned).to_vec();
+        let rows = vec![
+            texts(["a", "–", "1.5", "–"]),
+            texts(["b", "–", "–", "σ, past frames, class prior, size law"]),
+        ];
+        let html = Table { header: texts(["method", "paper", "own", "given"]), rows }.html(&[]);
+        assert!(!html.contains("paper</th>") && html.contains("<th>own</th>"), "{html}");
+        assert!(
+            html.contains("<th class=\"words\">given</th>") && html.contains("<td class=\"words\">σ"),
+            "{html}"
+        );
+        assert_eq!(html.matches("<td").count(), 2 * 3);
     }
 }

@@ -162,13 +162,39 @@ mod tests {
         ];
         assert_eq!(names, expected);
         let page = html::html(&tables, &figures);
-        // One more for each method of Fig. 5, which clips its picture.
-        assert_eq!(page.matches("<svg xmlns").count(), figures.len());
-        assert_eq!(page.matches("<svg ").count(), figures.len() + methods.len());
-        for link in ["href=\"#table-2\"", "id=\"table-2\"", "counted as the paper prints its formula"] {
+        // Each panel is a drawing of its own; a picture clips within its own.
+        let panels: usize = figures.iter().map(|figure| figure.pieces.panels.len()).sum();
+        assert_eq!(page.matches("role=\"img\"").count(), panels);
+        assert_eq!(page.matches("<svg x=").count(), methods.len());
+        for link in [
+            "href=\"#table-2\"",
+            "id=\"table-2\"",
+            "counted as the paper prints its formula",
+            "href=\"tables.csv\"",
+            "href=\"plots/table-2-N1-N3.svg\"",
+            "</p>\n<p>2 trials, seed 5",
+            "<li>nms at N1-N1:",
+            "Variants of ours are not counted",
+        ] {
             assert!(page.contains(link), "{link}");
         }
         assert!(!page.contains("src="), "nothing from elsewhere");
+        let moment = page.split("id=\"fig-5\"").nth(1).unwrap().split("</section>").next().unwrap();
+        assert!(
+            moment.contains("<th>GOSPA m</th>") && !moment.contains("mATE"),
+            "the moment's own figures: {moment}"
+        );
+    }
+
+    #[test]
+    fn the_verdict_counts_each_setting_once_and_names_the_rival_with_an_interval() {
+        let methods = [Method::Nms, Method::CsbaWls, Method::Ours, Method::OursLag1];
+        let all = [Table::II, Table::III, Table::IV, Table::Fig3, Table::Fig5, Table::Ablation];
+        let tables = small(&all, &methods);
+        let page = html::html(&tables, &[]);
+        let verdict = page.split("class=\"verdict").nth(1).unwrap().split("</div>").next().unwrap();
+        assert!(verdict.contains("× csba-wls's (95 %: "), "{verdict}");
+        assert!(verdict.contains("at N1-N3; ") && verdict.contains("over 2 settings"), "{verdict}");
     }
 
     #[test]

@@ -1,39 +1,83 @@
-//! A bird's-eye view of one time, in the paper's colours: truth blue, first agent red, second green, fused magenta.
+//! A bird's-eye view of one time, in the paper's colours: truth blue, first agent red, second green, fused magenta; the
+//! inside of a box has the tint of its class.
 //!
 //! On the left the whole scene, on the right its densest region enlarged, and the legend. Other figures take its panels.
 
 use crate::report::palette::{
-    AGENTS, BAND, Colour, FAINT, INK, MUTED, OURS as FUSED, PAPER, TRUTH, TRUTH_FILL,
+    AGENTS, BAND, Colour, FAINT, INK, MUTED, OURS as FUSED, PAPER, ROAD, TRUTH, TRUTH_FILL,
 };
-use crate::report::plot::scene::{BevScene, SceneAgent};
+use crate::report::plot::classes::{GROUPS, group_name, tint, word};
+use crate::report::plot::labels::{Label, Labels};
+use crate::report::plot::legend::{
+    Key, Place, TINT_OPACITY, TRUE_BOX, arrow, font, legend_rows, marker, swatches,
+};
+use crate::report::plot::pieces::{Layout, Pieces};
+use crate::report::plot::scene::BevScene;
 use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type};
 use v2x_agent::world::{Road, RoadKind};
-use v2x_common::geometry::{BevBox, Pose};
-use v2x_common::sensor::SensorKind;
+use v2x_common::class::{Class, ClassGroup};
+use v2x_common::geometry::BevBox;
+use v2x_common::time::Span;
 
 const WIDTH: u32 = 1500;
-const HEIGHT: u32 = 1040;
-const WHOLE: Rect = Rect { x: 20.0, y: 90.0, w: 930.0, h: 930.0 };
-const DETAIL: Rect = Rect { x: 970.0, y: 90.0, w: 510.0, h: 510.0 };
-const LEGEND: Rect = Rect { x: 970.0, y: 630.0, w: 510.0, h: 390.0 };
+const HEIGHT: u32 = 1070;
+const WHOLE: Rect = Rect { x: 20.0, y: 120.0, w: 930.0, h: 930.0 };
+const DETAIL: Rect = Rect { x: 970.0, y: 120.0, w: 510.0, h: 510.0 };
+const LEGEND: Rect = Rect { x: 970.0, y: 650.0, w: 510.0, h: 400.0 };
+/// The side of a panel on a page, px: its text can be read where the page is 400 px wide.
+const SIDE: u32 = 620;
 
 /// Half of the side of the enlarged region, m.
 const DETAIL_HALF_M: f64 = 12.0;
+/// What stands above the enlarged region.
+const ENLARGED: &str = "the dashed square, enlarged";
+const OVERVIEW_PEN: Pen = Pen { grid_m: 10.0, thin: 1.4, thick: 2.2, has_words: false, has_tints: true };
+const DETAIL_PEN: Pen = Pen { grid_m: 2.0, thin: 2.2, thick: 3.4, has_words: true, has_tints: true };
 
 /// The picture.
 pub(crate) fn bev_sheet(scene: &BevScene) -> Sheet {
-    let mut sheet = Sheet::new(WIDTH, HEIGHT);
+    let mut sheet = Sheet::labelled((WIDTH, HEIGHT), &scene.title);
     sheet.text((WHOLE.x, 42.0), &scene.title, font(30.0, true));
     sheet.text((WHOLE.x, 73.0), &scene.subtitle, font(20.0, false));
-    let whole = Viewport::around(scene, WHOLE);
-    let centre = busiest_spot(scene, DETAIL_HALF_M);
-    let detail = Viewport { centre, half_m: DETAIL_HALF_M.min(whole.half_m), panel: DETAIL };
-    panel(&mut sheet, scene, &whole, &Pen { grid_m: 10.0, thin: 1.4, thick: 2.2, has_letters: false });
-    sheet.rect(whole.rect_of(&detail), Paint { dash: 6.0, ..Paint::line(INK, 2.0) });
-    panel(&mut sheet, scene, &detail, &Pen { grid_m: 2.0, thin: 2.2, thick: 3.4, has_letters: true });
-    sheet.text((DETAIL.x + 14.0, DETAIL.y + 28.0), "the dashed square, enlarged", font(18.0, false));
-    legend_rows(&mut sheet, LEGEND, &legend(scene));
+    overview(&mut sheet, scene, WHOLE);
+    sheet.text((DETAIL.x, DETAIL.y - 12.0), ENLARGED, font(18.0, false));
+    let words = detail(&mut sheet, scene, DETAIL);
+    legend_rows(&mut sheet, LEGEND, &legend(scene, &words));
     sheet
+}
+
+/// The picture in pieces: the whole, the enlarged region, the legend.
+pub(crate) fn bev_pieces(scene: &BevScene) -> Pieces {
+    let place = Rect { x: 1.0, y: 1.0, w: f64::from(SIDE) - 2.0, h: f64::from(SIDE) - 2.0 };
+    let new = |what: &str| Sheet::labelled((SIDE, SIDE), &format!("{}: {what}", scene.title));
+    let (mut whole, mut enlarged) = (new("from above"), new(ENLARGED));
+    overview(&mut whole, scene, place);
+    let words = detail(&mut enlarged, scene, place);
+    Pieces {
+        title: scene.title.clone(),
+        subtitle: scene.subtitle.clone(),
+        panels: vec![(String::new(), whole), (ENLARGED.to_owned(), enlarged)],
+        legend: swatches(legend(scene, &words)),
+        layout: Layout::LargeColumns,
+    }
+}
+
+/// The whole scene.
+fn overview(sheet: &mut Sheet, scene: &BevScene, place: Rect) {
+    let whole = Viewport::around(scene, place);
+    panel(sheet, scene, &whole, &OVERVIEW_PEN);
+    let dashed = Paint { dash: 6.0, ..Paint::line(INK, 2.0) };
+    sheet.clipped(place, |sheet| sheet.rect(whole.rect_of(&enlarged(scene, place)), dashed));
+}
+
+/// Its densest region, and the classes whose words stand in it.
+fn detail(sheet: &mut Sheet, scene: &BevScene, place: Rect) -> Vec<Class> {
+    panel(sheet, scene, &enlarged(scene, place), &DETAIL_PEN)
+}
+
+fn enlarged(scene: &BevScene, panel: Rect) -> Viewport {
+    let half_m = DETAIL_HALF_M.min(Viewport::around(scene, panel).half_m);
+    Viewport { centre: busiest_spot(scene, DETAIL_HALF_M), half_m, panel }
 }
 
 /// A part of the map on a panel of the sheet: as wide as twice `half_m`, and as high as the panel's shape makes it.
@@ -49,7 +93,7 @@ impl Viewport {
     fn around(scene: &BevScene, panel: Rect) -> Self {
         let covered =
             scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| (truth.bev.x, truth.bev.y));
-        let fused = scene.fused.iter().map(|bev| (bev.x, bev.y));
+        let fused = scene.fused.iter().map(|mark| (mark.bev.x, mark.bev.y));
         let agents = scene.agents.iter().filter_map(|agent| agent.pose).map(|pose| (pose.x, pose.y));
         let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
         for (x, y) in covered.chain(fused).chain(agents) {
@@ -84,6 +128,17 @@ impl Viewport {
         Rect { x, y, w, h }
     }
 
+    /// The smallest upright rectangle around a box, on the panel.
+    fn bounds(&self, bev: &BevBox) -> Rect {
+        let corners = bev.corners().map(|corner| self.px(corner));
+        let (mut low, mut high) = (corners[0], corners[0]);
+        for (x, y) in corners {
+            low = (low.0.min(x), low.1.min(y));
+            high = (high.0.max(x), high.1.max(y));
+        }
+        Rect { x: low.0, y: low.1, w: high.0 - low.0, h: high.1 - low.1 }
+    }
+
     pub(super) fn shows(&self, x: f64, y: f64, margin_m: f64) -> bool {
         (x - self.centre.0).abs() <= self.half_m + margin_m
             && (y - self.centre.1).abs() <= self.half_height_m() + margin_m
@@ -92,7 +147,8 @@ impl Viewport {
 
 /// The covered object with most covered objects and boxes around it, m.
 pub(super) fn busiest_spot(scene: &BevScene, half_m: f64) -> (f64, f64) {
-    let boxes = || scene.agents.iter().flat_map(|agent| &agent.detections).chain(&scene.fused);
+    let fused = || scene.fused.iter().map(|mark| &mark.bev);
+    let boxes = || scene.agents.iter().flat_map(|agent| &agent.detections).chain(fused());
     let covered = || scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| &truth.bev);
     let crowd = |centre: &BevBox| {
         let spot = Viewport { centre: (centre.x, centre.y), half_m: 0.8 * half_m, panel: DETAIL };
@@ -106,65 +162,115 @@ pub(super) struct Pen {
     pub(super) grid_m: f64,
     pub(super) thin: f64,
     pub(super) thick: f64,
-    /// Whether each fused object has the letter of its class.
-    pub(super) has_letters: bool,
+    /// Whether each fused object has the word of its class, where there is room.
+    pub(super) has_words: bool,
+    /// Whether the insides of boxes have the tint of their class.
+    pub(super) has_tints: bool,
 }
 
-/// Draws what a viewport shows.
-pub(super) fn panel(sheet: &mut Sheet, scene: &BevScene, view: &Viewport, pen: &Pen) {
+/// Draws what a viewport shows. Returns the classes whose words it wrote.
+pub(super) fn panel(sheet: &mut Sheet, scene: &BevScene, view: &Viewport, pen: &Pen) -> Vec<Class> {
+    panel_in(sheet, scene, (view, FUSED), pen)
+}
+
+/// The same with another colour of the fused objects.
+pub(super) fn panel_in(
+    sheet: &mut Sheet,
+    scene: &BevScene,
+    (view, fused): (&Viewport, Colour),
+    pen: &Pen,
+) -> Vec<Class> {
+    let mut words = Vec::new();
     sheet.clipped(view.panel, |sheet| {
         sheet.rect(view.panel, Paint::fill(BAND));
-        scene.roads.iter().for_each(|line| road(sheet, view, line));
         grid(sheet, view, pen.grid_m);
-        boxes(sheet, scene, view, pen);
-        scene.motions.iter().for_each(|motion| arrow(sheet, view, *motion, pen));
-        labels(sheet, scene, view, pen);
-        scale_bar(sheet, view);
+        scene.roads.iter().for_each(|line| road(sheet, view, line));
+        boxes(sheet, scene, (view, fused), pen);
+        for [from, to] in scene.motions.iter().filter(|[from, _]| view.shows(from.0, from.1, 0.0)) {
+            arrow(sheet, [view.px(*from), view.px(*to)], (fused, pen.thin));
+        }
+        let bar = scale_bar(sheet, view);
+        words = labels(sheet, scene, (view, bar), pen);
+        hovers(sheet, scene, view);
     });
     sheet.rect(view.panel, Paint::line(MUTED, 1.5));
+    words
 }
 
 /// Truth below detections below fused objects.
-fn boxes(sheet: &mut Sheet, scene: &BevScene, view: &Viewport, pen: &Pen) {
+fn boxes(sheet: &mut Sheet, scene: &BevScene, (view, fused): (&Viewport, Colour), pen: &Pen) {
+    let tinted = |sheet: &mut Sheet, bev: &BevBox, class: Class| {
+        if pen.has_tints && view.shows(bev.x, bev.y, bev.circumradius()) {
+            sheet.shade(&bev.corners().map(|corner| view.px(corner)), tint(class.group()), TINT_OPACITY);
+        }
+    };
     for truth in &scene.truth {
-        let paint = if truth.is_covered {
-            Paint { fill: Some(TRUTH_FILL), ..Paint::line(TRUTH, pen.thick) }
-        } else {
-            Paint { dash: 3.5, opacity: 0.5, ..Paint::line(TRUTH, pen.thin) }
+        let line = Paint::line(TRUTH, pen.thick);
+        let paint = match (truth.is_covered, pen.has_tints) {
+            (true, true) => line,
+            (true, false) => Paint { fill: Some(TRUTH_FILL), ..line },
+            (false, _) => Paint { dash: 3.5, opacity: 0.5, ..Paint::line(TRUTH, pen.thin) },
         };
+        if truth.is_covered {
+            tinted(sheet, &truth.bev, truth.class);
+        }
         bev_box(sheet, view, &truth.bev, paint);
     }
+    scene.fused.iter().for_each(|mark| tinted(sheet, &mark.bev, mark.class));
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         agent.detections.iter().for_each(|bev| bev_box(sheet, view, bev, Paint::line(colour, pen.thin)));
     }
-    scene.fused.iter().for_each(|bev| bev_box(sheet, view, bev, Paint::line(FUSED, pen.thick)));
+    scene.fused.iter().for_each(|mark| bev_box(sheet, view, &mark.bev, Paint::line(fused, pen.thick)));
 }
 
-/// Agents with their names, and letters of classes.
-fn labels(sheet: &mut Sheet, scene: &BevScene, view: &Viewport, pen: &Pen) {
-    let mut labels = Labels { taken: Vec::new(), panel: view.panel };
+/// Agents with their names, and words of classes. Returns the classes whose words it wrote.
+fn labels(sheet: &mut Sheet, scene: &BevScene, (view, bar): (&Viewport, Rect), pen: &Pen) -> Vec<Class> {
+    let detections = scene.agents.iter().flat_map(|agent| &agent.detections);
+    let boxes = scene.truth.iter().map(|one| &one.bev).chain(detections);
+    let boxes = boxes.chain(scene.fused.iter().map(|mark| &mark.bev)).map(|bev| view.bounds(bev)).collect();
+    let mut labels = Labels { boxes, taken: vec![bar], panel: view.panel };
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         if let Some(pose) = agent.pose.filter(|pose| view.shows(pose.x, pose.y, 0.0)) {
-            marker(sheet, view, agent, (&pose, colour));
-            labels.write(sheet, view.px((pose.x, pose.y)), agent.id.as_str(), 19.0);
+            let (x, y) = view.px((pose.x, pose.y));
+            marker(sheet, (agent.kind, colour), &Place { at: (x, y), yaw: pose.yaw, scale: 1.0 });
+            let around = Rect { x: x - 14.0, y: y - 14.0, w: 28.0, h: 28.0 };
+            labels.taken.push(around);
+            let text = agent.id.as_str();
+            labels.write_anyhow(sheet, &Label { around, text, set: font(19.0, true) });
         }
     }
-    for (at, letter) in scene.letters.iter().filter(|_| pen.has_letters) {
-        if view.shows(at.0, at.1, 0.0) {
-            labels.write(sheet, view.px(*at), letter, 15.0);
+    let shown = scene.fused.iter().filter(|mark| pen.has_words && view.shows(mark.bev.x, mark.bev.y, 0.0));
+    let mut written = Vec::new();
+    for mark in shown {
+        let around = view.bounds(&mark.bev);
+        if labels.write(sheet, &Label { around, text: word(mark.class), set: font(15.0, true) }) {
+            written.push(mark.class);
+        }
+    }
+    written.sort_unstable();
+    written.dedup();
+    written
+}
+
+/// What is known of each fused object, while the pointer is there.
+fn hovers(sheet: &mut Sheet, scene: &BevScene, view: &Viewport) {
+    for mark in scene.fused.iter().filter(|mark| !mark.words.is_empty()) {
+        if view.shows(mark.bev.x, mark.bev.y, 0.0) {
+            let half = 0.5 * mark.bev.w.min(mark.bev.d) * view.px_per_m();
+            sheet.hover(view.px((mark.bev.x, mark.bev.y)), half.clamp(5.0, 30.0), mark.words.clone());
         }
     }
 }
 
-/// An area, or a line on the ground in its true width, thin ones at least a hair.
+/// An area, or a line on the ground in its true width; markings are wide enough to be seen.
 fn road(sheet: &mut Sheet, view: &Viewport, road: &Road) {
     if road.kind == RoadKind::Area {
         let border: Vec<_> = road.points.iter().map(|point| view.px(*point)).collect();
-        sheet.path(&border, true, Paint::fill(FAINT));
+        sheet.path(&border, true, Paint::fill(ROAD));
         return;
     }
-    let colour = if road.kind == RoadKind::Surface { FAINT } else { PAPER };
-    let width = (road.width_m * view.px_per_m()).max(1.0);
+    let (colour, least_px) = if road.kind == RoadKind::Surface { (ROAD, 1.0) } else { (PAPER, 2.2) };
+    let width = (road.width_m * view.px_per_m()).max(least_px);
     for pair in road.points.windows(2) {
         sheet.line(&[view.px(pair[0]), view.px(pair[1])], (colour, width));
     }
@@ -198,79 +304,8 @@ fn bev_box(sheet: &mut Sheet, view: &Viewport, bev: &BevBox, paint: Paint) {
     sheet.path(&tick, false, Paint { fill: None, dash: 0.0, ..paint });
 }
 
-/// A vehicle is an arrow head in the direction of its heading, a roadside unit is a diamond.
-fn marker(sheet: &mut Sheet, view: &Viewport, agent: &SceneAgent, (pose, colour): (&Pose, Colour)) {
-    let (x, y) = view.px((pose.x, pose.y));
-    let (sin, cos) = libm::sincos(pose.yaw);
-    let shape: &[(f64, f64)] = match agent.kind {
-        SensorKind::Vehicle => &[(16.0, 0.0), (-11.0, 10.0), (-5.0, 0.0), (-11.0, -10.0)],
-        SensorKind::RoadsideUnit => &[(13.0, 0.0), (0.0, 13.0), (-13.0, 0.0), (0.0, -13.0)],
-    };
-    let turned = |&(ahead, left): &(f64, f64)| (x + ahead * cos - left * sin, y - ahead * sin - left * cos);
-    let points: Vec<_> = shape.iter().map(turned).collect();
-    sheet.path(&points, true, Paint { fill: Some(colour), ..Paint::line(INK, 2.0) });
-}
-
-/// Where the object will be in a second.
-fn arrow(sheet: &mut Sheet, view: &Viewport, [from, to]: [(f64, f64); 2], pen: &Pen) {
-    if !view.shows(from.0, from.1, 0.0) {
-        return;
-    }
-    let (tail, tip) = (view.px(from), view.px(to));
-    let (dx, dy) = (tip.0 - tail.0, tip.1 - tail.1);
-    let length = libm::hypot(dx, dy);
-    // Shorter ones would be a head alone.
-    if length < 8.0 {
-        return;
-    }
-    let (ahead, left) = ((dx / length, dy / length), (-dy / length, dx / length));
-    sheet.line(&[tail, tip], (FUSED, pen.thin));
-    for side in [-1.0, 1.0] {
-        let barb = |axis: fn((f64, f64)) -> f64| axis(tip) - 8.0 * axis(ahead) + side * 4.0 * axis(left);
-        sheet.line(&[tip, (barb(|point| point.0), barb(|point| point.1))], (FUSED, pen.thin));
-    }
-}
-
-/// The labels of a panel, none of which lies over another.
-struct Labels {
-    taken: Vec<Rect>,
-    panel: Rect,
-}
-
-impl Labels {
-    /// Writes a label at the first free place beside a point; nowhere if there is none.
-    #[expect(clippy::cast_precision_loss, reason = "a count of letters")]
-    fn write(&mut self, sheet: &mut Sheet, (x, y): (f64, f64), label: &str, size: f64) {
-        let (w, h) = (0.62 * size * label.chars().count() as f64, 1.1 * size);
-        let places = [
-            (x + 16.0, y - 12.0 - h / 2.0),
-            (x + 16.0, y + 12.0 - h / 2.0),
-            (x - 16.0 - w, y - 12.0 - h / 2.0),
-            (x - 16.0 - w, y + 12.0 - h / 2.0),
-            (x - w / 2.0, y - 18.0 - h),
-            (x - w / 2.0, y + 18.0),
-            (x + 34.0, y - h / 2.0),
-            (x - 34.0 - w, y - h / 2.0),
-        ];
-        let free = places.into_iter().map(|(x, y)| Rect { x, y, w, h }).find(|place| self.is_free(*place));
-        if let Some(place) = free {
-            sheet.text((place.x, place.y + 0.8 * h), label, font(size, true));
-            self.taken.push(place);
-        }
-    }
-
-    fn is_free(&self, Rect { x, y, w, h }: Rect) -> bool {
-        let Rect { x: left, y: top, w: width, h: height } = self.panel;
-        let is_inside = x >= left && y >= top && x + w <= left + width && y + h <= top + height;
-        let is_apart = |other: &Rect| {
-            x + w < other.x || other.x + other.w < x || y + h < other.y || other.y + other.h < y
-        };
-        is_inside && self.taken.iter().all(is_apart)
-    }
-}
-
-/// The longest of 1, 2, 5, 10 … m that is at most a quarter of the panel.
-fn scale_bar(sheet: &mut Sheet, view: &Viewport) {
+/// The longest of 1, 2, 5, 10 … m that is at most a quarter of the panel. Returns what it covers.
+fn scale_bar(sheet: &mut Sheet, view: &Viewport) -> Rect {
     let lengths = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
     let length_m = lengths.into_iter().rfind(|length| *length <= view.half_m / 2.0).unwrap_or(1.0);
     let (x, y) = (view.panel.x + 18.0, view.panel.y + view.panel.h - 18.0);
@@ -280,65 +315,48 @@ fn scale_bar(sheet: &mut Sheet, view: &Viewport) {
     }
     let middle = Type { anchor: Anchor::Middle, ..font(18.0, false) };
     sheet.text((f64::midpoint(x, end), y - 11.0), &format!("{length_m} m"), middle);
+    Rect { x: x - 4.0, y: y - 30.0, w: end - x + 8.0, h: 40.0 }
 }
 
-/// What each kind of box is, and how many there are.
-fn legend(scene: &BevScene) -> Vec<(Paint, String)> {
+/// What each kind of box is, and how many there are; classes that occur; the words that were written.
+fn legend(scene: &BevScene, words: &[Class]) -> Vec<(Key, String)> {
     let n_covered = scene.truth.iter().filter(|truth| truth.is_covered).count();
     let n_others = scene.truth.len() - n_covered;
     let mut rows = vec![(TRUE_BOX, format!("truth: {n_covered} objects in view for 1 s"))];
     if n_others > 0 {
         let dashed = Paint { dash: 3.5, opacity: 0.5, ..Paint::line(TRUTH, 2.0) };
-        rows.push((dashed, format!("truth not (yet) in view: {n_others} objects")));
+        rows.push((Key::Box(dashed), format!("truth not (yet) in view: {n_others} objects")));
     }
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
-        let when =
-            agent.offset.map_or_else(String::new, |offset| format!(" at {:+.0} ms", offset.as_millis_f64()));
+        let when = agent.offset.map_or_else(String::new, captured);
         let (id, kind, n) = (agent.id, agent.kind.name(), agent.detections.len());
-        rows.push((Paint::line(colour, 2.6), format!("{id} ({kind}): {n} detections{when}")));
+        rows.push((Key::Agent(agent.kind, colour), format!("{id} ({kind}): {n} detections{when}")));
     }
-    rows.push((FUSED_BOX, format!("fused: {} objects", scene.fused.len())));
+    rows.push((Key::Box(Paint::line(FUSED, 3.6)), format!("fused: {} objects", scene.fused.len())));
     if !scene.motions.is_empty() {
-        rows.push((Paint::NONE, "arrow: the way of one second".to_owned()));
+        rows.push((Key::Arrow(FUSED), "the way of one second".to_owned()));
     }
-    if !scene.letters.is_empty() {
-        rows.push((Paint::NONE, "letter: class, as C car, P pedestrian, T truck".to_owned()));
-    }
+    let occurs = |group: &ClassGroup| {
+        let covered = scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| truth.class);
+        covered.chain(scene.fused.iter().map(|mark| mark.class)).any(|class| class.group() == *group)
+    };
+    let groups = GROUPS.into_iter().filter(occurs);
+    rows.extend(groups.map(|group| (Key::Tint(tint(group)), group_name(group).to_owned())));
+    // A word that is a part of its class's name says enough.
+    let short = words.iter().filter(|class| !class.name().contains(word(**class)));
+    rows.extend(short.map(|class| (Key::None, format!("{}: {class}", word(*class)))));
     rows
 }
 
-/// How the legend shows a true object, and a fused one.
-pub(super) const TRUE_BOX: Paint = Paint { fill: Some(TRUTH_FILL), ..Paint::line(TRUTH, 3.0) };
-pub(super) const FUSED_BOX: Paint = Paint::line(FUSED, 3.6);
-
-/// The rows of a legend, one below the other.
-#[expect(clippy::cast_precision_loss, reason = "counts of rows and letters")]
-pub(super) fn legend_rows(sheet: &mut Sheet, place: Rect, rows: &[(Paint, String)]) {
-    let pitch = (place.h / rows.len() as f64).min(40.0);
-    // Letters of these fonts are on average at most 0.6 em wide: long names get a smaller font.
-    let longest = rows.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(1);
-    let size = (pitch * 0.55).min(21.0).min((place.w - 64.0) / (0.6 * longest as f64));
-    let mut middle = place.y + pitch / 2.0;
-    for (paint, text) in rows {
-        sheet.rect(Rect { x: place.x + 4.0, y: middle - pitch * 0.28, w: 44.0, h: pitch * 0.56 }, *paint);
-        sheet.text((place.x + 64.0, middle + size * 0.35), text, font(size, false));
-        middle += pitch;
+/// When a frame was captured, from the time of the picture.
+fn captured(offset: Span) -> String {
+    let ms = offset.as_millis_f64();
+    let distance = format!("{:.0} ms", ms.abs());
+    match distance.as_str() {
+        "0 ms" => ", captured then".to_owned(),
+        _ if ms < 0.0 => format!(", captured {distance} before"),
+        _ => format!(", captured {distance} after"),
     }
-}
-
-/// A legend in one row.
-#[expect(clippy::cast_precision_loss, reason = "a count of columns")]
-pub(super) fn legend_row(sheet: &mut Sheet, place: Rect, entries: &[(Paint, String)]) {
-    let w = place.w / entries.len().max(1) as f64;
-    let mut x = place.x;
-    for entry in entries {
-        legend_rows(sheet, Rect { x, w, ..place }, std::slice::from_ref(entry));
-        x += w;
-    }
-}
-
-pub(super) const fn font(size: f64, bold: bool) -> Type {
-    Type { size, colour: INK, bold, anchor: Anchor::Start }
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Curves over a common axis, in panels side by side, with a legend beside them.
 
 use crate::report::palette::{Colour, FAINT, INK, MUTED, PAPER};
-use crate::report::plot::dots::{diamond, disc, text};
+use crate::report::plot::dots::text;
+use crate::report::plot::marker::Marker;
+use crate::report::plot::pieces::{Layout, Pieces};
 use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, corners};
 use crate::report::plot::ticks::{Ticks, ticks};
 
@@ -9,11 +11,18 @@ const PANEL_WIDTH: f64 = 330.0;
 const PANEL_HEIGHT: f64 = 260.0;
 const GAP: f64 = 62.0;
 const LEFT: f64 = 62.0;
-const TOP: f64 = 52.0;
+const TOP: f64 = 76.0;
+/// Above and below a panel that is a drawing of its own.
+const PIECE_TOP: f64 = 26.0;
+const BOTTOM: f64 = 46.0;
 const CHARACTER: f64 = 6.6;
 const LEGEND_LINE: f64 = 19.0;
 /// Curves are cut off at this multiple of the median of all points: a diverging curve would flatten all others.
 const CUT_AT_MEDIANS: f64 = 4.0;
+/// Curves with more points have no marks.
+const MOST_MARKS: usize = 15;
+/// The pointer need not be nearer to a point, px.
+const REACH: f64 = 7.0;
 
 /// How a curve is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +33,12 @@ pub(crate) struct Style {
     pub colour: Colour,
     /// Length of its dashes; 0 for a solid line.
     pub dash: f64,
-    /// Whether only its points are marked, by open diamonds, without a line between them.
+    /// The mark of its points.
+    pub marker: Marker,
+    /// Whether only its points are marked, without a line between them.
     pub is_dotted: bool,
+    /// Whether it is thicker than others, and over them.
+    pub is_first: bool,
 }
 
 /// A point with its interval.
@@ -59,6 +72,8 @@ pub(crate) struct Panel {
     pub curves: Vec<Vec<Point>>,
     /// The end of its upright axis.
     pub top: Top,
+    /// The value that is right, as a dashed line.
+    pub target: Option<f64>,
 }
 
 /// Curves of several quantities.
@@ -66,6 +81,8 @@ pub(crate) struct Panel {
 pub(crate) struct CurvePlot {
     /// Its heading.
     pub title: String,
+    /// What holds for all curves.
+    pub subtitle: String,
     /// Label of the level axis.
     pub x_label: String,
     /// Names of the values on the level axis, where they are no numbers.
@@ -83,26 +100,42 @@ impl CurvePlot {
         let legend = 60.0 + CHARACTER * longest as f64;
         let width = LEFT + (PANEL_WIDTH + GAP) * self.panels.len() as f64 + legend;
         let height = TOP + PANEL_HEIGHT.max(LEGEND_LINE * self.styles.len() as f64) + 56.0;
-        let mut sheet = Sheet::new(width.ceil() as u32, height.ceil() as u32);
+        let mut sheet = Sheet::labelled((width.ceil() as u32, height.ceil() as u32), &self.title);
         sheet.text((16.0, 26.0), &self.title, text(16.0, true, INK, Anchor::Start));
+        sheet.text((16.0, 45.0), &self.subtitle, text(12.0, false, INK, Anchor::Start));
         for (place, panel) in self.panels.iter().enumerate() {
             let x = LEFT + (PANEL_WIDTH + GAP) * place as f64;
             self.draw(&mut sheet, panel, Rect { x, y: TOP, w: PANEL_WIDTH, h: PANEL_HEIGHT });
         }
-        self.legend(&mut sheet, width - legend);
+        for (place, style) in self.styles.iter().enumerate() {
+            let y = TOP + 8.0 + LEGEND_LINE * place as f64;
+            let x = width - legend;
+            style.key(&mut sheet, (x, y));
+            sheet.text((x + 34.0, y + 4.0), &style.name, text(12.0, false, INK, Anchor::Start));
+        }
         sheet
     }
 
-    fn legend(&self, sheet: &mut Sheet, x: f64) {
-        for (place, style) in self.styles.iter().enumerate() {
-            let y = TOP + 8.0 + LEGEND_LINE * place as f64;
-            style.line(sheet, &[(x, y), (x + 26.0, y)]);
-            if style.is_dotted {
-                diamond(sheet, (x + 13.0, y), style.colour);
-            } else {
-                disc(sheet, (x + 13.0, y), 3.2, Paint::fill(style.colour));
-            }
-            sheet.text((x + 34.0, y + 4.0), &style.name, text(12.0, false, INK, Anchor::Start));
+    /// The panels, each a drawing of its own.
+    pub(crate) fn pieces(&self) -> Pieces {
+        let area = Rect { x: LEFT - 6.0, y: PIECE_TOP, w: PANEL_WIDTH, h: PANEL_HEIGHT };
+        let size = ((LEFT + PANEL_WIDTH + 12.0) as u32, (PIECE_TOP + PANEL_HEIGHT + BOTTOM) as u32);
+        let panel = |panel: &Panel| {
+            let mut sheet = Sheet::labelled(size, &format!("{}: {}", self.title, panel.label));
+            self.draw(&mut sheet, panel, area);
+            (String::new(), sheet)
+        };
+        let entry = |style: &Style| {
+            let mut mark = Sheet::new(30, 16);
+            style.key(&mut mark, (2.0, 8.0));
+            (mark, style.name.clone())
+        };
+        Pieces {
+            title: self.title.clone(),
+            subtitle: self.subtitle.clone(),
+            panels: self.panels.iter().map(panel).collect(),
+            legend: self.styles.iter().map(entry).collect(),
+            layout: Layout::Columns,
         }
     }
 
@@ -135,8 +168,17 @@ impl CurvePlot {
             let at = (area.x - 6.0, py(*y) + 4.0);
             sheet.text(at, &upright.label(*y), text(11.0, false, MUTED, Anchor::End));
         }
-        for (curve, style) in panel.curves.iter().zip(&self.styles) {
-            style.draw(sheet, curve, &Scales { x: &px, y: &py, top });
+        if let Some(target) = panel.target.filter(|target| *target <= top) {
+            let y = py(target);
+            sheet.dashed(&[(area.x, y), (area.x + area.w, y)], (INK, 1.2), 5.0);
+        }
+        let x_unit = (&self.x_names, self.x_label.as_str());
+        let scales = Scales { x: &px, y: &py, top, y_label: &panel.label, x_label: x_unit };
+        for is_first in [false, true] {
+            let curves = panel.curves.iter().zip(&self.styles);
+            for (curve, style) in curves.filter(|(_, style)| style.is_first == is_first) {
+                style.draw(sheet, curve, &scales);
+            }
         }
         sheet.path(&corners(area), true, Paint::line(MUTED, 1.0));
         let label = text(12.0, true, INK, Anchor::Middle);
@@ -157,6 +199,7 @@ impl Panel {
             Top::Whole => reach,
             Top::Most => reach.min(CUT_AT_MEDIANS * median),
         };
+        let high = high.max(self.target.unwrap_or(0.0));
         ticks(0.0, if high > 0.0 { high } else { 1.0 }, 5)
     }
 }
@@ -167,40 +210,98 @@ struct Scales<'a> {
     y: &'a dyn Fn(f64) -> f64,
     /// The upper border, in data.
     top: f64,
+    /// Labels of the axes, for what appears under the pointer.
+    y_label: &'a str,
+    x_label: (&'a Option<Vec<String>>, &'a str),
+}
+
+impl Scales<'_> {
+    /// A point of a curve in words: quantity, value, unit, and where.
+    fn in_words(&self, name: &str, point: &Point) -> String {
+        let (quantity, unit) = quantity(self.y_label);
+        let spread = if point.spread > 0.0 { format!(" ± {}", short(point.spread)) } else { String::new() };
+        let (names, label) = self.x_label;
+        let x = match names {
+            Some(names) => names.get(libm::round(point.x) as usize).cloned().unwrap_or_default(),
+            None => {
+                let unit = label.rsplit_once(", ").map_or("", |(_, unit)| unit);
+                format!("{} {unit}", rounded(point.x)).trim_end().to_owned()
+            }
+        };
+        let value = format!("{}{spread} {unit}", short(point.y));
+        format!("{name}: {quantity} {} at {x}", value.trim_end())
+    }
+}
+
+/// A label such as `mATE (m)` in its parts. A longer note in brackets is no unit.
+fn quantity(label: &str) -> (&str, &str) {
+    const LONGEST_UNIT: usize = 4;
+    match label.split_once(" (").and_then(|(name, rest)| Some((name, rest.strip_suffix(')')?))) {
+        Some((name, unit)) if unit.chars().count() <= LONGEST_UNIT => (name, unit),
+        Some((name, _)) => (name, ""),
+        None => (label, ""),
+    }
+}
+
+/// Three digits that say something.
+fn short(value: f64) -> String {
+    let digits = match value.abs() {
+        large if large >= 100.0 => 0,
+        large if large >= 10.0 => 1,
+        middle if middle >= 1.0 => 2,
+        _ => 3,
+    };
+    format!("{value:.digits$}")
 }
 
 impl Style {
+    const fn width(&self) -> f64 {
+        if self.is_first { 2.8 } else { 1.6 }
+    }
+
+    /// Its line and mark in a legend.
+    fn key(&self, sheet: &mut Sheet, (x, y): (f64, f64)) {
+        self.line(sheet, &[(x, y), (x + 26.0, y)]);
+        self.mark(sheet, (x + 13.0, y));
+    }
+
+    fn mark(&self, sheet: &mut Sheet, at: (f64, f64)) {
+        let outline = if self.is_dotted { (self.colour, 1.4) } else { (PAPER, 0.6) };
+        let fill = (!self.is_dotted).then_some(self.colour);
+        self.marker.draw(sheet, (at, 3.6), Paint { fill, ..Paint::line(outline.0, outline.1) });
+    }
+
     fn line(&self, sheet: &mut Sheet, points: &[(f64, f64)]) {
         if self.is_dotted {
             return;
         }
         if self.dash > 0.0 {
-            sheet.dashed(points, (self.colour, 1.8), self.dash);
+            sheet.dashed(points, (self.colour, self.width()), self.dash);
         } else {
-            sheet.line(points, (self.colour, 1.8));
+            sheet.line(points, (self.colour, self.width()));
         }
     }
 
     fn draw(&self, sheet: &mut Sheet, curve: &[Point], scales: &Scales<'_>) {
-        let Scales { x: px, y: py, top } = *scales;
+        let Scales { x: px, y: py, top, .. } = *scales;
         let at = |p: &Point| (px(p.x), py(p.y));
         for pair in curve.windows(2) {
             if let Some((from, to)) = below(pair[0], pair[1], top) {
                 self.line(sheet, &[at(&from), at(&to)]);
             }
         }
+        let pitches = curve.windows(2).map(|pair| (px(pair[1].x) - px(pair[0].x)).abs());
+        let pitch = pitches.filter(|pitch| *pitch > 0.0).fold(2.0 * REACH, f64::min);
         for point in curve.iter().filter(|point| point.y <= top) {
             let (low, high) = ((point.y - point.spread).max(0.0), (point.y + point.spread).min(top));
             if point.spread > 0.0 {
                 sheet.line(&[(px(point.x), py(low)), (px(point.x), py(high))], (self.colour, 1.0));
             }
-            sheet.hover(at(point), format!("{}: {:.4} at {}", self.name, point.y, rounded(point.x)));
             // The points of a distribution are not marked: there are too many.
-            if self.is_dotted {
-                diamond(sheet, at(point), self.colour);
-            } else if curve.len() <= 15 {
-                disc(sheet, at(point), 3.2, Paint { fill: Some(self.colour), ..Paint::line(PAPER, 0.6) });
+            if self.is_dotted || curve.len() <= MOST_MARKS {
+                self.mark(sheet, at(point));
             }
+            sheet.hover(at(point), (pitch / 2.0).max(1.0), scales.in_words(&self.name, point));
         }
     }
 }
@@ -228,24 +329,29 @@ fn below(from: Point, to: Point, top: f64) -> Option<(Point, Point)> {
 mod tests {
     use super::*;
 
+    fn style(name: &str) -> Style {
+        let marker = Marker::Disc;
+        let name = name.to_owned();
+        Style { name, colour: INK, dash: 0.0, marker, is_dotted: false, is_first: false }
+    }
+
     fn plot(ys: &[f64]) -> CurvePlot {
         let curve = (0u8..).zip(ys).map(|(x, y)| Point { x: f64::from(x), y: *y, spread: 0.1 }).collect();
-        let style = Style { name: "ours".to_owned(), colour: INK, dash: 0.0, is_dotted: false };
-        let panel = Panel { label: "mATE (m)".to_owned(), curves: vec![curve], top: Top::Most };
-        let x_label = "delay, ms".to_owned();
+        let label = "mATE (m)".to_owned();
         CurvePlot {
             title: "Error".to_owned(),
-            x_label,
+            subtitle: "virtual time".to_owned(),
+            x_label: "delay, ms".to_owned(),
             x_names: None,
-            styles: vec![style],
-            panels: vec![panel],
+            styles: vec![style("ours")],
+            panels: vec![Panel { label, curves: vec![curve], top: Top::Most, target: None }],
         }
     }
 
     #[test]
     fn labels_names_and_every_curve_are_in_the_figure() {
         let svg = plot(&[0.1, 0.2, 0.3]).sheet().svg();
-        for text in ["Error", "delay, ms", "mATE (m)", "ours"] {
+        for text in ["Error", "delay, ms", "mATE (m)", "ours", "virtual time"] {
             assert!(svg.contains(text), "{text}");
         }
     }
@@ -265,5 +371,48 @@ mod tests {
     fn a_plot_without_points_is_valid() {
         assert!(plot(&[]).sheet().svg().contains("mATE"));
         assert!(plot(&[f64::NAN]).sheet().svg().contains("mATE"));
+    }
+
+    #[test]
+    fn a_point_is_named_with_quantity_unit_and_place_and_its_reach_ends_halfway_to_the_next() {
+        let svg = plot(&[0.1, 0.2, 0.3]).sheet().svg();
+        assert!(svg.contains("<title>ours: mATE 0.200 ± 0.100 m at 1 ms</title>"), "{svg}");
+        let many = plot(&[0.1; 166]).sheet().svg();
+        assert!(svg.contains("r=\"7.0\"") && !many.contains("r=\"7.0\"") && many.contains("r=\"1.0\""));
+        let named =
+            CurvePlot { x_names: Some(vec!["never".to_owned(), "often".to_owned()]), ..plot(&[0.1, 0.2]) };
+        assert!(named.sheet().svg().contains("m at often</title>"));
+        assert_eq!(quantity("position NEES / 2 (1 is consistent)"), ("position NEES / 2", ""));
+    }
+
+    #[test]
+    fn the_emphasised_curve_is_drawn_last_and_thicker() {
+        let mut plot = plot(&[0.1, 0.2]);
+        let other = plot.panels[0].curves[0].clone();
+        plot.panels[0].curves.push(other);
+        plot.styles[0].is_first = true;
+        plot.styles.push(Style { colour: MUTED, ..style("other") });
+        let svg = plot.pieces().panels[0].1.svg();
+        let (thick, thin) =
+            ("stroke=\"#222222\" stroke-width=\"2.8\"", "stroke=\"#666666\" stroke-width=\"1.6\"");
+        assert!(svg.find(thick).unwrap() > svg.rfind(thin).unwrap(), "{svg}");
+    }
+
+    #[test]
+    fn the_right_value_is_a_dashed_line_in_the_panel() {
+        let mut plot = plot(&[0.1, 0.2]);
+        assert!(!plot.sheet().svg().contains("stroke-dasharray"));
+        plot.panels[0].target = Some(1.0);
+        assert!(plot.sheet().svg().contains("stroke-dasharray"));
+        assert!(*plot.panels[0].upright_ticks().values.last().unwrap() >= 1.0);
+    }
+
+    #[test]
+    fn every_panel_is_a_piece_with_one_legend_for_all() {
+        let mut plot = plot(&[0.1, 0.2]);
+        plot.panels.push(plot.panels[0].clone());
+        let pieces = plot.pieces();
+        assert_eq!((pieces.panels.len(), pieces.legend.len()), (2, 1));
+        assert!(pieces.panels.iter().all(|(_, sheet)| sheet.width < 420 && !sheet.label.is_empty()));
     }
 }

@@ -1,6 +1,8 @@
 //! Dot plots: for each category and series a mean with its spread, in panels side by side.
 
 use crate::report::palette::{BAND, Colour, FAINT, INK, MUTED, OURS, PAPER, is_ours};
+use crate::report::plot::marker::Marker;
+use crate::report::plot::pieces::{Layout, Pieces};
 use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type, corners};
 use crate::report::plot::ticks::ticks;
 
@@ -42,49 +44,102 @@ const GAP: f64 = 26.0;
 const TOP: f64 = 66.0;
 const CHARACTER: f64 = 6.6;
 
+/// Width of a panel that is a drawing of its own.
+const PIECE_WIDTH: f64 = 230.0;
+/// Below the panels.
+const BOTTOM: f64 = 46.0;
+
 impl DotPlot {
     /// The finished drawing.
     pub(crate) fn sheet(&self) -> Sheet {
-        let row_height = (13.0 * self.series.len() as f64).max(20.0) + 4.0;
-        let longest = self.categories.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-        let left = 24.0 + CHARACTER * longest as f64;
-        let height = row_height * self.categories.len() as f64;
+        let (left, height) = (self.left(), self.height());
         let width = left + (PANEL_WIDTH + GAP) * self.panels.len() as f64;
-        let mut sheet = Sheet::new(width.ceil() as u32, (TOP + height + 46.0).ceil() as u32);
+        let size = (width.ceil() as u32, (TOP + height + BOTTOM).ceil() as u32);
+        let mut sheet = Sheet::labelled(size, &self.title);
         sheet.text((16.0, 26.0), &self.title, text(16.0, true, INK, Anchor::Start));
         self.legend(&mut sheet);
-        for (row, category) in self.categories.iter().enumerate() {
-            let y = TOP + row_height * (row as f64 + 0.5) + 4.0;
-            sheet.text((left - 10.0, y), category, text(12.0, false, INK, Anchor::End));
-        }
+        self.names(&mut sheet, (left, TOP));
         for (place, panel) in self.panels.iter().enumerate() {
             let x = left + (PANEL_WIDTH + GAP) * place as f64;
-            panel.draw(
-                &mut sheet,
-                Rect { x, y: TOP, w: PANEL_WIDTH, h: height },
-                (&self.series, &self.categories),
-            );
+            let area = Rect { x, y: TOP, w: PANEL_WIDTH, h: height };
+            panel.draw(&mut sheet, area, (&self.series, &self.categories));
         }
         sheet
     }
 
+    /// The panels, each a drawing of its own.
+    pub(crate) fn pieces(&self) -> Pieces {
+        let (left, height, top) = (self.left() - 12.0, self.height(), 8.0);
+        let size = ((left + PIECE_WIDTH + 14.0).ceil() as u32, (top + height + BOTTOM).ceil() as u32);
+        let panel = |panel: &Panel| {
+            let mut sheet = Sheet::labelled(size, &format!("{}: {}", self.title, panel.label));
+            self.names(&mut sheet, (left, top));
+            let area = Rect { x: left, y: top, w: PIECE_WIDTH, h: height };
+            panel.draw(&mut sheet, area, (&self.series, &self.categories));
+            (String::new(), sheet)
+        };
+        let entry = |(name, colour): (String, Option<Colour>)| {
+            let mut mark = Sheet::new(16, 16);
+            key(&mut mark, (8.0, 8.0), colour);
+            (mark, name)
+        };
+        Pieces {
+            title: self.title.clone(),
+            subtitle: String::new(),
+            panels: self.panels.iter().map(panel).collect(),
+            legend: self.entries().into_iter().map(entry).collect(),
+            layout: Layout::Columns,
+        }
+    }
+
+    fn row_height(&self) -> f64 {
+        (13.0 * self.series.len() as f64).max(20.0) + 4.0
+    }
+
+    fn height(&self) -> f64 {
+        self.row_height() * self.categories.len() as f64
+    }
+
+    /// Where the panels begin, to the right of the names of the rows.
+    fn left(&self) -> f64 {
+        let longest = self.categories.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+        24.0 + CHARACTER * longest as f64
+    }
+
+    /// The names of the rows.
+    fn names(&self, sheet: &mut Sheet, (left, top): (f64, f64)) {
+        for (row, category) in self.categories.iter().enumerate() {
+            let y = top + self.row_height() * (row as f64 + 0.5) + 4.0;
+            sheet.text((left - 10.0, y), category, text(12.0, false, INK, Anchor::End));
+        }
+    }
+
     fn legend(&self, sheet: &mut Sheet) {
         let mut x = 16.0;
-        let mut entry = |sheet: &mut Sheet, name: &str, colour: Option<Colour>| {
-            match colour {
-                Some(colour) => disc(sheet, (x + 5.0, 46.0), 4.5, Paint::fill(colour)),
-                None => diamond(sheet, (x + 5.0, 46.0), INK),
-            }
-            sheet.text((x + 14.0, 50.0), name, text(12.0, false, INK, Anchor::Start));
+        for (name, colour) in self.entries() {
+            key(sheet, (x + 5.0, 46.0), colour);
+            sheet.text((x + 14.0, 50.0), &name, text(12.0, false, INK, Anchor::Start));
             x += 30.0 + CHARACTER * name.chars().count() as f64;
-        };
-        if self.series.len() > 1 {
-            self.series.iter().for_each(|(name, colour)| entry(sheet, name, Some(*colour)));
         }
+    }
+
+    /// The series, where there are several, and what is published, which has no colour.
+    fn entries(&self) -> Vec<(String, Option<Colour>)> {
+        let several = self.series.iter().filter(|_| self.series.len() > 1);
+        let mut entries: Vec<_> = several.map(|(name, colour)| (name.clone(), Some(*colour))).collect();
         let is_published = |dot: &Option<Dot>| dot.is_some_and(|dot| dot.published.is_some());
         if self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(is_published) {
-            entry(sheet, "the paper's", None);
+            entries.push(("the paper's".to_owned(), None));
         }
+        entries
+    }
+}
+
+/// A mark of a legend.
+fn key(sheet: &mut Sheet, at: (f64, f64), colour: Option<Colour>) {
+    match colour {
+        Some(colour) => Marker::Disc.draw(sheet, (at, 4.5), Paint::fill(colour)),
+        None => diamond(sheet, at, INK),
     }
 }
 
@@ -119,12 +174,21 @@ impl Panel {
                 let name = name.map_or_else(|| category.to_owned(), |name| format!("{category}, {name}"));
                 let y = top + row_height * row as f64 + 3.0 + step * (place as f64 + 0.5);
                 mark(sheet, dot, (y, &px), colour);
-                sheet.hover((px(dot.mean), y), format!("{name}: {:.4}", dot.mean));
+                let reach = (step / 2.0).min(7.0);
+                sheet.hover((px(dot.mean), y), reach, format!("{name}: {} {}", self.label, dot.in_words()));
             }
         }
         sheet.path(&corners(area), true, Paint::line(MUTED, 1.0));
         let at = (area.x + area.w / 2.0, bottom + 34.0);
         sheet.text(at, &self.label, text(12.0, true, INK, Anchor::Middle));
+    }
+}
+
+impl Dot {
+    fn in_words(&self) -> String {
+        let spread = if self.spread > 0.0 { format!(" ± {:.3}", self.spread) } else { String::new() };
+        let paper = self.published.map_or_else(String::new, |value| format!("; the paper's {value:.3}"));
+        format!("{:.3}{spread}{paper}", self.mean)
     }
 }
 
@@ -137,22 +201,13 @@ fn mark(sheet: &mut Sheet, dot: &Dot, (y, px): (f64, &dyn Fn(f64) -> f64), colou
     if let Some(published) = dot.published {
         diamond(sheet, (px(published), y), INK);
     }
-    disc(sheet, (px(dot.mean), y), 4.5, Paint { fill: Some(colour), ..Paint::line(PAPER, 0.8) });
-}
-
-pub(super) fn disc(sheet: &mut Sheet, (x, y): (f64, f64), radius: f64, paint: Paint) {
-    const CORNERS: u32 = 16;
-    let corner = |place: u32| {
-        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(place) / f64::from(CORNERS));
-        (x + radius * cos, y + radius * sin)
-    };
-    sheet.path(&(0..CORNERS).map(corner).collect::<Vec<_>>(), true, paint);
+    let paint = Paint { fill: Some(colour), ..Paint::line(PAPER, 0.8) };
+    Marker::Disc.draw(sheet, ((px(dot.mean), y), 4.5), paint);
 }
 
 /// The mark of a published value.
-pub(super) fn diamond(sheet: &mut Sheet, (x, y): (f64, f64), colour: Colour) {
-    let r = 5.0;
-    sheet.path(&[(x - r, y), (x, y - r), (x + r, y), (x, y + r)], true, Paint::line(colour, 1.4));
+fn diamond(sheet: &mut Sheet, at: (f64, f64), colour: Colour) {
+    Marker::Diamond.draw(sheet, (at, 3.6), Paint::line(colour, 1.4));
 }
 
 pub(super) const fn text(size: f64, bold: bool, colour: Colour, anchor: Anchor) -> Type {
@@ -183,5 +238,10 @@ mod tests {
         }
         // Three dots and two in the legend; three diamonds and one in the legend.
         assert_eq!(svg.matches("Z\" stroke=\"#222222\"").count(), 4);
+        assert!(svg.contains("<title>N1, ours: mATE (m) 0.500 ± 0.100; the paper's 0.600</title>"), "{svg}");
+        let pieces = plot.pieces();
+        let legend: Vec<&str> = pieces.legend.iter().map(|(_, name)| name.as_str()).collect();
+        assert_eq!((pieces.panels.len(), legend), (1, vec!["ours", "theirs", "the paper's"]));
+        assert!(pieces.panels[0].1.svg().contains(">N3<"), "every piece has the names of its rows");
     }
 }

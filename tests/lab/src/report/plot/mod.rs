@@ -1,10 +1,15 @@
 //! Figures: recorded traffic, bird's-eye views, curves and dot plots.
 
 pub(crate) mod bev;
+mod classes;
 pub(crate) mod comparison;
 pub(crate) mod curves;
 pub(crate) mod dots;
+mod labels;
+mod legend;
+pub(crate) mod marker;
 mod pdf;
+pub(crate) mod pieces;
 pub(crate) mod recorded;
 pub(crate) mod scene;
 pub(crate) mod sheet;

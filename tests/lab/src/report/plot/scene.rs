@@ -4,6 +4,7 @@ use crate::data::run_log::{ReceivedDetections, RunLog};
 use crate::data::truth::Truth;
 use crate::score::coverage::Coverage;
 use crate::score::run::scored_run::ScoredRun;
+use v2x_agent::truth::TrueObject;
 use v2x_agent::world::Road;
 use v2x_common::class::Class;
 use v2x_common::fused::FusedObject;
@@ -26,11 +27,9 @@ pub(crate) struct BevScene {
     /// Agents with their detections.
     pub agents: Vec<SceneAgent>,
     /// Fused objects.
-    pub fused: Vec<BevBox>,
+    pub fused: Vec<FusedMark>,
     /// Those that move: where they are, and will be in a second.
     pub motions: Vec<[(f64, f64); 2]>,
-    /// The letter of each fused object's class: C car, P pedestrian, and so on.
-    pub letters: Vec<((f64, f64), String)>,
 }
 
 /// A true object.
@@ -38,8 +37,21 @@ pub(crate) struct BevScene {
 pub(crate) struct TrueBox {
     /// Its box.
     pub bev: BevBox,
+    /// Its class.
+    pub class: Class,
     /// Whether any agent covers it.
     pub is_covered: bool,
+}
+
+/// A fused object.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FusedMark {
+    /// Its box.
+    pub bev: BevBox,
+    /// Its class.
+    pub class: Class,
+    /// What else is known of it, in words.
+    pub words: String,
 }
 
 /// An agent with its detections.
@@ -100,10 +112,12 @@ pub(crate) fn scene_at(
     let frame = &log.fused.get(place)?.frame;
     let error_m = scored.frame_errors.iter().find(|(of, _)| *of == place).map(|(_, ate_m)| *ate_m)?;
     let summary = &scored.summary;
+    let radius_m = summary.match_radius_m;
     let mut coverage = Coverage::new(truth, &scored.observers);
     let view = coverage.at(frame.fused_at);
-    let true_box = |object: &v2x_agent::truth::TrueObject| TrueBox {
+    let true_box = |object: &TrueObject| TrueBox {
         bev: object.bev,
+        class: object.class,
         is_covered: coverage.is_covered(&view, object.id),
     };
     let agents = summary.agents.iter().zip(&view.poses).map(|(agent, pose)| {
@@ -122,26 +136,32 @@ pub(crate) fn scene_at(
         roads: Vec::new(),
         truth: view.objects.iter().map(true_box).collect(),
         agents: agents.collect(),
-        fused: frame.objects.iter().map(|object| object.bev).collect(),
+        fused: frame.objects.iter().map(|object| fused_mark(object, &view.objects, radius_m)).collect(),
         motions: frame.objects.iter().filter_map(motion).collect(),
-        letters: frame
-            .objects
-            .iter()
-            .map(|object| ((object.bev.x, object.bev.y), letter(object.class)))
-            .collect(),
     })
+}
+
+/// With speed, standard deviation of its position, and how far the nearest true object is, if there is one in reach.
+fn fused_mark(object: &FusedObject, truth: &[TrueObject], reach_m: f64) -> FusedMark {
+    let FusedObject { bev, class, velocity: (vx, vy), kinematic_covariance, .. } = object;
+    let [xx, _, _, _, yy, ..] = *kinematic_covariance;
+    let distances = truth.iter().map(|one| libm::hypot(one.bev.x - bev.x, one.bev.y - bev.y));
+    let nearest_m = distances.filter(|distance_m| *distance_m <= reach_m).min_by(f64::total_cmp);
+    let mut words = format!(
+        "{class}, {:.1} m/s, σ {:.2} m a coordinate",
+        libm::hypot(*vx, *vy),
+        libm::sqrt(f64::midpoint(xx, yy))
+    );
+    words += &nearest_m.map_or_else(
+        || format!("; no true object within {reach_m:.1} m"),
+        |distance_m| format!("; {distance_m:.2} m from the nearest true object"),
+    );
+    FusedMark { bev: *bev, class: *class, words }
 }
 
 fn motion(object: &FusedObject) -> Option<[(f64, f64); 2]> {
     let (BevBox { x, y, .. }, (vx, vy)) = (object.bev, object.velocity);
     (libm::hypot(vx, vy) > MOVING_MPS).then_some([(x, y), (x + vx, y + vy)])
-}
-
-/// The first letter of the last part of a class's name, or of its group for people.
-fn letter(class: Class) -> String {
-    let name = class.to_string();
-    let part = if name.starts_with("human.") { "pedestrian" } else { name.rsplit('.').next().unwrap_or("") };
-    part.chars().take(1).flat_map(char::to_uppercase).collect()
 }
 
 fn nearest_frame(log: &RunLog, agent: AgentId, at: Timestamp) -> Option<&ReceivedDetections> {
@@ -168,6 +188,11 @@ mod tests {
         );
         assert_eq!(scene.agents.iter().map(|agent| agent.detections.len()).collect::<Vec<_>>(), [4, 2]);
         assert!(scene.agents.iter().all(|agent| agent.offset == Some(Span::from_millis(-23))));
+        let words: Vec<&str> = scene.fused.iter().map(|mark| mark.words.as_str()).collect();
+        assert_eq!(
+            words[1],
+            "vehicle.car, 0.0 m/s, σ 0.14 m a coordinate; 0.10 m from the nearest true object"
+        );
         assert!(scene.fused.len() >= 4 && scene.subtitle.contains("0.10 m"), "{}", scene.subtitle);
     }
 }

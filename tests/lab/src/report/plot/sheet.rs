@@ -89,6 +89,8 @@ pub(crate) enum Shape {
     Hover {
         /// The place.
         at: (f64, f64),
+        /// How near the pointer has to be.
+        radius: f64,
         /// The text.
         text: String,
     },
@@ -107,12 +109,19 @@ pub(crate) struct Sheet {
     pub height: u32,
     /// Its shapes, later ones over earlier ones.
     pub shapes: Vec<Shape>,
+    /// What it shows, for those who cannot see it; empty where the text beside it says so.
+    pub label: String,
 }
 
 impl Sheet {
     /// An empty white sheet.
     pub(crate) const fn new(width: u32, height: u32) -> Self {
-        Self { width, height, shapes: Vec::new() }
+        Self { width, height, shapes: Vec::new(), label: String::new() }
+    }
+
+    /// An empty white sheet with a label.
+    pub(crate) fn labelled((width, height): (u32, u32), label: &str) -> Self {
+        Self { label: label.to_owned(), ..Self::new(width, height) }
     }
 
     /// Draws a line from point to point.
@@ -153,8 +162,8 @@ impl Sheet {
     }
 
     /// Shows a text while the pointer is there.
-    pub(crate) fn hover(&mut self, at: (f64, f64), text: String) {
-        self.shapes.push(Shape::Hover { at, text });
+    pub(crate) fn hover(&mut self, at: (f64, f64), radius: f64, text: String) {
+        self.shapes.push(Shape::Hover { at, radius, text });
     }
 }
 

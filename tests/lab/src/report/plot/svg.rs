@@ -7,13 +7,13 @@ use std::fmt::{self, Display, Write};
 impl Sheet {
     /// As a self-contained SVG document.
     pub(crate) fn svg(&self) -> String {
-        let mut svg = Svg::new(self.width, self.height);
+        let mut svg = Svg::new((self.width, self.height), &self.label);
         for shape in &self.shapes {
             match shape {
                 Shape::Path { points, is_closed, paint } => svg.path(points, *is_closed, paint),
                 Shape::Clip(rect) => svg.begin_clip(*rect),
                 Shape::EndClip => svg.end_clip(),
-                Shape::Hover { at, text } => svg.hover(*at, text),
+                Shape::Hover { at, radius, text } => svg.hover((*at, *radius), text),
                 Shape::Text { at, text, set } => svg.text(*at, text, *set),
             }
         }
@@ -42,10 +42,15 @@ impl Display for Paint {
 
 impl Svg {
     /// A white sheet.
-    fn new(width: u32, height: u32) -> Self {
+    fn new((width, height): (u32, u32), label: &str) -> Self {
+        let role = if label.is_empty() {
+            "aria-hidden=\"true\"".to_owned()
+        } else {
+            format!("role=\"img\" aria-label=\"{}\"", Escaped(label))
+        };
         let body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
-             height=\"{height}\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\" \
+             height=\"{height}\" {role} font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\" \
              stroke-linejoin=\"round\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"{PAPER}\"/>\n"
         );
         Self { body }
@@ -83,10 +88,10 @@ impl Svg {
     }
 
     /// A text that appears while the pointer is within some pixels.
-    fn hover(&mut self, (x, y): (f64, f64), text: &str) {
+    fn hover(&mut self, ((x, y), radius): ((f64, f64), f64), text: &str) {
         let text = Escaped(text);
         self.push(format_args!(
-            r#"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" pointer-events="all"><title>{text}</title></circle>"#
+            r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}" fill="none" pointer-events="all"><title>{text}</title></circle>"#
         ));
     }
 
@@ -116,7 +121,7 @@ fn path_data(points: &[(f64, f64)]) -> String {
     path
 }
 
-/// Text that may contain `<`, `&` and control characters.
+/// Text that may contain `<`, `&`, quotes and control characters.
 struct Escaped<'a>(&'a str);
 
 impl Display for Escaped<'_> {
@@ -125,8 +130,31 @@ impl Display for Escaped<'_> {
             '<' => f.write_str("&lt;"),
             '>' => f.write_str("&gt;"),
             '&' => f.write_str("&amp;"),
+            '"' => f.write_str("&quot;"),
             c if c.is_control() => f.write_char(' '),
             c => f.write_char(c),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drawing_says_what_it_shows_and_a_mark_beside_a_text_is_hidden_from_readers() {
+        let labelled = Sheet::labelled((10, 10), "the \"worst\" <moment>").svg();
+        assert!(
+            labelled.contains(r#"role="img" aria-label="the &quot;worst&quot; &lt;moment&gt;""#),
+            "{labelled}"
+        );
+        assert!(Sheet::new(10, 10).svg().contains("aria-hidden"));
+    }
+
+    #[test]
+    fn a_text_appears_as_near_as_it_is_told() {
+        let mut sheet = Sheet::new(10, 10);
+        sheet.hover((5.0, 5.0), 2.5, "0.3 m".to_owned());
+        assert!(sheet.svg().contains(r#"r="2.5" fill="none" pointer-events="all"><title>0.3 m</title>"#));
     }
 }

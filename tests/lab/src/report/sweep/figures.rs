@@ -1,8 +1,9 @@
 //! The figures of a sweep.
 
 use crate::drive::sweep::method::SweepMethod;
-use crate::report::palette::{Colour, OURS, SERIES};
+use crate::report::palette::{Colour, OURS, SERIES, is_ours};
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
+use crate::report::plot::marker::Marker;
 use crate::report::sweep::results::Results;
 use crate::report::sweep::rows::{Row, mean_distribution};
 use crate::report::sweep::text::{Family, families};
@@ -14,11 +15,16 @@ pub(crate) struct Figure {
     pub(crate) plot: CurvePlot,
 }
 
-/// Dashes by family. Methods have the same colour in all families.
+/// Dashes by family. Methods have the same colour in all families, and no two of twenty families the same dashes and marks.
 const DASHES: [f64; 4] = [0.0, 7.0, 4.0, 2.0];
 
 /// A quantity and its label.
 type Quantity = (&'static str, fn(&Row) -> Option<(f64, f64)>, Top);
+
+/// What the curves of one place in a list look like.
+const fn line(place: usize) -> (f64, Marker) {
+    (DASHES[place % DASHES.len()], Marker::ALL[place % Marker::ALL.len()])
+}
 
 fn bare(value: Option<f64>) -> Option<(f64, f64)> {
     value.map(|value| (value, 0.0))
@@ -37,6 +43,7 @@ pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     let x_names = (!is_numeric).then(|| axis.values.iter().map(|value| value.text.clone()).collect());
     let plot = |title: &str, subset: Subset, quantities: &[Quantity]| CurvePlot {
         title: title.to_owned(),
+        subtitle: constants(&families),
         x_label: axis.label.clone(),
         x_names: x_names.clone(),
         styles: styles(&families),
@@ -99,18 +106,31 @@ pub(crate) fn figures(rows: &[Row], results: &[Results]) -> Vec<Figure> {
     figures
 }
 
-/// A colour for each method, and a kind of line for each family.
+/// What holds for every family.
+fn constants(families: &[Family<'_>]) -> String {
+    let Some(first) = families.first() else { return String::new() };
+    let parts = first.parts().into_iter().filter(|part| is_constant(families, part));
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+fn is_constant(families: &[Family<'_>], part: &str) -> bool {
+    families.iter().all(|family| family.parts().iter().any(|own| own == part))
+}
+
+/// A colour for each method, and a kind of line and mark for each family, which is named by what distinguishes it.
 fn styles(families: &[Family<'_>]) -> Vec<Style> {
     let style = |(place, family): (usize, &Family<'_>)| {
-        let several = families.len() > 1;
-        let name = move |method: &str| {
-            if several { format!("{method} ({})", family.name()) } else { method.to_owned() }
-        };
-        let styles = family.methods().into_iter().map(|method| Style {
-            name: name(method),
+        let parts: Vec<String> =
+            family.parts().into_iter().filter(|part| !is_constant(families, part)).collect();
+        let parts = if parts.is_empty() { String::new() } else { format!(", {}", parts.join(", ")) };
+        let (dash, marker) = line(place);
+        let styles = family.methods().into_iter().map(move |method| Style {
+            name: format!("{method}{parts}"),
             colour: colour(method),
-            dash: DASHES[place % DASHES.len()],
+            dash,
+            marker,
             is_dotted: family.live,
+            is_first: is_ours(method),
         });
         styles.collect::<Vec<_>>()
     };
@@ -134,16 +154,20 @@ fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity)
     };
     let curves =
         |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
-    Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top }
+    // Squared errors over what is promised for them.
+    let target = ["NEES", "NIS"].iter().any(|name| label.contains(name)).then_some(1.0);
+    Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top, target }
 }
 
 /// Distributions of the age of information at each value, of one method.
 fn ages(results: &[Results]) -> CurvePlot {
     let mut styles = Vec::new();
     let mut panels = [Vec::new(), Vec::new()];
+    let mut shown = None;
     for results in results {
         let method = results.plan.methods.iter().copied().find(|method| *method == SweepMethod::Ours);
         let Some(method) = method.or_else(|| results.plan.methods.last().copied()) else { continue };
+        shown = Some(method);
         let live = if results.plan.live { ", live" } else { "" };
         for (number, place) in results.places.iter().enumerate() {
             let of_method = place.records.iter().find(|(known, _)| *known == method);
@@ -159,16 +183,23 @@ fn ages(results: &[Results]) -> CurvePlot {
             let values: Vec<&str> = place.point.values.iter().map(|value| value.text.as_str()).collect();
             let delta_max_ms = place.point.delta_max_ms;
             let name = format!("{}, Δmax {delta_max_ms} ms{live}", values.join(", "));
-            let dash = if results.plan.live { 3.0 } else { DASHES[(number / SERIES.len()) % DASHES.len()] };
+            let (dash, marker) = line(number / SERIES.len());
+            let dash = if results.plan.live { 3.0 } else { dash };
             let colour = SERIES[number % SERIES.len()];
-            styles.push(Style { name, colour, dash, is_dotted: false });
+            styles.push(Style { name, colour, dash, marker, is_dotted: false, is_first: false });
         }
     }
     let labels = ["share of objects at most so old", "the other agents' newest detection in them"];
     let panels = labels.into_iter().zip(panels);
-    let panels = panels.map(|(label, curves)| Panel { label: label.to_owned(), curves, top: Top::At(1.0) });
+    let panels = panels.map(|(label, curves)| Panel {
+        label: label.to_owned(),
+        curves,
+        top: Top::At(1.0),
+        target: None,
+    });
     CurvePlot {
         title: "Age of information of a fused object when it is published".to_owned(),
+        subtitle: shown.map_or_else(String::new, |method| format!("method {}", method.key())),
         x_label: "age, ms".to_owned(),
         x_names: None,
         styles,
@@ -197,6 +228,7 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
         |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
     CurvePlot {
         title: "Error against bytes".to_owned(),
+        subtitle: constants(families),
         x_label: "detections that arrive, kB/s".to_owned(),
         x_names: None,
         styles: styles(families),
@@ -204,6 +236,7 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
             label: "mATE (m)".to_owned(),
             curves: families.iter().flat_map(curves).collect(),
             top: Top::Most,
+            target: None,
         }],
     }
 }
@@ -218,5 +251,38 @@ mod tests {
         let colours: std::collections::BTreeSet<_> =
             SweepMethod::ALL.map(|method| colour(method.key())).into();
         assert_eq!(colours.len(), SweepMethod::ALL.len());
+    }
+
+    #[test]
+    fn families_look_different_and_only_what_differs_between_them_is_in_their_names() {
+        let row = |y: u32| Row {
+            method: "ours",
+            axis: "latency".to_owned(),
+            axis_2: Some("loss".to_owned()),
+            y: Some(f64::from(y)),
+            y_text: Some(y.to_string()),
+            delta_max_ms: 500.0,
+            ..Row::default()
+        };
+        let rows: Vec<Row> = (0..12).map(row).collect();
+        let families = families(&rows);
+        let styles = styles(&families);
+        let looks: Vec<_> = styles.iter().map(|style| (style.dash.to_bits(), style.marker)).collect();
+        for (place, look) in looks.iter().enumerate() {
+            assert!(!looks[..place].contains(look), "{place}: {look:?}");
+        }
+        assert_eq!((styles[3].name.as_str(), styles[3].is_first), ("ours, loss 3", true));
+        assert_eq!(constants(&families), "Δmax 500 ms, virtual time");
+        let one = &families[..1];
+        assert_eq!(super::styles(one)[0].name, "ours");
+    }
+
+    #[test]
+    fn what_is_right_is_marked_where_consistency_is_shown() {
+        let target = |label| panel(&[], Subset::All, (label, |_| None, Top::Whole)).target;
+        assert_eq!(
+            (target("NIS / 2 of what"), target("position NEES / 2"), target("mATE (m)")),
+            (Some(1.0), Some(1.0), None)
+        );
     }
 }

@@ -3,14 +3,14 @@
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::plan::PUBLISH_HZ;
 use crate::report::folder;
-use crate::report::page::{figure, page, verdict_html};
-use crate::report::palette::is_ours;
+use crate::report::page::{Section, figure, page};
 use crate::report::rows_csv::rows_csv;
 use crate::report::sweep::figures::{Figure, figures};
 use crate::report::sweep::results::Results;
 use crate::report::sweep::rows::{Row, Stage};
 use crate::report::sweep::text;
 use crate::report::sweep::text::{QUANTITIES, families};
+use crate::report::sweep::verdict::verdict;
 use crate::report::table::{Table, escaped};
 use clap::ValueEnum;
 use std::path::Path;
@@ -39,58 +39,30 @@ pub(crate) fn write(rows: &[Row], results: &[Results], command: &str, folder: &P
 fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
     let axis = rows.first().map_or("", |row| row.axis.as_str());
     let title = format!("Error and timing against {axis}");
-    let mut body = format!(
-        "<h1>{}</h1>\n{}<pre>{}</pre>\n<p>Objects count that both of the first two agents have in view. Errors are \
+    let top = format!(
+        "{}<pre>{}</pre>\n<p>Objects count that both of the first two agents have in view. Errors are \
          matched by identity, at any distance; bars reach one standard deviation over seeds to either side. A curve \
          that explodes is cut off at the border. Hubs publish at {PUBLISH_HZ} Hz, and what arrives waits for that. Rows \
-         with every column: rows.csv, rows.json.</p>\n",
-        escaped(&title),
+         with every column: <a href=\"rows.csv\">rows.csv</a>, <a href=\"rows.json\">rows.json</a>.</p>\n",
         verdict(rows),
         escaped(command),
     );
-    body += &format!(
-        "<h2>What is compared</h2>\n{}",
-        methods(rows).html(&MARKED).replace("class=\"table\"", "class=\"table words\"")
-    );
-    for Figure { name, plot } in figures {
-        body += &figure(&plot.sheet().svg(), Some(name));
-    }
-    for family in families(rows) {
-        body += &format!("<h2>{}</h2>\n", escaped(&family.name()));
-        for quantity in &QUANTITIES {
-            let table = family.table(quantity);
-            if !table.rows.is_empty() {
-                body += &format!("<h3>{}</h3>\n{}", escaped(quantity.title), table.html(&MARKED));
-            }
-        }
-        let stages = stages(&family.rows);
-        body += &format!("<h3>Stage by stage, ms (median / 95 % / 99 %)</h3>\n{}", stages.html(&MARKED));
-    }
-    page(&title, &body)
-}
-
-/// At how many values ours has the least error; empty where it is not compared. Ours without other agents is no other.
-fn verdict(rows: &[Row]) -> String {
-    let others = |row: &&Row| row.subset == "all" && !row.method.contains("ours");
-    let ratio = |ours: &Row| {
-        let is_same = |row: &&Row| {
-            (&row.x_text, row.y.map(f64::to_bits), row.delta_max_ms)
-                == (&ours.x_text, ours.y.map(f64::to_bits), ours.delta_max_ms)
-        };
-        let best =
-            rows.iter().filter(others).filter(is_same).filter_map(|row| row.mate_m).reduce(f64::min)?;
-        Some(ours.mate_m? / best)
-    };
-    let ours = rows.iter().filter(|row| row.subset == "all" && is_ours(row.method));
-    let ratios: Vec<f64> = ours.filter_map(ratio).collect();
-    let Some(largest) = ratios.iter().copied().reduce(f64::max) else { return String::new() };
-    let least = ratios.iter().copied().fold(largest, f64::min);
-    let (won, all) = (ratios.iter().filter(|ratio| **ratio < 1.0).count(), ratios.len());
-    let word = if won == all { "Ours is the most accurate" } else { "Ours is not always the most accurate" };
-    let reasons = format!(
-        "least position error at {won} of {all} values; {least:.2} to {largest:.2} × that of the best other method"
-    );
-    verdict_html(won == all, word, &reasons)
+    let plots = figures.iter().map(|Figure { name, plot }| figure(&plot.pieces(), Some(name))).collect();
+    let mut sections = vec![
+        Section::new("methods", "What is compared", methods(rows).html(&MARKED)),
+        Section::new("figures", "Figures", plots),
+    ];
+    let families = families(rows).into_iter().enumerate();
+    sections.extend(families.map(|(place, family)| {
+        let name = family.name();
+        let table =
+            |(title, table): (&str, Table)| format!("<h3>{}</h3>\n{}", escaped(title), table.html(&MARKED));
+        let quantities = QUANTITIES.iter().map(|quantity| (quantity.title, family.table(quantity)));
+        let quantities = quantities.filter(|(_, table)| !table.rows.is_empty());
+        let stages = ("Stage by stage, ms (median / 95 % / 99 %)", stages(&family.rows));
+        Section::new(&format!("tables-{place}"), &name, quantities.chain([stages]).map(table).collect())
+    }));
+    page(&title, &top, &sections)
 }
 
 /// The methods in words.

@@ -5,3 +5,4 @@ pub(crate) mod files;
 pub(crate) mod results;
 pub(crate) mod rows;
 pub(crate) mod text;
+mod verdict;

@@ -70,13 +70,18 @@ pub(crate) struct Family<'a> {
 impl Family<'_> {
     /// Its name.
     pub(crate) fn name(&self) -> String {
+        self.parts().join(", ")
+    }
+
+    /// What distinguishes it from other families: second value, Δmax, and whether it is live.
+    pub(crate) fn parts(&self) -> Vec<String> {
         let second = self.rows.first().and_then(|row| row.axis_2.as_deref().zip(row.y_text.as_deref()));
         let parts = [
             second.map(|(axis, y)| format!("{axis} {y}")),
             self.delta_max_ms.map(|ms| format!("Δmax {ms} ms")),
             Some(if self.live { "live" } else { "virtual time" }.to_owned()),
         ];
-        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+        parts.into_iter().flatten().collect()
     }
 
     /// The methods in it, in order.

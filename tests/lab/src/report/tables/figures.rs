@@ -3,6 +3,7 @@
 use crate::data::noise::Shape;
 use crate::report::palette::{Colour, SERIES, of_methods};
 use crate::report::plot::dots::{Dot, DotPlot, Panel};
+use crate::report::plot::pieces::Pieces;
 use crate::report::plot::sheet::Sheet;
 use crate::report::tables::kind::Table;
 use crate::report::tables::moment;
@@ -20,6 +21,8 @@ pub(crate) struct Figure {
     pub(crate) table: Table,
     pub(crate) name: String,
     pub(crate) sheet: Sheet,
+    /// The same for a page.
+    pub(crate) pieces: Pieces,
 }
 
 /// All figures, by table.
@@ -35,7 +38,8 @@ pub(crate) fn figures(tables: &Tables) -> Vec<Figure> {
             Table::III | Table::IV | Table::Fig4 => figures.push(by_block(tables, &blocks)),
             Table::Fig5 => figures.extend(tables.shown.iter().map(|shown| {
                 let name = format!("{}-{}", table.stem(), shown.setting.noise.name());
-                Figure { table, name, sheet: moment::sheet(shown, text::heading(blocks[0])) }
+                let comparison = moment::comparison(shown, text::heading(blocks[0]));
+                Figure { table, name, sheet: comparison.sheet(), pieces: comparison.pieces() }
             })),
             Table::Robustness => {
                 let noise = |block: &&Block| block.setting.noise;
@@ -55,7 +59,7 @@ pub(crate) fn kinds(tables: &Tables) -> Vec<Table> {
 }
 
 fn figure(block: &Block, name: String, plot: &DotPlot) -> Figure {
-    Figure { table: block.table, name, sheet: plot.sheet() }
+    Figure { table: block.table, name, sheet: plot.sheet(), pieces: plot.pieces() }
 }
 
 fn dot(row: &Row, metric: usize) -> Option<Dot> {

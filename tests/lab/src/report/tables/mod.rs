@@ -12,3 +12,4 @@ pub(crate) mod results;
 pub(crate) mod rows;
 pub(crate) mod study;
 pub(crate) mod text;
+mod verdict;

@@ -1,23 +1,27 @@
 //! The paper's Fig. 5: one keyframe under each method.
 
+use crate::data::fused_box::FusedBox;
 use crate::report::plot::comparison::Comparison;
-use crate::report::plot::scene::{BevScene, SceneAgent, TrueBox};
-use crate::report::plot::sheet::Sheet;
+use crate::report::plot::scene::{BevScene, FusedMark, SceneAgent, TrueBox};
+use crate::report::table::Table;
 use crate::score::keyframes::moment::{Moment, Shown, ShownMethod};
 use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorKind;
 
-/// Which keyframe it is, and what each method made of it.
-pub(crate) fn text(shown: &Shown) -> String {
-    let objects = shown.truth.iter().filter(|(_, is_in_view)| *is_in_view).count();
-    let methods = shown.methods.iter().map(|ShownMethod { key, boxes, gospa_m }| {
-        format!("{key}: {} boxes of {objects} objects, GOSPA {gospa_m:.2} m", boxes.len())
+/// What each method made of the keyframe.
+pub(crate) fn table(shown: Option<&Shown>) -> Table {
+    let row = |objects: usize, ShownMethod { key, boxes, gospa_m }: &ShownMethod| {
+        vec![key.clone(), boxes.len().to_string(), objects.to_string(), format!("{gospa_m:.2}")]
+    };
+    let rows = shown.map_or_else(Vec::new, |shown| {
+        let objects = shown.truth.iter().filter(|(_, is_in_view)| *is_in_view).count();
+        shown.methods.iter().map(|method| row(objects, method)).collect()
     });
-    format!("{}\n{}", which(shown), methods.collect::<Vec<_>>().join("\n"))
+    Table { header: ["method", "boxes", "objects", "GOSPA m"].map(str::to_owned).into(), rows }
 }
 
 /// The keyframe, and why it was chosen.
-fn which(shown: &Shown) -> String {
+pub(crate) fn which(shown: &Shown) -> String {
     let Shown { scene, frame, of, .. } = shown;
     let methods = || {
         let name = |method: Option<&ShownMethod>| method.map(|method| method.key.clone()).unwrap_or_default();
@@ -34,13 +38,17 @@ fn which(shown: &Shown) -> String {
 }
 
 /// The picture.
-pub(crate) fn sheet(shown: &Shown, title: String) -> Sheet {
+pub(crate) fn comparison(shown: &Shown, title: String) -> Comparison {
     let scenes = shown.methods.iter().map(|method| (method.key.clone(), scene(shown, method)));
-    Comparison { title, subtitle: which(shown), scenes: scenes.collect() }.sheet()
+    Comparison { title, subtitle: which(shown), scenes: scenes.collect() }
 }
 
 fn scene(shown: &Shown, method: &ShownMethod) -> BevScene {
-    let truth = shown.truth.iter().map(|(one, is_covered)| TrueBox { bev: one.bev, is_covered: *is_covered });
+    let truth = |(one, is_covered): &(crate::data::scene::TrueBox, bool)| TrueBox {
+        bev: one.bev,
+        class: one.class,
+        is_covered: *is_covered,
+    };
     let agents = shown.reports.iter().zip(["agent-1", "agent-2"]).map(|(report, name)| SceneAgent {
         id: AgentId::new(name).expect("a legal name"),
         kind: SensorKind::Vehicle,
@@ -48,10 +56,15 @@ fn scene(shown: &Shown, method: &ShownMethod) -> BevScene {
         detections: report.detections.iter().map(|detection| detection.bev).collect(),
         offset: None,
     });
+    let mark = |one: &FusedBox| FusedMark {
+        bev: one.bev,
+        class: one.class,
+        words: format!("{}, existence {:.2}", one.class, one.existence),
+    };
     BevScene {
-        truth: truth.collect(),
+        truth: shown.truth.iter().map(truth).collect(),
         agents: agents.collect(),
-        fused: method.boxes.iter().map(|one| one.bev).collect(),
+        fused: method.boxes.iter().map(mark).collect(),
         ..BevScene::default()
     }
 }

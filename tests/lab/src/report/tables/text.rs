@@ -110,6 +110,8 @@ pub(crate) fn table(tables: &Tables, block: &Block, what: (Subset, Counting)) ->
     match block.table {
         Kind::Fig3 | Kind::Nees => by_class(tables, block),
         Kind::Sensors => of_trackers(tables, block, what),
+        // The methods' figures over the whole set are no part of the picture.
+        Kind::Fig5 => moment::table(tables.shown.as_ref()),
         _ => by_method(tables, block, what),
     }
 }
@@ -124,7 +126,7 @@ fn by_method(tables: &Tables, block: &Block, (subset, counting): (Subset, Counti
         let columns = [name, "paper", "diff"];
         header.extend(columns[..n_columns(place)].iter().map(|name| (*name).to_owned()));
     }
-    header.push("told".to_owned());
+    header.push("given".to_owned());
     let is_shown = |row: &&Row| {
         let is_other = has_countings && row.counting == Counting::FirstBoxes;
         row.subset == subset && (row.counting == counting || is_other)
@@ -219,7 +221,7 @@ fn by_class(tables: &Tables, block: &Block) -> Table {
 /// objects and for subsets.
 pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
     if block.table == Kind::Fig5 {
-        return tables.shown.iter().map(moment::text).collect();
+        return tables.shown.iter().map(moment::which).collect();
     }
     if block.table == Kind::Sensors {
         return "Methods without memory name every box anew in every frame: of them HOTA, AssA, IDF1, switches and AMOTA \

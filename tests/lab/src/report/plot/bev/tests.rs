@@ -1,7 +1,8 @@
 use super::*;
 use crate::data::fixture::agent;
-use crate::report::plot::scene::TrueBox;
-use v2x_common::time::Span;
+use crate::report::plot::scene::{FusedMark, SceneAgent, TrueBox};
+use v2x_common::geometry::Pose;
+use v2x_common::sensor::SensorKind;
 
 /// A synthetic crossing with parked and driving cars.
 fn scene() -> BevScene {
@@ -33,7 +34,8 @@ fn scene() -> BevScene {
         let (w, d) = if place % 5 == 0 { (0.7, 0.8) } else { (1.9, 4.5) };
         let bev = BevBox { x, y, w, d, yaw };
         let is_covered = x.abs().max(y.abs()) < 50.0;
-        scene.truth.push(TrueBox { bev, is_covered });
+        let class = if place % 5 == 0 { Class::Adult } else { Class::Car };
+        scene.truth.push(TrueBox { bev, class, is_covered });
         if !is_covered {
             continue;
         }
@@ -46,7 +48,7 @@ fn scene() -> BevScene {
         };
         scene.agents[0].detections.push(off(1.0, 0.15, 0.3));
         scene.agents[1].detections.push(off(1.0, 0.15, 0.3));
-        scene.fused.push(off(0.3, 0.05, 0.1));
+        scene.fused.push(FusedMark { bev: off(0.3, 0.05, 0.1), class, words: format!("{class}, 3.0 m/s") });
     }
     scene
 }
@@ -90,9 +92,13 @@ fn the_picture_is_well_formed_and_holds_every_box() {
 #[test]
 fn the_legend_counts_what_is_drawn() {
     let svg = svg_of(&scene());
-    for text in
-        ["truth: 36 objects", "ego (vehicle): 36 detections at -40 ms", "rsu (roadside-unit)", "fused: 36"]
-    {
+    for text in [
+        "truth: 36 objects",
+        "ego (vehicle): 36 detections, captured 40 ms before",
+        "36 detections, captured 12 ms after",
+        "rsu (roadside-unit)",
+        "fused: 36",
+    ] {
         assert!(svg.contains(text), "{text} is missing");
     }
 }
@@ -128,43 +134,100 @@ fn north_is_up_and_the_scale_is_kept() {
 #[test]
 fn the_busiest_spot_is_where_most_boxes_are() {
     let car = |x| BevBox { x, y: 0.0, w: 2.0, d: 4.0, yaw: 0.0 };
-    let truth = |x| TrueBox { bev: car(x), is_covered: true };
+    let truth = |x| TrueBox { bev: car(x), class: Class::Car, is_covered: true };
+    let fused = |x| FusedMark { bev: car(x), class: Class::Car, words: String::new() };
     let scene = BevScene {
         truth: vec![truth(0.0), truth(100.0), truth(104.0)],
-        fused: vec![car(0.0), car(104.2)],
+        fused: vec![fused(0.0), fused(104.2)],
         ..BevScene::default()
     };
     assert!(busiest_spot(&scene, DETAIL_HALF_M).0 >= 100.0);
 }
 
 #[test]
-fn labels_of_agents_at_one_place_do_not_overlap_and_stay_in_the_panel() {
-    let mut sheet = Sheet::new(WIDTH, HEIGHT);
-    let mut labels = Labels { taken: Vec::new(), panel: WHOLE };
-    let corner = (WHOLE.x + WHOLE.w - 2.0, WHOLE.y + 2.0);
-    for at in [(300.0, 300.0), (302.0, 301.0), (299.0, 303.0), corner, corner] {
-        labels.write(&mut sheet, at, "rsu-north", 19.0);
-    }
-    assert!(labels.taken.len() >= 4, "{:?}", labels.taken);
-    let is_apart =
-        |a: &Rect, b: &Rect| a.x + a.w < b.x || b.x + b.w < a.x || a.y + a.h < b.y || b.y + b.h < a.y;
-    for (place, label) in labels.taken.iter().enumerate() {
-        assert!(labels.taken[..place].iter().all(|other| is_apart(label, other)), "{:?}", labels.taken);
-        assert!(label.x >= WHOLE.x && label.x + label.w <= WHOLE.x + WHOLE.w && label.y >= WHOLE.y);
-    }
+fn boxes_have_the_tint_of_their_class_and_the_legend_the_groups_that_occur() {
+    let svg = svg_of(&scene());
+    let tinted = |class: Class| svg.matches(&format!("fill=\"{}\" opacity", tint(class.group()))).count();
+    assert!(
+        tinted(Class::Car) > 36 && tinted(Class::Adult) > 8,
+        "{} {}",
+        tinted(Class::Car),
+        tinted(Class::Adult)
+    );
+    assert_eq!(tinted(Class::Bicycle), 0);
+    assert!(svg.contains(">car or larger vehicle<") && svg.contains(">person or animal<"));
+    assert!(!svg.contains("bicycle or motorcycle") && !svg.contains("unknown class"));
 }
 
 #[test]
-fn what_moves_has_an_arrow_and_what_is_enlarged_a_letter() {
+fn the_enlarged_part_has_words_beside_boxes_and_says_what_short_ones_mean() {
+    let car = |x: f64| BevBox { x, y: 0.0, w: 2.0, d: 4.0, yaw: 0.0 };
+    let truth = |x: f64, class| TrueBox { bev: car(x), class, is_covered: true };
+    let fused = |x: f64, class| FusedMark { bev: car(x), class, words: String::new() };
+    let mut scene = BevScene {
+        truth: vec![truth(0.0, Class::Car), truth(6.0, Class::Bicycle), truth(60.0, Class::Truck)],
+        fused: vec![fused(0.2, Class::Car), fused(6.2, Class::Bicycle), fused(60.0, Class::Truck)],
+        ..BevScene::default()
+    };
+    let svg = svg_of(&scene);
+    assert!(svg.contains(">car</text>") && svg.contains(">bike</text>"), "{svg}");
+    assert!(svg.contains("bike: vehicle.bicycle") && !svg.contains("car: vehicle"), "{svg}");
+    assert!(!svg.contains(">truck</text>"), "only the enlarged part has words");
+    // Where boxes are everywhere there is no room for words.
+    let detection = |step: i32| {
+        let (x, y) = (f64::from(step % 30) - 12.0, f64::from(step / 30) - 15.0);
+        BevBox { x, y, w: 1.2, d: 1.2, yaw: 0.0 }
+    };
+    scene.agents.push(SceneAgent {
+        id: agent("ego"),
+        kind: SensorKind::Vehicle,
+        pose: None,
+        detections: (0..900).map(detection).collect(),
+        offset: None,
+    });
+    assert!(!svg_of(&scene).contains(">car</text>"));
+}
+
+#[test]
+fn what_moves_has_an_arrow_in_the_picture_and_in_the_legend() {
     let mut scene = scene();
     let still = svg_of(&scene);
-    let BevBox { x, y, .. } = scene.fused[0];
-    let spot = busiest_spot(&scene, DETAIL_HALF_M);
+    let BevBox { x, y, .. } = scene.fused[0].bev;
     scene.motions = vec![[(x, y), (x + 5.0, y)]];
-    scene.letters = vec![(spot, "C".to_owned()), ((1e4, 1e4), "Z".to_owned())];
     let moving = svg_of(&scene);
     let lines = |svg: &str| svg.matches("<path").count();
-    assert!(lines(&moving) >= lines(&still) + 3, "a shaft and two barbs");
-    assert!(moving.contains(">C</text>") && !moving.contains(">Z</text>"));
-    assert!(moving.contains("arrow: the way of one second") && !still.contains("arrow:"));
+    assert!(lines(&moving) >= lines(&still) + 3 + 3, "a shaft and two barbs, twice");
+    assert!(moving.contains("the way of one second") && !still.contains("the way of one second"));
+}
+
+#[test]
+fn fused_boxes_say_what_is_known_of_them_where_the_pointer_is() {
+    let scene = scene();
+    let svg = svg_of(&scene);
+    let n = svg.matches("<title>").count();
+    assert!(n > scene.fused.len(), "in the whole, and again in the enlarged part: {n}");
+    assert!(svg.contains("<title>vehicle.car, 3.0 m/s</title>"));
+}
+
+#[test]
+fn markings_are_drawn_over_surfaces_and_wide_enough_to_be_seen() {
+    let line = |kind, width_m| Road { kind, width_m, points: vec![(-50.0, 0.0), (50.0, 0.0)] };
+    let roads = vec![line(RoadKind::Surface, 8.0), line(RoadKind::Marking, 0.1)];
+    let svg = svg_of(&BevScene { roads, ..scene() });
+    let (grid, surface) = (svg.find(FAINT).unwrap(), svg.find(ROAD).unwrap());
+    let marking = svg.find(&format!("stroke=\"{PAPER}\" stroke-width=\"2.2\"")).unwrap();
+    assert!(grid < surface && surface < marking, "{grid} {surface} {marking}");
+}
+
+#[test]
+fn the_pieces_are_the_whole_the_enlarged_part_and_a_legend_of_the_same_rows() {
+    let scene = scene();
+    let pieces = bev_pieces(&scene);
+    let captions: Vec<&str> = pieces.panels.iter().map(|(caption, _)| caption.as_str()).collect();
+    assert_eq!(captions, ["", ENLARGED]);
+    for (_, panel) in &pieces.panels {
+        elements(&panel.svg());
+    }
+    let sheet = svg_of(&scene);
+    assert!(pieces.legend.len() > 5 && pieces.legend.iter().all(|(_, text)| sheet.contains(text.as_str())));
 }
