@@ -2,6 +2,7 @@
 
 pub use self::agents::AgentSettings;
 use self::agents::{AgentTable, ForAll};
+use self::checks::{check_report_defaults, check_sensing};
 use super::tile_settings::{TileSettings, TilesTable};
 use crate::engine::{EngineConfig, PublishMode};
 use crate::fusion::table::{TrackingTable, WindowTable, within};
@@ -15,6 +16,7 @@ use v2x_common::time::Span;
 use v2x_common::wire::json::ReportDefaults;
 
 mod agents;
+mod checks;
 
 /// The settings of the hub itself, as they are typed. Every field has a default; `None` is the method's default.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -278,29 +280,6 @@ impl PublishTable {
             }
         }
     }
-}
-
-fn check_sensing(sensing: &SensingDefaults) -> Result<(), SettingsError> {
-    within("sensing.detection_probability", sensing.detection_probability, 0.01..=1.0, "0.01 to 1")?;
-    within("sensing.clutter_per_m2", sensing.clutter_per_m2, 0.0..=10.0, "0 to 10")?;
-    within("sensing.births_per_m2_s", sensing.births_per_m2_s, 1e-12..=10.0, "1e-12 to 10")
-}
-
-fn check_report_defaults(defaults: &ReportDefaults) -> Result<(), SettingsError> {
-    let ReportDefaults {
-        sigma_position_m,
-        sigma_position_per_m,
-        sigma_yaw_rad,
-        sigma_size_relative,
-        sigma_typical_size_relative,
-        ..
-    } = *defaults;
-    within("report_defaults.sigma_position_m", sigma_position_m, 1e-3..=70.0, "0.001 to 70")?;
-    within("report_defaults.sigma_position_per_m", sigma_position_per_m, 0.0..=1.0, "0 to 1")?;
-    within("report_defaults.sigma_yaw_rad", sigma_yaw_rad, 1e-4..=7.0, "0.0001 to 7")?;
-    within("report_defaults.sigma_size_relative", sigma_size_relative, 1e-3..=1.0, "0.001 to 1")?;
-    let typical = sigma_typical_size_relative;
-    within("report_defaults.sigma_typical_size_relative", typical, 1e-3..=1.0, "0.001 to 1")
 }
 
 #[cfg(test)]

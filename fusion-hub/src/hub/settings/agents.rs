@@ -1,5 +1,6 @@
 //! The `[hub.agents.…]` tables: what is assumed of single agents, and how they write their frames.
 
+use super::checks::{check_report_defaults, check_sensing};
 use crate::fusion::SettingsError;
 use crate::values::SensingDefaults;
 use serde::{Deserialize, Serialize};
@@ -79,10 +80,10 @@ impl AgentTable {
     pub(super) fn check(self, agent: &AgentId, for_all: &ForAll<'_>) -> Result<AgentSettings, SettingsError> {
         let wrong = |problem: String| SettingsError::Agent { agent: *agent, problem };
         let report_defaults = self.report_defaults(for_all.report_defaults);
-        super::check_report_defaults(&report_defaults).map_err(|error| wrong(field_of(&error)))?;
+        check_report_defaults(&report_defaults).map_err(|error| wrong(field_of(&error)))?;
         let sensing = self.sensing(for_all.sensing);
         if let Some(sensing) = &sensing {
-            super::check_sensing(sensing).map_err(|error| wrong(field_of(&error)))?;
+            check_sensing(sensing).map_err(|error| wrong(field_of(&error)))?;
         }
         if self.time_offset_ms.is_nan() || self.time_offset_ms.abs() > 60_000.0 {
             return Err(wrong(format!(
@@ -190,8 +191,8 @@ fn field_of(error: &SettingsError) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::HubSettings;
     use super::*;
+    use crate::hub::HubSettings;
     use v2x_common::conventions::{AngleUnit, TurnDirection, YawOrigin};
 
     fn cam(text: &str) -> Result<AgentSettings, SettingsError> {
