@@ -24,7 +24,7 @@ fn block(name: &str) -> anyhow::Result<Vec<&'static str>> {
 /// The key that a line sets.
 fn key(line: &str) -> Option<&str> {
     let (key, _) = line.split_once(" = ")?;
-    key.chars().all(|c| c.is_ascii_lowercase() || c == '_').then_some(key)
+    key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_').then_some(key)
 }
 
 /// What a line without a default says when its `#` is taken away.
