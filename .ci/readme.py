@@ -90,7 +90,8 @@ class Checker:
         if command == "demo":
             return replaced(words, "--duration", "4s")
         if command == "simulate":
-            return replaced(words, "--duration-s", "5")
+            # An agent that rides on a recorded object may begin seconds after the others.
+            return replaced(words, "--duration-s", "12")
         if command == "world":
             return words
         if command == "scenario":
