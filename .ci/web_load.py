@@ -40,9 +40,11 @@ def measure_load(browser, v2x, folder, seconds):
             per_frame_ms = 1000 * (now[0] - before[0]) / max(1, now[1] - before[1])
             before = now
             line = browser.run("""(() => {
-                const s = window.v2x.stats, [shown] = window.v2x.shown, agents = document.querySelectorAll('.agent .sub span:last-child');
-                const detections = [...agents].map((each) => parseInt(each.textContent) || 0);
-                return `${shown.objects} objects, ${detections.reduce((a, b) => a + b)} detections of 10 agents; script ${s.median.toFixed(1)} / ${s.p95.toFixed(1)} ms,`
+                const s = window.v2x.stats, [shown] = window.v2x.shown;
+                const detections = window.v2x.agentPlaces.reduce((sum, each) => sum + each.detections, 0);
+                // Of an empty picture nothing is measured.
+                if (!(shown?.objects > 100 && detections > 1000)) throw new Error(`${shown?.objects} objects, ${detections} detections`);
+                return `${shown.objects} objects, ${detections} detections of 10 agents; script ${s.median.toFixed(1)} / ${s.p95.toFixed(1)} ms,`
                     + ` drawing ${s.drawMedian.toFixed(1)} / ${s.drawP95.toFixed(1)} ms (median / p95); ${s.frames} frames; kept ${(s.memoryBytes / 1e6).toFixed(0)} MB,`
                     + ` heap ${(performance.memory.usedJSHeapSize / 1e6).toFixed(0)} MB; ${s.skipped} skipped`;
             })()""")

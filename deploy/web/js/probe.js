@@ -27,12 +27,12 @@ export function probe(view) {
         contributors: k < 0 ? [] : contributorsOf(store, pane.frame, k).map(({ agent, detection }) => ({ agent: agent.name, isDrawn: detection !== null })),
       };
     },
-    /** Where the agents are in the first picture, in pixels, and how they are told apart. */
+    /** Where the agents are in the first picture, in pixels, how they are told apart, and how much each reports. */
     get agentPlaces() {
       const { view: projection, agents } = scene.panes[0];
       return agents.filter(({ frame }) => frame.pose).map(({ agent, frame }) => {
         const { colour, shape, text } = markOf(agent.number);
-        return { name: agent.name, x: projection.x(frame.pose.x), y: projection.y(frame.pose.y), colour, shape, text };
+        return { name: agent.name, x: projection.x(frame.pose.x), y: projection.y(frame.pose.y), colour, shape, text, detections: frame.n };
       });
     },
     /** Where an object of a picture is on the canvas, in pixels. */
