@@ -219,9 +219,19 @@ impl Conversion<'_> {
     }
 }
 
-/// The point of the plane at a longitude and a latitude, m.
+/// A place further away is a mistake, such as latitude and longitude the wrong way round; the plane leaves the earth there.
+const NEAR_ENOUGH_M: f64 = 200_000.0;
+
+/// The point of the plane at a longitude and a latitude, m; no number where they are no place near its origin, so that the
+/// detection is dropped and counted.
 fn local(plane: &LocalPlane, longitude_deg: f64, latitude_deg: f64) -> (f64, f64) {
-    plane.local(Geodetic { latitude_deg, longitude_deg })
+    let is_place = latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0;
+    let place = Geodetic { latitude_deg, longitude_deg };
+    if is_place && plane.distance_m(place) <= NEAR_ENOUGH_M {
+        plane.local(place)
+    } else {
+        (f64::NAN, f64::NAN)
+    }
 }
 
 /// R C Rᵀ for a turn by an angle (rad).
@@ -347,6 +357,19 @@ mod tests {
         let at = converted(&conventions, None, detection(11.575, 48.138, 0.5)).bev;
         // A thousandth of a degree of latitude at 48° is 111.2 m.
         assert!(at.x.abs() < 1e-6 && (at.y - 111.2).abs() < 0.1 && at.yaw == 0.5, "{at:?}");
+    }
+
+    #[test]
+    fn what_is_no_place_near_the_origin_is_dropped_and_not_taken_for_one() {
+        let plane = LocalPlane::new(Geodetic { latitude_deg: 48.137, longitude_deg: 11.575 });
+        let conventions = Conventions { frame: CoordinateFrame::Geodetic(plane), ..Conventions::default() };
+        // The wrong way round; metres; on the other side of the earth, which is below the origin; no numbers.
+        let wrong =
+            [(48.137, 11.575), (311.0, 200.0), (-168.425, -48.137), (f64::NAN, 48.0), (f64::INFINITY, 48.0)];
+        for (x, y) in wrong {
+            let found = converted(&conventions, None, detection(x, y, 0.0));
+            assert!(found.validate(None).is_err(), "{x} {y} became {:?}", found.bev);
+        }
     }
 
     #[test]

@@ -220,8 +220,10 @@ impl<'a> Cells<'a> {
 
     /// The ego of the laboratory's tables, where it is known.
     fn ego(&self) -> Result<Option<At>, TrafficError> {
-        let number = |column| self.number_if_any(column, "a number, or nan", f64::is_finite);
-        let (x, y, yaw) = (number(Column::EgoX)?, number(Column::EgoY)?, number(Column::EgoYaw)?);
+        let number = |column, ok: fn(f64) -> bool| self.number_if_any(column, "a number, or nan", ok);
+        let coordinate = |column| number(column, |value| value.abs() <= MAX_COORDINATE_M);
+        let (x, y) = (coordinate(Column::EgoX)?, coordinate(Column::EgoY)?);
+        let yaw = number(Column::EgoYaw, f64::is_finite)?;
         let (Some(x), Some(y)) = (x, y) else { return Ok(None) };
         Ok(Some(At { x, y, yaw: yaw.unwrap_or(f64::NAN), is_front: false }))
     }

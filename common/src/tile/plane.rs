@@ -52,6 +52,14 @@ impl LocalPlane {
         geodetic([0, 1, 2].map(|axis| self.origin_m[axis] + x_m * self.east[axis] + y_m * self.north[axis]))
     }
 
+    /// Straight distance of a place on the ellipsoid from the origin, m.
+    pub fn distance_m(&self, place: Geodetic) -> f64 {
+        let at = earth_fixed(place);
+        libm::sqrt(
+            (0..3).map(|axis| (at[axis] - self.origin_m[axis]) * (at[axis] - self.origin_m[axis])).sum(),
+        )
+    }
+
     /// The point (m east, m north) of the plane below or above a place on the ellipsoid.
     pub fn local(&self, place: Geodetic) -> (f64, f64) {
         let at = earth_fixed(place);

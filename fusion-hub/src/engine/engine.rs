@@ -3,6 +3,7 @@
 use super::admission::{Admission, Admitted};
 use super::agents::AgentRegistry;
 use super::config::EngineConfig;
+use super::held_up::HeldUp;
 use super::history::{History, MAX_MEASUREMENTS_OF_AGENT};
 use super::output::Outputs;
 use super::refusal::{Disposition, Refusal};
@@ -13,7 +14,6 @@ use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias, Registrar, Registration, Source, correct};
 use crate::track::{FOLD_SLACK, Horizon};
 use crate::values::{PoseErrors, Saved, SensingDefaults, SensorModel, StateError, saved};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::{FusedFrame, FusedObject, Inclusion};
@@ -60,19 +60,6 @@ pub struct Engine {
     outputs: Outputs,
     spare_objects: Vec<FusedObject>,
 }
-
-/// A while in which the hub did not run.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct HeldUp {
-    lasted: Span,
-    /// Tracks of before are kept until then.
-    until: Timestamp,
-}
-
-/// After that the world is another one.
-const HELD_UP_AT_MOST: Span = Span::from_millis(30_000);
-/// What is still there is reported again within this time.
-const REPORTED_AGAIN_WITHIN: Span = Span::from_millis(1_500);
 
 saved!([] Engine, saved {
     admission, agents, history, registrar, sieve, now, maintained_at, held_up, pending, outputs, method
@@ -239,8 +226,7 @@ impl Engine {
     /// The hub did not run for a while until `now`, and nothing of that while was taken in: tracks are kept until agents had
     /// time to report what is still there.
     pub fn note_held_up(&mut self, now: Timestamp, lasted: Span) {
-        let lasted = lasted.min(HELD_UP_AT_MOST);
-        self.held_up = Some(HeldUp { lasted, until: now + REPORTED_AGAIN_WITHIN });
+        self.held_up = Some(HeldUp::new(now, lasted));
     }
 
     /// The clock of the hub's system was set: it is so far ahead of the hub's own timeline, which nobody sets. Agents on the same
@@ -390,8 +376,7 @@ impl Engine {
     /// Replays late data, and forgets what can no longer matter.
     fn maintain(&mut self, slack: Span) {
         self.maintained_at = self.now;
-        let held_up = self.held_up.filter(|held_up| self.now <= held_up.until);
-        let more = held_up.map_or(Span::ZERO, |held_up| held_up.lasted);
+        let more = self.held_up.map_or(Span::ZERO, |held_up| held_up.keeps(self.now));
         let horizon = Horizon { at: self.history.begins(self.now) - more, slack };
         self.method.maintain(self.now, &horizon, self.agents.names());
         self.history.forget_before(&horizon);

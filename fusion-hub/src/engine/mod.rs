@@ -7,6 +7,7 @@ mod config;
 mod description_bytes;
 #[expect(clippy::module_inception, reason = "the engine of the layer of the engine")]
 mod engine;
+mod held_up;
 mod history;
 mod map_frames;
 mod output;

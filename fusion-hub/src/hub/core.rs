@@ -202,3 +202,71 @@ impl Core {
 fn too_large(bytes: u64) -> Refusal {
     Refusal::TooLarge { bytes: usize::try_from(bytes).unwrap_or(usize::MAX), limit: MAX_BYTES }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::fused::FusedObject;
+    use v2x_common::geometry::BevBox;
+
+    /// What a hub with these settings publishes after frames that `json` writes for each of ten times, ms.
+    fn published(settings: &str, json: impl Fn(i64) -> String) -> Vec<FusedObject> {
+        let settings = HubSettings::from_table(settings.parse().unwrap()).unwrap();
+        let mut core = Core::new(settings, Engine::new);
+        let agent = AgentId::new("cam").unwrap();
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_790_000_000_000 + ms);
+        for ms in (0..1000).step_by(100) {
+            let handled = core.handle_frame(agent, at(ms + 20), &Body::Json(json(ms).as_bytes()));
+            assert!(matches!(handled, Handled::Accepted { .. }), "{handled:?}");
+        }
+        core.fused(at(920)).objects.clone()
+    }
+
+    #[test]
+    fn a_detector_with_conventions_of_its_own_gives_the_list_that_it_would_give_with_ours() {
+        // A van at 10 m/s to the north-east, 40 m and more from a sensor that looks north.
+        let east = |ms: i64| 30.0 + 7.0 * ms as f64 * 1e-3;
+        let stamp = |ms: i64| 1_790_000_000_000_000 + 1000 * ms;
+        let ours = published("", |ms| {
+            format!(
+                r#"{{"captured_at":{},"sensor_pose":{{"x":0,"y":0,"yaw":1.5707963267948966}},"detections":[{{"class":"van","x":{x},"y":{x},"w":2,"d":5,"yaw":0.7853981633974483,"sigma":{{"x":0.3,"y":0.3,"w":0.2,"d":0.3,"yaw":0.05}}}}]}}"#,
+                stamp(ms),
+                x = east(ms)
+            )
+        });
+        // From the sensor: y ahead of it, x to its right is to the left with the other sign; compass; the clock is 300 ms behind.
+        let settings = "[agents.cam]\nframe = \"sensor\"\npose = { x = 0, y = 0, yaw = 1.5707963267948966 }\n\
+             yaw = { unit = \"deg\", turn = \"cw\" }\nsizes = \"w-along\"\ntime_offset_ms = 300\nclasses = { Bus = \"van\" }";
+        let theirs = published(settings, |ms| {
+            format!(
+                r#"{{"captured_at":{},"detections":[{{"class":"Bus","x":{x},"y":-{x},"w":5,"d":2,"yaw":45,"sigma":{{"x":0.3,"y":0.3,"w":0.3,"d":0.2,"yaw":2.864788975654116}}}}]}}"#,
+                stamp(ms) - 300_000,
+                x = east(ms)
+            )
+        });
+        let (ours, theirs) = match (&ours[..], &theirs[..]) {
+            ([ours], [theirs]) => (ours, theirs),
+            lists => panic!("one object each, not {lists:?}"),
+        };
+        assert_eq!(ours.class, theirs.class);
+        let values = |object: &FusedObject| {
+            let BevBox { x, y, w, d, yaw } = object.bev;
+            [x, y, w, d, yaw, object.velocity.0, object.velocity.1, object.kinematic_covariance[0]]
+        };
+        for (ours, theirs) in values(ours).into_iter().zip(values(theirs)) {
+            assert!((ours - theirs).abs() < 1e-6, "{ours} {theirs}");
+        }
+    }
+
+    #[test]
+    fn a_frame_whose_positions_are_relative_to_a_pose_that_it_lacks_is_refused_by_reason() {
+        let settings = HubSettings::from_table("[agents.cam]\nframe = \"ego\"".parse().unwrap()).unwrap();
+        let mut core = Core::new(settings, Engine::new);
+        let json = br#"{"captured_at":1790000000000000,"detections":[]}"#;
+        let at = Timestamp::EPOCH + Span::from_millis(1_790_000_000_000);
+        match core.handle_frame(AgentId::new("cam").unwrap(), at, &Body::Json(json)) {
+            Handled::Refused(refusal) => assert_eq!(refusal.reason(), "no_sensor_pose"),
+            other => panic!("{other:?}"),
+        }
+    }
+}

@@ -160,6 +160,8 @@ impl Hub {
     }
 
     async fn serve(&mut self, shutdown: &CancellationToken) {
+        // Until now it was being made.
+        self.ran_at = clock::now();
         let mut check = tokio::time::interval(CHECK_INTERVAL);
         loop {
             let (frames, control) = (self.network.frames.clone(), self.network.control.clone());
