@@ -122,3 +122,22 @@ async fn a_run_in_recorded_traffic_is_scored_against_it() -> anyhow::Result<()> 
     assert!(ate_m < 1.0, "{ate_m} m from the truth of the recording: {summary}");
     names(&std::fs::read_to_string(folder.join("run/bev.svg"))?, &["patrol", "rsu"])
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_option_of_a_file_is_refused_where_no_file_is_read() -> anyhow::Result<()> {
+    let folder = folder("world-options")?;
+    let cases: [(&[&str], &str); 2] = [
+        (&["world", "some.toml", "--from", "10"], "--from is for a file of recorded traffic"),
+        (
+            &["scenario", "init", "--vtypes", "demand.rou.xml"],
+            "--vtypes is for recorded traffic: give its file by --world",
+        ),
+    ];
+    for (args, expected) in cases {
+        let ending = run(&folder, args).await?;
+        assert_eq!(ending.code, Some(1), "{ending:#?}");
+        names(&ending.stderr, &[expected])?;
+    }
+    assert!(!folder.join("scenario.toml").exists());
+    Ok(())
+}

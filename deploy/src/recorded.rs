@@ -3,15 +3,53 @@
 use anyhow::Context;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use v2x_agent::trajectories::{ReadOptions, Traffic, TrafficError, read, read_vehicle_types};
 
-/// The traffic of a file; with a file of SUMO's vehicle types, these are put into the options.
-pub(crate) fn open(file: &Path, vtypes: Option<&Path>, options: &mut ReadOptions) -> anyhow::Result<Traffic> {
-    if let Some(vtypes) = vtypes {
-        options.vehicle_types = parse(vtypes, read_vehicle_types)?;
+/// Which part of a file, and what else is needed to read it.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct TrafficArgs {
+    /// Begin so many seconds after the file's first row
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// End so many seconds after the file's first row
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+    /// The scene, of a file with several [default: the first]
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// A file with SUMO's vehicle types (its elements vType): sizes and classes by type
+    #[arg(long, value_name = "FILE")]
+    pub(crate) vtypes: Option<PathBuf>,
+}
+
+impl TrafficArgs {
+    /// The first of these options that is given.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        let Self { from, to, scene, vtypes } = self;
+        let all = [
+            ("--from", from.is_some()),
+            ("--to", to.is_some()),
+            ("--scene", scene.is_some()),
+            ("--vtypes", vtypes.is_some()),
+        ];
+        all.into_iter().find(|(_, is_given)| *is_given).map(|(option, _)| option)
     }
-    parse(file, |text| read(text, options))
+
+    /// The traffic of a file, and how it was read.
+    pub(crate) fn open(&self, file: &Path) -> anyhow::Result<(Traffic, ReadOptions)> {
+        let mut options = ReadOptions {
+            from_s: self.from,
+            to_s: self.to,
+            scene: self.scene.clone(),
+            ..ReadOptions::default()
+        };
+        if let Some(vtypes) = &self.vtypes {
+            options.vehicle_types = parse(vtypes, read_vehicle_types)?;
+        }
+        let traffic = parse(file, |text| read(text, &options))?;
+        Ok((traffic, options))
+    }
 }
 
 fn parse<T>(

@@ -1,5 +1,6 @@
 //! The command line of `v2x scenario`.
 
+use crate::recorded::TrafficArgs;
 use std::path::PathBuf;
 
 /// Write a commented scenario file, to begin one of your own
@@ -26,18 +27,8 @@ pub(super) struct InitArgs {
     /// Recorded traffic: CSV, or SUMO's floating-car data (v2x world FILE shows what is in it)
     #[arg(long, value_name = "FILE")]
     pub(super) world: Option<PathBuf>,
-    /// Begin so many seconds after the file's first row
-    #[arg(long, value_name = "S", requires = "world", allow_negative_numbers = true)]
-    pub(super) from: Option<f64>,
-    /// End so many seconds after the file's first row
-    #[arg(long, value_name = "S", requires = "world")]
-    pub(super) to: Option<f64>,
-    /// The scene, of a file with several [default: the first]
-    #[arg(long, value_name = "NAME", requires = "world")]
-    pub(super) scene: Option<String>,
-    /// A file with SUMO's vehicle types (its elements vType): sizes and classes by type
-    #[arg(long, value_name = "FILE", requires = "world")]
-    pub(super) vtypes: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) of: TrafficArgs,
     /// The scenario file [default: scenario.toml, or the name of the recorded traffic]
     #[arg(value_name = "OUT.toml")]
     pub(super) out: Option<PathBuf>,

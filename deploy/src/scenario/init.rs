@@ -2,12 +2,10 @@
 
 use super::args::{Action, InitArgs, ScenarioArgs};
 use super::text::{self, Files};
-use crate::recorded;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::Scenario;
-use v2x_agent::trajectories::ReadOptions;
 
 const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 
@@ -16,6 +14,9 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
     let out = args.out.clone().unwrap_or_else(|| default_out(args.world.as_deref()));
     if out.exists() && !args.force {
         bail!("{} exists; choose another name, or give --force to overwrite it", out.display());
+    }
+    if let (None, Some(option)) = (&args.world, args.of.given()) {
+        bail!("{option} is for recorded traffic: give its file by --world");
     }
     let text = match &args.world {
         Some(world) => of_world(args, world, &out)?,
@@ -41,10 +42,8 @@ fn default_out(world: Option<&Path>) -> PathBuf {
 }
 
 fn of_world(args: &InitArgs, world: &Path, out: &Path) -> anyhow::Result<String> {
-    let mut options =
-        ReadOptions { from_s: args.from, to_s: args.to, scene: args.scene.clone(), ..ReadOptions::default() };
-    let traffic = recorded::open(world, args.vtypes.as_deref(), &mut options)?;
-    let vtypes = args.vtypes.as_deref().map(|file| from_folder_of(out, file)).transpose()?;
+    let (traffic, options) = args.of.open(world)?;
+    let vtypes = args.of.vtypes.as_deref().map(|file| from_folder_of(out, file)).transpose()?;
     let files = Files { traffic: &from_folder_of(out, world)?, vtypes: vtypes.as_deref() };
     Ok(text::scenario(&traffic, &options, &files))
 }

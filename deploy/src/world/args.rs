@@ -1,5 +1,6 @@
 //! The command line of `v2x world`.
 
+use crate::recorded::TrafficArgs;
 use std::path::PathBuf;
 
 /// Draw what is in a file of recorded traffic, and say what looks wrong
@@ -18,18 +19,8 @@ Then: v2x scenario init --world traffic.csv")]
 pub(crate) struct WorldArgs {
     /// The file, or a scenario with recorded traffic
     pub(super) file: PathBuf,
-    /// Begin so many seconds after the file's first row
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(super) from: Option<f64>,
-    /// End so many seconds after the file's first row
-    #[arg(long, value_name = "S")]
-    pub(super) to: Option<f64>,
-    /// The scene, of a file with several [default: the first]
-    #[arg(long, value_name = "NAME")]
-    pub(super) scene: Option<String>,
-    /// A file with SUMO's vehicle types (its elements vType): sizes and classes by type
-    #[arg(long, value_name = "FILE")]
-    pub(super) vtypes: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) of: TrafficArgs,
     /// Where the picture is written [default: FILE.world.svg in this folder]
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,

@@ -2,13 +2,13 @@
 
 use super::WorldArgs;
 use super::summary::Summary;
-use crate::{output, recorded};
+use crate::output;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use v2x_agent::scenario::Scenario;
-use v2x_agent::trajectories::{ReadOptions, Traffic};
+use v2x_agent::trajectories::Traffic;
 use v2x_agent::world::Road;
 use v2x_lab::recorded_svg;
 
@@ -35,14 +35,18 @@ pub(crate) fn run(args: &WorldArgs) -> anyhow::Result<()> {
 fn world(args: &WorldArgs) -> anyhow::Result<(Arc<Traffic>, Vec<Road>)> {
     let path = &args.file;
     if path.extension().is_some_and(|suffix| suffix == "toml") {
+        if let Some(option) = args.of.given() {
+            bail!(
+                "{option} is for a file of recorded traffic; of a scenario, {} says it itself",
+                path.display()
+            );
+        }
         let scenario = Scenario::load(path)?;
         let Some(world) = scenario.world.recorded() else {
             bail!("the world of {} is not recorded traffic (kind = \"trajectories\")", path.display());
         };
         return Ok((Arc::clone(&world.traffic), world.roads.clone()));
     }
-    let mut options =
-        ReadOptions { from_s: args.from, to_s: args.to, scene: args.scene.clone(), ..ReadOptions::default() };
-    let traffic = recorded::open(path, args.vtypes.as_deref(), &mut options)?;
+    let (traffic, _) = args.of.open(path)?;
     Ok((Arc::new(traffic), Vec::new()))
 }
