@@ -12,7 +12,7 @@
 use crate::commands::run_place::{About, RUNS, new_folder, write_about};
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
-use crate::data::run_log::RunLog;
+use crate::data::run_log::{ReceivedFused, RunLog};
 use crate::data::simulation::Simulation;
 use crate::drive::rerun::rerun;
 use crate::report::markdown::report_md;
@@ -28,6 +28,7 @@ use crate::score::run::summary::Summary;
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,10 @@ use v2x_common::id::AgentId;
 use v2x_common::recording::Recording;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::{HubSettings, HubStatus, Quantiles};
+
+/// The recording of a run, and its name in earlier versions.
+const RECORDING: &str = "recording.mcap";
+const RECORDING_BEFORE: &str = "consumer.v2xrec";
 
 /// The contents of `run.json`: facts of a run that its recording does not hold.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -109,12 +114,12 @@ impl RunFolder {
 
     /// Path of the recording.
     pub fn recording(&self) -> PathBuf {
-        self.path.join("recording.mcap")
+        self.path.join(RECORDING)
     }
 
     /// Path of the recording that is there: of a run of an earlier version it has the format of that.
-    pub(crate) fn recorded(&self) -> PathBuf {
-        let before = self.path.join("consumer.v2xrec");
+    fn recorded(&self) -> PathBuf {
+        let before = self.path.join(RECORDING_BEFORE);
         if !self.recording().exists() && before.exists() { before } else { self.recording() }
     }
 
@@ -142,9 +147,12 @@ impl RunFolder {
         Some(format!("Started {started} by version {version}, commit {commit}"))
     }
 
-    /// Whether this is the folder of a run that ended, or a file in one.
+    /// Whether this is the folder of a run that ended, or the recording of one. Another recording that lies there is not.
     pub(crate) fn is_run(path: &Path) -> bool {
-        folder_of(path).join("run.json").is_file()
+        let is_the_runs = || {
+            path.file_name().is_some_and(|name| [RECORDING, RECORDING_BEFORE].map(OsStr::new).contains(&name))
+        };
+        folder_of(path).join("run.json").is_file() && (path.is_dir() || is_the_runs())
     }
 
     /// The folder of a recorded run, by its path or that of its recording.
@@ -206,8 +214,11 @@ impl RunFolder {
         Ok(Some(wanted != *recorded))
     }
 
-    /// Scores what a hub with these settings makes of the recorded frames. Writes nothing.
-    pub(crate) fn rescored_with(&self, settings: HubSettings) -> anyhow::Result<Summary> {
+    /// Scores what a hub with these settings makes of the recorded frames, and returns its lists, too. Writes nothing.
+    pub(crate) fn rescored_with(
+        &self,
+        settings: HubSettings,
+    ) -> anyhow::Result<(Summary, Vec<ReceivedFused>)> {
         let given = hub_inputs(self.recording_of_run()?)?;
         ensure!(!given.inputs.is_empty(), "the recording holds no frames");
         let mut log = self.log()?;
@@ -219,7 +230,7 @@ impl RunFolder {
         // Nothing ran live.
         summary.latency_ms = None;
         summary.compute_ms = None;
-        Ok(summary)
+        Ok((summary, log.fused))
     }
 }
 
@@ -258,7 +269,7 @@ pub(crate) fn rescore(path: &Path, json: bool) -> anyhow::Result<()> {
                 "the [hub] table of scenario.toml is not that of the run: its frames are fused again with the table as \
                  it is, and the folder's report stays that of the run"
             );
-            folder.rescored_with(folder.settings()?)?
+            folder.rescored_with(folder.settings()?)?.0
         }
         Some(false) => folder.score()?,
         None => {
@@ -276,4 +287,23 @@ pub(crate) fn rescore(path: &Path, json: bool) -> anyhow::Result<()> {
 pub fn print_summary(summary: &Summary, json: bool) -> anyhow::Result<()> {
     let text = if json { serde_json::to_string(summary)? + "\n" } else { summary_table(summary) };
     print(&text).context("writing the summary")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_beside_that_of_a_run_is_no_run() {
+        let folder = std::env::temp_dir().join(format!("v2x-run-folder-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for name in ["run.json", RECORDING, "other.mcap"] {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let is_run = |name: &str| RunFolder::is_run(&folder.join(name));
+        let found =
+            [RunFolder::is_run(&folder), is_run(RECORDING), is_run("other.mcap"), is_run("none.mcap")];
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(found, [true, true, false, false]);
+    }
 }

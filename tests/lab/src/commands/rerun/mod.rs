@@ -51,12 +51,11 @@ pub fn rerun(args: &RerunArgs) -> anyhow::Result<()> {
         return of_recording(args, &args.path);
     }
     let folder = RunFolder::open(&args.path)?;
+    let (summary, published) = folder.rescored_with(settings(args, || folder.settings())?)?;
     if let Some(lists) = &args.lists {
-        let given = hub_inputs(open(&folder.recorded())?)?;
-        let settings = settings(args, || folder.settings())?;
-        lists::write(&run_again(&given, settings)?, lists)?;
+        lists::write(&published, lists)?;
     }
-    print_summary(&folder.rescored_with(settings(args, || folder.settings())?)?, args.json)
+    print_summary(&summary, args.json)
 }
 
 /// Of a recording without truth: how many lists, objects and frames there are now, and were then.

@@ -35,15 +35,16 @@ impl Tables {
             first_part = of;
             progress(done, of + again);
         })?;
-        let mut rows: Vec<Row> = blocks.iter().flat_map(|block| rows(block, &plan, &scores)).collect();
+        let mut rows: Vec<Row> = blocks
+            .iter()
+            .filter(|block| block.table != Table::Fig5)
+            .flat_map(|block| rows(block, &plan, &scores))
+            .collect();
         note_trackers(&mut rows, &blocks, (&plan, scenes), |done, _| {
             progress(first_part + done * scenes.len(), first_part + again);
         })?;
         let shown = blocks.iter().find(|block| block.table == Table::Fig5);
-        let shown = shown.map(|block| {
-            let keys: Vec<String> = block.contenders.iter().map(|one| one.key().to_owned()).collect();
-            plan.show(scenes, (block.setting, &keys), &study.moment)
-        });
+        let shown = shown.map(|block| plan.show(scenes, (block.setting, &block.contenders), &study.moment));
         let (shown, statistics) = (shown.transpose()?, Statistics::of(scenes));
         Ok(Self { blocks, plan, statistics, dataset: dataset.to_owned(), rows, scores, shown })
     }

@@ -83,10 +83,11 @@ impl Study {
         self.further.iter().filter(move |contender| contender.has_output_for(&setting)).filter(claims)
     }
 
-    /// Every setting once, with all contenders that any table needs.
+    /// Every setting once, with all contenders that any table needs. [`Table::Fig5`] shows one keyframe and needs none.
     pub(crate) fn experiments(&self) -> Vec<Experiment> {
         let mut experiments: Vec<Experiment> = Vec::new();
-        for Block { setting, contenders, .. } in self.blocks() {
+        let blocks = self.blocks().into_iter().filter(|block| block.table != Table::Fig5);
+        for Block { setting, contenders, .. } in blocks {
             let place = experiments.iter().position(|one| one.setting == setting).unwrap_or_else(|| {
                 experiments.push(Experiment { setting, contenders: Vec::new() });
                 experiments.len() - 1

@@ -5,6 +5,7 @@ use crate::data::fused_box::FusedBox;
 use crate::data::noise::Realisation;
 use crate::data::observation::{AgentReport, Protocol};
 use crate::data::scene::{Scene, TrueBox};
+use crate::drive::keyframes::contender::Contender;
 use crate::drive::keyframes::setting::Setting;
 use crate::drive::parallel;
 use crate::score::gospa::gospa;
@@ -158,30 +159,31 @@ impl Rated {
 }
 
 impl Plan {
-    /// The keyframe under these methods, which are contenders of the setting's experiment.
+    /// The keyframe under these methods, with the plan's seed.
     pub(crate) fn show(
         &self,
         scenes: &[Scene],
-        (setting, keys): (Setting, &[String]),
+        (setting, contenders): (Setting, &[Contender]),
         moment: &Moment,
     ) -> Result<Shown, ShowError> {
         let of = scenes.iter().map(|scene| scene.keyframes.len()).sum();
-        let (scene, frame) = self.choose(scenes, (setting, keys), moment)?;
+        let (scene, frame) = self.choose(scenes, (setting, contenders), moment)?;
         let scene = &scenes[scene];
         let mut methods: Vec<ShownMethod> = Vec::new();
         let mut truth = Vec::new();
-        self.visit(scene, (setting, keys), |place, keyframe, gospa_m| {
+        self.visit(scene, (setting, contenders), |place, keyframe, gospa_m| {
             if keyframe.frame == frame {
                 let in_view = keyframe.is_in_view().iter().copied();
                 truth = keyframe.truth.iter().copied().zip(in_view).collect();
                 methods.push(ShownMethod {
-                    key: keys[place].clone(),
+                    key: contenders[place].key().to_owned(),
                     boxes: keyframe.boxes.to_vec(),
                     gospa_m,
                 });
             }
         })?;
-        methods.sort_by_key(|method| keys.iter().position(|key| *key == method.key));
+        let place_of = |method: &ShownMethod| contenders.iter().position(|one| one.key() == method.key);
+        methods.sort_by_key(place_of);
         let Setting { noise, shape, conditions } = setting;
         let realisation = Realisation { seed: self.seed, trial: TRIAL };
         let reports = Protocol { noise, shape, conditions, realisation }.observe(scene, frame);
@@ -194,7 +196,7 @@ impl Plan {
     fn choose(
         &self,
         scenes: &[Scene],
-        what: (Setting, &[String]),
+        what: (Setting, &[Contender]),
         moment: &Moment,
     ) -> Result<(usize, usize), ShowError> {
         if let Moment::Keyframe { scene: name, frame } = moment {
@@ -218,7 +220,12 @@ impl Plan {
     }
 
     /// Every keyframe of a scene that has objects in view.
-    fn rate(&self, scene: &Scene, place: usize, what: (Setting, &[String])) -> Result<Vec<Rated>, RunError> {
+    fn rate(
+        &self,
+        scene: &Scene,
+        place: usize,
+        what: (Setting, &[Contender]),
+    ) -> Result<Vec<Rated>, RunError> {
         let blank = |frame| Rated { scene: place, frame, gospa_m: vec![0.0; what.1.len()] };
         let mut rated: Vec<Rated> = (0..scene.keyframes.len()).map(blank).collect();
         let mut has_objects = vec![false; rated.len()];
@@ -235,15 +242,12 @@ impl Plan {
     fn visit(
         &self,
         scene: &Scene,
-        (setting, keys): (Setting, &[String]),
+        (setting, contenders): (Setting, &[Contender]),
         mut visit: impl FnMut(usize, &ScoredKeyframe<'_>, f64),
     ) -> Result<(), RunError> {
-        let contenders = self.experiments.iter().filter(|one| one.setting == setting);
-        let contenders: Vec<_> = contenders.flat_map(|one| &one.contenders).collect();
-        let wanted: Vec<_> =
-            keys.iter().filter_map(|key| contenders.iter().find(|one| one.key() == key).copied()).collect();
+        let contenders: Vec<_> = contenders.iter().collect();
         let mut assigner = Assigner::default();
-        self.run_scene(scene, (setting, TRIAL), &wanted, |place, keyframe| {
+        self.run_scene(scene, (setting, TRIAL), &contenders, |place, keyframe| {
             let boxes: Vec<BevBox> = keyframe.counted_boxes().map(|one| one.bev).collect();
             let objects: Vec<BevBox> = keyframe.objects().map(|one| one.bev).collect();
             let gospa_m = gospa(&boxes, &objects, GOSPA_CUTOFF_M, &mut assigner).distance_m();
@@ -258,23 +262,15 @@ mod tests {
     use crate::data::conditions::Conditions;
     use crate::data::dataset::synthetic;
     use crate::data::noise::{NoisePair, Shape};
-    use crate::drive::keyframes::contender::Contender;
     use crate::drive::keyframes::method::Method;
-    use crate::score::keyframes::experiments::Experiment;
 
     const SETTING: Setting =
         Setting { noise: NoisePair::N1N3, shape: Shape::Gaussian, conditions: Conditions::Paper };
 
     fn shown(moment: &Moment) -> Result<Shown, ShowError> {
-        let contenders = [Method::Nms, Method::Ours].map(Contender::Method).to_vec();
-        let plan = Plan {
-            experiments: vec![Experiment { setting: SETTING, contenders }],
-            trials: 1,
-            seed: 3,
-            threads: 2,
-        };
-        let keys = ["nms", "ours"].map(str::to_owned);
-        plan.show(&[3, 40].map(synthetic::scene), (SETTING, &keys), moment)
+        let contenders = [Method::Nms, Method::Ours].map(Contender::Method);
+        let plan = Plan { experiments: Vec::new(), trials: 1, seed: 3, threads: 2 };
+        plan.show(&[3, 40].map(synthetic::scene), (SETTING, &contenders), moment)
     }
 
     fn difference_m(shown: &Shown) -> f64 {
