@@ -178,6 +178,11 @@ impl Conversion<'_> {
         self.sensor
     }
 
+    /// A heading as it was given in radians, before whole turns are taken away.
+    pub fn heading(&self, yaw: f64) -> f64 {
+        self.conventions.yaw.unit.radians(yaw)
+    }
+
     /// A standard deviation of a heading, rad.
     pub fn sigma_yaw(&self, sigma: f64) -> f64 {
         self.conventions.yaw.unit.radians(sigma)

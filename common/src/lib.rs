@@ -65,6 +65,7 @@ pub mod lists;
 #[cfg(feature = "net")]
 pub mod net;
 pub mod recording;
+pub mod reported;
 pub mod schemas;
 pub mod seed;
 pub mod sensor;

@@ -1,7 +1,9 @@
 //! `v2x`: one command for a cooperative-perception network.
 
+mod check;
 mod demo;
 mod foxglove;
+mod health;
 mod links;
 mod network;
 mod output;
@@ -36,6 +38,7 @@ Examples:
   v2x demo --web                   the same in your browser, until Ctrl-C
   v2x watch                        the fused objects, live
   v2x watch --json | jq .objects   the same for pipes
+  v2x check                        what looks wrong, and which line to change
   v2x record run.mcap              everything on a network, to be replayed and computed again
   v2x world traffic.csv            what is in recorded traffic, which can be the world of a network
   v2x scenario init                a commented scenario file, to begin one of your own
@@ -63,7 +66,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Put the frames of a recording on a network again
     Replay(replay::ReplayArgs),
-    /// Print the status of the hubs and of their agents as JSON
+    Check(check::CheckArgs),
+    /// Print the status of the hubs and of their agents, and what looks wrong
     Status(status::StatusArgs),
     World(world::WorldArgs),
     Scenario(scenario::ScenarioArgs),
@@ -97,9 +101,8 @@ async fn main() -> ExitCode {
             Command::Replay(args) => {
                 replay::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
-            Command::Status(args) => {
-                status::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
-            }
+            Command::Status(args) => status::run(&args, &shutdown::token(false)?).await,
+            Command::Check(args) => check::run(&args, &shutdown::token(false)?).await,
             Command::Proxy(args) => {
                 proxy::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }

@@ -1,20 +1,25 @@
 //! `v2x status`: the status of the hubs of a network.
 
+use crate::health;
 use crate::output;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{self, SessionOptions};
-use v2x_fusion_hub::hub::{HubStatus, InvalidName, RegistrationStatus};
+use v2x_fusion_hub::hub::{AgentStatus, HubStatus, InvalidName, RegistrationStatus, Verdict};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x status
-  v2x status --connect tcp/192.168.1.10:7447 | jq '.agents[] | {id, accepted, refused}'")]
+  v2x status                      the hub, its agents, and what looks wrong
+  v2x status --json | jq '.agents[] | {id, accepted, refused}'
+  v2x status --check              one verdict, for scripts and monitoring
+
+Exit code: 0; with --check 0 healthy, 1 degraded, 3 no hub.")]
 pub(crate) struct StatusArgs {
     /// The network of the hubs
     #[arg(long, default_value = "demo")]
@@ -28,11 +33,48 @@ pub(crate) struct StatusArgs {
     /// Seconds to wait for a hub
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     wait: f64,
+    /// Print JSON: everything that the hub says of itself
+    #[arg(long, conflicts_with = "check")]
+    json: bool,
+    /// Print the verdict and its reasons alone; the exit code says which
+    #[arg(long)]
+    check: bool,
 }
 
-/// Prints each hub's status as JSON, and on standard error in words what is wrong with agents: errors of clocks and poses,
-/// names, dropped detections, unknown classes, refusals.
-pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
+/// Exit codes of `--check`.
+const DEGRADED: u8 = 1;
+const NO_HUB: u8 = 3;
+
+/// Prints the status of each hub: a table and what looks wrong, or JSON.
+///
+/// JSON has on standard error in words what is known of the agents: errors of clocks and poses, names, dropped detections,
+/// unknown classes, refusals.
+pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<ExitCode> {
+    let statuses = match ask(args, shutdown).await {
+        Ok(Some(statuses)) => statuses,
+        Ok(None) => return Ok(ExitCode::SUCCESS),
+        Err(error) if args.check => {
+            output::print(&format!("no hub: {error:#}\n"))?;
+            return Ok(ExitCode::from(NO_HUB));
+        }
+        Err(error) => return Err(error),
+    };
+    for status in &statuses {
+        let text =
+            if args.json { serde_json::to_string_pretty(status)? + "\n" } else { text(status, args.check) };
+        if output::print(&text)? == output::Output::Closed {
+            break;
+        }
+        if args.json {
+            print_remarks(status);
+        }
+    }
+    let is_degraded = statuses.iter().any(|status| status.verdict == Verdict::Degraded);
+    Ok(if args.check && is_degraded { ExitCode::from(DEGRADED) } else { ExitCode::SUCCESS })
+}
+
+/// The statuses; `None` where shutdown was requested.
+async fn ask(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<Option<Vec<HubStatus>>> {
     let options = SessionOptions {
         config: args.zenoh_config.clone(),
         connect: args.connect.clone(),
@@ -41,7 +83,7 @@ pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyh
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let opened = session::open_patiently(session::client_config(&options)?, Some(timeout), shutdown);
     let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
-        return Ok(());
+        return Ok(None);
     };
     let statuses = v2x_lab::loopback::hub_status::query(&session, args.network).await;
     session::close(session).await?;
@@ -49,14 +91,22 @@ pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyh
     if statuses.is_empty() {
         bail!("no hub of network {} answered; is --network right?", args.network);
     }
-    for status in statuses {
-        let json = serde_json::to_string_pretty(&status)? + "\n";
-        if output::print(&json)? == output::Output::Closed {
-            break;
-        }
-        print_remarks(&status);
+    Ok(Some(statuses))
+}
+
+/// For people: the hub, its agents, what looks wrong; or the verdict with its reasons alone.
+fn text(status: &HubStatus, is_brief: bool) -> String {
+    let verdict = health::verdict_line(&status.findings);
+    let findings = health::findings_text(&status.findings);
+    if is_brief {
+        return format!("{} {verdict}\n{findings}", status.hub);
     }
-    Ok(())
+    let agents: Vec<_> = status.agents.iter().collect();
+    let learnt = agents.iter().filter_map(|agent| learnt_line(agent)).collect::<String>();
+    let table = health::agent_table(&agents);
+    let parts = [health::hub_line(status) + "\n", table, learnt, findings, verdict + "\n"];
+    let parts: Vec<_> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    parts.join("\n")
 }
 
 /// On standard error: standard output is JSON alone.
@@ -66,6 +116,13 @@ fn print_remarks(status: &HubStatus) {
         // A closed standard error is no fault of the status.
         let _ = writeln!(err, "{line}");
     }
+}
+
+/// What is learnt of a sensor, where it is not as a good one is or as it declares.
+fn learnt_line(agent: &AgentStatus) -> Option<String> {
+    let learnt = agent.learnt.as_ref().filter(|learnt| learnt.is_remarkable(agent.sensor.is_some()))?;
+    let declared = agent.sensor.map(|sensor| sensor.detection_probability);
+    Some(format!("{}: its sensor {}\n", agent.id, learnt.in_words(declared)))
 }
 
 /// What somebody should know of the agents, in words.
@@ -95,12 +152,7 @@ fn remarks(status: &HubStatus) -> Vec<String> {
             let (count, names) = (agent.unmapped_classes, names.join(", "));
             lines.push(format!("{id}: {count} detections of unknown classes ({names})"));
         }
-        if let Some(learnt) =
-            agent.learnt.as_ref().filter(|learnt| learnt.is_remarkable(agent.sensor.is_some()))
-        {
-            let declared = agent.sensor.map(|sensor| sensor.detection_probability);
-            lines.push(format!("{id}: its sensor {}", learnt.in_words(declared)));
-        }
+        lines.extend(learnt_line(agent).map(|line| line.trim_end().to_owned()));
         if let (0, Some(refusal)) = (agent.accepted, &agent.last_refusal) {
             lines.push(format!("{id}: every frame is refused; the newest: {refusal}"));
         }

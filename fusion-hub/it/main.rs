@@ -5,6 +5,7 @@ mod arrival_order;
 mod consistency;
 mod contributors;
 mod detectors;
+mod diagnosis;
 mod fuzz_corpus;
 mod lag;
 mod late_data;

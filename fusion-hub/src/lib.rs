@@ -33,13 +33,14 @@
 //! ```
 //!
 //! The crate's folders are its layers, lowest first: `values`, then `association` and `filter`, `baselines` and
-//! `particles`, `track`, `tracker`, `duplicates`, `learning`, `publish` and `registration`, `fusion`, `engine`, `hub`. ARCHITECTURE.md
+//! `particles`, `track`, `tracker`, `duplicates`, `learning`, `publish` and `registration`, `fusion`, `engine`, `diagnosis`, `hub`. ARCHITECTURE.md
 //! says what is where. Modules that are hidden here serve the tests and benchmarks of this workspace.
 
 #[doc(hidden)]
 pub mod association;
 #[doc(hidden)]
 pub mod baselines;
+pub mod diagnosis;
 mod duplicates;
 pub mod engine;
 #[doc(hidden)]

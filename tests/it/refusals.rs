@@ -81,7 +81,7 @@ async fn the_log_reports_the_reason_of_refusals_once_for_each_agent() -> anyhow:
         let payload = serde_json::to_vec(&frame_json(MINUTE))?;
         publisher.put(payload).encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
     }
-    let warning = "every frame of this agent is refused";
+    let warning = "10 of 10 frames are refused (too_early)";
     let is_logged = |_: &_| lab.hub_log().is_ok_and(|log| log.contains(warning));
     let first = watch.until("the log names the agent", is_logged).await?;
     // The hub checks its statistics every second.
@@ -90,7 +90,7 @@ async fn the_log_reports_the_reason_of_refusals_once_for_each_agent() -> anyhow:
     let log = lab.hub_log()?;
     let lines: Vec<_> = log.lines().filter(|line| line.contains(warning)).collect();
     assert_eq!(lines.len(), 1, "{log}");
-    assert!(lines[0].contains("unset-clock") && lines[0].contains("too_early"), "{}", lines[0]);
+    assert!(lines[0].contains("unset-clock"), "{}", lines[0]);
     Ok(())
 }
 

@@ -50,6 +50,11 @@ pub struct AgentRecord {
 }
 
 impl AgentRecord {
+    /// When anything of it last arrived, by the hub's clock.
+    pub const fn last_heard_at(&self) -> Option<Timestamp> {
+        self.last_heard_at
+    }
+
     /// What a frame of it covers; `None` where that is not known.
     pub fn coverage(&self, frame: &DetectionFrame) -> Option<Coverage> {
         Some(self.sensor.coverage(self.description.as_ref()?, frame.sensor_pose?))

@@ -212,6 +212,7 @@ impl Engine {
     pub fn note_refused_description(&mut self, agent: AgentId, refusal: Refusal) {
         if let Some((_, record)) = self.agents.heard(agent, self.now) {
             record.statistics.descriptions_refused += 1;
+            record.statistics.last_refused_description = Some(refusal.clone());
             record.statistics.last_refusal = Some(refusal);
         }
     }

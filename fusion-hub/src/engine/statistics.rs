@@ -36,6 +36,9 @@ pub struct AgentStatistics {
     pub unmapped_classes: UnmappedNames,
     /// Sensor descriptions refused.
     pub descriptions_refused: u64,
+    /// The newest refusal of one.
+    #[serde(skip)]
+    pub last_refused_description: Option<Refusal>,
     /// Innovations of all its detections.
     pub innovations: Innovations,
     recent: RecentInnovations,

@@ -1,5 +1,6 @@
 //! What the status says of the agents.
 
+use super::core::Core;
 use super::roster::Roster;
 use super::status::{AgentStatus, RegistrationStatus};
 use crate::engine::{AgentRecord, Engine};
@@ -7,12 +8,14 @@ use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
 
 /// Every agent that is alive, or of which the hub has received anything, by name.
-pub(super) fn agent_statuses(engine: &Engine, roster: &Roster) -> Vec<AgentStatus> {
+pub(super) fn agent_statuses(core: &Core, roster: &Roster) -> Vec<AgentStatus> {
+    let engine = core.engine();
     let agents = engine.agents();
-    let silent = roster.alive().filter(|agent| agents.record(agent).is_none());
+    let silent = roster.tokens().iter().filter(|agent| agents.record(agent).is_none());
     let mut statuses: Vec<_> = silent.map(|agent| AgentStatus::silent(*agent)).collect();
     statuses.extend(agents.iter().map(|(agent, record)| AgentStatus {
-        alive: roster.is_alive(agent),
+        alive: roster.is_alive(agent, engine),
+        transport: core.survey().transport(agent),
         ..status_of(engine, agent, record)
     }));
     statuses.sort_by_key(|status| status.id);
@@ -48,6 +51,7 @@ fn status_of(engine: &Engine, agent: &AgentId, record: &AgentRecord) -> AgentSta
         nis_per_dof: statistics.recent_nis_per_dof(engine.now()),
         registration: registration.map(|one| RegistrationStatus::of(&one)),
         learnt: engine.learnt(agent),
+        transport: None,
         newest_captured_at: record.newest_captured_at.map(Timestamp::as_micros),
         sensor: record.description,
     }

@@ -2,15 +2,18 @@
 //! again to the same bits.
 
 use super::settings::{AgentSettings, HubSettings};
+use crate::diagnosis::{Finding, Observation, Surroundings, Survey};
 use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
 use crate::hub::fair_queue::QueueLimits;
 use crate::values::{Saved, StateError};
-use v2x_common::detection::DetectionFrame;
+use std::collections::BTreeSet;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, FrameId};
+use v2x_common::reported::Reported;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::journal::{Body, Call};
+use v2x_common::wire::json::DecodedDetections;
 use v2x_common::wire::{self, WireError};
 
 /// Largest payload that is read: 4096 detections as verbose JSON.
@@ -35,6 +38,8 @@ pub enum Handled {
 pub struct Core {
     settings: HubSettings,
     engine: Engine,
+    /// No part of its state: it changes nothing that is fused.
+    survey: Survey,
 }
 
 impl Core {
@@ -48,7 +53,7 @@ impl Core {
         for (agent, of_agent) in &settings.agents {
             of_agent.sensing.iter().for_each(|sensing| engine.assume(*agent, sensing));
         }
-        Self { settings, engine }
+        Self { settings, engine, survey: Survey::default() }
     }
 
     /// A core that goes on where another one was saved.
@@ -82,9 +87,10 @@ impl Core {
 
     /// Takes in the payload of a detection frame that arrived at `received_at`.
     pub fn handle_frame(&mut self, agent: AgentId, received_at: Timestamp, body: &Body<'_>) -> Handled {
-        let (frame, unmapped_classes) = match self.frame(agent, body) {
-            Ok(read) => read,
+        let DecodedDetections { frame, unmapped_classes, reported } = match self.frame(agent, body) {
+            Ok(decoded) => decoded,
             Err(refusal) => {
+                self.survey.note_refused(agent, &refusal);
                 self.engine.note_refusal(agent, refusal.clone());
                 return Handled::Refused(refusal);
             }
@@ -92,36 +98,40 @@ impl Core {
         if unmapped_classes.total() > 0 {
             self.engine.note_unmapped_classes(agent, &unmapped_classes);
         }
+        self.survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at });
         match self.engine.handle_frame(&frame, received_at) {
             Disposition::Accepted { out_of_sequence } => {
                 Handled::Accepted { frame: frame.id, out_of_sequence }
             }
-            Disposition::Refused(refusal) => Handled::Refused(refusal),
+            Disposition::Refused(refusal) => {
+                self.survey.note_refused(agent, &refusal);
+                Handled::Refused(refusal)
+            }
         }
     }
 
-    /// The frame with its detections as they were sent, and its unknown class names.
-    fn frame(&self, agent: AgentId, body: &Body<'_>) -> Result<(DetectionFrame, UnmappedNames), Refusal> {
+    /// The frame with its detections as they were sent.
+    fn frame(&self, agent: AgentId, body: &Body<'_>) -> Result<DecodedDetections, Refusal> {
         if !self.settings.listens_to(&agent) {
             return Err(Refusal::NotListenedTo);
         }
         let AgentSettings { report_defaults, conventions, .. } = self.settings.of_agent(&agent);
-        let (frame, unmapped_classes) = match *body {
+        let decoded = match *body {
             Body::TooLarge(bytes) => return Err(too_large(bytes)),
             Body::Postcard(bytes) => {
                 let mut frame = wire::detections::decode_as_sent(bytes)?;
                 conventions.convert(&mut frame).map_err(WireError::from)?;
-                (frame, UnmappedNames::default())
+                let reported = Reported { has_sequence: true, ..Reported::default() };
+                DecodedDetections { frame, unmapped_classes: UnmappedNames::default(), reported }
             }
             Body::Json(bytes) => {
-                let decoded = wire::json::decode_detections_by(bytes, agent, report_defaults, conventions)?;
-                (decoded.frame, decoded.unmapped_classes)
+                wire::json::decode_detections_by(bytes, agent, report_defaults, conventions)?
             }
         };
-        if frame.id.agent != agent {
-            return Err(Refusal::AgentMismatch { payload: frame.id.agent, key: agent });
+        if decoded.frame.id.agent != agent {
+            return Err(Refusal::AgentMismatch { payload: decoded.frame.id.agent, key: agent });
         }
-        Ok((frame, unmapped_classes))
+        Ok(decoded)
     }
 
     /// Takes in the payload of a sensor description; of an agent that is not listened to nothing is taken.
@@ -162,7 +172,29 @@ impl Core {
 
     /// The list as of `now`.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
-        self.engine.fused(now)
+        let list = self.engine.fused(now);
+        self.survey.note_list(list);
+        list
+    }
+
+    /// Looks for what is wrong with the agents, once in a second or so; `alive` are those that hold a token.
+    pub fn look(&mut self, alive: &BTreeSet<AgentId>, now: Timestamp) {
+        self.survey.look(&Surroundings { engine: &self.engine, alive }, now);
+    }
+
+    /// The same of everything since the last ten seconds were over, at the end of a listening time.
+    pub fn conclude(&mut self, alive: &BTreeSet<AgentId>) {
+        self.survey.conclude(&Surroundings { engine: &self.engine, alive });
+    }
+
+    /// What was found when it last looked.
+    pub fn findings(&self) -> &[Finding] {
+        self.survey.findings()
+    }
+
+    /// Statistics of what arrives.
+    pub const fn survey(&self) -> &Survey {
+        &self.survey
     }
 
     /// The second list as of `now`, where there is one.

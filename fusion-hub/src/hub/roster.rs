@@ -1,17 +1,17 @@
-//! Which agents are alive, and the frames of which are all refused.
+//! Which agents are alive.
 
-use crate::engine::{AgentRegistry, MAX_AGENTS};
+use crate::engine::{Engine, MAX_AGENTS};
 use std::collections::BTreeSet;
 use v2x_common::id::AgentId;
+use v2x_common::time::Span;
 
-/// Refused frames of an agent, none accepted, after which a warning is due.
-const MIN_REFUSALS: u64 = 5;
+/// An agent of which something has arrived within this is alive, with a liveliness token or without.
+const ALIVE_BY_TRAFFIC: Span = Span::from_millis(5_000);
 
 /// The agents that hold a liveliness token; at most [`MAX_AGENTS`].
 #[derive(Debug, Default)]
 pub(super) struct Roster {
     alive: BTreeSet<AgentId>,
-    warned_of: BTreeSet<AgentId>,
     beyond_limit: u64,
 }
 
@@ -32,48 +32,54 @@ impl Roster {
         }
     }
 
-    pub(super) fn is_alive(&self, agent: &AgentId) -> bool {
-        self.alive.contains(agent)
+    /// Whether an agent holds its token, or sends: programs that are not ours may have none.
+    pub(super) fn is_alive(&self, agent: &AgentId, engine: &Engine) -> bool {
+        let record = engine.agents().record(agent);
+        let is_heard = |at| engine.now() - at <= ALIVE_BY_TRAFFIC;
+        self.alive.contains(agent) || record.and_then(|record| record.last_heard_at()).is_some_and(is_heard)
     }
 
-    pub(super) fn alive(&self) -> impl Iterator<Item = &AgentId> {
-        self.alive.iter()
+    /// The agents that hold a token.
+    pub(super) const fn tokens(&self) -> &BTreeSet<AgentId> {
+        &self.alive
     }
 
     /// Tokens that appeared when there was no room for another agent.
     pub(super) const fn beyond_limit(&self) -> u64 {
         self.beyond_limit
     }
-
-    /// One warning for each agent of which no frame was ever accepted, with the main reason.
-    pub(super) fn warn_of_refused(&mut self, agents: &AgentRegistry) {
-        self.warned_of.retain(|agent| agents.record(agent).is_some());
-        for (agent, record) in agents.iter() {
-            let statistics = &record.statistics;
-            let is_refused = statistics.accepted == 0 && statistics.refused_total() >= MIN_REFUSALS;
-            if !is_refused || !self.warned_of.insert(*agent) {
-                continue;
-            }
-            let main = statistics.refused.iter().max_by_key(|(_, count)| **count);
-            let (reason, count) = main.map_or(("", 0), |(reason, count)| (reason.as_ref(), *count));
-            let last = statistics.last_refusal.as_ref().map(ToString::to_string).unwrap_or_default();
-            tracing::warn!(%agent, reason, count, last, "every frame of this agent is refused");
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::EngineConfig;
+    use v2x_common::detection::DetectionFrame;
+    use v2x_common::id::{FrameId, HubId};
+    use v2x_common::time::Timestamp;
 
     #[test]
     fn liveliness_tokens_are_bounded_and_counted_beyond_the_limit() {
         let mut roster = Roster::default();
         let agent = |k: usize| AgentId::new(&format!("a{k}")).unwrap();
         (0..MAX_AGENTS + 7).for_each(|k| roster.note(agent(k), true));
-        assert_eq!((roster.alive().count(), roster.beyond_limit()), (MAX_AGENTS, 7));
+        assert_eq!((roster.tokens().len(), roster.beyond_limit()), (MAX_AGENTS, 7));
         roster.note(agent(0), false);
         roster.note(agent(MAX_AGENTS), true);
-        assert!(roster.is_alive(&agent(MAX_AGENTS)), "a place became free");
+        assert!(roster.tokens().contains(&agent(MAX_AGENTS)), "a place became free");
+    }
+
+    #[test]
+    fn an_agent_without_a_token_is_alive_as_long_as_it_sends() {
+        let mut engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
+        let (agent, roster) = (AgentId::new("a").unwrap(), Roster::default());
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+        engine.handle_frame(
+            &DetectionFrame::empty(FrameId { agent, epoch: 0, sequence: 1 }, at(1000)),
+            at(1020),
+        );
+        assert!(roster.is_alive(&agent, &engine));
+        engine.fused(at(7000));
+        assert!(!roster.is_alive(&agent, &engine), "silent for longer than five seconds");
     }
 }

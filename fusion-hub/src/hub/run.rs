@@ -4,6 +4,7 @@ use super::agent_statuses::agent_statuses;
 use super::core::{Core, Handled};
 use super::encoding::encode_list;
 use super::error::HubError;
+use super::health::{Health, Seen, Verdict};
 use super::intake::Received;
 use super::journal::Journal;
 use super::network::{Control, List, Network};
@@ -99,6 +100,7 @@ struct Hub {
     lagged_schedule: Option<Schedule>,
     timing: Timing,
     roster: Roster,
+    health: Health,
     turns: Turns,
     network: Network,
     locators: Vec<String>,
@@ -144,6 +146,7 @@ impl Hub {
             settings,
             timing: Timing::new(),
             roster: Roster::default(),
+            health: Health::default(),
             turns: Turns::default(),
             network,
             locators: session::locators(session).await,
@@ -252,14 +255,20 @@ impl Hub {
         self.core.note_clock_step(step);
     }
 
-    /// Counts the frames for which there was no time, and warns of agents that are refused.
+    /// Counts the frames for which there was no time, and looks for what is wrong.
     async fn check(&mut self) {
         self.check_held_up();
         for (agent, count) in self.network.frames.take_dropped() {
             self.journal.note(&Call::QueueFull { agent, count });
             self.core.note_queue_full(agent, count);
         }
-        self.roster.warn_of_refused(self.core.engine().agents());
+        let seen = Seen {
+            roster: &self.roster,
+            started_at: self.started_at,
+            dropped: self.dropped(),
+            invalid_names: self.network.unnamed.names(),
+        };
+        self.health.check(&mut self.core, &seen, clock::now());
         self.journal.flush().await;
     }
 
@@ -362,6 +371,11 @@ impl Hub {
         self.journal.flush().await;
     }
 
+    /// Samples dropped from full queues.
+    fn dropped(&self) -> u64 {
+        self.network.frames.dropped() + self.network.control.dropped()
+    }
+
     fn status(&self) -> HubStatus {
         HubStatus {
             hub: self.settings.engine.hub,
@@ -376,7 +390,7 @@ impl Hub {
             objects: self.objects,
             frames_published: self.frames_published,
             publish_errors: self.publish_errors,
-            dropped_overload: self.network.frames.dropped() + self.network.control.dropped(),
+            dropped_overload: self.dropped(),
             refused_beyond_limit: self.core.engine().agents().refused_beyond_limit(),
             refused_unnamed: self.network.unnamed.samples(),
             invalid_names: self.network.unnamed.names(),
@@ -390,7 +404,9 @@ impl Hub {
             compute_ms: self.timing.compute_ms(),
             publish_ms: self.timing.publish_ms(),
             memory_bytes: memory_bytes(),
-            agents: agent_statuses(self.core.engine(), &self.roster),
+            verdict: Verdict::of(self.health.findings()),
+            findings: self.health.findings().to_vec(),
+            agents: agent_statuses(&self.core, &self.roster),
             recording: self.journal.recorder().map(RecordingStatus::of),
         }
     }

@@ -1,5 +1,7 @@
 //! A hub's status, as JSON.
 
+use crate::diagnosis::{Finding, Transport};
+use crate::hub::health::Verdict;
 use crate::hub::recorder::Recorder;
 use crate::hub::unnamed::InvalidName;
 use crate::learning::LearntSensorReport;
@@ -73,6 +75,12 @@ pub struct HubStatus {
     /// The hub's own recording, where it writes one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<RecordingStatus>,
+    /// Healthy or degraded.
+    #[serde(default)]
+    pub verdict: Verdict,
+    /// What is probably wrong, the worst first, in sentences that say what to change.
+    #[serde(default)]
+    pub findings: Vec<Finding>,
     /// Every agent of which the hub has received anything, by name.
     pub agents: Vec<AgentStatus>,
 }
@@ -99,7 +107,7 @@ impl RecordingStatus {
 pub struct AgentStatus {
     /// Which agent.
     pub id: AgentId,
-    /// Whether it holds its liveliness token.
+    /// Whether it holds its liveliness token, or has sent anything in the last five seconds.
     pub alive: bool,
     /// Frames accepted.
     pub accepted: u64,
@@ -138,6 +146,9 @@ pub struct AgentStatus {
     /// What is learnt of its sensor, to be held against `sensor`; of a method that learns.
     #[serde(default)]
     pub learnt: Option<LearntSensorReport>,
+    /// How its frames have arrived in the last seconds.
+    #[serde(default)]
+    pub transport: Option<Transport>,
     /// Capture time of its newest accepted frame, as corrected, µs.
     pub newest_captured_at: Option<i64>,
     /// Its sensor description, once it has sent one.
@@ -165,6 +176,7 @@ impl AgentStatus {
             nis_per_dof: None,
             registration: None,
             learnt: None,
+            transport: None,
             newest_captured_at: None,
             sensor: None,
         }

@@ -8,6 +8,7 @@ use crate::covariance::{BoxCovariance, Velocity};
 use crate::detection::{Detection, DetectionFrame, HeadingKind, MAX_DETECTIONS};
 use crate::geometry::{BevBox, Pose};
 use crate::id::{AgentId, FrameId, MapFrame};
+use crate::reported::Reported;
 use crate::unmapped_names::UnmappedNames;
 use crate::wire::error::WireError;
 use serde::de::{Error as _, SeqAccess, Visitor};
@@ -53,6 +54,8 @@ pub struct DecodedDetections {
     pub frame: DetectionFrame,
     /// The detections with an unknown class name; they became [`Class::Unknown`].
     pub unmapped_classes: UnmappedNames,
+    /// How it was written.
+    pub reported: Reported,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -228,6 +231,7 @@ fn to_frame(
     (defaults, conventions): (&ReportDefaults, &Conventions),
 ) -> Result<DecodedDetections, WireError> {
     let mut unmapped_classes = UnmappedNames::default();
+    let mut reported = Reported { has_sequence: json.sequence.is_some(), ..Reported::default() };
     let pose = json.sensor_pose.as_ref().map(|pose| Pose { x: pose.x, y: pose.y, yaw: pose.yaw });
     let conversion = conventions.conversion(pose)?;
     let detections = json.detections.iter().map(|detection| {
@@ -235,6 +239,8 @@ fn to_frame(
             unmapped_classes.add(&detection.class);
             Class::Unknown
         });
+        reported.without_sigma += u64::from(detection.sigma.x.is_none());
+        detection.yaw.iter().for_each(|yaw| reported.headings.note(conversion.heading(*yaw)));
         detection.to_detection(class, defaults, &conversion)
     });
     let detections = detections.collect();
@@ -253,7 +259,7 @@ fn to_frame(
         detections,
     };
     frame.validate_head()?;
-    Ok(DecodedDetections { frame, unmapped_classes })
+    Ok(DecodedDetections { frame, unmapped_classes, reported })
 }
 
 impl JsonDetection<'_> {

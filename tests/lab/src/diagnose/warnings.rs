@@ -1,11 +1,11 @@
 //! Warnings in words: what is probably wrong with an input, as its numbers show it.
 
-use crate::data::detection_log::RawHeadings;
 use crate::diagnose::offset::Offset;
 use crate::diagnose::survey::SensorSurvey;
 use std::collections::BTreeMap;
 use std::fmt;
 use v2x_common::id::AgentId;
+use v2x_common::reported::RawHeadings;
 use v2x_common::time::Span;
 
 /// Fewest values that show anything.

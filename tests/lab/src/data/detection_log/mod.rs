@@ -3,7 +3,7 @@
 mod remarks;
 mod row;
 
-pub(crate) use remarks::{Dropped, RawHeadings, Remarks};
+pub(crate) use remarks::{Dropped, Remarks};
 
 use crate::data::csv_table::{CsvError, CsvTable};
 use row::{Content, OPTIONAL_COLUMNS, Optional, Report};

@@ -4,6 +4,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use v2x_common::detection::InvalidValue;
 use v2x_common::id::AgentId;
+use v2x_common::reported::RawHeadings;
 use v2x_common::unmapped_names::UnmappedNames;
 
 /// Impossible detections of one kind, which were dropped.
@@ -21,25 +22,6 @@ pub(crate) struct Dropped {
     pub first_line: u64,
     /// The first one in words.
     pub first: String,
-}
-
-/// The headings of one sensor as they are written, before whole turns are taken away.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct RawHeadings {
-    /// Headings.
-    pub n: u64,
-    /// Those beyond a whole turn of 2π.
-    pub beyond_a_turn: u64,
-    /// The largest magnitude.
-    pub largest: f64,
-}
-
-impl RawHeadings {
-    pub(super) fn note(&mut self, yaw: f64) {
-        self.n += 1;
-        self.beyond_a_turn += u64::from(yaw.abs() > std::f64::consts::TAU);
-        self.largest = self.largest.max(yaw.abs());
-    }
 }
 
 /// What is counted so far.

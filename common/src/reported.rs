@@ -1,0 +1,41 @@
+//! What a decoded frame no longer shows of the text that it was read from, and what a diagnosis wants to know.
+
+/// Headings as they are written, in radians by the agent's conventions, before whole turns are taken away.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RawHeadings {
+    /// Headings.
+    pub n: u64,
+    /// Those beyond a whole turn of 2π.
+    pub beyond_a_turn: u64,
+    /// The largest magnitude, rad.
+    pub largest: f64,
+}
+
+impl RawHeadings {
+    /// Counts a heading, rad. What is no number is none.
+    pub fn note(&mut self, yaw: f64) {
+        if yaw.is_finite() {
+            self.n += 1;
+            self.beyond_a_turn += u64::from(yaw.abs() > std::f64::consts::TAU);
+            self.largest = self.largest.max(yaw.abs());
+        }
+    }
+
+    /// Counts those of another.
+    pub fn merge(&mut self, other: &Self) {
+        self.n += other.n;
+        self.beyond_a_turn += other.beyond_a_turn;
+        self.largest = self.largest.max(other.largest);
+    }
+}
+
+/// How a frame was written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reported {
+    /// Its headings.
+    pub headings: RawHeadings,
+    /// Detections that gave no standard deviation of their position, so that the receiver's default was taken.
+    pub without_sigma: u64,
+    /// It gave a sequence number of its own.
+    pub has_sequence: bool,
+}

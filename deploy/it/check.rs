@@ -1,0 +1,124 @@
+//! `v2x check` and `v2x status`: what is wrong is said in sentences, with an exit code.
+
+use crate::support::{Ending, V2x, folder, run, up};
+use anyhow::{Context, anyhow};
+use serde_json::Value;
+use std::time::Duration;
+use tokio::task::JoinHandle;
+use v2x_common::clock;
+use v2x_common::net::session::{self, SessionOptions};
+
+/// Publishes JSON frames at 10 Hz under a key, until it is dropped.
+struct Detector(JoinHandle<()>);
+
+impl Detector {
+    async fn start(endpoint: &str, key: &str, json: fn(i64) -> String) -> anyhow::Result<Self> {
+        let options = SessionOptions { connect: vec![endpoint.to_owned()], ..SessionOptions::default() };
+        let session = session::open(session::client_config(&options)?).await?;
+        let publisher =
+            session.declare_publisher(key.to_owned()).await.map_err(|error| anyhow!("{error}"))?;
+        Ok(Self(tokio::spawn(async move {
+            let mut tick = tokio::time::interval(Duration::from_millis(100));
+            let _session = session;
+            loop {
+                tick.tick().await;
+                if publisher.put(json(clock::now().as_micros())).await.is_err() {
+                    return;
+                }
+            }
+        })))
+    }
+}
+
+impl Drop for Detector {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
+
+/// Two parked cars, with headings in degrees.
+fn degrees(now_us: i64) -> String {
+    let car = |x: i32, yaw: i32| {
+        format!(r#"{{"class": "car", "x": {x}, "y": 300, "yaw": {yaw}, "w": 1.8, "d": 4.5}}"#)
+    };
+    format!(r#"{{"captured_at": {now_us}, "detections": [{}, {}]}}"#, car(300, 90), car(330, 270))
+}
+
+fn findings(ending: &Ending) -> anyhow::Result<Vec<(String, Option<String>)>> {
+    let report: Value = serde_json::from_str(&ending.stdout).with_context(|| format!("{ending:#?}"))?;
+    let findings = report["findings"].as_array().context("findings")?;
+    let text = |one: &Value| one.as_str().map(str::to_owned);
+    Ok(findings.iter().map(|one| (text(&one["code"]).unwrap_or_default(), text(&one["agent"]))).collect())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_sound_network_is_healthy_and_a_wrong_detector_and_a_wrong_key_are_named() -> anyhow::Result<()> {
+    let folder = folder("check")?;
+    let (_up, endpoint) = up(&folder, "check").await?;
+    let check = ["check", "--network", "check", "--connect", &endpoint];
+    let sound = run(&folder, &[&check[..], &["--json"]].concat()).await?;
+    let faults: Value = serde_json::from_str(&sound.stdout)?;
+    assert_eq!((sound.code, &faults["verdict"]), (Some(0), &"healthy".into()), "{sound:#?}");
+
+    let _wrong = Detector::start(&endpoint, "v2x/check/agent/cam1/detections", degrees).await?;
+    let _astray = Detector::start(&endpoint, "v2x/chekc/agent/cam2/detections", degrees).await?;
+    let _foreign = Detector::start(&endpoint, "cameras/north", degrees).await?;
+    // The hub looks at ten seconds at a time.
+    let has_begun = |found: &[(String, Option<String>)]| found.iter().any(|(code, _)| code == "degrees");
+    let found = loop {
+        let ending = run(&folder, &[&check[..], &["--json", "--duration", "4"]].concat()).await?;
+        let found = findings(&ending)?;
+        assert_eq!(ending.code, Some(1), "{ending:#?}");
+        if has_begun(&found) {
+            break found;
+        }
+    };
+    for (code, agent) in [("degrees", Some("cam1")), ("wrong-network", None), ("wrong-key", None)] {
+        assert!(found.contains(&(code.to_owned(), agent.map(str::to_owned))), "{code} is not in {found:?}");
+    }
+
+    let brief = run(&folder, &["status", "--check", "--network", "check", "--connect", &endpoint]).await?;
+    assert_eq!(brief.code, Some(1), "{brief:#?}");
+    assert!(brief.stdout.contains("degraded") && brief.stdout.contains("FAULT  cam1"), "{brief:#?}");
+    let table = run(&folder, &["status", "--network", "check", "--connect", &endpoint]).await?;
+    assert_eq!(table.code, Some(0), "{table:#?}");
+    // It holds no liveliness token, and is alive by its traffic.
+    let row = table.stdout.lines().find(|line| line.starts_with("cam1 ")).context("a row of cam1")?;
+    assert!(row.contains(" yes "), "{row}");
+    assert!(table.stdout.lines().all(|line| line.chars().count() <= 80), "{}", table.stdout);
+    let log = std::fs::read_to_string(folder.join("run/logs/hub.log"))?;
+    let warned: Vec<_> = log.lines().filter(|line| line.contains("are degrees")).collect();
+    assert_eq!(warned.len(), 1, "one warning when it begins: {warned:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn without_a_hub_the_check_stands_in_for_one() -> anyhow::Result<()> {
+    let folder = folder("check-alone")?;
+    let args =
+        ["check", "--network", "check-alone", "--listen", "tcp/127.0.0.1:0", "--json", "--duration", "0.3"];
+    let nobody = run(&folder, &args).await?;
+    assert_eq!(nobody.code, Some(3), "nobody was heard: {nobody:#?}");
+    let none = ["check", "--connect", "tcp/127.0.0.1:1", "--wait", "0.3"];
+    let refused = run(&folder, &none).await?;
+    assert_eq!(refused.code, Some(1), "{refused:#?}");
+    assert!(refused.stderr.contains("v2x check --listen"), "{refused:#?}");
+    let port = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let args = ["check", "--network", "check-alone", "--listen", &endpoint, "--json", "--duration", "6"];
+    let check = V2x::start(&folder, &args)?;
+    let detector = async {
+        loop {
+            if let Ok(detector) =
+                Detector::start(&endpoint, "v2x/check-alone/agent/cam1/detections", degrees).await
+            {
+                return detector;
+            }
+        }
+    };
+    let _detector = tokio::time::timeout(crate::support::TIMEOUT, detector).await.context("it listens")?;
+    let ending = check.end().await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert!(findings(&ending)?.contains(&("degrees".to_owned(), Some("cam1".to_owned()))), "{ending:#?}");
+    Ok(())
+}

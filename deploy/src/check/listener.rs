@@ -1,0 +1,145 @@
+//! What is heard: everything for a while, and the frames of the network as a hub would take them in.
+
+use super::strays::Strays;
+use anyhow::anyhow;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::keys::{self, Keys};
+use v2x_common::net::queue::DropOldestQueue;
+use v2x_common::time::Timestamp;
+use v2x_common::wire::journal::Body;
+use v2x_fusion_hub::Engine;
+use v2x_fusion_hub::hub::{Core, HubSettings};
+use zenoh::Session;
+use zenoh::sample::Sample;
+
+/// Everything is subscribed to for this long only: hubs publish streams for such a subscriber that nobody else reads.
+const EVERYTHING_FOR: Duration = Duration::from_secs(3);
+/// Frames that may wait.
+const WAITING: usize = 4096;
+/// How often the core makes a list, and how often it looks at what it has.
+const LIST_EVERY: Duration = Duration::from_millis(100);
+const LISTS_TO_A_LOOK: u32 = 10;
+
+/// A sample of an agent with its time of arrival.
+struct Heard {
+    agent: AgentId,
+    is_frame: bool,
+    received_at: Timestamp,
+    sample: Sample,
+}
+
+/// What was heard.
+pub(super) struct Listener {
+    /// A core of its own, for where no hub says what it found.
+    pub(super) core: Core,
+    pub(super) strays: Arc<Mutex<Strays>>,
+    /// Frames of the network.
+    pub(super) frames: u64,
+    pub(super) alive: BTreeSet<AgentId>,
+}
+
+impl Listener {
+    pub(super) fn new(settings: HubSettings) -> Self {
+        Self {
+            core: Core::new(settings, Engine::new),
+            strays: Arc::default(),
+            frames: 0,
+            alive: BTreeSet::new(),
+        }
+    }
+
+    /// Listens until `duration` is over or shutdown is requested.
+    pub(super) async fn listen(
+        &mut self,
+        session: &Session,
+        network: NetworkId,
+        duration: Duration,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<()> {
+        let queue = Arc::new(DropOldestQueue::new(WAITING));
+        let keys = Keys::new(network);
+        let mut subscribers = Vec::new();
+        for (key, is_frame) in [(keys.any_detections(), true), (keys.any_sensors(), false)] {
+            let queue = queue.clone();
+            let subscriber = session.declare_subscriber(key).callback(move |sample| {
+                // A name that is not valid is a stray.
+                if let Ok(agent) = keys::agent_of(sample.key_expr().as_str()) {
+                    queue.push(Heard { agent, is_frame, received_at: clock::now(), sample });
+                }
+            });
+            subscribers.push(subscriber.await.map_err(|error| anyhow!("{error}"))?);
+        }
+        let strays = self.strays.clone();
+        let everything = session.declare_subscriber("**").callback(move |sample| {
+            let mut strays = strays.lock().unwrap_or_else(PoisonError::into_inner);
+            strays.note(sample.key_expr().as_str(), &sample.payload().to_bytes());
+        });
+        let mut everything = Some(everything.await.map_err(|error| anyhow!("{error}"))?);
+        let (ends_at, everything_until) =
+            (tokio::time::Instant::now() + duration, tokio::time::Instant::now() + EVERYTHING_FOR);
+        let mut tick = tokio::time::interval(LIST_EVERY);
+        let mut ticks = 0_u32;
+        loop {
+            tokio::select! {
+                biased;
+                () = shutdown.cancelled() => break,
+                () = tokio::time::sleep_until(ends_at) => break,
+                () = tokio::time::sleep_until(everything_until), if everything.is_some() => everything = None,
+                _ = tick.tick() => {
+                    self.core.fused(clock::now());
+                    ticks += 1;
+                    if ticks.is_multiple_of(LISTS_TO_A_LOOK) {
+                        self.alive = alive_agents(session, network).await;
+                        self.core.look(&self.alive, clock::now());
+                    }
+                }
+                () = queue.wait() => {
+                    while let Some(heard) = queue.try_pop() {
+                        self.take(&heard);
+                    }
+                }
+            }
+        }
+        self.core.conclude(&self.alive);
+        Ok(())
+    }
+
+    fn take(&mut self, heard: &Heard) {
+        let payload = heard.sample.payload().to_bytes();
+        let body = Body::of(&heard.sample.encoding().to_string(), &payload);
+        if heard.is_frame {
+            self.frames += 1;
+            self.core.handle_frame(heard.agent, heard.received_at, &body);
+        } else {
+            self.core.handle_description(heard.agent, &body);
+        }
+    }
+}
+
+/// The agents that hold a liveliness token.
+async fn alive_agents(session: &Session, network: NetworkId) -> BTreeSet<AgentId> {
+    let tokens = tokens(session, Keys::new(network).all_agents_alive()).await;
+    tokens.iter().filter_map(|key| keys::agent_of(key).ok()).collect()
+}
+
+/// The networks that have a hub.
+pub(super) async fn served_networks(session: &Session) -> BTreeSet<NetworkId> {
+    let tokens = tokens(session, "v2x/*/hub/*/alive".to_owned()).await;
+    tokens.iter().filter_map(|key| NetworkId::new(key.split('/').nth(1)?).ok()).collect()
+}
+
+async fn tokens(session: &Session, key: String) -> Vec<String> {
+    let mut keys = Vec::new();
+    let Ok(replies) = session.liveliness().get(key).await else { return keys };
+    while let Ok(reply) = replies.recv_async().await {
+        if let Ok(sample) = reply.into_result() {
+            keys.push(sample.key_expr().as_str().to_owned());
+        }
+    }
+    keys
+}

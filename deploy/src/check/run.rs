@@ -1,0 +1,188 @@
+//! Listens, asks the hubs, and reports.
+
+use super::CheckArgs;
+use super::listener::{Listener, served_networks};
+use crate::health;
+use crate::output;
+use anyhow::Context;
+use serde::Serialize;
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::PoisonError;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::net::session;
+use v2x_fusion_hub::diagnosis::{Code, Finding, Transport};
+use v2x_fusion_hub::hub::{AgentStatus, HubStatus, Verdict};
+use v2x_lab::loopback::hub_status;
+use zenoh::Session;
+
+/// A hub has looked at a whole ten seconds, and compared all agents, after this.
+const HUB_KNOWS_AFTER: Duration = Duration::from_secs(16);
+/// Exit codes.
+const DEGRADED: u8 = 1;
+const NOBODY: u8 = 3;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    network: NetworkId,
+    /// The hubs that say what they found; without one this program has looked itself.
+    hubs: Vec<&'a HubStatus>,
+    /// Of the agents that this program heard.
+    heard: Vec<(AgentId, Transport)>,
+    verdict: Verdict,
+    findings: &'a [Finding],
+}
+
+/// Listens, and says what looks wrong; the exit code says whether anything is.
+pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<ExitCode> {
+    let (settings, duration) = (args.settings()?, args.duration()?);
+    let Some(session) = open(args, shutdown).await? else { return Ok(ExitCode::SUCCESS) };
+    let mut listener = Listener::new(settings);
+    say(&format!("listening to network {} for {:.0} s ...", args.network, duration.as_secs_f64()));
+    listener.listen(&session, args.network, duration, shutdown).await?;
+    let statuses = ask(&session, args.network, shutdown).await;
+    let served = served_networks(&session).await;
+    session::close(session).await?;
+    let statuses = statuses?;
+    let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut findings = strays.findings(args.network, &served);
+    if statuses.is_empty() {
+        findings.extend(listener.core.findings().iter().cloned());
+    }
+    findings.extend(statuses.iter().flat_map(|status| status.findings.iter().cloned()));
+    // A hub that hears nobody is explained by those who publish elsewhere; and it names invalid names itself.
+    let is_explained = |one: &Finding| {
+        one.code == Code::NoAgents
+            && findings.iter().any(|other| matches!(other.code, Code::WrongKey | Code::WrongNetwork))
+    };
+    let mut findings: Vec<_> = findings.iter().filter(|one| !is_explained(one)).cloned().collect();
+    findings.extend(missing_agent(args, &statuses, &listener));
+    findings.sort_by_key(|one| one.severity);
+    let findings = health::of_agent(&findings, args.agent);
+    report(args, &statuses, &listener, &findings)?;
+    Ok(match Verdict::of(&findings) {
+        _ if statuses.is_empty() && listener.frames == 0 && findings.is_empty() => ExitCode::from(NOBODY),
+        Verdict::Healthy => ExitCode::SUCCESS,
+        Verdict::Degraded => ExitCode::from(DEGRADED),
+    })
+}
+
+async fn open(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<Option<Session>> {
+    let options = args.session();
+    if !args.listen.is_empty() {
+        let opened = session::open(session::hub_config(&options)?).await;
+        let session = opened.with_context(|| format!("cannot listen on {}", args.listen.join(", ")))?;
+        say(&format!("in place of a hub at {}", session::locators(&session).await.join(" ")));
+        return Ok(Some(session));
+    }
+    let opened = session::open_patiently(session::client_config(&options)?, Some(args.wait()?), shutdown);
+    opened.await.context(
+        "start a hub, give --connect, or let this command stand in for one: v2x check --listen tcp/127.0.0.1:7447",
+    )
+}
+
+/// The statuses of the hubs, once those have run for long enough to say what they found.
+async fn ask(
+    session: &Session,
+    network: NetworkId,
+    shutdown: &CancellationToken,
+) -> anyhow::Result<Vec<HubStatus>> {
+    let mut has_said = false;
+    loop {
+        let statuses = hub_status::query(session, network).await?;
+        let up = |status: &HubStatus| {
+            Duration::from_micros((status.now - status.started_at).try_into().unwrap_or(0))
+        };
+        let left = statuses.iter().map(|status| HUB_KNOWS_AFTER.saturating_sub(up(status))).max();
+        let left = left.unwrap_or_default();
+        if left.is_zero() || shutdown.is_cancelled() {
+            return Ok(statuses);
+        }
+        if !has_said {
+            say(&format!("the hub has only just started; {:.0} s more ...", left.as_secs_f64().ceil()));
+            has_said = true;
+        }
+        tokio::select! {
+            () = shutdown.cancelled() => {}
+            () = tokio::time::sleep(left.min(Duration::from_secs(1))) => {}
+        }
+    }
+}
+
+/// The agent that was asked for, where nobody has heard of it.
+fn missing_agent(args: &CheckArgs, statuses: &[HubStatus], listener: &Listener) -> Option<Finding> {
+    let agent = args.agent?;
+    let is_known = statuses.iter().flat_map(|status| &status.agents).any(|one| one.id == agent)
+        || listener.core.engine().agents().record(&agent).is_some();
+    (!is_known).then(|| {
+        let known: Vec<_> =
+            statuses.iter().flat_map(|status| &status.agents).map(|one| one.id.to_string()).collect();
+        let known = if known.is_empty() { String::new() } else { format!(" (known: {})", known.join(", ")) };
+        let says = format!("agent {agent} is not known in network {}{known}", args.network);
+        let change = format!(
+            "It publishes under `v2x/{}/agent/{agent}/detections`; does it run, and does it connect here?",
+            args.network
+        );
+        Finding::of_network(Code::Silent, says, change)
+    })
+}
+
+fn report(
+    args: &CheckArgs,
+    statuses: &[HubStatus],
+    listener: &Listener,
+    findings: &[Finding],
+) -> anyhow::Result<()> {
+    let known: Vec<_> = listener.core.engine().agents().iter().map(|(agent, _)| *agent).collect();
+    let heard = known.iter().filter_map(|agent| Some((*agent, listener.core.survey().transport(agent)?)));
+    let heard: Vec<_> = heard.filter(|(agent, _)| args.agent.is_none_or(|one| one == *agent)).collect();
+    if args.json {
+        let hubs = statuses.iter().collect();
+        let report = Report { network: args.network, hubs, heard, verdict: Verdict::of(findings), findings };
+        output::print(&(serde_json::to_string_pretty(&report)? + "\n"))?;
+        return Ok(());
+    }
+    let mut text = String::new();
+    for status in statuses {
+        let is_asked = |agent: &&AgentStatus| args.agent.is_none_or(|one| one == agent.id);
+        let agents: Vec<_> = status.agents.iter().filter(is_asked).collect();
+        text.push_str(&format!("{}\n\n{}\n", health::hub_line(status), health::agent_table(&agents)));
+    }
+    if statuses.is_empty() {
+        text.push_str(&format!(
+            "no hub answers in network {}; {} frames were heard, and are judged as a hub would\n\n",
+            args.network, listener.frames
+        ));
+        for (agent, Transport { rate_hz, delay_ms, jitter_ms, .. }) in &heard {
+            text.push_str(&format!(
+                "{agent}: {rate_hz:.1} Hz, delay {delay_ms:.0} ms, jitter {jitter_ms:.0} ms\n"
+            ));
+        }
+        if !heard.is_empty() {
+            text.push('\n');
+        }
+    }
+    text.push_str(&health::findings_text(findings));
+    let nobody = statuses.is_empty() && listener.frames == 0 && findings.is_empty();
+    let verdict = match nobody {
+        true => "nothing to judge: no hub and no frame".to_owned(),
+        false => health::verdict_line(findings),
+    };
+    if !findings.is_empty() {
+        text.push('\n');
+    }
+    output::print(&format!("{text}{verdict}\n"))?;
+    Ok(())
+}
+
+/// Progress, on standard error of a terminal.
+fn say(line: &str) {
+    let mut err = std::io::stderr().lock();
+    if err.is_terminal() {
+        // A closed standard error is no fault of the check.
+        let _ = writeln!(err, "{line}");
+    }
+}

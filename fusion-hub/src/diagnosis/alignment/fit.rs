@@ -1,0 +1,294 @@
+//! Looks for the change that brings one agent's detections onto those of another one.
+//!
+//! Small changes are found by least squares over pairs of nearest detections, repeated with the pairs that they give (iterated
+//! closest point, Besl & McKay 1992), from several beginnings. Parameters that the objects do not show stay near zero, by a
+//! prior; their standard deviations say so.
+
+use super::change::{Change, LARGE, Rigid};
+use super::{Snapshot, Spot};
+use std::collections::BTreeSet;
+
+/// Detections nearer than this are of one object, in standard deviations, and at least and at most, m.
+const NEAR_SIGMAS: f64 = 2.5;
+const NEAR_M: (f64, f64) = (1.0, 2.0);
+/// The same for the pairs of the first steps.
+const WIDE_M: f64 = 3.5;
+const STEPS: usize = 8;
+/// Edge of the places at which objects were, m; they must have been at so many.
+const PLACE_M: f64 = 5.0;
+const MIN_PLACES: usize = 4;
+/// Fewest detections of one object by both.
+const MIN_PAIRS: u64 = 20;
+/// Least share of the smaller number of detections that a change explains.
+const MIN_SHARE: f64 = 0.4;
+/// It must explain so many times what no change explains; a small one, which explains a part of it, less.
+const MIN_RATIO_LARGE: f64 = 3.0;
+const MIN_RATIO_SMALL: f64 = 1.5;
+/// Prior standard deviations of a shift (m), a turn (rad), a time (s).
+const PRIOR: [f64; 4] = [5.0, 5.0, 0.3, 0.7];
+/// Errors of a difference beside those that are stated, m.
+const UNSTATED_M: f64 = 0.3;
+/// Standard deviations from which on a parameter is not zero.
+const SURE: f64 = 5.0;
+/// Least parameters that are told: m, rad, s.
+const WORTH_TELLING: [f64; 4] = [0.75, 0.75, 0.03, 0.08];
+
+/// How two agents' detections go together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::diagnosis) enum Fit {
+    /// They do as they are.
+    Agree,
+    /// They do after a change of the positions of one of them, by its place in the pair.
+    Changed {
+        /// Whose positions are changed.
+        whose: usize,
+        /// How.
+        change: Change,
+        /// Share of the detections that it explains.
+        share: f64,
+    },
+    /// Nothing can be said.
+    Unknown,
+}
+
+/// What a change explains.
+#[derive(Clone, Debug, Default)]
+struct Explained {
+    pairs: u64,
+    places: BTreeSet<[i64; 2]>,
+}
+
+/// Compares the two agents of some snapshots.
+pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
+    let possible: u64 = snapshots.iter().map(|[a, b]| a.spots.len().min(b.spots.len()) as u64).sum();
+    let as_is = explained(snapshots, 1, &Change::Rigid(Rigid::default()));
+    let near = refine(snapshots, Rigid::default());
+    let near_pairs = near.as_ref().map_or(0, |near| near.explained.pairs);
+    // The turn of a frame moves what is near the sensor little: the refined change decides, not what is explained as it is.
+    if near.is_some_and(|near| near.is_small()) && share(near_pairs, possible) >= MIN_SHARE {
+        return Fit::Agree;
+    }
+    let large = LARGE.iter().flat_map(|change| [0, 1].map(|whose| (whose, *change)));
+    let large = large.map(|(whose, change)| (explained(snapshots, whose, &change), whose, change));
+    let best = large.max_by_key(|(explained, ..)| explained.pairs);
+    if let Some((explained, whose, change)) =
+        best.filter(|(explained, ..)| is_clear(explained, &as_is, possible, MIN_RATIO_LARGE))
+    {
+        return Fit::Changed { whose, change, share: share(explained.pairs, possible) };
+    }
+    let refined = beginnings(snapshots).into_iter().filter_map(|begin| refine(snapshots, begin));
+    let best = refined.max_by_key(|refined| refined.explained.pairs);
+    let Some(best) = best else { return Fit::Unknown };
+    if best.is_small() && share(best.explained.pairs, possible) >= MIN_SHARE {
+        return Fit::Agree;
+    }
+    if is_clear(&best.explained, &as_is, possible, MIN_RATIO_SMALL) || best.is_sure(possible) {
+        let change = Change::Rigid(best.told());
+        return Fit::Changed { whose: 1, change, share: share(best.explained.pairs, possible) };
+    }
+    Fit::Unknown
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn share(pairs: u64, possible: u64) -> f64 {
+    pairs as f64 / (possible as f64).max(1.0)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn is_clear(explained: &Explained, as_is: &Explained, possible: u64, ratio: f64) -> bool {
+    explained.pairs >= MIN_PAIRS
+        && explained.places.len() >= MIN_PLACES
+        && share(explained.pairs, possible) >= MIN_SHARE
+        && explained.pairs as f64 >= ratio * as_is.pairs as f64
+}
+
+/// The pairs of detections that are of one object after a change of those of `whose`.
+fn explained(snapshots: &[Snapshot], whose: usize, change: &Change) -> Explained {
+    let mut explained = Explained::default();
+    for snapshot in snapshots {
+        let Some(changed) = change.apply(&snapshot[whose]) else { return Explained::default() };
+        for spot in changed {
+            if let Some((_, other)) = nearest(&spot, &snapshot[1 - whose].spots, None) {
+                explained.pairs += 1;
+                explained.places.insert(other.at.map(place));
+            }
+        }
+    }
+    explained
+}
+
+/// The nearest of some spots within reach, with its distance: `within` metres, or what the errors allow.
+fn nearest<'a>(spot: &Spot, others: &'a [Spot], within: Option<f64>) -> Option<(f64, &'a Spot)> {
+    let distance = |other: &Spot| libm::hypot(other.at[0] - spot.at[0], other.at[1] - spot.at[1]);
+    let reach = |other: &Spot| {
+        let sigma = libm::sqrt(spot.variance + other.variance);
+        within.unwrap_or_else(|| (NEAR_SIGMAS * sigma).clamp(NEAR_M.0, NEAR_M.1))
+    };
+    let near = others.iter().map(|other| (distance(other), other));
+    near.filter(|(distance, other)| *distance <= reach(other)).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "coordinates are limited")]
+fn place(coordinate_m: f64) -> i64 {
+    libm::floor(coordinate_m / PLACE_M) as i64
+}
+
+/// Small changes of the second agent's positions from which the search begins.
+fn beginnings(snapshots: &[Snapshot]) -> Vec<Rigid> {
+    let none = Rigid::default();
+    let times = [-1.0, -0.6, -0.3, -0.15, 0.15, 0.3, 0.6, 1.0];
+    let turns = [-0.35, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.35];
+    let mut beginnings = vec![none];
+    beginnings.extend(shift(snapshots).map(|by_m| Rigid { by_m, ..none }));
+    beginnings.extend(times.map(|earlier_s| Rigid { earlier_s, ..none }));
+    beginnings.extend(turns.map(|turn_rad| Rigid { turn_rad, ..none }));
+    beginnings
+}
+
+/// The shift that most pairs of detections have, by a grid; m.
+fn shift(snapshots: &[Snapshot]) -> Option<[f64; 2]> {
+    const REACH_M: f64 = 12.0;
+    const N: usize = 25;
+    let cell = |by_m: f64| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 24")]
+        (by_m.abs() <= REACH_M).then(|| libm::round(by_m + REACH_M) as usize)
+    };
+    let mut counts = vec![0_u32; N * N];
+    for [a, b] in snapshots {
+        for (a, b) in a.spots.iter().flat_map(|a| b.spots.iter().map(move |b| (a, b))) {
+            if let (Some(x), Some(y)) = (cell(a.at[0] - b.at[0]), cell(a.at[1] - b.at[1])) {
+                counts[y * N + x] += 1;
+            }
+        }
+    }
+    let (peak, count) = counts.iter().enumerate().max_by_key(|(_, count)| **count)?;
+    #[expect(clippy::cast_precision_loss, reason = "0 to 24")]
+    let metres = |cell: usize| cell as f64 - REACH_M;
+    (*count > 0).then(|| [metres(peak % N), metres(peak / N)])
+}
+
+/// A small change with the standard deviations of its parameters.
+#[derive(Clone, Debug)]
+struct Refined {
+    change: Rigid,
+    sigma: [f64; 4],
+    explained: Explained,
+}
+
+impl Refined {
+    fn parameters(&self) -> [f64; 4] {
+        let Rigid { by_m: [x, y], turn_rad, earlier_s } = self.change;
+        [x, y, turn_rad, earlier_s]
+    }
+
+    fn is_told(&self, k: usize) -> bool {
+        let value = self.parameters()[k].abs();
+        value >= WORTH_TELLING[k] && value >= SURE * self.sigma[k]
+    }
+
+    /// Nothing of it is worth telling.
+    fn is_small(&self) -> bool {
+        (0..4).all(|k| !self.is_told(k))
+    }
+
+    /// Its pairs are enough for its parameters, whatever no change explains: a shift of two metres leaves many of them near.
+    fn is_sure(&self, possible: u64) -> bool {
+        !self.is_small()
+            && self.explained.pairs >= MIN_PAIRS
+            && self.explained.places.len() >= MIN_PLACES
+            && share(self.explained.pairs, possible) >= 1.5 * MIN_SHARE
+    }
+
+    /// The parameters that are worth telling.
+    fn told(&self) -> Rigid {
+        let kept = |k: usize| if self.is_told(k) { self.parameters()[k] } else { 0.0 };
+        Rigid { by_m: [kept(0), kept(1)], turn_rad: kept(2), earlier_s: kept(3) }
+    }
+}
+
+/// Least squares from a beginning.
+fn refine(snapshots: &[Snapshot], begin: Rigid) -> Option<Refined> {
+    let (mut change, mut sigma) = (begin, PRIOR);
+    for step in 0..STEPS {
+        let within = (step < STEPS / 2).then_some(WIDE_M);
+        let normal = Normal::of(snapshots, &change, within);
+        let (solution, deviations) = normal.solve()?;
+        change = Rigid { by_m: [solution[0], solution[1]], turn_rad: solution[2], earlier_s: solution[3] };
+        sigma = deviations;
+    }
+    let explained = explained(snapshots, 1, &Change::Rigid(change));
+    Some(Refined { change, sigma, explained })
+}
+
+/// Normal equations of the four parameters.
+struct Normal {
+    matrix: [[f64; 4]; 4],
+    right: [f64; 4],
+}
+
+impl Normal {
+    fn of(snapshots: &[Snapshot], change: &Rigid, within: Option<f64>) -> Self {
+        let mut normal = Self { matrix: [[0.0; 4]; 4], right: [0.0; 4] };
+        for (k, prior) in PRIOR.iter().enumerate() {
+            normal.matrix[k][k] = 1.0 / (prior * prior);
+        }
+        for [a, b] in snapshots {
+            let centre = b.centre();
+            let Some(changed) = Change::Rigid(*change).apply(b) else { continue };
+            for (before, spot) in b.spots.iter().zip(&changed) {
+                let Some((_, target)) = nearest(spot, &a.spots, within) else { continue };
+                normal.add(before, target, (centre, change.turn_rad));
+            }
+        }
+        normal
+    }
+
+    /// The detection goes to the target: t = c + R(b − c) + s − v·τ, with the turn linear about the present one.
+    fn add(&mut self, spot: &Spot, target: &Spot, (centre, turn_rad): ([f64; 2], f64)) {
+        let weight = 1.0 / (spot.variance + target.variance + UNSTATED_M * UNSTATED_M);
+        let (sin, cos) = libm::sincos(turn_rad);
+        let [x, y] = [spot.at[0] - centre[0], spot.at[1] - centre[1]];
+        let turned = [x * cos - y * sin, x * sin + y * cos];
+        let by_turn = [-turned[1], turned[0]];
+        for axis in 0..2 {
+            let mut row = [0.0, 0.0, by_turn[axis], -spot.velocity[axis]];
+            row[axis] = 1.0;
+            let value = target.at[axis] - centre[axis] - turned[axis] + by_turn[axis] * turn_rad;
+            for i in 0..4 {
+                self.right[i] += weight * row[i] * value;
+                for j in 0..4 {
+                    self.matrix[i][j] += weight * row[i] * row[j];
+                }
+            }
+        }
+    }
+
+    /// The solution and its standard deviations, by elimination; the prior keeps the matrix positive definite.
+    fn solve(&self) -> Option<([f64; 4], [f64; 4])> {
+        // The matrix, its right side, and the unit matrix that becomes the inverse.
+        let mut rows = [[0.0; 9]; 4];
+        for (i, row) in rows.iter_mut().enumerate() {
+            row[..4].copy_from_slice(&self.matrix[i]);
+            row[4] = self.right[i];
+            row[5 + i] = 1.0;
+        }
+        for pivot in 0..4 {
+            let by = rows[pivot][pivot];
+            if !(by.is_finite() && by > 0.0) {
+                return None;
+            }
+            rows[pivot].iter_mut().for_each(|value| *value /= by);
+            let pivot_row = rows[pivot];
+            for (_, row) in rows.iter_mut().enumerate().filter(|(k, _)| *k != pivot) {
+                let factor = row[pivot];
+                row.iter_mut().zip(pivot_row).for_each(|(value, of_pivot)| *value -= factor * of_pivot);
+            }
+        }
+        let solution = [0, 1, 2, 3].map(|k| rows[k][4]);
+        let sigma = [0, 1, 2, 3].map(|k| libm::sqrt(rows[k][5 + k].max(0.0)));
+        solution.iter().all(|value| value.is_finite()).then_some((solution, sigma))
+    }
+}
+
+#[cfg(test)]
+mod tests;

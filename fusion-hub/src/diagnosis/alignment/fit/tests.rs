@@ -1,0 +1,133 @@
+use super::super::Sighting;
+use super::super::change::Axes;
+use super::*;
+use v2x_common::geometry::Pose;
+
+/// Cars on two roads that cross, at a time (s): place (m) and velocity (m/s).
+fn traffic(t: f64) -> Vec<([f64; 2], [f64; 2])> {
+    let mut cars = Vec::new();
+    for k in 0..3 {
+        let along = 22.0 * f64::from(k) - 40.0;
+        cars.push(([along + 9.0 * t, -2.0], [9.0, 0.0]));
+        cars.push(([40.0 - along - 8.0 * t, 2.0], [-8.0, 0.0]));
+        cars.push(([-2.0, 31.0 - along - 7.0 * t], [0.0, -7.0]));
+        cars.push(([2.0, along + 5.0 + 10.0 * t], [0.0, 10.0]));
+    }
+    // Parked ones.
+    cars.extend((0..4).map(|k| ([15.0 + 6.5 * f64::from(k), 9.0], [0.0, 0.0])));
+    cars
+}
+
+/// An error that is the same in each run, m.
+fn error(seed: usize, k: usize) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "small")]
+    let phase = (seed * 31 + k * 17) as f64;
+    0.5 * libm::sin(phase * 1.7)
+}
+
+const FIRST: Pose = Pose { x: -31.0, y: -25.0, yaw: 0.4 };
+const POSE: Pose = Pose { x: 20.0, y: -12.0, yaw: 1.9 };
+
+/// What both agents see, and what the second one makes of it; each misses every fifth car.
+fn fit_of(second: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Fit {
+    let snapshots: Vec<Snapshot> = (0..10)
+        .map(|step| {
+            let cars = traffic(0.5 * f64::from(step));
+            let seed = usize::try_from(step).unwrap();
+            let sighting = |whose: usize| {
+                let seen = cars.iter().enumerate().filter(|(k, _)| (k + whose + seed) % 5 != 0);
+                let spots = seen.map(|(k, (at, velocity))| {
+                    let measured = [at[0] + error(seed + whose, k), at[1] + error(seed + 3 * whose, k + 7)];
+                    let at = if whose == 1 { second(measured, *velocity) } else { measured };
+                    Spot { at, velocity: *velocity, variance: 0.25 }
+                });
+                Sighting::new(Some([FIRST, POSE][whose]), spots.collect())
+            };
+            [sighting(0), sighting(1)]
+        })
+        .collect();
+    fit(&snapshots)
+}
+
+fn relative([x, y]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(POSE.yaw);
+    let (x, y) = (x - POSE.x, y - POSE.y);
+    [x * cos + y * sin, y * cos - x * sin]
+}
+
+fn large(fit: Fit) -> Option<(usize, Change)> {
+    match fit {
+        Fit::Changed { whose, change, .. } => Some((whose, change)),
+        _ => None,
+    }
+}
+
+#[test]
+fn agents_that_agree_within_their_errors_agree() {
+    assert_eq!(fit_of(|at, _| at), Fit::Agree);
+    assert_eq!(fit_of(|[x, y], _| [x + 0.3, y - 0.2]), Fit::Agree);
+}
+
+#[test]
+fn positions_from_the_sensor_and_mirrored_ones_are_told_apart() {
+    assert_eq!(large(fit_of(|at, _| relative(at))), Some((1, Change::FromSensor(Axes::Ours))));
+    let right = fit_of(|at, _| {
+        let [ahead, left] = relative(at);
+        [ahead, -left]
+    });
+    assert_eq!(large(right), Some((1, Change::FromSensor(Axes::SecondReversed))));
+    let mirrored = fit_of(|at, _| {
+        let [ahead, left] = relative(at);
+        POSE.offset(ahead, -left).into()
+    });
+    assert_eq!(large(mirrored), Some((1, Change::AboutSensor(Axes::SecondReversed))));
+    assert_eq!(large(fit_of(|[x, y], _| POSE.offset(x, y).into())), Some((1, Change::PoseTwice)));
+    assert_eq!(large(fit_of(|[x, y], _| [y, x])), Some((1, Change::OfMap(Axes::Swapped))));
+    assert_eq!(large(fit_of(|[x, y], _| [x, -y])), Some((1, Change::OfMap(Axes::SecondReversed))));
+}
+
+fn rigid(fit: Fit) -> Rigid {
+    match fit {
+        Fit::Changed { whose: 1, change: Change::Rigid(rigid), share } if share > 0.5 => rigid,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_shift_is_found_however_large_and_nothing_else() {
+    for by_m in [[1.5, -1.0], [4.0, 7.0], [-9.0, 2.0]] {
+        let Rigid { by_m: found, turn_rad, earlier_s } =
+            rigid(fit_of(|[x, y], _| [x + by_m[0], y + by_m[1]]));
+        assert!((0..2).all(|axis| (found[axis] + by_m[axis]).abs() < 0.4), "{by_m:?}: {found:?}");
+        assert_eq!((turn_rad, earlier_s), (0.0, 0.0));
+    }
+}
+
+#[test]
+fn a_turn_about_the_sensor_is_found() {
+    for turn in [0.06, -0.2] {
+        let (sin, cos) = libm::sincos(turn);
+        let turned = rigid(fit_of(|[x, y], _| {
+            let (x, y) = (x - POSE.x, y - POSE.y);
+            [POSE.x + x * cos - y * sin, POSE.y + x * sin + y * cos]
+        }));
+        assert!((turned.turn_rad + turn).abs() < 0.02, "{turn}: {turned:?}");
+        assert_eq!((turned.by_m, turned.earlier_s), ([0.0, 0.0], 0.0));
+    }
+}
+
+#[test]
+fn a_clock_that_is_behind_is_told_from_a_shift_where_roads_cross() {
+    for behind_s in [0.15, 0.3, 0.8] {
+        // Its stamps are of an earlier time than its positions.
+        let late = rigid(fit_of(|at, velocity| [0, 1].map(|axis| at[axis] + behind_s * velocity[axis])));
+        assert!((late.earlier_s - behind_s).abs() < 0.05, "{behind_s}: {late:?}");
+        assert_eq!((late.by_m, late.turn_rad), ([0.0, 0.0], 0.0));
+    }
+}
+
+#[test]
+fn agents_that_see_different_objects_say_nothing() {
+    let elsewhere = fit_of(|[x, y], _| [1.7 * x + 3.0 * libm::sin(y), 0.4 * y + 11.0 * libm::cos(x)]);
+    assert_eq!(elsewhere, Fit::Unknown);
+}

@@ -1,0 +1,214 @@
+//! When an agent's frames arrive: rate, delay, gaps, and whether two processes send them.
+
+use super::survey::Observation;
+use v2x_common::geometry::Pose;
+use v2x_common::time::{Span, Timestamp};
+
+/// Epochs that are remembered: two processes have two.
+const N_EPOCHS: usize = 4;
+/// A sensor that is further from its last place than this and what it can drive is another one, m and m/s.
+const JUMP_M: f64 = 5.0;
+const FASTEST_MPS: f64 = 60.0;
+/// Numbers that are this many times as many as frames are no count of frames.
+const MOST_PER_FRAME: u64 = 20;
+
+/// Of one agent.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Arrivals {
+    pub(super) frames: u64,
+    received: Option<(Timestamp, Timestamp)>,
+    /// From capture to arrival, s.
+    delay_s: Option<(f64, f64)>,
+    delay_sum_s: f64,
+    delay_squares_s2: f64,
+    epochs: Vec<u64>,
+    /// How often frames of an epoch came after those of a later one.
+    pub(super) epoch_returns: u64,
+    numbers: Numbers,
+    poses: Poses,
+}
+
+/// The sequence numbers of the current epoch, and what was missing in earlier ones.
+#[derive(Clone, Copy, Debug, Default)]
+struct Numbers {
+    span: Option<(u64, u64)>,
+    n: u64,
+    expected: u64,
+    received: u64,
+}
+
+/// Places of the sensor that are too far from each other for one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Poses {
+    last: Option<(Pose, Timestamp)>,
+    other: Option<(Pose, Timestamp)>,
+    returns: u64,
+}
+
+impl Arrivals {
+    pub(super) fn note(&mut self, seen: &Observation<'_>) {
+        let (at, frame) = (seen.received_at, seen.frame);
+        self.frames += 1;
+        self.received = Some(self.received.map_or((at, at), |(from, to)| (from.min(at), to.max(at))));
+        let delay_s = (at - frame.captured_at).as_secs_f64();
+        self.delay_s = Some(
+            self.delay_s.map_or((delay_s, delay_s), |(least, most)| (least.min(delay_s), most.max(delay_s))),
+        );
+        self.delay_sum_s += delay_s;
+        self.delay_squares_s2 += delay_s * delay_s;
+        self.note_epoch(frame.id.epoch);
+        if seen.reported.has_sequence {
+            self.numbers.note(frame.id.sequence);
+        }
+        if let Some(pose) = frame.sensor_pose {
+            self.poses.note(pose, frame.captured_at);
+        }
+    }
+
+    fn note_epoch(&mut self, epoch: u64) {
+        if self.epochs.last() == Some(&epoch) {
+            return;
+        }
+        self.numbers.begin();
+        if let Some(place) = self.epochs.iter().position(|known| *known == epoch) {
+            self.epochs.remove(place);
+            self.epoch_returns += 1;
+        } else if self.epochs.len() >= N_EPOCHS {
+            self.epochs.remove(0);
+        }
+        self.epochs.push(epoch);
+    }
+
+    /// Frames per second; `None` of less than a few.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn rate_hz(&self) -> Option<f64> {
+        let (from, to) = self.received?;
+        let seconds = (to - from).as_secs_f64();
+        (self.frames > 2 && seconds > 0.0).then(|| (self.frames - 1) as f64 / seconds)
+    }
+
+    /// The shortest and the longest delay from capture to arrival.
+    pub(super) fn delay(&self) -> Option<(Span, Span)> {
+        self.delay_s.map(|(least, most)| (Span::from_secs_f64(least), Span::from_secs_f64(most)))
+    }
+
+    /// Standard deviation of the delay, s.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn jitter_s(&self) -> f64 {
+        let n = (self.frames as f64).max(1.0);
+        let mean = self.delay_sum_s / n;
+        libm::sqrt((self.delay_squares_s2 / n - mean * mean).max(0.0))
+    }
+
+    /// The mean delay, s.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn mean_delay_s(&self) -> f64 {
+        self.delay_sum_s / (self.frames as f64).max(1.0)
+    }
+
+    /// Frames that are missing, and frames that were sent, by their numbers; `None` where those do not count frames.
+    pub(super) fn missing(&self) -> Option<(u64, u64)> {
+        let mut numbers = self.numbers;
+        numbers.begin();
+        let counts_frames = numbers.received > 0 && numbers.expected <= MOST_PER_FRAME * numbers.received;
+        counts_frames.then(|| (numbers.expected.saturating_sub(numbers.received), numbers.expected))
+    }
+
+    /// How often the sensor was back at a place from which it had jumped away.
+    pub(super) const fn place_returns(&self) -> u64 {
+        self.poses.returns
+    }
+}
+
+impl Numbers {
+    fn note(&mut self, number: u64) {
+        self.span =
+            Some(self.span.map_or((number, number), |(least, most)| (least.min(number), most.max(number))));
+        self.n += 1;
+    }
+
+    /// Begins another epoch.
+    fn begin(&mut self) {
+        if let Some((least, most)) = self.span.take() {
+            self.expected = self.expected.saturating_add((most - least).saturating_add(1));
+            self.received += self.n;
+        }
+        self.n = 0;
+    }
+}
+
+impl Poses {
+    fn note(&mut self, pose: Pose, at: Timestamp) {
+        let is_near = |known: Option<(Pose, Timestamp)>| {
+            known.is_some_and(|(known, then)| {
+                let reach_m = JUMP_M + FASTEST_MPS * (at - then).abs().as_secs_f64();
+                known.distance_to(pose.x, pose.y) <= reach_m
+            })
+        };
+        if self.last.is_some() && !is_near(self.last) {
+            self.returns += u64::from(is_near(self.other));
+            self.other = self.last;
+        }
+        self.last = Some((pose, at));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::detection::DetectionFrame;
+    use v2x_common::id::{AgentId, FrameId};
+    use v2x_common::reported::Reported;
+
+    fn note(arrivals: &mut Arrivals, (epoch, sequence): (u64, u64), at_ms: i64, x: f64) {
+        let id = FrameId { agent: AgentId::new("a").unwrap(), epoch, sequence };
+        let captured_at = Timestamp::EPOCH + Span::from_millis(at_ms);
+        let frame = DetectionFrame {
+            sensor_pose: Some(Pose { x, y: 0.0, yaw: 0.0 }),
+            ..DetectionFrame::empty(id, captured_at)
+        };
+        let reported = Reported { has_sequence: true, ..Reported::default() };
+        let received_at = captured_at + Span::from_millis(if sequence % 2 == 0 { 20 } else { 40 });
+        arrivals.note(&Observation { frame: &frame, reported: &reported, received_at });
+    }
+
+    #[test]
+    fn rate_delay_jitter_and_missing_frames_are_those_of_the_frames() {
+        let mut arrivals = Arrivals::default();
+        (0..50).filter(|k| k % 5 != 1).for_each(|k| {
+            note(&mut arrivals, (7, k), 100 * i64::try_from(k).unwrap(), 0.1 * k as f64);
+        });
+        assert_eq!(arrivals.missing(), Some((10, 50)));
+        assert_eq!(arrivals.delay(), Some((Span::from_millis(20), Span::from_millis(40))));
+        assert!(
+            (arrivals.jitter_s() - 0.01).abs() < 0.001 && (arrivals.rate_hz().unwrap() - 8.0).abs() < 0.1
+        );
+        assert_eq!((arrivals.epoch_returns, arrivals.place_returns()), (0, 0));
+    }
+
+    #[test]
+    fn two_processes_under_one_name_are_told_from_one_that_is_started_again() {
+        let (mut restarted, mut two) = (Arrivals::default(), Arrivals::default());
+        for k in 0..20 {
+            note(&mut restarted, (u64::from(k >= 10), k % 10), 100 * i64::try_from(k).unwrap(), 0.0);
+            note(
+                &mut two,
+                (k % 2, k / 2),
+                100 * i64::try_from(k).unwrap(),
+                if k % 2 == 0 { 0.0 } else { 80.0 },
+            );
+        }
+        assert_eq!(
+            (restarted.epoch_returns, restarted.place_returns(), restarted.missing()),
+            (0, 0, Some((0, 20)))
+        );
+        assert_eq!((two.epoch_returns, two.place_returns()), (18, 18));
+    }
+
+    #[test]
+    fn numbers_that_are_times_count_no_frames() {
+        let mut arrivals = Arrivals::default();
+        (0..10).for_each(|k| note(&mut arrivals, (0, 100_000 * k), 100 * i64::try_from(k).unwrap(), 0.0));
+        assert_eq!(arrivals.missing(), None);
+    }
+}

@@ -1,0 +1,151 @@
+//! One thing that is probably wrong.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use v2x_common::id::AgentId;
+
+/// What kind of thing. The names are part of the status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Code {
+    /// Frames arrive before their capture.
+    ClockAhead,
+    /// Capture times lie behind those of others, as shared objects show.
+    ClockBehind,
+    /// Frames arrive long after their capture: a slow link, or a clock that is behind.
+    ClockBehindOrLinkSlow,
+    /// Frames arrive long after their capture, and objects show that the clock is right.
+    LinkSlow,
+    /// Capture times in another unit, or from another epoch.
+    TimeUnit,
+    /// Headings in degrees.
+    Degrees,
+    /// Headings that grow clockwise.
+    HeadingsMirrored,
+    /// Headings from another direction than east.
+    HeadingsRotated,
+    /// Headings that point backwards.
+    HeadingsReversed,
+    /// Width and depth the wrong way round.
+    SizesSwapped,
+    /// Longitudes and latitudes instead of metres.
+    Geodetic,
+    /// Positions relative to the sensor instead of in the map frame.
+    SensorFrame,
+    /// Axes that are swapped or point the other way.
+    Axes,
+    /// Frames of two agents that are displaced or turned against each other.
+    Offset,
+    /// Positions tens of kilometres from those of everybody else.
+    FarAway,
+    /// No standard deviations of positions: defaults are in use.
+    SigmaMissing,
+    /// Standard deviations that are too small.
+    SigmaTooSmall,
+    /// Standard deviations that are too large.
+    SigmaTooLarge,
+    /// Class names that no table knows.
+    UnknownClasses,
+    /// Detections with impossible values.
+    ImpossibleDetections,
+    /// Frames that are refused, for another reason than those above.
+    FramesRefused,
+    /// A sensor description that is refused.
+    DescriptionRefused,
+    /// Two processes use one name.
+    TwoProcesses,
+    /// Frames that do not arrive.
+    Gaps,
+    /// Frames that arrive more rarely than declared.
+    RateLow,
+    /// Times of transport that vary widely.
+    Jitter,
+    /// Alive, but it sends nothing.
+    Silent,
+    /// Something publishes where no hub reads.
+    WrongKey,
+    /// Something publishes in a network that no hub serves.
+    WrongNetwork,
+    /// A name that is not allowed.
+    InvalidName,
+    /// No agent sends anything.
+    NoAgents,
+    /// The hub has not enough time for what arrives.
+    Overload,
+}
+
+impl Code {
+    /// Whether it is of the network as a whole, and not of some agents.
+    pub const fn is_of_network(self) -> bool {
+        matches!(
+            self,
+            Self::WrongKey
+                | Self::WrongNetwork
+                | Self::InvalidName
+                | Self::NoAgents
+                | Self::Overload
+                | Self::Silent
+        )
+    }
+
+    /// As in the status.
+    pub fn name(self) -> String {
+        let json = serde_json::to_value(self).ok();
+        json.as_ref().and_then(|json| json.as_str()).unwrap_or_default().to_owned()
+    }
+}
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// What is fused is worse for it, or something is not fused at all.
+    Fault,
+    /// Worth knowing.
+    Note,
+}
+
+/// One thing that is probably wrong.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// What kind of thing.
+    pub code: Code,
+    /// How bad it is.
+    pub severity: Severity,
+    /// Which agent has it; `None` of the network, or where two agents disagree.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub agent: Option<AgentId>,
+    /// What is seen, with its numbers.
+    pub says: String,
+    /// What to change.
+    pub change: String,
+}
+
+impl Finding {
+    pub(super) fn fault(code: Code, agent: AgentId, says: String, change: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Fault, agent: Some(agent), says, change: change.into() }
+    }
+
+    pub(super) fn note(code: Code, agent: AgentId, says: String, change: impl Into<String>) -> Self {
+        Self { severity: Severity::Note, ..Self::fault(code, agent, says, change) }
+    }
+
+    /// Of the network as a whole.
+    pub fn of_network(code: Code, says: impl Into<String>, change: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Fault, agent: None, says: says.into(), change: change.into() }
+    }
+
+    /// Whether it makes a network degraded.
+    pub fn is_fault(&self) -> bool {
+        self.severity == Severity::Fault
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(agent) = &self.agent {
+            write!(f, "{agent}: ")?;
+        }
+        write!(f, "{}. {}", self.says, self.change)
+    }
+}

@@ -1,0 +1,178 @@
+//! An agent's headings against the directions in which the objects move.
+
+use super::survey::Observation;
+use v2x_common::detection::HeadingKind;
+use v2x_common::fused::FusedFrame;
+use v2x_common::time::{Span, Timestamp};
+
+/// An object's direction of motion is known from this speed on, m/s.
+const MOVING_MPS: f64 = 3.0;
+/// A detection is of the nearest object within this, m.
+const NEAR_M: f64 = 2.0;
+/// Those that are further away by less than this must move alike, m and m/s.
+const CLEAR_M: f64 = 1.5;
+const ALIKE_MPS: f64 = 3.0;
+/// A list is used for frames captured within this of its time.
+const AT_ONE_TIME: Span = Span::from_millis(400);
+/// Most objects of a list that are kept.
+const MAX_OBJECTS: usize = 256;
+
+/// The objects of the newest list, with their velocities.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moving {
+    at: Option<Timestamp>,
+    objects: Vec<([f64; 2], [f64; 2])>,
+}
+
+impl Moving {
+    pub(super) fn note(&mut self, list: &FusedFrame) {
+        self.at = Some(list.fused_at);
+        self.objects.clear();
+        let objects = list.objects.iter().take(MAX_OBJECTS);
+        self.objects.extend(
+            objects.map(|object| ([object.bev.x, object.bev.y], [object.velocity.0, object.velocity.1])),
+        );
+    }
+
+    /// When it was last told of a list.
+    pub(super) const fn at(&self) -> Option<Timestamp> {
+        self.at
+    }
+
+    /// The velocity (m/s) of what is within some metres of a place at a time; `None` where there is nothing, or what is there moves differently.
+    pub(super) fn velocity_at(
+        &self,
+        [x, y]: [f64; 2],
+        captured_at: Timestamp,
+        within_m: f64,
+    ) -> Option<[f64; 2]> {
+        let since = captured_at - self.at?;
+        if since.abs() > AT_ONE_TIME {
+            return None;
+        }
+        let since_s = since.as_secs_f64();
+        let distance = |([px, py], [vx, vy]): &([f64; 2], [f64; 2])| {
+            libm::hypot(px + vx * since_s - x, py + vy * since_s - y)
+        };
+        let by_distance = || self.objects.iter().map(|object| (distance(object), object.1));
+        let (by_m, velocity) = by_distance().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        // Where two agents disagree, one car is two objects, which move alike.
+        let moves_alike =
+            |other: [f64; 2]| libm::hypot(other[0] - velocity[0], other[1] - velocity[1]) <= ALIKE_MPS;
+        let is_clear = by_distance()
+            .filter(|(other_m, _)| *other_m <= by_m + CLEAR_M)
+            .all(|(_, other)| moves_alike(other));
+        (by_m <= within_m && is_clear).then_some(velocity)
+    }
+}
+
+/// Sums over detections of moving objects; an angle is counted as the direction that it points to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Headings {
+    n: u64,
+    /// Heading less direction of motion.
+    less: [f64; 2],
+    /// Heading and direction of motion together.
+    sum: [f64; 2],
+    /// Twice the direction of motion: long where all traffic is along one axis.
+    axis: [f64; 2],
+}
+
+/// What the sums say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// The headings are the directions of motion, turned by a constant angle, rad.
+    Turned(f64),
+    /// They grow clockwise; the heading of what moves east, rad.
+    Clockwise(f64),
+}
+
+/// Fewest detections that say anything.
+const MIN_DETECTIONS: u64 = 15;
+/// Least mean of unit vectors that agree.
+const AGREE: f64 = 0.85;
+
+impl Headings {
+    pub(super) fn note(&mut self, seen: &Observation<'_>, moving: &Moving) {
+        let known = seen.frame.detections.iter().filter(|one| one.heading == HeadingKind::Known);
+        for one in known.filter(|one| one.class.has_front()) {
+            let velocity = moving.velocity_at([one.bev.x, one.bev.y], seen.frame.captured_at, NEAR_M);
+            let Some([vx, vy]) = velocity else { continue };
+            if libm::hypot(vx, vy) >= MOVING_MPS {
+                self.add(one.bev.yaw, libm::atan2(vy, vx));
+            }
+        }
+    }
+
+    fn add(&mut self, yaw: f64, direction: f64) {
+        self.n += 1;
+        let add = |to: &mut [f64; 2], angle: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            *to = [to[0] + cos, to[1] + sin];
+        };
+        add(&mut self.less, yaw - direction);
+        add(&mut self.sum, yaw + direction);
+        add(&mut self.axis, 2.0 * direction);
+    }
+
+    /// `None` where too few were seen, or they agree with nothing.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn verdict(&self) -> Option<Verdict> {
+        if self.n < MIN_DETECTIONS {
+            return None;
+        }
+        let share = |[x, y]: [f64; 2]| libm::hypot(x, y) / self.n as f64;
+        let angle = |[x, y]: [f64; 2]| libm::atan2(y, x);
+        if share(self.less) >= AGREE {
+            Some(Verdict::Turned(angle(self.less)))
+        } else if share(self.sum) >= AGREE && share(self.axis) < AGREE {
+            Some(Verdict::Clockwise(angle(self.sum)))
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    /// Of traffic in these directions, with headings that are written so.
+    fn verdict(directions: &[f64], written: impl Fn(f64) -> f64) -> Option<Verdict> {
+        let mut headings = Headings::default();
+        for k in 0..20 {
+            let error = 0.2 * libm::sin(f64::from(k));
+            directions.iter().for_each(|one| headings.add(written(*one) + error, *one));
+        }
+        headings.verdict()
+    }
+
+    const CROSSING: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
+
+    #[test]
+    fn a_constant_turn_and_a_clockwise_sense_are_told_apart_where_roads_cross() {
+        let is = |found: Option<Verdict>, expected: Verdict| match (found, expected) {
+            (Some(Verdict::Turned(a)), Verdict::Turned(b))
+            | (Some(Verdict::Clockwise(a)), Verdict::Clockwise(b)) => (a - b).abs() < 0.1,
+            _ => false,
+        };
+        assert!(is(verdict(&CROSSING, |one| one), Verdict::Turned(0.0)));
+        assert!(is(verdict(&CROSSING, |one| one - FRAC_PI_2), Verdict::Turned(-FRAC_PI_2)));
+        assert!(is(verdict(&CROSSING, |one| FRAC_PI_2 - one), Verdict::Clockwise(FRAC_PI_2)), "a compass");
+        assert!(is(verdict(&CROSSING, |one| -one), Verdict::Clockwise(0.0)));
+    }
+
+    #[test]
+    fn along_one_road_clockwise_headings_are_a_constant_turn() {
+        assert!(matches!(verdict(&[0.0, PI], |one| FRAC_PI_2 - one), Some(Verdict::Turned(_))));
+    }
+
+    #[test]
+    fn headings_of_no_use_and_few_of_them_say_nothing() {
+        assert_eq!(verdict(&CROSSING, |_| 0.0), None);
+        let mut few = Headings::default();
+        (0..10).for_each(|_| few.add(1.0, 0.0));
+        assert_eq!(few.verdict(), None);
+    }
+}

@@ -1,0 +1,166 @@
+//! Clock, link, gaps, and processes of one name.
+
+use super::super::finding::{Code, Finding};
+use super::{MIN_VALUES, One};
+use v2x_common::time::Span;
+
+/// Frames that arrive earlier than this before their capture: clocks are not read more exactly.
+const AHEAD: Span = Span::from_millis(-5);
+/// Frames that all arrive later than this after their capture.
+const LONG_DELAY: Span = Span::from_millis(250);
+/// A delay is constant, as that of a clock is and that of a slow link is not, where it varies by less than this share.
+const CONSTANT_SHARE: f64 = 0.1;
+/// A clock error that objects show is the cause of a delay from this share on.
+const CAUSE_SHARE: f64 = 0.5;
+/// Shares of missing frames that are told, and that are a fault.
+const GAPS: (f64, f64) = (0.05, 0.3);
+/// Share of the declared rate below which it is told.
+const LOW_RATE: f64 = 0.6;
+/// Times of transport that vary by more, s.
+const JITTER_S: f64 = 0.1;
+/// Standard deviations within which a clock error is one that its agent declares.
+const DECLARED_SIGMAS: f64 = 3.0;
+
+/// `behind_s`: how far its clock is behind by the objects that it shares.
+pub(super) fn findings(one: &One<'_>, behind_s: Option<f64>) -> Vec<Finding> {
+    [clock(one, behind_s), two_processes(one), gaps(one), rate(one), jitter(one)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
+    let arrivals = &one.survey.arrivals;
+    let (least, most) = arrivals.delay()?;
+    if arrivals.frames < MIN_VALUES {
+        return None;
+    }
+    if least < AHEAD {
+        return Some(ahead(one, -least));
+    }
+    let behind = Span::from_secs_f64(behind_s.unwrap_or(0.0));
+    let offset = one.setting(&format!("time_offset_ms = {:.0}", behind.as_millis_f64()));
+    if behind > Span::ZERO && behind.as_secs_f64() >= CAUSE_SHARE * least.as_secs_f64() {
+        let says = format!(
+            "its clock is behind by about {}: its objects are where others saw them so much earlier, and its frames arrive at \
+             least {} after their capture time",
+            ms(behind),
+            ms(least)
+        );
+        let change = format!("Set its clock (chrony, PTP), or write {offset}");
+        return Some(one.fault(Code::ClockBehind, says, change));
+    }
+    if least < LONG_DELAY {
+        return None;
+    }
+    let delays = format!("its frames arrive {} to {} after their capture time", ms(least), ms(most));
+    if behind_s.is_some() {
+        let says = format!("{delays}, and objects that others see too show that its clock is right");
+        return Some(one.note(Code::LinkSlow, says, "The link or the detector is slow"));
+    }
+    let is_constant = arrivals.jitter_s() < CONSTANT_SHARE * least.as_secs_f64();
+    let change = format!(
+        "Compare its clock with the hub's; if it is behind, set it, or write {}",
+        one.setting(&format!("time_offset_ms = {:.0}", least.as_millis_f64()))
+    );
+    Some(if is_constant {
+        let says = format!("{delays}, all alike: its clock is behind, or its link is slow");
+        one.fault(Code::ClockBehindOrLinkSlow, says, change)
+    } else {
+        let says = format!("{delays}: its link is slow, or its clock is behind");
+        one.note(Code::ClockBehindOrLinkSlow, says, change)
+    })
+}
+
+/// Whole milliseconds.
+fn ms(span: Span) -> String {
+    format!("{:.0} ms", span.as_millis_f64())
+}
+
+fn ahead(one: &One<'_>, by: Span) -> Finding {
+    let record = one.around.engine.agents().record(&one.agent);
+    let declared_s =
+        record.and_then(|record| record.description).map_or(0.0, |sensor| sensor.accuracy.clock_s);
+    let by_ms = ms(by);
+    let says = format!(
+        "its frames arrive up to {by_ms} before their capture time: its clock is ahead by at least that"
+    );
+    if by.as_secs_f64() <= DECLARED_SIGMAS * declared_s {
+        return one.note(
+            Code::ClockAhead,
+            says,
+            "It declares such an error; the hub estimates and corrects it",
+        );
+    }
+    let offset = one.setting(&format!("time_offset_ms = -{:.0}", by.as_millis_f64()));
+    one.fault(Code::ClockAhead, says, format!("Set its clock (chrony, PTP), or write {offset}"))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn two_processes(one: &One<'_>) -> Option<Finding> {
+    let arrivals = &one.survey.arrivals;
+    let frames = arrivals.frames as f64;
+    let is_often = |count: u64| count >= MIN_VALUES / 2 && count as f64 >= 0.1 * frames;
+    let duplicates = one.survey.refused.get("duplicate").map_or(0, |(count, _)| *count);
+    let says = if is_often(arrivals.epoch_returns) {
+        format!(
+            "frames of two starts of this agent come in turn ({} times): two processes use its name",
+            arrivals.epoch_returns
+        )
+    } else if is_often(arrivals.place_returns()) {
+        let times = arrivals.place_returns();
+        format!("its sensor jumps between two places and back ({times} times): two processes use its name")
+    } else if is_often(duplicates) {
+        format!(
+            "{duplicates} of {} frames came before with the same number: each is sent twice, or two processes use its name",
+            arrivals.frames
+        )
+    } else {
+        return None;
+    };
+    Some(one.fault(Code::TwoProcesses, says, "Give each process a name of its own, or end one of them"))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn gaps(one: &One<'_>) -> Option<Finding> {
+    let (missing, sent) = one.survey.arrivals.missing()?;
+    let share = missing as f64 / (sent as f64).max(1.0);
+    if sent < 2 * MIN_VALUES || share < GAPS.0 {
+        return None;
+    }
+    let says =
+        format!("{missing} of {sent} frames are missing by their sequence numbers ({:.0} %)", 100.0 * share);
+    let change = "The link loses them, or the agent drops them before it sends";
+    Some(if share >= GAPS.1 {
+        one.fault(Code::Gaps, says, change)
+    } else {
+        one.note(Code::Gaps, says, change)
+    })
+}
+
+fn rate(one: &One<'_>) -> Option<Finding> {
+    let record = one.around.engine.agents().record(&one.agent)?;
+    let declared_hz = record.description?.rate_hz;
+    let rate_hz = one.survey.arrivals.rate_hz()?;
+    (declared_hz > 0.0 && rate_hz < LOW_RATE * declared_hz).then(|| {
+        let says = format!("it declares {declared_hz:.1} frames a second, and {rate_hz:.1} arrive");
+        one.note(
+            Code::RateLow,
+            says,
+            "Its detector is slower than it declares, its link loses frames, or it sends by rules",
+        )
+    })
+}
+
+fn jitter(one: &One<'_>) -> Option<Finding> {
+    let jitter_s = one.survey.arrivals.jitter_s();
+    (jitter_s > JITTER_S && one.survey.arrivals.frames >= MIN_VALUES).then(|| {
+        let says = format!(
+            "the time from capture to arrival varies by {:.0} ms (standard deviation)",
+            1e3 * jitter_s
+        );
+        let change = "Late frames are fused at their own time; where they are too late, is the link overloaded, or does the \
+                      agent stamp frames when it sends them?";
+        one.note(Code::Jitter, says, change)
+    })
+}

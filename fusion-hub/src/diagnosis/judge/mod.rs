@@ -1,0 +1,142 @@
+//! What the statistics mean, in words.
+
+mod arrivals;
+mod pairs;
+mod reports;
+mod writing;
+
+use super::alignment::change::{Change, Rigid};
+use super::alignment::fit::Fit;
+use super::finding::{Code, Finding};
+use super::survey::{AgentSurvey, Surroundings, Window};
+use v2x_common::id::AgentId;
+
+/// Fewest values that show anything.
+const MIN_VALUES: u64 = 10;
+
+/// What is found in a window, the worst first.
+pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (agent, survey) in &window.agents {
+        let one = One { agent: *agent, survey, around };
+        let heard = survey.arrivals.frames > 0;
+        findings.extend(reports::findings(&one));
+        if heard {
+            findings.extend(writing::findings(&one));
+            findings.extend(arrivals::findings(&one, clock_by_objects(window, agent)));
+        }
+    }
+    if window.is_over {
+        findings.extend(silent(window, around));
+    }
+    let with = |codes: &[Code]| {
+        findings.iter().filter(|one| codes.contains(&one.code)).filter_map(|one| one.agent).collect()
+    };
+    let known = pairs::Known {
+        no_metres: with(&[Code::Geodetic]),
+        clocks: with(&[Code::ClockAhead, Code::ClockBehind]),
+        headings: with(&HEADINGS),
+    };
+    findings.extend(pairs::findings(window, &known));
+    drop_consequences(window, &mut findings);
+    findings.sort_by(|a, b| (a.severity, a.agent, a.code).cmp(&(b.severity, b.agent, b.code)));
+    findings
+}
+
+const HEADINGS: [Code; 3] = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
+const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
+const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
+/// Where positions are wrong altogether, nothing that is compared with them means anything.
+const PLACES: [Code; 3] = [Code::Geodetic, Code::SensorFrame, Code::Axes];
+
+/// Leaves out what only follows from something else that is found: whoever reads a list of faults begins anywhere.
+fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
+    let has: Vec<_> = findings.iter().filter_map(|one| Some((one.agent?, one.code))).collect();
+    let has_one = |agent: AgentId, codes: &[Code]| codes.iter().any(|code| has.contains(&(agent, *code)));
+    let differs = |agent: AgentId| {
+        let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent));
+        of_agent.into_iter().any(|(_, fit)| matches!(fit, Fit::Changed { .. }))
+    };
+    findings.retain(|one| {
+        let Some(agent) = one.agent else { return true };
+        let places_are_wrong = has_one(agent, &PLACES);
+        let is_consequence = (places_are_wrong
+            && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
+            || ((places_are_wrong || differs(agent)) && SIGMAS.contains(&one.code))
+            || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code));
+        !is_consequence
+    });
+}
+
+/// One agent with what is known of it.
+struct One<'a> {
+    agent: AgentId,
+    survey: &'a AgentSurvey,
+    around: &'a Surroundings<'a>,
+}
+
+impl One<'_> {
+    fn fault(&self, code: Code, says: String, change: impl Into<String>) -> Finding {
+        Finding::fault(code, self.agent, says, change)
+    }
+
+    fn note(&self, code: Code, says: String, change: impl Into<String>) -> Finding {
+        Finding::note(code, self.agent, says, change)
+    }
+
+    /// The line of the hub's configuration that says so.
+    fn setting(&self, line: &str) -> String {
+        format!("`{line}` under `[hub.agents.{}]`", self.agent)
+    }
+}
+
+/// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree, `None`
+/// where nothing is shared. Where a pair differs, the one whose frames have taken longer is behind.
+fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
+    let delay = |agent: &AgentId| {
+        let (least, _) = window.agents.get(agent)?.arrivals.delay()?;
+        Some(least.as_secs_f64())
+    };
+    let mut found: Option<f64> = None;
+    for (pair, fit) in window.fits.iter().filter(|(pair, _)| pair.contains(agent)) {
+        // Where one of both is ahead, as its frames show by themselves, the other one need not be behind.
+        if pair.iter().any(|one| delay(one).is_some_and(|delay_s| delay_s < 0.0)) {
+            continue;
+        }
+        let behind_s = match fit {
+            Fit::Agree => Some(0.0),
+            Fit::Changed { change: Change::Rigid(Rigid { earlier_s, .. }), .. } if *earlier_s != 0.0 => {
+                // Objects of the second agent that were there earlier are of a later time than they are said to be.
+                let [first, second] = [0, 1].map(|k| delay(&pair[k]));
+                let (second_is_slower, is_second) = (second > first, pair[1] == *agent);
+                (second_is_slower == is_second).then_some(if is_second { *earlier_s } else { -*earlier_s })
+            }
+            _ => None,
+        };
+        found = match (found, behind_s) {
+            (Some(known), Some(one)) if one.abs() <= known.abs() => Some(known),
+            (known, None) => known,
+            (_, one) => one,
+        };
+    }
+    found
+}
+
+/// Agents that are alive and send nothing.
+fn silent(window: &Window, around: &Surroundings<'_>) -> Vec<Finding> {
+    let is_heard = |agent: &AgentId| {
+        window.agents.get(agent).is_some_and(|one| one.arrivals.frames > 0 || !one.refused.is_empty())
+    };
+    let silent = around.alive.iter().filter(|agent| !is_heard(agent));
+    silent
+        .map(|agent| {
+            Finding::fault(
+                Code::Silent,
+                *agent,
+                "it is alive, and no detection frame of it has arrived for ten seconds".to_owned(),
+                "Does it publish under `v2x/NETWORK/agent/NAME/detections`, with this name? A sensor that sees nothing sends \
+                 empty frames",
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,206 @@
+//! What differs between agents.
+
+use super::super::alignment::change::{Axes, Change, Rigid};
+use super::super::alignment::fit::Fit;
+use super::super::finding::{Code, Finding, Severity};
+use super::super::survey::Window;
+use v2x_common::id::AgentId;
+
+/// The middle of an agent's objects is so far from those of all others, m.
+const FAR_AWAY_M: f64 = 20_000.0;
+
+/// What is known of single agents.
+pub(super) struct Known {
+    /// Whose positions are no metres.
+    pub(super) no_metres: Vec<AgentId>,
+    /// Whose clocks are off.
+    pub(super) clocks: Vec<AgentId>,
+    /// Whose headings do not go with the motion of what they see.
+    pub(super) headings: Vec<AgentId>,
+}
+
+pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
+    let mut findings: Vec<_> = far_away(window, &known.no_metres).into_iter().collect();
+    // An agent that differs from several others is the one that is wrong.
+    let differs = |agent: &AgentId| {
+        let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(agent));
+        of_agent.filter(|(_, fit)| matches!(fit, Fit::Changed { .. })).count()
+    };
+    let mut told = Vec::new();
+    for (pair, fit) in &window.fits {
+        let Fit::Changed { whose, change, share } = fit else { continue };
+        let votes = pair.map(|agent| match change {
+            Change::Rigid(_) => differs(&agent),
+            // Mirrored twice is as before: whose headings do not go with the motion has the wrong axes.
+            Change::OfMap(_) => 100 * usize::from(known.headings.contains(&agent)) + differs(&agent),
+            _ => 0,
+        });
+        let is_open = matches!(change, Change::Rigid(_) | Change::OfMap(_));
+        let is_undecided = is_open && votes[0] == votes[1];
+        let whose = if is_open { usize::from(votes[0] <= votes[1]) } else { *whose };
+        let (agent, other) = (pair[whose], pair[1 - whose]);
+        let kind = std::mem::discriminant(change);
+        if told.contains(&(agent, kind)) {
+            continue;
+        }
+        told.push((agent, kind));
+        let one = Pair { agent, other, share: *share };
+        findings.extend(match change {
+            // The change is that of the second one.
+            Change::Rigid(rigid) => {
+                let clock_is_told = pair.iter().any(|agent| known.clocks.contains(agent));
+                let rigid = Rigid { earlier_s: if clock_is_told { 0.0 } else { rigid.earlier_s }, ..*rigid };
+                one.offset(&if whose == 1 { rigid } else { rigid.reversed() }, is_undecided)
+            }
+            large => Some(one.large(*large, is_undecided)),
+        });
+    }
+    findings
+}
+
+struct Pair {
+    agent: AgentId,
+    other: AgentId,
+    share: f64,
+}
+
+impl Pair {
+    fn large(&self, change: Change, is_undecided: bool) -> Finding {
+        let Self { agent, other, share } = self;
+        let setting = |line: &str| format!("write `{line}` under `[hub.agents.{agent}]`");
+        let as_seen = format!("({:.0} % of the objects in common with {other})", 100.0 * share);
+        let (code, says, change) = match change {
+            Change::FromSensor(Axes::Ours) => (
+                Code::SensorFrame,
+                format!(
+                    "its positions are relative to its sensor, and are read as in the map frame {as_seen}"
+                ),
+                format!("Send them in the map frame, or {}", setting("frame = \"ego\"")),
+            ),
+            Change::FromSensor(axes) => (
+                Code::SensorFrame,
+                format!(
+                    "its positions are relative to its sensor with {}, and are read as in the map frame {as_seen}",
+                    words(axes)
+                ),
+                format!("x is ahead and y to the left: change that, and {}", setting("frame = \"ego\"")),
+            ),
+            Change::PoseTwice => (
+                Code::SensorFrame,
+                format!(
+                    "its sensor's pose is applied twice: its positions are in the map frame already {as_seen}"
+                ),
+                format!(
+                    "Remove `frame` under `[hub.agents.{agent}]`, or send positions relative to the sensor"
+                ),
+            ),
+            Change::AboutSensor(axes) => (
+                Code::Axes,
+                format!(
+                    "its positions are mirrored or turned about its sensor: it works with {} {as_seen}",
+                    words(axes)
+                ),
+                "Before it maps them, x is ahead and y to the left; is the sign of its heading right?"
+                    .to_owned(),
+            ),
+            Change::OfMap(axes) => (
+                Code::Axes,
+                match is_undecided {
+                    false => format!("the axes of its positions are {} {as_seen}", of_map(axes)),
+                    true => format!("the axes of {agent} or of {other} are {} {as_seen}", of_map(axes)),
+                },
+                "x is east and y is north in the map frame".to_owned(),
+            ),
+            Change::Rigid(_) => (Code::Offset, String::new(), String::new()),
+        };
+        let agent = (!is_undecided).then_some(*agent);
+        Finding { code, severity: Severity::Fault, agent, says, change }
+    }
+
+    /// The agent's positions go onto the other one's by `rigid`, so they are off by the opposite.
+    fn offset(&self, rigid: &Rigid, is_undecided: bool) -> Option<Finding> {
+        let Rigid { by_m: [x, y], turn_rad, earlier_s } = *rigid;
+        let mut parts = Vec::new();
+        if (x, y) != (0.0, 0.0) {
+            parts.push(format!("{:+.2} m east and {:+.2} m north of", -x, -y));
+        }
+        if turn_rad != 0.0 {
+            parts.push(format!("turned by {:+.1}° against", -turn_rad.to_degrees()));
+        }
+        if earlier_s != 0.0 {
+            parts.push(format!("{:.0} ms of their motion away from", 1e3 * earlier_s.abs()));
+        }
+        if parts.is_empty() {
+            return None;
+        }
+        let Self { agent, other, share } = self;
+        let says = format!(
+            "the objects of {agent} lie {} those of {other} ({:.0} % of what both see)",
+            parts.join(", "),
+            100.0 * share
+        );
+        let change = "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is corrected by \
+                      the hub";
+        let agent = (!is_undecided).then_some(*agent);
+        Some(Finding {
+            code: Code::Offset,
+            severity: Severity::Fault,
+            agent,
+            says,
+            change: change.to_owned(),
+        })
+    }
+}
+
+impl Rigid {
+    /// What undoes it, as long as it is small.
+    fn reversed(&self) -> Self {
+        let Self { by_m: [x, y], turn_rad, earlier_s } = *self;
+        Self { by_m: [-x, -y], turn_rad: -turn_rad, earlier_s: -earlier_s }
+    }
+}
+
+const fn words(axes: Axes) -> &'static str {
+    match axes {
+        Axes::Ours => "x ahead and y to the left",
+        Axes::SecondReversed => "x ahead and y to the right",
+        Axes::FirstReversed => "x backwards and y to the left",
+        Axes::BothReversed => "x backwards and y to the right",
+        Axes::Swapped => "x to the left and y ahead",
+        Axes::RightAhead => "x to the right and y ahead",
+    }
+}
+
+const fn of_map(axes: Axes) -> &'static str {
+    match axes {
+        Axes::Swapped => "the wrong way round: x is north and y is east",
+        Axes::SecondReversed => "mirrored: y points south",
+        Axes::FirstReversed => "mirrored: x points west",
+        _ => "turned by half a turn: x points west and y south",
+    }
+}
+
+/// An agent whose objects are far from those of the others.
+fn far_away(window: &Window, no_metres: &[AgentId]) -> Option<Finding> {
+    let agents = window.agents.iter().filter(|(agent, _)| !no_metres.contains(agent));
+    let middles: Vec<_> =
+        agents.filter_map(|(agent, survey)| Some((*agent, survey.writing.middle()?))).collect();
+    let distance = |a: [f64; 2], b: [f64; 2]| libm::hypot(a[0] - b[0], a[1] - b[1]);
+    let nearest = |agent: &AgentId, at: [f64; 2]| {
+        let others = middles.iter().filter(|(other, _)| other != agent);
+        others.map(|(other, middle)| (distance(at, *middle), *other)).min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let far = middles.iter().filter_map(|(agent, at)| Some((nearest(agent, *at)?, *agent, *at)));
+    let far: Vec<_> = far.filter(|((by_m, _), ..)| *by_m > FAR_AWAY_M).collect();
+    // The one that is farthest from the origin has the larger numbers: projected coordinates.
+    let ((by_m, other), agent, at) =
+        far.into_iter().max_by(|a, b| distance(a.2, [0.0; 2]).total_cmp(&distance(b.2, [0.0; 2])))?;
+    let says = format!(
+        "its objects lie around x {:.0}, y {:.0}, {:.0} km from those of {other}",
+        at[0],
+        at[1],
+        by_m * 1e-3
+    );
+    let change = "All agents use one map frame in metres. Projected coordinates (UTM) need the same origin taken away for all";
+    Some(Finding::fault(Code::FarAway, agent, says, change))
+}

@@ -1,0 +1,19 @@
+//! What is probably wrong with what agents send, as the numbers show it: in sentences that say what to change.
+//!
+//! A [`Survey`] takes in every frame that arrives and every list that is published, and gathers statistics over ten seconds;
+//! [`Survey::look`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
+//! one for its status and its warnings, `v2x check` one of its own where no hub answers.
+//!
+//! - `arrivals`, `writing`, `headings`, `alignment`: statistics, each of one kind.
+//! - `judge`: what they mean, in words.
+
+mod alignment;
+mod arrivals;
+mod finding;
+mod headings;
+mod judge;
+mod survey;
+mod writing;
+
+pub use finding::{Code, Finding, Severity};
+pub use survey::{Observation, Surroundings, Survey, Transport};

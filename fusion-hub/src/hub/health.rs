@@ -1,0 +1,105 @@
+//! Whether all is well: what is found of the agents and of the hub itself, told once when it begins and once when it ends.
+
+use super::core::Core;
+use super::roster::Roster;
+use super::unnamed::InvalidName;
+use crate::diagnosis::{Code, Finding};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use v2x_common::id::AgentId;
+use v2x_common::time::{Span, Timestamp};
+
+/// After a start nobody is missed for so long.
+const PATIENCE: Span = Span::from_millis(5_000);
+/// What was dropped is told of for so long.
+const OVERLOADED_FOR: Span = Span::from_millis(10_000);
+
+/// All in all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// At least one agent is alive, and nothing that is found makes the list worse.
+    #[default]
+    Healthy,
+    /// Something does; the findings say what.
+    Degraded,
+}
+
+impl Verdict {
+    /// Of some findings.
+    pub fn of(findings: &[Finding]) -> Self {
+        if findings.iter().any(Finding::is_fault) { Self::Degraded } else { Self::Healthy }
+    }
+}
+
+/// What was found at the last check.
+#[derive(Debug, Default)]
+pub(super) struct Health {
+    findings: Vec<Finding>,
+    dropped: u64,
+    dropped_at: Option<Timestamp>,
+}
+
+/// What the hub itself has seen, beside its core.
+pub(super) struct Seen<'a> {
+    pub(super) roster: &'a Roster,
+    pub(super) started_at: Timestamp,
+    /// Samples dropped from full queues so far.
+    pub(super) dropped: u64,
+    pub(super) invalid_names: Vec<InvalidName>,
+}
+
+impl Health {
+    /// Looks at everything; warns of each fault when it begins, and says when it has ended.
+    pub(super) fn check(&mut self, core: &mut Core, seen: &Seen<'_>, now: Timestamp) {
+        core.look(seen.roster.tokens(), now);
+        let mut findings = core.findings().to_vec();
+        findings.extend(self.of_hub(core, seen, now));
+        let key = |finding: &Finding| (finding.code, finding.agent);
+        let faults = |findings: &[Finding]| -> BTreeMap<_, _> {
+            let faults = findings.iter().filter(|one| one.is_fault());
+            faults.map(|one| (key(one), one.to_string())).collect()
+        };
+        let (before, after) = (faults(&self.findings), faults(&findings));
+        for (key, words) in after.iter().filter(|(key, _)| !before.contains_key(key)) {
+            tracing::warn!(finding = key.0.name(), "{words}");
+        }
+        for (code, agent) in before.keys().filter(|key| !after.contains_key(key)) {
+            let agent = agent.as_ref().map(AgentId::as_str).unwrap_or_default();
+            tracing::info!(finding = code.name(), agent, "no longer found");
+        }
+        self.findings = findings;
+    }
+
+    /// What is found of the network and of the hub.
+    fn of_hub(&mut self, core: &Core, seen: &Seen<'_>, now: Timestamp) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        if seen.dropped > self.dropped {
+            self.dropped_at = Some(now);
+        }
+        if self.dropped_at.is_some_and(|at| now - at < OVERLOADED_FOR) {
+            let says = format!("this hub has dropped {} samples for lack of time", seen.dropped);
+            let change =
+                "Fewer agents, lower rates, or a faster machine; `agents[].refused.queue_full` says whose";
+            findings.push(Finding::of_network(Code::Overload, says, change));
+        }
+        self.dropped = seen.dropped;
+        for InvalidName { name, reason, .. } in &seen.invalid_names {
+            let says = format!("nothing of agent {name:?} is used: {reason}");
+            findings.push(Finding::of_network(Code::InvalidName, says, "Give it another name"));
+        }
+        let is_anybody_alive =
+            core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));
+        if !is_anybody_alive && seen.roster.tokens().is_empty() && now - seen.started_at >= PATIENCE {
+            let says = "no agent sends anything to this hub";
+            let change = "Do agents use its network's name and its endpoint? `v2x check` listens beside the expected keys";
+            findings.push(Finding::of_network(Code::NoAgents, says, change));
+        }
+        findings
+    }
+
+    /// Everything that was found at the last check.
+    pub(super) fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+}
