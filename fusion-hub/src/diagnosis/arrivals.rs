@@ -1,6 +1,7 @@
 //! When an agent's frames arrive: rate, delay, gaps, and whether two processes send them.
 
-use super::survey::Observation;
+use super::observation::Observation;
+use serde::{Deserialize, Serialize};
 use v2x_common::geometry::Pose;
 use v2x_common::time::{Span, Timestamp};
 
@@ -150,6 +151,31 @@ impl Poses {
             self.other = self.last;
         }
         self.last = Some((pose, at));
+    }
+}
+
+/// How an agent's frames arrive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Transport {
+    /// Frames a second.
+    pub rate_hz: f64,
+    /// Mean time from capture to arrival, ms, by the agent's and the hub's clocks.
+    pub delay_ms: f64,
+    /// Its standard deviation, ms.
+    pub jitter_ms: f64,
+    /// Share of frames that are missing by their sequence numbers; `None` where those do not count frames.
+    pub missing: Option<f64>,
+}
+
+impl Transport {
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn of(arrivals: &Arrivals) -> Option<Self> {
+        Some(Self {
+            rate_hz: arrivals.rate_hz()?,
+            delay_ms: 1e3 * arrivals.mean_delay_s(),
+            jitter_ms: 1e3 * arrivals.jitter_s(),
+            missing: arrivals.missing().map(|(missing, sent)| missing as f64 / (sent as f64).max(1.0)),
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! An agent's headings against the directions in which the objects move.
 
-use super::survey::Observation;
+use super::observation::Observation;
 use v2x_common::detection::HeadingKind;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::{Span, Timestamp};

@@ -12,8 +12,13 @@ mod arrivals;
 mod finding;
 mod headings;
 mod judge;
+mod observation;
 mod survey;
+mod window;
 mod writing;
 
+pub use arrivals::Transport;
 pub use finding::{Code, Finding, Severity};
-pub use survey::{Observation, Surroundings, Survey, Transport};
+pub use observation::Observation;
+pub use survey::Survey;
+pub use window::Surroundings;

@@ -1,19 +1,15 @@
 //! Statistics over ten seconds, and what is found in them.
 
-use super::alignment::Snapshots;
-use super::alignment::fit::{Fit, fit};
-use super::arrivals::Arrivals;
+use super::arrivals::Transport;
 use super::finding::Finding;
-use super::headings::{Headings, Moving};
+use super::headings::Moving;
 use super::judge;
-use super::writing::Writing;
-use crate::engine::{AgentRecord, Engine, Refusal};
-use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, BTreeSet};
-use v2x_common::detection::DetectionFrame;
+use super::observation::Observation;
+use super::window::{Counts, MAX_AGENTS, Surroundings, Window};
+use crate::engine::Refusal;
+use std::collections::BTreeMap;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::AgentId;
-use v2x_common::reported::Reported;
 use v2x_common::time::{Span, Timestamp};
 
 /// Statistics are gathered for so long.
@@ -22,8 +18,6 @@ const WINDOW: Span = Span::from_millis(10_000);
 const FITS_AT_ONCE: usize = 2;
 /// A list is looked at this often at most.
 const LISTS_APART: Span = Span::from_millis(100);
-/// Agents that are surveyed; more send, but nobody reads so many findings.
-const MAX_AGENTS: usize = 256;
 
 /// Frames whose detections are compared with objects and with each other, which costs: those captured in the first part of
 /// each slot, by whatever agents, and only so many of a slot. The length divides no usual interval of sensors, so that each
@@ -33,69 +27,6 @@ const FIRST_PART: Span = Span::from_millis(110);
 const MAX_OF_SLOT: u32 = 24;
 /// Slots that late frames may belong to.
 const N_SLOTS: usize = 16;
-
-/// A frame as it arrived.
-#[derive(Clone, Copy, Debug)]
-pub struct Observation<'a> {
-    /// With its detections in the map frame.
-    pub frame: &'a DetectionFrame,
-    /// How it was written.
-    pub reported: &'a Reported,
-    /// When it arrived, by the receiver's clock.
-    pub received_at: Timestamp,
-}
-
-/// What there is to look at beside the frames.
-#[derive(Clone, Copy, Debug)]
-pub struct Surroundings<'a> {
-    /// What it counts and learns of the agents.
-    pub engine: &'a Engine,
-    /// The agents that hold a liveliness token.
-    pub alive: &'a BTreeSet<AgentId>,
-}
-
-/// Of one agent in one window.
-#[derive(Clone, Debug, Default)]
-pub(super) struct AgentSurvey {
-    pub(super) arrivals: Arrivals,
-    pub(super) writing: Writing,
-    pub(super) headings: Headings,
-    /// Refused frames by reason, each with the newest.
-    pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
-    /// What the engine had counted when the window began.
-    pub(super) before: Counts,
-}
-
-/// Counts of the engine.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Counts {
-    pub(super) dropped: u64,
-    pub(super) unmapped: u64,
-    pub(super) descriptions_refused: u64,
-}
-
-impl Counts {
-    pub(super) fn of(record: &AgentRecord) -> Self {
-        let statistics = &record.statistics;
-        Self {
-            dropped: statistics.dropped.total(),
-            unmapped: statistics.unmapped_classes.total(),
-            descriptions_refused: statistics.descriptions_refused,
-        }
-    }
-}
-
-/// All agents in one window.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Window {
-    since: Option<Timestamp>,
-    /// It lasted long enough to say what did not happen.
-    pub(super) is_over: bool,
-    pub(super) agents: BTreeMap<AgentId, AgentSurvey>,
-    snapshots: Snapshots,
-    pub(super) fits: BTreeMap<[AgentId; 2], Fit>,
-    to_fit: Vec<[AgentId; 2]>,
-}
 
 /// Gathers, and judges.
 #[derive(Clone, Debug, Default)]
@@ -189,31 +120,6 @@ impl Survey {
     }
 }
 
-/// How an agent's frames arrive.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Transport {
-    /// Frames a second.
-    pub rate_hz: f64,
-    /// Mean time from capture to arrival, ms, by the agent's and the hub's clocks.
-    pub delay_ms: f64,
-    /// Its standard deviation, ms.
-    pub jitter_ms: f64,
-    /// Share of frames that are missing by their sequence numbers; `None` where those do not count frames.
-    pub missing: Option<f64>,
-}
-
-impl Transport {
-    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
-    fn of(arrivals: &Arrivals) -> Option<Self> {
-        Some(Self {
-            rate_hz: arrivals.rate_hz()?,
-            delay_ms: 1e3 * arrivals.mean_delay_s(),
-            jitter_ms: 1e3 * arrivals.jitter_s(),
-            missing: arrivals.missing().map(|(missing, sent)| missing as f64 / (sent as f64).max(1.0)),
-        })
-    }
-}
-
 /// Which frames are compared.
 #[derive(Clone, Debug, Default)]
 struct Samples {
@@ -233,24 +139,6 @@ impl Samples {
         let taken = self.taken.entry(slot).or_default();
         *taken += 1;
         *taken <= MAX_OF_SLOT
-    }
-}
-
-impl Window {
-    fn agent(&mut self, agent: AgentId) -> Option<&mut AgentSurvey> {
-        let has_room = self.agents.len() < MAX_AGENTS || self.agents.contains_key(&agent);
-        has_room.then(|| self.agents.entry(agent).or_default())
-    }
-
-    /// Compares some of the pairs that are left; whether none is.
-    fn fit_some(&mut self, most: usize) -> bool {
-        for _ in 0..most {
-            let Some(pair) = self.to_fit.pop() else { break };
-            if let Some(snapshots) = self.snapshots.of(&pair) {
-                self.fits.insert(pair, fit(snapshots));
-            }
-        }
-        self.to_fit.is_empty()
     }
 }
 

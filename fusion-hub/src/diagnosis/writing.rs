@@ -1,6 +1,6 @@
 //! How an agent writes its numbers: unit of headings, order of sizes, unit of positions, stated errors.
 
-use super::survey::Observation;
+use super::observation::Observation;
 use v2x_common::class::ClassGroup;
 use v2x_common::reported::RawHeadings;
 

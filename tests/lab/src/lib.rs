@@ -32,7 +32,6 @@
 //!
 //! - `data`: readers of data sets, tables and recordings; generators of scenes and detections.
 //! - `drive`: one [`Driver`] feeds an engine with arrivals and asks it at publishing instants, in virtual time.
-//! - `diagnose`: what may be wrong with an input, in words.
 //! - `score`: match → errors → aggregate, and the [`tracking`] metrics of the field.
 //! - `report`: text, Markdown, HTML, LaTeX, CSV and figures.
 //! - [`commands`]: the command lines of `lab`. Each chooses a source, a method, a matching rule and a report.
@@ -44,7 +43,6 @@ pub mod commands;
 #[cfg(feature = "lab")]
 mod data;
 #[cfg(feature = "lab")]
-mod diagnose;
 #[cfg(feature = "lab")]
 mod drive;
 #[cfg(feature = "loopback")]

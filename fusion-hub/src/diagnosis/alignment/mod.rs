@@ -7,7 +7,7 @@ pub(super) mod change;
 pub(super) mod fit;
 
 use super::headings::Moving;
-use super::survey::Observation;
+use super::observation::Observation;
 use std::collections::{BTreeMap, VecDeque};
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;

@@ -1,7 +1,7 @@
 //! Clock, link, gaps, and processes of one name.
 
 use super::super::finding::{Code, Finding};
-use super::{MIN_VALUES, One};
+use super::one::{MIN_VALUES, One};
 use v2x_common::time::Span;
 
 /// Frames that arrive earlier than this before their capture: clocks are not read more exactly.

@@ -1,6 +1,7 @@
 //! What the statistics mean, in words.
 
 mod arrivals;
+mod one;
 mod pairs;
 mod reports;
 mod writing;
@@ -8,11 +9,9 @@ mod writing;
 use super::alignment::change::{Change, Rigid};
 use super::alignment::fit::Fit;
 use super::finding::{Code, Finding};
-use super::survey::{AgentSurvey, Surroundings, Window};
+use super::window::{Surroundings, Window};
+use one::One;
 use v2x_common::id::AgentId;
-
-/// Fewest values that show anything.
-const MIN_VALUES: u64 = 10;
 
 /// What is found in a window, the worst first.
 pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Finding> {
@@ -66,28 +65,6 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code));
         !is_consequence
     });
-}
-
-/// One agent with what is known of it.
-struct One<'a> {
-    agent: AgentId,
-    survey: &'a AgentSurvey,
-    around: &'a Surroundings<'a>,
-}
-
-impl One<'_> {
-    fn fault(&self, code: Code, says: String, change: impl Into<String>) -> Finding {
-        Finding::fault(code, self.agent, says, change)
-    }
-
-    fn note(&self, code: Code, says: String, change: impl Into<String>) -> Finding {
-        Finding::note(code, self.agent, says, change)
-    }
-
-    /// The line of the hub's configuration that says so.
-    fn setting(&self, line: &str) -> String {
-        format!("`{line}` under `[hub.agents.{}]`", self.agent)
-    }
 }
 
 /// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree, `None`

@@ -3,7 +3,7 @@
 use super::super::alignment::change::{Axes, Change, Rigid};
 use super::super::alignment::fit::Fit;
 use super::super::finding::{Code, Finding, Severity};
-use super::super::survey::Window;
+use super::super::window::Window;
 use v2x_common::id::AgentId;
 
 /// The middle of an agent's objects is so far from those of all others, m.

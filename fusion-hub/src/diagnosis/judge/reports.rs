@@ -1,8 +1,8 @@
 //! What the engine refuses, drops and learns of one agent.
 
 use super::super::finding::{Code, Finding};
-use super::super::survey::Counts;
-use super::{MIN_VALUES, One};
+use super::super::window::Counts;
+use super::one::{MIN_VALUES, One};
 
 /// Refusals of a reason that are told: so many, and such a share of the frames.
 const MIN_REFUSED: u64 = 3;

@@ -2,7 +2,7 @@
 
 use super::super::finding::{Code, Finding};
 use super::super::headings::Verdict;
-use super::{MIN_VALUES, One};
+use super::one::{MIN_VALUES, One};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Share of headings beyond a whole turn from which they are no radians: radians that are not wrapped exceed a turn rarely,

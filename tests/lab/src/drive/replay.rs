@@ -88,16 +88,16 @@ pub(crate) struct Replay {
 }
 
 impl Replay {
-    /// Feeds the engine with the whole log. `watch` gets every frame, and the number of bytes read.
+    /// Feeds the engine with the whole log, and returns it with the counts. `watch` gets every frame, and the number of bytes read.
     pub(crate) fn run<R: Read, C: Consumer<Error: From<CsvError>>>(
         self,
         log: &mut DetectionLog<R>,
         consumer: &mut C,
         mut watch: impl FnMut(&Arrival, u64),
-    ) -> Result<Counts, C::Error> {
+    ) -> Result<(Counts, Engine), C::Error> {
         let Self { engine, declared, stopwatch } = self;
         let mut counts = Counts::default();
-        let Some(mut arrival) = log.next_arrival()? else { return Ok(counts) };
+        let Some(mut arrival) = log.next_arrival()? else { return Ok((counts, engine)) };
         let begin = arrival.received_at;
         let mut driver = Driver::new(engine, EveryTick::from(begin)).timed_by(stopwatch);
         let end = loop {
@@ -125,8 +125,9 @@ impl Replay {
         counts.ticks = Ticks::within(begin, end).n();
         counts.duration = end - begin;
         counts.core = driver.engine_time();
-        counts.sensors = outcomes(&driver.into_engine());
-        Ok(counts)
+        let engine = driver.into_engine();
+        counts.sensors = outcomes(&engine);
+        Ok((counts, engine))
     }
 }
 
@@ -189,7 +190,7 @@ mod tests {
         let engine = Engine::new(config.with_tracking(|tracking| tracking.births = Births::AtOnce));
         let mut notes = Notes::default();
         let replay = Replay { engine, declared: Declared::default(), stopwatch: || Span::ZERO };
-        let counts = replay.run(&mut log, &mut notes, |_, _| {}).unwrap();
+        let (counts, _) = replay.run(&mut log, &mut notes, |_, _| {}).unwrap();
         (counts, notes)
     }
 

@@ -1,7 +1,7 @@
 //! The report of `lab fuse`.
 
 use crate::data::detection_log::Dropped;
-use crate::diagnose::survey::SensorSurvey;
+use crate::data::detection_log::SensorSurvey;
 use crate::drive::replay::SensorOutcome;
 use crate::score::offline::TruthScore;
 use serde::Serialize;

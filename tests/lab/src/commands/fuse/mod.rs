@@ -5,10 +5,8 @@ pub(crate) mod args;
 pub use args::FuseArgs;
 
 use crate::commands::cpu_time::thread_cpu_time;
-use crate::data::detection_log::DetectionLog;
+use crate::data::detection_log::{Arrival, DetectionLog, Survey};
 use crate::data::truth_table::Truth;
-use crate::diagnose::survey::Survey;
-use crate::diagnose::warnings;
 use crate::drive::driver::Consumer;
 use crate::drive::replay::{Counts, Replay};
 use crate::drive::ticks::Ticks;
@@ -18,12 +16,15 @@ use crate::report::output::print;
 use crate::report::progress::Progress;
 use crate::score::offline::{Region, TruthScorer};
 use anyhow::{Context, ensure};
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
+use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis};
 use v2x_fusion_hub::engine::Engine;
 
 /// Fuses the log, writes the fused objects and prints the report.
@@ -34,9 +35,10 @@ pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
 }
 
 /// The output file.
-struct Sink<W: Write> {
+struct Sink<'a, W: Write> {
     table: FusedTable<W>,
     scorer: Option<TruthScorer>,
+    diagnosis: &'a RefCell<Diagnosis>,
 }
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
@@ -57,21 +59,27 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
         "--out would overwrite the truth"
     );
     let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
-    let (mut sink, mut progress) = (Sink { table, scorer }, Progress::begin("KiB"));
+    let diagnosis = RefCell::default();
+    let (mut sink, mut progress) = (Sink { table, scorer, diagnosis: &diagnosis }, Progress::begin("KiB"));
     let mut survey = Survey::default();
     let replay = Replay { engine: Engine::new(config), declared, stopwatch: thread_cpu_time };
     let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
     let outcome = replay.run(&mut log, &mut sink, |arrival, n_bytes| {
         survey.add(arrival);
+        let Arrival { received_at, frame, reported } = arrival;
+        diagnosis.borrow_mut().note_frame(&Observation { frame, reported, received_at: *received_at });
         progress.update(kib(n_bytes), kib(size));
     });
     progress.end();
-    let counts = outcome?;
+    let (counts, engine) = outcome?;
     let fused_rows = sink.table.rows();
     sink.table.into_inner().finish()?;
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
     let truth = sink.scorer.as_ref().map(TruthScorer::score);
-    let report = Report { fused_rows, truth, ..report(counts, &log, &survey) };
+    let mut diagnosis = diagnosis.into_inner();
+    diagnosis.conclude(&Surroundings { engine: &engine, alive: &BTreeSet::new() });
+    let warnings = warnings(diagnosis.findings());
+    let report = Report { fused_rows, truth, warnings, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }
 
@@ -87,12 +95,6 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Surv
             SensorFigures::of(*sensor, survey, counts.sensors.get(sensor).cloned().unwrap_or_default())
         })
         .collect();
-    let mut warnings = warnings::of_log(survey.sensors(), &remarks.headings, survey.offsets());
-    warnings.extend(
-        by_sensor
-            .iter()
-            .filter_map(|one| warnings::stated_errors(one.sensor, one.nis_per_dof, one.innovations)),
-    );
     Report {
         method: String::new(),
         sensors: log.n_sensors(),
@@ -107,14 +109,30 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Surv
         unknown_classes: remarks.unmapped.total(),
         unknown_class_names: remarks.unmapped.names().map(|(name, n)| (name.to_owned(), n)).collect(),
         by_sensor,
-        warnings: warnings.iter().map(ToString::to_string).collect(),
+        warnings: Vec::new(),
         core_s,
         detections_per_s,
         truth: None,
     }
 }
 
-impl<W: Write> Consumer for Sink<W> {
+/// What looks wrong, but for what the report lists with numbers of its own. A log has no hub whose settings could be changed.
+fn warnings(findings: &[Finding]) -> Vec<String> {
+    let is_listed = |code: Code| {
+        matches!(
+            code,
+            Code::FramesRefused | Code::TimeUnit | Code::ImpossibleDetections | Code::UnknownClasses
+        )
+    };
+    let findings = findings.iter().filter(|one| !is_listed(one.code));
+    let words = findings.map(|one| match &one.agent {
+        Some(agent) => format!("{agent}: {}", one.says),
+        None => one.says.clone(),
+    });
+    words.collect()
+}
+
+impl<W: Write> Consumer for Sink<'_, W> {
     type Error = anyhow::Error;
 
     fn note_arrival(&mut self, frame: &DetectionFrame) {
@@ -124,6 +142,7 @@ impl<W: Write> Consumer for Sink<W> {
     }
 
     fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
+        self.diagnosis.borrow_mut().note_list(frame);
         // With a lag, fused objects are estimates for an earlier time than their publication.
         self.table.write(frame.fused_at, &frame.objects).context("writing the fused objects")?;
         if let Some(scorer) = &mut self.scorer {

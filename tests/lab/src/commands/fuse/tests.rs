@@ -163,7 +163,7 @@ fn a_sensor_in_degrees_with_swapped_sizes_and_an_unknown_class_is_named() {
     let report = run(&folder.args(&log, None)).unwrap();
     let text = report.text();
     assert!(text.contains("unknown classes     30 detections: flivver 30"), "{text}");
-    for expected in ["left: the headings", "right: the headings", "right: 30 of 30 vehicles are wider"] {
+    for expected in ["left: its headings", "right: its headings", "right: 30 of 30 vehicles are wider"] {
         assert!(report.warnings.iter().any(|one| one.starts_with(expected)), "{:?}", report.warnings);
     }
     assert_eq!(report.by_sensor.len(), 2);

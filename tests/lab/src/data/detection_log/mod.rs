@@ -1,9 +1,13 @@
 //! A log of detections, read frame by frame in order of arrival.
 
+mod arrival;
 mod remarks;
 mod row;
+mod survey;
 
+pub(crate) use arrival::Arrival;
 pub(crate) use remarks::{Dropped, Remarks};
+pub(crate) use survey::{SensorSurvey, Survey};
 
 use crate::data::csv_table::{CsvError, CsvTable};
 use row::{Content, OPTIONAL_COLUMNS, Optional, Report};
@@ -12,6 +16,7 @@ use std::io::Read;
 use std::path::Path;
 use v2x_common::detection::{DetectionFrame, MAX_DETECTIONS};
 use v2x_common::id::{AgentId, FrameId};
+use v2x_common::reported::Reported;
 use v2x_common::time::Timestamp;
 
 /// Required columns.
@@ -20,15 +25,6 @@ pub(crate) const COLUMNS: [&str; 14] =
 
 /// A log has no boot epochs.
 const EPOCH: u64 = 1;
-
-/// A frame with its time of arrival.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Arrival {
-    /// By the clock of the log.
-    pub received_at: Timestamp,
-    /// The frame.
-    pub frame: DetectionFrame,
-}
 
 /// A log that is read frame by frame. It holds the frames of one time of arrival.
 #[derive(Debug)]
@@ -112,9 +108,6 @@ impl<R: Read> DetectionLog<R> {
         if let Some(name) = unmapped {
             self.remarks.unmapped.add(&name);
         }
-        if let Some(yaw) = raw_yaw {
-            self.remarks.headings.entry(sensor).or_default().note(yaw);
-        }
         let is_its =
             |arrival: &Arrival| arrival.frame.id.agent == sensor && arrival.frame.captured_at == captured_at;
         let place = self.ready.iter().rposition(is_its).unwrap_or_else(|| {
@@ -122,9 +115,10 @@ impl<R: Read> DetectionLog<R> {
             let id = FrameId { agent: sensor, epoch: EPOCH, sequence: *next };
             *next += 1;
             let frame = DetectionFrame { sensor_pose: pose, ..DetectionFrame::empty(id, captured_at) };
-            self.ready.push_back(Arrival { received_at, frame });
+            self.ready.push_back(Arrival { received_at, frame, reported: Reported::default() });
             self.ready.len() - 1
         });
+        raw_yaw.iter().for_each(|yaw| self.ready[place].reported.headings.note(*yaw));
         match content {
             Content::Detection(detection) => self.ready[place].frame.detections.push(detection),
             Content::Impossible(invalid) => self.remarks.note_dropped(sensor, line, &invalid),

@@ -1,10 +1,9 @@
-//! What is counted of a log's rows: dropped detections, unknown classes, headings as they are written.
+//! What is counted of a log's rows: dropped detections, unknown classes.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
 use v2x_common::detection::InvalidValue;
 use v2x_common::id::AgentId;
-use v2x_common::reported::RawHeadings;
 use v2x_common::unmapped_names::UnmappedNames;
 
 /// Impossible detections of one kind, which were dropped.
@@ -30,8 +29,6 @@ pub(crate) struct Remarks {
     dropped: BTreeMap<(AgentId, &'static str, &'static str), Dropped>,
     /// Unknown class names.
     pub unmapped: UnmappedNames,
-    /// By sensor.
-    pub headings: BTreeMap<AgentId, RawHeadings>,
 }
 
 impl Remarks {

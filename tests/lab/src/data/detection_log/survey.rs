@@ -1,10 +1,7 @@
 //! Statistics of the sensors of a log, gathered frame by frame.
 
-use crate::data::detection_log::Arrival;
-use crate::diagnose::offset::{Offset, OffsetSearch};
+use super::arrival::Arrival;
 use std::collections::BTreeMap;
-use v2x_common::class::Class;
-use v2x_common::detection::Detection;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -19,50 +16,34 @@ pub(crate) struct SensorSurvey {
     pub captured: (Timestamp, Timestamp),
     /// From capture to arrival, the shortest and the longest.
     pub delay: (Span, Span),
-    /// Detections of vehicles.
-    pub vehicles: u64,
-    /// Those that are wider than they are long.
-    pub wide_vehicles: u64,
 }
 
 /// All sensors of a log.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Survey {
     sensors: BTreeMap<AgentId, SensorSurvey>,
-    offsets: OffsetSearch,
 }
 
 impl Survey {
     /// Adds a frame.
     pub(crate) fn add(&mut self, arrival: &Arrival) {
-        let Arrival { received_at, frame } = arrival;
+        let Arrival { received_at, frame, .. } = arrival;
         let (at, delay) = (frame.captured_at, *received_at - frame.captured_at);
         let sensor = self.sensors.entry(frame.id.agent).or_insert(SensorSurvey {
             frames: 0,
             detections: 0,
             captured: (at, at),
             delay: (delay, delay),
-            vehicles: 0,
-            wide_vehicles: 0,
         });
         sensor.frames += 1;
         sensor.detections += frame.detections.len() as u64;
         sensor.captured = (sensor.captured.0.min(at), sensor.captured.1.max(at));
         sensor.delay = (sensor.delay.0.min(delay), sensor.delay.1.max(delay));
-        let vehicles = || frame.detections.iter().filter(|one| is_vehicle(one));
-        sensor.vehicles += vehicles().count() as u64;
-        sensor.wide_vehicles += vehicles().filter(|one| one.bev.w > one.bev.d).count() as u64;
-        self.offsets.add(frame);
     }
 
     /// The sensors by name.
     pub(crate) const fn sensors(&self) -> &BTreeMap<AgentId, SensorSurvey> {
         &self.sensors
-    }
-
-    /// The sensors whose objects lie beside those of another one.
-    pub(crate) fn offsets(&self) -> Vec<Offset> {
-        self.offsets.offsets()
     }
 }
 
@@ -75,31 +56,14 @@ impl SensorSurvey {
     }
 }
 
-/// Whether the class is of objects that are longer than wide.
-fn is_vehicle(detection: &Detection) -> bool {
-    matches!(
-        detection.class,
-        Class::Bicycle
-            | Class::BendyBus
-            | Class::RigidBus
-            | Class::Car
-            | Class::ConstructionVehicle
-            | Class::Ambulance
-            | Class::PoliceCar
-            | Class::Motorcycle
-            | Class::Trailer
-            | Class::Truck
-    )
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::DetectionLog;
     use super::*;
-    use crate::data::detection_log::DetectionLog;
     use std::path::Path;
 
     #[test]
-    fn rate_delay_and_the_shape_of_vehicles_are_of_each_sensor() {
+    fn rate_and_delay_are_of_each_sensor() {
         let text = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n\
             0.1,0.0,a,car,0,0,4.5,1.8,0,1,1,1,1,1\n0.1,0.0,a,pedestrian,0,0,0.8,0.5,0,1,1,1,1,1\n\
             0.3,0.1,a,car,0,0,1.8,4.5,0,1,1,1,1,1\n0.3,0.25,b,,,,,,,,,,,\n0.4,0.2,a,,,,,,,,,,,\n";
@@ -110,7 +74,7 @@ mod tests {
         }
         let sensor = |name: &str| survey.sensors()[&AgentId::new(name).unwrap()];
         let a = sensor("a");
-        assert_eq!((a.frames, a.detections, a.vehicles, a.wide_vehicles), (3, 3, 2, 1));
+        assert_eq!((a.frames, a.detections), (3, 3));
         assert!((a.rate_hz().unwrap() - 10.0).abs() < 1e-9);
         assert_eq!(a.delay, (Span::from_millis(100), Span::from_millis(200)));
         assert_eq!((sensor("b").frames, sensor("b").rate_hz()), (1, None));

@@ -1,0 +1,30 @@
+//! One agent, and the findings that are its own.
+
+use super::super::finding::{Code, Finding};
+use super::super::window::{AgentSurvey, Surroundings};
+use v2x_common::id::AgentId;
+
+/// Fewest values that show anything.
+pub(super) const MIN_VALUES: u64 = 10;
+
+/// One agent with what is known of it.
+pub(super) struct One<'a> {
+    pub(super) agent: AgentId,
+    pub(super) survey: &'a AgentSurvey,
+    pub(super) around: &'a Surroundings<'a>,
+}
+
+impl One<'_> {
+    pub(super) fn fault(&self, code: Code, says: String, change: impl Into<String>) -> Finding {
+        Finding::fault(code, self.agent, says, change)
+    }
+
+    pub(super) fn note(&self, code: Code, says: String, change: impl Into<String>) -> Finding {
+        Finding::note(code, self.agent, says, change)
+    }
+
+    /// The line of the hub's configuration that says so.
+    pub(super) fn setting(&self, line: &str) -> String {
+        format!("`{line}` under `[hub.agents.{}]`", self.agent)
+    }
+}

@@ -1,0 +1,86 @@
+//! What is gathered in ten seconds.
+
+use super::alignment::Snapshots;
+use super::alignment::fit::{Fit, fit};
+use super::arrivals::Arrivals;
+use super::headings::Headings;
+use super::writing::Writing;
+use crate::engine::{AgentRecord, Engine, Refusal};
+use std::collections::{BTreeMap, BTreeSet};
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+
+/// Agents that are surveyed; more send, but nobody reads so many findings.
+pub(super) const MAX_AGENTS: usize = 256;
+
+/// What there is to look at beside the frames.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// What it counts and learns of the agents.
+    pub engine: &'a Engine,
+    /// The agents that hold a liveliness token.
+    pub alive: &'a BTreeSet<AgentId>,
+}
+
+/// Of one agent in one window.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AgentSurvey {
+    pub(super) arrivals: Arrivals,
+    pub(super) writing: Writing,
+    pub(super) headings: Headings,
+    /// Refused frames by reason, each with the newest.
+    pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
+    /// What the engine had counted when the window began.
+    pub(super) before: Counts,
+}
+
+/// Counts of the engine.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counts {
+    pub(super) dropped: u64,
+    pub(super) unmapped: u64,
+    pub(super) descriptions_refused: u64,
+}
+
+impl Counts {
+    pub(super) fn of(record: &AgentRecord) -> Self {
+        let statistics = &record.statistics;
+        Self {
+            dropped: statistics.dropped.total(),
+            unmapped: statistics.unmapped_classes.total(),
+            descriptions_refused: statistics.descriptions_refused,
+        }
+    }
+}
+
+/// All agents in one window.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Window {
+    pub(super) since: Option<Timestamp>,
+    /// It lasted long enough to say what did not happen.
+    pub(super) is_over: bool,
+    pub(super) agents: BTreeMap<AgentId, AgentSurvey>,
+    pub(super) snapshots: Snapshots,
+    pub(super) fits: BTreeMap<[AgentId; 2], Fit>,
+    /// Pairs that are not compared yet.
+    pub(super) to_fit: Vec<[AgentId; 2]>,
+}
+
+impl Window {
+    /// What is gathered of an agent; `None` where there is no room.
+    pub(super) fn agent(&mut self, agent: AgentId) -> Option<&mut AgentSurvey> {
+        let has_room = self.agents.len() < MAX_AGENTS || self.agents.contains_key(&agent);
+        has_room.then(|| self.agents.entry(agent).or_default())
+    }
+
+    /// Compares some of the pairs that are left; whether none is.
+    pub(super) fn fit_some(&mut self, most: usize) -> bool {
+        for _ in 0..most {
+            let Some(pair) = self.to_fit.pop() else { break };
+            if let Some(snapshots) = self.snapshots.of(&pair) {
+                self.fits.insert(pair, fit(snapshots));
+            }
+        }
+        self.to_fit.is_empty()
+    }
+}
