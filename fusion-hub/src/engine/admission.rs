@@ -142,6 +142,9 @@ impl Admission {
         if record.has_accepted(&frame.id, now - self.delta_max) {
             return Err(Refusal::Duplicate { epoch: frame.id.epoch, sequence: frame.id.sequence });
         }
+        if let Some(epoch) = record.holds_off(frame, now) {
+            return Err(Refusal::HeldOff { epoch });
+        }
         if record.is_full(now - self.delta_max) {
             return Err(Refusal::TooManyFrames { limit: MAX_FRAMES_WITHIN_DELTA_MAX });
         }

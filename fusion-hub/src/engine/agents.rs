@@ -1,6 +1,7 @@
 //! The agents: their names by number, what they declare of their sensors, and what is counted of them.
 
 use super::description_bytes;
+use super::processes::Processes;
 use super::refusal::Refusal;
 use super::statistics::AgentStatistics;
 use crate::values::{AgentNames, AgentSlot, Coverage, SensorModel};
@@ -45,6 +46,8 @@ pub struct AgentRecord {
     ahead: Option<AheadFrame>,
     /// When its clock was last found to be set back.
     set_back_at: Option<Timestamp>,
+    /// Which processes send under its name.
+    processes: Processes,
     /// Epochs and sequence numbers of the frames within Δmax, in order, to recognise duplicates.
     accepted: VecDeque<((u64, u64), Timestamp)>,
 }
@@ -67,14 +70,20 @@ impl AgentRecord {
         place.is_ok_and(|place| self.accepted[place].1 >= horizon)
     }
 
+    /// The epoch of the process that holds its name, where a frame of another one is held off.
+    pub(super) fn holds_off(&self, frame: &DetectionFrame, now: Timestamp) -> Option<u64> {
+        self.processes.holds_off(frame, now)
+    }
+
     /// Whether there is no room for another frame within Δmax, which began at `horizon`.
     pub(super) fn is_full(&self, horizon: Timestamp) -> bool {
         let full = self.accepted.len() >= MAX_FRAMES_WITHIN_DELTA_MAX;
         full && self.accepted.iter().all(|(_, captured_at)| *captured_at >= horizon)
     }
 
-    /// Notes a frame that is accepted, and forgets those that are too old to arrive again.
-    pub(super) fn note_accepted(&mut self, frame: &DetectionFrame, horizon: Timestamp) {
+    /// Notes a frame that is accepted at `now`, and forgets those of before the horizon, which are too old to arrive again.
+    pub(super) fn note_accepted(&mut self, frame: &DetectionFrame, horizon: Timestamp, now: Timestamp) {
+        self.processes.note(frame, now);
         while self.accepted.front().is_some_and(|(_, captured_at)| *captured_at < horizon) {
             self.accepted.pop_front();
         }
@@ -260,12 +269,12 @@ mod tests {
     fn duplicates_are_recognised_in_any_order_until_they_are_too_old() {
         let mut record = AgentRecord::default();
         for (sequence, ms) in [(5, 50), (3, 30), (9, 90), (4, 40)] {
-            record.note_accepted(&frame(sequence, ms), at(0));
+            record.note_accepted(&frame(sequence, ms), at(0), at(ms));
         }
         let has = |record: &AgentRecord, sequence| record.has_accepted(&frame(sequence, 0).id, at(0));
         assert!([3, 4, 5, 9].iter().all(|sequence| has(&record, *sequence)) && !has(&record, 6));
         // A frame of exactly the horizon may arrive again, an older one may not.
-        record.note_accepted(&frame(10, 100), at(40));
+        record.note_accepted(&frame(10, 100), at(40), at(100));
         assert_eq!([3, 4, 5, 9, 10].map(|sequence| has(&record, sequence)), [false, true, true, true, true]);
     }
 
@@ -299,7 +308,7 @@ mod tests {
     fn health_is_of_the_newest_frame_by_capture_time() {
         let mut record = AgentRecord::default();
         for (sequence, ms) in [(100, 10), (300, 30), (200, 20)] {
-            record.note_accepted(&frame(sequence, ms), at(0));
+            record.note_accepted(&frame(sequence, ms), at(0), at(ms));
         }
         let health = record.health(AgentId::new("a").unwrap());
         assert_eq!((health.newest_captured_at, health.epoch), (at(30), 3));
@@ -308,12 +317,12 @@ mod tests {
     #[test]
     fn a_full_record_makes_room_by_what_is_too_old_wherever_it_stands() {
         let mut record = AgentRecord::default();
-        record.note_accepted(&frame(0, 1000), at(0));
+        record.note_accepted(&frame(0, 1000), at(0), at(1000));
         for sequence in 1..MAX_FRAMES_WITHIN_DELTA_MAX as u64 {
-            record.note_accepted(&frame(sequence, 0), at(0));
+            record.note_accepted(&frame(sequence, 0), at(0), at(1000));
         }
         assert!(record.is_full(at(0)) && !record.is_full(at(500)));
-        record.note_accepted(&frame(1 << 20, 1000), at(500));
+        record.note_accepted(&frame(1 << 20, 1000), at(500), at(1000));
         assert_eq!(record.accepted.len(), 2);
     }
 }

@@ -332,7 +332,7 @@ impl Engine {
         let Arrival { frame, source, stamped_at, received_at } = *arrival;
         self.admission.note(frame, self.now);
         let Some((slot, record)) = self.agents.heard(frame.id.agent, self.now) else { return };
-        record.note_accepted(frame, self.now - self.config.delta_max);
+        record.note_accepted(frame, self.now - self.config.delta_max, self.now);
         record.statistics.accepted += 1;
         record.statistics.synchronous += u64::from(admitted.is_synchronous);
         record.statistics.out_of_sequence += u64::from(admitted.out_of_sequence);

@@ -11,6 +11,7 @@ mod held_up;
 mod history;
 mod map_frames;
 mod output;
+mod processes;
 mod refusal;
 mod schedule;
 mod sieve;

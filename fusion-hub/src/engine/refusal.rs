@@ -63,6 +63,14 @@ pub enum Refusal {
         /// The frame's number.
         sequence: u64,
     },
+    /// Two processes send under one name, and this one came second.
+    #[error(
+        "another process sends under this name (its boot epoch is {epoch}) and was here first: held off until that one ends"
+    )]
+    HeldOff {
+        /// The boot epoch of the other one.
+        epoch: u64,
+    },
     /// Younger than Δmax, but history was shortened for lack of room, or there is none even so.
     #[error("captured {age} before the hub's time: overloaded, history is shorter than the maximum latency")]
     Overloaded {
@@ -118,6 +126,7 @@ impl Refusal {
             Self::TooEarly { .. } => "too_early",
             Self::WrongTimeUnit { .. } => "wrong_time_unit",
             Self::Duplicate { .. } => "duplicate",
+            Self::HeldOff { .. } => "held_off",
             Self::Overloaded { .. } => "overloaded",
             Self::TooManyAgents { .. } => "too_many_agents",
             Self::TooManyDetections { .. } => "too_many_detections",

@@ -18,7 +18,7 @@ const STEPS: usize = 8;
 const PLACE_M: f64 = 5.0;
 const MIN_PLACES: usize = 4;
 /// Fewest detections of one object by both.
-const MIN_PAIRS: u64 = 20;
+const MIN_PAIRS: u64 = 12;
 /// Least share of the smaller number of detections that a change explains.
 const MIN_SHARE: f64 = 0.4;
 /// It must explain so many times what no change explains; a small one, which explains a part of it, less.

@@ -17,8 +17,9 @@ use v2x_common::time::{Span, Timestamp};
 const AT_ONE_TIME: Span = Span::from_millis(60);
 /// Frames of an agent that wait for late ones of others.
 const N_RECENT: usize = 8;
-/// Pairs of frames of two agents that are kept, this far apart.
-const MAX_SNAPSHOTS: usize = 16;
+/// Pairs of frames of two agents that are kept, this far apart, until they hold so many detections.
+const MAX_SNAPSHOTS: usize = 48;
+const ENOUGH_SPOTS: usize = 400;
 const APART: Span = Span::from_millis(300);
 /// Detections of a frame that are kept.
 const MAX_SPOTS: usize = 32;
@@ -101,7 +102,8 @@ impl Snapshots {
 fn is_wanted(pairs: &BTreeMap<[AgentId; 2], Vec<Snapshot>>, pair: &[AgentId; 2], at: Timestamp) -> bool {
     if let Some(known) = pairs.get(pair) {
         let is_later = known.last().is_none_or(|[last, _]| (at - last.captured_at).abs() >= APART);
-        return known.len() < MAX_SNAPSHOTS && is_later;
+        let spots: usize = known.iter().map(|[first, _]| first.spots.len()).sum();
+        return known.len() < MAX_SNAPSHOTS && spots < ENOUGH_SPOTS && is_later;
     }
     let partners = |agent: &AgentId| pairs.keys().filter(|pair| pair.contains(agent)).count();
     pairs.len() < MAX_PAIRS && pair.iter().any(|agent| partners(agent) < MAX_PARTNERS)

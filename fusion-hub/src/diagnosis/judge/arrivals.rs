@@ -104,7 +104,7 @@ fn two_processes(one: &One<'_>) -> Option<Finding> {
     let duplicates = one.survey.refused.get("duplicate").map_or(0, |(count, _)| *count);
     let says = if is_often(arrivals.epoch_returns) {
         format!(
-            "frames of two starts of this agent come in turn ({} times): two processes use its name",
+            "frames of two starts of this agent come in turn ({} times): two processes use its name, and the second one is held off",
             arrivals.epoch_returns
         )
     } else if is_often(arrivals.place_returns()) {

@@ -8,6 +8,8 @@ use v2x_common::id::AgentId;
 
 /// The middle of an agent's objects is so far from those of all others, m.
 const FAR_AWAY_M: f64 = 20_000.0;
+/// Clocks that differ by less are worth a note, s: sensors that turn stamp what they see by as much.
+const GRAVE_S: f64 = 0.15;
 
 /// What is known of single agents.
 pub(super) struct Known {
@@ -127,6 +129,10 @@ impl Pair {
         if turn_rad != 0.0 {
             parts.push(format!("turned by {:+.1}° against", -turn_rad.to_degrees()));
         }
+        let severity = match parts.is_empty() && earlier_s.abs() < GRAVE_S {
+            true => Severity::Note,
+            false => Severity::Fault,
+        };
         if earlier_s != 0.0 {
             parts.push(format!("{:.0} ms of their motion away from", 1e3 * earlier_s.abs()));
         }
@@ -142,13 +148,7 @@ impl Pair {
         let change = "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is corrected by \
                       the hub";
         let agent = (!is_undecided).then_some(*agent);
-        Some(Finding {
-            code: Code::Offset,
-            severity: Severity::Fault,
-            agent,
-            says,
-            change: change.to_owned(),
-        })
+        Some(Finding { code: Code::Offset, severity, agent, says, change: change.to_owned() })
     }
 }
 

@@ -7,6 +7,8 @@ use super::one::{MIN_VALUES, One};
 /// Refusals of a reason that are told: so many, and such a share of the frames.
 const MIN_REFUSED: u64 = 3;
 const REFUSED_SHARE: f64 = 0.02;
+/// Refusals that are told as two processes of one name.
+const TOLD_ELSEWHERE: [&str; 2] = ["duplicate", "held_off"];
 /// Factors on stated standard deviations that are told.
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
@@ -30,7 +32,9 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     // What is refused before it is decoded is no observation.
     let frames = survey.arrivals.frames.max(refused);
     let is_told = |reason: &str, count: u64| {
-        count >= MIN_REFUSED && count as f64 >= REFUSED_SHARE * frames as f64 && reason != "duplicate"
+        count >= MIN_REFUSED
+            && count as f64 >= REFUSED_SHARE * frames as f64
+            && !TOLD_ELSEWHERE.contains(&reason)
     };
     let told = survey.refused.iter().filter(|(reason, (count, _))| is_told(reason, *count));
     told.map(|(reason, (count, last))| {

@@ -225,3 +225,25 @@ fn the_report_in_json_is_one_object_with_flat_figures() {
         assert!(json.pointer(pointer).is_some(), "{pointer} in {json:#}");
     }
 }
+
+#[test]
+fn two_sensors_whose_map_frames_are_shifted_are_named_with_the_shift() {
+    let folder = Folder::new("shifted");
+    let mut log = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st\n".to_owned();
+    for k in 0..60 {
+        let t = 0.1 * f64::from(k);
+        let error = 0.2 * f64::from(k % 5 - 2);
+        for (sensor, y) in [("a", 0.0), ("b", 1.6)] {
+            let (x, y) = (8.0 * t + error, y - 0.5 * error);
+            writeln!(
+                log,
+                "{0:.2},{t:.2},{sensor},car,{x:.3},{y:.3},1.8,4.5,0,0.2,0.2,0.1,0.1,0.05",
+                t + 0.03
+            )
+            .unwrap();
+        }
+    }
+    let report = run(&folder.args(&log, None)).unwrap();
+    let [one] = &report.warnings[..] else { panic!("{:?}", report.warnings) };
+    assert!(one.contains("objects of b lie") && one.contains("+1.6"), "{one}");
+}
