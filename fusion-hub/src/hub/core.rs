@@ -1,9 +1,9 @@
 //! The core of a hub: the engine behind the payloads of the network. It is pure, so that a journal of its calls can be computed
 //! again to the same bits.
 
+use super::limits::{MAX_BYTES, MAX_WAITING};
 use super::settings::{AgentSettings, HubSettings};
 use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
-use crate::hub::fair_queue::QueueLimits;
 use crate::values::{Saved, StateError};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
@@ -11,10 +11,8 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::journal::{Body, Call};
+use v2x_common::wire::json::PartialDetection;
 use v2x_common::wire::{self, WireError};
-
-/// Largest payload that is read: 4096 detections as verbose JSON.
-pub(super) const MAX_BYTES: usize = 4 << 20;
 
 /// What became of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +90,47 @@ impl Core {
         if unmapped_classes.total() > 0 {
             self.engine.note_unmapped_classes(agent, &unmapped_classes);
         }
-        match self.engine.handle_frame(&frame, received_at) {
+        self.fuse(&frame, received_at)
+    }
+
+    /// Takes in a frame whose detections are not completed yet, as one of JSON: by the agent's conventions, and with what is
+    /// assumed of it. `head` is the frame without detections.
+    pub fn handle_reports(
+        &mut self,
+        head: DetectionFrame,
+        reports: impl Iterator<Item = PartialDetection>,
+        received_at: Timestamp,
+    ) -> Handled {
+        let agent = head.id.agent;
+        match self.completed(head, reports) {
+            Ok(frame) => self.fuse(&frame, received_at),
+            Err(refusal) => {
+                self.engine.note_refusal(agent, refusal.clone());
+                Handled::Refused(refusal)
+            }
+        }
+    }
+
+    fn completed(
+        &self,
+        mut frame: DetectionFrame,
+        reports: impl Iterator<Item = PartialDetection>,
+    ) -> Result<DetectionFrame, Refusal> {
+        let agent = frame.id.agent;
+        if !self.settings.listens_to(&agent) {
+            return Err(Refusal::NotListenedTo);
+        }
+        let AgentSettings { report_defaults, conventions, .. } = self.settings.of_agent(&agent);
+        let conversion = conventions.conversion(frame.sensor_pose).map_err(WireError::from)?;
+        frame.detections.clear();
+        frame.detections.extend(reports.map(|report| report.completed(report_defaults, &conversion)));
+        frame.sensor_pose = conversion.sensor_pose();
+        frame.captured_at += conventions.time_offset;
+        Ok(frame)
+    }
+
+    fn fuse(&mut self, frame: &DetectionFrame, received_at: Timestamp) -> Handled {
+        match self.engine.handle_frame(frame, received_at) {
             Disposition::Accepted { out_of_sequence } => {
                 Handled::Accepted { frame: frame.id, out_of_sequence }
             }
@@ -125,9 +163,12 @@ impl Core {
     }
 
     /// Takes in the payload of a sensor description; of an agent that is not listened to nothing is taken.
-    pub fn handle_description(&mut self, agent: AgentId, body: &Body<'_>) {
+    ///
+    /// # Errors
+    /// Why it is refused; that is counted.
+    pub fn handle_description(&mut self, agent: AgentId, body: &Body<'_>) -> Result<(), Refusal> {
         if !self.settings.listens_to(&agent) {
-            return;
+            return Ok(());
         }
         let description = match *body {
             Body::TooLarge(bytes) => Err(too_large(bytes)),
@@ -135,19 +176,20 @@ impl Core {
             Body::Json(bytes) => wire::json::decode_sensor(bytes).map_err(Refusal::from),
         };
         match description {
-            // Decoded, and so valid: it is checked by the same rules.
-            Ok(description) => drop(self.engine.handle_description(agent, description)),
+            Ok(description) => {
+                self.engine.handle_description(agent, description).map_err(|error| WireError::from(error).into())
+            }
             Err(error) => {
                 tracing::debug!(%agent, %error, "sensor description refused");
-                self.engine.note_refused_description(agent, error);
+                self.engine.note_refused_description(agent, error.clone());
+                Err(error)
             }
         }
     }
 
     /// Counts frames that were dropped because their agent's queue was full.
     pub fn note_queue_full(&mut self, agent: AgentId, count: u64) {
-        let limit = QueueLimits::DEFAULT.frames_of_agent;
-        self.engine.note_refusals(agent, Refusal::QueueFull { limit }, count);
+        self.engine.note_refusals(agent, Refusal::QueueFull { limit: MAX_WAITING }, count);
     }
 
     /// The system's clock was set, and is now so far ahead of the hub's timeline.
@@ -178,7 +220,8 @@ impl Core {
                 None
             }
             Call::Description { agent, body } => {
-                self.handle_description(*agent, body);
+                // A refused one was counted, as it was then.
+                let _ = self.handle_description(*agent, body);
                 None
             }
             Call::QueueFull { agent, count } => {
