@@ -4,8 +4,10 @@
 mod output;
 mod study;
 
+use crate::data::dataset::Source;
+
 pub use crate::data::conditions::Conditions;
-pub use crate::data::dataset::{DatasetError, synthetic};
+pub use crate::data::dataset::DatasetError;
 pub use crate::data::noise::{NoisePair, Shape};
 pub use crate::data::observation::AgentReport;
 pub use crate::data::scene::{Keyframe, Scene, TrueBox};
@@ -18,12 +20,16 @@ pub use crate::score::keyframes::metrics::{Metrics, Value};
 pub use output::{MethodOutput, OutputBox, OutputError, Provenance};
 pub use study::{Score, Study};
 
-/// Scenes of `lab --dataset csv:FILE`.
+/// The scenes of `lab --dataset SOURCE`; `version` and `split` are those of nuScenes.
 ///
 /// # Errors
-/// Names the line and the column.
-pub fn scenes_of_csv(path: &std::path::Path) -> Result<Vec<Scene>, DatasetError> {
-    crate::data::dataset::csv_file::load(path)
+/// Names the file, the line and the column, or says which sources there are.
+pub fn scenes(source: &str, version: &str, split: &str) -> Result<Vec<Scene>, DatasetError> {
+    let source: Source = source.parse()?;
+    match split.parse() {
+        Ok(split) => source.load(version, &split),
+        Err(never) => match never {},
+    }
 }
 
 /// The scenes of `lab --quick`: at most twelve, spread over all.
