@@ -37,9 +37,14 @@ pub(crate) fn decode_sensor<'py>(py: Python<'py>, payload: &[u8]) -> PyResult<Bo
 
 /// A detection frame of JSON in the compact format; `agent` stands in where it names none.
 #[pyfunction]
-pub(crate) fn encode_detections<'py>(py: Python<'py>, json: &[u8], agent: &str) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_detections<'py>(
+    py: Python<'py>,
+    json: &[u8],
+    agent: &str,
+) -> PyResult<Bound<'py, PyBytes>> {
     let agent = AgentId::new(agent).map_err(value_error)?;
-    let decoded = wire::json::decode_detections(json, agent, &ReportDefaults::default()).map_err(value_error)?;
+    let decoded =
+        wire::json::decode_detections(json, agent, &ReportDefaults::default()).map_err(value_error)?;
     let mut bytes = Vec::new();
     wire::detections::encode(&decoded.frame, &mut bytes).map_err(value_error)?;
     Ok(PyBytes::new(py, &bytes))

@@ -40,10 +40,8 @@ fn constants(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CLASSES", Class::ALL.map(Class::name).to_vec())?;
     module.add("METHODS", PRESETS.iter().map(|preset| preset.key).collect::<Vec<_>>())?;
     module.add("TABLE_METHODS", Method::ALL.iter().map(|method| method.key()).collect::<Vec<_>>())?;
-    module.add("SCHEMAS", [
-        schemas::DETECTION_FRAME,
-        schemas::SENSOR_DESCRIPTION,
-        schemas::FUSED_FRAME,
-        schemas::DELTA_FRAME,
-    ])
+    module.add(
+        "SCHEMAS",
+        [schemas::DETECTION_FRAME, schemas::SENSOR_DESCRIPTION, schemas::FUSED_FRAME, schemas::DELTA_FRAME],
+    )
 }

@@ -28,6 +28,23 @@ const INDEX_BITS: u32 = 32;
 /// The heading byte that leaves open what is known: known where there is a heading.
 const BY_YAW: u8 = 0;
 
+/// A value that no record can have.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum RecordError {
+    /// A number out of its range.
+    #[error("{field} is {value}, expected {expected}")]
+    Number { field: &'static str, value: f64, expected: &'static str },
+    /// A code that stands for nothing.
+    #[error("{field} is {code}, expected {expected}")]
+    Code { field: &'static str, code: i64, expected: &'static str },
+}
+
+/// Classes by their codes.
+const CLASS_CODES: &str = const {
+    assert!(Class::ALL.len() == 24);
+    "0 to 23"
+};
+
 /// The records of an array of so many words each.
 fn records<const N: usize>(bytes: &[u8]) -> PyResult<&[[Word; N]]> {
     let (words, rest) = bytes.as_chunks::<8>();
@@ -51,9 +68,9 @@ pub(crate) fn integer(word: Word) -> i64 {
     i64::from_ne_bytes(word)
 }
 
-fn class(byte: u8) -> PyResult<Class> {
-    let class = Class::ALL.get(usize::from(byte)).copied();
-    class.ok_or_else(|| value_error(format_args!("class is {byte}, expected 0 to {}", Class::ALL.len() - 1)))
+fn class(byte: u8) -> Result<Class, RecordError> {
+    let unknown = RecordError::Code { field: "class", code: byte.into(), expected: CLASS_CODES };
+    Class::ALL.get(usize::from(byte)).copied().ok_or(unknown)
 }
 
 /// The box in words `x, y, yaw, w, d`.
@@ -70,22 +87,21 @@ pub(crate) fn detections(bytes: &[u8]) -> PyResult<Vec<PartialDetection>> {
     records::<DETECTION>(bytes)?.iter().enumerate().map(partial).collect()
 }
 
-fn detection(record: &[Word; DETECTION]) -> Result<PartialDetection, String> {
-    let [[code, heading, ..], x, y, yaw, w, d, score, sx, sy, rho, sw, sd, syaw, velocity @ .., track] = record;
+fn detection(record: &[Word; DETECTION]) -> Result<PartialDetection, RecordError> {
+    let [[code, heading, ..], x, y, yaw, w, d, score, sx, sy, rho, sw, sd, syaw, velocity @ .., track] =
+        record;
+    let wrong = |field, code, expected| RecordError::Code { field, code, expected };
     let heading = match heading.checked_sub(1).map(|kind| HeadingKind::from_byte(kind.into())) {
         None => None,
         Some(Some(kind)) => Some(kind),
-        Some(None) => return Err(format!("heading is {heading}, expected 0 (by yaw), 1, 2 or 3")),
-    };
-    let Some(class) = Class::ALL.get(usize::from(*code)).copied() else {
-        return Err(format!("class is {code}, expected 0 to {}", Class::ALL.len() - 1));
+        Some(None) => return Err(wrong("heading", i64::from(*heading), "0 (by yaw), 1, 2 or 3")),
     };
     let source_track = match integer(*track) {
         -1 => None,
-        number => Some(u64::try_from(number).map_err(|_| format!("source_track is {number}, expected -1 or more"))?),
+        code => Some(u64::try_from(code).map_err(|_| wrong("source_track", code, "-1 or more"))?),
     };
     Ok(PartialDetection {
-        class,
+        class: class(*code)?,
         x: float(*x),
         y: float(*y),
         w: given(*w),
@@ -107,14 +123,15 @@ fn detection(record: &[Word; DETECTION]) -> Result<PartialDetection, String> {
 }
 
 /// The measured velocity; its standard deviations are required.
-fn velocity_of(words: &[Word; 5]) -> Result<Option<Velocity>, String> {
+fn velocity_of(words: &[Word; 5]) -> Result<Option<Velocity>, RecordError> {
     let [x, y, sigma_x, sigma_y, rho] = words.map(float);
     if x.is_nan() && y.is_nan() {
         return Ok(None);
     }
     for (field, value) in [("vx", x), ("vy", y), ("sigma_vx", sigma_x), ("sigma_vy", sigma_y)] {
         if value.is_nan() {
-            return Err(format!("{field} is nan: a velocity needs vx, vy, sigma_vx and sigma_vy"));
+            let expected = "a number: a velocity needs vx, vy, sigma_vx and sigma_vy";
+            return Err(RecordError::Number { field, value, expected });
         }
     }
     let rho = if rho.is_nan() { 0.0 } else { rho };
@@ -208,25 +225,26 @@ impl Records {
 /// Boxes of `v2x.lab.BOX`.
 pub(crate) fn boxes(bytes: &[u8]) -> PyResult<Vec<OutputBox>> {
     let output = |(index, record): (usize, &[Word; BOX])| {
-        output_box(record).map_err(|error| value_error(format_args!("box {index}: {}", error)))
+        output_box(record).map_err(|error| value_error(format_args!("box {index}: {error}")))
     };
     records::<BOX>(bytes)?.iter().enumerate().map(output).collect()
 }
 
-fn output_box(record: &[Word; BOX]) -> PyResult<OutputBox> {
+fn output_box(record: &[Word; BOX]) -> Result<OutputBox, RecordError> {
     let [[code, ..], x, y, yaw, w, d, existence, sx, sy, rho, sw, sd, syaw, first, second] = record;
     let bev = bev(&[*x, *y, *yaw, *w, *d]);
-    let sizes = [("w", bev.w), ("d", bev.d)];
-    let places = [("x", bev.x), ("y", bev.y), ("yaw", bev.yaw)];
-    if let Some((field, value)) = places.into_iter().chain(sizes).find(|(_, value)| !value.is_finite()) {
-        return Err(value_error(format_args!("{field} is {value}, expected a number")));
-    }
-    if let Some((field, value)) = sizes.into_iter().find(|(_, value)| *value <= 0.0) {
-        return Err(value_error(format_args!("{field} is {value}, expected more than 0 m")));
-    }
     let existence = given(*existence).unwrap_or(1.0);
-    if !(0.0..=1.0).contains(&existence) {
-        return Err(value_error(format_args!("existence is {existence}, expected 0 to 1")));
+    let is_size = |size: f64| size > 0.0 && size.is_finite();
+    let checks = [
+        ("x", bev.x, bev.x.is_finite(), "a number"),
+        ("y", bev.y, bev.y.is_finite(), "a number"),
+        ("yaw", bev.yaw, bev.yaw.is_finite(), "a number"),
+        ("w", bev.w, is_size(bev.w), "more than 0 m"),
+        ("d", bev.d, is_size(bev.d), "more than 0 m"),
+        ("existence", existence, (0.0..=1.0).contains(&existence), "0 to 1"),
+    ];
+    if let Some((field, value, _, expected)) = checks.into_iter().find(|(_, _, is_valid, _)| !is_valid) {
+        return Err(RecordError::Number { field, value, expected });
     }
     Ok(OutputBox {
         bev: BevBox { yaw: wrap_angle(bev.yaw), ..bev },
@@ -246,15 +264,19 @@ fn claimed(words: [Word; 6]) -> Option<BoxCovariance> {
 }
 
 /// Keyframe and place in the report; -1 names none.
-fn detection_id(word: Word) -> PyResult<Option<(usize, usize)>> {
-    let id = integer(word);
-    if id == -1 {
+fn detection_id(word: Word) -> Result<Option<(usize, usize)>, RecordError> {
+    let code = integer(word);
+    if code == -1 {
         return Ok(None);
     }
-    let parts = u64::try_from(id).ok().and_then(|id| {
+    let parts = u64::try_from(code).ok().and_then(|id| {
         Some((usize::try_from(id >> INDEX_BITS).ok()?, usize::try_from(id & u64::from(u32::MAX)).ok()?))
     });
-    parts.map(Some).ok_or_else(|| value_error(format_args!("det_ids holds {id}, expected a det_id, or -1")))
+    parts.map(Some).ok_or(RecordError::Code {
+        field: "det_ids",
+        code,
+        expected: "the det_id of a detection, or -1",
+    })
 }
 
 /// The `det_id` of a detection.
@@ -274,7 +296,7 @@ pub(crate) fn keyframes(bytes: &[u8]) -> PyResult<Vec<(Span, Pose)>> {
 /// True boxes of a scene, each with its keyframe.
 pub(crate) fn truth(bytes: &[u8]) -> PyResult<Vec<(i64, i64, Class, BevBox)>> {
     let one = |[frame, id, [code, ..], x, y, yaw, w, d]: &[Word; TRUTH]| {
-        Ok((integer(*frame), integer(*id), class(*code)?, bev(&[*x, *y, *yaw, *w, *d])))
+        Ok((integer(*frame), integer(*id), class(*code).map_err(value_error)?, bev(&[*x, *y, *yaw, *w, *d])))
     };
     records::<TRUTH>(bytes)?.iter().map(one).collect()
 }

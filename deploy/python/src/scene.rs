@@ -1,15 +1,19 @@
 //! Scenes with ground truth.
 
-use crate::records::{self, Records};
+use crate::records::{self, RecordError, Records};
 use crate::values::value_error;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::sync::Arc;
 use v2x_agent::ObjectId;
+use v2x_common::class::Class;
 use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, wrap_angle};
 use v2x_common::time::Span;
 use v2x_lab::protocol::{self, Keyframe, TrueBox};
+
+/// Numbers of objects are below this: memory goes by the largest.
+const MAX_OBJECTS: u32 = 1 << 24;
 
 /// A scene: keyframes with true boxes.
 #[pyclass(frozen, module = "v2x._v2x")]
@@ -23,7 +27,8 @@ pub(crate) fn scenes(
     of_nuscenes: (String, String),
     quick: bool,
 ) -> PyResult<Vec<Scene>> {
-    let scenes = py.detach(|| protocol::scenes(source, &of_nuscenes.0, &of_nuscenes.1)).map_err(value_error)?;
+    let scenes =
+        py.detach(|| protocol::scenes(source, &of_nuscenes.0, &of_nuscenes.1)).map_err(value_error)?;
     let scenes = if quick { protocol::quick(scenes) } else { scenes };
     Ok(scenes.into_iter().map(|scene| Scene(Arc::new(scene))).collect())
 }
@@ -37,7 +42,10 @@ impl Scene {
         for (frame, (at, ego)) in records::keyframes(keyframes)?.into_iter().enumerate() {
             let is_later = scene.last().is_none_or(|last| at > last.at);
             if !(is_later && at >= Span::ZERO) {
-                let words = format_args!("keyframe {frame} is at {} ns: times begin at 0 and increase", at.as_nanos());
+                let words = format_args!(
+                    "keyframe {frame} is at {} ns: times begin at 0 and increase",
+                    at.as_nanos()
+                );
                 return Err(value_error(words));
             }
             if ![ego.x, ego.y, ego.yaw].iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
@@ -45,18 +53,8 @@ impl Scene {
             }
             scene.push(Keyframe { at, ego, objects: Vec::new() });
         }
-        for (index, (frame, id, class, bev)) in records::truth(truth)?.into_iter().enumerate() {
-            let wrong = |words: String| value_error(format_args!("true box {index}: {words}"));
-            let keyframe = usize::try_from(frame).ok().and_then(|frame| scene.get_mut(frame));
-            let keyframe = keyframe.ok_or_else(|| wrong(format!("frame is {frame}, which there is not")))?;
-            let id = u32::try_from(id).ok().filter(|id| *id < 1 << 24);
-            let id = id.ok_or_else(|| wrong("id is no number from 0 to 2^24".to_owned()))?;
-            if keyframe.objects.iter().any(|other| other.id.0 == id) {
-                return Err(wrong(format!("id {id} is twice in keyframe {frame}")));
-            }
-            check(&bev).map_err(wrong)?;
-            let bev = BevBox { yaw: wrap_angle(bev.yaw), ..bev };
-            keyframe.objects.push(TrueBox { id: ObjectId(id), class, bev });
+        for (index, one) in records::truth(truth)?.into_iter().enumerate() {
+            add(&mut scene, one).map_err(|error| value_error(format_args!("true box {index}: {error}")))?;
         }
         Ok(Self(Arc::new(protocol::Scene::new(name, scene))))
     }
@@ -97,13 +95,39 @@ impl Scene {
     }
 }
 
-fn check(bev: &BevBox) -> Result<(), String> {
-    let fields = [("x", bev.x, MAX_COORDINATE_M), ("y", bev.y, MAX_COORDINATE_M), ("yaw", bev.yaw, 1e3)];
-    if let Some((field, value, limit)) = fields.into_iter().find(|(_, value, limit)| !(value.abs() <= *limit)) {
-        return Err(format!("{field} is {value}, expected at most {limit}"));
+/// Adds a true box to its keyframe.
+fn add(
+    scene: &mut [Keyframe],
+    (frame, id, class, bev): (i64, i64, Class, BevBox),
+) -> Result<(), RecordError> {
+    let wrong = |field, code, expected| RecordError::Code { field, code, expected };
+    let keyframe = usize::try_from(frame).ok().and_then(|place| scene.get_mut(place));
+    let keyframe = keyframe.ok_or(wrong("frame", frame, "the place of a keyframe"))?;
+    let number = u32::try_from(id).ok().filter(|id| *id < MAX_OBJECTS);
+    let number = number.ok_or(wrong("id", id, "0 to 16777215"))?;
+    if keyframe.objects.iter().any(|other| other.id.0 == number) {
+        return Err(wrong("id", id, "an object that this keyframe does not have yet"));
     }
-    match [("w", bev.w), ("d", bev.d)].into_iter().find(|(_, size)| !(MIN_SIZE_M..=MAX_SIZE_M).contains(size)) {
-        Some((field, value)) => Err(format!("{field} is {value}, expected {MIN_SIZE_M} to {MAX_SIZE_M} m")),
+    check(&bev)?;
+    keyframe.objects.push(TrueBox {
+        id: ObjectId(number),
+        class,
+        bev: BevBox { yaw: wrap_angle(bev.yaw), ..bev },
+    });
+    Ok(())
+}
+
+fn check(bev: &BevBox) -> Result<(), RecordError> {
+    let sizes = MIN_SIZE_M..=MAX_SIZE_M;
+    let checks = [
+        ("x", bev.x, bev.x.abs() <= MAX_COORDINATE_M, "at most 1e8 m"),
+        ("y", bev.y, bev.y.abs() <= MAX_COORDINATE_M, "at most 1e8 m"),
+        ("yaw", bev.yaw, bev.yaw.is_finite(), "a number"),
+        ("w", bev.w, sizes.contains(&bev.w), "0.001 to 65 m"),
+        ("d", bev.d, sizes.contains(&bev.d), "0.001 to 65 m"),
+    ];
+    match checks.into_iter().find(|(_, _, is_valid, _)| !is_valid) {
+        Some((field, value, _, expected)) => Err(RecordError::Number { field, value, expected }),
         None => Ok(()),
     }
 }

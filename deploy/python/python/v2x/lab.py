@@ -246,7 +246,8 @@ class Study:
             fuse = make() if make is not None else method
             assert fuse is not None
             made[trial].append([fuse(keyframe) for keyframe in keyframes])
-        return self.score_boxes(made, name=name or getattr(method or make, "__name__", "mine"), threads=threads)
+        called = name or str(getattr(method or make, "__name__", "mine"))
+        return self.score_boxes(made, name=called, threads=threads)
 
     def score_boxes(
         self,
