@@ -214,6 +214,14 @@ class Stream(Generic[T]):
         if not was_closed and self._subscriber is not None:
             self._subscriber.undeclare()
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
     def __iter__(self) -> Iterator[T]:
         while True:
             try:
