@@ -132,7 +132,8 @@ class Agent(_Client):
         heard = threading.Event()
         listener = self._frames.declare_matching_listener(lambda status: heard.set() if status.matching else None)
         try:
-            return self._frames.matching_status.matching or heard.wait(timeout_s)
+            status = self._frames.matching_status
+            return bool(getattr(status, "matching", status)) or heard.wait(timeout_s)
         finally:
             listener.undeclare()  # type: ignore[no-untyped-call]
 
