@@ -74,7 +74,11 @@ impl Engine {
 
     /// Takes in the records of `v2x.DETECTION`.
     fn handle_records(&self, py: Python<'_>, records: &[u8], now: Nanos, head: Head) -> PyResult<Outcome> {
-        let reports = records::detections(records)?;
+        let reports = match records::detections(records) {
+            Ok(reports) => reports,
+            // As a value of JSON that cannot be.
+            Err(error) => return Ok((false, false, Some("absurd_value"), Some(error.to_string()), true)),
+        };
         let head = frame_of(&head)?;
         Ok(outcome(self.with(py, |core| core.handle_reports(head, reports.into_iter(), now.0))))
     }

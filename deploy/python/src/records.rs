@@ -1,8 +1,6 @@
 //! Records of NumPy structured arrays as bytes: words of eight bytes in the machine's order, as `np.dtype(…, align=True)` lays
 //! them out. `python/v2x/arrays.py` declares the same fields.
 
-use crate::values::value_error;
-use pyo3::prelude::*;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
 use v2x_common::detection::{Detection, HeadingKind};
@@ -39,6 +37,17 @@ pub(crate) enum RecordError {
     Code { field: &'static str, code: i64, expected: &'static str },
 }
 
+/// Bytes that are no such array.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum ArrayError {
+    /// A part of a record is missing.
+    #[error("{bytes} bytes are no whole records of {record} bytes")]
+    Length { bytes: usize, record: usize },
+    /// One record has a wrong value.
+    #[error("{what} {index}: {error}")]
+    Record { what: &'static str, index: usize, error: RecordError },
+}
+
 /// Classes by their codes.
 const CLASS_CODES: &str = const {
     assert!(Class::ALL.len() == 24);
@@ -46,13 +55,23 @@ const CLASS_CODES: &str = const {
 };
 
 /// The records of an array of so many words each.
-fn records<const N: usize>(bytes: &[u8]) -> PyResult<&[[Word; N]]> {
+fn words<const N: usize>(bytes: &[u8]) -> Result<&[[Word; N]], ArrayError> {
     let (words, rest) = bytes.as_chunks::<8>();
     let (records, more) = words.as_chunks::<N>();
     if rest.is_empty() && more.is_empty() {
         return Ok(records);
     }
-    Err(value_error(format_args!("{} bytes are no whole records of {} bytes", bytes.len(), 8 * N)))
+    Err(ArrayError::Length { bytes: bytes.len(), record: 8 * N })
+}
+
+/// What the records of an array are, which are called `what` in errors.
+fn read<const N: usize, T>(
+    bytes: &[u8],
+    what: &'static str,
+    read: impl Fn(&[Word; N]) -> Result<T, RecordError>,
+) -> Result<Vec<T>, ArrayError> {
+    let one = |(index, record)| read(record).map_err(|error| ArrayError::Record { what, index, error });
+    words::<N>(bytes)?.iter().enumerate().map(one).collect()
 }
 
 fn float(word: Word) -> f64 {
@@ -79,12 +98,9 @@ fn bev(words: &[Word; 5]) -> BevBox {
     BevBox { x, y, w, d, yaw }
 }
 
-/// Detections of `v2x.DETECTION`; the error names the field and the detection.
-pub(crate) fn detections(bytes: &[u8]) -> PyResult<Vec<PartialDetection>> {
-    let partial = |(index, record): (usize, &[Word; DETECTION])| {
-        detection(record).map_err(|error| value_error(format_args!("detection {index}: {error}")))
-    };
-    records::<DETECTION>(bytes)?.iter().enumerate().map(partial).collect()
+/// Detections of `v2x.DETECTION`.
+pub(crate) fn detections(bytes: &[u8]) -> Result<Vec<PartialDetection>, ArrayError> {
+    read(bytes, "detection", detection)
 }
 
 fn detection(record: &[Word; DETECTION]) -> Result<PartialDetection, RecordError> {
@@ -223,11 +239,8 @@ impl Records {
 }
 
 /// Boxes of `v2x.lab.BOX`.
-pub(crate) fn boxes(bytes: &[u8]) -> PyResult<Vec<OutputBox>> {
-    let output = |(index, record): (usize, &[Word; BOX])| {
-        output_box(record).map_err(|error| value_error(format_args!("box {index}: {error}")))
-    };
-    records::<BOX>(bytes)?.iter().enumerate().map(output).collect()
+pub(crate) fn boxes(bytes: &[u8]) -> Result<Vec<OutputBox>, ArrayError> {
+    read(bytes, "box", output_box)
 }
 
 fn output_box(record: &[Word; BOX]) -> Result<OutputBox, RecordError> {
@@ -285,18 +298,16 @@ pub(crate) fn det_id(frame: usize, index: usize) -> i64 {
     i64::try_from(id).unwrap_or(-1)
 }
 
-/// A keyframe of a scene: when it is, and where agent 1 is.
-pub(crate) fn keyframes(bytes: &[u8]) -> PyResult<Vec<(Span, Pose)>> {
-    let keyframe = |[at, x, y, yaw]: &[Word; KEYFRAME]| {
-        (Span::from_nanos(integer(*at)), Pose { x: float(*x), y: float(*y), yaw: float(*yaw) })
-    };
-    Ok(records::<KEYFRAME>(bytes)?.iter().map(keyframe).collect())
+/// Keyframes of `v2x.lab.KEYFRAME`: when each is since the scene's start, and where agent 1 is.
+pub(crate) fn keyframes(bytes: &[u8]) -> Result<Vec<(Span, Pose)>, ArrayError> {
+    read(bytes, "keyframe", |[at, x, y, yaw]: &[Word; KEYFRAME]| {
+        Ok((Span::from_nanos(integer(*at)), Pose { x: float(*x), y: float(*y), yaw: float(*yaw) }))
+    })
 }
 
-/// True boxes of a scene, each with its keyframe.
-pub(crate) fn truth(bytes: &[u8]) -> PyResult<Vec<(i64, i64, Class, BevBox)>> {
-    let one = |[frame, id, [code, ..], x, y, yaw, w, d]: &[Word; TRUTH]| {
-        Ok((integer(*frame), integer(*id), class(*code).map_err(value_error)?, bev(&[*x, *y, *yaw, *w, *d])))
-    };
-    records::<TRUTH>(bytes)?.iter().map(one).collect()
+/// True boxes of `v2x.lab.TRUTH`: keyframe, object, class, box.
+pub(crate) fn truth(bytes: &[u8]) -> Result<Vec<(i64, i64, Class, BevBox)>, ArrayError> {
+    read(bytes, "true box", |[frame, id, [code, ..], x, y, yaw, w, d]: &[Word; TRUTH]| {
+        Ok((integer(*frame), integer(*id), class(*code)?, bev(&[*x, *y, *yaw, *w, *d])))
+    })
 }

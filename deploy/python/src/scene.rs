@@ -1,6 +1,6 @@
 //! Scenes with ground truth.
 
-use crate::records::{self, RecordError, Records};
+use crate::records::{self, ArrayError, RecordError, Records};
 use crate::values::value_error;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -39,7 +39,8 @@ impl Scene {
     #[new]
     fn new(name: String, keyframes: &[u8], truth: &[u8]) -> PyResult<Self> {
         let mut scene: Vec<Keyframe> = Vec::new();
-        for (frame, (at, ego)) in records::keyframes(keyframes)?.into_iter().enumerate() {
+        for (frame, (at, ego)) in records::keyframes(keyframes).map_err(value_error)?.into_iter().enumerate()
+        {
             let is_later = scene.last().is_none_or(|last| at > last.at);
             if !(is_later && at >= Span::ZERO) {
                 let words = format_args!(
@@ -53,8 +54,9 @@ impl Scene {
             }
             scene.push(Keyframe { at, ego, objects: Vec::new() });
         }
-        for (index, one) in records::truth(truth)?.into_iter().enumerate() {
-            add(&mut scene, one).map_err(|error| value_error(format_args!("true box {index}: {error}")))?;
+        for (index, one) in records::truth(truth).map_err(value_error)?.into_iter().enumerate() {
+            let wrong = |error| value_error(ArrayError::Record { what: "true box", index, error });
+            add(&mut scene, one).map_err(wrong)?;
         }
         Ok(Self(Arc::new(protocol::Scene::new(name, scene))))
     }

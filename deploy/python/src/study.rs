@@ -114,7 +114,7 @@ fn records_of(detections: &[Detection]) -> Records {
 }
 
 fn method_output((names_detections, counts, bytes): &Output) -> PyResult<MethodOutput> {
-    let boxes = records::boxes(bytes)?;
+    let boxes = records::boxes(bytes).map_err(value_error)?;
     if counts.iter().sum::<usize>() != boxes.len() {
         return Err(value_error("the keyframes have another number of boxes than there are"));
     }

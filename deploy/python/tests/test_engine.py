@@ -167,7 +167,7 @@ def test_a_wrong_value_of_an_array_is_an_error_that_names_the_detection(change, 
     cars = v2x.detections(2, class_="car", x=1.0, y=2.0)
     for name, value in change.items():
         cars[name][1] = value
-    with pytest.raises(ValueError, match=named):
+    with pytest.raises(MalformedFrame, match=named):
         Engine().handle(cars, START, agent="a", captured_at=START)
 
 

@@ -176,9 +176,10 @@ impl Core {
             Body::Json(bytes) => wire::json::decode_sensor(bytes).map_err(Refusal::from),
         };
         match description {
-            Ok(description) => {
-                self.engine.handle_description(agent, description).map_err(|error| WireError::from(error).into())
-            }
+            Ok(description) => self
+                .engine
+                .handle_description(agent, description)
+                .map_err(|error| WireError::from(error).into()),
             Err(error) => {
                 tracing::debug!(%agent, %error, "sensor description refused");
                 self.engine.note_refused_description(agent, error.clone());
@@ -249,8 +250,10 @@ fn too_large(bytes: u64) -> Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use v2x_common::class::Class;
     use v2x_common::fused::FusedObject;
     use v2x_common::geometry::BevBox;
+    use v2x_common::wire::json::PartialSigma;
 
     /// What a hub with these settings publishes after frames that `json` writes for each of ten times, ms.
     fn published(settings: &str, json: impl Fn(i64) -> String) -> Vec<FusedObject> {
@@ -299,6 +302,43 @@ mod tests {
         for (ours, theirs) in values(ours).into_iter().zip(values(theirs)) {
             assert!((ours - theirs).abs() < 1e-6, "{ours} {theirs}");
         }
+    }
+
+    #[test]
+    fn reports_that_are_not_completed_yet_give_the_list_of_the_same_json() {
+        let table = "[agents.cam]\nsigma_position_m = 0.2\nyaw = { unit = \"deg\" }\ntime_offset_ms = 5";
+        let x = |ms: i64| 7.0 * ms as f64 * 1e-3;
+        let stamp = |ms: i64| 1_790_000_000_000_000 + 1000 * ms;
+        let json = published(table, |ms| {
+            format!(
+                r#"{{"captured_at":{},"detections":[{{"class":"van","x":{},"y":3,"yaw":45}}]}}"#,
+                stamp(ms),
+                x(ms)
+            )
+        });
+        let mut core = Core::new(HubSettings::from_table(table.parse().unwrap()).unwrap(), Engine::new);
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_790_000_000_000 + ms);
+        for ms in (0..1000).step_by(100) {
+            let sequence = u64::try_from(stamp(ms)).unwrap();
+            let id = FrameId { agent: AgentId::new("cam").unwrap(), epoch: 0, sequence };
+            let van = PartialDetection {
+                class: Class::from_name("van").unwrap(),
+                x: x(ms),
+                y: 3.0,
+                w: None,
+                d: None,
+                yaw: Some(45.0),
+                score: None,
+                heading: None,
+                sigma: PartialSigma::default(),
+                velocity: None,
+                source_track: None,
+            };
+            let head = DetectionFrame::empty(id, at(ms));
+            let handled = core.handle_reports(head, std::iter::once(van), at(ms + 20));
+            assert!(matches!(handled, Handled::Accepted { .. }), "{handled:?}");
+        }
+        assert_eq!(core.fused(at(920)).objects, json);
     }
 
     #[test]

@@ -44,7 +44,12 @@
 
 #![cfg_attr(
     all(feature = "protocol", not(feature = "lab")),
-    expect(dead_code, unreachable_pub, unused_imports, reason = "what only the commands of the laboratory call")
+    expect(
+        dead_code,
+        unreachable_pub,
+        unused_imports,
+        reason = "what only the commands of the laboratory call"
+    )
 )]
 
 #[cfg(feature = "lab")]

@@ -72,7 +72,9 @@ pub enum OutputError {
         detection: usize,
     },
     /// Boxes cannot be matched by position under these conditions.
-    #[error("with missed detections and clutter, boxes are matched by the detections that they name (det_ids) only")]
+    #[error(
+        "with missed detections and clutter, boxes are matched by the detections that they name (det_ids) only"
+    )]
     ByPosition,
 }
 
