@@ -19,7 +19,7 @@ scores are those of `lab export` and `lab tables`, to the last bit; no files are
 import v2x
 from v2x import lab
 
-scenes = lab.scenes(quick=True)[::3]       # 4 of the 150 synthetic ones; "csv:FILE" and "nuscenes:FOLDER" are there, too
+scenes = lab.scenes(quick=True)[::6]       # 2 of the 150 synthetic ones; "csv:FILE" and "nuscenes:FOLDER" are there, too
 study = lab.Study(scenes, noise="N1-N3", trials=2, seed=1)
 keyframe = study.observe(scene=0, trial=0)[0]
 for report in keyframe.reports:

@@ -14,7 +14,8 @@ sensor = SensorDescription(FieldOfView(range_max_m=80.0), rate_hz=10.0, detectio
 
 with Consumer(connect=endpoint) as consumer, Agent("camera", connect=endpoint, description=sensor) as camera:
     frames = consumer.frames()
-    camera.wait_until_heard()
+    camera.wait_until_heard()  # what is published before that, nobody gets
+    frames.wait_until_fed()
     for tenth in range(20):
         car = Detection("car", x=10 + tenth / 10, y=5.0, yaw=0.0, sigma=Sigma(x=0.3, y=0.3))  # driving east at 1 m/s
         sent = camera.publish([car], sensor_pose=Pose(0.0, 0.0))

@@ -252,19 +252,11 @@ def test_a_description_is_taken_or_refused_by_name():
 
 
 def test_the_second_list_is_a_lag_behind():
-    engine = Engine({"lagged": {"lag_ms": 300}}) if _has_lagged_table() else Engine({"lagged": 300})
+    engine = Engine({"lagged": {"lag_ms": 300}})
     drive(engine, as_array)
     (now,), (then,) = engine.objects(START + 900_000_000), engine.lagged(START + 900_000_000)
     assert now["id"] == then["id"] and 2.0 < now["x"] - then["x"] < 4.0
     assert Engine().lagged(START) is None
-
-
-def _has_lagged_table():
-    try:
-        Engine({"lagged": {"lag_ms": 300}})
-    except ValueError:
-        return False
-    return True
 
 
 def test_a_track_keeps_its_id_and_another_lineage_has_others():

@@ -5,7 +5,7 @@ from typing import final
 CLASSES: list[str]
 METHODS: list[str]
 TABLE_METHODS: list[str]
-SCHEMAS: tuple[str, str, str, str] | list[str]
+SCHEMAS: list[str]
 
 Outcome = tuple[bool, bool, str | None, str | None, bool]
 Head = tuple[

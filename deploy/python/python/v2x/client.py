@@ -189,7 +189,16 @@ class Stream(Generic[T]):
                 self._waiting.popleft()
                 self.dropped += 1
             self._waiting.append((key, payload))
-            self._arrived.notify()
+            self._arrived.notify_all()
+
+    def wait_until_fed(self, timeout_s: float = 10.0) -> bool:
+        """Waits for the first message, without taking it. False after `timeout_s`.
+
+        A hub publishes JSON only while it knows of a subscriber; what it published before that is not repeated. A list comes
+        ten times a second by default, with or without objects.
+        """
+        with self._arrived:
+            return self._arrived.wait_for(lambda: self._waiting or self._closed, timeout_s) and not self._closed
 
     def next(self, timeout: float | None = None) -> T:
         """The next message. A `TimeoutError` after `timeout` seconds without one; `None`: however long it takes."""

@@ -13,13 +13,16 @@ from . import _v2x
 from .messages import DeltaFrame, DetectionFrame, FusedFrame, SensorDescription, list_message
 
 try:
-    from mcap.reader import make_reader
+    from mcap.exceptions import EndOfFile
+    from mcap.records import Channel, DataEnd, McapRecord, Metadata
+    from mcap.records import Message as Stored
+    from mcap.stream_reader import StreamReader
 except ImportError as error:
     raise ImportError("v2x.recording needs mcap: pip install 'v2x[recording]', or pip install mcap") from error
 
 _POSTCARD = "x-v2x-postcard"
 
-#: What an entry holds: a typed message, JSON of other keys (truth, status, scenes), or the bytes of a hub's journal.
+#: What an entry holds: a typed message, JSON of other keys (truth, scenes), or bytes of what has no JSON here (journal, deltas).
 Message: TypeAlias = "DetectionFrame | SensorDescription | FusedFrame | DeltaFrame | dict[str, Any] | bytes"
 
 
@@ -47,18 +50,34 @@ class Recording:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._file = open(path, "rb")
-        self._reader = make_reader(self._file)
+
+    def _records(self) -> Iterator[McapRecord]:
+        """Its records in order, as far as they are whole."""
+        self._file.seek(0)
+        try:
+            for record in StreamReader(self._file).records:
+                if isinstance(record, DataEnd):
+                    return
+                yield record
+        except EndOfFile:
+            return
 
     def facts(self) -> dict[str, str]:
         """What the recorder wrote of itself: version, commit, network."""
-        return next((dict(one.metadata) for one in self._reader.iter_metadata() if one.name == "v2x"), {})
+        described = (one for one in self._records() if isinstance(one, Metadata) and one.name == "v2x")
+        return next((dict(one.metadata) for one in described), {})
 
     def entries(self, suffix: str | None = None) -> Iterator[Entry]:
         """All entries as they arrived; with a suffix only of keys that end so, such as `/detections` or `/fused`."""
-        for _, channel, message in self._reader.iter_messages(log_time_order=False):
-            if suffix is None or channel.topic.endswith(suffix):
-                read = _message(channel.topic, channel.message_encoding, message.data)
-                yield Entry(channel.topic, message.log_time, read)
+        channels: dict[int, Channel] = {}
+        for record in self._records():
+            if isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Stored):
+                channel = channels[record.channel_id]
+                if suffix is None or channel.topic.endswith(suffix):
+                    read = _message(channel.topic, channel.message_encoding, record.data)
+                    yield Entry(channel.topic, record.log_time, read)
 
     def detection_frames(self) -> Iterator[tuple[int, DetectionFrame]]:
         """Every detection frame with the time of its arrival."""

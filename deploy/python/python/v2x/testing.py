@@ -57,10 +57,11 @@ class Hub:
         network: str = "demo",
         record: str | os.PathLike[str] | None = None,
     ) -> None:
+        program = binary()
         self.network = network
         self._folder = tempfile.TemporaryDirectory(prefix="v2x-hub-")
         self._log = Path(self._folder.name) / "log"
-        command = [binary(), "hub", "--network", network, "--listen", "tcp/127.0.0.1:0", "--events", "--exit-with-stdin"]
+        command = [program, "hub", "--network", network, "--listen", "tcp/127.0.0.1:0", "--events", "--exit-with-stdin"]
         if config is not None:
             settings = Path(self._folder.name) / "hub.toml"
             settings.write_text(config if isinstance(config, str) else _toml({"hub": config}), encoding="utf-8")
@@ -69,25 +70,35 @@ class Hub:
             command += ["--record", os.fspath(record)]
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log)
-        #: Where agents and consumers connect to it.
-        self.locator = self._ready()
-
-    def _ready(self) -> str:
-        """The endpoint, from the first event."""
-        lines: list[bytes] = []
-        assert self._process.stdout is not None
-        reader = threading.Thread(target=lambda: lines.append(self._process.stdout.readline()), daemon=True)  # type: ignore[union-attr]
-        reader.start()
-        reader.join(PATIENCE_S)
-        if not lines or not lines[0]:
+        first: list[bytes] = []
+        self._reader = threading.Thread(target=self._read, args=(first, started := threading.Event()), daemon=True)
+        self._reader.start()
+        started.wait(PATIENCE_S)
+        if not first or not first[0]:
             self._process.kill()
-            self._process.wait()
-            raise HubError(f"the hub did not start:\n{self.log()}")
-        locator: str = json.loads(lines[0])["locators"][0]
-        # What it reports later is not read: the pipe must not fill up.
-        self._drain = threading.Thread(target=self._process.stdout.read, daemon=True)
-        self._drain.start()
-        return locator
+            said = self._end()
+            raise HubError(f"the hub did not start:\n{said}")
+        #: Where agents and consumers connect to it.
+        self.locator: str = json.loads(first[0])["locators"][0]
+
+    def _read(self, first: list[bytes], started: threading.Event) -> None:
+        """Reads the hub's events, so that it never waits for a reader; the first one says where it listens."""
+        assert self._process.stdout is not None
+        first.append(self._process.stdout.readline())
+        started.set()
+        while self._process.stdout.read(1 << 16):
+            pass
+
+    def _end(self) -> str:
+        """What it has logged, once it has ended; nothing of it is left then."""
+        self._process.wait()
+        self._reader.join(PATIENCE_S)
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe is not None
+            pipe.close()
+        log = self.log()
+        self._folder.cleanup()
+        return log
 
     def log(self) -> str:
         """What it has logged."""
@@ -97,19 +108,14 @@ class Hub:
         """Ends it, and waits until it has ended."""
         if self._process.returncode is not None:
             return
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self._process.stdin is not None
         self._process.stdin.close()
         try:
             code = self._process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
-            self._process.wait()
-            raise HubError(f"the hub did not end in {PATIENCE_S:.0f} s:\n{self.log()}") from None
-        finally:
-            self._drain.join(PATIENCE_S)
-            self._process.stdout.close()
-        log = self.log()
-        self._folder.cleanup()
+            raise HubError(f"the hub did not end in {PATIENCE_S:.0f} s:\n{self._end()}") from None
+        log = self._end()
         if code != 0:
             raise HubError(f"the hub ended with code {code}:\n{log}")
 
