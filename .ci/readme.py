@@ -16,7 +16,8 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "deploy/links/README.md", *sorted((ROOT / "deploy/docs").glob("*.md"))]
+PAGES = ["README.md", "CONTRIBUTING.md", "deploy/links/README.md", "deploy/python/README.md"]
+DOCUMENTS = [*[ROOT / page for page in PAGES], *sorted((ROOT / "deploy/docs").glob("*.md"))]
 TIMEOUT_S = 300
 
 
@@ -137,6 +138,11 @@ class Checker:
                 raise Failure(f"no file {words[1]}")
             if words[0] == "cp":
                 (self.folder / words[2]).write_text((ROOT / words[1]).read_text())
+        elif words[0] in ("pip", "maturin", "pytest"):
+            # `./deploy/python[client]` is the folder with extras.
+            for path in (word.split("[")[0] for word in words if "deploy/" in word):
+                if not (ROOT / path).exists():
+                    raise Failure(f"no file {path}")
         else:
             raise Failure(f"no rule for {words[0]}: give .ci/readme.py one")
         return "read"

@@ -3,7 +3,7 @@
 //! [`Engine`] is pure: time is an argument, and the same calls give the same bits. It admits frames, corrects clocks and
 //! poses of agents, and leaves fusing to a [`FusionMethod`]: to tracking ([`TrackingConfig`]), to a single-frame rule
 //! ([`WindowConfig`]), or to a method of yours ([`Engine::with_fusion`]). [`hub`] (feature `net`) serves an engine on a
-//! Zenoh network.
+//! Zenoh network; its [`hub::Core`] (feature `core`) is pure, too.
 //!
 //! ```
 //! use v2x_common::class::Class;
@@ -46,7 +46,7 @@ pub mod engine;
 #[doc(hidden)]
 pub mod filter;
 pub mod fusion;
-#[cfg(feature = "net")]
+#[cfg(feature = "core")]
 pub mod hub;
 pub mod learning;
 #[doc(hidden)]
@@ -65,5 +65,7 @@ pub use fusion::{
     AdmittedFrame, FrameOutcome, Fusion, FusionMethod, ObjectList, TrackCounts, TrackingConfig, WindowConfig,
     preset,
 };
+#[cfg(feature = "core")]
+pub use hub::HubSettings;
 #[cfg(feature = "net")]
-pub use hub::{HubError, HubSettings, HubSetup, serve};
+pub use hub::{HubError, HubSetup, serve};

@@ -8,7 +8,7 @@ mod late;
 mod method;
 mod presets;
 mod start;
-#[cfg(feature = "net")]
+#[cfg(feature = "core")]
 pub(crate) mod table;
 mod tracking;
 mod window;
@@ -19,6 +19,6 @@ pub use config::{Births, Fusion, MotionModel, TrackingConfig};
 pub use late::LateFrames;
 pub use method::{AdmittedFrame, FrameOutcome, FusionMethod, NoMemory, TrackCounts};
 pub use presets::{DEFAULT_OVERLAP, EPSILON_S, PRESETS, Preset, PresetKey, preset};
-#[cfg(feature = "net")]
+#[cfg(feature = "core")]
 pub use table::SettingsError;
 pub use window::{MAX_WINDOW_BOXES, WindowConfig, WindowFusion};

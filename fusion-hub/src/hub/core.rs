@@ -1,23 +1,21 @@
 //! The core of a hub: the engine behind the payloads of the network. It is pure, so that a journal of its calls can be computed
 //! again to the same bits.
 
+use super::limits::{MAX_BYTES, MAX_WAITING};
 use super::settings::{AgentSettings, HubSettings};
 use crate::diagnosis::{Finding, Observation, Surroundings, Survey};
 use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
-use crate::hub::fair_queue::QueueLimits;
 use crate::values::{Saved, StateError};
 use std::collections::BTreeSet;
+use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::reported::Reported;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::unmapped_names::UnmappedNames;
 use v2x_common::wire::journal::{Body, Call};
-use v2x_common::wire::json::DecodedDetections;
+use v2x_common::wire::json::{DecodedDetections, PartialDetection};
 use v2x_common::wire::{self, WireError};
-
-/// Largest payload that is read: 4096 detections as verbose JSON.
-pub(super) const MAX_BYTES: usize = 4 << 20;
 
 /// What became of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,8 +96,52 @@ impl Core {
         if unmapped_classes.total() > 0 {
             self.engine.note_unmapped_classes(agent, &unmapped_classes);
         }
-        self.survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at });
-        match self.engine.handle_frame(&frame, received_at) {
+        self.fuse(&frame, &reported, received_at)
+    }
+
+    /// Takes in a frame whose detections are not completed yet, as one of JSON: by the agent's conventions, and with what is
+    /// assumed of it. `head` is the frame without detections.
+    pub fn handle_reports(
+        &mut self,
+        head: DetectionFrame,
+        reports: impl Iterator<Item = PartialDetection>,
+        received_at: Timestamp,
+    ) -> Handled {
+        let agent = head.id.agent;
+        match self.completed(head, reports) {
+            Ok(frame) => {
+                let reported = Reported { has_sequence: true, ..Reported::default() };
+                self.fuse(&frame, &reported, received_at)
+            }
+            Err(refusal) => {
+                self.survey.note_refused(agent, &refusal);
+                self.engine.note_refusal(agent, refusal.clone());
+                Handled::Refused(refusal)
+            }
+        }
+    }
+
+    fn completed(
+        &self,
+        mut frame: DetectionFrame,
+        reports: impl Iterator<Item = PartialDetection>,
+    ) -> Result<DetectionFrame, Refusal> {
+        let agent = frame.id.agent;
+        if !self.settings.listens_to(&agent) {
+            return Err(Refusal::NotListenedTo);
+        }
+        let AgentSettings { report_defaults, conventions, .. } = self.settings.of_agent(&agent);
+        let conversion = conventions.conversion(frame.sensor_pose).map_err(WireError::from)?;
+        frame.detections.clear();
+        frame.detections.extend(reports.map(|report| report.completed(report_defaults, &conversion)));
+        frame.sensor_pose = conversion.sensor_pose();
+        frame.captured_at += conventions.time_offset;
+        Ok(frame)
+    }
+
+    fn fuse(&mut self, frame: &DetectionFrame, reported: &Reported, received_at: Timestamp) -> Handled {
+        self.survey.note_frame(&Observation { frame, reported, received_at });
+        match self.engine.handle_frame(frame, received_at) {
             Disposition::Accepted { out_of_sequence } => {
                 Handled::Accepted { frame: frame.id, out_of_sequence }
             }
@@ -135,9 +177,12 @@ impl Core {
     }
 
     /// Takes in the payload of a sensor description; of an agent that is not listened to nothing is taken.
-    pub fn handle_description(&mut self, agent: AgentId, body: &Body<'_>) {
+    ///
+    /// # Errors
+    /// Why it is refused; that is counted.
+    pub fn handle_description(&mut self, agent: AgentId, body: &Body<'_>) -> Result<(), Refusal> {
         if !self.settings.listens_to(&agent) {
-            return;
+            return Ok(());
         }
         let description = match *body {
             Body::TooLarge(bytes) => Err(too_large(bytes)),
@@ -145,19 +190,21 @@ impl Core {
             Body::Json(bytes) => wire::json::decode_sensor(bytes).map_err(Refusal::from),
         };
         match description {
-            // Decoded, and so valid: it is checked by the same rules.
-            Ok(description) => drop(self.engine.handle_description(agent, description)),
+            Ok(description) => self
+                .engine
+                .handle_description(agent, description)
+                .map_err(|error| WireError::from(error).into()),
             Err(error) => {
                 tracing::debug!(%agent, %error, "sensor description refused");
-                self.engine.note_refused_description(agent, error);
+                self.engine.note_refused_description(agent, error.clone());
+                Err(error)
             }
         }
     }
 
     /// Counts frames that were dropped because their agent's queue was full.
     pub fn note_queue_full(&mut self, agent: AgentId, count: u64) {
-        let limit = QueueLimits::DEFAULT.frames_of_agent;
-        self.engine.note_refusals(agent, Refusal::QueueFull { limit }, count);
+        self.engine.note_refusals(agent, Refusal::QueueFull { limit: MAX_WAITING }, count);
     }
 
     /// The system's clock was set, and is now so far ahead of the hub's timeline.
@@ -210,7 +257,8 @@ impl Core {
                 None
             }
             Call::Description { agent, body } => {
-                self.handle_description(*agent, body);
+                // A refused one was counted, as it was then.
+                let _ = self.handle_description(*agent, body);
                 None
             }
             Call::QueueFull { agent, count } => {
@@ -238,8 +286,10 @@ fn too_large(bytes: u64) -> Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use v2x_common::class::Class;
     use v2x_common::fused::FusedObject;
     use v2x_common::geometry::BevBox;
+    use v2x_common::wire::json::PartialSigma;
 
     /// What a hub with these settings publishes after frames that `json` writes for each of ten times, ms.
     fn published(settings: &str, json: impl Fn(i64) -> String) -> Vec<FusedObject> {
@@ -288,6 +338,43 @@ mod tests {
         for (ours, theirs) in values(ours).into_iter().zip(values(theirs)) {
             assert!((ours - theirs).abs() < 1e-6, "{ours} {theirs}");
         }
+    }
+
+    #[test]
+    fn reports_that_are_not_completed_yet_give_the_list_of_the_same_json() {
+        let table = "[agents.cam]\nsigma_position_m = 0.2\nyaw = { unit = \"deg\" }\ntime_offset_ms = 5";
+        let x = |ms: i64| 7.0 * ms as f64 * 1e-3;
+        let stamp = |ms: i64| 1_790_000_000_000_000 + 1000 * ms;
+        let json = published(table, |ms| {
+            format!(
+                r#"{{"captured_at":{},"detections":[{{"class":"van","x":{},"y":3,"yaw":45}}]}}"#,
+                stamp(ms),
+                x(ms)
+            )
+        });
+        let mut core = Core::new(HubSettings::from_table(table.parse().unwrap()).unwrap(), Engine::new);
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_790_000_000_000 + ms);
+        for ms in (0..1000).step_by(100) {
+            let sequence = u64::try_from(stamp(ms)).unwrap();
+            let id = FrameId { agent: AgentId::new("cam").unwrap(), epoch: 0, sequence };
+            let van = PartialDetection {
+                class: Class::from_name("van").unwrap(),
+                x: x(ms),
+                y: 3.0,
+                w: None,
+                d: None,
+                yaw: Some(45.0),
+                score: None,
+                heading: None,
+                sigma: PartialSigma::default(),
+                velocity: None,
+                source_track: None,
+            };
+            let head = DetectionFrame::empty(id, at(ms));
+            let handled = core.handle_reports(head, std::iter::once(van), at(ms + 20));
+            assert!(matches!(handled, Handled::Accepted { .. }), "{handled:?}");
+        }
+        assert_eq!(core.fused(at(920)).objects, json);
     }
 
     #[test]

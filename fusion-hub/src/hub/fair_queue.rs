@@ -4,6 +4,7 @@
 //! hub least is served next, and one that was idle starts where the others are. Where the hub has time for everybody nobody
 //! notices; where it has not, frames of those that cost most wait, and of these the oldest are dropped.
 
+use super::limits::MAX_WAITING;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
@@ -34,9 +35,9 @@ pub(super) struct QueueLimits {
 }
 
 impl QueueLimits {
-    /// Six seconds of an agent at 10 Hz; a few of its largest frames; and what a small machine has room for.
+    /// [`MAX_WAITING`] frames of an agent; a few of its largest ones; and what a small machine has room for.
     pub(super) const DEFAULT: Self =
-        Self { frames_of_agent: 64, bytes_of_agent: 16 << 20, bytes: 128 << 20, agents: 2048 };
+        Self { frames_of_agent: MAX_WAITING, bytes_of_agent: 16 << 20, bytes: 128 << 20, agents: 2048 };
 }
 
 /// Frames that wait, filled by other threads, for one reader.

@@ -1,6 +1,6 @@
 //! A sample as it arrived.
 
-use super::core::MAX_BYTES;
+use super::limits::MAX_BYTES;
 use std::borrow::Cow;
 use v2x_common::clock;
 use v2x_common::id::AgentId;

@@ -1,30 +1,50 @@
-//! The hub as a process: the shell around the engine.
+//! The hub as a process: the shell around the engine (feature `net`), and its core, which is pure (feature `core`).
 
+#[cfg(feature = "net")]
 mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
 #[cfg(feature = "cli")]
 mod command;
 mod core;
+#[cfg(feature = "net")]
 mod delta_stream;
+#[cfg(feature = "net")]
 mod encoding;
+#[cfg(feature = "net")]
 mod error;
+#[cfg(feature = "net")]
 mod fair_queue;
+#[cfg(feature = "net")]
 mod health;
+#[cfg(feature = "net")]
 mod intake;
+#[cfg(feature = "net")]
 mod journal;
+mod limits;
+#[cfg(feature = "net")]
 mod network;
+#[cfg(feature = "net")]
 mod on_demand;
+#[cfg(feature = "net")]
 mod partial_lists;
+#[cfg(feature = "net")]
 mod recorder;
+#[cfg(feature = "net")]
 mod roster;
+#[cfg(feature = "net")]
 mod run;
 mod settings;
+#[cfg(feature = "net")]
 mod status;
+#[cfg(feature = "net")]
 mod tile_lists;
 mod tile_settings;
+#[cfg(feature = "net")]
 mod timing;
+#[cfg(feature = "net")]
 mod turns;
+#[cfg(feature = "net")]
 mod unnamed;
 
 pub use crate::fusion::SettingsError;
@@ -33,11 +53,17 @@ pub use args::{HubArgs, hub_table};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
 pub use core::{Core, Handled};
+#[cfg(feature = "net")]
 pub use encoding::encode_list;
+#[cfg(feature = "net")]
 pub use error::HubError;
+#[cfg(feature = "net")]
 pub use health::Verdict;
+#[cfg(feature = "net")]
 pub use run::{HubSetup, serve};
 pub use settings::{AgentSettings, HubSettings};
+#[cfg(feature = "net")]
 pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus};
 pub use tile_settings::TileSettings;
+#[cfg(feature = "net")]
 pub use unnamed::InvalidName;

@@ -297,7 +297,8 @@ impl Hub {
                 let contents = received.contents();
                 let body = received.body(&contents);
                 self.journal.note(&Call::Description { agent, body });
-                self.core.handle_description(agent, &body);
+                // A refused one is counted and logged.
+                let _ = self.core.handle_description(agent, &body);
             }
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
             Control::StatusQuery(query) => {

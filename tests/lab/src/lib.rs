@@ -36,20 +36,34 @@
 //! - `report`: text, Markdown, HTML, LaTeX, CSV and figures.
 //! - [`commands`]: the command lines of `lab`. Each chooses a source, a method, a matching rule and a report.
 //!
+//! The feature `protocol` alone has what is pure of it: [`protocol`], the paper's detections with noise and its scores, for methods
+//! in other languages.
+//!
 //! A method of one's own joins the tables as a [`Contender`] (`examples/own_method.rs`).
+
+#![cfg_attr(
+    all(feature = "protocol", not(feature = "lab")),
+    expect(
+        dead_code,
+        unreachable_pub,
+        unused_imports,
+        reason = "what only the commands of the laboratory call"
+    )
+)]
 
 #[cfg(feature = "lab")]
 pub mod commands;
-#[cfg(feature = "lab")]
+#[cfg(feature = "protocol")]
 mod data;
-#[cfg(feature = "lab")]
-#[cfg(feature = "lab")]
+#[cfg(feature = "protocol")]
 mod drive;
 #[cfg(feature = "loopback")]
 pub mod loopback;
+#[cfg(feature = "protocol")]
+pub mod protocol;
 #[cfg(feature = "lab")]
 mod report;
-#[cfg(feature = "lab")]
+#[cfg(feature = "protocol")]
 mod score;
 
 #[cfg(feature = "lab")]

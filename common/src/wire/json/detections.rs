@@ -1,12 +1,13 @@
 //! Detection frames as JSON.
 
+use super::partial::{PartialDetection, PartialSigma, ReportDefaults};
 use super::values::{Id64, Stamp, covariance, deviations, number, optional_number};
-use super::values::{parse, print, variance, with_quoted_words};
+use super::values::{parse, print, with_quoted_words};
 use crate::class::Class;
-use crate::conventions::{Conventions, Conversion};
-use crate::covariance::{BoxCovariance, Velocity};
+use crate::conventions::Conventions;
+use crate::covariance::Velocity;
 use crate::detection::{Detection, DetectionFrame, HeadingKind, MAX_DETECTIONS};
-use crate::geometry::{BevBox, Pose};
+use crate::geometry::Pose;
 use crate::id::{AgentId, FrameId, MapFrame};
 use crate::reported::Reported;
 use crate::unmapped_names::UnmappedNames;
@@ -14,38 +15,6 @@ use crate::wire::error::WireError;
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
-
-/// Standard deviations that are assumed where a JSON frame has none. A hub has one set, and may have others for
-/// single agents.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ReportDefaults {
-    /// Of x and of y, m; at the sensor, where it grows with the range.
-    pub sigma_position_m: f64,
-    /// Added for each metre between the sensor and the detection (the paper's σ₀ + k·d), where the sensor's pose is known.
-    pub sigma_position_per_m: f64,
-    /// Of a heading that was given without one, rad.
-    pub sigma_yaw_rad: f64,
-    /// Of a size that was given without one, relative to it.
-    pub sigma_size_relative: f64,
-    /// Of the class's typical size, relative to it, where no size was given.
-    pub sigma_typical_size_relative: f64,
-}
-
-impl Default for ReportDefaults {
-    fn default() -> Self {
-        Self {
-            sigma_position_m: 0.5,
-            sigma_position_per_m: 0.0,
-            sigma_yaw_rad: 0.175,
-            sigma_size_relative: 0.2,
-            sigma_typical_size_relative: 0.5,
-        }
-    }
-}
-
-/// Standard deviation of a heading of which nothing is known: uniform over the circle, π/√3 rad.
-const SIGMA_YAW_UNKNOWN_RAD: f64 = 1.813_799_364_234_217_8;
 
 /// A decoded frame, and the names of classes that could not be mapped.
 #[derive(Clone, Debug, PartialEq)]
@@ -241,7 +210,7 @@ fn to_frame(
         });
         reported.without_sigma += u64::from(detection.sigma.x.is_none());
         detection.yaw.iter().for_each(|yaw| reported.headings.note(conversion.heading(*yaw)));
-        detection.to_detection(class, defaults, &conversion)
+        detection.partial(class).completed(defaults, &conversion)
     });
     let detections = detections.collect();
     let captured_at = json.captured_at.micros()?;
@@ -263,56 +232,24 @@ fn to_frame(
 }
 
 impl JsonDetection<'_> {
-    fn to_detection(
-        &self,
-        class: Class,
-        defaults: &ReportDefaults,
-        conversion: &Conversion<'_>,
-    ) -> Detection {
-        let (typical_w, typical_d) = class.typical_size();
-        let sigma = &self.sigma;
-        let size = |given: Option<f64>, typical: f64, sigma: Option<f64>| {
-            let relative = match given {
-                Some(_) => defaults.sigma_size_relative,
-                None => defaults.sigma_typical_size_relative,
-            };
-            let extent = given.unwrap_or(typical);
-            (extent, sigma.unwrap_or(relative * extent))
-        };
-        let ((w, given_sigma_w), (d, given_sigma_d)) = conversion.sizes((self.w, sigma.w), (self.d, sigma.d));
-        let (w, sigma_w) = size(w, typical_w, given_sigma_w);
-        let (d, sigma_d) = size(d, typical_d, given_sigma_d);
-        let sigma_yaw = match self.yaw {
-            Some(_) => sigma.yaw.map_or(defaults.sigma_yaw_rad, |given| conversion.sigma_yaw(given)),
-            None => SIGMA_YAW_UNKNOWN_RAD,
-        };
-        let sigma_x = sigma.x.unwrap_or_else(|| {
-            let range_m = conversion.range_m(self.x, self.y).unwrap_or(0.0);
-            defaults.sigma_position_m + defaults.sigma_position_per_m * range_m
-        });
-        let mut detection = Detection {
+    fn partial(&self, class: Class) -> PartialDetection {
+        let JsonSigma { x, y, rho, w, d, yaw } = self.sigma;
+        PartialDetection {
             class,
-            score: self.score.unwrap_or(1.0),
-            bev: BevBox { x: self.x, y: self.y, w, d, yaw: self.yaw.unwrap_or(0.0) },
-            covariance: BoxCovariance {
-                position: covariance(sigma_x, sigma.y.unwrap_or(sigma_x), sigma.rho),
-                ww: variance(sigma_w),
-                dd: variance(sigma_d),
-                yaw: variance(sigma_yaw),
-            },
-            velocity: self.velocity.as_ref().map(|velocity| Velocity {
-                x: velocity.x,
-                y: velocity.y,
-                covariance: covariance(velocity.sigma_x, velocity.sigma_y, velocity.rho),
-            }),
-            heading: self.heading.unwrap_or(match self.yaw {
-                Some(_) => HeadingKind::Known,
-                None => HeadingKind::Unknown,
+            x: self.x,
+            y: self.y,
+            w: self.w,
+            d: self.d,
+            yaw: self.yaw,
+            score: self.score,
+            heading: self.heading,
+            sigma: PartialSigma { x, y, rho, w, d, yaw },
+            velocity: self.velocity.as_ref().map(|velocity| {
+                let JsonVelocity { x, y, sigma_x, sigma_y, rho } = *velocity;
+                Velocity { x, y, covariance: covariance(sigma_x, sigma_y, rho) }
             }),
             source_track: self.source_track.map(|id| id.0),
-        };
-        conversion.apply(&mut detection);
-        detection
+        }
     }
 
     fn from_detection(detection: &Detection) -> JsonDetection<'static> {

@@ -8,11 +8,13 @@
 mod delta;
 mod detections;
 mod fused;
+mod partial;
 mod sensor;
 mod values;
 
 pub use delta::{decode_delta, decode_update, encode_delta};
-pub use detections::{DecodedDetections, ReportDefaults};
-pub use detections::{decode_detections, decode_detections_as_sent, decode_detections_by, encode_detections};
+pub use detections::{DecodedDetections, decode_detections, decode_detections_as_sent};
+pub use detections::{decode_detections_by, encode_detections};
 pub use fused::{decode_fused, encode_fused};
+pub use partial::{PartialDetection, PartialSigma, ReportDefaults};
 pub use sensor::{decode_sensor, encode_sensor};

@@ -3,11 +3,10 @@
 use crate::data::dataset::nuscenes::Split;
 use crate::data::dataset::source::Source;
 use crate::data::noise::{NoisePair, Shape};
-use crate::data::scene::{Scene, Statistics};
+use crate::data::scene::{QUICK_SCENES, Scene, Statistics, spread};
 use anyhow::ensure;
 
-/// Number of scenes and of trials with `--quick`.
-const QUICK_SCENES: usize = 12;
+/// Number of trials with `--quick`.
 const QUICK_TRIALS: u32 = 2;
 /// Number of trials in the paper (N).
 const PAPER_TRIALS: u32 = 5;
@@ -58,10 +57,4 @@ impl DrawArgs {
     pub fn n_trials(&self) -> u32 {
         self.trials.unwrap_or(if self.quick { QUICK_TRIALS } else { PAPER_TRIALS })
     }
-}
-
-/// At most `count` scenes, spread over the whole data set.
-fn spread(scenes: Vec<Scene>, most: usize) -> Vec<Scene> {
-    let step = scenes.len().div_ceil(most).max(1);
-    scenes.into_iter().step_by(step).collect()
 }

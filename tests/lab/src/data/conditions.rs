@@ -6,7 +6,8 @@ use v2x_agent::detector::Profile;
 use v2x_common::sensor::FieldOfView;
 
 /// Conditions of an evaluation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "lab", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Conditions {
     /// As in the paper: every agent reports every object exactly once, without clutter

@@ -6,6 +6,7 @@ use crate::data::scene::Scene;
 use crate::data::seconds;
 use std::fmt::{self, Write};
 use std::str::FromStr;
+use v2x_agent::truth::ObjectId;
 use v2x_common::detection::Detection;
 use v2x_common::time::Timestamp;
 
@@ -53,6 +54,28 @@ impl FromStr for DetectionId {
 /// What the agents report of each keyframe of a scene.
 pub(crate) fn reports(protocol: &Protocol, scene: &Scene) -> Vec<[AgentReport; 2]> {
     (0..scene.keyframes.len()).map(|frame| protocol.observe(scene, frame)).collect()
+}
+
+/// The true object of a box of a keyframe that is made of these detections, by the rule of the tables: that of agent 1's
+/// detection of this keyframe, else of agent 2's, else of the newest detection.
+///
+/// # Errors
+/// A detection that there is not.
+pub(crate) fn identity(
+    named: impl IntoIterator<Item = DetectionId>,
+    frame: usize,
+    reports: &[[AgentReport; 2]],
+) -> Result<Option<ObjectId>, DetectionId> {
+    let rank = |id: &DetectionId| (id.frame == frame, id.frame, std::cmp::Reverse(id.agent));
+    let mut best: Option<(DetectionId, Option<ObjectId>)> = None;
+    for id in named {
+        let report = reports.get(id.frame).map(|reports| &reports[id.agent]).ok_or(id)?;
+        let object = *report.identities.get(id.index).ok_or(id)?;
+        if best.is_none_or(|(known, _)| rank(&id) > rank(&known)) {
+            best = Some((id, object));
+        }
+    }
+    Ok(best.and_then(|(_, object)| object))
 }
 
 /// All detections as CSV, without the truth.

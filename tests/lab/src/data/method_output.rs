@@ -1,7 +1,7 @@
 //! The output of a user's method for a scene, with the true object of each box where the output names detections.
 
 use crate::data::csv_table::{CsvError, CsvTable, Row};
-use crate::data::exported::DetectionId;
+use crate::data::exported::{DetectionId, identity};
 use crate::data::fused_box::FusedBox;
 use crate::data::observation::AgentReport;
 use crate::data::scene::{Keyframe, Scene};
@@ -130,22 +130,11 @@ fn covariance(row: &Row<'_>) -> Result<BoxCovariance, CsvError> {
     Ok(BoxCovariance { position, ww: variance("sw")?, dd: variance("sd")?, yaw: variance("st")? })
 }
 
-/// The true object, by the rule of the tables: that of agent 1's detection of this keyframe, else of agent 2's, else
-/// of the newest detection.
 fn by_ids(row: &Row<'_>, frame: usize, reports: &[[AgentReport; 2]]) -> Result<Option<ObjectId>, CsvError> {
     let wrong = || row.wrong("det_ids", "det_id values of the export, with ; or spaces between");
-    let mut best: Option<(DetectionId, Option<ObjectId>)> = None;
-    let rank = |id: &DetectionId| (id.frame == frame, id.frame, std::cmp::Reverse(id.agent));
     let names = row.text("det_ids").split([';', ' ']).map(str::trim).filter(|name| !name.is_empty());
-    for name in names {
-        let id: DetectionId = name.parse().map_err(|_| wrong())?;
-        let report = reports.get(id.frame).map(|reports| &reports[id.agent]).ok_or_else(wrong)?;
-        let object = *report.identities.get(id.index).ok_or_else(wrong)?;
-        if best.is_none_or(|(known, _)| rank(&id) > rank(&known)) {
-            best = Some((id, object));
-        }
-    }
-    Ok(best.and_then(|(_, object)| object))
+    let ids = names.map(str::parse).collect::<Result<Vec<DetectionId>, _>>().map_err(|_| wrong())?;
+    identity(ids, frame, reports).map_err(|_| wrong())
 }
 
 #[cfg(test)]

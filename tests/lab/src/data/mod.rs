@@ -8,18 +8,25 @@ pub(crate) mod exported;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub(crate) mod fused_box;
+#[cfg(feature = "lab")]
 pub(crate) mod hub_inputs;
+#[cfg(feature = "lab")]
 pub(crate) mod method_output;
 pub(crate) mod noise;
 pub(crate) mod observation;
-
+#[cfg(feature = "lab")]
 pub(crate) mod recording;
+#[cfg(feature = "lab")]
 pub(crate) mod run_log;
 pub(crate) mod scene;
 pub(crate) mod seconds;
+#[cfg(feature = "lab")]
 pub(crate) mod simulation;
 #[cfg(test)]
 pub(crate) mod test_scenes;
+#[cfg(feature = "lab")]
 pub(crate) mod truth;
+#[cfg(feature = "lab")]
 pub(crate) mod truth_table;
+#[cfg(feature = "lab")]
 pub mod workload;

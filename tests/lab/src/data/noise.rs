@@ -13,7 +13,8 @@ use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 const STUDENT_DOF: u32 = 5;
 
 /// The shape of all errors; each has mean 0 and standard deviation 1 before it is scaled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "lab", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
     /// The paper's
@@ -63,23 +64,24 @@ impl Shape {
 }
 
 /// The levels of noise of agents 1 and 2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "lab", derive(clap::ValueEnum))]
 pub enum NoisePair {
     /// Both Noise 1
     #[serde(rename = "N1-N1")]
-    #[value(name = "N1-N1")]
+    #[cfg_attr(feature = "lab", value(name = "N1-N1"))]
     N1N1,
     /// Both Noise 2
     #[serde(rename = "N2-N2")]
-    #[value(name = "N2-N2")]
+    #[cfg_attr(feature = "lab", value(name = "N2-N2"))]
     N2N2,
     /// Both Noise 3
     #[serde(rename = "N3-N3")]
-    #[value(name = "N3-N3")]
+    #[cfg_attr(feature = "lab", value(name = "N3-N3"))]
     N3N3,
     /// Noise 1 and Noise 3
     #[serde(rename = "N1-N3")]
-    #[value(name = "N1-N3")]
+    #[cfg_attr(feature = "lab", value(name = "N1-N3"))]
     N1N3,
 }
 

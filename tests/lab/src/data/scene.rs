@@ -8,6 +8,9 @@ use v2x_common::time::Span;
 /// An object is moving if it gets further than this from its first position, m (deploy/docs/methods.md).
 const MOVED_M: f64 = 1.0;
 
+/// Number of scenes of a short evaluation.
+pub(crate) const QUICK_SCENES: usize = 12;
+
 /// One true object at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueBox {
@@ -124,6 +127,12 @@ impl Statistics {
             per(*range_sum_m, *boxes),
         )
     }
+}
+
+/// At most `count` scenes, spread over the whole data set.
+pub(crate) fn spread(scenes: Vec<Scene>, most: usize) -> Vec<Scene> {
+    let step = scenes.len().div_ceil(most).max(1);
+    scenes.into_iter().step_by(step).collect()
 }
 
 #[cfg(test)]

@@ -4,10 +4,16 @@ pub(crate) mod driver;
 pub(crate) mod keyframes;
 pub(crate) mod parallel;
 pub(crate) mod publishing;
+#[cfg(feature = "lab")]
 pub(crate) mod replay;
+#[cfg(feature = "lab")]
 pub(crate) mod rerun;
+#[cfg(feature = "lab")]
 pub(crate) mod retrack;
+#[cfg(feature = "lab")]
 pub(crate) mod sweep;
 pub(crate) mod ticks;
+#[cfg(feature = "lab")]
 pub(crate) mod traffic;
+#[cfg(feature = "lab")]
 pub(crate) mod virtual_run;

@@ -18,7 +18,8 @@ pub(crate) fn rerun(given: &HubInputs, settings: HubSettings) -> Result<Vec<Rece
             hub.publish(hub.schedule.next_deadline().min(input.at))?;
         }
         if input.is_description {
-            hub.core.handle_description(input.agent, &input.body());
+            // A refused one was refused then, too.
+            let _ = hub.core.handle_description(input.agent, &input.body());
         } else if let Handled::Accepted { .. } = hub.core.handle_frame(input.agent, input.at, &input.body()) {
             hub.schedule.note_update();
         }

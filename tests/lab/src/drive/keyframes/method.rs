@@ -7,9 +7,10 @@ use serde::Serialize;
 macro_rules! methods {
     ($($(#[doc = $doc:literal])* $variant:ident = $key:literal;)*) => {
         /// A row of the tables.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "lab", derive(clap::ValueEnum))]
         pub enum Method {
-            $($(#[doc = $doc])* #[serde(rename = $key)] #[value(name = $key)] $variant,)*
+            $($(#[doc = $doc])* #[serde(rename = $key)] #[cfg_attr(feature = "lab", value(name = $key))] $variant,)*
         }
 
         impl Method {

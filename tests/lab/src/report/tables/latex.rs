@@ -3,8 +3,9 @@
 use crate::data::noise::NoisePair;
 use crate::report::tables::kind::Table;
 use crate::report::tables::results::Tables;
-use crate::report::tables::rows::{Row, Value};
+use crate::report::tables::rows::Row;
 use crate::score::keyframes::counting::{Counting, Subset};
+use crate::score::keyframes::metrics::Value;
 
 /// The table; best values are bold.
 pub(crate) fn latex(tables: &Tables) -> String {

@@ -2,12 +2,12 @@
 
 use crate::score::frame_errors::{ErrorSums, mean};
 use crate::score::moments::Moments;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The divisor of the errors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Counting {
+pub enum Counting {
     /// Errors of all boxes over the number of true positives: the values of the paper's tables.
     Table,
     /// Errors of all boxes over the number of all boxes: the formula as printed in the paper (eq. 5-7).
@@ -33,9 +33,9 @@ impl Counting {
 }
 
 /// Which objects count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Subset {
+pub enum Subset {
     /// All objects.
     All,
     /// Objects that stay within 1 m of their first position.

@@ -35,7 +35,7 @@ pub(crate) struct Plan {
 /// A method failed on a scene.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{method} on {scene}, {}", .noise.name())]
-pub(crate) struct RunError {
+pub struct RunError {
     method: String,
     scene: String,
     noise: NoisePair,

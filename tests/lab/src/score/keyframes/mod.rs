@@ -4,6 +4,7 @@ pub(crate) mod by_position;
 pub(crate) mod counting;
 pub(crate) mod experiments;
 pub(crate) mod method_score;
+pub(crate) mod metrics;
 pub(crate) mod moment;
 pub(crate) mod scored_keyframe;
 pub(crate) mod trackers;

@@ -1,0 +1,148 @@
+"""The dataclasses are the network's JSON: checked against its schemas and its golden files."""
+
+import json
+import math
+import pathlib
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+import v2x
+from v2x import messages, schemas
+from v2x.follow import AreaFollower, DeltaFollower
+from v2x.messages import (
+    Accuracy, Body, DeltaFrame, Detection, DetectionFrame, FieldOfView, FusedFrame, Pose, SensorDescription, Sigma,
+    SizeNoise, Velocity,
+)  # fmt: skip
+
+COMMON = pathlib.Path(__file__).resolve().parents[3] / "common"
+GOLDEN = COMMON / "it/golden"
+
+FULL = DetectionFrame(
+    1_795_314_000_000_001_000,
+    (
+        Detection("car", 12.0, 5.0),
+        Detection(
+            "human.pedestrian.adult", 1.0, -2.0, 0.6, 0.7, -3.0, 0.5, "axis", Sigma(0.3, 0.4, 0.1, 0.1, 0.2, 0.05),
+            Velocity(1.0, 2.0, 0.1, 0.2, -0.5), 2**60,
+        ),
+    ),
+    "camera", 2**63, 7, Pose(1.0, 2.0, 3.0), 4, "EPSG:32632",
+)  # fmt: skip
+DESCRIPTION = SensorDescription(
+    FieldOfView(80.0, 1.0, 0.5, 2.0), 10.0, "vehicle", 0.95, 1e-5, Accuracy(0.2, 0.01, 0.005), SizeNoise(0.2, 0.5),
+    Body("vehicle.car", 1.9, 4.6), 3,
+)  # fmt: skip
+
+
+def check(schema, value):
+    Draft202012Validator.check_schema(schema)
+    errors = list(Draft202012Validator(schema).iter_errors(value))
+    assert not errors, errors[0].message
+
+
+def golden(name):
+    files = sorted(GOLDEN.glob(f"*/{name}.json"))
+    assert files
+    return [json.loads(path.read_text(encoding="utf-8")) for path in files]
+
+
+def test_what_agents_send_is_as_the_schemas_say():
+    for frame in (FULL, DetectionFrame(0), DetectionFrame(5000, (Detection("van", 0.0, 0.0),))):
+        check(schemas.DETECTION_FRAME, frame.to_json())
+    for description in (DESCRIPTION, SensorDescription(FieldOfView(50.0), 10.0)):
+        check(schemas.SENSOR_DESCRIPTION, description.to_json())
+
+
+def test_what_agents_send_is_read_as_it_was_written():
+    assert DetectionFrame.from_json(json.loads(json.dumps(FULL.to_json()))) == FULL
+    assert SensorDescription.from_json(json.loads(json.dumps(DESCRIPTION.to_json()))) == DESCRIPTION
+
+
+def test_the_engine_takes_what_agents_send():
+    engine, now = v2x.Engine(), FULL.captured_at
+    engine.describe("camera", DESCRIPTION.to_json())
+    assert engine.handle(FULL.to_json(), now)
+    assert not engine.agents()["camera"]["dropped_detections"]
+
+
+def test_golden_messages_are_read_with_every_field():
+    for json_frame in golden("detections"):
+        assert DetectionFrame.from_json(json_frame).to_json() == _without_defaults(json_frame)
+    for description in golden("sensor"):
+        assert SensorDescription.from_json(description).to_json() == description
+    for json_frame in golden("fused"):
+        check(schemas.FUSED_FRAME, json_frame)
+        frame = FusedFrame.from_json(json_frame)
+        assert len(frame.objects) == len(json_frame["objects"]) and len(frame.agents) == len(json_frame["agents"])
+        for one, of_json in zip(frame.objects, json_frame["objects"], strict=True):
+            assert str(one.track) == of_json["track"] and one.age == of_json["age_us"] * 1000
+            upper = [one.covariance[i, j] for i in range(4) for j in range(i, 4)]
+            assert upper == of_json["kinematic_covariance"] and (one.covariance == one.covariance.T).all()
+            for axis, name in enumerate(["x", "y", "vx", "vy"]):
+                assert math.isclose(math.sqrt(one.covariance[axis, axis]), of_json["sigma"][name], rel_tol=1e-6)
+    for json_frame in golden("delta"):
+        check(schemas.DELTA_FRAME, json_frame)
+        assert isinstance(messages.list_message(json_frame), DeltaFrame)
+
+
+def _without_defaults(frame):
+    """What the hub writes out and the dataclass leaves to its default."""
+    kept = dict(frame)
+    if not kept.get("sensor_revision"):
+        kept.pop("sensor_revision", None)
+    return kept
+
+
+def test_an_array_and_dataclasses_are_the_same_detections():
+    array = FULL.to_array()
+    assert array.dtype == v2x.DETECTION and np.isnan(array["yaw"][0]) and array["source_track"].tolist() == [-1, 2**60]
+    back = messages.detections_of(array)
+    assert back[1] == FULL.detections[1]
+    assert back[0] == Detection("vehicle.car", 12.0, 5.0)
+    array["vx"][0] = 1.0
+    with pytest.raises(ValueError, match="vy is nan"):
+        messages.detections_of(array)
+
+
+def fused(sequence, objects, lineage=1, at=None):
+    """A frame of a hub with objects (track, x, vx)."""
+    base = golden("fused")[0]
+    template = {**base["objects"][0], "contributors": []}
+    listed = [{**template, "track": str(track), "x": x, "vx": vx} for track, x, vx in objects]
+    at = 100_000 * sequence if at is None else at
+    return {**base, "sequence": str(sequence), "lineage": lineage, "fused_at": at, "objects": listed, "agents": [], "includes": []}
+
+
+def delta(sequence, key, changed=(), gone=(), lineage=1):
+    frame = fused(sequence, changed, lineage)
+    for name in ("objects", "agents", "includes"):
+        del frame[name]
+    changed_objects = fused(sequence, changed)["objects"]
+    return {**frame, "key_sequence": str(key), "changed": changed_objects, "gone": [str(track) for track in gone]}
+
+
+def places(frame):
+    return None if frame is None else [(one.track, round(one.x, 6)) for one in frame.objects]
+
+
+def test_a_delta_frame_is_relative_to_its_key_frame_alone():
+    follower = DeltaFollower()
+    assert follower.handle(delta(1, 0)) is None, "before any key frame"
+    assert places(follower.handle(fused(2, [(1, 0.0, 10.0), (2, 5.0, 0.0), (3, 9.0, 0.0)]))) == [(1, 0.0), (2, 5.0), (3, 9.0)]
+    assert places(follower.handle(delta(4, 2, [(4, 7.0, 0.0), (2, 6.0, 0.0)], [3]))) == [(1, 2.0), (2, 6.0), (4, 7.0)]
+    assert places(follower.handle(delta(5, 2))) == [(1, 3.0), (2, 5.0), (3, 9.0)], "nothing of the delta frame before"
+    assert follower.handle(delta(5, 2)) is None, "it came before"
+    assert follower.handle(delta(7, 6)) is None, "its key frame was lost"
+    assert places(follower.handle(fused(1, [(1, 0.0, 0.0)], lineage=2))) == [(1, 0.0)], "the hub was started again"
+
+
+def test_an_area_is_the_newest_frame_of_each_of_its_tiles():
+    follower = AreaFollower()
+    assert places(follower.handle("a", fused(1, [(1, 0.0, 0.0)]))) == [(1, 0.0)]
+    assert places(follower.handle("b", fused(1, [(2, 9.0, 0.0)]))) == [(1, 0.0), (2, 9.0)]
+    assert places(follower.handle("b", fused(2, [(1, 8.0, 0.0), (2, 9.0, 0.0)]))) == [(1, 8.0), (2, 9.0)], "across an edge"
+    assert follower.handle("b", fused(2, [])) is None, "it came before"
+    assert places(follower.handle("a", fused(3, []))) == [(1, 8.0), (2, 9.0)]
+    assert places(follower.handle("a", fused(20, [(5, 1.0, 0.0)]))) == [(5, 1.0)], "b's last frame was lost"
