@@ -1,7 +1,8 @@
 //! Opening and closing a Zenoh session.
 
+use super::tls;
 use anyhow::{Context, anyhow};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use zenoh::{Config, Session, Wait};
@@ -65,8 +66,10 @@ const RETRY: &str = "retry: { period_init_ms: 100, period_max_ms: 1000, period_i
 
 fn base_config(options: &SessionOptions) -> anyhow::Result<Config> {
     if let Some(path) = &options.config {
-        return Config::from_file(path)
-            .map_err(|error| anyhow!("Zenoh configuration {}: {error}", path.display()));
+        let named = || format!("Zenoh configuration {}", path.display());
+        let mut config = Config::from_file(path).map_err(|error| anyhow!("{}: {error}", named()))?;
+        tls::check(&mut config, path.parent().unwrap_or(Path::new("."))).with_context(named)?;
+        return Ok(config);
     }
     let mut config = Config::default();
     // Multicast is missing in containers, and would connect separate networks on one machine.
@@ -88,6 +91,11 @@ fn set(config: &mut Config, key: &str, json5: &str) -> anyhow::Result<()> {
     config.insert_json5(key, json5).map_err(|error| anyhow!("Zenoh option {key} = {json5}: {error}"))
 }
 
+/// The endpoints on which a hub of this configuration listens, as they were given.
+pub fn listen_endpoints(config: &Config) -> Vec<String> {
+    tls::endpoints(config, "listen")
+}
+
 /// Opens a session; one attempt.
 pub async fn open(config: Config) -> anyhow::Result<Session> {
     // Zenoh blocks the thread that opens a session until it is connected. A separate thread keeps the caller's
@@ -98,34 +106,77 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
 }
 
 /// Opens a session, trying again until it is connected, `patience` is over (`None`: no limit) or shutdown is requested
-/// (`Ok(None)`).
+/// (`Ok(None)`). Where somebody listens but does not let us in, the reason is logged and is in the error.
 pub async fn open_patiently(
     config: Config,
     patience: Option<Duration>,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Option<Session>> {
-    let attempts = async {
-        let mut attempt = 0_u32;
-        loop {
-            match open(config.clone()).await {
-                Ok(session) => return session,
-                Err(error) if attempt == 0 => tracing::info!(%error, "no hub or router yet, trying again"),
-                Err(error) => tracing::debug!(%error, attempt, "no hub or router yet"),
-            }
-            attempt += 1;
-            tokio::time::sleep(Duration::from_millis(250)).await;
-        }
-    };
+    let mut attempts = Attempts { config, count: 0, why: None };
     let deadline = async {
         match patience {
             Some(patience) => tokio::time::sleep(patience).await,
             None => std::future::pending().await,
         }
     };
+    let opened = tokio::select! {
+        session = attempts.until_open() => Some(session),
+        () = deadline => None,
+        () = shutdown.cancelled() => return Ok(None),
+    };
+    if opened.is_some() {
+        return Ok(opened);
+    }
+    let no_answer = format!("no hub or router answered in {:.0?}", patience.unwrap_or_default());
     tokio::select! {
-        session = attempts => Ok(Some(session)),
-        () = deadline => Err(anyhow!("no hub or router answered in {:.0?}", patience.unwrap_or_default())),
-        () = shutdown.cancelled() => Ok(None),
+        () = attempts.ask_why() => {}
+        () = shutdown.cancelled() => return Ok(None),
+    }
+    Err(anyhow!(attempts.why.map_or_else(|| no_answer.clone(), |why| format!("{no_answer}; {why}"))))
+}
+
+/// Attempts to open a session.
+struct Attempts {
+    config: Config,
+    count: u32,
+    /// Why an endpoint does not let us in, as far as that is known.
+    why: Option<String>,
+}
+
+impl Attempts {
+    /// After so many attempts that failed the reason is asked for again.
+    const ASKED_EVERY: u32 = 8;
+
+    async fn until_open(&mut self) -> Session {
+        loop {
+            match open(self.config.clone()).await {
+                Ok(session) => return session,
+                Err(error) => self.note_failure(&error).await,
+            }
+            tokio::time::sleep(Duration::from_millis(250)).await;
+        }
+    }
+
+    async fn note_failure(&mut self, error: &anyhow::Error) {
+        let known = self.why.take();
+        if self.count.is_multiple_of(Self::ASKED_EVERY) {
+            self.ask_why().await;
+        } else {
+            self.why.clone_from(&known);
+        }
+        match &self.why {
+            Some(why) if known.as_ref() != Some(why) => tracing::warn!("not let in, trying again: {why}"),
+            None if self.count == 0 => tracing::info!(%error, "no hub or router yet, trying again"),
+            _ => tracing::debug!(%error, attempt = self.count, "no hub or router yet"),
+        }
+        self.count += 1;
+    }
+
+    /// It shakes hands itself, with time limits of its own.
+    async fn ask_why(&mut self) {
+        if self.why.is_none() {
+            self.why = tls::why_not_connected(self.config.clone()).await;
+        }
     }
 }
 
