@@ -28,58 +28,92 @@ pub struct SessionOptions {
     pub listen: Vec<String>,
 }
 
-/// A hub's configuration: router mode, so that agents need no other router.
+/// An option of Zenoh's configuration: its place, and its value as JSON.
+pub type ZenohOption = (&'static str, String);
+
+/// The options of a hub: router mode, so that agents need no other router.
+pub fn hub_options(listen: &[String]) -> Vec<ZenohOption> {
+    let mut options = common_options();
+    options.extend([
+        ("mode", "\"router\"".to_owned()),
+        ("transport/unicast", r#"{ "max_sessions": 1024 }"#.to_owned()),
+        listening(listen),
+    ]);
+    options
+}
+
+/// The options of an agent or a consumer: a client of one of the endpoints.
+pub fn client_options(connect: &[String]) -> Vec<ZenohOption> {
+    let mut options = common_options();
+    options.extend([("mode", "\"client\"".to_owned()), connecting(connect)]);
+    options
+}
+
+/// A hub's configuration.
 pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    let mut config = base_config(options)?;
-    if options.config.is_none() {
-        set(&mut config, "mode", "\"router\"")?;
-        set(&mut config, "transport/unicast", r#"{ max_sessions: 1024 }"#)?;
-    }
-    if options.config.is_none() || !options.listen.is_empty() {
-        let listen = endpoints(&options.listen);
-        set(&mut config, "listen", &format!("{{ endpoints: {listen}, exit_on_failure: true }}"))?;
+    let mut config = match &options.config {
+        Some(path) => from_file(path)?,
+        None => with_options(&hub_options(&options.listen))?,
+    };
+    if options.config.is_some() && !options.listen.is_empty() {
+        set(&mut config, &listening(&options.listen))?;
     }
     if !options.connect.is_empty() {
         let connect = endpoints(&options.connect);
-        set(&mut config, "connect", &format!("{{ endpoints: {connect}, timeout_ms: -1, {RETRY} }}"))?;
+        let json = format!(r#"{{ "endpoints": {connect}, "timeout_ms": -1, "retry": {RETRY} }}"#);
+        set(&mut config, &("connect", json))?;
     }
     Ok(config)
 }
 
-/// An agent's or a consumer's configuration: a client of one of the endpoints.
+/// An agent's or a consumer's configuration.
 pub fn client_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    let mut config = base_config(options)?;
-    if options.config.is_none() {
-        set(&mut config, "mode", "\"client\"")?;
-    }
-    if options.config.is_none() || !options.connect.is_empty() {
-        let connect = endpoints(&options.connect);
-        let json = format!(
-            "{{ endpoints: {connect}, timeout_ms: {CONNECT_TIMEOUT_MS}, exit_on_failure: true, {RETRY} }}"
-        );
-        set(&mut config, "connect", &json)?;
+    let Some(path) = &options.config else { return with_options(&client_options(&options.connect)) };
+    let mut config = from_file(path)?;
+    if !options.connect.is_empty() {
+        set(&mut config, &connecting(&options.connect))?;
     }
     Ok(config)
 }
 
-const RETRY: &str = "retry: { period_init_ms: 100, period_max_ms: 1000, period_increase_factor: 2 }";
+const RETRY: &str = r#"{ "period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2 }"#;
 
-fn base_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    if let Some(path) = &options.config {
-        let named = || format!("Zenoh configuration {}", path.display());
-        let mut config = Config::from_file(path).map_err(|error| anyhow!("{}: {error}", named()))?;
-        tls::check(&mut config, path.parent().unwrap_or(Path::new("."))).with_context(named)?;
-        return Ok(config);
-    }
+fn common_options() -> Vec<ZenohOption> {
+    vec![
+        // Multicast is missing in containers, and would connect separate networks on one machine.
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("scouting/gossip/enabled", "false".to_owned()),
+        ("timestamping/enabled", "true".to_owned()),
+        ("queries_default_timeout", "2000".to_owned()),
+        ("transport/link/tx/lease", "3000".to_owned()),
+        ("transport/link/tx/keep_alive", "4".to_owned()),
+        ("transport/link/rx/max_message_size", MAX_MESSAGE_BYTES.to_string()),
+    ]
+}
+
+fn listening(listen: &[String]) -> ZenohOption {
+    let listen = endpoints(listen);
+    ("listen", format!(r#"{{ "endpoints": {listen}, "exit_on_failure": true }}"#))
+}
+
+fn connecting(connect: &[String]) -> ZenohOption {
+    let connect = endpoints(connect);
+    let json = format!(
+        r#"{{ "endpoints": {connect}, "timeout_ms": {CONNECT_TIMEOUT_MS}, "exit_on_failure": true, "retry": {RETRY} }}"#
+    );
+    ("connect", json)
+}
+
+fn with_options(options: &[ZenohOption]) -> anyhow::Result<Config> {
     let mut config = Config::default();
-    // Multicast is missing in containers, and would connect separate networks on one machine.
-    set(&mut config, "scouting/multicast/enabled", "false")?;
-    set(&mut config, "scouting/gossip/enabled", "false")?;
-    set(&mut config, "timestamping/enabled", "true")?;
-    set(&mut config, "queries_default_timeout", "2000")?;
-    set(&mut config, "transport/link/tx/lease", "3000")?;
-    set(&mut config, "transport/link/tx/keep_alive", "4")?;
-    set(&mut config, "transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
+    options.iter().try_for_each(|option| set(&mut config, option))?;
+    Ok(config)
+}
+
+fn from_file(path: &Path) -> anyhow::Result<Config> {
+    let named = || format!("Zenoh configuration {}", path.display());
+    let mut config = Config::from_file(path).map_err(|error| anyhow!("{}: {error}", named()))?;
+    tls::check(&mut config, path.parent().unwrap_or(Path::new("."))).with_context(named)?;
     Ok(config)
 }
 
@@ -87,8 +121,8 @@ fn endpoints(given: &[String]) -> String {
     if given.is_empty() { format!("[{DEFAULT_ENDPOINT:?}]") } else { format!("{given:?}") }
 }
 
-fn set(config: &mut Config, key: &str, json5: &str) -> anyhow::Result<()> {
-    config.insert_json5(key, json5).map_err(|error| anyhow!("Zenoh option {key} = {json5}: {error}"))
+fn set(config: &mut Config, (key, json): &ZenohOption) -> anyhow::Result<()> {
+    config.insert_json5(key, json).map_err(|error| anyhow!("Zenoh option {key} = {json}: {error}"))
 }
 
 /// The endpoints on which a hub of this configuration listens, as they were given.

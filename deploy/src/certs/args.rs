@@ -1,0 +1,146 @@
+//! The command line of `v2x certs`.
+
+use super::register::Holder;
+use anyhow::bail;
+use std::path::PathBuf;
+use v2x_common::id::{AgentId, HubId, Name};
+
+/// Make certificates, so that only your own machines take part
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs init --host 192.168.1.10     an authority and a hub's certificate, in the folder certs
+  v2x certs agent ego                    certs/agent/ego, to be copied to the machine of ego
+  v2x certs viewer screen                certs/viewer/screen: reads, and publishes nothing
+  v2x certs revoke ego                   a running hub shuts it out within some seconds
+  v2x certs list                         who may take part, and until when
+Then: v2x hub --zenoh-config certs/hub/hub/zenoh.json5
+      v2x agent --scenario crossing.toml --id ego --zenoh-config certs/agent/ego/zenoh.json5
+      v2x watch --zenoh-config certs/viewer/screen/zenoh.json5")]
+pub(crate) struct CertsArgs {
+    #[command(subcommand)]
+    pub(super) action: Action,
+    /// The folder of the authority
+    #[arg(long, global = true, default_value = "certs", value_name = "DIR")]
+    pub(super) dir: PathBuf,
+}
+
+#[derive(Clone, Debug, clap::Subcommand)]
+pub(super) enum Action {
+    /// Make an authority, and the certificate and configuration of its first hub
+    Init(InitArgs),
+    /// Make the certificate and configuration of a further hub, or of one with other addresses
+    Hub(HubArgs),
+    /// Make the certificate and configuration of an agent, which publishes under its own name only
+    Agent(AgentArgs),
+    /// Make the certificate and configuration of a viewer, which reads and publishes nothing
+    Viewer(ViewerArgs),
+    /// Shut an agent or a viewer out; a running hub follows
+    Revoke(RevokeArgs),
+    /// Print who may take part, and until when
+    List(ListArgs),
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct InitArgs {
+    /// The folder to make [default: that of --dir]
+    #[arg(value_name = "DIR")]
+    pub(super) folder: Option<PathBuf>,
+    /// Name of the hub
+    #[arg(long, default_value = "hub")]
+    pub(super) name: HubId,
+    #[command(flatten)]
+    pub(super) place: PlaceArgs,
+    /// For how many days the authority is valid
+    #[arg(long, default_value = "3650", value_name = "DAYS", value_parser = days)]
+    pub(super) authority_days: f64,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct HubArgs {
+    /// Name of the hub
+    pub(super) name: HubId,
+    #[command(flatten)]
+    pub(super) place: PlaceArgs,
+    /// Replace the certificate, key and configuration that it has
+    #[arg(long)]
+    pub(super) renew: bool,
+}
+
+/// Where a hub is.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct PlaceArgs {
+    /// Address or DNS name by which the hub is reached; may be given more than once [default: 127.0.0.1 and localhost]
+    #[arg(long, value_name = "ADDR")]
+    pub(super) host: Vec<String>,
+    /// Its port
+    #[arg(long, default_value_t = 7447)]
+    pub(super) port: u16,
+    /// For how many days its certificate is valid
+    #[arg(long, default_value = "365", value_name = "DAYS", value_parser = days)]
+    pub(super) days: f64,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct AgentArgs {
+    /// The agent's id, as in its keys and frames
+    pub(super) name: AgentId,
+    /// It may also publish the truth of a simulation
+    #[arg(long)]
+    pub(super) truth: bool,
+    /// For how many days its certificate is valid
+    #[arg(long, default_value = "365", value_name = "DAYS", value_parser = days)]
+    pub(super) days: f64,
+    /// Replace the certificate and key that it has
+    #[arg(long)]
+    pub(super) renew: bool,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct ViewerArgs {
+    /// A name for the viewer
+    #[arg(value_parser = viewer_name)]
+    pub(super) name: String,
+    /// For how many days its certificate is valid
+    #[arg(long, default_value = "365", value_name = "DAYS", value_parser = days)]
+    pub(super) days: f64,
+    /// Replace the certificate and key that it has
+    #[arg(long)]
+    pub(super) renew: bool,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct RevokeArgs {
+    /// Name of the agent or viewer; agent:NAME or viewer:NAME where both have it
+    pub(super) name: String,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct ListArgs {
+    /// As one line of JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+fn days(text: &str) -> Result<f64, String> {
+    const MOST: f64 = 36_500.0;
+    let days: f64 = text.parse().map_err(|_| format!("{text:?} is no number of days"))?;
+    if (0.0..=MOST).contains(&days) { Ok(days) } else { Err(format!("{text} is not within 0 and {MOST} days")) }
+}
+
+fn viewer_name(text: &str) -> Result<String, String> {
+    Name::new(text).map(|_| text.to_owned()).map_err(|error| error.to_string())
+}
+
+/// The one holder that a name means: `NAME`, `agent:NAME` or `viewer:NAME`.
+pub(super) fn only_one<'a>(name: &str, holders: &'a mut [Holder]) -> anyhow::Result<&'a mut Holder> {
+    let is_meant = |holder: &Holder| holder.name == name || format!("{}:{}", holder.role, holder.name) == name;
+    let meant = holders.iter().filter(|holder| is_meant(holder)).count();
+    if meant > 1 {
+        bail!("{name} is an agent and a viewer: say agent:{name} or viewer:{name}");
+    }
+    match holders.iter_mut().find(|holder| is_meant(holder)) {
+        Some(holder) => Ok(holder),
+        None => bail!("no agent or viewer has the name {name}; see `v2x certs list`"),
+    }
+}
