@@ -10,6 +10,7 @@ use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::net::zenoh_refusals::Denied;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus, InvalidName, RegistrationStatus, Verdict};
 
 #[derive(Clone, Debug, clap::Args)]
@@ -131,6 +132,10 @@ fn remarks(status: &HubStatus) -> Vec<String> {
     for InvalidName { name, reason, samples } in &status.invalid_names {
         lines.push(format!("agent {name:?}: nothing of it is used ({samples} samples): {reason}"));
     }
+    lines.extend(status.refused_by_zenoh.in_words());
+    for Denied { who, action, key, count } in &status.refused_by_zenoh.denied {
+        lines.push(format!("denied to {who}: {action} {key} ({count} times)"));
+    }
     for agent in &status.agents {
         let id = agent.id;
         lines.extend(
@@ -178,6 +183,9 @@ mod tests {
             "tracks": 0, "objects": 0, "frames_published": 0, "publish_errors": 0, "dropped_overload": 0,
             "refused_beyond_limit": 0, "refused_unnamed": 1, "births_refused": 0, "merges": 0, "objects_withheld": 0,
             "invalid_names": [{ "name": "cam/north", "reason": "it holds '/'", "samples": 1 }],
+            "refused_by_zenoh": { "handshakes": { "expired": 2 }, "messages": 5, "denied": [
+                { "who": "agent:eve", "action": "Put", "key": "v2x/demo/agent/ego/detections", "count": 5 },
+            ] },
             "latency_ms": quantiles, "compute_ms": quantiles, "memory_bytes": null, "agents": [agent],
         });
         let lines = remarks(&serde_json::from_value(status).unwrap());
@@ -185,6 +193,8 @@ mod tests {
             lines,
             [
                 "agent \"cam/north\": nothing of it is used (1 samples): it holds '/'",
+                "TLS handshakes refused: expired 2; messages denied by the access control: 5",
+                "denied to agent:eve: Put v2x/demo/agent/ego/detections (5 times)",
                 "carla: impossible detections dropped (w out of range 7); the newest: w of detection 2 is 0",
                 "carla: 2 detections of unknown classes (ufo 2)",
                 "carla: every frame is refused; the newest: captured long ago",

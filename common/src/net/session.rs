@@ -139,6 +139,22 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
     opened.await.context("opening the Zenoh session panicked")?.map_err(|error| anyhow!("{error}"))
 }
 
+/// Opens a session in place of one that was closed: where a free port was asked for, on the port that the other one had. The
+/// system may need a moment to free it.
+pub async fn open_in_place(mut config: Config, locators: &[String]) -> anyhow::Result<Session> {
+    const ATTEMPTS: u32 = 50;
+    if listen_endpoints(&config).iter().any(|endpoint| endpoint.ends_with(":0")) {
+        set(&mut config, &listening(locators))?;
+    }
+    for _ in 1..ATTEMPTS {
+        if let Ok(session) = open(config.clone()).await {
+            return Ok(session);
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    open(config).await
+}
+
 /// Opens a session, trying again until it is connected, `patience` is over (`None`: no limit) or shutdown is requested
 /// (`Ok(None)`). Where somebody listens but does not let us in, the reason is logged and is in the error.
 pub async fn open_patiently(

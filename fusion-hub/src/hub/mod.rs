@@ -1,5 +1,6 @@
 //! The hub as a process: the shell around the engine.
 
+mod access;
 mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
@@ -9,6 +10,7 @@ mod core;
 mod delta_stream;
 mod encoding;
 mod error;
+mod exposure;
 mod fair_queue;
 mod health;
 mod intake;
