@@ -183,10 +183,11 @@ impl<'a> Denial<'a> {
     }
 }
 
-/// Zenoh joins all that it knows of a session by `+`: interface, common name, user, protocol, id.
+/// Zenoh joins all that it knows of a session by `+`, such as
+/// `Interface(lo)+CertCommonName(agent:ego)+Transport(Tls)+a1b2`.
 fn common_name(names: &str) -> &str {
-    let is_role = |name: &&str| ["agent:", "viewer:", "hub:"].iter().any(|role| name.starts_with(role));
-    names.split('+').find(is_role).unwrap_or(names)
+    let of_certificate = names.split_once("CertCommonName(").and_then(|(_, rest)| rest.split_once(')'));
+    of_certificate.map_or(names, |(name, _)| name)
 }
 
 thread_local! {
@@ -237,7 +238,10 @@ mod tests {
 
     #[test]
     fn an_acl_denial_is_read_with_and_without_the_name_of_the_session() {
-        let message = "a1b2 on lo+agent:ego+tls+a1b2 is unauthorized to Put (ingress) on v2x/demo/agent/rsu/detections";
+        let message = concat!(
+            "a1b2 on Interface(lo)+CertCommonName(agent:ego)+Transport(Tls)+a1b2",
+            " is unauthorized to Put (ingress) on v2x/demo/agent/rsu/detections"
+        );
         let denial = Denial::read(message).unwrap();
         assert_eq!((denial.session, denial.name), ("a1b2", Some("agent:ego")));
         assert_eq!((denial.action, denial.key), ("Put (ingress)", "v2x/demo/agent/rsu/detections"));
@@ -251,13 +255,14 @@ mod tests {
     #[test]
     fn a_denied_message_is_counted_with_its_name_when_it_is_stopped() {
         let on = "v2x/t/agent/rsu/detections";
-        note_decision(&format!("9c on lo+agent:eve+tls+9c is unauthorized to Put (ingress) on {on}"));
+        let who = "9c on Interface(lo)+CertCommonName(agent:eve)+Transport(Tls)+9c";
+        note_decision(&format!("{who} is unauthorized to Put (ingress) on {on}"));
         for _ in 0..2 {
             note_decision(&format!("Using cached result: 9c is unauthorized to Put (ingress) on {on}"));
             note_intercepted("Msg intercepted!");
         }
         // The hub's own declarations that a client may not know.
-        note_decision("9c on lo+agent:eve+tls+9c is unauthorized to Declare Queryable (egress) on v2x/t/hub/h/status");
+        note_decision(&format!("{who} is unauthorized to Declare Queryable (egress) on v2x/t/hub/h/status"));
         note_intercepted("Msg intercepted!");
         let refusals = zenoh_refusals();
         let of_eve: Vec<_> = refusals.denied.iter().filter(|kind| kind.who == "agent:eve").collect();
