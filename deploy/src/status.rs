@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::Denied;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus, InvalidName, RegistrationStatus, Verdict};
@@ -31,6 +31,9 @@ pub(crate) struct StatusArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     zenoh_config: Option<PathBuf>,
+    /// The status of this hub alone [default: every hub's]
+    #[arg(long, value_name = "NAME")]
+    hub: Option<HubId>,
     /// Seconds to wait for a hub
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     wait: f64,
@@ -88,9 +91,11 @@ async fn ask(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<
     };
     let statuses = v2x_lab::loopback::hub_status::query(&session, args.network).await;
     session::close(session).await?;
-    let statuses = statuses?;
+    let mut statuses = statuses?;
+    statuses.retain(|status| args.hub.is_none_or(|hub| status.hub == hub));
     if statuses.is_empty() {
-        bail!("no hub of network {} answered; is --network right?", args.network);
+        let who = args.hub.map_or_else(|| "no hub".to_owned(), |hub| format!("no hub {hub}"));
+        bail!("{who} of network {} answered; is --network right?", args.network);
     }
     Ok(Some(statuses))
 }

@@ -72,8 +72,10 @@ fn refusal(endpoint: &str, files: &TlsFiles) -> Option<TlsRefusal> {
         Ok(config) => config,
         Err(why) => return Some(TlsRefusal::OwnFiles(why)),
     };
-    let error = handshake(socket, host, config).err()?;
-    Some(TlsRefusal::of(&error, host, files.has_certificate()))
+    match handshake(socket, host, config)? {
+        Failure::Silence => Some(TlsRefusal::NoTls),
+        Failure::Tls(error) => Some(TlsRefusal::of(&error, host, files.has_certificate())),
+    }
 }
 
 fn connected(address: &str) -> Option<TcpStream> {
@@ -84,30 +86,42 @@ fn connected(address: &str) -> Option<TcpStream> {
     Some(socket)
 }
 
+/// How a handshake failed.
+enum Failure {
+    /// There was no answer.
+    Silence,
+    Tls(Error),
+}
+
 /// Shakes hands, and waits for a word against it.
-fn handshake(mut socket: TcpStream, host: &str, config: ClientConfig) -> Result<(), Error> {
-    let name = ServerName::try_from(host.trim_matches(['[', ']']).to_owned());
-    let name = name.map_err(|error| Error::General(format!("{host:?}: {error}")))?;
-    let mut connection = ClientConnection::new(Arc::new(config), name)?;
+fn handshake(mut socket: TcpStream, host: &str, config: ClientConfig) -> Option<Failure> {
+    let connection = named(host).and_then(|name| ClientConnection::new(Arc::new(config), name));
+    let mut connection = match connection {
+        Ok(connection) => connection,
+        Err(error) => return Some(Failure::Tls(error)),
+    };
     let mut stream = Stream::new(&mut connection, &mut socket);
-    let heard = stream.flush().and_then(|()| stream.read(&mut [0]));
-    let Err(error) = heard else { return Ok(()) };
+    let error = stream.flush().and_then(|()| stream.read(&mut [0])).err()?;
     if let Some(error) = error.get_ref().and_then(|inner| inner.downcast_ref::<Error>()) {
-        return Err(error.clone());
+        return Some(Failure::Tls(error.clone()));
     }
     match error.kind() {
+        _ if connection.is_handshaking() => Some(Failure::Silence),
         // The hub waits for the client's first message.
-        ErrorKind::WouldBlock | ErrorKind::TimedOut if !connection.is_handshaking() => Ok(()),
-        ErrorKind::WouldBlock | ErrorKind::TimedOut => Err(Error::General("it does not answer".to_owned())),
-        _ => Err(Error::General(error.to_string())),
+        ErrorKind::WouldBlock | ErrorKind::TimedOut => None,
+        _ => Some(Failure::Tls(Error::General(error.to_string()))),
     }
+}
+
+fn named(host: &str) -> Result<ServerName<'static>, Error> {
+    let name = ServerName::try_from(host.trim_matches(['[', ']']).to_owned());
+    name.map_err(|error| Error::General(format!("{host:?}: {error}")))
 }
 
 /// Whether an endpoint answers the beginning of a TLS handshake with TLS.
 fn speaks_tls(mut socket: TcpStream, host: &str) -> bool {
-    let host = ServerName::try_from(host.trim_matches(['[', ']']).to_owned());
-    let (Ok(host), Ok(config)) = (host, TlsFiles::default().client_config()) else { return false };
-    let Ok(mut connection) = ClientConnection::new(Arc::new(config), host) else { return false };
+    let (Ok(name), Ok(config)) = (named(host), TlsFiles::default().client_config()) else { return false };
+    let Ok(mut connection) = ClientConnection::new(Arc::new(config), name) else { return false };
     let mut hello = Vec::new();
     if connection.write_tls(&mut hello).is_err() || socket.write_all(&hello).is_err() {
         return false;

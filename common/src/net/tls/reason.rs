@@ -44,7 +44,9 @@ pub enum TlsRefusal {
     #[error("it refuses this program's certificate ({0})")]
     BadClientCertificate(String),
     /// There is no TLS at the endpoint.
-    #[error("it does not speak TLS: connect by tcp/, or start the hub with the configuration that `v2x certs init` has written")]
+    #[error(
+        "it does not answer in TLS: connect by tcp/, or start the hub with the configuration that `v2x certs init` has written"
+    )]
     NoTls,
     /// There is TLS at an endpoint that is to be plain TCP.
     #[error("it speaks TLS: connect by tls/, and give --zenoh-config with the file that `v2x certs` has written")]
