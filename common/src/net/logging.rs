@@ -1,9 +1,9 @@
 //! Logs: to standard error, because standard output is for data.
 
+use super::{tls, zenoh_refusals};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::io::{IsTerminal, Stderr, Write};
-use super::{tls, zenoh_refusals};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;

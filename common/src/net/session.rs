@@ -142,7 +142,7 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
 /// Opens a session in place of one that was closed: where a free port was asked for, on the port that the other one had. The
 /// system may need a moment to free it.
 pub async fn open_in_place(mut config: Config, locators: &[String]) -> anyhow::Result<Session> {
-    const ATTEMPTS: u32 = 50;
+    const ATTEMPTS: u32 = 20;
     if listen_endpoints(&config).iter().any(|endpoint| endpoint.ends_with(":0")) {
         set(&mut config, &listening(locators))?;
     }

@@ -63,7 +63,8 @@ impl ZenohRefusals {
     pub fn in_words(&self) -> Option<String> {
         let mut parts = Vec::new();
         if self.handshakes_total() > 0 {
-            let causes: Vec<_> = self.handshakes.iter().map(|(cause, count)| format!("{cause} {count}")).collect();
+            let causes: Vec<_> =
+                self.handshakes.iter().map(|(cause, count)| format!("{cause} {count}")).collect();
             parts.push(format!("TLS handshakes refused: {}", causes.join(", ")));
         }
         if self.messages > 0 {

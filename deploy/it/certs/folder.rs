@@ -68,7 +68,8 @@ async fn certs_list_says_who_may_take_part_and_until_when() -> anyhow::Result<()
     let listed = certs(&folder, &["list", "--json"]).await?.stdout;
     let listed: serde_json::Value = serde_json::from_str(&listed)?;
     assert_eq!(listed["hubs"][0]["name"], "north");
-    let names: Vec<_> = listed["holders"].as_array().into_iter().flatten().map(|one| &one["common_name"]).collect();
+    let names: Vec<_> =
+        listed["holders"].as_array().into_iter().flatten().map(|one| &one["common_name"]).collect();
     assert_eq!(names, ["agent:ego", "viewer:screen"]);
     let table = certs(&folder, &["list"]).await?.stdout;
     assert!(table.contains("revoked") && table.contains("expired"), "{table}");

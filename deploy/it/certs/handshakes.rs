@@ -19,7 +19,13 @@ fn assert_refused(ending: &Ending, said: &str) {
 }
 
 /// Copies somebody's folder with a change to one of its files.
-fn changed(folder: &Path, who: &str, as_who: &str, file: &str, change: impl Fn(String) -> String) -> anyhow::Result<String> {
+fn changed(
+    folder: &Path,
+    who: &str,
+    as_who: &str,
+    file: &str,
+    change: impl Fn(String) -> String,
+) -> anyhow::Result<String> {
     let (from, to) = (folder.join("certs").join(who), folder.join("certs").join(as_who));
     std::fs::create_dir_all(&to)?;
     for entry in std::fs::read_dir(&from)? {
@@ -70,7 +76,9 @@ async fn tls_refuses_no_certificate_a_wrong_authority_and_an_expired_one_says_wh
     assert_refused(&status(folder, &endpoint.replace("tls/", "tcp/"), None).await?, "it speaks TLS");
     let counted = watch.until("the handshakes are counted by cause", |status| {
         let of = |cause: &str| status.refused_by_zenoh.handshakes.get(cause).copied().unwrap_or(0);
-        ["no certificate", "wrong authority", "expired", "refused by the client"].iter().all(|cause| of(cause) > 0)
+        ["no certificate", "wrong authority", "expired", "refused by the client"]
+            .iter()
+            .all(|cause| of(cause) > 0)
     });
     counted.await?;
     watch.goes_on("ego").await
@@ -102,7 +110,8 @@ async fn tls_tells_a_hub_of_another_address_an_impostor_and_one_without_tls_apar
             "listen_private_key": agent("key.pem"),
         } } },
     });
-    let config = zenoh::Config::from_json5(&impostor.to_string()).map_err(|error| anyhow::anyhow!("{error}"))?;
+    let config =
+        zenoh::Config::from_json5(&impostor.to_string()).map_err(|error| anyhow::anyhow!("{error}"))?;
     let impostor = session::open(config).await?;
     let endpoint = session::locators(&impostor).await.remove(0);
     assert_refused(&status(&folder, &endpoint, Some(&screen)).await?, "not one of a hub");
@@ -110,7 +119,8 @@ async fn tls_tells_a_hub_of_another_address_an_impostor_and_one_without_tls_apar
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn certs_are_not_replaced_by_a_user_name_and_password_which_are_refused_and_not_logged() -> anyhow::Result<()> {
+async fn certs_are_not_replaced_by_a_user_name_and_password_which_are_refused_and_not_logged()
+-> anyhow::Result<()> {
     let folder = support::folder("certs-usrpwd")?;
     let config = r#"{ mode: "client", connect: { endpoints: ["tcp/127.0.0.1:1"] },
                       transport: { auth: { usrpwd: { user: "ego", password: "open-sesame-7" } } } }"#;
@@ -128,7 +138,9 @@ async fn certs_are_not_replaced_by_a_user_name_and_password_which_are_refused_an
 async fn certs_whose_private_key_is_in_the_configuration_do_not_reach_the_logs() -> anyhow::Result<()> {
     const SECRET: &str = "LS0tLS1CRUdJTiBQUklWQVRFIEtFWS0tLS0t";
     let folder = support::folder("certs-inline")?;
-    let tls = format!(r#"{{ enable_mtls: true, connect_private_key_base64: "{SECRET}", connect_certificate_base64: "AAAA" }}"#);
+    let tls = format!(
+        r#"{{ enable_mtls: true, connect_private_key_base64: "{SECRET}", connect_certificate_base64: "AAAA" }}"#
+    );
     let config = format!(
         r#"{{ mode: "client", connect: {{ endpoints: ["tls/127.0.0.1:1"] }}, transport: {{ link: {{ tls: {tls} }} }} }}"#
     );
@@ -141,7 +153,7 @@ async fn certs_whose_private_key_is_in_the_configuration_do_not_reach_the_logs()
 
 #[cfg(unix)]
 #[tokio::test(flavor = "multi_thread")]
-async fn certs_whose_private_key_everybody_private_key_everybody_can_read_are_refused() -> anyhow::Result<()> {
+async fn certs_whose_private_key_everybody_can_read_are_refused() -> anyhow::Result<()> {
     use std::os::unix::fs::PermissionsExt;
     let folder = support::folder("certs-exposed")?;
     certs(&folder, &["init"]).await?;

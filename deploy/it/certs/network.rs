@@ -19,7 +19,7 @@ use zenoh::sample::Sample;
 pub(super) struct Secured {
     pub(super) folder: PathBuf,
     pub(super) endpoint: String,
-    _hub: V2x,
+    pub(super) hub: V2x,
 }
 
 /// The keys of the network of all these tests; each has a hub of its own.
@@ -59,7 +59,7 @@ impl Secured {
             certs(&folder, other).await?;
         }
         let (hub, endpoint) = hub(&folder, "tls", &["--zenoh-config", &config_of("hub/hub")]).await?;
-        Ok(Self { folder, endpoint, _hub: hub })
+        Ok(Self { folder, endpoint, hub })
     }
 
     /// Starts an agent of the scenario crossing with the certificate of the same name.
@@ -67,7 +67,17 @@ impl Secured {
         let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/crossing.toml");
         let scenario = scenario.to_str().context("a path in UTF-8")?;
         let config = config_of(&format!("agent/{id}"));
-        let args = ["agent", "--scenario", scenario, "--id", id, "--connect", &self.endpoint, "--zenoh-config", &config];
+        let args = [
+            "agent",
+            "--scenario",
+            scenario,
+            "--id",
+            id,
+            "--connect",
+            &self.endpoint,
+            "--zenoh-config",
+            &config,
+        ];
         V2x::start(&self.folder, &args)
     }
 
@@ -86,7 +96,8 @@ impl Secured {
     /// A viewer within the test.
     pub(super) async fn watch(&self) -> anyhow::Result<Watch> {
         let session = self.session("viewer/screen").await?;
-        let subscriber = session.declare_subscriber(keys().all_fused()).await.map_err(|error| anyhow!("{error}"))?;
+        let subscriber =
+            session.declare_subscriber(keys().all_fused()).await.map_err(|error| anyhow!("{error}"))?;
         Ok(Watch { session, subscriber })
     }
 }
@@ -100,7 +111,8 @@ pub(super) struct Watch {
 impl Watch {
     /// The next fused frame.
     pub(super) async fn next(&self) -> anyhow::Result<FusedFrame> {
-        let sample = tokio::time::timeout(TIMEOUT, self.subscriber.recv_async()).await.context("no fused frame")?;
+        let sample =
+            tokio::time::timeout(TIMEOUT, self.subscriber.recv_async()).await.context("no fused frame")?;
         let sample = sample.map_err(|error| anyhow!("{error}"))?;
         wire::fused::decode(&sample.payload().to_bytes()).context("a fused frame that cannot be read")
     }
@@ -145,7 +157,8 @@ impl Watch {
     pub(super) async fn goes_on(&self, agent: &str) -> anyhow::Result<()> {
         let before = self.until("the agent is there", |status| accepted(status, agent) > 0).await?;
         let least = accepted(&before, agent) + 5;
-        let after = self.until("the agent goes on", |status| accepted(status, agent) >= least && status.objects > 0);
+        let after =
+            self.until("the agent goes on", |status| accepted(status, agent) >= least && status.objects > 0);
         after.await.map(drop)
     }
 }
@@ -163,5 +176,8 @@ pub(super) fn accepted(status: &HubStatus, id: &str) -> u64 {
 /// How often somebody was denied an action on a key.
 pub(super) fn denied(status: &HubStatus, who: &str, action: &str, key: &str) -> u64 {
     let kinds = status.refused_by_zenoh.denied.iter();
-    kinds.filter(|kind| kind.who == who && kind.action == action && kind.key == key).map(|kind| kind.count).sum()
+    kinds
+        .filter(|kind| kind.who == who && kind.action == action && kind.key == key)
+        .map(|kind| kind.count)
+        .sum()
 }

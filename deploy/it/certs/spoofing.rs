@@ -94,7 +94,8 @@ async fn an_agent_reads_lists_and_by_the_acl_not_what_other_agents_send() -> any
     watch.goes_on("ego").await?;
     let eve = secured.session("agent/eve").await?;
     let own = eve.declare_subscriber(keys().all_fused()).await.map_err(|error| anyhow!("{error}"))?;
-    let of_others = eve.declare_subscriber(keys().all_detections()).await.map_err(|error| anyhow!("{error}"))?;
+    let of_others =
+        eve.declare_subscriber(keys().all_detections()).await.map_err(|error| anyhow!("{error}"))?;
     let listed = tokio::time::timeout(crate::support::TIMEOUT, own.recv_async()).await.context("no list")?;
     listed.map_err(|error| anyhow!("{error}"))?;
     watch.goes_on("ego").await?;

@@ -23,7 +23,9 @@ pub(super) fn access_control(register: &Register) -> Value {
         let name = agent.common_name();
         rules.extend(publishing(agent, &name));
         subjects.push(json!({ "id": name, "cert_common_names": [name] }));
-        policies.push(json!({ "rules": [format!("{name} puts"), format!("{name} is alive")], "subjects": [name] }));
+        policies.push(
+            json!({ "rules": [format!("{name} puts"), format!("{name} is alive")], "subjects": [name] }),
+        );
     }
     if !viewers.is_empty() {
         rules.extend(reading_of_viewers());
@@ -59,11 +61,17 @@ fn publishing(agent: &Holder, name: &str) -> [Value; 2] {
     let keys: Vec<_> = keys.iter().map(String::as_str).collect();
     [
         rule(&format!("{name} puts"), "ingress", &["put"], &keys),
-        rule(&format!("{name} is alive"), "ingress", &["liveliness_token"], &[&format!("v2x/*/agent/{id}/alive")]),
+        rule(
+            &format!("{name} is alive"),
+            "ingress",
+            &["liveliness_token"],
+            &[&format!("v2x/*/agent/{id}/alive")],
+        ),
     ]
 }
 
-const ASKING: [&str; 4] = ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
+const ASKING: [&str; 4] =
+    ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
 
 /// An agent reads what hubs publish, and not what other agents do. It learns who subscribes to what it publishes.
 fn reading_of_agents() -> [Value; 2] {
@@ -77,10 +85,7 @@ fn reading_of_agents() -> [Value; 2] {
 /// A viewer reads everything: it may record a network.
 fn reading_of_viewers() -> [Value; 2] {
     let given = ["put", "reply", "liveliness_token", "declare_queryable", "declare_subscriber"];
-    [
-        rule("all-asked", "ingress", &ASKING, &["v2x/**"]),
-        rule("all-given", "egress", &given, &["v2x/**"]),
-    ]
+    [rule("all-asked", "ingress", &ASKING, &["v2x/**"]), rule("all-given", "egress", &given, &["v2x/**"])]
 }
 
 #[cfg(test)]
@@ -111,15 +116,21 @@ mod tests {
                 && rule["permission"] == "allow"
                 && has(&rule["flows"], flow)
                 && has(&rule["messages"], message)
-                && rule["key_exprs"].as_array().unwrap().iter().any(|allowed| {
-                    KeyExpr::try_from(allowed.as_str().unwrap()).unwrap().includes(&key)
-                })
+                && rule["key_exprs"]
+                    .as_array()
+                    .unwrap()
+                    .iter()
+                    .any(|allowed| KeyExpr::try_from(allowed.as_str().unwrap()).unwrap().includes(&key))
         })
     }
 
     #[test]
     fn the_acl_lets_an_agent_put_under_its_own_name_only_and_a_viewer_nothing() {
-        let control = control(vec![holder(Role::Agent, "ego"), holder(Role::Agent, "rsu"), holder(Role::Viewer, "eye")]);
+        let control = control(vec![
+            holder(Role::Agent, "ego"),
+            holder(Role::Agent, "rsu"),
+            holder(Role::Viewer, "eye"),
+        ]);
         let keys = Keys::new(NetworkId::new("demo").unwrap());
         let [ego, rsu] = ["ego", "rsu"].map(|name| AgentId::new(name).unwrap());
         let hub = HubId::new("hub").unwrap();
@@ -150,14 +161,21 @@ mod tests {
     fn the_acl_lets_viewers_read_all_and_agents_what_hubs_publish() {
         let control = control(vec![holder(Role::Agent, "ego"), holder(Role::Viewer, "eye")]);
         let keys = Keys::new(NetworkId::new("demo").unwrap());
-        let asks = |subject: &str, message: &str, key: &str| allows(&control, subject, "ingress", message, key);
+        let asks =
+            |subject: &str, message: &str, key: &str| allows(&control, subject, "ingress", message, key);
         for key in [keys.all_fused(), keys.all_lagged(), keys.all_deltas()] {
-            assert!(asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key));
+            assert!(
+                asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
+            );
         }
         for key in [keys.all_detections(), keys.all_sensors(), keys.all_truth()] {
-            assert!(!asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key));
+            assert!(
+                !asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
+            );
         }
-        assert!(asks("viewers", "query", &keys.all_status()) && asks("agent:ego", "query", &keys.all_status()));
+        assert!(
+            asks("viewers", "query", &keys.all_status()) && asks("agent:ego", "query", &keys.all_status())
+        );
         assert!(asks("viewers", "declare_liveliness_subscriber", &keys.all_agents_alive()));
         // The agent knows that somebody listens.
         assert!(allows(&control, "agent:ego", "egress", "declare_subscriber", &keys.any_detections()));

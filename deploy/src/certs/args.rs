@@ -2,6 +2,7 @@
 
 use super::register::Holder;
 use anyhow::bail;
+use std::net::Ipv6Addr;
 use std::path::PathBuf;
 use v2x_common::id::{AgentId, HubId, Name};
 
@@ -71,7 +72,7 @@ pub(super) struct HubArgs {
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct PlaceArgs {
     /// Address or DNS name by which the hub is reached; may be given more than once [default: 127.0.0.1 and localhost]
-    #[arg(long, value_name = "ADDR")]
+    #[arg(long, value_name = "ADDR", value_parser = host)]
     pub(super) host: Vec<String>,
     /// Its port
     #[arg(long, default_value_t = 7447)]
@@ -125,7 +126,25 @@ pub(super) struct ListArgs {
 fn days(text: &str) -> Result<f64, String> {
     const MOST: f64 = 36_500.0;
     let days: f64 = text.parse().map_err(|_| format!("{text:?} is no number of days"))?;
-    if (0.0..=MOST).contains(&days) { Ok(days) } else { Err(format!("{text} is not within 0 and {MOST} days")) }
+    if (0.0..=MOST).contains(&days) {
+        Ok(days)
+    } else {
+        Err(format!("{text} is not within 0 and {MOST} days"))
+    }
+}
+
+/// Without protocol and port. Zenoh's TLS takes no IPv6 addresses, as `[::1]` is no name of a server.
+fn host(text: &str) -> Result<String, String> {
+    if text.parse::<Ipv6Addr>().is_ok() {
+        return Err("Zenoh's TLS takes no IPv6 address: give the hub a name, and that name here".to_owned());
+    }
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-');
+    if text.is_empty() || !text.chars().all(is_allowed) {
+        return Err(format!(
+            "{text:?} is no address or name such as 192.168.1.10, without protocol and port"
+        ));
+    }
+    Ok(text.to_owned())
 }
 
 fn viewer_name(text: &str) -> Result<String, String> {
@@ -134,7 +153,8 @@ fn viewer_name(text: &str) -> Result<String, String> {
 
 /// The one holder that a name means: `NAME`, `agent:NAME` or `viewer:NAME`.
 pub(super) fn only_one<'a>(name: &str, holders: &'a mut [Holder]) -> anyhow::Result<&'a mut Holder> {
-    let is_meant = |holder: &Holder| holder.name == name || format!("{}:{}", holder.role, holder.name) == name;
+    let is_meant =
+        |holder: &Holder| holder.name == name || format!("{}:{}", holder.role, holder.name) == name;
     let meant = holders.iter().filter(|holder| is_meant(holder)).count();
     if meant > 1 {
         bail!("{name} is an agent and a viewer: say agent:{name} or viewer:{name}");
@@ -142,5 +162,26 @@ pub(super) fn only_one<'a>(name: &str, holders: &'a mut [Holder]) -> anyhow::Res
     match holders.iter_mut().find(|holder| is_meant(holder)) {
         Some(holder) => Ok(holder),
         None => bail!("no agent or viewer has the name {name}; see `v2x certs list`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_host_of_certs_is_an_address_or_a_name_alone() {
+        assert!(host("192.168.1.10").is_ok() && host("hub-1.local").is_ok());
+        for wrong in ["", "tls/10.0.0.1", "10.0.0.1:7447", "::1", "a b"] {
+            assert!(host(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn days_of_certs_are_bounded() {
+        assert_eq!(days("0.5"), Ok(0.5));
+        for wrong in ["-1", "1e9", "NaN", "soon"] {
+            assert!(days(wrong).is_err(), "{wrong}");
+        }
     }
 }

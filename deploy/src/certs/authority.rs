@@ -3,8 +3,8 @@
 use super::files;
 use anyhow::Context;
 use rcgen::{
-    BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
-    KeyUsagePurpose,
+    BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer,
+    KeyPair, KeyUsagePurpose,
 };
 use std::path::Path;
 use time::OffsetDateTime;
@@ -61,7 +61,8 @@ impl Authority {
             let path = folder.join(file);
             std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
         };
-        let key = KeyPair::from_pem(&read(KEY)?).with_context(|| format!("in {}", folder.join(KEY).display()))?;
+        let key =
+            KeyPair::from_pem(&read(KEY)?).with_context(|| format!("in {}", folder.join(KEY).display()))?;
         Ok(Self { issuer: Issuer::new(parameters(name), key), certificate: read(CERTIFICATE)?, expires_at })
     }
 
@@ -71,7 +72,12 @@ impl Authority {
     }
 
     /// Makes a key and a certificate. No certificate outlives its authority.
-    pub(super) fn issue(&self, common_name: &str, purpose: &Purpose<'_>, days: f64) -> anyhow::Result<Identity> {
+    pub(super) fn issue(
+        &self,
+        common_name: &str,
+        purpose: &Purpose<'_>,
+        days: f64,
+    ) -> anyhow::Result<Identity> {
         let expires_at = in_days(days).min(self.expires_at);
         let (hosts, usage) = match purpose {
             Purpose::Hub(hosts) => (hosts.to_vec(), ExtendedKeyUsagePurpose::ServerAuth),
@@ -116,12 +122,14 @@ fn in_days(days: f64) -> i64 {
 }
 
 fn validity(expires_at: i64) -> anyhow::Result<(OffsetDateTime, OffsetDateTime)> {
-    let at = |seconds| OffsetDateTime::from_unix_timestamp(seconds).context("the date of expiry is out of range");
+    let at =
+        |seconds| OffsetDateTime::from_unix_timestamp(seconds).context("the date of expiry is out of range");
     // In order where it expires at once, too.
     Ok((at((now() - BACKDATED_S).min(expires_at))?, at(expires_at)?))
 }
 
 /// A day as people write it, of s since the Unix epoch.
 pub(super) fn day(seconds: i64) -> String {
-    OffsetDateTime::from_unix_timestamp(seconds).map_or_else(|_| seconds.to_string(), |at| at.date().to_string())
+    OffsetDateTime::from_unix_timestamp(seconds)
+        .map_or_else(|_| seconds.to_string(), |at| at.date().to_string())
 }

@@ -66,11 +66,19 @@ fn issue_hub(dir: &Path, register: &mut Register, name: HubId, place: &PlaceArgs
     let folder = dir.join("hub").join(name.as_str());
     write_identity(&folder, &authority, &identity)?;
     let expires_at = identity.expires_at;
-    say(&format!("{}: the hub {name} at {}, valid until {}", folder.display(), hosts.join(", "), day(expires_at)));
+    say(&format!(
+        "{}: the hub {name} at {}, valid until {}",
+        folder.display(),
+        hosts.join(", "),
+        day(expires_at)
+    ));
     register.hubs.push(HubEntry { name, hosts, port: place.port, expires_at });
     register.write(dir)?;
     write_hub_configurations(dir, register)?;
-    say(&format!("start it: v2x hub --id {name} --zenoh-config {}", folder.join(configuration::FILE).display()));
+    say(&format!(
+        "start it: v2x hub --id {name} --zenoh-config {}",
+        folder.join(configuration::FILE).display()
+    ));
     Ok(())
 }
 
@@ -134,7 +142,9 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
     write_hub_configurations(dir, &register)?;
     let option = format!("--zenoh-config {}", folder.join(configuration::FILE).display());
     match role {
-        Role::Agent => say(&format!("copy the folder to its machine; v2x agent --scenario FILE --id {name} {option}")),
+        Role::Agent => {
+            say(&format!("copy the folder to its machine; v2x agent --scenario FILE --id {name} {option}"))
+        }
         Role::Viewer => say(&format!("copy the folder to its machine; v2x watch {option}")),
     }
     Ok(())

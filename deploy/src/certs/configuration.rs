@@ -89,14 +89,27 @@ mod tests {
             port: 7448,
             expires_at: 0,
         };
-        let ego =
-            Holder { role: Role::Agent, name: "ego".into(), generation: 1, truth: true, expires_at: 0, revoked: false };
+        let ego = Holder {
+            role: Role::Agent,
+            name: "ego".into(),
+            generation: 1,
+            truth: true,
+            expires_at: 0,
+            revoked: false,
+        };
         let register =
             Register { authority: "a".into(), expires_at: 0, hubs: vec![hub.clone()], holders: vec![ego] };
         let read = |text: String| zenoh::Config::from_json5(&text).unwrap();
         let (hub, client) = (read(of_hub(&hub, &register).unwrap()), read(of_client(&register).unwrap()));
         let plain = session::hub_config(&SessionOptions::default()).unwrap();
-        for key in ["mode", "transport/unicast", "scouting", "transport/link/tx", "transport/link/rx", "timestamping"] {
+        for key in [
+            "mode",
+            "transport/unicast",
+            "scouting",
+            "transport/link/tx",
+            "transport/link/rx",
+            "timestamping",
+        ] {
             assert_eq!(hub.get_json(key).unwrap(), plain.get_json(key).unwrap(), "{key}");
         }
         let plain = session::client_config(&SessionOptions::default()).unwrap();

@@ -82,7 +82,10 @@ impl Register {
     pub(super) fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(FILE);
         let text = std::fs::read_to_string(&path).with_context(|| {
-            format!("reading {}; make an authority by `v2x certs init`, or name its folder by --dir", path.display())
+            format!(
+                "reading {}; make an authority by `v2x certs init`, or name its folder by --dir",
+                path.display()
+            )
         })?;
         serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))
     }

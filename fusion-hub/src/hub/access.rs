@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::{ZenohRefusals, zenoh_refusals};
 use v2x_common::time::{Span, Timestamp};
-use zenoh::Config;
+use zenoh::{Config, Session};
 
 /// What Zenoh refuses is told no more often than this.
 const TOLD_EVERY: Span = Span::from_millis(10_000);
@@ -16,6 +16,8 @@ const TOLD_EVERY: Span = Span::from_millis(10_000);
 /// The file, as it was when the hub read it.
 pub(super) struct Access {
     options: SessionOptions,
+    /// What the session was opened with.
+    in_force: Config,
     written_at: Option<SystemTime>,
     told: ZenohRefusals,
     told_at: Timestamp,
@@ -23,9 +25,9 @@ pub(super) struct Access {
 
 impl Access {
     /// Of a session that is about to be opened with these options.
-    pub(super) fn new(options: SessionOptions) -> Self {
+    pub(super) fn new(options: SessionOptions, in_force: Config) -> Self {
         let written_at = written_at(options.config.as_ref());
-        Self { options, written_at, told: ZenohRefusals::default(), told_at: Timestamp::MIN }
+        Self { options, in_force, written_at, told: ZenohRefusals::default(), told_at: Timestamp::MIN }
     }
 
     /// The configuration, where its file was written anew and can be read.
@@ -45,6 +47,21 @@ impl Access {
         }
     }
 
+    /// Opens a session in place of one that was closed: with another configuration, or with the former one where Zenoh does
+    /// not take that.
+    pub(super) async fn reopen(&mut self, config: Config, locators: &[String]) -> anyhow::Result<Session> {
+        match session::open_in_place(config.clone(), locators).await {
+            Ok(session) => {
+                self.in_force = config;
+                Ok(session)
+            }
+            Err(error) => {
+                tracing::warn!("Zenoh does not take the new configuration, which is not followed: {error:#}");
+                session::open_in_place(self.in_force.clone(), locators).await
+            }
+        }
+    }
+
     /// Warns of what Zenoh has refused since the last warning.
     pub(super) fn tell_refusals(&mut self, now: Timestamp) {
         if now - self.told_at < TOLD_EVERY {
@@ -55,7 +72,10 @@ impl Access {
             let words = refusals.in_words().unwrap_or_default();
             let newest = refusals.denied.last();
             let example = newest.map(|kind| format!(" (such as {}: {} {})", kind.who, kind.action, kind.key));
-            tracing::warn!("since the start {words}{}; `v2x status` has them all", example.unwrap_or_default());
+            tracing::warn!(
+                "since the start {words}{}; `v2x status` has them all",
+                example.unwrap_or_default()
+            );
             self.told = refusals;
             self.told_at = now;
         }

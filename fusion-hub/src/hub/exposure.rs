@@ -4,7 +4,8 @@ use std::net::IpAddr;
 use v2x_common::net::session;
 use zenoh::Config;
 
-const ADVICE: &str = "`v2x certs init --host ADDRESS` makes certificates and a configuration for --zenoh-config";
+const ADVICE: &str =
+    "`v2x certs init --host ADDRESS` makes certificates and a configuration for --zenoh-config";
 
 /// What is to be said about who can take part; `None` where only holders of certificates can, or only this machine.
 pub(super) fn warning(config: &Config) -> Option<String> {
@@ -13,7 +14,8 @@ pub(super) fn warning(config: &Config) -> Option<String> {
     if exposed.is_empty() {
         return None;
     }
-    let (open, secured): (Vec<_>, Vec<_>) = exposed.into_iter().partition(|endpoint| !endpoint.starts_with("tls/"));
+    let (open, secured): (Vec<_>, Vec<_>) =
+        exposed.into_iter().partition(|endpoint| !endpoint.starts_with("tls/"));
     let who = if !open.is_empty() || !is_set("transport/link/tls/enable_mtls") {
         "everybody who reaches"
     } else if !is_set("access_control/enabled") {
@@ -49,7 +51,8 @@ mod tests {
         for local in ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/localhost:7447#so_sndbuf=9"] {
             assert_eq!(warning_of(&format!("{{ listen: {{ endpoints: [{local:?}] }} }}")), None, "{local}");
         }
-        let warning = warning_of(r#"{ listen: { endpoints: ["tcp/127.0.0.1:1", "tcp/0.0.0.0:7447"] } }"#).unwrap();
+        let warning =
+            warning_of(r#"{ listen: { endpoints: ["tcp/127.0.0.1:1", "tcp/0.0.0.0:7447"] } }"#).unwrap();
         assert!(warning.contains("tcp/0.0.0.0:7447") && warning.contains("v2x certs init"), "{warning}");
     }
 

@@ -33,8 +33,8 @@ use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::journal::Call;
 use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
-use zenoh::{Config, Session};
 use zenoh::query::Query;
+use zenoh::{Config, Session};
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -80,10 +80,10 @@ pub async fn serve(
         tracing::warn!("{warning}");
     }
     let endpoints = session::listen_endpoints(&config).join(", ");
-    let mut session = session::open(config)
-        .await
-        .map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
-    let mut hub = Hub::declare(setup, engine, &session, recording).await?;
+    let access = Access::new(setup.session.clone(), config.clone());
+    let mut session =
+        session::open(config).await.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
+    let mut hub = Hub::declare((setup, access), engine, &session, recording).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     on_ready(hub.settings.engine.hub, &hub.locators);
     while let Some(config) = hub.serve(&shutdown).await {
@@ -127,7 +127,7 @@ struct Hub {
 
 impl Hub {
     async fn declare(
-        HubSetup { network: network_id, mut settings, session: options, .. }: HubSetup,
+        (HubSetup { network: network_id, mut settings, .. }, access): (HubSetup, Access),
         engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         recording: Option<RecordingFile>,
@@ -145,7 +145,7 @@ impl Hub {
         let journal = Journal::new(stream, recording.map(Recorder::begin), keys, &core);
         Ok(Self {
             network_id,
-            access: Access::new(options),
+            access,
             core,
             journal,
             schedule: Schedule::new(settings.publish, started_at),
@@ -212,9 +212,8 @@ impl Hub {
         self.journal.flush().await;
         session::close(session).await.map_err(|error| HubError::Close(error.into()))?;
         let endpoints = self.locators.join(", ");
-        let session = session::open_in_place(config, &self.locators)
-            .await
-            .map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
+        let session = self.access.reopen(config, &self.locators).await;
+        let session = session.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
         let (keys, hub) = (Keys::new(self.network_id), self.settings.engine.hub);
         self.roster.begin_anew();
         let joined = async {

@@ -185,11 +185,13 @@ impl TlsFiles {
             }
         }
         let provider = Arc::new(rustls::crypto::ring::default_provider());
-        let builder = ClientConfig::builder_with_provider(provider).with_protocol_versions(&[&rustls::version::TLS13]);
+        let builder =
+            ClientConfig::builder_with_provider(provider).with_protocol_versions(&[&rustls::version::TLS13]);
         let builder = builder.map_err(|error| error.to_string())?.with_root_certificates(roots);
         let Some((certificate, key)) = &self.identity else { return Ok(builder.with_no_client_auth()) };
         let shown = certificates(certificate)?;
-        let key_of = PrivateKeyDer::from_pem_file(key).map_err(|error| format!("{}: {error}", key.display()))?;
+        let key_of =
+            PrivateKeyDer::from_pem_file(key).map_err(|error| format!("{}: {error}", key.display()))?;
         builder
             .with_client_auth_cert(shown, key_of)
             .map_err(|error| format!("{} and {}: {error}", certificate.display(), key.display()))
@@ -216,7 +218,8 @@ mod tests {
 
     #[test]
     fn a_user_name_or_password_that_zenoh_would_ignore_is_refused() {
-        let message = refused(r#"{ transport: { auth: { usrpwd: { user: "ego", password: "letmein-77" } } } }"#);
+        let message =
+            refused(r#"{ transport: { auth: { usrpwd: { user: "ego", password: "letmein-77" } } } }"#);
         assert!(message.contains("usrpwd/user") && message.contains("v2x certs init"), "{message}");
         assert!(!message.contains("letmein"), "{message}");
         let message = refused(r#"{ transport: { auth: { usrpwd: { dictionary_file: "users" } } } }"#);

@@ -29,7 +29,9 @@ pub enum TlsRefusal {
     )]
     OtherName(String),
     /// The hub's certificate is too old, or not valid yet.
-    #[error("its certificate has expired or is not valid yet: make it again with `v2x certs hub`, and check both clocks")]
+    #[error(
+        "its certificate has expired or is not valid yet: make it again with `v2x certs hub`, and check both clocks"
+    )]
     HubExpired,
     /// The client's certificate is too old, or not valid yet.
     #[error(
@@ -49,7 +51,9 @@ pub enum TlsRefusal {
     )]
     NoTls,
     /// There is TLS at an endpoint that is to be plain TCP.
-    #[error("it speaks TLS: connect by tls/, and give --zenoh-config with the file that `v2x certs` has written")]
+    #[error(
+        "it speaks TLS: connect by tls/, and give --zenoh-config with the file that `v2x certs` has written"
+    )]
     Tls,
     /// The client's own files cannot be used.
     #[error("{0}")]

@@ -79,7 +79,8 @@ pub(super) fn agents(count: u32) -> anyhow::Result<Vec<AgentId>> {
 
 /// An agent's session, or the only one.
 fn session_of<'a>(sessions: &'a [Session], agent: &AgentId) -> anyhow::Result<&'a Session> {
-    let number = agent.as_str().rsplit('-').next().and_then(|number| number.parse::<usize>().ok()).unwrap_or(0);
+    let number =
+        agent.as_str().rsplit('-').next().and_then(|number| number.parse::<usize>().ok()).unwrap_or(0);
     sessions.get(number).or(sessions.first()).context("no session")
 }
 
