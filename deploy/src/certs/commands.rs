@@ -141,12 +141,11 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
     register.write(dir)?;
     write_hub_configurations(dir, &register)?;
     let option = format!("--zenoh-config {}", folder.join(configuration::FILE).display());
-    match role {
-        Role::Agent => {
-            say(&format!("copy the folder to its machine; v2x agent --scenario FILE --id {name} {option}"))
-        }
-        Role::Viewer => say(&format!("copy the folder to its machine; v2x watch {option}")),
-    }
+    let command = match role {
+        Role::Agent => format!("agent --scenario FILE --id {name}"),
+        Role::Viewer => "watch".to_owned(),
+    };
+    say(&format!("copy the folder to its machine; there: v2x {command} {option}"));
     Ok(())
 }
 
