@@ -37,6 +37,8 @@ pub fn hub_options(listen: &[String]) -> Vec<ZenohOption> {
     options.extend([
         ("mode", "\"router\"".to_owned()),
         ("transport/unicast", r#"{ "max_sessions": 1024 }"#.to_owned()),
+        // A router sleeps for it before it is open, also where it scouts for nobody.
+        ("scouting/delay", "0".to_owned()),
         listening(listen),
     ]);
     options
@@ -62,6 +64,8 @@ pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
         let connect = endpoints(&options.connect);
         let json = format!(r#"{{ "endpoints": {connect}, "timeout_ms": -1, "retry": {RETRY} }}"#);
         set(&mut config, &("connect", json))?;
+        // Zenoh's own value: time for the link to the other router.
+        set(&mut config, &("scouting/delay", "500".to_owned()))?;
     }
     Ok(config)
 }
