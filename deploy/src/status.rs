@@ -110,7 +110,8 @@ fn text(status: &HubStatus, is_brief: bool) -> String {
     let agents: Vec<_> = status.agents.iter().collect();
     let learnt = agents.iter().filter_map(|agent| learnt_line(agent)).collect::<String>();
     let table = health::agent_table(&agents);
-    let parts = [health::hub_line(status) + "\n", table, learnt, findings, verdict + "\n"];
+    let refused = refusal_lines(status).iter().map(|line| format!("{line}\n")).collect::<String>();
+    let parts = [health::hub_line(status) + "\n", table, learnt, refused, findings, verdict + "\n"];
     let parts: Vec<_> = parts.into_iter().filter(|part| !part.is_empty()).collect();
     parts.join("\n")
 }
@@ -122,6 +123,16 @@ fn print_remarks(status: &HubStatus) {
         // A closed standard error is no fault of the status.
         let _ = writeln!(err, "{line}");
     }
+}
+
+/// What Zenoh has refused: handshakes by cause, and who was denied what.
+fn refusal_lines(status: &HubStatus) -> Vec<String> {
+    let denied = status.refused_by_zenoh.denied.iter();
+    let denied = denied.map(|Denied { who, action, key, count }| {
+        let times = if *count == 1 { "once".to_owned() } else { format!("{count} times") };
+        format!("denied to {who}: {action} {key} ({times})")
+    });
+    status.refused_by_zenoh.in_words().into_iter().chain(denied).collect()
 }
 
 /// What is learnt of a sensor, where it is not as a good one is or as it declares.
@@ -137,10 +148,7 @@ fn remarks(status: &HubStatus) -> Vec<String> {
     for InvalidName { name, reason, samples } in &status.invalid_names {
         lines.push(format!("agent {name:?}: nothing of it is used ({samples} samples): {reason}"));
     }
-    lines.extend(status.refused_by_zenoh.in_words());
-    for Denied { who, action, key, count } in &status.refused_by_zenoh.denied {
-        lines.push(format!("denied to {who}: {action} {key} ({count} times)"));
-    }
+    lines.extend(refusal_lines(status));
     for agent in &status.agents {
         let id = agent.id;
         lines.extend(

@@ -82,10 +82,10 @@ fn reading_of_agents() -> [Value; 2] {
     ]
 }
 
-/// A viewer reads everything: it may record a network.
+/// A viewer reads everything: it may record a network, or look for what is under wrong keys (`v2x check`).
 fn reading_of_viewers() -> [Value; 2] {
     let given = ["put", "reply", "liveliness_token", "declare_queryable", "declare_subscriber"];
-    [rule("all-asked", "ingress", &ASKING, &["v2x/**"]), rule("all-given", "egress", &given, &["v2x/**"])]
+    [rule("all-asked", "ingress", &ASKING, &["**"]), rule("all-given", "egress", &given, &["**"])]
 }
 
 #[cfg(test)]
@@ -168,7 +168,7 @@ mod tests {
                 asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
             );
         }
-        for key in [keys.all_detections(), keys.all_sensors(), keys.all_truth()] {
+        for key in [keys.all_detections(), keys.all_sensors(), keys.all_truth(), "**".to_owned()] {
             assert!(
                 !asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
             );
