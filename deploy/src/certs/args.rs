@@ -10,14 +10,16 @@ use v2x_common::id::{AgentId, HubId, Name};
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x certs init --host 192.168.1.10     an authority and a hub's certificate, in the folder certs
-  v2x certs agent ego                    certs/agent/ego, to be copied to the machine of ego
-  v2x certs viewer screen                certs/viewer/screen: reads, and publishes nothing
-  v2x certs revoke ego                   a running hub shuts it out within some seconds
-  v2x certs list                         who may take part, and until when
-Then: v2x hub --zenoh-config certs/hub/hub/zenoh.json5
-      v2x agent --scenario crossing.toml --id ego --zenoh-config certs/agent/ego/zenoh.json5
-      v2x watch --zenoh-config certs/viewer/screen/zenoh.json5")]
+  v2x certs init --host 192.168.1.10   an authority and a hub, in folder certs
+  v2x certs agent ego                  certs/agent/ego, for the machine of ego
+  v2x certs viewer screen              certs/viewer/screen, which only reads
+  v2x certs revoke ego                 a running hub shuts it out
+  v2x certs list                       who may take part, and until when
+Then, each on its machine:
+  v2x hub --zenoh-config certs/hub/hub/zenoh.json5
+  v2x agent --id ego --zenoh-config certs/agent/ego/zenoh.json5 \\
+            --scenario crossing.toml
+  v2x watch --zenoh-config certs/viewer/screen/zenoh.json5")]
 pub(crate) struct CertsArgs {
     #[command(subcommand)]
     pub(super) action: Action,
@@ -28,13 +30,13 @@ pub(crate) struct CertsArgs {
 
 #[derive(Clone, Debug, clap::Subcommand)]
 pub(super) enum Action {
-    /// Make an authority, and the certificate and configuration of its first hub
+    /// Make an authority and its first hub's certificate
     Init(InitArgs),
-    /// Make the certificate and configuration of a further hub, or of one with other addresses
+    /// Make the certificate of a further hub, or with other addresses
     Hub(HubArgs),
-    /// Make the certificate and configuration of an agent, which publishes under its own name only
+    /// Make the certificate of an agent: it publishes under its own name
     Agent(AgentArgs),
-    /// Make the certificate and configuration of a viewer, which reads and publishes nothing
+    /// Make the certificate of a viewer: it publishes nothing
     Viewer(ViewerArgs),
     /// Shut an agent or a viewer out; a running hub follows
     Revoke(RevokeArgs),
@@ -52,8 +54,8 @@ pub(super) struct InitArgs {
     pub(super) name: HubId,
     #[command(flatten)]
     pub(super) place: PlaceArgs,
-    /// For how many days the authority is valid
-    #[arg(long, default_value = "3650", value_name = "DAYS", value_parser = days)]
+    /// Days for which the authority is valid
+    #[arg(long, default_value = "3650", value_name = "N", value_parser = days)]
     pub(super) authority_days: f64,
 }
 
@@ -71,14 +73,14 @@ pub(super) struct HubArgs {
 /// Where a hub is.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct PlaceArgs {
-    /// Address or DNS name by which the hub is reached; may be given more than once [default: 127.0.0.1 and localhost]
+    /// Address or DNS name of the hub, or several [default: this machine]
     #[arg(long, value_name = "ADDR", value_parser = host)]
     pub(super) host: Vec<String>,
     /// Its port
     #[arg(long, default_value_t = 7447)]
     pub(super) port: u16,
-    /// For how many days its certificate is valid
-    #[arg(long, default_value = "365", value_name = "DAYS", value_parser = days)]
+    /// Days for which its certificate is valid
+    #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
     pub(super) days: f64,
 }
 
@@ -89,8 +91,8 @@ pub(super) struct AgentArgs {
     /// It may also publish the truth of a simulation
     #[arg(long)]
     pub(super) truth: bool,
-    /// For how many days its certificate is valid
-    #[arg(long, default_value = "365", value_name = "DAYS", value_parser = days)]
+    /// Days for which its certificate is valid
+    #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
     pub(super) days: f64,
     /// Replace the certificate and key that it has
     #[arg(long)]
@@ -102,8 +104,8 @@ pub(super) struct ViewerArgs {
     /// A name for the viewer
     #[arg(value_parser = viewer_name)]
     pub(super) name: String,
-    /// For how many days its certificate is valid
-    #[arg(long, default_value = "365", value_name = "DAYS", value_parser = days)]
+    /// Days for which its certificate is valid
+    #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
     pub(super) days: f64,
     /// Replace the certificate and key that it has
     #[arg(long)]
@@ -112,7 +114,7 @@ pub(super) struct ViewerArgs {
 
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct RevokeArgs {
-    /// Name of the agent or viewer; agent:NAME or viewer:NAME where both have it
+    /// Its name; agent:NAME or viewer:NAME where both have it
     pub(super) name: String,
 }
 

@@ -39,7 +39,7 @@ pub(crate) struct WatchArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
-    /// Believe this hub alone (with certificates nobody else can publish under its name) [default: every hub]
+    /// Believe this hub alone [default: every hub]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["record", "web", "foxglove"])]
     pub(crate) hub: Option<HubId>,
     /// Watch the second list, which is a lag behind, of a hub with the setting `lagged`

@@ -36,7 +36,7 @@ pub struct HubArgs {
     /// A further Zenoh router to join; may be given more than once
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
-    /// A Zenoh configuration file that replaces our defaults; the hub follows it when it is written anew
+    /// A Zenoh configuration file that replaces our defaults; it is followed when written anew
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
     /// Record all that arrives and is published, and the journal, into an MCAP file
