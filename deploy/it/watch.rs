@@ -21,6 +21,25 @@ async fn watch_prints_the_given_number_of_fused_frames_as_json_lines() -> anyhow
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn watch_and_status_can_believe_one_hub_alone_whoever_spoofs_another() -> anyhow::Result<()> {
+    let folder = folder("watch-hub")?;
+    let (_up, endpoint) = up(&folder, "watch-hub").await?;
+    let at = ["--network", "watch-hub", "--connect", &endpoint];
+    let watch = |hub: &'static str| {
+        [&["watch", "--json", "--count", "3", "--wait", "5", "--hub", hub], &at[..]].concat()
+    };
+    let ending = run(&folder, &watch("hub")).await?;
+    assert_eq!((ending.code, ending.stdout.lines().count()), (Some(0), 3), "{ending:#?}");
+    let ending = run(&folder, &watch("north")).await?;
+    assert_eq!((ending.code, ending.stdout.as_str()), (Some(1), ""), "{ending:#?}");
+    assert!(ending.stderr.contains("the hub north"), "{ending:#?}");
+    let ending = run(&folder, &[&["status", "--hub", "north"], &at[..]].concat()).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert!(ending.stderr.contains("no hub north"), "{ending:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_second_list_is_half_a_second_behind_and_beside_the_live_one() -> anyhow::Result<()> {
     let folder = folder("watch-lagged")?;
     let scenario = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/crossing.toml"))?;

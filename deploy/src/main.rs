@@ -1,5 +1,6 @@
 //! `v2x`: one command for a cooperative-perception network.
 
+mod certs;
 mod check;
 mod demo;
 mod foxglove;
@@ -44,6 +45,7 @@ Examples:
   v2x scenario init                a commented scenario file, to begin one of your own
   v2x runs                         earlier runs with their verdicts
   v2x links                        the named links of scenarios, with their delays and losses
+  v2x certs init                   only your own machines: TLS, and who may publish what
   v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
 )]
 struct Cli {
@@ -69,6 +71,7 @@ enum Command {
     Check(check::CheckArgs),
     /// Print the status of the hubs and of their agents, and what looks wrong
     Status(status::StatusArgs),
+    Certs(certs::CertsArgs),
     World(world::WorldArgs),
     Scenario(scenario::ScenarioArgs),
     Runs(runs::RunsArgs),
@@ -106,6 +109,7 @@ async fn main() -> ExitCode {
             Command::Proxy(args) => {
                 proxy::run(&args, &shutdown::token(false)?).await.map(|()| ExitCode::SUCCESS)
             }
+            Command::Certs(args) => certs::run(&args).map(|()| ExitCode::SUCCESS),
             Command::World(args) => world::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Scenario(args) => scenario::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Runs(args) => runs::run(&args).map(|()| ExitCode::SUCCESS),

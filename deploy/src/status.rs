@@ -8,8 +8,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::net::zenoh_refusals::Denied;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus, InvalidName, RegistrationStatus, Verdict};
 
 #[derive(Clone, Debug, clap::Args)]
@@ -30,6 +31,9 @@ pub(crate) struct StatusArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     zenoh_config: Option<PathBuf>,
+    /// The status of this hub alone [default: every hub's]
+    #[arg(long, value_name = "NAME")]
+    hub: Option<HubId>,
     /// Seconds to wait for a hub
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     wait: f64,
@@ -87,9 +91,11 @@ async fn ask(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<
     };
     let statuses = v2x_lab::loopback::hub_status::query(&session, args.network).await;
     session::close(session).await?;
-    let statuses = statuses?;
+    let mut statuses = statuses?;
+    statuses.retain(|status| args.hub.is_none_or(|hub| status.hub == hub));
     if statuses.is_empty() {
-        bail!("no hub of network {} answered; is --network right?", args.network);
+        let who = args.hub.map_or_else(|| "no hub".to_owned(), |hub| format!("no hub {hub}"));
+        bail!("{who} of network {} answered; is --network right?", args.network);
     }
     Ok(Some(statuses))
 }
@@ -104,7 +110,8 @@ fn text(status: &HubStatus, is_brief: bool) -> String {
     let agents: Vec<_> = status.agents.iter().collect();
     let learnt = agents.iter().filter_map(|agent| learnt_line(agent)).collect::<String>();
     let table = health::agent_table(&agents);
-    let parts = [health::hub_line(status) + "\n", table, learnt, findings, verdict + "\n"];
+    let refused = refusal_lines(status).iter().map(|line| format!("{line}\n")).collect::<String>();
+    let parts = [health::hub_line(status) + "\n", table, learnt, refused, findings, verdict + "\n"];
     let parts: Vec<_> = parts.into_iter().filter(|part| !part.is_empty()).collect();
     parts.join("\n")
 }
@@ -116,6 +123,16 @@ fn print_remarks(status: &HubStatus) {
         // A closed standard error is no fault of the status.
         let _ = writeln!(err, "{line}");
     }
+}
+
+/// What Zenoh has refused: handshakes by cause, and who was denied what.
+fn refusal_lines(status: &HubStatus) -> Vec<String> {
+    let denied = status.refused_by_zenoh.denied.iter();
+    let denied = denied.map(|Denied { who, action, key, count }| {
+        let times = if *count == 1 { "once".to_owned() } else { format!("{count} times") };
+        format!("denied to {who}: {action} {key} ({times})")
+    });
+    status.refused_by_zenoh.in_words().into_iter().chain(denied).collect()
 }
 
 /// What is learnt of a sensor, where it is not as a good one is or as it declares.
@@ -131,6 +148,7 @@ fn remarks(status: &HubStatus) -> Vec<String> {
     for InvalidName { name, reason, samples } in &status.invalid_names {
         lines.push(format!("agent {name:?}: nothing of it is used ({samples} samples): {reason}"));
     }
+    lines.extend(refusal_lines(status));
     for agent in &status.agents {
         let id = agent.id;
         lines.extend(
@@ -178,6 +196,9 @@ mod tests {
             "tracks": 0, "objects": 0, "frames_published": 0, "publish_errors": 0, "dropped_overload": 0,
             "refused_beyond_limit": 0, "refused_unnamed": 1, "births_refused": 0, "merges": 0, "objects_withheld": 0,
             "invalid_names": [{ "name": "cam/north", "reason": "it holds '/'", "samples": 1 }],
+            "refused_by_zenoh": { "handshakes": { "expired": 2 }, "messages": 5, "denied": [
+                { "who": "agent:eve", "action": "Put", "key": "v2x/demo/agent/ego/detections", "count": 5 },
+            ] },
             "latency_ms": quantiles, "compute_ms": quantiles, "memory_bytes": null, "agents": [agent],
         });
         let lines = remarks(&serde_json::from_value(status).unwrap());
@@ -185,6 +206,8 @@ mod tests {
             lines,
             [
                 "agent \"cam/north\": nothing of it is used (1 samples): it holds '/'",
+                "TLS handshakes refused: expired 2; messages denied by the access control: 5",
+                "denied to agent:eve: Put v2x/demo/agent/ego/detections (5 times)",
                 "carla: impossible detections dropped (w out of range 7); the newest: w of detection 2 is 0",
                 "carla: 2 detections of unknown classes (ufo 2)",
                 "carla: every frame is refused; the newest: captured long ago",

@@ -113,7 +113,7 @@ impl Lab {
     pub(crate) async fn watch(&self, hub: &Hub) -> anyhow::Result<Watch> {
         let options = SessionOptions { connect: vec![hub.locator.clone()], ..Default::default() };
         let network = self.launcher.network();
-        let subscription = Subscription { network, traffic: Traffic::Fused, capacity: CAPACITY };
+        let subscription = Subscription { network, traffic: Traffic::Fused, hub: None, capacity: CAPACITY };
         let shutdown = CancellationToken::new();
         let consumer = Consumer::connect(&options, subscription, PATIENCE, &shutdown).await?;
         Ok(Watch { consumer: consumer.context("no shutdown was requested")?, keys: self.keys() })

@@ -1,14 +1,18 @@
 //! Logs: to standard error, because standard output is for data.
 
+use super::{tls, zenoh_refusals};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::io::{IsTerminal, Stderr, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer};
 
-/// The default filter: the life cycle of our own programs, and warnings of other crates.
+/// The default filter: the life cycle of our own programs, and warnings of other crates. Handshakes that `zenoh_link_tls`
+/// refuses are counted and told by the hub, once in a while.
 pub const DEFAULT_FILTER: &str =
-    "warn,v2x=info,v2x_agent=info,v2x_fusion_hub=info,v2x_lab=info,v2x_common=info";
+    "warn,zenoh_link_tls=error,v2x=info,v2x_agent=info,v2x_fusion_hub=info,v2x_lab=info,v2x_common=info";
 
 /// The levels that a filter can name.
 const LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
@@ -32,11 +36,11 @@ pub fn init(filter: &str) -> Result<(), InvalidFilter> {
     let filter = parse(filter)?;
     let in_colour = std::io::stderr().is_terminal() && wants_colour();
     // A second start in one process (tests) keeps the first.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let printed = tracing_subscriber::fmt::layer()
         .with_writer(|| HoldableStderr(std::io::stderr()))
         .with_ansi(in_colour)
-        .try_init();
+        .with_filter(filter);
+    let _ = tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer()).try_init();
     Ok(())
 }
 
@@ -85,17 +89,19 @@ impl Drop for Held {
 struct HoldableStderr(Stderr);
 
 impl Write for HoldableStderr {
-    /// A message comes whole.
+    /// A message comes whole; secrets of a configuration are taken out of it.
     fn write(&mut self, message: &[u8]) -> std::io::Result<usize> {
+        let redacted = tls::redacted(message);
+        let shown = redacted.as_deref().unwrap_or(message);
         let mut held = held();
         let Some(messages) = held.as_mut() else {
             drop(held);
-            return self.0.write(message);
+            return self.0.write_all(shown).map(|()| message.len());
         };
         if messages.len() == MAX_HELD {
             messages.pop_front();
         }
-        messages.push_back(message.to_vec());
+        messages.push_back(shown.to_vec());
         Ok(message.len())
     }
 

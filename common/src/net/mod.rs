@@ -5,6 +5,8 @@ pub mod logging;
 pub mod queue;
 pub mod session;
 pub mod shutdown;
+pub mod tls;
+pub mod zenoh_refusals;
 
 use std::io::Write;
 use std::process::{ExitCode, Termination};

@@ -1,7 +1,8 @@
 //! Opening and closing a Zenoh session.
 
+use super::tls;
 use anyhow::{Context, anyhow};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use zenoh::{Config, Session, Wait};
@@ -27,56 +28,96 @@ pub struct SessionOptions {
     pub listen: Vec<String>,
 }
 
-/// A hub's configuration: router mode, so that agents need no other router.
+/// An option of Zenoh's configuration: its place, and its value as JSON.
+pub type ZenohOption = (&'static str, String);
+
+/// The options of a hub: router mode, so that agents need no other router.
+pub fn hub_options(listen: &[String]) -> Vec<ZenohOption> {
+    let mut options = common_options();
+    options.extend([
+        ("mode", "\"router\"".to_owned()),
+        ("transport/unicast", r#"{ "max_sessions": 1024 }"#.to_owned()),
+        // A router sleeps for it before it is open, also where it scouts for nobody.
+        ("scouting/delay", "0".to_owned()),
+        listening(listen),
+    ]);
+    options
+}
+
+/// The options of an agent or a consumer: a client of one of the endpoints.
+pub fn client_options(connect: &[String]) -> Vec<ZenohOption> {
+    let mut options = common_options();
+    options.extend([("mode", "\"client\"".to_owned()), connecting(connect)]);
+    options
+}
+
+/// A hub's configuration.
 pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    let mut config = base_config(options)?;
-    if options.config.is_none() {
-        set(&mut config, "mode", "\"router\"")?;
-        set(&mut config, "transport/unicast", r#"{ max_sessions: 1024 }"#)?;
-    }
-    if options.config.is_none() || !options.listen.is_empty() {
-        let listen = endpoints(&options.listen);
-        set(&mut config, "listen", &format!("{{ endpoints: {listen}, exit_on_failure: true }}"))?;
+    let mut config = match &options.config {
+        Some(path) => from_file(path)?,
+        None => with_options(&hub_options(&options.listen))?,
+    };
+    if options.config.is_some() && !options.listen.is_empty() {
+        set(&mut config, &listening(&options.listen))?;
     }
     if !options.connect.is_empty() {
         let connect = endpoints(&options.connect);
-        set(&mut config, "connect", &format!("{{ endpoints: {connect}, timeout_ms: -1, {RETRY} }}"))?;
+        let json = format!(r#"{{ "endpoints": {connect}, "timeout_ms": -1, "retry": {RETRY} }}"#);
+        set(&mut config, &("connect", json))?;
+        // Zenoh's own value: time for the link to the other router.
+        set(&mut config, &("scouting/delay", "500".to_owned()))?;
     }
     Ok(config)
 }
 
-/// An agent's or a consumer's configuration: a client of one of the endpoints.
+/// An agent's or a consumer's configuration.
 pub fn client_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    let mut config = base_config(options)?;
-    if options.config.is_none() {
-        set(&mut config, "mode", "\"client\"")?;
-    }
-    if options.config.is_none() || !options.connect.is_empty() {
-        let connect = endpoints(&options.connect);
-        let json = format!(
-            "{{ endpoints: {connect}, timeout_ms: {CONNECT_TIMEOUT_MS}, exit_on_failure: true, {RETRY} }}"
-        );
-        set(&mut config, "connect", &json)?;
+    let Some(path) = &options.config else { return with_options(&client_options(&options.connect)) };
+    let mut config = from_file(path)?;
+    if !options.connect.is_empty() {
+        set(&mut config, &connecting(&options.connect))?;
     }
     Ok(config)
 }
 
-const RETRY: &str = "retry: { period_init_ms: 100, period_max_ms: 1000, period_increase_factor: 2 }";
+const RETRY: &str = r#"{ "period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2 }"#;
 
-fn base_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    if let Some(path) = &options.config {
-        return Config::from_file(path)
-            .map_err(|error| anyhow!("Zenoh configuration {}: {error}", path.display()));
-    }
+fn common_options() -> Vec<ZenohOption> {
+    vec![
+        // Multicast is missing in containers, and would connect separate networks on one machine.
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("scouting/gossip/enabled", "false".to_owned()),
+        ("timestamping/enabled", "true".to_owned()),
+        ("queries_default_timeout", "2000".to_owned()),
+        ("transport/link/tx/lease", "3000".to_owned()),
+        ("transport/link/tx/keep_alive", "4".to_owned()),
+        ("transport/link/rx/max_message_size", MAX_MESSAGE_BYTES.to_string()),
+    ]
+}
+
+fn listening(listen: &[String]) -> ZenohOption {
+    let listen = endpoints(listen);
+    ("listen", format!(r#"{{ "endpoints": {listen}, "exit_on_failure": true }}"#))
+}
+
+fn connecting(connect: &[String]) -> ZenohOption {
+    let connect = endpoints(connect);
+    let json = format!(
+        r#"{{ "endpoints": {connect}, "timeout_ms": {CONNECT_TIMEOUT_MS}, "exit_on_failure": true, "retry": {RETRY} }}"#
+    );
+    ("connect", json)
+}
+
+fn with_options(options: &[ZenohOption]) -> anyhow::Result<Config> {
     let mut config = Config::default();
-    // Multicast is missing in containers, and would connect separate networks on one machine.
-    set(&mut config, "scouting/multicast/enabled", "false")?;
-    set(&mut config, "scouting/gossip/enabled", "false")?;
-    set(&mut config, "timestamping/enabled", "true")?;
-    set(&mut config, "queries_default_timeout", "2000")?;
-    set(&mut config, "transport/link/tx/lease", "3000")?;
-    set(&mut config, "transport/link/tx/keep_alive", "4")?;
-    set(&mut config, "transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
+    options.iter().try_for_each(|option| set(&mut config, option))?;
+    Ok(config)
+}
+
+fn from_file(path: &Path) -> anyhow::Result<Config> {
+    let named = || format!("Zenoh configuration {}", path.display());
+    let mut config = Config::from_file(path).map_err(|error| anyhow!("{}: {error}", named()))?;
+    tls::check(&mut config, path.parent().unwrap_or(Path::new("."))).with_context(named)?;
     Ok(config)
 }
 
@@ -84,8 +125,13 @@ fn endpoints(given: &[String]) -> String {
     if given.is_empty() { format!("[{DEFAULT_ENDPOINT:?}]") } else { format!("{given:?}") }
 }
 
-fn set(config: &mut Config, key: &str, json5: &str) -> anyhow::Result<()> {
-    config.insert_json5(key, json5).map_err(|error| anyhow!("Zenoh option {key} = {json5}: {error}"))
+fn set(config: &mut Config, (key, json): &ZenohOption) -> anyhow::Result<()> {
+    config.insert_json5(key, json).map_err(|error| anyhow!("Zenoh option {key} = {json}: {error}"))
+}
+
+/// The endpoints on which a hub of this configuration listens, as they were given.
+pub fn listen_endpoints(config: &Config) -> Vec<String> {
+    tls::endpoints(config, "listen")
 }
 
 /// Opens a session; one attempt.
@@ -97,35 +143,94 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
     opened.await.context("opening the Zenoh session panicked")?.map_err(|error| anyhow!("{error}"))
 }
 
+/// Opens a session in place of one that was closed: where a free port was asked for, on the port that the other one had. The
+/// system may need a moment to free it.
+pub async fn open_in_place(mut config: Config, locators: &[String]) -> anyhow::Result<Session> {
+    const ATTEMPTS: u32 = 20;
+    if listen_endpoints(&config).iter().any(|endpoint| endpoint.ends_with(":0")) {
+        set(&mut config, &listening(locators))?;
+    }
+    for _ in 1..ATTEMPTS {
+        if let Ok(session) = open(config.clone()).await {
+            return Ok(session);
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    open(config).await
+}
+
 /// Opens a session, trying again until it is connected, `patience` is over (`None`: no limit) or shutdown is requested
-/// (`Ok(None)`).
+/// (`Ok(None)`). Where somebody listens but does not let us in, the reason is logged and is in the error.
 pub async fn open_patiently(
     config: Config,
     patience: Option<Duration>,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Option<Session>> {
-    let attempts = async {
-        let mut attempt = 0_u32;
-        loop {
-            match open(config.clone()).await {
-                Ok(session) => return session,
-                Err(error) if attempt == 0 => tracing::info!(%error, "no hub or router yet, trying again"),
-                Err(error) => tracing::debug!(%error, attempt, "no hub or router yet"),
-            }
-            attempt += 1;
-            tokio::time::sleep(Duration::from_millis(250)).await;
-        }
-    };
+    let mut attempts = Attempts { config, count: 0, why: None };
     let deadline = async {
         match patience {
             Some(patience) => tokio::time::sleep(patience).await,
             None => std::future::pending().await,
         }
     };
+    let opened = tokio::select! {
+        session = attempts.until_open() => Some(session),
+        () = deadline => None,
+        () = shutdown.cancelled() => return Ok(None),
+    };
+    if opened.is_some() {
+        return Ok(opened);
+    }
+    let no_answer = format!("no hub or router answered in {:.0?}", patience.unwrap_or_default());
     tokio::select! {
-        session = attempts => Ok(Some(session)),
-        () = deadline => Err(anyhow!("no hub or router answered in {:.0?}", patience.unwrap_or_default())),
-        () = shutdown.cancelled() => Ok(None),
+        () = attempts.ask_why() => {}
+        () = shutdown.cancelled() => return Ok(None),
+    }
+    Err(anyhow!(attempts.why.map_or_else(|| no_answer.clone(), |why| format!("{no_answer}; {why}"))))
+}
+
+/// Attempts to open a session.
+struct Attempts {
+    config: Config,
+    count: u32,
+    /// Why an endpoint does not let us in, as far as that is known.
+    why: Option<String>,
+}
+
+impl Attempts {
+    /// After so many attempts that failed the reason is asked for again.
+    const ASKED_EVERY: u32 = 8;
+
+    async fn until_open(&mut self) -> Session {
+        loop {
+            match open(self.config.clone()).await {
+                Ok(session) => return session,
+                Err(error) => self.note_failure(&error).await,
+            }
+            tokio::time::sleep(Duration::from_millis(250)).await;
+        }
+    }
+
+    async fn note_failure(&mut self, error: &anyhow::Error) {
+        let known = self.why.take();
+        if self.count.is_multiple_of(Self::ASKED_EVERY) {
+            self.ask_why().await;
+        } else {
+            self.why.clone_from(&known);
+        }
+        match &self.why {
+            Some(why) if known.as_ref() != Some(why) => tracing::warn!("not let in, trying again: {why}"),
+            None if self.count == 0 => tracing::info!(%error, "no hub or router yet, trying again"),
+            _ => tracing::debug!(%error, attempt = self.count, "no hub or router yet"),
+        }
+        self.count += 1;
+    }
+
+    /// It shakes hands itself, with time limits of its own.
+    async fn ask_why(&mut self) {
+        if self.why.is_none() {
+            self.why = tls::why_not_connected(self.config.clone()).await;
+        }
     }
 }
 

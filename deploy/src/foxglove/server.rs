@@ -41,7 +41,7 @@ pub(crate) async fn serve(
         .await
         .with_context(|| format!("serving Foxglove's viewers at {address}; port 0 takes any free one"))?;
     announce(SocketAddr::new(address.ip(), server.port()));
-    let subscription = Subscription { network, traffic: Traffic::Everything, capacity: CAPACITY };
+    let subscription = Subscription { network, traffic: Traffic::Everything, hub: None, capacity: CAPACITY };
     if let Some(consumer) = Consumer::connect(session, subscription, PATIENCE, shutdown).await? {
         let mut channels = Channels::new(context);
         loop {

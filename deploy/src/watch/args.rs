@@ -5,7 +5,7 @@ use crate::foxglove::FoxgloveArgs;
 use crate::record::RecordArgs;
 use crate::web::WebArgs;
 use std::path::PathBuf;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_common::tile::Tile;
 use v2x_lab::loopback::consumer::Traffic;
@@ -15,6 +15,7 @@ use v2x_lab::loopback::consumer::Traffic;
 Examples:
   v2x watch                                    a live table of a network on this machine
   v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
+  v2x watch --hub north                        that hub alone, whoever else publishes lists
   v2x watch --sort speed                       the fastest objects first; the key s changes it
   v2x watch --json --count 100                 the next hundred fused frames as JSON lines
   v2x watch --lagged                           the second list, a lag behind, where the hub has one
@@ -38,6 +39,9 @@ pub(crate) struct WatchArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
+    /// Believe this hub alone [default: every hub]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["record", "web", "foxglove"])]
+    pub(crate) hub: Option<HubId>,
     /// Watch the second list, which is a lag behind, of a hub with the setting `lagged`
     #[arg(long, conflicts_with = "record")]
     pub(crate) lagged: bool,

@@ -55,7 +55,7 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
     };
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
-    let subscription = Subscription { network: args.network, traffic, capacity };
+    let subscription = Subscription { network: args.network, traffic, hub: args.hub, capacity };
     let connected = Consumer::connect(&options, subscription, timeout, shutdown);
     let Some(consumer) = connected.await.context("start a hub with `v2x up crossing`, or give --connect")?
     else {
@@ -197,8 +197,9 @@ impl Watch<'_> {
             () = consumer.wait() => Ok(()),
             () = shutdown.cancelled() => Ok(()),
             () = tokio::time::sleep(timeout) => bail!(
-                "no fused frame of network {} came within {timeout:.0?}; is --network right, and does a hub run{}?",
+                "no fused frame of network {} came within {timeout:.0?}; is --network right, and does {} run{}?",
                 self.args.network,
+                self.args.hub.map_or_else(|| "a hub".to_owned(), |hub| format!("the hub {hub}")),
                 self.setting_needed()
             ),
         }

@@ -44,7 +44,8 @@ pub(super) async fn feed(
         send(browsers, Stream::Connection, &message);
     };
     say_connected(false);
-    let subscription = Subscription { network: *network, traffic: Traffic::Everything, capacity: CAPACITY };
+    let subscription =
+        Subscription { network: *network, traffic: Traffic::Everything, hub: None, capacity: CAPACITY };
     let Some(consumer) = Consumer::connect(session, subscription, PATIENCE, shutdown).await? else {
         return Ok(());
     };

@@ -15,10 +15,10 @@ use v2x_common::version;
 #[command(after_help = "\
 Examples:
   v2x hub                                        listen on tcp/127.0.0.1:7447, this machine only
-  v2x hub --listen tcp/0.0.0.0:7447              for agents on the network
+  v2x hub --listen tcp/0.0.0.0:7447              for everybody on the network, who can publish as anybody
+  v2x hub --zenoh-config certs/hub/hub/zenoh.json5    for those with a certificate (v2x certs)
   v2x hub --config crossing.toml                 with the [hub] table of a scenario
   v2x hub --record run.mcap --rotate-mb 500      with a recording that `lab retrack` computes again
-  v2x hub --zenoh-config my-hub.json5            with Zenoh's own settings (this build has only its TCP transport)
 The program fusion-hub is the same hub alone.")]
 pub struct HubArgs {
     /// The network to serve; hubs and agents of other networks are ignored
@@ -36,7 +36,7 @@ pub struct HubArgs {
     /// A further Zenoh router to join; may be given more than once
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
-    /// A Zenoh configuration file that replaces our defaults
+    /// A Zenoh configuration file that replaces our defaults; it is followed when written anew
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
     /// Record all that arrives and is published, and the journal, into an MCAP file

@@ -13,7 +13,8 @@ pub enum HubError {
     Configuration(#[source] Cause),
     /// The endpoints cannot be listened on.
     #[error(
-        "cannot listen on {endpoints} ({cause}); is another hub running there? try --listen tcp/127.0.0.1:0"
+        "cannot listen on {endpoints} ({cause}); is another hub running there? port 0 takes a free one, such as --listen \
+         tcp/127.0.0.1:0"
     )]
     Listen {
         /// The endpoints.

@@ -59,6 +59,12 @@ impl Journal {
         journal
     }
 
+    /// Goes on with a publisher of another session. Its subscribers ask for a start again.
+    pub(super) fn rejoin(&mut self, stream: OnDemand) {
+        self.stream = stream;
+        self.is_streamed = false;
+    }
+
     /// Whether anybody records.
     fn is_wanted(&self) -> bool {
         self.is_streamed || self.recorder.is_some()

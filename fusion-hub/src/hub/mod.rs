@@ -1,6 +1,8 @@
 //! The hub as a process: the shell around the engine (feature `net`), and its core, which is pure (feature `core`).
 
 #[cfg(feature = "net")]
+mod access;
+#[cfg(feature = "net")]
 mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
@@ -13,6 +15,8 @@ mod delta_stream;
 mod encoding;
 #[cfg(feature = "net")]
 mod error;
+#[cfg(feature = "net")]
+mod exposure;
 #[cfg(feature = "net")]
 mod fair_queue;
 #[cfg(feature = "net")]

@@ -75,6 +75,13 @@ pub(super) struct Network {
     _alive: LivelinessToken,
 }
 
+/// What the subscribers fill.
+struct Queues {
+    frames: Arc<FairQueue<Received>>,
+    control: Arc<DropOldestQueue<Control>>,
+    unnamed: Arc<Unnamed>,
+}
+
 impl Network {
     pub(super) async fn declare(
         session: &Session,
@@ -82,15 +89,37 @@ impl Network {
         hub: &HubId,
         has_lagged: bool,
     ) -> zenoh::Result<Self> {
-        let frames = Arc::new(FairQueue::new(QueueLimits::DEFAULT));
-        let control = Arc::new(DropOldestQueue::new(CONTROL_QUEUE));
+        let queues = Queues {
+            frames: Arc::new(FairQueue::new(QueueLimits::DEFAULT)),
+            control: Arc::new(DropOldestQueue::new(CONTROL_QUEUE)),
+            unnamed: Arc::new(Unnamed::default()),
+        };
+        Self::declare_with(session, keys, hub, (has_lagged, queues)).await
+    }
+
+    /// The same declarations in another session: what waits, and what was counted, stays.
+    pub(super) async fn rejoin(&mut self, session: &Session, keys: &Keys, hub: &HubId) -> zenoh::Result<()> {
+        let queues = Queues {
+            frames: self.frames.clone(),
+            control: self.control.clone(),
+            unnamed: self.unnamed.clone(),
+        };
+        *self = Self::declare_with(session, keys, hub, (self.lagged.is_some(), queues)).await?;
+        Ok(())
+    }
+
+    async fn declare_with(
+        session: &Session,
+        keys: &Keys,
+        hub: &HubId,
+        (has_lagged, Queues { frames, control, unnamed }): (bool, Queues),
+    ) -> zenoh::Result<Self> {
         let fused = List::declare(session, keys.fused(hub), keys.fused_json(hub)).await?;
         let lagged = match has_lagged {
             true => Some(List::declare(session, keys.lagged(hub), keys.lagged_json(hub)).await?),
             false => None,
         };
         // The callbacks run on Zenoh's threads: they only stamp and enqueue.
-        let unnamed = Arc::new(Unnamed::default());
         let named = {
             let unnamed = unnamed.clone();
             move |sample| Received::stamp(sample).inspect_err(|invalid| unnamed.note(invalid, false)).ok()

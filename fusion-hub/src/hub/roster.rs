@@ -44,6 +44,11 @@ impl Roster {
         &self.alive
     }
 
+    /// Forgets who is alive: those who still are join again.
+    pub(super) fn begin_anew(&mut self) {
+        self.alive.clear();
+    }
+
     /// Tokens that appeared when there was no room for another agent.
     pub(super) const fn beyond_limit(&self) -> u64 {
         self.beyond_limit

@@ -1,9 +1,11 @@
 //! The hub's loop: samples in, fused frames out.
 
+use super::access::Access;
 use super::agent_statuses::agent_statuses;
 use super::core::{Core, Handled};
 use super::encoding::encode_list;
 use super::error::HubError;
+use super::exposure;
 use super::health::{Health, Seen, Verdict};
 use super::intake::Received;
 use super::journal::Journal;
@@ -26,12 +28,13 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::net::zenoh_refusals::zenoh_refusals;
 use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::journal::Call;
 use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
-use zenoh::Session;
 use zenoh::query::Query;
+use zenoh::{Config, Session};
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -73,15 +76,19 @@ pub async fn serve(
     // Made first: without it nothing is to begin.
     let recording = setup.record.clone().map(|(path, options)| RecordingFile::create(&path, options));
     let recording = recording.transpose()?;
-    let session = session::open(config).await.map_err(|error| {
-        let listen = &setup.session.listen;
-        let endpoints = if listen.is_empty() { session::DEFAULT_ENDPOINT.into() } else { listen.join(", ") };
-        HubError::Listen { endpoints, cause: error.into() }
-    })?;
-    let mut hub = Hub::declare(setup, engine, &session, recording).await?;
+    if let Some(warning) = exposure::warning(&config) {
+        tracing::warn!("{warning}");
+    }
+    let endpoints = session::listen_endpoints(&config).join(", ");
+    let access = Access::new(setup.session.clone(), config.clone());
+    let mut session =
+        session::open(config).await.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
+    let mut hub = Hub::declare((setup, access), engine, &session, recording).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     on_ready(hub.settings.engine.hub, &hub.locators);
-    hub.serve(&shutdown).await;
+    while let Some(config) = hub.serve(&shutdown).await {
+        session = hub.rejoin(session, config).await?;
+    }
     hub.journal.end().await;
     tracing::info!(hub = %hub.settings.engine.hub, published = hub.frames_published, "hub ends");
     let status = hub.status();
@@ -93,6 +100,7 @@ pub async fn serve(
 struct Hub {
     network_id: NetworkId,
     settings: HubSettings,
+    access: Access,
     core: Core,
     journal: Journal,
     schedule: Schedule,
@@ -119,7 +127,7 @@ struct Hub {
 
 impl Hub {
     async fn declare(
-        HubSetup { network: network_id, mut settings, .. }: HubSetup,
+        (HubSetup { network: network_id, mut settings, .. }, access): (HubSetup, Access),
         engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         recording: Option<RecordingFile>,
@@ -137,6 +145,7 @@ impl Hub {
         let journal = Journal::new(stream, recording.map(Recorder::begin), keys, &core);
         Ok(Self {
             network_id,
+            access,
             core,
             journal,
             schedule: Schedule::new(settings.publish, started_at),
@@ -162,7 +171,8 @@ impl Hub {
         })
     }
 
-    async fn serve(&mut self, shutdown: &CancellationToken) {
+    /// Until shutdown (`None`), or until it is to open its session anew with another configuration.
+    async fn serve(&mut self, shutdown: &CancellationToken) -> Option<Config> {
         // Until now it was being made.
         self.ran_at = clock::now();
         let mut check = tokio::time::interval(CHECK_INTERVAL);
@@ -174,8 +184,13 @@ impl Hub {
             let until_deadline = (deadline - clock::now()).to_duration();
             tokio::select! {
                 biased;
-                () = shutdown.cancelled() => return,
-                _ = check.tick() => self.check().await,
+                () = shutdown.cancelled() => return None,
+                _ = check.tick() => {
+                    self.check().await;
+                    if let Some(config) = self.access.changed() {
+                        return Some(config);
+                    }
+                }
                 () = control.wait() => self.handle_next().await,
                 () = frames.wait() => self.handle_next().await,
                 () = tokio::time::sleep(until_deadline) => {}
@@ -189,6 +204,27 @@ impl Hub {
                 self.publish_lagged().await;
             }
         }
+    }
+
+    /// Leaves the network and joins it again with another configuration. Its objects and counts stay.
+    async fn rejoin(&mut self, session: Session, config: Config) -> Result<Session, HubError> {
+        tracing::info!("the Zenoh configuration was written anew: the session is opened anew, objects stay");
+        self.journal.flush().await;
+        session::close(session).await.map_err(|error| HubError::Close(error.into()))?;
+        let endpoints = self.locators.join(", ");
+        let session = self.access.reopen(config, &self.locators).await;
+        let session = session.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
+        let (keys, hub) = (Keys::new(self.network_id), self.settings.engine.hub);
+        self.roster.begin_anew();
+        let joined = async {
+            self.network.rejoin(&session, &keys, &hub).await?;
+            self.journal.rejoin(OnDemand::declare(&session, keys.journal(&hub), ENCODING_POSTCARD).await?);
+            zenoh::Result::Ok(())
+        };
+        joined.await.map_err(|cause| HubError::Declare { hub, cause })?;
+        self.locators = session::locators(&session).await;
+        tracing::info!(locators = ?self.locators, "hub is ready again");
+        Ok(session)
     }
 
     /// Takes in what waits now, before a list is made that can hold it; for no longer than [`DRAINED_FOR`].
@@ -269,6 +305,7 @@ impl Hub {
             invalid_names: self.network.unnamed.names(),
         };
         self.health.check(&mut self.core, &seen, clock::now());
+        self.access.tell_refusals(clock::now());
         self.journal.flush().await;
     }
 
@@ -405,6 +442,7 @@ impl Hub {
             compute_ms: self.timing.compute_ms(),
             publish_ms: self.timing.publish_ms(),
             memory_bytes: memory_bytes(),
+            refused_by_zenoh: zenoh_refusals(),
             verdict: Verdict::of(self.health.findings()),
             findings: self.health.findings().to_vec(),
             agents: agent_statuses(&self.core, &self.roster),

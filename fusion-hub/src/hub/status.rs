@@ -9,6 +9,7 @@ use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, NetworkId};
+use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::sensor::SensorDescription;
 
 /// The answer to a query of `v2x/{network}/hub/{hub}/status`. Times are µs since the Unix epoch.
@@ -81,6 +82,9 @@ pub struct HubStatus {
     /// What is probably wrong, the worst first, in sentences that say what to change.
     #[serde(default)]
     pub findings: Vec<Finding>,
+    /// What Zenoh has refused: handshakes, and messages that the access control denies.
+    #[serde(default)]
+    pub refused_by_zenoh: ZenohRefusals,
     /// Every agent of which the hub has received anything, by name.
     pub agents: Vec<AgentStatus>,
 }

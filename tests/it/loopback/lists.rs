@@ -32,7 +32,7 @@ const ROUNDED: Tolerance = Tolerance {
 
 async fn consumer(network: &Network, traffic: Traffic) -> anyhow::Result<Consumer> {
     let options = SessionOptions { connect: vec![network.locator().to_owned()], ..SessionOptions::default() };
-    let subscription = Subscription { network: network.id(), traffic, capacity: 1 << 14 };
+    let subscription = Subscription { network: network.id(), traffic, hub: None, capacity: 1 << 14 };
     let never = CancellationToken::new();
     let consumer = Consumer::connect(&options, subscription, PATIENCE, &never).await?;
     consumer.context("no shutdown was requested")

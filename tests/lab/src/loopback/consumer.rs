@@ -39,6 +39,8 @@ pub struct Subscription {
     pub network: NetworkId,
     /// The messages.
     pub traffic: Traffic,
+    /// The one hub whose messages these are; `None`: those of all hubs.
+    pub hub: Option<HubId>,
     /// Capacity of the queue of samples. A full queue drops the oldest sample and counts it.
     pub capacity: usize,
 }
@@ -60,7 +62,7 @@ impl Consumer {
         patience: Duration,
         shutdown: &CancellationToken,
     ) -> Result<Option<Self>, ConnectionError> {
-        let Subscription { network, traffic, capacity } = subscription;
+        let Subscription { network, traffic, hub, capacity } = subscription;
         let config = session::client_config(options).map_err(ConnectionError::Session)?;
         let opened = session::open_patiently(config, Some(patience), shutdown).await;
         let Some(session) = opened.map_err(ConnectionError::Session)? else {
@@ -82,6 +84,10 @@ impl Consumer {
         };
         let mut subscribers = Vec::new();
         for expression in expressions {
+            let expression = match hub {
+                Some(hub) => expression.replacen("/hub/*/", &format!("/hub/{hub}/"), 1),
+                None => expression,
+            };
             let queue = queue.clone();
             let subscriber = session
                 .declare_subscriber(expression.as_str())

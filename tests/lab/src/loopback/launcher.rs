@@ -28,11 +28,13 @@ pub struct HubOptions {
     pub config: Option<PathBuf>,
     /// Endpoints of other hubs or routers to connect to.
     pub connect: Vec<String>,
+    /// Zenoh's own configuration, such as one with certificates.
+    pub zenoh_config: Option<PathBuf>,
 }
 
 impl Default for HubOptions {
     fn default() -> Self {
-        Self { listen: "tcp/127.0.0.1:0".to_owned(), config: None, connect: Vec::new() }
+        Self { listen: "tcp/127.0.0.1:0".to_owned(), config: None, connect: Vec::new(), zenoh_config: None }
     }
 }
 
@@ -100,6 +102,9 @@ impl Launcher {
         let mut args = vec!["--listen".to_owned(), options.listen.clone()];
         if let Some(config) = &options.config {
             args.extend(["--config".to_owned(), config.display().to_string()]);
+        }
+        if let Some(config) = &options.zenoh_config {
+            args.extend(["--zenoh-config".to_owned(), config.display().to_string()]);
         }
         args.extend(options.connect.iter().flat_map(|endpoint| ["--connect".to_owned(), endpoint.clone()]));
         let (child, ready) = self.start(name, "hub", &args).await?;

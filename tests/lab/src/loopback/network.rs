@@ -227,7 +227,7 @@ async fn hub_failure(hub: JoinHandle<Result<HubStatus, HubError>>) -> KitError {
 
 async fn connect(locator: &str, network: NetworkId) -> Result<Consumer, KitError> {
     let options = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
-    let subscription = Subscription { network, traffic: Traffic::Fused, capacity: CAPACITY };
+    let subscription = Subscription { network, traffic: Traffic::Fused, hub: None, capacity: CAPACITY };
     let never = CancellationToken::new();
     let consumer = Consumer::connect(&options, subscription, CONNECT_PATIENCE, &never).await;
     consumer

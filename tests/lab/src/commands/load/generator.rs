@@ -1,7 +1,7 @@
 //! Many agents of one process.
 
 use crate::data::workload::{Arrival, Load, Workload};
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -72,6 +72,18 @@ fn agent_of(group: u32, number: u32) -> anyhow::Result<AgentId> {
     Ok(AgentId::new(&format!("load-{:04}", group * AGENTS_OF_GROUP + number))?)
 }
 
+/// The names of all agents.
+pub(super) fn agents(count: u32) -> anyhow::Result<Vec<AgentId>> {
+    (0..count).map(|number| agent_of(number / AGENTS_OF_GROUP, number % AGENTS_OF_GROUP)).collect()
+}
+
+/// An agent's session, or the only one.
+fn session_of<'a>(sessions: &'a [Session], agent: &AgentId) -> anyhow::Result<&'a Session> {
+    let number =
+        agent.as_str().rsplit('-').next().and_then(|number| number.parse::<usize>().ok()).unwrap_or(0);
+    sessions.get(number).or(sessions.first()).context("no session")
+}
+
 impl Generator {
     /// Everything that is sent in a time, made beforehand: the generator is not to be what is measured.
     pub(super) fn new(size: &LoadSize, run_for: Duration) -> anyhow::Result<Self> {
@@ -103,17 +115,17 @@ impl Generator {
         Ok(Self { arrivals, description, agents: size.agents })
     }
 
-    /// Sends everything at its time.
+    /// Sends everything at its time; by one session, or by one for each agent.
     pub(super) async fn run(
         self,
-        session: Session,
+        sessions: Vec<Session>,
         keys: Keys,
         sent: Arc<Sent>,
         end: CancellationToken,
     ) -> anyhow::Result<()> {
         for number in 0..self.agents {
             let agent = agent_of(number / AGENTS_OF_GROUP, number % AGENTS_OF_GROUP)?;
-            put(&session, keys.sensor(&agent), &self.description).await?;
+            put(session_of(&sessions, &agent)?, keys.sensor(&agent), &self.description).await?;
         }
         let start = clock::now();
         let mut bytes = Vec::new();
@@ -129,7 +141,8 @@ impl Generator {
             let frame = at_its_place(&wire::detections::decode(&arrival.bytes)?, *group)?;
             bytes.clear();
             wire::detections::encode(&frame, &mut bytes)?;
-            put(&session, keys.detections(&frame.id.agent), &bytes).await?;
+            let session = session_of(&sessions, &frame.id.agent)?;
+            put(session, keys.detections(&frame.id.agent), &bytes).await?;
             sent.frames.fetch_add(1, Ordering::Relaxed);
             sent.detections.fetch_add(arrival.n_detections, Ordering::Relaxed);
         }

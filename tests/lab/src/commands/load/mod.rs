@@ -38,6 +38,7 @@ Examples:
   lab load --agents 600 --seconds 20        more than a core can take
   lab load --hz 60                          the same objects, more frames than a core can take
   lab load --agents 60 --hostile boxes      one more agent, with 4096 boxes a frame
+  lab load --agents 50 --certs certs        with TLS, by the certificates of agents load-0000 … and the viewer load
   lab load --config hub.toml --json")]
 pub struct LoadArgs {
     /// Number of agents
@@ -58,6 +59,12 @@ pub struct LoadArgs {
     /// Settings of the hub, a TOML file [default: its defaults]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Each agent connects by itself, as from a machine of its own
+    #[arg(long)]
+    own_sessions: bool,
+    /// The same with TLS: a folder of `v2x certs` with the hub `hub`, the agents load-0000, load-0001, … and the viewer load
+    #[arg(long, value_name = "DIR", conflicts_with = "hostile")]
+    certs: Option<PathBuf>,
     /// Seed of objects and reports
     #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
     seed: u64,
@@ -110,13 +117,10 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     let program = std::env::current_exe().context("finding this program")?;
     let network = NetworkId::new(&format!("load-{}", clock::now().as_micros()))?;
     let launcher = Launcher::new(program, network);
-    let options = HubOptions { config: args.config.clone(), ..HubOptions::default() };
-    let (hub, endpoint) = launcher.hub(&options).await?;
-    let options = SessionOptions { connect: vec![endpoint], ..SessionOptions::default() };
-    let [senders, watcher] = [
-        session::open(session::client_config(&options)?).await?,
-        session::open(session::client_config(&options)?).await?,
-    ];
+    let (hub, endpoint) = launcher.hub(&hub_options(args)).await?;
+    let options = SessionOptions { connect: vec![endpoint.clone()], ..SessionOptions::default() };
+    let senders = senders(args, &endpoint).await?;
+    let watcher = session::open(session::client_config(&client(args, &endpoint, "viewer/load"))?).await?;
     let size = LoadSize { agents: args.agents, rate_hz: args.hz, objects: args.objects, seed: args.seed };
     let run_for = WARM_UP + Duration::from_secs(args.seconds.into());
     let generator = Generator::new(&size, run_for)?;
@@ -144,7 +148,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     if let Some(hostile) = hostile {
         hostile.await?.context("the agent that was to misbehave could not")?;
     }
-    for session in [senders, watcher] {
+    for session in senders.into_iter().chain([watcher]) {
         session::close(session).await?;
     }
     end_hub(hub).await?;
@@ -171,6 +175,30 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
         hub_memory_mb: after.memory_bytes.map(|bytes| bytes as f64 / 1e6),
         tracks: after.tracks,
     })
+}
+
+fn hub_options(args: &LoadArgs) -> HubOptions {
+    let zenoh_config = args.certs.as_ref().map(|folder| folder.join("hub/hub/zenoh.json5"));
+    let protocol = if zenoh_config.is_some() { "tls" } else { "tcp" };
+    let listen = format!("{protocol}/127.0.0.1:0");
+    HubOptions { listen, config: args.config.clone(), zenoh_config, ..HubOptions::default() }
+}
+
+/// The session of an agent or a viewer, by its certificate where there is one.
+fn client(args: &LoadArgs, endpoint: &str, who: &str) -> SessionOptions {
+    let config = args.certs.as_ref().map(|folder| folder.join(who).join("zenoh.json5"));
+    SessionOptions { config, connect: vec![endpoint.to_owned()], listen: Vec::new() }
+}
+
+/// One session for all agents, or one for each.
+async fn senders(args: &LoadArgs, endpoint: &str) -> anyhow::Result<Vec<Session>> {
+    let count = if args.own_sessions || args.certs.is_some() { args.agents } else { 1 };
+    let mut sessions = Vec::new();
+    for agent in generator::agents(count)? {
+        let options = client(args, endpoint, &format!("agent/{agent}"));
+        sessions.push(session::open(session::client_config(&options)?).await?);
+    }
+    Ok(sessions)
 }
 
 async fn status(session: &Session, network: NetworkId) -> anyhow::Result<HubStatus> {

@@ -106,7 +106,7 @@ async fn run_network(
         hubs.push(start_hub(&launcher, (point, *method), (folder, &connect)).await?);
     }
     let session = SessionOptions { connect: vec![connect.clone()], ..SessionOptions::default() };
-    let subscription = Subscription { network, traffic: Traffic::Everything, capacity: QUEUE };
+    let subscription = Subscription { network, traffic: Traffic::Everything, hub: None, capacity: QUEUE };
     let consumer = Consumer::connect(&session, subscription, HUB_PATIENCE, shutdown).await?;
     let consumer = consumer.context("interrupted")?;
     let start =

@@ -1,0 +1,12 @@
+//! TLS, as far as Zenoh leaves it to us: settings that it would ignore, secrets, and why a handshake is refused.
+
+mod credentials;
+mod probe;
+mod reason;
+mod secrets;
+
+pub use credentials::{CredentialError, check};
+pub(super) use probe::endpoints;
+pub use probe::why_not_connected;
+pub use reason::TlsRefusal;
+pub(super) use secrets::redacted;

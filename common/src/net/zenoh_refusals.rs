@@ -1,0 +1,287 @@
+//! What Zenoh refuses at a hub: handshakes, and messages that the access control denies.
+//!
+//! Zenoh only logs it: a layer of `tracing` reads these logs, whatever is printed of them, and counts. The texts are Zenoh's:
+//! `deploy/it/certs` fails where a new version has others.
+
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fmt::{self, Write};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tracing::field::{Field, Visit};
+use tracing::level_filters::LevelFilter;
+use tracing::{Event, Subscriber};
+use tracing_subscriber::Layer;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::Context;
+use tracing_subscriber::registry::LookupSpan;
+
+/// Where Zenoh says that a handshake has failed.
+const HANDSHAKES: &str = "zenoh_link_tls::unicast";
+/// Where it says that a message does not go on.
+const INTERCEPTED: &str = "zenoh::net::routing::interceptor";
+/// Where it says, before that, who was denied what.
+const ACCESS_CONTROL: &str = "zenoh::net::routing::interceptor::access_control";
+
+/// Kinds of denied messages that are counted apart, and sessions whose names are known, at most.
+const MAX_KINDS: usize = 64;
+const MAX_SESSIONS: usize = 1024;
+/// Longest key that is kept, bytes.
+const MAX_KEY: usize = 160;
+
+/// What Zenoh has refused since this process started.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ZenohRefusals {
+    /// TLS handshakes, by cause.
+    pub handshakes: BTreeMap<String, u64>,
+    /// Messages that the access control denied.
+    pub messages: u64,
+    /// Of these the first 64 kinds: who wanted what.
+    pub denied: Vec<Denied>,
+}
+
+/// Denied messages of one kind.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Denied {
+    /// Common name of the certificate, or what else Zenoh knows of the session.
+    pub who: String,
+    /// What it wanted, such as `Put`.
+    pub action: String,
+    /// On which key.
+    pub key: String,
+    /// How often.
+    pub count: u64,
+}
+
+impl ZenohRefusals {
+    /// All refused handshakes.
+    pub fn handshakes_total(&self) -> u64 {
+        self.handshakes.values().sum()
+    }
+
+    /// One line of text; `None` where nothing was refused.
+    pub fn in_words(&self) -> Option<String> {
+        let mut parts = Vec::new();
+        if self.handshakes_total() > 0 {
+            let causes: Vec<_> =
+                self.handshakes.iter().map(|(cause, count)| format!("{cause} {count}")).collect();
+            parts.push(format!("TLS handshakes refused: {}", causes.join(", ")));
+        }
+        if self.messages > 0 {
+            parts.push(format!("messages denied by the access control: {}", self.messages));
+        }
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
+}
+
+#[derive(Debug, Default)]
+struct State {
+    refusals: ZenohRefusals,
+    /// Names of sessions by Zenoh's id.
+    names: BTreeMap<String, String>,
+}
+
+static STATE: Mutex<Option<State>> = Mutex::new(None);
+
+fn with_state<T>(change: impl FnOnce(&mut State) -> T) -> T {
+    // The counts are consistent between any two statements: a poisoned lock is safe to use.
+    let mut state: MutexGuard<'_, Option<State>> = STATE.lock().unwrap_or_else(PoisonError::into_inner);
+    change(state.get_or_insert_default())
+}
+
+/// What was refused since this process started, where [`super::logging::init`] was called.
+pub fn zenoh_refusals() -> ZenohRefusals {
+    with_state(|state| state.refusals.clone())
+}
+
+/// The layer that counts.
+pub(super) fn layer<S: Subscriber + for<'a> LookupSpan<'a>>() -> impl Layer<S> {
+    let targets = Targets::new()
+        .with_target(HANDSHAKES, LevelFilter::WARN)
+        .with_target(INTERCEPTED, LevelFilter::TRACE);
+    Counting.with_filter(targets)
+}
+
+struct Counting;
+
+impl<S: Subscriber> Layer<S> for Counting {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        match event.metadata().target() {
+            HANDSHAKES => note_handshake(&Message::of(event).0),
+            ACCESS_CONTROL => note_decision(&Message::of(event).0),
+            INTERCEPTED => note_intercepted(&Message::of(event).0),
+            _ => {}
+        }
+    }
+}
+
+/// The text of an event.
+#[derive(Default)]
+struct Message(String);
+
+impl Message {
+    fn of(event: &Event<'_>) -> Self {
+        let mut message = Self::default();
+        event.record(&mut message);
+        message
+    }
+}
+
+impl Visit for Message {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        if field.name() == "message" {
+            // Writing to a string does not fail.
+            let _ = write!(self.0, "{value:?}");
+        }
+    }
+}
+
+fn note_handshake(message: &str) {
+    // Zenoh adds it to every failure to accept.
+    let Some((error, _)) = message.split_once(". Hint: ") else { return };
+    let cause = cause_of(error);
+    with_state(|state| *state.refusals.handshakes.entry(cause.to_owned()).or_default() += 1);
+}
+
+/// The cause in a word or two; the texts are rustls's.
+fn cause_of(error: &str) -> &'static str {
+    const CAUSES: [(&str, &str); 9] = [
+        ("peer sent no certificates", "no certificate"),
+        ("UnknownIssuer", "wrong authority"),
+        ("BadSignature", "wrong authority"),
+        ("certificate expired", "expired"),
+        ("Expired", "expired"),
+        ("not valid yet", "not valid yet"),
+        ("received fatal alert", "refused by the client"),
+        ("corrupt message", "no TLS"),
+        ("Timeout", "no answer"),
+    ];
+    CAUSES.iter().find(|(text, _)| error.contains(text)).map_or("other", |(_, cause)| *cause)
+}
+
+/// Who was denied what.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Denial<'a> {
+    session: &'a str,
+    /// Where the message holds it.
+    name: Option<&'a str>,
+    action: &'a str,
+    key: &'a str,
+}
+
+impl<'a> Denial<'a> {
+    /// Of `{session} on {name} is unauthorized to {action} on {key}`; ` on {name}` is missing where Zenoh remembers a
+    /// decision.
+    fn read(message: &'a str) -> Option<Self> {
+        let message = message.strip_prefix("Using cached result: ").unwrap_or(message);
+        let (who, what) = message.split_once(" is unauthorized to ")?;
+        let (action, key) = what.rsplit_once(" on ")?;
+        let (session, name) = match who.split_once(" on ") {
+            Some((session, names)) => (session, Some(common_name(names))),
+            None => (who, None),
+        };
+        Some(Self { session, name, action, key })
+    }
+}
+
+/// Zenoh joins all that it knows of a session by `+`, such as
+/// `Interface(lo)+CertCommonName(agent:ego)+Transport(Tls)+a1b2`.
+fn common_name(names: &str) -> &str {
+    let of_certificate = names.split_once("CertCommonName(").and_then(|(_, rest)| rest.split_once(')'));
+    of_certificate.map_or(names, |(name, _)| name)
+}
+
+thread_local! {
+    /// The newest denial on this thread: session, action and key. The message that it concerns is stopped on the same one.
+    static NEWEST: RefCell<Option<(String, String, String)>> = const { RefCell::new(None) };
+}
+
+fn note_decision(message: &str) {
+    let Some(denial) = Denial::read(message) else {
+        // Allowed, perhaps by another rule than the one before.
+        return NEWEST.with_borrow_mut(|newest| *newest = None);
+    };
+    if let Some(name) = denial.name {
+        with_state(|state| {
+            if state.names.len() < MAX_SESSIONS && !state.names.contains_key(denial.session) {
+                state.names.insert(denial.session.to_owned(), name.to_owned());
+            }
+        });
+    }
+    // What the hub does not tell a client that may not know it is no refusal.
+    let newest = denial.action.strip_suffix(" (ingress)").map(|action| {
+        let key: String = denial.key.chars().take(MAX_KEY).collect();
+        (denial.session.to_owned(), action.to_owned(), key)
+    });
+    NEWEST.with_borrow_mut(|place| *place = newest);
+}
+
+fn note_intercepted(message: &str) {
+    if message != "Msg intercepted!" {
+        return;
+    }
+    let Some((session, action, key)) = NEWEST.take() else { return };
+    with_state(|State { refusals, names }| {
+        refusals.messages += 1;
+        let who = names.get(&session).map_or(session.as_str(), String::as_str);
+        let is_same = |kind: &&mut Denied| kind.who == who && kind.action == action && kind.key == key;
+        if let Some(kind) = refusals.denied.iter_mut().find(is_same) {
+            kind.count += 1;
+        } else if refusals.denied.len() < MAX_KINDS {
+            refusals.denied.push(Denied { who: who.to_owned(), action, key, count: 1 });
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_acl_denial_is_read_with_and_without_the_name_of_the_session() {
+        let message = concat!(
+            "a1b2 on Interface(lo)+CertCommonName(agent:ego)+Transport(Tls)+a1b2",
+            " is unauthorized to Put (ingress) on v2x/demo/agent/rsu/detections"
+        );
+        let denial = Denial::read(message).unwrap();
+        assert_eq!((denial.session, denial.name), ("a1b2", Some("agent:ego")));
+        assert_eq!((denial.action, denial.key), ("Put (ingress)", "v2x/demo/agent/rsu/detections"));
+        let message = "Using cached result: a1b2 is unauthorized to Declare Subscriber (ingress) on v2x/**";
+        let denial = Denial::read(message).unwrap();
+        assert_eq!((denial.session, denial.name), ("a1b2", None));
+        assert_eq!((denial.action, denial.key), ("Declare Subscriber (ingress)", "v2x/**"));
+        assert_eq!(Denial::read("a1b2 on lo is authorized to Put (ingress) on v2x/a"), None);
+    }
+
+    #[test]
+    fn a_denied_message_is_counted_with_its_name_when_it_is_stopped() {
+        let on = "v2x/t/agent/rsu/detections";
+        let who = "9c on Interface(lo)+CertCommonName(agent:eve)+Transport(Tls)+9c";
+        note_decision(&format!("{who} is unauthorized to Put (ingress) on {on}"));
+        for _ in 0..2 {
+            note_decision(&format!("Using cached result: 9c is unauthorized to Put (ingress) on {on}"));
+            note_intercepted("Msg intercepted!");
+        }
+        // The hub's own declarations that a client may not know.
+        note_decision(&format!("{who} is unauthorized to Declare Queryable (egress) on v2x/t/hub/h/status"));
+        note_intercepted("Msg intercepted!");
+        let refusals = zenoh_refusals();
+        let of_eve: Vec<_> = refusals.denied.iter().filter(|kind| kind.who == "agent:eve").collect();
+        assert_eq!(of_eve.len(), 1);
+        assert_eq!((of_eve[0].action.as_str(), of_eve[0].key.as_str(), of_eve[0].count), ("Put", on, 2));
+    }
+
+    #[test]
+    fn the_cause_of_a_tls_handshake_is_a_word_or_two() {
+        for (error, cause) in [
+            ("peer sent no certificates", "no certificate"),
+            ("invalid peer certificate: UnknownIssuer", "wrong authority"),
+            ("invalid peer certificate: certificate expired: verification time 1 (UNIX)", "expired"),
+            ("received fatal alert: UnknownCA", "refused by the client"),
+            ("received corrupt message of type InvalidContentType", "no TLS"),
+            ("Too many open files (os error 24)", "other"),
+        ] {
+            assert_eq!(cause_of(error), cause, "{error}");
+        }
+    }
+}

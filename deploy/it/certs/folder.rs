@@ -1,0 +1,81 @@
+//! What `v2x certs` writes.
+
+use super::network::certs;
+use crate::support;
+use std::path::Path;
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread")]
+async fn the_files_of_certs_are_private_to_their_owner() -> anyhow::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    fn visit(path: &Path, seen: &mut usize) -> anyhow::Result<()> {
+        let metadata = std::fs::metadata(path)?;
+        let wanted = if metadata.is_dir() { 0o700 } else { 0o600 };
+        assert_eq!(metadata.permissions().mode() & 0o777, wanted, "{}", path.display());
+        *seen += 1;
+        if metadata.is_dir() {
+            std::fs::read_dir(path)?.try_for_each(|entry| visit(&entry?.path(), seen))?;
+        }
+        Ok(())
+    }
+    let folder = support::folder("certs-private")?;
+    certs(&folder, &["init", "--host", "192.168.1.10"]).await?;
+    certs(&folder, &["agent", "ego"]).await?;
+    let mut seen = 0;
+    visit(&folder.join("certs"), &mut seen)?;
+    assert!(seen >= 15, "{seen} files and folders");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_overwrites_nothing_in_silence() -> anyhow::Result<()> {
+    let folder = support::folder("certs-overwrite")?;
+    certs(&folder, &["init", "mine"]).await?;
+    certs(&folder, &["agent", "ego", "--dir", "mine"]).await?;
+    let key = std::fs::read_to_string(folder.join("mine/agent/ego/key.pem"))?;
+    for (args, said) in [
+        (&["init", "mine"][..], "has an authority"),
+        (&["agent", "ego", "--dir", "mine"][..], "--renew"),
+        (&["hub", "hub", "--dir", "mine"][..], "--renew"),
+        (&["revoke", "nobody", "--dir", "mine"][..], "no agent or viewer has the name nobody"),
+        (&["agent", "ego", "--dir", "elsewhere"][..], "v2x certs init"),
+    ] {
+        let ending = support::run(&folder, &[&["certs"], args].concat()).await?;
+        assert_eq!(ending.code, Some(1), "{ending:?}");
+        assert!(ending.stderr.contains(said), "{ending:?}");
+    }
+    assert_eq!(std::fs::read_to_string(folder.join("mine/agent/ego/key.pem"))?, key);
+    certs(&folder, &["agent", "ego", "--dir", "mine", "--renew"]).await?;
+    assert_ne!(std::fs::read_to_string(folder.join("mine/agent/ego/key.pem"))?, key);
+    // What somebody has changed by hand is not lost.
+    let config = folder.join("mine/hub/hub/zenoh.json5");
+    let edited = std::fs::read_to_string(&config)? + "// mine\n";
+    std::fs::write(&config, &edited)?;
+    let ending = support::run(&folder, &["certs", "viewer", "screen", "--dir", "mine"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:?}");
+    assert!(ending.stderr.contains("changed by hand"), "{ending:?}");
+    assert_eq!(std::fs::read_to_string(&config)?, edited);
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_list_says_who_may_take_part_and_until_when() -> anyhow::Result<()> {
+    let folder = support::folder("certs-list")?;
+    certs(&folder, &["init", "--name", "north", "--days", "30"]).await?;
+    certs(&folder, &["agent", "ego"]).await?;
+    certs(&folder, &["viewer", "screen", "--days", "0"]).await?;
+    certs(&folder, &["revoke", "ego"]).await?;
+    let listed = certs(&folder, &["list", "--json"]).await?.stdout;
+    let listed: serde_json::Value = serde_json::from_str(&listed)?;
+    assert_eq!(listed["hubs"][0]["name"], "north");
+    let names: Vec<_> =
+        listed["holders"].as_array().into_iter().flatten().map(|one| &one["common_name"]).collect();
+    assert_eq!(names, ["agent:ego", "viewer:screen"]);
+    let table = certs(&folder, &["list"]).await?.stdout;
+    assert!(table.contains("revoked") && table.contains("expired"), "{table}");
+    // One that was revoked gets another name with its next certificate.
+    certs(&folder, &["agent", "ego"]).await?;
+    let listed = certs(&folder, &["list", "--json"]).await?.stdout;
+    assert!(listed.contains("\"agent:ego/2\"") && !listed.contains("\"agent:ego\""), "{listed}");
+    Ok(())
+}

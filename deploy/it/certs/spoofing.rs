@@ -1,0 +1,104 @@
+//! Those who are let in say only what they may say.
+
+use super::network::{Secured, denied, keys};
+use anyhow::{Context, anyhow};
+use serde_json::json;
+use v2x_common::clock;
+use v2x_common::id::{AgentId, HubId};
+use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
+use zenoh::Session;
+
+/// Puts a sample, whatever becomes of it.
+async fn put(session: &Session, key: &str, encoding: &str, payload: Vec<u8>) -> anyhow::Result<()> {
+    session.put(key, payload).encoding(encoding).await.map_err(|error| anyhow!("{error}"))
+}
+
+/// A frame of an agent with one car, of a boot in the future: its sequence numbers would silence the real one.
+fn fake_detections() -> Vec<u8> {
+    let frame = json!({
+        "captured_at": clock::now().as_micros(), "epoch": u64::MAX.to_string(), "sequence": u64::MAX.to_string(),
+        "detections": [{ "class": "car", "x": 500.0, "y": 500.0 }],
+    });
+    frame.to_string().into_bytes()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_agent_that_spoofs_others_is_denied_by_the_acl_and_the_rest_goes_on() -> anyhow::Result<()> {
+    let secured = Secured::start("acl-spoof", &[["agent", "eve"]]).await?;
+    let _ego = secured.agent("ego")?;
+    let watch = secured.watch().await?;
+    watch.goes_on("ego").await?;
+    let (ego, ghost, hub) = (AgentId::new("ego")?, AgentId::new("ghost")?, HubId::new("hub")?);
+    let true_frame = watch.next().await?;
+
+    let eve = secured.session("agent/eve").await?;
+    let queryable = eve.declare_queryable(keys().status(&hub)).callback(|query| {
+        let fake = json!({ "hub": "hub", "fake": true }).to_string();
+        drop(zenoh::Wait::wait(query.reply(query.key_expr().clone(), fake)));
+    });
+    let _queryable = queryable.await.map_err(|error| anyhow!("{error}"))?;
+    let token = eve.liveliness().declare_token(keys().agent_alive(&ghost)).await;
+    let _token = token.map_err(|error| anyhow!("{error}"))?;
+    let mut fake_list = true_frame.clone();
+    fake_list.lineage = 666;
+    let mut fake_bytes = Vec::new();
+    wire::fused::encode(&fake_list, &mut fake_bytes)?;
+    let attacked = [
+        (keys().detections(&ego), ENCODING_JSON, fake_detections()),
+        (keys().sensor(&ego), ENCODING_JSON, b"{}".to_vec()),
+        (keys().detections(&ghost), ENCODING_JSON, fake_detections()),
+        (keys().all_detections(), ENCODING_JSON, fake_detections()),
+        (keys().fused(&hub), ENCODING_POSTCARD, fake_bytes),
+    ];
+    for (key, encoding, payload) in attacked.clone() {
+        put(&eve, &key, encoding, payload).await?;
+    }
+    let eve_denied = |status: &_, action: &str, key: &str| denied(status, "agent:eve", action, key) > 0;
+    let counted = watch.until("each attack is counted with its name", |status| {
+        attacked.iter().all(|(key, ..)| eve_denied(status, "Put", key))
+            && eve_denied(status, "Declare Queryable", &keys().status(&hub))
+            && eve_denied(status, "Liveliness Token", &keys().agent_alive(&ghost))
+    });
+    let status = counted.await?;
+    let names: Vec<_> = status.agents.iter().map(|agent| agent.id.as_str()).collect();
+    assert_eq!(names, ["ego"], "neither eve nor a ghost is an agent");
+    assert!(status.agents[0].refused.is_empty(), "{:?}", status.agents[0].refused);
+    let statuses = watch.statuses().await?;
+    assert_eq!(statuses.len(), 1, "{statuses:?}");
+    assert_eq!(statuses[0]["fake"], json!(null));
+    for _ in 0..20 {
+        assert_eq!(watch.next().await?.lineage, true_frame.lineage);
+    }
+    watch.goes_on("ego").await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_viewer_that_publishes_is_denied_by_the_acl() -> anyhow::Result<()> {
+    let secured = Secured::start("acl-viewer", &[["viewer", "eve"]]).await?;
+    let _ego = secured.agent("ego")?;
+    let watch = secured.watch().await?;
+    watch.goes_on("ego").await?;
+    let eve = secured.session("viewer/eve").await?;
+    let key = keys().detections(&AgentId::new("ego")?);
+    put(&eve, &key, ENCODING_JSON, fake_detections()).await?;
+    let status = watch.until("it is counted", |status| denied(status, "viewer:eve", "Put", &key) > 0).await?;
+    assert!(status.agents[0].refused.is_empty(), "{:?}", status.agents[0].refused);
+    watch.goes_on("ego").await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_agent_reads_lists_and_by_the_acl_not_what_other_agents_send() -> anyhow::Result<()> {
+    let secured = Secured::start("acl-reading", &[["agent", "eve"]]).await?;
+    let _ego = secured.agent("ego")?;
+    let watch = secured.watch().await?;
+    watch.goes_on("ego").await?;
+    let eve = secured.session("agent/eve").await?;
+    let own = eve.declare_subscriber(keys().all_fused()).await.map_err(|error| anyhow!("{error}"))?;
+    let of_others =
+        eve.declare_subscriber(keys().all_detections()).await.map_err(|error| anyhow!("{error}"))?;
+    let listed = tokio::time::timeout(crate::support::TIMEOUT, own.recv_async()).await.context("no list")?;
+    listed.map_err(|error| anyhow!("{error}"))?;
+    watch.goes_on("ego").await?;
+    assert!(of_others.try_recv().map_err(|error| anyhow!("{error}"))?.is_none());
+    Ok(())
+}

@@ -1,0 +1,195 @@
+//! The access control of a hub: everything is denied, except what a role needs.
+//!
+//! Zenoh compares common names as a whole, so that there is a rule for each agent. The hub's own puts do not pass the access
+//! control: nobody else can put a list, a status or a journal.
+
+use super::register::{Holder, Register, Role};
+use serde_json::{Value, json};
+
+/// The access control of Zenoh's configuration for a register.
+pub(super) fn access_control(register: &Register) -> Value {
+    let agents: Vec<_> = register.admitted(Role::Agent).collect();
+    let viewers: Vec<_> = register.admitted(Role::Viewer).map(Holder::common_name).collect();
+    let mut rules = vec![nothing()];
+    let mut subjects = vec![json!({ "id": "anybody" })];
+    // Allows nothing; by it Zenoh's log names those that no other rule knows, too.
+    let mut policies = vec![json!({ "rules": ["nothing"], "subjects": ["anybody"] })];
+    if !agents.is_empty() {
+        rules.extend(reading_of_agents());
+        let names: Vec<_> = agents.iter().map(|agent| agent.common_name()).collect();
+        policies.push(json!({ "rules": ["lists-asked", "lists-given"], "subjects": names }));
+    }
+    for agent in agents {
+        let name = agent.common_name();
+        rules.extend(publishing(agent, &name));
+        subjects.push(json!({ "id": name, "cert_common_names": [name] }));
+        policies.push(
+            json!({ "rules": [format!("{name} puts"), format!("{name} is alive")], "subjects": [name] }),
+        );
+    }
+    if !viewers.is_empty() {
+        rules.extend(reading_of_viewers());
+        subjects.push(json!({ "id": "viewers", "cert_common_names": viewers }));
+        policies.push(json!({ "rules": ["all-asked", "all-given"], "subjects": ["viewers"] }));
+    }
+    json!({
+        "enabled": true,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    })
+}
+
+fn rule(id: &str, flow: &str, messages: &[&str], keys: &[&str]) -> Value {
+    json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys })
+}
+
+fn nothing() -> Value {
+    json!({
+        "id": "nothing", "permission": "deny", "flows": ["ingress"], "messages": ["put"], "key_exprs": ["v2x/nothing"],
+    })
+}
+
+/// What only this agent may say.
+fn publishing(agent: &Holder, name: &str) -> [Value; 2] {
+    let id = &agent.name;
+    let mut keys = vec![format!("v2x/*/agent/{id}/detections"), format!("v2x/*/agent/{id}/sensor")];
+    if agent.truth {
+        keys.push(format!("v2x/*/sim/truth/{id}"));
+    }
+    let keys: Vec<_> = keys.iter().map(String::as_str).collect();
+    [
+        rule(&format!("{name} puts"), "ingress", &["put"], &keys),
+        rule(
+            &format!("{name} is alive"),
+            "ingress",
+            &["liveliness_token"],
+            &[&format!("v2x/*/agent/{id}/alive")],
+        ),
+    ]
+}
+
+const ASKING: [&str; 4] =
+    ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
+
+/// An agent reads what hubs publish, and not what other agents do. It learns who subscribes to what it publishes.
+fn reading_of_agents() -> [Value; 2] {
+    let given = ["put", "reply", "liveliness_token", "declare_queryable", "declare_subscriber"];
+    [
+        rule("lists-asked", "ingress", &ASKING, &["v2x/*/hub/**"]),
+        rule("lists-given", "egress", &given, &["v2x/*/hub/**", "v2x/*/agent/**", "v2x/*/sim/truth/**"]),
+    ]
+}
+
+/// A viewer reads everything: it may record a network, or look for what is under wrong keys (`v2x check`).
+fn reading_of_viewers() -> [Value; 2] {
+    let given = ["put", "reply", "liveliness_token", "declare_queryable", "declare_subscriber"];
+    [rule("all-asked", "ingress", &ASKING, &["**"]), rule("all-given", "egress", &given, &["**"])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::id::{AgentId, HubId, NetworkId};
+    use v2x_common::keys::Keys;
+    use zenoh::key_expr::KeyExpr;
+
+    fn holder(role: Role, name: &str) -> Holder {
+        Holder { role, name: name.to_owned(), generation: 1, truth: false, expires_at: 0, revoked: false }
+    }
+
+    fn control(holders: Vec<Holder>) -> Value {
+        let register = Register { authority: "a".to_owned(), expires_at: 0, hubs: Vec::new(), holders };
+        access_control(&register)
+    }
+
+    /// Whether the rules let somebody do something on a key.
+    fn allows(control: &Value, subject: &str, flow: &str, message: &str, key: &str) -> bool {
+        let has = |list: &Value, item: &str| list.as_array().unwrap().iter().any(|value| value == item);
+        let policies = control["policies"].as_array().unwrap();
+        let of_subject = policies.iter().filter(|policy| has(&policy["subjects"], subject));
+        let names: Vec<_> = of_subject.flat_map(|policy| policy["rules"].as_array().unwrap()).collect();
+        let key = KeyExpr::try_from(key).unwrap();
+        control["rules"].as_array().unwrap().iter().any(|rule| {
+            names.contains(&&rule["id"])
+                && rule["permission"] == "allow"
+                && has(&rule["flows"], flow)
+                && has(&rule["messages"], message)
+                && rule["key_exprs"]
+                    .as_array()
+                    .unwrap()
+                    .iter()
+                    .any(|allowed| KeyExpr::try_from(allowed.as_str().unwrap()).unwrap().includes(&key))
+        })
+    }
+
+    #[test]
+    fn the_acl_lets_an_agent_put_under_its_own_name_only_and_a_viewer_nothing() {
+        let control = control(vec![
+            holder(Role::Agent, "ego"),
+            holder(Role::Agent, "rsu"),
+            holder(Role::Viewer, "eye"),
+        ]);
+        let keys = Keys::new(NetworkId::new("demo").unwrap());
+        let [ego, rsu] = ["ego", "rsu"].map(|name| AgentId::new(name).unwrap());
+        let hub = HubId::new("hub").unwrap();
+        let puts = |subject: &str, key: &str| allows(&control, subject, "ingress", "put", key);
+        assert!(puts("agent:ego", &keys.detections(&ego)) && puts("agent:ego", &keys.sensor(&ego)));
+        let forbidden = [
+            keys.detections(&rsu),
+            keys.all_detections(),
+            keys.any_detections(),
+            keys.truth(&ego),
+            keys.fused(&hub),
+            keys.status(&hub),
+            keys.delta(&hub),
+            "v2x/**".to_owned(),
+        ];
+        for key in &forbidden {
+            assert!(!puts("agent:ego", key) && !puts("viewers", key), "{key}");
+        }
+        for message in ["reply", "declare_queryable"] {
+            assert!(!allows(&control, "agent:ego", "ingress", message, &keys.status(&hub)));
+            assert!(!allows(&control, "viewers", "ingress", message, &keys.status(&hub)));
+        }
+        assert!(allows(&control, "agent:ego", "ingress", "liveliness_token", &keys.agent_alive(&ego)));
+        assert!(!allows(&control, "viewers", "ingress", "liveliness_token", &keys.agent_alive(&ego)));
+    }
+
+    #[test]
+    fn the_acl_lets_viewers_read_all_and_agents_what_hubs_publish() {
+        let control = control(vec![holder(Role::Agent, "ego"), holder(Role::Viewer, "eye")]);
+        let keys = Keys::new(NetworkId::new("demo").unwrap());
+        let asks =
+            |subject: &str, message: &str, key: &str| allows(&control, subject, "ingress", message, key);
+        for key in [keys.all_fused(), keys.all_lagged(), keys.all_deltas()] {
+            assert!(
+                asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
+            );
+        }
+        for key in [keys.all_detections(), keys.all_sensors(), keys.all_truth(), "**".to_owned()] {
+            assert!(
+                !asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
+            );
+        }
+        assert!(
+            asks("viewers", "query", &keys.all_status()) && asks("agent:ego", "query", &keys.all_status())
+        );
+        assert!(asks("viewers", "declare_liveliness_subscriber", &keys.all_agents_alive()));
+        // The agent knows that somebody listens.
+        assert!(allows(&control, "agent:ego", "egress", "declare_subscriber", &keys.any_detections()));
+    }
+
+    #[test]
+    fn a_revoked_certificate_is_in_no_acl_rule_and_its_successor_has_another_name() {
+        let mut ego = holder(Role::Agent, "ego");
+        ego.revoked = true;
+        assert!(!control(vec![ego.clone()]).to_string().contains("agent:ego"));
+        let again = Holder { generation: 2, revoked: false, ..ego };
+        assert_eq!(again.common_name(), "agent:ego/2");
+        let control = control(vec![again]);
+        assert!(allows(&control, "agent:ego/2", "ingress", "put", "v2x/demo/agent/ego/detections"));
+        assert!(!control.to_string().contains("\"agent:ego\""));
+    }
+}

@@ -1,0 +1,210 @@
+//! What `v2x certs` does.
+
+use super::args::{Action, AgentArgs, CertsArgs, HubArgs, InitArgs, PlaceArgs, ViewerArgs, only_one};
+use super::authority::{self, Authority, Identity, Purpose, day};
+use super::register::{self, Holder, HubEntry, Register, Role};
+use super::{configuration, files, list};
+use anyhow::bail;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use v2x_common::id::HubId;
+
+pub(crate) fn run(args: &CertsArgs) -> anyhow::Result<()> {
+    let dir = &args.dir;
+    match &args.action {
+        Action::Init(init_args) => init(init_args.folder.as_ref().unwrap_or(dir), init_args),
+        Action::Hub(hub_args) => add_hub(dir, hub_args),
+        Action::Agent(agent) => add_holder(dir, &Request::from(agent)),
+        Action::Viewer(viewer) => add_holder(dir, &Request::from(viewer)),
+        Action::Revoke(revoked) => revoke(dir, &revoked.name),
+        Action::List(list_args) => list::print(&Register::read(dir)?, list_args.json),
+    }
+}
+
+/// Life-cycle news for people, on standard error. A closed one is no fault of ours.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+fn init(dir: &Path, args: &InitArgs) -> anyhow::Result<()> {
+    if dir.join(register::FILE).exists() {
+        bail!(
+            "{} has an authority; make a hub's certificate by `v2x certs hub`, or name another folder",
+            dir.display()
+        );
+    }
+    files::private_folder(dir)?;
+    let name = format!("v2x authority {}", authority::now());
+    let expires_at = authority::make(dir, &name, args.authority_days)?;
+    say(&format!("{}: an authority, valid until {}", dir.display(), day(expires_at)));
+    let mut register = Register { authority: name, expires_at, hubs: Vec::new(), holders: Vec::new() };
+    issue_hub(dir, &mut register, args.name, &args.place)?;
+    say("keep authority-key.pem to yourself: whoever has it can make certificates for anybody");
+    say(&format!("next: v2x certs --dir {} agent NAME, for each agent", dir.display()));
+    Ok(())
+}
+
+fn add_hub(dir: &Path, args: &HubArgs) -> anyhow::Result<()> {
+    let mut register = Register::read(dir)?;
+    refuse_edited(dir, &register)?;
+    let folder = dir.join("hub").join(args.name.as_str());
+    if folder.exists() && !args.renew {
+        bail!("{} exists; give --renew to replace its certificate and key", folder.display());
+    }
+    register.hubs.retain(|hub| hub.name != args.name);
+    issue_hub(dir, &mut register, args.name, &args.place)
+}
+
+/// Makes a hub's certificate, and its configuration.
+fn issue_hub(dir: &Path, register: &mut Register, name: HubId, place: &PlaceArgs) -> anyhow::Result<()> {
+    let authority = Authority::open(dir, &register.authority, register.expires_at)?;
+    let hosts = match &place.host[..] {
+        [] => ["127.0.0.1", "localhost"].map(str::to_owned).to_vec(),
+        hosts => hosts.to_vec(),
+    };
+    let identity = authority.issue(&format!("hub:{name}"), &Purpose::Hub(&hosts), place.days)?;
+    let folder = dir.join("hub").join(name.as_str());
+    write_identity(&folder, &authority, &identity)?;
+    let expires_at = identity.expires_at;
+    say(&format!(
+        "{}: the hub {name} at {}, valid until {}",
+        folder.display(),
+        hosts.join(", "),
+        day(expires_at)
+    ));
+    register.hubs.push(HubEntry { name, hosts, port: place.port, expires_at });
+    register.write(dir)?;
+    write_hub_configurations(dir, register)?;
+    say(&format!(
+        "start it: v2x hub --id {name} --zenoh-config {}",
+        folder.join(configuration::FILE).display()
+    ));
+    Ok(())
+}
+
+/// Somebody who is to get a certificate.
+struct Request {
+    role: Role,
+    name: String,
+    truth: bool,
+    days: f64,
+    renew: bool,
+}
+
+impl From<&AgentArgs> for Request {
+    fn from(args: &AgentArgs) -> Self {
+        let AgentArgs { name, truth, days, renew } = *args;
+        Self { role: Role::Agent, name: name.to_string(), truth, days, renew }
+    }
+}
+
+impl From<&ViewerArgs> for Request {
+    fn from(args: &ViewerArgs) -> Self {
+        let ViewerArgs { name, days, renew } = args;
+        Self { role: Role::Viewer, name: name.clone(), truth: false, days: *days, renew: *renew }
+    }
+}
+
+fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
+    let Request { role, name, truth, days, renew } = request;
+    let mut register = Register::read(dir)?;
+    refuse_edited(dir, &register)?;
+    let authority = Authority::open(dir, &register.authority, register.expires_at)?;
+    let mut holder = Holder {
+        role: *role,
+        name: name.clone(),
+        generation: 1,
+        truth: *truth,
+        expires_at: 0,
+        revoked: false,
+    };
+    if let Some(known) = register.holder(*role, name) {
+        if !known.revoked && !renew {
+            bail!(
+                "{role} {name} has a certificate, valid until {}; give --renew to replace it and its key",
+                day(known.expires_at)
+            );
+        }
+        // A revoked certificate stays out: the new one has another common name.
+        holder.generation = known.generation + u32::from(known.revoked);
+    }
+    let identity = authority.issue(&holder.common_name(), &Purpose::Client, *days)?;
+    holder.expires_at = identity.expires_at;
+    let folder = folder_of(dir, &holder);
+    write_identity(&folder, &authority, &identity)?;
+    files::replace(&folder.join(configuration::FILE), &configuration::of_client(&register)?)?;
+    say(&format!("{}: {role} {name}, valid until {}", folder.display(), day(holder.expires_at)));
+    match register.holder(*role, name) {
+        Some(known) => *known = holder,
+        None => register.holders.push(holder),
+    }
+    register.write(dir)?;
+    write_hub_configurations(dir, &register)?;
+    let option = format!("--zenoh-config {}", folder.join(configuration::FILE).display());
+    let command = match role {
+        Role::Agent => format!("agent --scenario FILE --id {name}"),
+        Role::Viewer => "watch".to_owned(),
+    };
+    say(&format!("copy the folder to its machine; there: v2x {command} {option}"));
+    Ok(())
+}
+
+fn revoke(dir: &Path, name: &str) -> anyhow::Result<()> {
+    let mut register = Register::read(dir)?;
+    refuse_edited(dir, &register)?;
+    let holder = only_one(name, &mut register.holders)?;
+    if holder.revoked {
+        bail!("{} {} is revoked already", holder.role, holder.name);
+    }
+    holder.revoked = true;
+    let (role, name) = (holder.role, holder.name.clone());
+    register.write(dir)?;
+    write_hub_configurations(dir, &register)?;
+    say(&format!(
+        "{role} {name} is revoked: hubs that run with the configuration in {} follow within some seconds; copy it to those on \
+         other machines",
+        dir.join("hub").display()
+    ));
+    Ok(())
+}
+
+fn folder_of(dir: &Path, holder: &Holder) -> PathBuf {
+    dir.join(holder.role.to_string()).join(&holder.name)
+}
+
+fn write_identity(folder: &Path, authority: &Authority, identity: &Identity) -> anyhow::Result<()> {
+    files::private_folder(folder)?;
+    files::replace(&folder.join(configuration::KEY), &identity.key)?;
+    files::replace(&folder.join(configuration::CERTIFICATE), &identity.certificate)?;
+    files::replace(&folder.join(authority::CERTIFICATE), authority.certificate())
+}
+
+fn hub_file(dir: &Path, hub: &HubEntry) -> PathBuf {
+    dir.join("hub").join(hub.name.as_str()).join(configuration::FILE)
+}
+
+fn write_hub_configurations(dir: &Path, register: &Register) -> anyhow::Result<()> {
+    for hub in &register.hubs {
+        files::replace(&hub_file(dir, hub), &configuration::of_hub(hub, register)?)?;
+    }
+    Ok(())
+}
+
+/// Writing a hub's configuration anew would lose what somebody has changed in it.
+fn refuse_edited(dir: &Path, register: &Register) -> anyhow::Result<()> {
+    for hub in &register.hubs {
+        let path = hub_file(dir, hub);
+        let is_edited = match std::fs::read_to_string(&path) {
+            Ok(text) => text != configuration::of_hub(hub, register)?,
+            Err(_) => false,
+        };
+        if is_edited {
+            bail!(
+                "{} was changed by hand, and is to be written anew: move it away (or take its access_control from the new \
+                 one), and try again",
+                path.display()
+            );
+        }
+    }
+    Ok(())
+}

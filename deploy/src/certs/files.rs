@@ -1,0 +1,44 @@
+//! Writes files that are private, and never over others in silence.
+
+use anyhow::{Context, bail};
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+
+/// Makes a folder that only its owner can enter. Its parents are made, too.
+pub(super) fn private_folder(path: &Path) -> anyhow::Result<()> {
+    let mut builder = std::fs::DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path).with_context(|| format!("making the folder {}", path.display()))
+}
+
+/// Writes a new file that only its owner can read.
+pub(super) fn create(path: &Path, text: &str) -> anyhow::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let file = options.open(path).with_context(|| format!("making {}", path.display()))?;
+    write(file, text).with_context(|| format!("writing {}", path.display()))
+}
+
+/// Writes a file, in place of one that is there: whoever reads it reads the old one or the new one, whole.
+pub(super) fn replace(path: &Path, text: &str) -> anyhow::Result<()> {
+    let Some(name) = path.file_name() else { bail!("{} names no file", path.display()) };
+    let mut unfinished = name.to_owned();
+    unfinished.push(".new");
+    let unfinished = path.with_file_name(unfinished);
+    // Of an attempt that was interrupted.
+    if unfinished.exists() {
+        std::fs::remove_file(&unfinished).with_context(|| format!("removing {}", unfinished.display()))?;
+    }
+    create(&unfinished, text)?;
+    std::fs::rename(&unfinished, path).with_context(|| format!("writing {}", path.display()))
+}
+
+fn write(mut file: File, text: &str) -> std::io::Result<()> {
+    file.write_all(text.as_bytes())?;
+    file.sync_all()
+}

@@ -1,0 +1,71 @@
+//! Whether anybody on the network can publish as anybody.
+
+use std::net::IpAddr;
+use v2x_common::net::session;
+use zenoh::Config;
+
+const ADVICE: &str =
+    "`v2x certs init --host ADDRESS` makes certificates and a configuration for --zenoh-config";
+
+/// What is to be said about who can take part; `None` where only holders of certificates can, or only this machine.
+pub(super) fn warning(config: &Config) -> Option<String> {
+    let is_set = |key: &str| config.get_json(key).is_ok_and(|value| value == "true");
+    let exposed: Vec<_> = session::listen_endpoints(config).into_iter().filter(|at| !is_local(at)).collect();
+    if exposed.is_empty() {
+        return None;
+    }
+    let (open, secured): (Vec<_>, Vec<_>) =
+        exposed.into_iter().partition(|endpoint| !endpoint.starts_with("tls/"));
+    let who = if !open.is_empty() || !is_set("transport/link/tls/enable_mtls") {
+        "everybody who reaches"
+    } else if !is_set("access_control/enabled") {
+        "every holder of a certificate who reaches"
+    } else {
+        return None;
+    };
+    let at = if open.is_empty() { secured } else { open }.join(", ");
+    Some(format!("{who} {at} can publish as any agent and any hub, and read everything; {ADVICE}"))
+}
+
+/// Whether only this machine reaches an endpoint.
+fn is_local(endpoint: &str) -> bool {
+    let Some((protocol, rest)) = endpoint.split_once('/') else { return false };
+    if protocol.starts_with("unix") {
+        return true;
+    }
+    let address = rest.split(['?', '#']).next().unwrap_or(rest);
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host).trim_matches(['[', ']']);
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn warning_of(json5: &str) -> Option<String> {
+        warning(&Config::from_json5(json5).unwrap())
+    }
+
+    #[test]
+    fn a_hub_without_tls_is_warned_of_where_others_reach_it() {
+        for local in ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/localhost:7447#so_sndbuf=9"] {
+            assert_eq!(warning_of(&format!("{{ listen: {{ endpoints: [{local:?}] }} }}")), None, "{local}");
+        }
+        let warning =
+            warning_of(r#"{ listen: { endpoints: ["tcp/127.0.0.1:1", "tcp/0.0.0.0:7447"] } }"#).unwrap();
+        assert!(warning.contains("tcp/0.0.0.0:7447") && warning.contains("v2x certs init"), "{warning}");
+    }
+
+    #[test]
+    fn tls_alone_is_not_enough_without_client_certificates_or_acl() {
+        let with = |mutual: bool, acl: bool| {
+            warning_of(&format!(
+                r#"{{ listen: {{ endpoints: ["tls/0.0.0.0:1"] }}, transport: {{ link: {{ tls: {{ enable_mtls: {mutual} }} }} }},
+                     access_control: {{ enabled: {acl}, default_permission: "deny" }} }}"#
+            ))
+        };
+        assert!(with(false, true).unwrap().contains("everybody"));
+        assert!(with(true, false).unwrap().contains("every holder"));
+        assert_eq!(with(true, true), None);
+    }
+}
