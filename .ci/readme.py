@@ -92,7 +92,7 @@ class Checker:
             return replaced(words, "--duration", "4s")
         if command == "simulate":
             # An agent that rides on a recorded object may begin seconds after the others.
-            return replaced(words, "--duration-s", "12")
+            return replaced(words, "--duration", "12s")
         if command == "world":
             return words
         if command == "scenario":
@@ -101,7 +101,7 @@ class Checker:
             # The whole list takes a minute of an unoptimised program.
             return [*words, "lte-uu"] if not rest else words
         if words[0].endswith("lab") and words[1:] == ["sweep", "latency"]:
-            return [words[0], "sweep", "latency=0,100", "--seeds", "1", "--duration-s", "6", "--methods", "replay,ours"]
+            return [words[0], "sweep", "latency=0,100", "--seeds", "1", "--duration", "6s", "--methods", "replay,ours"]
         if command == "retrack":
             # Of a recording that an earlier command of the document made.
             return words if (self.folder / rest[0]).exists() else None

@@ -6,7 +6,7 @@ use v2x_agent::shell::{AgentArgs, run};
 use v2x_common::net::{logging, shutdown};
 
 #[derive(Parser)]
-#[command(name = "agent", version = v2x_common::version::LONG, about = None, long_about = None)]
+#[command(name = "agent", version = v2x_common::version::LONG, about = None, long_about = None, max_term_width = 80)]
 struct Cli {
     #[command(flatten)]
     agent: AgentArgs,

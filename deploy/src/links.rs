@@ -18,10 +18,12 @@ const RATE_HZ: i64 = 10;
 /// List the named links, or print the delays and losses of given ones, from random draws
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
-In a scenario a link is written as  link = \"lte-uu\"  in an agent's table, or as a table of numbers.
-All names except trace: take loss=, burst= (mean length of a burst of losses, frames), rate=, outage= with outage-every=,
-and reorder=; those with a normal delay also delay= and jitter=, those with a log-normal one delay= (its median).
-These are settings of an agent, not of its link: sensing_ms, transmit, send, clock, pose_error (see crossing.toml).
+In a scenario a link is written as  link = \"lte-uu\"  in an agent's table, or as
+a table of numbers. All names except trace: take loss=, burst= (mean length of a
+burst of losses, frames), rate=, outage= with outage-every=, and reorder=; those
+with a normal delay also delay= and jitter=, those with a log-normal one delay=
+(its median). These are settings of an agent, not of its link: sensing_ms,
+transmit, send, clock, pose_error (see crossing.toml).
 
 Examples:
   v2x links

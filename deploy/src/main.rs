@@ -2,6 +2,7 @@
 
 mod certs;
 mod check;
+mod completions;
 mod demo;
 mod foxglove;
 mod health;
@@ -21,7 +22,7 @@ mod watch;
 mod web;
 mod world;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 use v2x_agent::shell::AgentArgs;
 use v2x_common::net::{logging, shutdown};
@@ -32,21 +33,29 @@ use v2x_fusion_hub::hub::HubArgs;
 #[command(
     name = "v2x",
     version = v2x_common::version::LONG,
+    max_term_width = 80,
     after_help = "\
 Examples:
-  v2x demo                         a hub, an ego vehicle, a roadside unit and a consumer; prints what fusion gains
-  v2x up highway                   a whole network until Ctrl-C
-  v2x demo --web                   the same in your browser, until Ctrl-C
-  v2x watch                        the fused objects, live
-  v2x watch --json | jq .objects   the same for pipes
-  v2x check                        what looks wrong, and which line to change
-  v2x record run.mcap              everything on a network, to be replayed and computed again
-  v2x world traffic.csv            what is in recorded traffic, which can be the world of a network
-  v2x scenario init                a commented scenario file, to begin one of your own
-  v2x runs                         earlier runs with their verdicts
-  v2x links                        the named links of scenarios, with their delays and losses
-  v2x certs init                   only your own machines: TLS, and who may publish what
-  v2x proxy --link lte-uu          a slow TCP link in front of a hub, for programs that are not ours"
+  v2x demo                        a hub, an ego vehicle, a roadside unit and a
+                                  consumer; prints what fusion gains
+  v2x up highway                  a whole network until Ctrl-C
+  v2x demo --web                  the same in your browser, until Ctrl-C
+  v2x watch                       the fused objects, live
+  v2x watch --json | jq .objects  the same for pipes
+  v2x check                       what looks wrong, and which line to change
+  v2x record run.mcap             everything on a network, to be replayed and
+                                  computed again
+  v2x world traffic.csv           what is in recorded traffic, which can be the
+                                  world of a network
+  v2x scenario init               a commented scenario file, to begin one of
+                                  your own
+  v2x runs                        earlier runs with their verdicts
+  v2x links                       the named links of scenarios, with their
+                                  delays and losses
+  v2x certs init                  only your own machines: TLS, and who may
+                                  publish what
+  v2x proxy --link lte-uu         a slow TCP link in front of a hub, for
+                                  programs that are not ours"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -77,6 +86,8 @@ enum Command {
     Runs(runs::RunsArgs),
     Links(links::LinksArgs),
     Proxy(proxy::ProxyArgs),
+    Completions(completions::CompletionsArgs),
+    Man(completions::ManArgs),
     /// Run only a hub
     Hub(HubArgs),
     /// Run only one agent of a scenario
@@ -113,6 +124,10 @@ async fn main() -> ExitCode {
             Command::World(args) => world::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Scenario(args) => scenario::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Runs(args) => runs::run(&args).map(|()| ExitCode::SUCCESS),
+            Command::Completions(args) => {
+                completions::completions(&args, Cli::command()).map(|()| ExitCode::SUCCESS)
+            }
+            Command::Man(args) => completions::man(&args, Cli::command()).map(|()| ExitCode::SUCCESS),
             Command::Links(args) => links::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;
@@ -125,4 +140,34 @@ async fn main() -> ExitCode {
         }
     };
     v2x_common::net::exit_code("v2x", outcome.await)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every command with its name, subcommands included.
+    fn commands(command: &clap::Command, name: &str) -> Vec<(String, clap::Command)> {
+        let below = command.get_subcommands();
+        let below = below.flat_map(|one| commands(one, &format!("{name} {}", one.get_name())));
+        std::iter::once((name.to_owned(), command.clone())).chain(below).collect()
+    }
+
+    #[test]
+    fn every_help_has_examples_and_fits_eighty_columns() {
+        let mut root = Cli::command();
+        root.build();
+        for (name, mut command) in commands(&root, "v2x") {
+            if name.contains(" help") {
+                continue;
+            }
+            let examples = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let has_more = command.has_subcommands() && name != "v2x";
+            assert!(has_more || examples.contains("Examples:\n"), "{name} has no examples");
+            // What is wrapped by the library would lose its columns.
+            let help = format!("{examples}\n{}", command.render_long_help());
+            let long: Vec<_> = help.lines().filter(|line| line.chars().count() > 80).collect();
+            assert!(long.is_empty(), "{name}: {long:#?}");
+        }
+    }
 }

@@ -1,20 +1,13 @@
 //! The scenarios that are shipped with the program, and those of the user.
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::{Scenario, ScenarioFile, with_paths};
+use v2x_common::shipped;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubSettings;
 use v2x_lab::commands::{RunFolder, log_remarks};
-
-/// Name and text of each shipped scenario.
-pub(crate) const SHIPPED: [(&str, &str); 4] = [
-    ("crossing", include_str!("../scenarios/crossing.toml")),
-    ("ten-agents", include_str!("../scenarios/ten-agents.toml")),
-    ("highway", include_str!("../scenarios/highway.toml")),
-    ("latency", include_str!("../scenarios/latency.toml")),
-];
 
 /// Larger files of a world are not copied into the folder of each run, bytes.
 const MAX_COPY: u64 = 64 << 20;
@@ -59,26 +52,12 @@ impl Chosen {
 /// The scenario of a file, or a shipped one by name. The hub's settings are checked with it. What is to be said about
 /// recorded traffic is logged.
 pub(crate) fn choose(name_or_file: &str) -> anyhow::Result<Chosen> {
-    let shipped = SHIPPED.iter().find(|(name, _)| *name == name_or_file);
-    let (text, scenario) = match shipped {
-        Some((name, text)) => {
-            ((*text).to_owned(), Scenario::from_toml(text).with_context(|| format!("scenario {name}"))?)
-        }
-        None => from_file(Path::new(name_or_file))?,
-    };
+    let path = Path::new(name_or_file);
+    let scenario = Scenario::load(path).with_context(|| format!("scenario {name_or_file}"))?;
+    let text = shipped::read(path).with_context(|| format!("reading {}", path.display()))?.into_owned();
     HubSettings::from_table(scenario.hub.clone()).with_context(|| format!("scenario {name_or_file}"))?;
     log_remarks(&scenario);
     Ok(Chosen { text, scenario })
-}
-
-fn from_file(path: &Path) -> anyhow::Result<(String, Scenario)> {
-    if !path.exists() {
-        let names: Vec<_> = SHIPPED.iter().map(|(name, _)| *name).collect();
-        bail!("no scenario file {}; shipped scenarios are {}", path.display(), names.join(", "));
-    }
-    let scenario = Scenario::load(path)?;
-    let text = std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
-    Ok((text, scenario))
 }
 
 #[cfg(test)]
@@ -87,7 +66,7 @@ mod tests {
 
     #[test]
     fn every_shipped_scenario_is_valid() {
-        for (name, _) in SHIPPED {
+        for (name, _) in shipped::SHIPPED {
             let chosen = choose(name).unwrap();
             assert_eq!(chosen.scenario.name, name);
         }

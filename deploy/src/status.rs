@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
+use v2x_common::duration::parse_seconds;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::Denied;
@@ -34,8 +35,8 @@ pub(crate) struct StatusArgs {
     /// The status of this hub alone [default: every hub's]
     #[arg(long, value_name = "NAME")]
     hub: Option<HubId>,
-    /// Seconds to wait for a hub
-    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    /// How long to wait for a hub
+    #[arg(long, default_value_t = 5.0, value_name = "DURATION", value_parser = parse_seconds)]
     wait: f64,
     /// Print JSON: everything that the hub says of itself
     #[arg(long, conflicts_with = "check")]

@@ -16,11 +16,13 @@ use v2x_lab::loopback::{Child, ChildError, Launcher};
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x up crossing                               then, in another terminal: v2x watch
-  v2x up crossing --web                         in your browser, at http://127.0.0.1:8088/
-  v2x up crossing --record run.mcap             records all of it, for v2x replay and lab retrack
+  v2x up crossing                    then, in another terminal: v2x watch
+  v2x up crossing --web              in your browser, at http://127.0.0.1:8088/
+  v2x up crossing --record run.mcap  records all of it, for v2x replay and lab
+                                     retrack
   v2x up my-scenario.toml --seed 7
-  v2x up highway --listen tcp/0.0.0.0:7447      for consumers and agents on other machines")]
+  v2x up highway --listen tcp/0.0.0.0:7447
+                                     for consumers and agents on other machines")]
 pub(crate) struct UpArgs {
     /// A scenario file, or the name of a shipped scenario
     #[arg(value_name = "SCENARIO")]

@@ -57,7 +57,7 @@ fn world(k: i64, agent: &'static str) -> Frame {
         cars.push((-2.0, -along(7.0), -FRAC_PI_2));
         cars.push((2.0, along(10.0), FRAC_PI_2));
     }
-    let seed = u64::try_from(k).unwrap() * 2 + u64::from(agent == "north");
+    let seed = k.unsigned_abs() * 2 + u64::from(agent == "north");
     let detections = cars.iter().enumerate().filter(|(n, _)| noise(seed, *n as u64, 9) < 1.6);
     let detections = detections.map(|(n, &(x, y, yaw))| {
         let error = |which: u64, sigma: f64| sigma * noise(seed, n as u64, which);
@@ -75,7 +75,7 @@ fn world(k: i64, agent: &'static str) -> Frame {
         agent,
         captured_ms: 100 * k + if agent == "north" { 20 } else { 0 },
         delay_ms: 20 + k % 7,
-        sequence: u64::try_from(k).unwrap() + 1,
+        sequence: k.unsigned_abs() + 1,
         epoch: 1,
         pose,
         detections: detections.collect(),
@@ -126,7 +126,8 @@ fn findings_of(
     edit: impl Fn(&mut Frame),
     extra: impl Fn(i64) -> Option<Frame>,
 ) -> Vec<Finding> {
-    let mut core = Core::new(HubSettings::from_table(settings.parse().unwrap()).unwrap(), Engine::new);
+    let table = settings.parse().expect("a table");
+    let mut core = Core::new(HubSettings::from_table(table).expect("settings"), Engine::new);
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     let mut frames: Vec<_> = (0..DURATION_MS / 100)
         .flat_map(|k| {
@@ -138,7 +139,7 @@ fn findings_of(
         .filter(|frame| !frame.is_lost)
         .collect();
     frames.sort_by_key(|frame| frame.captured_ms + frame.delay_ms);
-    let alive: BTreeSet<_> = ["north", "south"].map(|name| AgentId::new(name).unwrap()).into();
+    let alive: BTreeSet<_> = ["north", "south"].map(|name| AgentId::new(name).expect("a name")).into();
     let (mut next_list, mut next_look) = (0, 0);
     for frame in frames {
         let now = frame.captured_ms + frame.delay_ms;
@@ -150,7 +151,7 @@ fn findings_of(
             core.look(&alive, at(next_look));
             next_look += 1000;
         }
-        core.handle_frame(AgentId::new(frame.agent).unwrap(), at(now), &Body::Json(&frame.json()));
+        core.handle_frame(AgentId::new(frame.agent).expect("a name"), at(now), &Body::Json(&frame.json()));
     }
     core.findings().to_vec()
 }
@@ -220,7 +221,7 @@ fn positions_from_the_sensor_mirrored_and_swapped_ones_are_named() {
         each(frame, |one| {
             let bearing = pose.bearing_to(one.x, one.y);
             let range = pose.distance_to(one.x, one.y);
-            (one.x, one.y) = (range * bearing.cos(), sign * range * bearing.sin());
+            (one.x, one.y) = (range * libm::cos(bearing), sign * range * libm::sin(bearing));
             one.yaw = wrap_angle(one.yaw - pose.yaw);
         });
     };
@@ -252,7 +253,7 @@ fn a_shift_and_a_turn_between_agents_are_told_in_metres_and_degrees() {
     );
     let turned = found(|frame| {
         let pose = frame.pose;
-        let (sin, cos) = 0.12_f64.sin_cos();
+        let (sin, cos) = libm::sincos(0.12);
         each(frame, |one| {
             let (x, y) = (one.x - pose.x, one.y - pose.y);
             (one.x, one.y) = (pose.x + x * cos - y * sin, pose.y + x * sin + y * cos);

@@ -6,7 +6,7 @@ use v2x_common::net::{logging, shutdown};
 use v2x_fusion_hub::hub::{HubArgs, run};
 
 #[derive(Parser)]
-#[command(name = "fusion-hub", version = v2x_common::version::LONG, about = None, long_about = None)]
+#[command(name = "fusion-hub", version = v2x_common::version::LONG, about = None, long_about = None, max_term_width = 80)]
 struct Cli {
     #[command(flatten)]
     hub: HubArgs,

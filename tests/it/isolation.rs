@@ -1,6 +1,11 @@
 //! Several networks at the same time.
 
-use crate::support::{Lab, Watch, rests_on, standing};
+use crate::support::{Lab, Watch, foreign_session, rests_on, standing};
+use v2x_common::fused::FusedFrame;
+use v2x_common::wire;
+use v2x_fusion_hub::diagnosis::Code;
+use v2x_fusion_hub::hub::{HubStatus, Verdict};
+use zenoh::Wait;
 
 /// Number of fused frames in which an agent of the other network would appear.
 const FRAMES: usize = 30;
@@ -43,5 +48,31 @@ async fn each_sees_only_its_own(first: &Watch, second: &Watch) -> anyhow::Result
         assert_eq!(status.lineage, last.lineage, "the answer is of the hub that fused");
         assert_eq!(status.agents.len(), 1, "{:?}", status.agents);
     }
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_second_hub_of_one_name_does_not_begin_and_lists_in_its_name_are_told() -> anyhow::Result<()> {
+    let lab = Lab::new("one-name")?;
+    let hub = lab.hub().await?;
+    let refused = lab.hub_joined_to(&hub).await;
+    assert!(refused.is_err(), "it is held off");
+    let log = std::fs::read_to_string(lab.folder().join("joined-hub.log"))?;
+    let words = format!("already runs in this network, at {}", hub.locator);
+    assert!(log.contains(&words), "{words:?} is not in {log}");
+
+    let watch = lab.watch(&hub).await?;
+    let own = watch.next().await?;
+    let session = foreign_session(&hub).await?;
+    let mut list = Vec::new();
+    wire::fused::encode(&FusedFrame { lineage: 7, ..own.clone() }, &mut list)?;
+    let is_told = |status: &HubStatus| {
+        // Again and again: a list is looked into only now and then.
+        let put = session.put(lab.keys().fused(&own.hub), list.clone());
+        assert!(put.wait().is_ok());
+        status.findings.iter().any(|finding| finding.code == Code::TwoHubs)
+    };
+    let status = watch.status_when("the other list is told", is_told).await?;
+    assert_eq!((status.verdict, status.lineage), (Verdict::Degraded, own.lineage));
     Ok(())
 }

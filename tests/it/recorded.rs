@@ -15,16 +15,16 @@ fn folder(name: &str) -> Folder {
 #[test]
 fn a_recorded_world_is_simulated_and_scored_against_itself() {
     let folder = folder("recorded-simulate");
-    let summary = folder.json("simulate mine/junction.toml --duration-s 40 --json");
+    let summary = folder.json("simulate mine/junction.toml --duration 40s --json");
     let ate_m = summary["fused"]["ate_m"].as_f64();
     assert!(ate_m.is_some_and(|ate_m| ate_m < 0.5), "{summary}");
-    assert_eq!(folder.json("simulate mine/junction.toml --duration-s 40 --json"), summary);
+    assert_eq!(folder.json("simulate mine/junction.toml --duration 40s --json"), summary);
 }
 
 #[test]
 fn a_sweep_varies_agents_in_recorded_traffic() {
     let folder = folder("recorded-sweep");
-    let sweep = "sweep latency=0,400 --scenario mine/junction.toml --seeds 1 --duration-s 20 --methods drop-late,ours --json";
+    let sweep = "sweep latency=0,400 --scenario mine/junction.toml --seeds 1 --duration 20s --methods drop-late,ours --json";
     let rows = folder.json(sweep);
     let text = rows.to_string();
     assert!(text.contains("ours") && text.contains("400"), "{text}");

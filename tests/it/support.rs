@@ -104,6 +104,11 @@ impl Lab {
         Ok(self.launcher.agent(&AgentId::new(id)?, &options).await?)
     }
 
+    /// Where the logs and settings are.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The log of the hub.
     pub(crate) fn hub_log(&self) -> anyhow::Result<String> {
         std::fs::read_to_string(self.folder.join("hub.log")).context("reading the hub's log")

@@ -15,8 +15,7 @@ fn mate_m(rows: &Value, method: &str, live: bool) -> f64 {
 #[test]
 fn hubs_over_the_network_give_the_results_of_virtual_time() {
     let folder = Folder::new("sweep-live");
-    let command =
-        "sweep latency=150 --methods single,replay --live --seeds 1 --duration-s 6 --out out --json";
+    let command = "sweep latency=150 --methods single,replay --live --seeds 1 --duration 6s --out out --json";
     let rows = folder.json(command);
     assert_eq!(rows.as_array().map(Vec::len), Some(2 * 2 * 4));
     for method in ["single", "replay"] {
@@ -39,7 +38,7 @@ fn hubs_over_the_network_give_the_results_of_virtual_time() {
 fn ctrl_c_ends_a_live_sweep_and_all_its_processes() {
     let folder = Folder::new("sweep-interrupted");
     let lab = Path::new(env!("CARGO_BIN_EXE_lab"));
-    let arguments = "sweep latency=0 --methods ours --live --seeds 1 --duration-s 600 --out out";
+    let arguments = "sweep latency=0 --methods ours --live --seeds 1 --duration 10min --out out";
     let mut sweep = Command::new(lab);
     sweep.args(arguments.split(' ')).current_dir(&folder.0).stderr(Stdio::piped());
     let mut sweep = Running(sweep.spawn().expect("lab runs"));
@@ -91,7 +90,7 @@ fn an_invalid_sweep_is_an_error_before_any_run() {
         ("sweep latencies", "latency"),
         ("sweep latency=0,-5", "latency=-5: "),
         ("sweep agents.unknown.rate_hz=1,2", "it has rsu, car"),
-        ("sweep latency --duration-s 1", "--duration-s is 1"),
+        ("sweep latency --duration 1s", "--duration is 1 s"),
         ("sweep latency --scenario missing.toml", "missing.toml"),
         ("sweep delta-max --delta-max 300", "leave it out"),
     ];

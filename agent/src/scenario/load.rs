@@ -6,6 +6,7 @@ use super::config::Scenario;
 use super::error::{Origin, ScenarioError};
 use super::files::Files;
 use super::validate;
+use v2x_common::shipped;
 
 impl Scenario {
     /// Reads a scenario from TOML text; errors say "scenario" instead of a file name, and paths are relative to the present
@@ -19,10 +20,13 @@ impl Scenario {
         validate::scenario(text, Origin::default(), files)
     }
 
-    /// Reads a scenario file; paths in it are relative to its folder.
+    /// Reads a scenario file, or a shipped scenario by its name; paths in a file are relative to its folder.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ScenarioError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path)
+        if let Some(text) = shipped::named(path) {
+            return Self::from_toml(text);
+        }
+        let text = shipped::read(path)
             .map_err(|source| ScenarioError::Read { path: path.to_owned(), cause: source })?;
         validate::scenario(&text, Origin::file(path), &Files::beside(path))
     }

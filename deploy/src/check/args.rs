@@ -3,6 +3,7 @@
 use anyhow::Context;
 use std::path::PathBuf;
 use std::time::Duration;
+use v2x_common::duration::parse_seconds;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_fusion_hub::hub::{HubSettings, hub_table};
@@ -39,11 +40,11 @@ pub(crate) struct CheckArgs {
     /// A file with the [hub] table by which frames are read where no hub answers
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// How long to listen, seconds
-    #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
+    /// How long to listen
+    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
     duration: f64,
-    /// Seconds to wait for a hub or router
-    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    /// How long to wait for a hub or router
+    #[arg(long, default_value_t = 5.0, value_name = "DURATION", value_parser = parse_seconds)]
     wait: f64,
     /// Print one JSON object
     #[arg(long)]

@@ -3,6 +3,7 @@
 use super::strays::Strays;
 use anyhow::anyhow;
 use std::collections::BTreeSet;
+use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -80,17 +81,16 @@ impl Listener {
             strays.note(sample.key_expr().as_str(), &sample.payload().to_bytes());
         });
         let mut everything = Some(everything.await.map_err(|error| anyhow!("{error}"))?);
-        let (ends_at, everything_until) =
-            (tokio::time::Instant::now() + duration, tokio::time::Instant::now() + EVERYTHING_FOR);
+        let (mut is_over, mut is_enough) =
+            (pin!(tokio::time::sleep(duration)), pin!(tokio::time::sleep(EVERYTHING_FOR)));
         let mut tick = tokio::time::interval(LIST_EVERY);
         let mut ticks = 0_u32;
         loop {
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => break,
-                () = tokio::time::sleep_until(ends_at) => break,
-                () = tokio::time::sleep_until(everything_until), if everything.is_some() => everything = None,
-                _ = tick.tick() => {
+                () = &mut is_over => break,
+                () = &mut is_enough, if everything.is_some() => everything = None,_ = tick.tick() => {
                     self.core.fused(clock::now());
                     ticks += 1;
                     if ticks.is_multiple_of(LISTS_TO_A_LOOK) {
@@ -116,7 +116,8 @@ impl Listener {
             self.frames += 1;
             self.core.handle_frame(heard.agent, heard.received_at, &body);
         } else {
-            self.core.handle_description(heard.agent, &body);
+            // A refused one is counted.
+            let _ = self.core.handle_description(heard.agent, &body);
         }
     }
 }

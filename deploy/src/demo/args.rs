@@ -3,6 +3,7 @@
 use crate::web::WebArgs;
 use std::path::PathBuf;
 use std::time::Duration;
+use v2x_common::duration::parse_seconds;
 
 /// Shortest run: scoring starts 2 s after every agent's first frame.
 const SHORTEST_S: f64 = 4.0;
@@ -14,14 +15,16 @@ const DEFAULT: Duration = Duration::from_secs(20);
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x demo                                    20 s of the default crossing
-  v2x demo --web                              in your browser until Ctrl-C; then the figures, as ever
+  v2x demo                        20 s of the default crossing
+  v2x demo --web                  in your browser until Ctrl-C; then the
+                                  figures, as ever
   v2x demo --duration 10s --seed 7
-  v2x demo --scenario ten-agents              another shipped scenario, or a file of yours
-  v2x demo --json > summary.json              for a program; everything else goes to standard error
+  v2x demo --scenario ten-agents  another shipped scenario, or a file of yours
+  v2x demo --json > summary.json  for a program; everything else goes to
+                                  standard error
 
-The exit code is 0 only if every process did its work and the fused error on the objects that all agents
-cover is below each agent's.")]
+The exit code is 0 only if every process did its work and the fused error on the
+objects that all agents cover is below each agent's.")]
 pub(crate) struct DemoArgs {
     /// How long the agents publish, such as 10s or 2min [default: 20s; with --web until Ctrl-C, an hour at most]
     #[arg(long, value_parser = parse_duration)]
@@ -66,19 +69,9 @@ impl DemoArgs {
     }
 }
 
-/// A duration such as `10s`, `1.5s`, `500ms` or `2min`; a plain number is seconds.
+/// A duration within the limits of a run.
 fn parse_duration(text: &str) -> Result<Duration, String> {
-    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let (number, unit) = text.split_at(split);
-    let scale = match unit.trim() {
-        "" | "s" => 1.0,
-        "ms" => 1e-3,
-        "min" | "m" => 60.0,
-        "h" => 3600.0,
-        other => return Err(format!("unknown unit {other:?}; write 10s, 500ms or 2min")),
-    };
-    let number: f64 = number.parse().map_err(|_| "write 10s, 500ms or 2min".to_owned())?;
-    let seconds = number * scale;
+    let seconds = parse_seconds(text).map_err(|error| error.to_string())?;
     if (SHORTEST_S..=LONGEST_S).contains(&seconds) {
         Ok(Duration::from_secs_f64(seconds))
     } else {

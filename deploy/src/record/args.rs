@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use v2x_common::clock;
+use v2x_common::duration::parse_seconds;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::RecordingOptions;
@@ -12,12 +13,16 @@ use v2x_common::version;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x record run.mcap                            until Ctrl-C: frames, lists, truth, and the journals of the hubs
-  v2x record run.mcap --count 1000               until a thousand lists have come
-  v2x record run.mcap --rotate-mb 500            run.mcap, run-2.mcap, …: each can be used by itself
-  v2x replay run.mcap                            puts it on a network again
-  lab retrack run.mcap                           computes the hub again, and compares bit by bit
-Foxglove and Lichtblick show such a file as it is: add the topics that end with /scene to a 3D panel.")]
+  v2x record run.mcap                  until Ctrl-C: frames, lists, truth, and
+                                       the journals of the hubs
+  v2x record run.mcap --count 1000     until a thousand lists have come
+  v2x record run.mcap --rotate-mb 500  run.mcap, run-2.mcap, …: each can be used
+                                       by itself
+  v2x replay run.mcap                  puts it on a network again
+  lab retrack run.mcap                 computes the hub again, and compares bit
+                                       by bit
+Foxglove and Lichtblick show such a file as it is: add the topics that end with
+/scene to a 3D panel.")]
 pub(crate) struct RecordArgs {
     /// The file to write
     pub(crate) file: PathBuf,
@@ -33,8 +38,8 @@ pub(crate) struct RecordArgs {
     /// End after this many fused frames
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,
-    /// Seconds to wait for a hub
-    #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
+    /// How long to wait for a hub
+    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,
     /// Overwrite the file if it exists
     #[arg(long)]

@@ -1,16 +1,21 @@
 //! The command line of the replay.
 
 use std::path::PathBuf;
+use v2x_common::duration::parse_seconds;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::SessionOptions;
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x hub --network again &  v2x replay run.mcap --network again    the frames of a recording through a new hub
-  v2x replay run.mcap --network again --loop                        over and over
-  v2x replay run.mcap --network again --from 30 --speed 2           from 30 s on, twice as fast
-Frames, descriptions and truth are sent, with their spacing and with stamps of today; lists of hubs are not.")]
+  v2x hub --network again &  v2x replay run.mcap --network again
+                             the frames of a recording through a new hub
+  v2x replay run.mcap --network again --loop
+                             over and over
+  v2x replay run.mcap --network again --from 30 --speed 2
+                             from 30 s on, twice as fast
+Frames, descriptions and truth are sent, with their spacing and with stamps of
+today; lists of hubs are not.")]
 pub(crate) struct ReplayArgs {
     /// The recording
     pub(crate) file: PathBuf,
@@ -27,7 +32,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long, default_value_t = 1.0, value_name = "X", value_parser = speed)]
     pub(crate) speed: f64,
     /// Begin so many seconds after the first message
-    #[arg(long, default_value_t = 0.0, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, default_value_t = 0.0, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) from: f64,
     /// Again and again, until Ctrl-C
     #[arg(long = "loop")]
@@ -35,8 +40,8 @@ pub(crate) struct ReplayArgs {
     /// Send the recorded bytes as they are: hubs refuse such frames as too late
     #[arg(long)]
     pub(crate) keep_stamps: bool,
-    /// Seconds to wait for a hub
-    #[arg(long, default_value_t = 10.0, value_name = "SECONDS", value_parser = seconds)]
+    /// How long to wait for a hub
+    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,
 }
 
@@ -54,9 +59,4 @@ impl ReplayArgs {
 fn speed(text: &str) -> Result<f64, String> {
     let speed: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
     if (0.01..=100.0).contains(&speed) { Ok(speed) } else { Err("must be from 0.01 to 100".into()) }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
-    if (0.0..=1e9).contains(&seconds) { Ok(seconds) } else { Err("must be a number of seconds".into()) }
 }

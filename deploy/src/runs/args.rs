@@ -33,8 +33,8 @@ pub(super) enum RunsCommand {
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(group(clap::ArgGroup::new("which").required(true).multiple(true)), after_help = "\
-Only folders that a run made are deleted, and none of a run that goes on. With both --keep and --older-than, runs that both
-select are deleted.
+Only folders that a run made are deleted, and none of a run that goes on. With
+both --keep and --older-than, runs that both select are deleted.
 
 Examples:
   v2x runs prune --keep 10

@@ -15,8 +15,10 @@ pub(super) enum Action {
     /// Write a commented scenario that v2x up runs at once
     #[command(after_help = "\
 Examples:
-  v2x scenario init                                    scenario.toml: a crossing, with a comment for each line
-  v2x scenario init --world traffic.csv                traffic.toml: your recorded traffic; a car and a roadside unit
+  v2x scenario init                      scenario.toml: a crossing, with a
+                                         comment for each line
+  v2x scenario init --world traffic.csv  traffic.toml: your recorded traffic; a
+                                         car and a roadside unit
   v2x scenario init --world fcd.xml --vtypes demand.rou.xml --from 600 --to 660 rush-hour.toml
 Then: v2x up traffic.toml --web")]
     Init(InitArgs),

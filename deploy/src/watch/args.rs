@@ -5,6 +5,7 @@ use crate::foxglove::FoxgloveArgs;
 use crate::record::RecordArgs;
 use crate::web::WebArgs;
 use std::path::PathBuf;
+use v2x_common::duration::parse_seconds;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_common::tile::Tile;
@@ -13,21 +14,32 @@ use v2x_lab::loopback::consumer::Traffic;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x watch                                    a live table of a network on this machine
-  v2x watch --connect tcp/192.168.1.10:7447    of a hub elsewhere
-  v2x watch --hub north                        that hub alone, whoever else publishes lists
-  v2x watch --sort speed                       the fastest objects first; the key s changes it
-  v2x watch --json --count 100                 the next hundred fused frames as JSON lines
-  v2x watch --lagged                           the second list, a lag behind, where the hub has one
-  v2x watch --delta                            the list by what changes: a tenth of the bytes, within 0.2 m
-  v2x watch --tile 120230002213                the objects of a tile and its parts, where the hub has `tiles`
-  v2x watch --web                              in your browser, at http://127.0.0.1:8088/
-  v2x watch --web --scenario crossing          with the roads and the truth of a simulation by `v2x up crossing`
-  v2x watch --foxglove                         in Foxglove or Lichtblick, at ws://127.0.0.1:8765
-  v2x watch --record run.mcap                  records it, as `v2x record` does
+  v2x watch                            a live table of a network on this machine
+  v2x watch --connect tcp/192.168.1.10:7447
+                                       of a hub elsewhere
+  v2x watch --hub north                that hub alone, whoever else publishes
+                                       lists
+  v2x watch --sort speed               the fastest objects first; the key s
+                                       changes it
+  v2x watch --json --count 100         the next hundred fused frames as JSON
+                                       lines
+  v2x watch --lagged                   the second list, a lag behind, where the
+                                       hub has one
+  v2x watch --delta                    the list by what changes: a tenth of the
+                                       bytes, within 0.2 m
+  v2x watch --tile 120230002213        the objects of a tile and its parts,
+                                       where the hub has `tiles`
+  v2x watch --web                      in your browser, at
+                                       http://127.0.0.1:8088/
+  v2x watch --web --scenario crossing  with the roads and the truth of a
+                                       simulation by `v2x up crossing`
+  v2x watch --foxglove                 in Foxglove or Lichtblick, at
+                                       ws://127.0.0.1:8765
+  v2x watch --record run.mcap          records it, as `v2x record` does
 
-In a terminal the table fits the window. Its keys: q, Esc or Ctrl-C end; s sorts by the next column, r the other way
-round; ↑ ↓ PgUp PgDn Home End scroll; p pauses; Tab shows the next hub. NO_COLOR=1 leaves out colours. Into a pipe, or
+In a terminal the table fits the window. Its keys: q, Esc or Ctrl-C end; s sorts
+by the next column, r the other way round; ↑ ↓ PgUp PgDn Home End scroll; p
+pauses; Tab shows the next hub. NO_COLOR=1 leaves out colours. Into a pipe, or
 with TERM=dumb, the table is printed as plain lines once a second.")]
 pub(crate) struct WatchArgs {
     /// The network to watch
@@ -73,8 +85,8 @@ pub(crate) struct WatchArgs {
     /// End after this many fused frames
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,
-    /// Seconds to wait for a hub
-    #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
+    /// How long to wait for a hub
+    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,
     /// Print life-cycle events as JSON lines on standard output
     #[arg(long, hide = true, conflicts_with = "json")]

@@ -70,6 +70,8 @@ pub enum Code {
     InvalidName,
     /// No agent sends anything.
     NoAgents,
+    /// Two hubs use one name.
+    TwoHubs,
     /// The hub has not enough time for what arrives.
     Overload,
 }
@@ -79,7 +81,8 @@ impl Code {
     pub const fn is_of_network(self) -> bool {
         matches!(
             self,
-            Self::WrongKey
+            Self::TwoHubs
+                | Self::WrongKey
                 | Self::WrongNetwork
                 | Self::InvalidName
                 | Self::NoAgents

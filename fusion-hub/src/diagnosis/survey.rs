@@ -85,16 +85,15 @@ impl Survey {
             ended.to_fit = ended.snapshots.pairs().copied().collect();
             self.ended = Some(ended);
         }
-        match &mut self.ended {
-            Some(ended) => {
-                if ended.fit_some(FITS_AT_ONCE) {
-                    self.findings = judge::findings(ended, around);
-                    self.is_judged = true;
-                    self.ended = None;
-                }
+        if let Some(ended) = &mut self.ended {
+            let is_compared = ended.fit_some(FITS_AT_ONCE);
+            if is_compared {
+                self.findings = judge::findings(ended, around);
+                self.is_judged = true;
+                self.ended = None;
             }
-            None if !self.is_judged => self.findings = judge::findings(&self.current, around),
-            None => {}
+        } else if !self.is_judged {
+            self.findings = judge::findings(&self.current, around);
         }
     }
 

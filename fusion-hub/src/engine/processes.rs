@@ -85,7 +85,7 @@ mod tests {
             }
             is_taken
         };
-        frames.iter().map(|frame| take(frame)).collect()
+        frames.iter().map(&mut take).collect()
     }
 
     #[test]

@@ -14,11 +14,16 @@ use v2x_common::version;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x hub                                        listen on tcp/127.0.0.1:7447, this machine only
-  v2x hub --listen tcp/0.0.0.0:7447              for everybody on the network, who can publish as anybody
-  v2x hub --zenoh-config certs/hub/hub/zenoh.json5    for those with a certificate (v2x certs)
-  v2x hub --config crossing.toml                 with the [hub] table of a scenario
-  v2x hub --record run.mcap --rotate-mb 500      with a recording that `lab retrack` computes again
+  v2x hub                            listen on tcp/127.0.0.1:7447, this machine
+                                     only
+  v2x hub --listen tcp/0.0.0.0:7447  for everybody on the network, who can
+                                     publish as anybody
+  v2x hub --zenoh-config certs/hub/hub/zenoh.json5
+                                     for those with a certificate (v2x certs)
+  v2x hub --config crossing.toml     with the [hub] table of a scenario
+  v2x hub --record run.mcap --rotate-mb 500
+                                     with a recording that `lab retrack`
+                                     computes again
 The program fusion-hub is the same hub alone.")]
 pub struct HubArgs {
     /// The network to serve; hubs and agents of other networks are ignored
@@ -101,9 +106,9 @@ fn load(path: &Path) -> anyhow::Result<HubSettings> {
     HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))
 }
 
-/// The `[hub]` table of a settings or scenario file, unchecked; an empty one where it has none.
+/// The `[hub]` table of a settings or scenario file, or of a shipped scenario by its name, unchecked; an empty one where it has none.
 pub fn hub_table(path: &Path) -> anyhow::Result<toml::Table> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
+    let text = v2x_common::shipped::read(path).with_context(|| format!("reading {}", path.display()))?;
     let mut file: toml::Table = text.parse().with_context(|| format!("in {}", path.display()))?;
     match file.remove("hub") {
         Some(toml::Value::Table(table)) => Ok(table),

@@ -146,7 +146,7 @@ impl Core {
                 Handled::Accepted { frame: frame.id, out_of_sequence }
             }
             Disposition::Refused(refusal) => {
-                self.survey.note_refused(agent, &refusal);
+                self.survey.note_refused(frame.id.agent, &refusal);
                 Handled::Refused(refusal)
             }
         }

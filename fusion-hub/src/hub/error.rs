@@ -30,6 +30,16 @@ pub enum HubError {
         /// Zenoh's error.
         cause: Cause,
     },
+    /// A hub of this name runs in the network.
+    #[error(
+        "hub {hub} already runs in this network, at {locators}: give this one another name (--id), or end that one"
+    )]
+    Twin {
+        /// The name.
+        hub: HubId,
+        /// Where the other one listens.
+        locators: String,
+    },
     /// Its recording cannot be written.
     #[error("the recording: {0}")]
     Recording(#[from] FileError),

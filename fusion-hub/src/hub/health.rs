@@ -47,6 +47,8 @@ pub(super) struct Seen<'a> {
     /// Samples dropped from full queues so far.
     pub(super) dropped: u64,
     pub(super) invalid_names: Vec<InvalidName>,
+    /// The lineage of another hub of this name.
+    pub(super) twin: Option<u32>,
 }
 
 impl Health {
@@ -87,6 +89,14 @@ impl Health {
         for InvalidName { name, reason, .. } in &seen.invalid_names {
             let says = format!("nothing of agent {name:?} is used: {reason}");
             findings.push(Finding::of_network(Code::InvalidName, says, "Give it another name"));
+        }
+        if let Some(lineage) = seen.twin {
+            let says = format!(
+                "another hub (lineage {lineage}) publishes under this hub's name: consumers get both lists in turn"
+            );
+            let change = "Give one of them another name (`v2x hub --id`), or end it; if nobody else should run one, somebody \
+                          claims its name: `v2x certs`";
+            findings.push(Finding::of_network(Code::TwoHubs, says, change));
         }
         let is_anybody_alive =
             core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));

@@ -49,6 +49,8 @@ mod timing;
 #[cfg(feature = "net")]
 mod turns;
 #[cfg(feature = "net")]
+mod twin;
+#[cfg(feature = "net")]
 mod unnamed;
 
 pub use crate::fusion::SettingsError;

@@ -3,6 +3,7 @@
 use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::on_demand::{OnDemand, Parts, declare_publisher};
+use super::twin::{self, Twin};
 use super::unnamed::Unnamed;
 use anyhow::anyhow;
 use std::sync::Arc;
@@ -69,8 +70,10 @@ pub(super) struct Network {
     pub(super) parts: Parts,
     /// Samples under keys without a valid agent's name.
     pub(super) unnamed: Arc<Unnamed>,
+    /// Another hub of this name.
+    pub(super) twin: Arc<Twin>,
     // Dropping these undeclares them.
-    _subscribers: [Subscriber<()>; 3],
+    _subscribers: [Subscriber<()>; 4],
     _queryables: [Queryable<()>; 2],
     _alive: LivelinessToken,
 }
@@ -154,6 +157,8 @@ impl Network {
         let journal = session
             .declare_queryable(keys.journal(hub))
             .callback(move |query| queue.push(Control::JournalQuery(query)));
+        let twin = Arc::new(Twin::default());
+        let lists_of_others = twin::listen(session, keys, hub, twin.clone()).await?;
         Ok(Self {
             frames,
             control,
@@ -161,7 +166,8 @@ impl Network {
             lagged,
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
-            _subscribers: [detections.await?, sensors.await?, roster.await?],
+            twin,
+            _subscribers: [detections.await?, sensors.await?, roster.await?, lists_of_others],
             _queryables: [status.await?, journal.await?],
             _alive: session.liveliness().declare_token(keys.hub_alive(hub)).await?,
         })

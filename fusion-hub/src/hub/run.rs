@@ -18,6 +18,7 @@ use super::settings::HubSettings;
 use super::status::{HubStatus, RecordingStatus, memory_bytes};
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
+use super::twin;
 use crate::engine::{Engine, EngineConfig, PublishMode, Schedule};
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -81,8 +82,16 @@ pub async fn serve(
     }
     let endpoints = session::listen_endpoints(&config).join(", ");
     let access = Access::new(setup.session.clone(), config.clone());
+    // Alone it is the router, and nobody is there before it.
+    let connects_to = setup.session.connect.clone();
     let mut session =
         session::open(config).await.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
+    if !connects_to.is_empty()
+        && let Some(other) =
+            twin::running(&session, &Keys::new(setup.network), &setup.settings.engine.hub).await
+    {
+        return Err(HubError::Twin { hub: other.hub, locators: other.locators.join(" ") });
+    }
     let mut hub = Hub::declare((setup, access), engine, &session, recording).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     on_ready(hub.settings.engine.hub, &hub.locators);
@@ -303,6 +312,7 @@ impl Hub {
             started_at: self.started_at,
             dropped: self.dropped(),
             invalid_names: self.network.unnamed.names(),
+            twin: self.network.twin.lineage(clock::now()),
         };
         self.health.check(&mut self.core, &seen, clock::now());
         self.access.tell_refusals(clock::now());

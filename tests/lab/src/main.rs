@@ -25,20 +25,32 @@ fn heap() -> v2x_lab::commands::Heap {
 #[command(
     name = "lab",
     version = v2x_common::version::LONG,
+    max_term_width = 80,
     after_help = "\
 Examples:
-  lab simulate deploy/scenarios/crossing.toml --duration-s 60 --seed 7
-  lab throughput --agents 200 --late 0.2              how many detections one core fuses
-  lab load --agents 200                               what a live hub takes, and with an agent that misbehaves
-  lab tables --quick                                  the paper's tables
-  lab sweep latency                                   error against delay, for every method of handling it
-  lab fuse --detections log.csv --out fused.csv       your own detections through the hub's engine
-  lab export --quick --out detections                 the detections of the tables, for a method of your own
-  lab score --name mine fused --export detections     its row in the tables
-  lab report v2x-runs/2026-11-28_14-05-31-crossing      one page of a run that v2x demo recorded
-  lab score v2x-runs/2026-11-28_14-05-31-crossing       a run that v2x demo recorded
-  lab rerun v2x-runs/2026-11-28_14-05-31-crossing --method csba-wls   its frames through another method
-  lab retrack run.mcap                                  a recorded hub again, compared bit by bit"
+  lab simulate crossing --duration 60s --seed 7
+  lab throughput --agents 200 --late 0.2  how many detections one core fuses
+  lab load --agents 200                   what a live hub takes, and with an
+                                          agent that misbehaves
+  lab tables --quick                      the paper's tables
+  lab sweep latency                       error against delay, for every method
+                                          of handling it
+  lab fuse --detections log.csv --out fused.csv
+                                          your own detections through the hub's
+                                          engine
+  lab export --quick --out detections     the detections of the tables, for a
+                                          method of your own
+  lab score --name mine fused --export detections
+                                          its row in the tables
+  lab report v2x-runs/2026-11-28_14-05-31-crossing
+                                          one page of a run that v2x demo
+                                          recorded
+  lab score v2x-runs/2026-11-28_14-05-31-crossing
+                                          a run that v2x demo recorded
+  lab rerun v2x-runs/2026-11-28_14-05-31-crossing --method csba-wls
+                                          its frames through another method
+  lab retrack run.mcap                    a recorded hub again, compared bit by
+                                          bit"
 )]
 struct Cli {
     #[command(subcommand)]

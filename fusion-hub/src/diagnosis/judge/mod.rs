@@ -38,7 +38,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     findings.extend(pairs::findings(window, &known));
     drop_consequences(window, &mut findings);
-    findings.sort_by(|a, b| (a.severity, a.agent, a.code).cmp(&(b.severity, b.agent, b.code)));
+    findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
 }
 

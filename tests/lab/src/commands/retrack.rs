@@ -18,10 +18,11 @@ const RECORD_SO: &str = "record with `v2x record`, `v2x demo` or `v2x hub --reco
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x record run.mcap                      records a network with the journals of its hubs
-  lab retrack run.mcap                     identical (N lists): exit code 0
+  v2x record run.mcap   records a network with the journals of its hubs
+  lab retrack run.mcap  identical (N lists): exit code 0
   lab retrack v2x-runs/*-crossing/recording.mcap
-The exit code is 1 where a list differs; where nothing can be compared, it says why.")]
+The exit code is 1 where a list differs; where nothing can be compared, it says
+why.")]
 pub struct RetrackArgs {
     /// A recording; of a rotated one each file by itself
     recording: PathBuf,

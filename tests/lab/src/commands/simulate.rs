@@ -9,18 +9,27 @@ use crate::score::run::simulated::score_in_world;
 use anyhow::Context;
 use std::path::PathBuf;
 use v2x_agent::scenario::Scenario;
+use v2x_common::duration::parse_seconds;
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::hub::HubSettings;
 
 /// Run a scenario in virtual time (no network, no waiting, bit-reproducible), and score it
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lab simulate crossing                   a shipped scenario, for a minute
+  lab simulate mine.toml --duration 10min --seed 7
+  lab simulate latency --method csba-wls  by another method")]
 pub struct SimulateArgs {
-    /// The scenario file
+    /// The scenario file, or a shipped scenario's name
     scenario: PathBuf,
-    /// How long the agents capture, s
-    #[arg(long, default_value_t = 60.0)]
+    /// How long the agents capture
+    #[arg(long = "duration", alias = "duration-s", default_value_t = 60.0, value_name = "DURATION", value_parser = parse_seconds)]
     duration_s: f64,
+    /// The method, by its key in deploy/docs/methods.md [default: the scenario's]
+    #[arg(long, value_name = "METHOD")]
+    method: Option<String>,
     /// Seed of the world and of all noise [default: the scenario's]
     #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     seed: Option<u64>,
@@ -36,7 +45,11 @@ const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
     let scenario = Scenario::load(&args.scenario)?;
     log_remarks(&scenario);
-    let settings = HubSettings::from_table(scenario.hub.clone())?;
+    let mut table = scenario.hub.clone();
+    if let Some(method) = &args.method {
+        table.insert("method".to_owned(), method.clone().into());
+    }
+    let settings = HubSettings::from_table(table)?;
     let seed = args.seed.unwrap_or(scenario.seed);
     let duration = Span::from_secs_f64(args.duration_s);
     let run = VirtualRun { scenario: &scenario, seed, start: START, duration, publish: settings.publish };

@@ -35,7 +35,7 @@ fn fit_of(second: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Fit {
             let cars = traffic(0.5 * f64::from(step));
             let seed = usize::try_from(step).unwrap();
             let sighting = |whose: usize| {
-                let seen = cars.iter().enumerate().filter(|(k, _)| (k + whose + seed) % 5 != 0);
+                let seen = cars.iter().enumerate().filter(|(k, _)| !(k + whose + seed).is_multiple_of(5));
                 let spots = seen.map(|(k, (at, velocity))| {
                     let measured = [at[0] + error(seed + whose, k), at[1] + error(seed + 3 * whose, k + 7)];
                     let at = if whose == 1 { second(measured, *velocity) } else { measured };

@@ -22,12 +22,15 @@ use std::path::{Path, PathBuf};
 /// `lab score --name` adds the output of that method to the tables as one more row.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
-DIR/export.json says what is exported; the detections of a scene are in DIR/N1-N3/trial-0/SCENE.csv, in the columns of
-lab fuse and det_id, sensor_x, sensor_y; t and t_arr are the keyframe's time since the scene's start.
+DIR/export.json says what is exported; the detections of a scene are in
+DIR/N1-N3/trial-0/SCENE.csv, in the columns of lab fuse and det_id, sensor_x,
+sensor_y; t and t_arr are the keyframe's time since the scene's start.
 
 Examples:
-  lab export --noise N1-N3 --quick --out detections       20 scenes, 2 trials
-  lab export --dataset csv:boxes.csv --out detections     your own scenes, all four levels of noise
+  lab export --noise N1-N3 --quick --out detections
+        20 scenes, 2 trials
+  lab export --dataset csv:boxes.csv --out detections
+        your own scenes, all four levels of noise
   python3 deploy/examples/own_method.py detections fused
   lab score --name mine fused --export detections --table II")]
 pub struct ExportArgs {

@@ -20,13 +20,18 @@ use v2x_fusion_hub::values::SensingDefaults;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Detections: a CSV file with a row for each, in order of arrival, in the columns
-  t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st      and, where known, sensor_x,sensor_y
-in seconds of any epoch, metres and radians; t_arr is when it arrived, t when it was measured, sx to st are standard
-deviations (sw and sd in metres). Rows of equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
-in which the sensor saw nothing (more). Optional columns: score (0 to 1), vx,vy,svx,svy (a measured velocity), source_track
-(of a sender that tracks). Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and counted.
+  t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st
+        and, where known, sensor_x,sensor_y
+in seconds of any epoch, metres and radians; t_arr is when it arrived, t when it
+was measured, sx to st are standard deviations (sw and sd in metres). Rows of
+equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
+in which the sensor saw nothing (more). Optional columns: score (0 to 1),
+vx,vy,svx,svy (a measured velocity), source_track (of a sender that tracks).
+Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and
+counted.
 
-Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an object it is interpolated.
+Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an
+object it is interpolated.
 
 Fused: t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st
 

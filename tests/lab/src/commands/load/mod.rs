@@ -34,11 +34,13 @@ const WARM_UP: Duration = Duration::from_secs(2);
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lab load                                  200 agents of 50 objects
-  lab load --agents 600 --seconds 20        more than a core can take
-  lab load --hz 60                          the same objects, more frames than a core can take
-  lab load --agents 60 --hostile boxes      one more agent, with 4096 boxes a frame
-  lab load --agents 50 --certs certs        with TLS, by the certificates of agents load-0000 … and the viewer load
+  lab load                              200 agents of 50 objects
+  lab load --agents 600 --seconds 20    more than a core can take
+  lab load --hz 60                      the same objects, more frames than a
+                                        core can take
+  lab load --agents 60 --hostile boxes  one more agent, with 4096 boxes a frame
+  lab load --agents 50 --certs certs    with TLS, by the certificates of agents
+                                        load-0000 … and the viewer load
   lab load --config hub.toml --json")]
 pub struct LoadArgs {
     /// Number of agents

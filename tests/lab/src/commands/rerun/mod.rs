@@ -18,11 +18,14 @@ use v2x_fusion_hub::hub::{HubSettings, hub_table};
 #[command(after_help = "\
 Examples:
   lab rerun v2x-runs/2026-11-28_14-05-31-crossing --method csba-wls
-  lab rerun v2x-runs/2026-11-28_14-05-31-crossing --config other.toml    with its [hub] table
-  lab rerun run.mcap --method nms --lists nms.jsonl                      of any recording; what the hub publishes then
-The folder of a run has its truth: there the score is printed. Of another recording the numbers of lists, objects and
-frames are printed, beside those of the recorded hub. What was recorded stays as it is. Latency within the hub is not
-measured: nothing runs live.")]
+  lab rerun v2x-runs/2026-11-28_14-05-31-crossing --config other.toml
+        with its [hub] table
+  lab rerun run.mcap --method nms --lists nms.jsonl
+        of any recording; what the hub publishes then
+The folder of a run has its truth: there the score is printed. Of another
+recording the numbers of lists, objects and frames are printed, beside those of
+the recorded hub. What was recorded stays as it is. Latency within the hub is
+not measured: nothing runs live.")]
 pub struct RerunArgs {
     /// The folder of a run that v2x demo recorded, or any recording
     #[arg(value_name = "FOLDER|FILE")]

@@ -9,11 +9,14 @@ use std::path::PathBuf;
 /// With --name: one more row with this name in every table of lab tables.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
-Your own method's output mirrors the export: FUSED/N1-N3/trial-0/SCENE.csv, a row for each box, in the columns
-  t,track_id,class,x,y,w,d,yaw            and, where there are, det_ids,existence,sx,sy,sw,sd,st
-det_ids are the exported det_id values that a box was made of, with ; or spaces between. By them it is known which true
-object a box is scored against: that of agent 1's detection of this keyframe, else of agent 2's, else of its newest
-one. Without this column boxes are matched by position, and the row says so.
+Your own method's output mirrors the export: FUSED/N1-N3/trial-0/SCENE.csv, a
+row for each box, in the columns
+  t,track_id,class,x,y,w,d,yaw  and, where there are,
+                                det_ids,existence,sx,sy,sw,sd,st
+det_ids are the exported det_id values that a box was made of, with ; or spaces
+between. By them it is known which true object a box is scored against: that of
+agent 1's detection of this keyframe, else of agent 2's, else of its newest one.
+Without this column boxes are matched by position, and the row says so.
 
 Examples:
   lab score v2x-runs/2026-11-28_14-05-31-crossing

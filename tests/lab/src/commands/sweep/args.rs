@@ -7,6 +7,8 @@ use crate::drive::sweep::{axis, scenarios};
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::with_paths;
+use v2x_common::duration::parse_seconds;
+use v2x_common::shipped;
 use v2x_common::time::Span;
 
 /// Shortest scored time, s.
@@ -22,7 +24,7 @@ pub struct SweepArgs {
     /// world.traffic=0.2:0.8:0.2, agents.car.link=ideal,lte-uu. Two parameters make a grid
     #[arg(required = true, num_args = 1..=2, value_name = "AXIS[=VALUES]")]
     axes: Vec<Axis>,
-    /// The scenario file [default: a roadside unit and a late car at a crossing; for agents: ten agents]
+    /// The scenario file, or a shipped scenario's name [default: a roadside unit and a late car at a crossing; for agents: ten agents]
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// Methods to compare [default: all; ours-uncorrected only with clock or pose errors]
@@ -34,11 +36,11 @@ pub struct SweepArgs {
     /// Number of seeds [default: 5; live 2]
     #[arg(long)]
     seeds: Option<u64>,
-    /// Time for which the agents capture, s [default: 60; live 15]
-    #[arg(long, value_name = "S")]
+    /// How long the agents capture [default: 60s; live 15s]
+    #[arg(long = "duration", alias = "duration-s", value_name = "DURATION", value_parser = parse_seconds)]
     duration_s: Option<f64>,
-    /// Start of the scored time, s
-    #[arg(long, default_value_t = 2.0, value_name = "S")]
+    /// Start of the scored time
+    #[arg(long = "settle", alias = "settle-s", default_value_t = 2.0, value_name = "DURATION", value_parser = parse_seconds)]
     settle_s: f64,
     /// Run every point as processes over Zenoh, with one hub for each method, all on the same frames
     #[arg(long)]
@@ -58,17 +60,23 @@ fn after_help() -> String {
     format!(
         "Axes (\"other\" agents are all but the scenario's first), with their default values:\n{}\n\
          Examples:\n  \
-         lab sweep latency                              error against delay, every method, five seeds\n  \
-         lab sweep latency --delta-max 300,500,1000     a curve for each Δmax\n  \
-         lab sweep latency=0,200,400 loss=0,0.2,0.5     a grid\n  \
-         lab sweep agents.car.link=ideal,pc5,lte-uu    links by name (v2x links lists them)\n  \
-         lab sweep clock --scenario my.toml             your own scenario\n  \
-         lab sweep latency --live                       the same as processes over Zenoh, beside the virtual curves\n  \
+         lab sweep latency            error against delay, every method, five seeds\n  \
+         lab sweep latency --delta-max 300,500,1000\n                               \
+         a curve for each Δmax\n  \
+         lab sweep latency=0,200,400 loss=0,0.2,0.5\n                               \
+         a grid\n  \
+         lab sweep agents.car.link=ideal,pc5,lte-uu\n                               \
+         links by name (v2x links lists them)\n  \
+         lab sweep clock --scenario my.toml\n                               \
+         your own scenario\n  \
+         lab sweep latency --live     the same as processes over Zenoh, beside the\n                               \
+         virtual curves\n  \
          lab sweep latency --json > rows.json\n\n\
-         Hubs publish at {PUBLISH_HZ} Hz, at every phase between two captures, and wait for that: it is in\n\
-         arrive → fused. What methods differ in (motion, late_data, registration, …) is not taken from the scenario.\n\
-         Objects count that both of the first two agents have in view. Errors are matched by identity, at any\n\
-         distance; columns by_place match within 4 m.",
+         Hubs publish at {PUBLISH_HZ} Hz, at every phase between two captures, and wait for\n\
+         that: it is in arrive → fused. What methods differ in (motion, late_data,\n\
+         registration, …) is not taken from the scenario. Objects count that both of the\n\
+         first two agents have in view. Errors are matched by identity, at any distance;\n\
+         columns by_place match within 4 m.",
         axis::descriptions()
     )
 }
@@ -87,9 +95,7 @@ impl SweepArgs {
     /// The plan of the sweep.
     pub fn plan(&self) -> anyhow::Result<Plan> {
         let text = match &self.scenario {
-            Some(path) => {
-                with_files_of(path, &std::fs::read_to_string(path).with_context(|| no_scenario(path))?)
-            }
+            Some(path) => with_files_of(path, &shipped::read(path).with_context(|| no_scenario(path))?),
             None if self.axes.iter().any(Axis::is_number_of_agents) => scenarios::TEN_AGENTS.to_owned(),
             None => scenarios::DEFAULT_SCENARIO.to_owned(),
         };
@@ -100,13 +106,13 @@ impl SweepArgs {
         let duration_s = self.duration_s.unwrap_or(if self.live { 15.0 } else { 60.0 });
         ensure!(
             (0.0..=86_400.0).contains(&self.settle_s),
-            "--settle-s is {}, expected 0 to 86400",
+            "--settle is {} s, expected 0 to 86400",
             self.settle_s
         );
         let shortest_s = self.settle_s + SHORTEST_S;
         ensure!(
             (shortest_s..=86_400.0).contains(&duration_s),
-            "--duration-s is {duration_s}: with --settle-s {} it must be {shortest_s} to 86400",
+            "--duration is {duration_s} s: with --settle {}s it must be {shortest_s} to 86400 s",
             self.settle_s
         );
         let n_seeds = self.seeds.unwrap_or(if self.live { 2 } else { 5 });

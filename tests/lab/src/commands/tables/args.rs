@@ -20,18 +20,24 @@ const DEFAULT_TABLES: [Table; 7] =
 /// counted by identity and include false positives. The same seed gives the same tables on every machine.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
-Counting: the paper's tables hold the errors of all boxes over the number of true positives (table); its formula
-divides by the number of all boxes (printed). --json and the files hold both.
+Counting: the paper's tables hold the errors of all boxes over the number of
+true positives (table); its formula divides by the number of all boxes
+(printed). --json and the files hold both.
 
 Examples:
-  lab tables --quick                              a few seconds
-  lab tables --out v2x-tables                     and a report with plots, Markdown, CSV, LaTeX and JSON
-  lab tables --table II,fig4                      only these
-  lab tables --table fig5                         the picture of one moment, under NMS and under ours
+  lab tables --quick               a few seconds
+  lab tables --out v2x-tables      and a report with plots, Markdown, CSV, LaTeX
+                                   and JSON
+  lab tables --table II,fig4       only these
+  lab tables --table fig5          the picture of one moment, under NMS and
+                                   under ours
   lab tables --table fig5 --methods dair-v2x,csba-wls,ours --moment typical
-  lab tables --ablation --sensors                 ours without its parts; misses, clutter, partly overlapping views
-  lab tables --table II --detectors lidar         with detectors that err as those on lidars do
-  lab tables --dataset csv:boxes.csv --trials 3   your own scenes
+  lab tables --ablation --sensors  ours without its parts; misses, clutter,
+                                   partly overlapping views
+  lab tables --table II --detectors lidar
+                                   with detectors that err as those on lidars do
+  lab tables --dataset csv:boxes.csv --trials 3
+                                   your own scenes
   lab tables --dataset nuscenes:/data/nuscenes --version v1.0-trainval --split val
   lab tables --noise N3-N3 --methods csba-wls,ours --json")]
 pub struct TablesArgs {

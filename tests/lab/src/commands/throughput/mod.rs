@@ -21,11 +21,13 @@ use v2x_fusion_hub::fusion::MotionModel;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lab throughput                                       10 agents, 100 objects, none late
-  lab throughput --agents 200 --late 0.2               a fifth of the frames 60 to 250 ms late
+  lab throughput                          10 agents, 100 objects, none late
+  lab throughput --agents 200 --late 0.2  a fifth of the frames 60 to 250 ms
+                                          late
   lab throughput --objects 2000 --seconds 5 --json
   lab throughput --agents 200 --objects 5000 --view 50 --motion imm
-                                                       how the cost grows with the number of tracks")]
+                                          how the cost grows with the number of
+                                          tracks")]
 pub struct ThroughputArgs {
     /// Number of agents
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]

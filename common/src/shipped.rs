@@ -1,0 +1,55 @@
+//! The scenarios that are shipped with the programs: wherever a scenario file is asked for, their names do as well.
+
+use std::borrow::Cow;
+use std::io;
+use std::path::Path;
+
+/// Name and text of each shipped scenario.
+pub const SHIPPED: [(&str, &str); 4] = [
+    ("crossing", include_str!("../../deploy/scenarios/crossing.toml")),
+    ("ten-agents", include_str!("../../deploy/scenarios/ten-agents.toml")),
+    ("highway", include_str!("../../deploy/scenarios/highway.toml")),
+    ("latency", include_str!("../../deploy/scenarios/latency.toml")),
+];
+
+/// The text of the shipped scenario of this name, where there is no file of it.
+pub fn named(name_or_file: &Path) -> Option<&'static str> {
+    let shipped = SHIPPED.iter().find(|(name, _)| name_or_file.as_os_str() == *name);
+    shipped.filter(|_| !name_or_file.exists()).map(|(_, text)| *text)
+}
+
+/// The text of a file, or of a shipped scenario by its name; the error of a file that is not there lists the names.
+pub fn read(name_or_file: &Path) -> io::Result<Cow<'static, str>> {
+    if let Some(text) = named(name_or_file) {
+        return Ok(Cow::Borrowed(text));
+    }
+    std::fs::read_to_string(name_or_file).map(Cow::Owned).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => {
+            let names: Vec<_> = SHIPPED.iter().map(|(name, _)| *name).collect();
+            io::Error::new(
+                error.kind(),
+                format!(
+                    "no scenario file {}; shipped scenarios are {}",
+                    name_or_file.display(),
+                    names.join(", ")
+                ),
+            )
+        }
+        _ => error,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_a_shipped_scenario_and_a_missing_file_is_named_with_them() {
+        assert!(read(Path::new("crossing")).unwrap().contains("name = \"crossing\""));
+        let message = read(Path::new("no-such.toml")).unwrap_err().to_string();
+        assert!(
+            message.contains("no scenario file no-such.toml") && message.contains("ten-agents"),
+            "{message}"
+        );
+    }
+}
