@@ -25,8 +25,8 @@ Examples:
   v2x agent --scenario crossing.toml --id rsu --connect tcp/192.168.1.10:7447
   v2x agent --scenario crossing.toml --id ego --format json
         readable with any Zenoh client
-  v2x agent --scenario crossing.toml --id ego --zenoh-config certs/agent/ego/zenoh.json5
-        by its certificate
+  v2x agent --scenario crossing.toml --id ego \\
+            --zenoh-config certs/agent/ego/zenoh.json5   by its certificate
 The program `agent` is the same agent as a program of its own.")]
 pub struct AgentArgs {
     /// The scenario file

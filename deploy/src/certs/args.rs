@@ -45,6 +45,10 @@ pub(super) enum Action {
 }
 
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs init --host 192.168.1.10   an authority and a hub at this address
+  v2x certs init --dir north --name north")]
 pub(super) struct InitArgs {
     /// The folder to make [default: that of --dir]
     #[arg(value_name = "DIR")]
@@ -60,6 +64,10 @@ pub(super) struct InitArgs {
 }
 
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs hub south --host 192.168.1.11
+  v2x certs hub hub --host hub.example --renew   with another address")]
 pub(super) struct HubArgs {
     /// Name of the hub
     pub(super) name: HubId,
@@ -85,6 +93,10 @@ pub(super) struct PlaceArgs {
 }
 
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs agent ego
+  v2x certs agent rsu --days 30")]
 pub(super) struct AgentArgs {
     /// The agent's id, as in its keys and frames
     pub(super) name: AgentId,
@@ -100,6 +112,9 @@ pub(super) struct AgentArgs {
 }
 
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs viewer screen")]
 pub(super) struct ViewerArgs {
     /// A name for the viewer
     #[arg(value_parser = viewer_name)]
@@ -113,12 +128,20 @@ pub(super) struct ViewerArgs {
 }
 
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs revoke ego
+  v2x certs revoke viewer:screen")]
 pub(super) struct RevokeArgs {
     /// Its name; agent:NAME or viewer:NAME where both have it
     pub(super) name: String,
 }
 
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  v2x certs list
+  v2x certs list --json | jq")]
 pub(super) struct ListArgs {
     /// As one line of JSON
     #[arg(long)]

@@ -19,7 +19,8 @@ Examples:
                                          comment for each line
   v2x scenario init --world traffic.csv  traffic.toml: your recorded traffic; a
                                          car and a roadside unit
-  v2x scenario init --world fcd.xml --vtypes demand.rou.xml --from 600 --to 660 rush-hour.toml
+  v2x scenario init --world fcd.xml --vtypes demand.rou.xml \\
+      --from 600 --to 660 rush-hour.toml
 Then: v2x up traffic.toml --web")]
     Init(InitArgs),
 }

@@ -109,3 +109,14 @@ async fn main() -> ExitCode {
     };
     v2x_common::net::exit_code("lab", outcome.await)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn every_help_has_examples_and_fits_eighty_columns() {
+        assert_eq!(v2x_lab::commands::help::faults(Cli::command()), [""; 0]);
+    }
+}

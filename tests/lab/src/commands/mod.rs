@@ -4,6 +4,8 @@ mod cpu_time;
 mod draws;
 mod export;
 mod fuse;
+#[doc(hidden)]
+pub mod help;
 mod load;
 mod process_time;
 mod remarks;

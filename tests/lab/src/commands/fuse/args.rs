@@ -37,9 +37,12 @@ Fused: t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st
 
 Examples:
   lab fuse --detections log.csv --out fused.csv
-  lab fuse --detections log.csv --out fused.csv --truth truth.csv --method csba-wls --json
-  lab fuse --detections log.csv --out fused.csv --range 50 --detection-probability 0.9 --clutter-per-frame 0.5
-  lab fuse --detections log.csv --out fused.csv --accuracy 0.3,0.5,20 --accuracy rsu=0.05
+  lab fuse --detections log.csv --out fused.csv \\
+      --truth truth.csv --method csba-wls --json
+  lab fuse --detections log.csv --out fused.csv \\
+      --range 50 --detection-probability 0.9 --clutter-per-frame 0.5
+  lab fuse --detections log.csv --out fused.csv \\
+      --accuracy 0.3,0.5,20 --accuracy rsu=0.05
   lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml")]
 pub struct FuseArgs {
     /// The detections (CSV)

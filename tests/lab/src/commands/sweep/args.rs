@@ -58,7 +58,7 @@ pub struct SweepArgs {
 
 fn after_help() -> String {
     format!(
-        "Axes (\"other\" agents are all but the scenario's first), with their default values:\n{}\n\
+        "Axes (\"other\" agents are all but the scenario's first), with their default\nvalues:\n{}\n\
          Examples:\n  \
          lab sweep latency            error against delay, every method, five seeds\n  \
          lab sweep latency --delta-max 300,500,1000\n                               \

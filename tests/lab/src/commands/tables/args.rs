@@ -38,7 +38,8 @@ Examples:
                                    with detectors that err as those on lidars do
   lab tables --dataset csv:boxes.csv --trials 3
                                    your own scenes
-  lab tables --dataset nuscenes:/data/nuscenes --version v1.0-trainval --split val
+  lab tables --dataset nuscenes:/data/nuscenes \\
+      --version v1.0-trainval --split val
   lab tables --noise N3-N3 --methods csba-wls,ours --json")]
 pub struct TablesArgs {
     #[command(flatten)]

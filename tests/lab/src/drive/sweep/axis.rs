@@ -143,7 +143,7 @@ pub(crate) fn names() -> Vec<&'static str> {
 pub(crate) fn descriptions() -> String {
     let line = |named: &Named| {
         let values: Vec<String> = named.values.iter().map(ToString::to_string).collect();
-        format!("  {:<10} {} [{}]\n", named.name, named.label, values.join(","))
+        format!("  {:<10} {}\n  {:<10} [{}]\n", named.name, named.label, "", values.join(","))
     };
     NAMED.iter().map(line).collect()
 }
