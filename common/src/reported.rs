@@ -1,5 +1,7 @@
 //! What a decoded frame no longer shows of the text that it was read from, and what a diagnosis wants to know.
 
+use crate::conventions::{Conventions, YawConvention};
+
 /// Headings as they are written, in radians by the agent's conventions, before whole turns are taken away.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RawHeadings {
@@ -38,4 +40,20 @@ pub struct Reported {
     pub without_sigma: u64,
     /// It gave a sequence number of its own.
     pub has_sequence: bool,
+    /// How its headings were read.
+    pub yaw: YawConvention,
+    /// Whether its sizes were read the other way round.
+    pub sizes_swapped: bool,
+}
+
+impl Reported {
+    /// Of a frame that is read by these conventions; nothing is counted yet.
+    pub fn by(conventions: &Conventions, has_sequence: bool) -> Self {
+        Self {
+            has_sequence,
+            yaw: conventions.yaw,
+            sizes_swapped: conventions.sizes_swapped,
+            ..Self::default()
+        }
+    }
 }

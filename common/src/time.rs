@@ -49,7 +49,7 @@ impl Timestamp {
         if step.0 <= 0 {
             return self;
         }
-        Self(self.0 - self.0.rem_euclid(step.0))
+        Self(self.0.saturating_sub(self.0.rem_euclid(step.0)))
     }
 }
 

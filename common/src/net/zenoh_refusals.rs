@@ -25,6 +25,8 @@ const ACCESS_CONTROL: &str = "zenoh::net::routing::interceptor::access_control";
 
 /// Kinds of denied messages that are counted apart, and sessions whose names are known, at most.
 const MAX_KINDS: usize = 64;
+/// Of them of one session's name.
+const MAX_KINDS_OF_ONE: usize = 8;
 const MAX_SESSIONS: usize = 1024;
 /// Longest key that is kept, bytes.
 const MAX_KEY: usize = 160;
@@ -175,7 +177,8 @@ impl<'a> Denial<'a> {
     fn read(message: &'a str) -> Option<Self> {
         let message = message.strip_prefix("Using cached result: ").unwrap_or(message);
         let (who, what) = message.split_once(" is unauthorized to ")?;
-        let (action, key) = what.rsplit_once(" on ")?;
+        // A key may hold anything, an action holds no " on ".
+        let (action, key) = what.split_once(" on ")?;
         let (session, name) = match who.split_once(" on ") {
             Some((session, names)) => (session, Some(common_name(names))),
             None => (who, None),
@@ -191,6 +194,12 @@ fn common_name(names: &str) -> &str {
     of_certificate.map_or(names, |(name, _)| name)
 }
 
+/// A text of a peer for logs and terminals: without control characters, and not long.
+fn printable(text: &str) -> String {
+    let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    text.chars().take(MAX_KEY).map(shown).collect()
+}
+
 thread_local! {
     /// The newest denial on this thread: session, action and key. The message that it concerns is stopped on the same one.
     static NEWEST: RefCell<Option<(String, String, String)>> = const { RefCell::new(None) };
@@ -203,16 +212,18 @@ fn note_decision(message: &str) {
     };
     if let Some(name) = denial.name {
         with_state(|state| {
-            if state.names.len() < MAX_SESSIONS && !state.names.contains_key(denial.session) {
-                state.names.insert(denial.session.to_owned(), name.to_owned());
+            // Clients choose their ids: the newest certificate counts.
+            if state.names.len() >= MAX_SESSIONS && !state.names.contains_key(denial.session) {
+                state.names.pop_first();
             }
+            state.names.insert(denial.session.to_owned(), printable(name));
         });
     }
     // What the hub does not tell a client that may not know it is no refusal.
-    let newest = denial.action.strip_suffix(" (ingress)").map(|action| {
-        let key: String = denial.key.chars().take(MAX_KEY).collect();
-        (denial.session.to_owned(), action.to_owned(), key)
-    });
+    let newest = denial
+        .action
+        .strip_suffix(" (ingress)")
+        .map(|action| (denial.session.to_owned(), action.to_owned(), printable(denial.key)));
     NEWEST.with_borrow_mut(|place| *place = newest);
 }
 
@@ -227,7 +238,11 @@ fn note_intercepted(message: &str) {
         let is_same = |kind: &&mut Denied| kind.who == who && kind.action == action && kind.key == key;
         if let Some(kind) = refusals.denied.iter_mut().find(is_same) {
             kind.count += 1;
-        } else if refusals.denied.len() < MAX_KINDS {
+        } else if refusals.denied.iter().filter(|kind| kind.who == who).count() < MAX_KINDS_OF_ONE {
+            // The oldest makes room: nobody fills the list for others.
+            if refusals.denied.len() >= MAX_KINDS {
+                refusals.denied.remove(0);
+            }
             refusals.denied.push(Denied { who: who.to_owned(), action, key, count: 1 });
         }
     });
@@ -251,6 +266,22 @@ mod tests {
         assert_eq!((denial.session, denial.name), ("a1b2", None));
         assert_eq!((denial.action, denial.key), ("Declare Subscriber (ingress)", "v2x/**"));
         assert_eq!(Denial::read("a1b2 on lo is authorized to Put (ingress) on v2x/a"), None);
+        let denial = Denial::read("a1b2 is unauthorized to Put (ingress) on v2x/a on b/c").unwrap();
+        assert_eq!((denial.action, denial.key), ("Put (ingress)", "v2x/a on b/c"));
+    }
+
+    #[test]
+    fn what_a_peer_writes_reaches_no_terminal_as_it_is_and_one_peer_fills_no_list() {
+        assert_eq!(printable("v2x/\u{1b}[2J\n/x"), "v2x/\u{fffd}[2J\u{fffd}/x");
+        for k in 0..1000 {
+            note_decision(&format!(
+                "77 on CertCommonName(agent:flood)+77 is unauthorized to Put (ingress) on v2x/{k}"
+            ));
+            note_intercepted("Msg intercepted!");
+        }
+        let refusals = zenoh_refusals();
+        let of_flood = refusals.denied.iter().filter(|kind| kind.who == "agent:flood");
+        assert_eq!(of_flood.count(), MAX_KINDS_OF_ONE);
     }
 
     #[test]

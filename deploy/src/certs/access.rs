@@ -17,7 +17,8 @@ pub(super) fn access_control(register: &Register) -> Value {
     if !agents.is_empty() {
         rules.extend(reading_of_agents());
         let names: Vec<_> = agents.iter().map(|agent| agent.common_name()).collect();
-        policies.push(json!({ "rules": ["lists-asked", "lists-given"], "subjects": names }));
+        let rules = ["lists-asked", "lists-given", "listeners-given"];
+        policies.push(json!({ "rules": rules, "subjects": names }));
     }
     for agent in agents {
         let name = agent.common_name();
@@ -73,12 +74,18 @@ fn publishing(agent: &Holder, name: &str) -> [Value; 2] {
 const ASKING: [&str; 4] =
     ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
 
-/// An agent reads what hubs publish, and not what other agents do. It learns who subscribes to what it publishes.
-fn reading_of_agents() -> [Value; 2] {
-    let given = ["put", "reply", "liveliness_token", "declare_queryable", "declare_subscriber"];
+/// What agents read of a hub. Its journal holds what other agents send.
+const LISTS: [&str; 3] = ["v2x/*/hub/*/fused/**", "v2x/*/hub/*/status", "v2x/*/hub/*/alive"];
+
+/// An agent reads the lists and the status of hubs, and not what other agents send. It learns who subscribes to what it
+/// publishes.
+fn reading_of_agents() -> [Value; 3] {
+    let given = ["put", "reply", "liveliness_token", "declare_queryable"];
+    let listeners = ["v2x/*/agent/**", "v2x/*/sim/truth/**"];
     [
-        rule("lists-asked", "ingress", &ASKING, &["v2x/*/hub/**"]),
-        rule("lists-given", "egress", &given, &["v2x/*/hub/**", "v2x/*/agent/**", "v2x/*/sim/truth/**"]),
+        rule("lists-asked", "ingress", &ASKING, &LISTS),
+        rule("lists-given", "egress", &given, &LISTS),
+        rule("listeners-given", "egress", &["declare_subscriber"], &listeners),
     ]
 }
 
@@ -168,10 +175,14 @@ mod tests {
                 asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
             );
         }
-        for key in [keys.all_detections(), keys.all_sensors(), keys.all_truth(), "**".to_owned()] {
-            assert!(
-                !asks("agent:ego", "declare_subscriber", &key) && asks("viewers", "declare_subscriber", &key)
-            );
+        let journals =
+            [keys.journal(&HubId::new("hub").unwrap()), keys.all_journals(), "v2x/demo/hub/**".to_owned()];
+        let of_others = [keys.all_detections(), keys.all_sensors(), keys.all_truth(), "**".to_owned()];
+        for key in of_others.iter().chain(&journals) {
+            for message in ["declare_subscriber", "query"] {
+                assert!(!asks("agent:ego", message, key) && asks("viewers", message, key), "{message} {key}");
+            }
+            assert!(!allows(&control, "agent:ego", "egress", "put", key), "{key}");
         }
         assert!(
             asks("viewers", "query", &keys.all_status()) && asks("agent:ego", "query", &keys.all_status())

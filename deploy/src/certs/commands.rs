@@ -11,6 +11,11 @@ use v2x_common::id::HubId;
 
 pub(crate) fn run(args: &CertsArgs) -> anyhow::Result<()> {
     let dir = &args.dir;
+    // Two commands at a time would lose what one of them changes: a revocation, say.
+    let _lock = match &args.action {
+        Action::Init(_) | Action::List(_) => None,
+        _ => Some(register::lock(dir)?),
+    };
     match &args.action {
         Action::Init(init_args) => init(init_args.folder.as_ref().unwrap_or(dir), init_args),
         Action::Hub(hub_args) => add_hub(dir, hub_args),
@@ -74,6 +79,8 @@ fn issue_hub(dir: &Path, register: &mut Register, name: HubId, place: &PlaceArgs
     ));
     register.hubs.push(HubEntry { name, hosts, port: place.port, expires_at });
     register.write(dir)?;
+    // Also where its text is as before: by it a hub that runs learns of its new certificate.
+    files::replace(&folder.join(configuration::FILE), "")?;
     write_hub_configurations(dir, register)?;
     say(&format!(
         "start it: v2x hub --id {name} --zenoh-config {}",
@@ -127,6 +134,7 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
         }
         // A revoked certificate stays out: the new one has another common name.
         holder.generation = known.generation + u32::from(known.revoked);
+        holder.truth |= known.truth && !known.revoked;
     }
     let identity = authority.issue(&holder.common_name(), &Purpose::Client, *days)?;
     holder.expires_at = identity.expires_at;
@@ -151,11 +159,9 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
 
 fn revoke(dir: &Path, name: &str) -> anyhow::Result<()> {
     let mut register = Register::read(dir)?;
-    refuse_edited(dir, &register)?;
+    keep_edited(dir, &register)?;
     let holder = only_one(name, &mut register.holders)?;
-    if holder.revoked {
-        bail!("{} {} is revoked already", holder.role, holder.name);
-    }
+    // Of one that is revoked already the configurations are written again: perhaps that failed.
     holder.revoked = true;
     let (role, name) = (holder.role, holder.name.clone());
     register.write(dir)?;
@@ -183,9 +189,38 @@ fn hub_file(dir: &Path, hub: &HubEntry) -> PathBuf {
     dir.join("hub").join(hub.name.as_str()).join(configuration::FILE)
 }
 
+/// Writes those that change; a hub that runs leaves its network for a moment when its own does. One that cannot be written
+/// keeps none of the others from it.
 fn write_hub_configurations(dir: &Path, register: &Register) -> anyhow::Result<()> {
+    let mut failed = None;
     for hub in &register.hubs {
-        files::replace(&hub_file(dir, hub), &configuration::of_hub(hub, register)?)?;
+        let (path, text) = (hub_file(dir, hub), configuration::of_hub(hub, register)?);
+        if std::fs::read_to_string(&path).is_ok_and(|known| known == text) {
+            continue;
+        }
+        if let Err(error) = files::replace(&path, &text) {
+            say(&format!("{error:#}"));
+            failed = Some(error);
+        }
+    }
+    failed.map_or(Ok(()), Err)
+}
+
+/// Whether a hub's configuration is not the one of this register.
+fn is_edited(dir: &Path, hub: &HubEntry, register: &Register) -> anyhow::Result<bool> {
+    let expected = configuration::of_hub(hub, register)?;
+    Ok(std::fs::read_to_string(hub_file(dir, hub)).is_ok_and(|text| text != expected))
+}
+
+/// A revocation is not kept back by what somebody has changed in a configuration: that is kept beside it.
+fn keep_edited(dir: &Path, register: &Register) -> anyhow::Result<()> {
+    for hub in &register.hubs {
+        let path = hub_file(dir, hub);
+        if is_edited(dir, hub, register)? {
+            let kept = path.with_extension("json5.edited");
+            files::replace(&kept, &std::fs::read_to_string(&path)?)?;
+            say(&format!("{} was changed by hand: that is kept as {}", path.display(), kept.display()));
+        }
     }
     Ok(())
 }
@@ -194,11 +229,7 @@ fn write_hub_configurations(dir: &Path, register: &Register) -> anyhow::Result<(
 fn refuse_edited(dir: &Path, register: &Register) -> anyhow::Result<()> {
     for hub in &register.hubs {
         let path = hub_file(dir, hub);
-        let is_edited = match std::fs::read_to_string(&path) {
-            Ok(text) => text != configuration::of_hub(hub, register)?,
-            Err(_) => false,
-        };
-        if is_edited {
+        if is_edited(dir, hub, register)? {
             bail!(
                 "{} was changed by hand, and is to be written anew: move it away (or take its access_control from the new \
                  one), and try again",

@@ -4,6 +4,7 @@ use super::files;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::fs::File;
 use std::path::Path;
 use v2x_common::id::HubId;
 
@@ -72,6 +73,17 @@ impl Holder {
         // A name holds no `/`.
         if *generation == 1 { format!("{role}:{name}") } else { format!("{role}:{name}/{generation}") }
     }
+}
+
+/// Keeps other commands from changing a register until it is dropped.
+pub(super) fn lock(folder: &Path) -> anyhow::Result<File> {
+    // A folder without a register is no place for a lock.
+    Register::read(folder)?;
+    let path = folder.join("register.lock");
+    let file = File::options().create(true).truncate(false).write(true).open(&path);
+    let file = file.with_context(|| format!("making {}", path.display()))?;
+    file.lock().with_context(|| format!("locking {}", path.display()))?;
+    Ok(file)
 }
 
 /// The file's name.

@@ -37,7 +37,7 @@ pub(crate) struct CheckArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     zenoh_config: Option<PathBuf>,
-    /// A file with the [hub] table by which frames are read where no hub answers
+    /// A file with the settings by which frames are read where no hub answers
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// How long to listen

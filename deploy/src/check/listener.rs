@@ -45,10 +45,10 @@ pub(super) struct Listener {
 }
 
 impl Listener {
-    pub(super) fn new(settings: HubSettings) -> Self {
+    pub(super) fn new(settings: HubSettings, network: NetworkId) -> Self {
         Self {
             core: Core::new(settings, Engine::new),
-            strays: Arc::default(),
+            strays: Arc::new(Mutex::new(Strays::new(network))),
             frames: 0,
             alive: BTreeSet::new(),
         }

@@ -11,15 +11,19 @@ use std::process::ExitCode;
 use std::sync::PoisonError;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::net::session;
+use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::diagnosis::{Code, Finding, Transport};
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus, Verdict};
 use v2x_lab::loopback::hub_status;
 use zenoh::Session;
 
-/// A hub has looked at a whole ten seconds, and compared all agents, after this.
-const HUB_KNOWS_AFTER: Duration = Duration::from_secs(16);
+/// What a hub has judged is of the time of listening where it began no earlier than this before.
+const SAME_TIME: Span = Span::from_millis(5_000);
+/// Longest time that a hub takes until then: ten seconds, and a second for each pair of agents.
+const HUB_JUDGES_WITHIN: Span = Span::from_millis(40_000);
 /// Exit codes.
 const DEGRADED: u8 = 1;
 const NOBODY: u8 = 3;
@@ -40,15 +44,16 @@ struct Report<'a> {
 pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<ExitCode> {
     let (settings, duration) = (args.settings()?, args.duration()?);
     let Some(session) = open(args, shutdown).await? else { return Ok(ExitCode::SUCCESS) };
-    let mut listener = Listener::new(settings);
+    let mut listener = Listener::new(settings, args.network);
+    let began_at = clock::now();
     say(&format!("listening to network {} for {:.0} s ...", args.network, duration.as_secs_f64()));
     listener.listen(&session, args.network, duration, shutdown).await?;
-    let statuses = ask(&session, args.network, shutdown).await;
+    let statuses = ask(&session, args.network, began_at, shutdown).await;
     let served = served_networks(&session).await;
     session::close(session).await?;
     let statuses = statuses?;
     let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut findings = strays.findings(args.network, &served);
+    let mut findings = strays.findings(&served);
     if statuses.is_empty() {
         findings.extend(listener.core.findings().iter().cloned());
     }
@@ -84,30 +89,31 @@ async fn open(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<
     )
 }
 
-/// The statuses of the hubs, once those have run for long enough to say what they found.
+/// The statuses of the hubs, once those have judged ten seconds of about this time: a hub looks at ten seconds at a time.
 async fn ask(
     session: &Session,
     network: NetworkId,
+    began_at: Timestamp,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Vec<HubStatus>> {
     let mut has_said = false;
+    let first_asked_at = clock::now();
     loop {
         let statuses = hub_status::query(session, network).await?;
-        let up = |status: &HubStatus| {
-            Duration::from_micros((status.now - status.started_at).try_into().unwrap_or(0))
+        let is_new = |status: &HubStatus| {
+            status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
         };
-        let left = statuses.iter().map(|status| HUB_KNOWS_AFTER.saturating_sub(up(status))).max();
-        let left = left.unwrap_or_default();
-        if left.is_zero() || shutdown.is_cancelled() {
+        let is_late = clock::now() - first_asked_at >= HUB_JUDGES_WITHIN;
+        if statuses.iter().all(is_new) || is_late || shutdown.is_cancelled() {
             return Ok(statuses);
         }
         if !has_said {
-            say(&format!("the hub has only just started; {:.0} s more ...", left.as_secs_f64().ceil()));
+            say("the hub looks at ten seconds at a time: some seconds more ...");
             has_said = true;
         }
         tokio::select! {
             () = shutdown.cancelled() => {}
-            () = tokio::time::sleep(left.min(Duration::from_secs(1))) => {}
+            () = tokio::time::sleep(Duration::from_millis(500)) => {}
         }
     }
 }

@@ -12,8 +12,9 @@ const MAX_KEYS: usize = 64;
 const MAX_BYTES: usize = 256 << 10;
 
 /// The keys that were heard.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Strays {
+    network: NetworkId,
     /// Each with its number of samples, and whether one of them looks like a frame of detections.
     keys: BTreeMap<String, (u64, bool)>,
 }
@@ -30,19 +31,28 @@ enum Place<'a> {
 }
 
 impl Strays {
-    /// Takes in a sample.
+    /// Beside the keys of this network.
+    pub(super) const fn new(network: NetworkId) -> Self {
+        Self { network, keys: BTreeMap::new() }
+    }
+
+    /// Takes in a sample; what belongs to the network is none.
     pub(super) fn note(&mut self, key: &str, payload: &[u8]) {
+        if place(key, self.network) == Place::Own {
+            return;
+        }
         let has_room = self.keys.len() < MAX_KEYS;
         if let Some((count, looks_like_frames)) = self.keys.get_mut(key) {
             *count += 1;
-            *looks_like_frames |= is_like_frame(payload);
+            *looks_like_frames = *looks_like_frames || is_like_frame(payload);
         } else if has_room {
             self.keys.insert(key.to_owned(), (1, is_like_frame(payload)));
         }
     }
 
     /// What is wrong with them; `served` are the networks that have a hub.
-    pub(super) fn findings(&self, network: NetworkId, served: &BTreeSet<NetworkId>) -> Vec<Finding> {
+    pub(super) fn findings(&self, served: &BTreeSet<NetworkId>) -> Vec<Finding> {
+        let network = self.network;
         let findings =
             self.keys.iter().filter_map(|(key, (count, looks_like_frames))| match place(key, network) {
                 Place::Own => None,
@@ -100,14 +110,15 @@ fn resembles(key: &str) -> bool {
     ["v2x", "detection", "bev"].iter().any(|word| folded.contains(word))
 }
 
-/// Whether a payload is a JSON object with a list of detections.
+/// Whether a payload is a JSON object that looks like a frame of detections.
 fn is_like_frame(payload: &[u8]) -> bool {
     let is_object = payload.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{');
     if !is_object || payload.len() > MAX_BYTES {
         return false;
     }
     let fields: BTreeMap<String, IgnoredAny> = serde_json::from_slice(payload).unwrap_or_default();
-    ["detections", "objects", "captured_at", "boxes"].iter().any(|field| fields.contains_key(*field))
+    fields.contains_key("detections")
+        || (fields.contains_key("captured_at") && fields.contains_key("objects"))
 }
 
 #[cfg(test)]
@@ -115,10 +126,10 @@ mod tests {
     use super::*;
 
     fn findings(samples: &[(&str, &str)], served: &[&str]) -> Vec<Finding> {
-        let mut strays = Strays::default();
+        let mut strays = Strays::new(NetworkId::new("demo").unwrap());
         samples.iter().for_each(|(key, payload)| strays.note(key, payload.as_bytes()));
         let served = served.iter().map(|name| NetworkId::new(name).unwrap()).collect();
-        strays.findings(NetworkId::new("demo").unwrap(), &served)
+        strays.findings(&served)
     }
 
     #[test]
@@ -128,7 +139,7 @@ mod tests {
             ("v2x/demo/agent/cam/sensor", "{}"),
             ("v2x/demo/hub/hub/fused/json", "{\"objects\": []}"),
             ("v2x/other/agent/cam/detections", "{}"),
-            ("weather/today", "{\"rain\": 1}"),
+            ("weather/today", "{\"rain\": 1, \"objects\": []}"),
             ("robot/pose", "no json"),
         ];
         assert_eq!(findings(&sound, &["demo", "other"]), []);
@@ -158,7 +169,7 @@ mod tests {
 
     #[test]
     fn keys_from_outside_are_bounded() {
-        let mut strays = Strays::default();
+        let mut strays = Strays::new(NetworkId::new("demo").unwrap());
         (0..1000).for_each(|k| strays.note(&format!("v2x/x{k}"), b""));
         assert_eq!(strays.keys.len(), MAX_KEYS);
     }

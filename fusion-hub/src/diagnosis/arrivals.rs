@@ -10,6 +10,8 @@ const N_EPOCHS: usize = 4;
 /// A sensor that is further from its last place than this and what it can drive is another one, m and m/s.
 const JUMP_M: f64 = 5.0;
 const FASTEST_MPS: f64 = 60.0;
+/// A number that is lower than the one before by more is of another count: late frames are nearer.
+const FALL: u64 = 100;
 /// Numbers that are this many times as many as frames are no count of frames.
 const MOST_PER_FRAME: u64 = 20;
 
@@ -18,8 +20,9 @@ const MOST_PER_FRAME: u64 = 20;
 pub(super) struct Arrivals {
     pub(super) frames: u64,
     received: Option<(Timestamp, Timestamp)>,
-    /// From capture to arrival, s.
-    delay_s: Option<(f64, f64)>,
+    /// From capture to arrival, the shortest two and the longest two, s: a single stamp that is odd says nothing.
+    shortest_s: Extremes,
+    longest_s: Extremes,
     delay_sum_s: f64,
     delay_squares_s2: f64,
     epochs: Vec<u64>,
@@ -29,6 +32,26 @@ pub(super) struct Arrivals {
     poses: Poses,
 }
 
+/// The two least of some numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Extremes([Option<f64>; 2]);
+
+impl Extremes {
+    fn note(&mut self, value: f64) {
+        let [least, second] = &mut self.0;
+        if least.is_none_or(|least| value < least) {
+            *second = least.replace(value);
+        } else if second.is_none_or(|second| value < second) {
+            *second = Some(value);
+        }
+    }
+
+    /// The second one, or the only one.
+    fn second(&self) -> Option<f64> {
+        self.0[1].or(self.0[0])
+    }
+}
+
 /// The sequence numbers of the current epoch, and what was missing in earlier ones.
 #[derive(Clone, Copy, Debug, Default)]
 struct Numbers {
@@ -36,6 +59,9 @@ struct Numbers {
     n: u64,
     expected: u64,
     received: u64,
+    last: Option<u64>,
+    /// How often a number was far below the one before.
+    falls: u64,
 }
 
 /// Places of the sensor that are too far from each other for one.
@@ -52,9 +78,8 @@ impl Arrivals {
         self.frames += 1;
         self.received = Some(self.received.map_or((at, at), |(from, to)| (from.min(at), to.max(at))));
         let delay_s = (at - frame.captured_at).as_secs_f64();
-        self.delay_s = Some(
-            self.delay_s.map_or((delay_s, delay_s), |(least, most)| (least.min(delay_s), most.max(delay_s))),
-        );
+        self.shortest_s.note(delay_s);
+        self.longest_s.note(-delay_s);
         self.delay_sum_s += delay_s;
         self.delay_squares_s2 += delay_s * delay_s;
         self.note_epoch(frame.id.epoch);
@@ -88,9 +113,10 @@ impl Arrivals {
         (self.frames > 2 && seconds > 0.0).then(|| (self.frames - 1) as f64 / seconds)
     }
 
-    /// The shortest and the longest delay from capture to arrival.
+    /// The shortest and the longest delay from capture to arrival, but for one frame each.
     pub(super) fn delay(&self) -> Option<(Span, Span)> {
-        self.delay_s.map(|(least, most)| (Span::from_secs_f64(least), Span::from_secs_f64(most)))
+        let (least, most) = (self.shortest_s.second()?, -self.longest_s.second()?);
+        Some((Span::from_secs_f64(least), Span::from_secs_f64(most)))
     }
 
     /// Standard deviation of the delay, s.
@@ -115,6 +141,11 @@ impl Arrivals {
         counts_frames.then(|| (numbers.expected.saturating_sub(numbers.received), numbers.expected))
     }
 
+    /// How often its numbers fell back.
+    pub(super) const fn falls(&self) -> u64 {
+        self.numbers.falls
+    }
+
     /// How often the sensor was back at a place from which it had jumped away.
     pub(super) const fn place_returns(&self) -> u64 {
         self.poses.returns
@@ -123,6 +154,11 @@ impl Arrivals {
 
 impl Numbers {
     fn note(&mut self, number: u64) {
+        // Without epochs an agent that is started again begins to count anew.
+        if self.last.replace(number).is_some_and(|last| number.saturating_add(FALL) < last) {
+            self.begin();
+            self.falls += 1;
+        }
         self.span =
             Some(self.span.map_or((number, number), |(least, most)| (least.min(number), most.max(number))));
         self.n += 1;

@@ -51,10 +51,13 @@ impl Moving {
             return None;
         }
         let since_s = since.as_secs_f64();
-        let distance = |([px, py], [vx, vy]): &([f64; 2], [f64; 2])| {
-            libm::hypot(px + vx * since_s - x, py + vy * since_s - y)
+        let most_m = within_m + CLEAR_M;
+        let by_distance = || {
+            self.objects.iter().filter_map(|([px, py], velocity)| {
+                let (dx, dy) = (px + velocity[0] * since_s - x, py + velocity[1] * since_s - y);
+                (dx.abs() <= most_m && dy.abs() <= most_m).then(|| (libm::sqrt(dx * dx + dy * dy), *velocity))
+            })
         };
-        let by_distance = || self.objects.iter().map(|object| (distance(object), object.1));
         let (by_m, velocity) = by_distance().min_by(|a, b| a.0.total_cmp(&b.0))?;
         // Where two agents disagree, one car is two objects, which move alike.
         let moves_alike =

@@ -5,7 +5,7 @@ use super::finding::Finding;
 use super::headings::Moving;
 use super::judge;
 use super::observation::Observation;
-use super::window::{Counts, MAX_AGENTS, Surroundings, Window};
+use super::window::{Surroundings, Window};
 use crate::engine::Refusal;
 use std::collections::BTreeMap;
 use v2x_common::fused::FusedFrame;
@@ -14,8 +14,10 @@ use v2x_common::time::{Span, Timestamp};
 
 /// Statistics are gathered for so long.
 const WINDOW: Span = Span::from_millis(10_000);
+/// A window of less says little by itself.
+const WINDOW_SAYS: Span = Span::from_millis(5_000);
 /// Pairs of agents that are compared in one look: some milliseconds.
-const FITS_AT_ONCE: usize = 2;
+const FITS_AT_ONCE: usize = 1;
 /// A list is looked at this often at most.
 const LISTS_APART: Span = Span::from_millis(100);
 
@@ -25,6 +27,8 @@ const LISTS_APART: Span = Span::from_millis(100);
 const SLOT: Span = Span::from_millis(410);
 const FIRST_PART: Span = Span::from_millis(110);
 const MAX_OF_SLOT: u32 = 24;
+/// Frames whose stamps are further from their arrival are compared with nothing.
+const COMPARED_WITHIN: Span = Span::from_millis(5_000);
 /// Slots that late frames may belong to.
 const N_SLOTS: usize = 16;
 
@@ -34,7 +38,8 @@ pub struct Survey {
     current: Window,
     /// The last whole one, until it is judged.
     ended: Option<Window>,
-    is_judged: bool,
+    /// Beginning of the window that was judged last.
+    judged_since: Option<Timestamp>,
     moving: Moving,
     samples: Samples,
     findings: Vec<Finding>,
@@ -48,7 +53,9 @@ impl Survey {
         let Some(agent) = self.current.agent(seen.frame.id.agent) else { return };
         agent.arrivals.note(seen);
         agent.writing.note(seen);
-        if self.samples.takes(seen.frame.captured_at) {
+        // By stamps from anywhere nothing is compared.
+        let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
+        if is_of_now && self.samples.takes(seen.frame.captured_at) {
             agent.headings.note(seen, &self.moving);
             self.current.snapshots.note(seen, &self.moving);
         }
@@ -71,40 +78,53 @@ impl Survey {
 
     /// Looks at what was gathered, once in a second or so: at a whole window where there is one.
     pub fn look(&mut self, around: &Surroundings<'_>, now: Timestamp) {
-        let since = *self.current.since.get_or_insert(now);
+        if self.current.since.is_none() {
+            self.current.begin(around, now);
+        }
+        let since = self.current.since.unwrap_or(now);
         if now - since >= WINDOW {
-            let mut next = Window { since: Some(now), ..Window::default() };
-            for (agent, record) in around.engine.agents().iter().take(MAX_AGENTS) {
-                next.agents.entry(*agent).or_default().before = Counts::of(record);
-            }
+            let mut next = Window::default();
+            next.begin(around, now);
             let mut ended = std::mem::replace(&mut self.current, next);
-            ended.is_over = true;
+            ended.end(around);
             let transports =
                 ended.agents.iter().filter_map(|(agent, one)| Some((*agent, Transport::of(&one.arrivals)?)));
             self.before = transports.collect();
-            ended.to_fit = ended.snapshots.pairs().copied().collect();
             self.ended = Some(ended);
         }
         if let Some(ended) = &mut self.ended {
             let is_compared = ended.fit_some(FITS_AT_ONCE);
             if is_compared {
                 self.findings = judge::findings(ended, around);
-                self.is_judged = true;
+                self.judged_since = ended.since;
                 self.ended = None;
             }
-        } else if !self.is_judged {
+        } else if self.judged_since.is_none() {
             self.findings = judge::findings(&self.current, around);
         }
     }
 
     /// Looks at everything that was gathered since the last whole window, at the end of a listening time.
     pub fn conclude(&mut self, around: &Surroundings<'_>) {
-        let window = &mut self.current;
-        window.is_over = true;
-        window.to_fit = window.snapshots.pairs().copied().collect();
-        window.fit_some(usize::MAX);
+        if let Some(mut ended) = self.ended.take() {
+            ended.fit_some(usize::MAX);
+            self.findings = judge::findings(&ended, around);
+            self.judged_since = ended.since;
+        }
+        // A window that has just begun shows nothing that the one before does not.
+        let is_short = self.current.since.is_some_and(|since| around.engine.now() - since < WINDOW_SAYS);
+        if self.judged_since.is_some() && is_short {
+            return;
+        }
+        self.current.end(around);
+        self.current.fit_some(usize::MAX);
         self.findings = judge::findings(&self.current, around);
-        self.is_judged = true;
+        self.judged_since = self.current.since;
+    }
+
+    /// The beginning of the ten seconds that were judged last; `None` before the first ones are over.
+    pub const fn judged_since(&self) -> Option<Timestamp> {
+        self.judged_since
     }
 
     /// What was found when it last looked.

@@ -8,8 +8,10 @@ use super::writing::Writing;
 use crate::engine::{AgentRecord, Engine, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::id::AgentId;
-use v2x_common::time::Timestamp;
+use v2x_common::time::{Span, Timestamp};
 
+/// An agent of which nothing has arrived for so long has left.
+const HEARD_WITHIN: Span = Span::from_millis(10_000);
 /// Agents that are surveyed; more send, but nobody reads so many findings.
 pub(super) const MAX_AGENTS: usize = 256;
 
@@ -59,6 +61,8 @@ pub(super) struct Window {
     pub(super) since: Option<Timestamp>,
     /// It lasted long enough to say what did not happen.
     pub(super) is_over: bool,
+    /// The agents that held a token at its beginning, and at its end.
+    pub(super) alive: BTreeSet<AgentId>,
     pub(super) agents: BTreeMap<AgentId, AgentSurvey>,
     pub(super) snapshots: Snapshots,
     pub(super) fits: BTreeMap<[AgentId; 2], Fit>,
@@ -67,6 +71,30 @@ pub(super) struct Window {
 }
 
 impl Window {
+    /// Begins it.
+    pub(super) fn begin(&mut self, around: &Surroundings<'_>, now: Timestamp) {
+        self.since = Some(now);
+        self.alive.clone_from(around.alive);
+        let is_here =
+            |record: &AgentRecord| record.last_heard_at().is_some_and(|at| now - at <= HEARD_WITHIN);
+        let agents = around.engine.agents().iter().filter(|(_, record)| is_here(record));
+        for (agent, record) in agents.take(MAX_AGENTS) {
+            self.agents.entry(*agent).or_default().before = Counts::of(record);
+        }
+    }
+
+    /// Ends it: nothing is gathered any more, and pairs are to be compared.
+    pub(super) fn end(&mut self, around: &Surroundings<'_>) {
+        self.is_over = true;
+        self.alive.retain(|agent| around.alive.contains(agent));
+        self.to_fit = self.snapshots.pairs().copied().collect();
+    }
+
+    /// Whether there was no room for another agent.
+    pub(super) fn is_full(&self) -> bool {
+        self.agents.len() >= MAX_AGENTS
+    }
+
     /// What is gathered of an agent; `None` where there is no room.
     pub(super) fn agent(&mut self, agent: AgentId) -> Option<&mut AgentSurvey> {
         let has_room = self.agents.len() < MAX_AGENTS || self.agents.contains_key(&agent);

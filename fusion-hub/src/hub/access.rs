@@ -3,8 +3,10 @@
 //! Zenoh reads its access control and its certificates once, when a session is opened. So the hub opens its session anew when
 //! the file is written anew; agents and consumers connect again by themselves.
 
+use super::exposure;
 use std::path::PathBuf;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
+use tokio_util::sync::CancellationToken;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::{ZenohRefusals, zenoh_refusals};
 use v2x_common::time::{Span, Timestamp};
@@ -13,12 +15,17 @@ use zenoh::{Config, Session};
 /// What Zenoh refuses is told no more often than this.
 const TOLD_EVERY: Span = Span::from_millis(10_000);
 
+/// Time between two attempts to join the network again.
+const AGAIN_AFTER: Duration = Duration::from_secs(1);
+
 /// The file, as it was when the hub read it.
 pub(super) struct Access {
     options: SessionOptions,
     /// What the session was opened with.
     in_force: Config,
     written_at: Option<SystemTime>,
+    /// Why the file as it is now is not followed, once that was said.
+    refused: Option<String>,
     told: ZenohRefusals,
     told_at: Timestamp,
 }
@@ -27,7 +34,14 @@ impl Access {
     /// Of a session that is about to be opened with these options.
     pub(super) fn new(options: SessionOptions, in_force: Config) -> Self {
         let written_at = written_at(options.config.as_ref());
-        Self { options, in_force, written_at, told: ZenohRefusals::default(), told_at: Timestamp::MIN }
+        Self {
+            options,
+            in_force,
+            written_at,
+            refused: None,
+            told: ZenohRefusals::default(),
+            told_at: Timestamp::MIN,
+        }
     }
 
     /// The configuration, where its file was written anew and can be read.
@@ -37,29 +51,57 @@ impl Access {
         if written_at.is_none() || written_at == self.written_at {
             return None;
         }
-        self.written_at = written_at;
         match session::hub_config(&self.options) {
-            Ok(config) => Some(config),
+            Ok(config) => {
+                (self.written_at, self.refused) = (written_at, None);
+                Some(config)
+            }
+            // Perhaps files that it names are on their way: it is looked at again, and told once.
             Err(error) => {
-                tracing::warn!("the Zenoh configuration was written anew, but is not followed: {error:#}");
+                let why = format!("{error:#}");
+                if self.refused.as_ref() != Some(&why) {
+                    tracing::warn!("the Zenoh configuration was written anew, but is not followed: {why}");
+                    self.refused = Some(why);
+                }
                 None
             }
         }
     }
 
     /// Opens a session in place of one that was closed: with another configuration, or with the former one where Zenoh does
-    /// not take that.
-    pub(super) async fn reopen(&mut self, config: Config, locators: &[String]) -> anyhow::Result<Session> {
-        match session::open_in_place(config.clone(), locators).await {
-            Ok(session) => {
-                self.in_force = config;
-                Ok(session)
+    /// not take that. Tries again until one of them is taken (certificates may be on their way, the port still in use), or until
+    /// shutdown (`None`).
+    pub(super) async fn reopen(
+        &mut self,
+        config: Config,
+        locators: &[String],
+        shutdown: &CancellationToken,
+    ) -> Option<Session> {
+        if let Some(warning) = exposure::warning(&config) {
+            tracing::warn!("{warning}");
+        }
+        while !shutdown.is_cancelled() {
+            match session::open_in_place(config.clone(), locators).await {
+                Ok(session) => {
+                    self.in_force = config;
+                    return Some(session);
+                }
+                Err(error) => {
+                    tracing::warn!(
+                        "Zenoh does not take the new configuration, which is not followed: {error:#}"
+                    );
+                }
             }
-            Err(error) => {
-                tracing::warn!("Zenoh does not take the new configuration, which is not followed: {error:#}");
-                session::open_in_place(self.in_force.clone(), locators).await
+            match session::open_in_place(self.in_force.clone(), locators).await {
+                Ok(session) => return Some(session),
+                Err(error) => tracing::error!("nor the former one; trying again: {error:#}"),
+            }
+            tokio::select! {
+                () = shutdown.cancelled() => {}
+                () = tokio::time::sleep(AGAIN_AFTER) => {}
             }
         }
+        None
     }
 
     /// Warns of what Zenoh has refused since the last warning.

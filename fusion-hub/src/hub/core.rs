@@ -110,7 +110,7 @@ impl Core {
         let agent = head.id.agent;
         match self.completed(head, reports) {
             Ok(frame) => {
-                let reported = Reported { has_sequence: true, ..Reported::default() };
+                let reported = Reported::by(&self.settings.of_agent(&agent).conventions, true);
                 self.fuse(&frame, &reported, received_at)
             }
             Err(refusal) => {
@@ -163,7 +163,7 @@ impl Core {
             Body::Postcard(bytes) => {
                 let mut frame = wire::detections::decode_as_sent(bytes)?;
                 conventions.convert(&mut frame).map_err(WireError::from)?;
-                let reported = Reported { has_sequence: true, ..Reported::default() };
+                let reported = Reported::by(conventions, true);
                 DecodedDetections { frame, unmapped_classes: UnmappedNames::default(), reported }
             }
             Body::Json(bytes) => {

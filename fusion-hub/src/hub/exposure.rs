@@ -14,17 +14,23 @@ pub(super) fn warning(config: &Config) -> Option<String> {
     if exposed.is_empty() {
         return None;
     }
-    let (open, secured): (Vec<_>, Vec<_>) =
-        exposed.into_iter().partition(|endpoint| !endpoint.starts_with("tls/"));
+    let (open, secured): (Vec<_>, Vec<_>) = exposed
+        .into_iter()
+        .partition(|endpoint| !endpoint.starts_with("tls/") || endpoint.contains("enable_mtls="));
     let who = if !open.is_empty() || !is_set("transport/link/tls/enable_mtls") {
         "everybody who reaches"
-    } else if !is_set("access_control/enabled") {
+    } else if !is_set("access_control/enabled") || !denies(config) {
         "every holder of a certificate who reaches"
     } else {
         return None;
     };
     let at = if open.is_empty() { secured } else { open }.join(", ");
     Some(format!("{who} {at} can publish as any agent and any hub, and read everything; {ADVICE}"))
+}
+
+/// Whether the access control denies what no rule allows.
+fn denies(config: &Config) -> bool {
+    config.get_json("access_control/default_permission").is_ok_and(|value| value == "\"deny\"")
 }
 
 /// Whether only this machine reaches an endpoint.
@@ -67,5 +73,10 @@ mod tests {
         assert!(with(false, true).unwrap().contains("everybody"));
         assert!(with(true, false).unwrap().contains("every holder"));
         assert_eq!(with(true, true), None);
+        let allowing = r#"{ listen: { endpoints: ["tls/0.0.0.0:1"] }, transport: { link: { tls: { enable_mtls: true } } },
+             access_control: { enabled: true, default_permission: "allow" } }"#;
+        assert!(warning_of(allowing).unwrap().contains("every holder"));
+        let by_endpoint = r#"{ listen: { endpoints: ["tls/0.0.0.0:1#enable_mtls=false"] }, transport: { link: { tls: { enable_mtls: true } } } }"#;
+        assert!(warning_of(by_endpoint).unwrap().contains("everybody"));
     }
 }

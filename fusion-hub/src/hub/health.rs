@@ -6,7 +6,6 @@ use super::unnamed::InvalidName;
 use crate::diagnosis::{Code, Finding};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
@@ -51,13 +50,19 @@ pub(super) struct Seen<'a> {
     pub(super) twin: Option<u32>,
 }
 
+/// Whose a finding is; of the network there may be several of one kind, which differ by more than their numbers.
+fn of_whom(finding: &Finding) -> String {
+    let is_word = |c: &char| !(c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
+    finding.agent.map_or_else(|| finding.says.chars().filter(is_word).collect(), |agent| agent.to_string())
+}
+
 impl Health {
     /// Looks at everything; warns of each fault when it begins, and says when it has ended.
     pub(super) fn check(&mut self, core: &mut Core, seen: &Seen<'_>, now: Timestamp) {
         core.look(seen.roster.tokens(), now);
         let mut findings = core.findings().to_vec();
         findings.extend(self.of_hub(core, seen, now));
-        let key = |finding: &Finding| (finding.code, finding.agent);
+        let key = |finding: &Finding| (finding.code, of_whom(finding));
         let faults = |findings: &[Finding]| -> BTreeMap<_, _> {
             let faults = findings.iter().filter(|one| one.is_fault());
             faults.map(|one| (key(one), one.to_string())).collect()
@@ -66,9 +71,8 @@ impl Health {
         for (key, words) in after.iter().filter(|(key, _)| !before.contains_key(key)) {
             tracing::warn!(finding = key.0.name(), "{words}");
         }
-        for (code, agent) in before.keys().filter(|key| !after.contains_key(key)) {
-            let agent = agent.as_ref().map(AgentId::as_str).unwrap_or_default();
-            tracing::info!(finding = code.name(), agent, "no longer found");
+        for (code, of) in before.keys().filter(|key| !after.contains_key(key)) {
+            tracing::info!(finding = code.name(), of, "no longer found");
         }
         self.findings = findings;
     }

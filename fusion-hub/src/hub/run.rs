@@ -96,7 +96,8 @@ pub async fn serve(
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     on_ready(hub.settings.engine.hub, &hub.locators);
     while let Some(config) = hub.serve(&shutdown).await {
-        session = hub.rejoin(session, config).await?;
+        let Some(joined) = hub.rejoin(session, config, &shutdown).await? else { return Ok(hub.status()) };
+        session = joined;
     }
     hub.journal.end().await;
     tracing::info!(hub = %hub.settings.engine.hub, published = hub.frames_published, "hub ends");
@@ -216,13 +217,21 @@ impl Hub {
     }
 
     /// Leaves the network and joins it again with another configuration. Its objects and counts stay.
-    async fn rejoin(&mut self, session: Session, config: Config) -> Result<Session, HubError> {
+    async fn rejoin(
+        &mut self,
+        session: Session,
+        config: Config,
+        shutdown: &CancellationToken,
+    ) -> Result<Option<Session>, HubError> {
         tracing::info!("the Zenoh configuration was written anew: the session is opened anew, objects stay");
         self.journal.flush().await;
-        session::close(session).await.map_err(|error| HubError::Close(error.into()))?;
-        let endpoints = self.locators.join(", ");
-        let session = self.access.reopen(config, &self.locators).await;
-        let session = session.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
+        // A client that reads nothing more can hold the old one: that ends no hub.
+        if let Err(error) = session::close(session).await {
+            tracing::warn!("{error:#}; going on");
+        }
+        let Some(session) = self.access.reopen(config, &self.locators, shutdown).await else {
+            return Ok(None);
+        };
         let (keys, hub) = (Keys::new(self.network_id), self.settings.engine.hub);
         self.roster.begin_anew();
         let joined = async {
@@ -233,7 +242,7 @@ impl Hub {
         joined.await.map_err(|cause| HubError::Declare { hub, cause })?;
         self.locators = session::locators(&session).await;
         tracing::info!(locators = ?self.locators, "hub is ready again");
-        Ok(session)
+        Ok(Some(session))
     }
 
     /// Takes in what waits now, before a list is made that can hold it; for no longer than [`DRAINED_FOR`].
@@ -454,6 +463,7 @@ impl Hub {
             memory_bytes: memory_bytes(),
             refused_by_zenoh: zenoh_refusals(),
             verdict: Verdict::of(self.health.findings()),
+            judged_since: self.core.survey().judged_since().map(Timestamp::as_micros),
             findings: self.health.findings().to_vec(),
             agents: agent_statuses(&self.core, &self.roster),
             recording: self.journal.recorder().map(RecordingStatus::of),

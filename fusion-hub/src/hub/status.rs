@@ -79,6 +79,9 @@ pub struct HubStatus {
     /// Healthy or degraded.
     #[serde(default)]
     pub verdict: Verdict,
+    /// Beginning of the ten seconds by which the agents were judged last, µs; `None` before the first ones are over.
+    #[serde(default)]
+    pub judged_since: Option<i64>,
     /// What is probably wrong, the worst first, in sentences that say what to change.
     #[serde(default)]
     pub findings: Vec<Finding>,

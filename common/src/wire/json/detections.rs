@@ -200,7 +200,7 @@ fn to_frame(
     (defaults, conventions): (&ReportDefaults, &Conventions),
 ) -> Result<DecodedDetections, WireError> {
     let mut unmapped_classes = UnmappedNames::default();
-    let mut reported = Reported { has_sequence: json.sequence.is_some(), ..Reported::default() };
+    let mut reported = Reported::by(conventions, json.sequence.is_some());
     let pose = json.sensor_pose.as_ref().map(|pose| Pose { x: pose.x, y: pose.y, yaw: pose.yaw });
     let conversion = conventions.conversion(pose)?;
     let detections = json.detections.iter().map(|detection| {

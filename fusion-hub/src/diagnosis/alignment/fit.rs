@@ -24,6 +24,10 @@ const MIN_SHARE: f64 = 0.4;
 /// It must explain so many times what no change explains; a small one, which explains a part of it, less.
 const MIN_RATIO_LARGE: f64 = 3.0;
 const MIN_RATIO_SMALL: f64 = 1.5;
+/// And so many times what it explains by chance.
+const CHANCE_RATIO: u64 = 2;
+/// Clocks are known to agree from this standard deviation on, s.
+const CLOCKS_SIGMA_S: f64 = 0.03;
 /// Prior standard deviations of a shift (m), a turn (rad), a time (s).
 const PRIOR: [f64; 4] = [5.0, 5.0, 0.3, 0.7];
 /// Errors of a difference beside those that are stated, m.
@@ -37,7 +41,10 @@ const WORTH_TELLING: [f64; 4] = [0.75, 0.75, 0.03, 0.08];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::diagnosis) enum Fit {
     /// They do as they are.
-    Agree,
+    Agree {
+        /// What moves shows that their clocks agree.
+        clocks: bool,
+    },
     /// They do after a change of the positions of one of them, by its place in the pair.
     Changed {
         /// Whose positions are changed.
@@ -65,24 +72,28 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
     let near = refine(snapshots, Rigid::default());
     let near_pairs = near.as_ref().map_or(0, |near| near.explained.pairs);
     // The turn of a frame moves what is near the sensor little: the refined change decides, not what is explained as it is.
-    if near.is_some_and(|near| near.is_small()) && share(near_pairs, possible) >= MIN_SHARE {
-        return Fit::Agree;
+    if let Some(near) = near.filter(Refined::is_small)
+        && share(near_pairs, possible) >= MIN_SHARE
+    {
+        return Fit::Agree { clocks: near.shows_clocks() };
     }
     let large = LARGE.iter().flat_map(|change| [0, 1].map(|whose| (whose, *change)));
     let large = large.map(|(whose, change)| (explained(snapshots, whose, &change), whose, change));
     let best = large.max_by_key(|(explained, ..)| explained.pairs);
-    if let Some((explained, whose, change)) =
-        best.filter(|(explained, ..)| is_clear(explained, &as_is, possible, MIN_RATIO_LARGE))
-    {
+    if let Some((explained, whose, change)) = best.filter(|(explained, whose, change)| {
+        is_clear(explained, &as_is, possible, MIN_RATIO_LARGE)
+            && beats_chance(explained, snapshots, *whose, change)
+    }) {
         return Fit::Changed { whose, change, share: share(explained.pairs, possible) };
     }
     let refined = beginnings(snapshots).into_iter().filter_map(|begin| refine(snapshots, begin));
     let best = refined.max_by_key(|refined| refined.explained.pairs);
     let Some(best) = best else { return Fit::Unknown };
     if best.is_small() && share(best.explained.pairs, possible) >= MIN_SHARE {
-        return Fit::Agree;
+        return Fit::Agree { clocks: best.shows_clocks() };
     }
-    if is_clear(&best.explained, &as_is, possible, MIN_RATIO_SMALL) || best.is_sure(possible) {
+    let is_found = is_clear(&best.explained, &as_is, possible, MIN_RATIO_SMALL) || best.is_sure(possible);
+    if is_found && beats_chance(&best.explained, snapshots, 1, &Change::Rigid(best.change)) {
         let change = Change::Rigid(best.told());
         return Fit::Changed { whose: 1, change, share: share(best.explained.pairs, possible) };
     }
@@ -102,6 +113,19 @@ fn is_clear(explained: &Explained, as_is: &Explained, possible: u64, ratio: f64)
         && explained.pairs as f64 >= ratio * as_is.pairs as f64
 }
 
+/// Whether a change explains far more than the same one does of detections of another time: lanes and rows of parked cars
+/// fit onto each other, whoever sees them, and say nothing.
+fn beats_chance(explained_now: &Explained, snapshots: &[Snapshot], whose: usize, change: &Change) -> bool {
+    let n = snapshots.len();
+    let apart = |k: usize| {
+        let mut pair = snapshots[k].clone();
+        pair[1 - whose] = snapshots[(k + n / 2) % n].clone()[1 - whose].clone();
+        pair
+    };
+    let shuffled: Vec<_> = (0..n).map(apart).collect();
+    explained_now.pairs >= CHANCE_RATIO * explained(&shuffled, whose, change).pairs
+}
+
 /// The pairs of detections that are of one object after a change of those of `whose`.
 fn explained(snapshots: &[Snapshot], whose: usize, change: &Change) -> Explained {
     let mut explained = Explained::default();
@@ -117,15 +141,25 @@ fn explained(snapshots: &[Snapshot], whose: usize, change: &Change) -> Explained
     explained
 }
 
-/// The nearest of some spots within reach, with its distance: `within` metres, or what the errors allow.
+/// The nearest of some spots within reach, with its distance squared: `within` metres, or what the errors allow.
 fn nearest<'a>(spot: &Spot, others: &'a [Spot], within: Option<f64>) -> Option<(f64, &'a Spot)> {
-    let distance = |other: &Spot| libm::hypot(other.at[0] - spot.at[0], other.at[1] - spot.at[1]);
-    let reach = |other: &Spot| {
-        let sigma = libm::sqrt(spot.variance + other.variance);
-        within.unwrap_or_else(|| (NEAR_SIGMAS * sigma).clamp(NEAR_M.0, NEAR_M.1))
-    };
-    let near = others.iter().map(|other| (distance(other), other));
-    near.filter(|(distance, other)| *distance <= reach(other)).min_by(|a, b| a.0.total_cmp(&b.0))
+    let most_m = within.unwrap_or(NEAR_M.1);
+    let mut best: Option<(f64, &Spot)> = None;
+    for other in others {
+        let (dx, dy) = (other.at[0] - spot.at[0], other.at[1] - spot.at[1]);
+        if dx.abs() > most_m || dy.abs() > most_m {
+            continue;
+        }
+        let squared = dx * dx + dy * dy;
+        let reach_m = || {
+            let sigma = libm::sqrt(spot.variance + other.variance);
+            within.unwrap_or_else(|| (NEAR_SIGMAS * sigma).clamp(NEAR_M.0, NEAR_M.1))
+        };
+        if best.is_none_or(|(nearest, _)| squared < nearest) && squared <= reach_m() * reach_m() {
+            best = Some((squared, other));
+        }
+    }
+    best
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "coordinates are limited")]
@@ -189,6 +223,11 @@ impl Refined {
     /// Nothing of it is worth telling.
     fn is_small(&self) -> bool {
         (0..4).all(|k| !self.is_told(k))
+    }
+
+    /// What moves shows the time between the two.
+    fn shows_clocks(&self) -> bool {
+        self.sigma[3] <= CLOCKS_SIGMA_S
     }
 
     /// Its pairs are enough for its parameters, whatever no change explains: a shift of two metres leaves many of them near.

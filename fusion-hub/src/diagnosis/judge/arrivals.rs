@@ -5,11 +5,18 @@ use super::one::{MIN_VALUES, One};
 use v2x_common::time::Span;
 
 /// Frames that arrive earlier than this before their capture: clocks are not read more exactly.
-const AHEAD: Span = Span::from_millis(-5);
+pub(super) const AHEAD: Span = Span::from_millis(-5);
 /// Frames that all arrive later than this after their capture.
 const LONG_DELAY: Span = Span::from_millis(250);
 /// A delay is constant, as that of a clock is and that of a slow link is not, where it varies by less than this share.
 const CONSTANT_SHARE: f64 = 0.1;
+/// Fewest frames that say anything of a clock: a sensor may send one in two seconds.
+const MIN_FRAMES: u64 = 4;
+/// Clocks that objects show to agree within this are right, s; a difference from the other one on is one in any case.
+const RIGHT_S: f64 = 0.08;
+const WRONG_S: f64 = 0.15;
+/// The largest correction that a hub takes.
+const MOST_OFFSET: Span = Span::from_millis(60_000);
 /// A clock error that objects show is the cause of a delay from this share on.
 const CAUSE_SHARE: f64 = 0.5;
 /// Shares of missing frames that are told, and that are a fault.
@@ -32,37 +39,33 @@ pub(super) fn findings(one: &One<'_>, behind_s: Option<f64>) -> Vec<Finding> {
 fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
     let arrivals = &one.survey.arrivals;
     let (least, most) = arrivals.delay()?;
-    if arrivals.frames < MIN_VALUES {
+    if arrivals.frames < MIN_FRAMES {
         return None;
     }
     if least < AHEAD {
         return Some(ahead(one, -least));
     }
     let behind = Span::from_secs_f64(behind_s.unwrap_or(0.0));
-    let offset = one.setting(&format!("time_offset_ms = {:.0}", behind.as_millis_f64()));
-    if behind > Span::ZERO && behind.as_secs_f64() >= CAUSE_SHARE * least.as_secs_f64() {
+    let behind_least_s = WRONG_S.min(CAUSE_SHARE * least.as_secs_f64()).max(RIGHT_S);
+    if behind.as_secs_f64() >= behind_least_s {
         let says = format!(
             "its clock is behind by about {}: its objects are where others saw them so much earlier, and its frames arrive at \
              least {} after their capture time",
             ms(behind),
             ms(least)
         );
-        let change = format!("Set its clock (chrony, PTP), or write {offset}");
-        return Some(one.fault(Code::ClockBehind, says, change));
+        return Some(one.fault(Code::ClockBehind, says, set_clock(one, behind)));
     }
     if least < LONG_DELAY {
         return None;
     }
     let delays = format!("its frames arrive {} to {} after their capture time", ms(least), ms(most));
-    if behind_s.is_some() {
+    if behind_s.is_some_and(|behind_s| behind_s.abs() < RIGHT_S) {
         let says = format!("{delays}, and objects that others see too show that its clock is right");
         return Some(one.note(Code::LinkSlow, says, "The link or the detector is slow"));
     }
     let is_constant = arrivals.jitter_s() < CONSTANT_SHARE * least.as_secs_f64();
-    let change = format!(
-        "Compare its clock with the hub's; if it is behind, set it, or write {}",
-        one.setting(&format!("time_offset_ms = {:.0}", least.as_millis_f64()))
-    );
+    let change = format!("Compare its clock with the hub's. {}", set_clock(one, least));
     Some(if is_constant {
         let says = format!("{delays}, all alike: its clock is behind, or its link is slow");
         one.fault(Code::ClockBehindOrLinkSlow, says, change)
@@ -70,6 +73,15 @@ fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
         let says = format!("{delays}: its link is slow, or its clock is behind");
         one.note(Code::ClockBehindOrLinkSlow, says, change)
     })
+}
+
+/// What to do about a clock that is behind by so much.
+fn set_clock(one: &One<'_>, behind: Span) -> String {
+    if behind.abs() > MOST_OFFSET {
+        return "Set its clock (chrony, PTP); is it local time instead of UTC?".to_owned();
+    }
+    let setting = one.setting(&format!("time_offset_ms = {:.0}", behind.as_millis_f64()));
+    format!("Set its clock (chrony, PTP), or write {setting}")
 }
 
 /// Whole milliseconds.
@@ -92,8 +104,7 @@ fn ahead(one: &One<'_>, by: Span) -> Finding {
             "It declares such an error; the hub estimates and corrects it",
         );
     }
-    let offset = one.setting(&format!("time_offset_ms = -{:.0}", by.as_millis_f64()));
-    one.fault(Code::ClockAhead, says, format!("Set its clock (chrony, PTP), or write {offset}"))
+    one.fault(Code::ClockAhead, says, set_clock(one, -by))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
@@ -110,6 +121,9 @@ fn two_processes(one: &One<'_>) -> Option<Finding> {
     } else if is_often(arrivals.place_returns()) {
         let times = arrivals.place_returns();
         format!("its sensor jumps between two places and back ({times} times): two processes use its name")
+    } else if is_often(arrivals.falls()) {
+        let times = arrivals.falls();
+        format!("its sequence numbers fall back again and again ({times} times): two processes use its name")
     } else if is_often(duplicates) {
         format!(
             "{duplicates} of {} frames came before with the same number: each is sent twice, or two processes use its name",

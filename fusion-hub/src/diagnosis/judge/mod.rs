@@ -26,7 +26,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         }
     }
     if window.is_over {
-        findings.extend(silent(window, around));
+        findings.extend(silent(window));
     }
     let with = |codes: &[Code]| {
         findings.iter().filter(|one| codes.contains(&one.code)).filter_map(|one| one.agent).collect()
@@ -67,50 +67,53 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
     });
 }
 
-/// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree, `None`
-/// where nothing is shared. Where a pair differs, the one whose frames have taken longer is behind.
+/// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree with as many
+/// as they differ from, `None` where nothing that moves is shared. Where a pair differs, the one whose frames have taken longer is
+/// behind.
 fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
     let delay = |agent: &AgentId| {
         let (least, _) = window.agents.get(agent)?.arrivals.delay()?;
         Some(least.as_secs_f64())
     };
-    let mut found: Option<f64> = None;
+    let (mut agree, mut differ, mut largest) = (0, 0, None::<f64>);
     for (pair, fit) in window.fits.iter().filter(|(pair, _)| pair.contains(agent)) {
         // Where one of both is ahead, as its frames show by themselves, the other one need not be behind.
-        if pair.iter().any(|one| delay(one).is_some_and(|delay_s| delay_s < 0.0)) {
+        if pair.iter().any(|one| delay(one).is_some_and(|delay_s| delay_s < arrivals::AHEAD.as_secs_f64())) {
             continue;
         }
-        let behind_s = match fit {
-            Fit::Agree => Some(0.0),
+        match fit {
+            Fit::Agree { clocks: true } => agree += 1,
             Fit::Changed { change: Change::Rigid(Rigid { earlier_s, .. }), .. } if *earlier_s != 0.0 => {
+                differ += 1;
                 // Objects of the second agent that were there earlier are of a later time than they are said to be.
                 let [first, second] = [0, 1].map(|k| delay(&pair[k]));
                 let (second_is_slower, is_second) = (second > first, pair[1] == *agent);
-                (second_is_slower == is_second).then_some(if is_second { *earlier_s } else { -*earlier_s })
+                let behind_s = if is_second { *earlier_s } else { -*earlier_s };
+                if second_is_slower == is_second && largest.is_none_or(|known| behind_s.abs() > known.abs()) {
+                    largest = Some(behind_s);
+                }
             }
-            _ => None,
-        };
-        found = match (found, behind_s) {
-            (Some(known), Some(one)) if one.abs() <= known.abs() => Some(known),
-            (known, None) => known,
-            (_, one) => one,
-        };
+            _ => {}
+        }
     }
-    found
+    if agree > 0 && agree >= differ { Some(0.0) } else { largest }
 }
 
 /// Agents that are alive and send nothing.
-fn silent(window: &Window, around: &Surroundings<'_>) -> Vec<Finding> {
+fn silent(window: &Window) -> Vec<Finding> {
+    if window.is_full() {
+        return Vec::new();
+    }
     let is_heard = |agent: &AgentId| {
         window.agents.get(agent).is_some_and(|one| one.arrivals.frames > 0 || !one.refused.is_empty())
     };
-    let silent = around.alive.iter().filter(|agent| !is_heard(agent));
+    let silent = window.alive.iter().filter(|agent| !is_heard(agent));
     silent
         .map(|agent| {
             Finding::fault(
                 Code::Silent,
                 *agent,
-                "it is alive, and no detection frame of it has arrived for ten seconds".to_owned(),
+                "it is alive, and no detection frame of it has arrived for ten seconds or more".to_owned(),
                 "Does it publish under `v2x/NETWORK/agent/NAME/detections`, with this name? A sensor that sees nothing sends \
                  empty frames",
             )

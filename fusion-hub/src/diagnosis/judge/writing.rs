@@ -2,8 +2,11 @@
 
 use super::super::finding::{Code, Finding};
 use super::super::headings::Verdict;
+use super::super::writing::{DEGREES_APART, Writing};
 use super::one::{MIN_VALUES, One};
 use std::f64::consts::{FRAC_PI_2, PI};
+use v2x_common::conventions::{AngleUnit, TurnDirection, YawConvention, YawOrigin};
+use v2x_common::geometry::wrap_angle;
 
 /// Share of headings beyond a whole turn from which they are no radians: radians that are not wrapped exceed a turn rarely,
 /// and by little.
@@ -15,6 +18,10 @@ const MOST_DEGREES: f64 = 360.5;
 const SWAPPED_SHARE: f64 = 0.8;
 /// Share of detections without standard deviations from which it is told.
 const MISSING_SHARE: f64 = 0.5;
+/// Share of the frames with several objects in which these are at one place, as degrees are.
+const AT_ONE_PLACE: f64 = 0.95;
+/// A single object in degrees moves by less: 500 m.
+const ONE_OBJECT_APART: f64 = 0.005;
 /// Headings are turned by a constant angle from this on, rad; and it is a quarter or a half turn within this.
 const TURNED_RAD: f64 = 0.15;
 const QUARTER_WITHIN_RAD: f64 = 0.35;
@@ -32,30 +39,48 @@ fn is_share(part: u64, of: u64, least: f64) -> bool {
 }
 
 fn degrees(one: &One<'_>) -> Option<Finding> {
-    let headings = &one.survey.writing.headings;
+    let Writing { headings, yaw, .. } = &one.survey.writing;
     let is_degrees = is_share(headings.beyond_a_turn, headings.n, DEGREES_SHARE)
         && (MOST_RADIANS..=MOST_DEGREES).contains(&headings.largest);
     is_degrees.then(|| {
         let says =
             format!("its headings (yaw, up to {:.0}) are degrees, and are read as radians", headings.largest);
-        let setting = one.setting("yaw = { unit = \"deg\" }");
+        let setting = yaw_setting(one, YawConvention { unit: AngleUnit::Deg, ..*yaw });
         one.fault(Code::Degrees, says, format!("Send radians, or write {setting}"))
     })
 }
 
+/// The line for a convention of headings, with all that it says: a second line would be an error, a part lose the rest.
+fn yaw_setting(one: &One<'_>, yaw: YawConvention) -> String {
+    let mut parts = Vec::new();
+    if yaw.unit == AngleUnit::Deg {
+        parts.push("unit = \"deg\"");
+    }
+    if yaw.from == YawOrigin::North {
+        parts.push("from = \"north\"");
+    }
+    if yaw.turn == TurnDirection::Cw {
+        parts.push("turn = \"cw\"");
+    }
+    match parts.is_empty() {
+        true => format!("no `yaw` under `[hub.agents.{}]`", one.agent),
+        false => one.setting(&format!("yaw = {{ {} }}", parts.join(", "))),
+    }
+}
+
 fn headings(one: &One<'_>) -> Option<Finding> {
+    let verdict = one.survey.headings.verdict()?;
+    let setting = convention_of(&one.survey.writing.yaw, verdict).map(|yaw| yaw_setting(one, yaw));
+    let or_setting = setting.map(|setting| format!(", or write {setting}")).unwrap_or_default();
     let degrees = |angle: f64| angle.to_degrees();
-    Some(match one.survey.headings.verdict()? {
+    Some(match verdict {
         Verdict::Clockwise(east) => {
-            let is_compass = (east - FRAC_PI_2).abs() < QUARTER_WITHIN_RAD;
-            let (from, setting) = if is_compass {
-                ("north, as a compass does", "yaw = { from = \"north\", turn = \"cw\" }")
-            } else {
-                ("east", "yaw = { turn = \"cw\" }")
-            };
-            let says =
-                format!("its headings grow clockwise from {from}: what moves east has {:.0}°", degrees(east));
-            let change = format!("Send them counter-clockwise from east, or write {}", one.setting(setting));
+            let says = format!(
+                "its headings grow clockwise, as they are read: what moves east has {:.0}°, what moves north {:.0}°",
+                degrees(east),
+                degrees(wrap_angle(east - FRAC_PI_2))
+            );
+            let change = format!("Send them counter-clockwise from east (x){or_setting}");
             one.fault(Code::HeadingsMirrored, says, change)
         }
         Verdict::Turned(by) if by.abs() < TURNED_RAD => return None,
@@ -64,32 +89,47 @@ fn headings(one: &One<'_>) -> Option<Finding> {
             "its headings point backwards: opposite to the motion of what it sees".to_owned(),
             "Turn them by 180°. Where all traffic is along one road they may also grow clockwise",
         ),
-        Verdict::Turned(by) if (by.abs() - FRAC_PI_2).abs() < QUARTER_WITHIN_RAD => {
-            let setting =
-                one.setting(if by < 0.0 { "yaw = { from = \"north\" }" } else { "sizes = \"w-along\"" });
-            one.fault(
-                Code::HeadingsRotated,
-                format!(
-                    "its headings are a quarter turn ({:+.0}°) off the motion of what it sees",
-                    degrees(by)
-                ),
-                format!("Headings are counted from east (x). Send them so, or write {setting}"),
-            )
-        }
         Verdict::Turned(by) => one.fault(
             Code::HeadingsRotated,
             format!("its headings are turned by {:+.0}° against the motion of what it sees", degrees(by)),
-            "Turn them back; is its own heading right, or the mounting of its sensor?",
+            format!(
+                "Turn them by {:+.0}°{or_setting}; is its own heading right, or the mounting of its sensor?",
+                -degrees(by)
+            ),
         ),
     })
+}
+
+/// The convention by which headings would be right that are read by another one; `None` where no convention says so.
+///
+/// They are read as h = t·raw + f, and are h = s·direction + k. So the direction is t·s·raw − s·(k − f).
+fn convention_of(read_by: &YawConvention, verdict: Verdict) -> Option<YawConvention> {
+    let (s, k) = match verdict {
+        Verdict::Turned(k) => (1.0, k),
+        Verdict::Clockwise(k) => (-1.0, k),
+    };
+    let f = if read_by.from == YawOrigin::North { FRAC_PI_2 } else { 0.0 };
+    let offset = wrap_angle(-s * (k - f));
+    let from = [(0.0, YawOrigin::East), (FRAC_PI_2, YawOrigin::North)];
+    let from = from.into_iter().find(|(angle, _)| (offset - angle).abs() < QUARTER_WITHIN_RAD)?.1;
+    let is_turned_round = s < 0.0;
+    let turn = match (read_by.turn, is_turned_round) {
+        (TurnDirection::Ccw, false) | (TurnDirection::Cw, true) => TurnDirection::Ccw,
+        _ => TurnDirection::Cw,
+    };
+    Some(YawConvention { unit: read_by.unit, from, turn })
 }
 
 fn swapped_sizes(one: &One<'_>) -> Option<Finding> {
     let writing = &one.survey.writing;
     is_share(writing.wide_vehicles, writing.vehicles, SWAPPED_SHARE).then(|| {
         let says = format!("{} of {} vehicles are wider than long", writing.wide_vehicles, writing.vehicles);
-        let setting = one.setting("sizes = \"w-along\"");
-        let change = format!("w is across the heading and d along it: swap them, or write {setting}");
+        let change = if writing.sizes_swapped {
+            format!("Remove `sizes` under `[hub.agents.{}]`: it swaps what is right", one.agent)
+        } else {
+            let setting = one.setting("sizes = \"w-along\"");
+            format!("w is across the heading and d along it: swap them, or write {setting}")
+        };
         one.fault(Code::SizesSwapped, says, change)
     })
 }
@@ -97,9 +137,16 @@ fn swapped_sizes(one: &One<'_>) -> Option<Finding> {
 fn geodetic(one: &One<'_>) -> Option<Finding> {
     let writing = &one.survey.writing;
     let [x, y] = writing.extent?;
-    let is_geodetic = writing.several >= MIN_VALUES
-        && writing.several_at_one_place == writing.several
-        && writing.can_be_degrees();
+    let spread = writing.spread()?;
+    // Of several objects, or of one that moves: noise and traffic are larger than this.
+    let is_geodetic = writing.can_be_degrees()
+        && match writing.several >= MIN_VALUES {
+            true => {
+                is_share(writing.several_at_one_place, writing.several, AT_ONE_PLACE)
+                    && spread < DEGREES_APART
+            }
+            false => writing.detections >= 2 * MIN_VALUES && spread > 0.0 && spread < ONE_OBJECT_APART,
+        };
     is_geodetic.then(|| {
         let says = format!(
             "all its objects lie at x {:.4} to {:.4} and y {:.4} to {:.4}, within centimetres: these are longitudes and \
@@ -125,4 +172,34 @@ fn sigma_missing(one: &One<'_>) -> Option<Finding> {
         let setting = one.setting("sigma_position_m = …");
         one.note(Code::SigmaMissing, says, format!("Send `sigma` with each detection, or write {setting}"))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn from_whatever_convention_headings_are_read_by_the_right_one_is_found() {
+        let all = [YawOrigin::East, YawOrigin::North].into_iter().flat_map(|from| {
+            [TurnDirection::Ccw, TurnDirection::Cw].map(|turn| YawConvention {
+                unit: AngleUnit::Deg,
+                from,
+                turn,
+            })
+        });
+        let all: Vec<_> = all.collect();
+        let parts = |one: &YawConvention| {
+            let f = if one.from == YawOrigin::North { FRAC_PI_2 } else { 0.0 };
+            (if one.turn == TurnDirection::Cw { -1.0 } else { 1.0 }, f)
+        };
+        for (written, read) in all.iter().flat_map(|written| all.iter().map(move |read| (written, read))) {
+            // direction = t·raw + f as it is written; h = t'·raw + f' as it is read.
+            let ((t, f), (t_read, f_read)) = (parts(written), parts(read));
+            let s = t * t_read;
+            let k = wrap_angle(f_read - s * f);
+            let verdict = if s > 0.0 { Verdict::Turned(k) } else { Verdict::Clockwise(k) };
+            assert_eq!(convention_of(read, verdict), Some(*written), "{written:?} read by {read:?}");
+        }
+        assert_eq!(convention_of(&YawConvention::default(), Verdict::Turned(0.8)), None);
+    }
 }

@@ -64,8 +64,8 @@ fn large(fit: Fit) -> Option<(usize, Change)> {
 
 #[test]
 fn agents_that_agree_within_their_errors_agree() {
-    assert_eq!(fit_of(|at, _| at), Fit::Agree);
-    assert_eq!(fit_of(|[x, y], _| [x + 0.3, y - 0.2]), Fit::Agree);
+    assert_eq!(fit_of(|at, _| at), Fit::Agree { clocks: true });
+    assert_eq!(fit_of(|[x, y], _| [x + 0.3, y - 0.2]), Fit::Agree { clocks: true });
 }
 
 #[test]
@@ -124,6 +124,17 @@ fn a_clock_that_is_behind_is_told_from_a_shift_where_roads_cross() {
         assert!((late.earlier_s - behind_s).abs() < 0.05, "{behind_s}: {late:?}");
         assert_eq!((late.by_m, late.turn_rad), ([0.0, 0.0], 0.0));
     }
+}
+
+#[test]
+fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
+    let row = |y: f64| -> Vec<_> {
+        let place = |k: i32| Spot { at: [6.5 * f64::from(k), y], velocity: [0.0, 0.0], variance: 0.25 };
+        (0..8).map(place).collect()
+    };
+    let snapshots: Vec<Snapshot> =
+        (0..10).map(|_| [Sighting::new(None, row(0.0)), Sighting::new(None, row(10.0))]).collect();
+    assert_eq!(fit(&snapshots), Fit::Unknown);
 }
 
 #[test]
