@@ -14,13 +14,18 @@ pub(super) fn private_folder(path: &Path) -> anyhow::Result<()> {
     builder.create(path).with_context(|| format!("making the folder {}", path.display()))
 }
 
+/// What is made by these options only its owner can read.
+pub(super) fn private(options: &mut OpenOptions) -> &mut OpenOptions {
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(options, 0o600);
+    options
+}
+
 /// Writes a new file that only its owner can read.
 pub(super) fn create(path: &Path, text: &str) -> anyhow::Result<()> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let file = options.open(path).with_context(|| format!("making {}", path.display()))?;
+    let file = private(OpenOptions::new().write(true).create_new(true))
+        .open(path)
+        .with_context(|| format!("making {}", path.display()))?;
     write(file, text).with_context(|| format!("writing {}", path.display()))
 }
 

@@ -80,7 +80,7 @@ pub(super) fn lock(folder: &Path) -> anyhow::Result<File> {
     // A folder without a register is no place for a lock.
     Register::read(folder)?;
     let path = folder.join("register.lock");
-    let file = File::options().create(true).truncate(false).write(true).open(&path);
+    let file = files::private(File::options().create(true).truncate(false).write(true)).open(&path);
     let file = file.with_context(|| format!("making {}", path.display()))?;
     file.lock().with_context(|| format!("locking {}", path.display()))?;
     Ok(file)
