@@ -12,8 +12,8 @@ const NEAR_M: f64 = 2.0;
 /// Those that are further away by less than this must move alike, m and m/s.
 const CLEAR_M: f64 = 1.5;
 const ALIKE_MPS: f64 = 3.0;
-/// A list is used for frames captured within this of its time.
-const AT_ONE_TIME: Span = Span::from_millis(400);
+/// A list is used for frames captured within this of its time, so that a clock that is off by a second can be found.
+const AT_ONE_TIME: Span = Span::from_millis(1_200);
 /// Most objects of a list that are kept.
 const MAX_OBJECTS: usize = 256;
 

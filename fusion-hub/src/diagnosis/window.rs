@@ -106,7 +106,9 @@ impl Window {
         for _ in 0..most {
             let Some(pair) = self.to_fit.pop() else { break };
             if let Some(snapshots) = self.snapshots.of(&pair) {
-                self.fits.insert(pair, fit(snapshots));
+                let found = fit(snapshots);
+                tracing::debug!(?pair, snapshots = snapshots.len(), ?found, "compared");
+                self.fits.insert(pair, found);
             }
         }
         self.to_fit.is_empty()

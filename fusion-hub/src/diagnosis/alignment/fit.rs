@@ -70,12 +70,16 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
     let possible: u64 = snapshots.iter().map(|[a, b]| a.spots.len().min(b.spots.len()) as u64).sum();
     let as_is = explained(snapshots, 1, &Change::Rigid(Rigid::default()));
     let near = refine(snapshots, Rigid::default());
-    let near_pairs = near.as_ref().map_or(0, |near| near.explained.pairs);
     // The turn of a frame moves what is near the sensor little: the refined change decides, not what is explained as it is.
-    if let Some(near) = near.filter(Refined::is_small)
-        && share(near_pairs, possible) >= MIN_SHARE
-    {
-        return Fit::Agree { clocks: near.shows_clocks() };
+    if let Some(near) = near {
+        let near_share = share(near.explained.pairs, possible);
+        if near.is_small() && near_share >= MIN_SHARE {
+            return Fit::Agree { clocks: near.shows_clocks() };
+        }
+        // Most objects agree as they are, so that the frames do: what is left is of those that move.
+        if share(as_is.pairs, possible) >= MIN_SHARE && near.is_sure(possible) {
+            return Fit::Changed { whose: 1, change: Change::Rigid(near.told()), share: near_share };
+        }
     }
     let large = LARGE.iter().flat_map(|change| [0, 1].map(|whose| (whose, *change)));
     let large = large.map(|(whose, change)| (explained(snapshots, whose, &change), whose, change));

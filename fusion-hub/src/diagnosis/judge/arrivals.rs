@@ -49,7 +49,7 @@ fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
     let behind_least_s = WRONG_S.min(CAUSE_SHARE * least.as_secs_f64()).max(RIGHT_S);
     if behind.as_secs_f64() >= behind_least_s {
         let says = format!(
-            "its clock is behind by about {}: its objects are where others saw them so much earlier, and its frames arrive at \
+            "its clock is behind by about {}: its objects are where others see them so much later, and its frames arrive at \
              least {} after their capture time",
             ms(behind),
             ms(least)
