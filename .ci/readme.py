@@ -105,6 +105,9 @@ class Checker:
         if command == "retrack":
             # Of a recording that an earlier command of the document made.
             return words if (self.folder / rest[0]).exists() else None
+        # A place or certificates of its own: there is no such hub here.
+        if "--listen" in rest or "--zenoh-config" in rest:
+            return None
         if command in ("watch", "status", "check", "record") and "--connect" not in rest:
             ending = {"watch": ["--count", "5"], "record": ["--count", "20", "--force"]}.get(command, [])
             return [*words, *ending, "--connect", self.endpoint(words[0])]

@@ -126,6 +126,16 @@ fn findings_of(
     edit: impl Fn(&mut Frame),
     extra: impl Fn(i64) -> Option<Frame>,
 ) -> Vec<Finding> {
+    findings_with(settings, |_| {}, edit, extra)
+}
+
+/// The same; `describe` is called once a second.
+fn findings_with(
+    settings: &str,
+    describe: impl Fn(&mut Core),
+    edit: impl Fn(&mut Frame),
+    extra: impl Fn(i64) -> Option<Frame>,
+) -> Vec<Finding> {
     let table = settings.parse().expect("a table");
     let mut core = Core::new(HubSettings::from_table(table).expect("settings"), Engine::new);
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
@@ -148,6 +158,7 @@ fn findings_of(
             next_list += 50;
         }
         while next_look <= now {
+            describe(&mut core);
             core.look(&alive, at(next_look));
             next_look += 1000;
         }
@@ -360,4 +371,28 @@ fn positions_far_from_everybody_are_told() {
         frame.pose = Pose { x: frame.pose.x + 691_000.0, y: frame.pose.y + 5_334_000.0, ..frame.pose };
     });
     assert_only(&utm, Code::FarAway, "UTM");
+}
+
+#[test]
+fn a_refused_description_and_a_rate_below_the_declared_one_are_told() {
+    let north = AgentId::new("north").unwrap();
+    let described = |json: &str| {
+        findings_with(
+            "",
+            |core| drop(core.handle_description(north, &Body::Json(json.as_bytes()))),
+            |_| {},
+            |_| None,
+        )
+    };
+    let text = |probability: f64, rate_hz: f64| {
+        format!(
+            r#"{{"revision": 0, "kind": "roadside-unit", "accuracy": {{"position_m": 0, "yaw_rad": 0, "clock_s": 0}}, "field_of_view": {{"range_min_m": 0, "range_max_m": 80, "azimuth_rad": 0, "width_rad": 6.283}},
+                "detection_probability": {probability}, "clutter_per_m2": 0.0, "rate_hz": {rate_hz}}}"#
+        )
+    };
+    assert_only(&described(&text(7.0, 10.0)), Code::DescriptionRefused, "detection_probability");
+    let slow = described(&text(0.9, 30.0));
+    assert!(slow.iter().any(|one| one.code == Code::RateLow && !one.is_fault()), "{slow:#?}");
+    let sound = described(&text(0.9, 10.0));
+    assert!(sound.iter().all(|one| one.code != Code::RateLow && !one.is_fault()), "{sound:#?}");
 }
