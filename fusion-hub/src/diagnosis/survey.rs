@@ -82,7 +82,8 @@ impl Survey {
             self.current.begin(around, now);
         }
         let since = self.current.since.unwrap_or(now);
-        if now - since >= WINDOW {
+        // The next one begins when the last one is judged: pairs of many agents are not compared within ten seconds.
+        if now - since >= WINDOW && self.ended.is_none() {
             let mut next = Window::default();
             next.begin(around, now);
             let mut ended = std::mem::replace(&mut self.current, next);
@@ -164,6 +165,53 @@ impl Samples {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Engine;
+
+    #[test]
+    fn a_window_of_many_agents_is_judged_before_the_next_one_takes_its_place() {
+        use crate::engine::EngineConfig;
+        use v2x_common::detection::DetectionFrame;
+        use v2x_common::id::{FrameId, HubId};
+        let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
+        let (alive, mut survey) = (std::collections::BTreeSet::new(), Survey::default());
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_000_000 + ms);
+        let car = v2x_common::detection::Detection {
+            class: v2x_common::class::Class::Car,
+            score: 1.0,
+            bev: v2x_common::geometry::BevBox { x: 5.0, y: 5.0, w: 1.8, d: 4.5, yaw: 0.0 },
+            covariance: v2x_common::covariance::BoxCovariance {
+                position: v2x_common::covariance::Covariance2::isotropic(0.25),
+                ww: 0.1,
+                dd: 0.1,
+                yaw: 0.1,
+            },
+            velocity: None,
+            heading: v2x_common::detection::HeadingKind::Known,
+            source_track: None,
+        };
+        for k in 0..700 {
+            for n in 0..8_u64 {
+                let agent = AgentId::new(&format!("a{n}")).unwrap();
+                let id = FrameId { agent, epoch: 1, sequence: k };
+                let captured_at = at(100 * k.cast_signed());
+                let frame =
+                    DetectionFrame { detections: vec![car], ..DetectionFrame::empty(id, captured_at) };
+                survey.note_frame(&Observation {
+                    frame: &frame,
+                    reported: &Default::default(),
+                    received_at: captured_at,
+                });
+            }
+            if k % 10 == 0 {
+                survey.look(&Surroundings { engine: &engine, alive: &alive }, at(100 * k.cast_signed()));
+            }
+        }
+        assert!(
+            survey.judged_since().is_some_and(|since| since >= at(10_000)),
+            "{:?}",
+            survey.judged_since()
+        );
+    }
 
     #[test]
     fn each_agents_frames_are_among_the_samples_and_their_number_is_bounded() {
