@@ -57,7 +57,8 @@ const NO_HUB: u8 = 3;
 pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<ExitCode> {
     let statuses = match ask(args, shutdown).await {
         Ok(Some(statuses)) => statuses,
-        Ok(None) => return Ok(ExitCode::SUCCESS),
+        // Interrupted before a hub answered: that is no healthy network.
+        Ok(None) => return Ok(if args.check { ExitCode::from(NO_HUB) } else { ExitCode::SUCCESS }),
         Err(error) if args.check => {
             output::print(&format!("no hub: {error:#}\n"))?;
             return Ok(ExitCode::from(NO_HUB));

@@ -43,7 +43,8 @@ struct Report<'a> {
 /// Listens, and says what looks wrong; the exit code says whether anything is.
 pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<ExitCode> {
     let (settings, duration) = (args.settings()?, args.duration()?);
-    let Some(session) = open(args, shutdown).await? else { return Ok(ExitCode::SUCCESS) };
+    // Interrupted before anything was heard: that is no healthy network.
+    let Some(session) = open(args, shutdown).await? else { return Ok(ExitCode::from(NOBODY)) };
     let mut listener = Listener::new(settings, args.network);
     let began_at = clock::now();
     say(&format!("listening to network {} for {:.0} s ...", args.network, duration.as_secs_f64()));
