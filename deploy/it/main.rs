@@ -7,6 +7,7 @@ mod configuration;
 mod demo;
 mod documents;
 mod mistakes;
+mod monitoring;
 mod proxy;
 mod recording;
 mod runs;

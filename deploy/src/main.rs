@@ -63,6 +63,9 @@ struct Cli {
     /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_fusion_hub=debug
     #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
+    /// How to log: text for people, json for machines
+    #[arg(long, global = true, default_value_t, value_name = "FORMAT")]
+    log_format: logging::Format,
 }
 
 #[derive(Subcommand)]
@@ -98,7 +101,7 @@ enum Command {
 async fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = async {
-        logging::init(&cli.log)?;
+        logging::init(&cli.log, cli.log_format)?;
         match cli.command {
             Command::Demo(args) => demo::run(&args, &cli.log, &shutdown::token(false)?).await,
             Command::Up(args) => {

@@ -36,17 +36,8 @@ pub(crate) struct AgentsOfRun<'a> {
 
 impl Network {
     /// Starts the hub.
-    pub(crate) async fn start_hub(
-        launcher: &Launcher,
-        listen: &str,
-        config: &Path,
-    ) -> Result<Self, ChildError> {
-        let options = HubOptions {
-            listen: listen.to_owned(),
-            config: Some(config.to_owned()),
-            ..HubOptions::default()
-        };
-        let (hub, locator) = launcher.hub(&options).await?;
+    pub(crate) async fn start_hub(launcher: &Launcher, options: &HubOptions) -> Result<Self, ChildError> {
+        let (hub, locator) = launcher.hub(options).await?;
         Ok(Self { hub, locator, agents: Vec::new() })
     }
 

@@ -5,13 +5,15 @@ use crate::scenarios;
 use crate::web::{Scene, Site, Source, WebArgs};
 use anyhow::{Context, anyhow, bail};
 use std::io::Write;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{DEFAULT_ENDPOINT, SessionOptions};
+use v2x_fusion_hub::hub::metrics;
 use v2x_lab::commands::RunFolder;
-use v2x_lab::loopback::{Child, ChildError, Launcher};
+use v2x_lab::loopback::{Child, ChildError, HubOptions, Launcher};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
@@ -45,8 +47,23 @@ pub(crate) struct UpArgs {
     /// Overwrite the recording if it exists
     #[arg(long, requires = "record")]
     force: bool,
+    /// Serve the hub's metrics for Prometheus and its health at this address [default: 127.0.0.1:9464]
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = metrics::DEFAULT,
+          value_parser = metrics::parse)]
+    metrics: Option<SocketAddr>,
     #[command(flatten)]
     web: WebArgs,
+}
+
+impl UpArgs {
+    fn hub_options(&self, config: &Path) -> HubOptions {
+        HubOptions {
+            listen: self.listen.clone(),
+            config: Some(config.to_owned()),
+            metrics: self.metrics,
+            ..HubOptions::default()
+        }
+    }
 }
 
 /// Runs the network until shutdown, or until one of its processes ends.
@@ -69,7 +86,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         start: chosen.start(now),
     };
     let start = async {
-        let mut network = Network::start_hub(&launcher, &args.listen, &file).await?;
+        let mut network = Network::start_hub(&launcher, &args.hub_options(&file)).await?;
         let recorder = match &args.record {
             Some(file) => Some(start_recorder(&launcher, &network.locator, (file, args.force)).await?),
             None => None,

@@ -13,13 +13,16 @@ struct Cli {
     /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_fusion_hub=debug
     #[arg(long, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
+    /// How to log: text for people, json for machines
+    #[arg(long, default_value_t, value_name = "FORMAT")]
+    log_format: logging::Format,
 }
 
 #[tokio::main]
 async fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = async {
-        logging::init(&cli.log)?;
+        logging::init(&cli.log, cli.log_format)?;
         run(cli.hub.clone(), shutdown::token(cli.hub.exit_with_stdin)?).await
     };
     v2x_common::net::exit_code("fusion-hub", result.await)

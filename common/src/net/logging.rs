@@ -3,8 +3,10 @@
 use super::{tls, zenoh_refusals};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
+use std::fmt;
 use std::io::{IsTerminal, Stderr, Write};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::str::FromStr;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer};
@@ -30,17 +32,59 @@ pub struct InvalidFilter {
     pub reason: String,
 }
 
-/// Starts logging with a filter such as `debug` or `warn,v2x_fusion_hub=trace`. In colour where standard error is a
-/// terminal and the environment variable `NO_COLOR` is not set (<https://no-color.org>).
-pub fn init(filter: &str) -> Result<(), InvalidFilter> {
+/// For whom logs are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For machines: each message a line of JSON, with `timestamp`, `level`, `target`, `fields.message` and further fields.
+    Json,
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "text" => Ok(Self::Text),
+            "json" => Ok(Self::Json),
+            _ => Err("expected text or json".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Text => "text",
+            Self::Json => "json",
+        })
+    }
+}
+
+static FORMAT: OnceLock<Format> = OnceLock::new();
+
+/// The format of this process, which its children are given.
+pub fn format() -> Format {
+    FORMAT.get().copied().unwrap_or_default()
+}
+
+/// Starts logging with a filter such as `debug` or `warn,v2x_fusion_hub=trace`. Text is in colour where standard error is
+/// a terminal and the environment variable `NO_COLOR` is not set (<https://no-color.org>).
+pub fn init(filter: &str, format: Format) -> Result<(), InvalidFilter> {
     let filter = parse(filter)?;
     let in_colour = std::io::stderr().is_terminal() && wants_colour();
+    let printed = tracing_subscriber::fmt::layer().with_writer(|| HoldableStderr(std::io::stderr()));
+    let printed = match format {
+        Format::Text => printed.with_ansi(in_colour).boxed(),
+        Format::Json => printed.json().boxed(),
+    };
+    let printed = printed.with_filter(filter);
     // A second start in one process (tests) keeps the first.
-    let printed = tracing_subscriber::fmt::layer()
-        .with_writer(|| HoldableStderr(std::io::stderr()))
-        .with_ansi(in_colour)
-        .with_filter(filter);
-    let _ = tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer()).try_init();
+    if tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer()).try_init().is_ok() {
+        let _ = FORMAT.set(format);
+    }
     Ok(())
 }
 
@@ -149,6 +193,14 @@ mod tests {
         for filter in ["debug", "WARN", "warn,v2x_fusion_hub=debug", "off, v2x=trace", DEFAULT_FILTER] {
             assert!(parse(filter).is_ok(), "{filter}");
         }
+    }
+
+    #[test]
+    fn a_format_is_read_as_it_is_written_and_another_names_both() {
+        for format in [Format::Text, Format::Json] {
+            assert_eq!(format.to_string().parse(), Ok(format));
+        }
+        assert!("JSON".parse::<Format>().unwrap_err().contains("text or json"));
     }
 
     #[test]

@@ -23,8 +23,9 @@ Examples:
   v2x demo --json > summary.json  for a program; everything else goes to
                                   standard error
 
-The exit code is 0 only if every process did its work and the fused error on the
-objects that all agents cover is below each agent's.")]
+The exit code is 0 only if every process did its work and, on the objects that
+all agents cover, the fused error is below each agent's, and neither recall nor
+precision is below 0.8 and below the best agent's.")]
 pub(crate) struct DemoArgs {
     /// How long the agents publish, such as 10s or 2min [default: 20s; with --web until Ctrl-C, an hour at most]
     #[arg(long, value_parser = parse_duration)]

@@ -16,7 +16,7 @@ use v2x_common::net::session::SessionOptions;
 use v2x_common::time::{Span, Timestamp};
 use v2x_lab::Summary;
 use v2x_lab::commands::{RunFolder, RunRecord, print_summary};
-use v2x_lab::loopback::{Child, Launcher};
+use v2x_lab::loopback::{Child, HubOptions, Launcher};
 
 /// The exit code of a program that Ctrl-C ended (128 + SIGINT).
 const INTERRUPTED: u8 = 130;
@@ -158,7 +158,8 @@ impl Demo<'_> {
     }
 
     async fn start_network(&self, scenario_file: &std::path::Path) -> anyhow::Result<Started> {
-        let mut network = Network::start_hub(&self.launcher, "tcp/127.0.0.1:0", scenario_file).await?;
+        let options = HubOptions { config: Some(scenario_file.to_owned()), ..HubOptions::default() };
+        let mut network = Network::start_hub(&self.launcher, &options).await?;
         let consumer = self.start_consumer(&network.locator).await?;
         let start = clock::now();
         let run =

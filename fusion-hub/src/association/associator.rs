@@ -20,6 +20,8 @@ pub struct Associator {
     /// Costs and places of one track's candidates.
     costs: Vec<(f64, u32)>,
     track_of: Vec<Option<u32>>,
+    /// Candidates found so far.
+    weighed: u64,
 }
 
 impl Associator {
@@ -69,6 +71,12 @@ impl Associator {
         config: &AssociationConfig,
     ) {
         self.candidates.find(measurements, expected, config);
+        self.weighed += self.candidates.len() as u64;
+    }
+
+    /// How many candidates it has found since it was made.
+    pub const fn weighed(&self) -> u64 {
+        self.weighed
     }
 
     /// For each measurement the place in `expected` of its track.
@@ -107,7 +115,7 @@ impl Associator {
         report_cost: Option<&dyn Fn(u32) -> f64>,
         cost: impl Fn(&Candidates, u32, u32) -> f64,
     ) {
-        let Self { candidates, assigner, contested, costs, track_of } = self;
+        let Self { candidates, assigner, contested, costs, track_of, .. } = self;
         contested.clear();
         assigner.begin(track_of.len(), cost_alone);
         for (track, places) in (0..).zip(candidates.by_track()) {

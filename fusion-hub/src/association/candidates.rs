@@ -66,6 +66,11 @@ impl Candidates {
         self.starts.len().saturating_sub(1)
     }
 
+    /// How many pairs there are.
+    pub(super) fn len(&self) -> usize {
+        self.places.len()
+    }
+
     /// Of how many tracks a measurement may be.
     pub(super) fn rivals(&self, place: u32) -> u32 {
         self.rivals[place as usize]

@@ -113,4 +113,6 @@ pub struct TrackCounts {
     pub births_refused: u64,
     /// Tracks that were merged into an older one of the same object.
     pub merges: u64,
+    /// Pairs of a detection and a track that were near enough to be weighed, since this process began.
+    pub candidates: u64,
 }

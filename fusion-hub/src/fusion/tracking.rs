@@ -261,6 +261,7 @@ impl<F: Filter + Send> FusionMethod for Tracking<F> {
             tracks: tracks.n_leading(),
             births_refused: tracks.initiations_refused(),
             merges: self.merges,
+            candidates: self.tracker.candidates_weighed(),
         }
     }
 }

@@ -202,7 +202,11 @@ impl FusionMethod for WindowFusion {
     }
 
     fn counts(&self) -> TrackCounts {
-        TrackCounts { tracks: self.objects.len(), births_refused: self.boxes_refused, merges: 0 }
+        TrackCounts {
+            tracks: self.objects.len(),
+            births_refused: self.boxes_refused,
+            ..TrackCounts::default()
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! The hub's command line.
 
+use crate::hub::monitoring::metrics;
 use crate::hub::settings::HubSettings;
 use anyhow::Context;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
@@ -21,6 +23,8 @@ Examples:
   v2x hub --zenoh-config certs/hub/hub/zenoh.json5
                                      for those with a certificate (v2x certs)
   v2x hub --config crossing.toml     with the [hub] table of a scenario
+  v2x hub --metrics                  with metrics and health at
+                                     http://127.0.0.1:9464/metrics
   v2x hub --record run.mcap --rotate-mb 500
                                      with a recording that `lab retrack`
                                      computes again
@@ -53,6 +57,13 @@ pub struct HubArgs {
     /// Overwrite the recording if there is one of this name
     #[arg(long, requires = "record")]
     pub force: bool,
+    /// Serve metrics for Prometheus, /healthz, /readyz and /livez at this address [default: 127.0.0.1:9464]
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = metrics::DEFAULT,
+          value_parser = metrics::parse)]
+    pub metrics: Option<SocketAddr>,
+    /// A file that is there while the hub is ready, with its endpoints as JSON
+    #[arg(long, value_name = "FILE")]
+    pub ready_file: Option<PathBuf>,
     /// Print life-cycle events as JSON lines on standard output
     #[arg(long, hide = true)]
     pub events: bool,

@@ -1,6 +1,8 @@
 //! The hub as a command: runs a hub from its arguments, and reports life-cycle events to its launcher.
 
 use super::HubArgs;
+use super::monitor::Monitor;
+use super::monitoring::{ReadyFile, Server};
 use super::run::{HubSetup, serve};
 use crate::engine::Engine;
 use crate::engine::EngineConfig;
@@ -19,15 +21,35 @@ pub async fn run_with(
     shutdown: CancellationToken,
     engine: impl FnOnce(EngineConfig) -> Engine,
 ) -> anyhow::Result<()> {
+    let monitor = Monitor::default();
+    let server = match args.metrics {
+        Some(address) => Some(Server::listen(address).await?),
+        None => None,
+    };
+    let ready_file = args.ready_file.as_deref().map(ReadyFile::claim).transpose()?;
     let setup = HubSetup {
         network: args.network,
         settings: args.settings()?,
         session: args.session_options(),
         record: args.recording(),
+        monitor: server.is_some().then(|| monitor.clone()),
     };
+    let network = args.network;
+    let metrics = server.as_ref().map(Server::address);
+    let served = CancellationToken::new();
+    let _ends_with_this = served.clone().drop_guard();
+    if let Some(server) = server {
+        tracing::info!("metrics and health at http://{}/metrics", server.address());
+        tokio::spawn(server.serve(monitor, served));
+    }
     let status = Box::pin(serve(setup, shutdown, engine, |hub, locators| {
+        // The hub is of use without it, and whoever waits for it reads why it does not come.
+        if let Some(Err(error)) = ready_file.as_ref().map(|file| file.write(network, hub, locators)) {
+            tracing::error!("{error:#}");
+        }
         if args.events {
-            events::emit("ready", &serde_json::json!({ "locators": locators, "hub": hub }));
+            let event = serde_json::json!({ "locators": locators, "hub": hub, "metrics": metrics });
+            events::emit("ready", &event);
         }
     }));
     let status = status.await?;

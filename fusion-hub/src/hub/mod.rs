@@ -27,6 +27,10 @@ mod intake;
 mod journal;
 mod limits;
 #[cfg(feature = "net")]
+mod monitor;
+#[cfg(feature = "cli")]
+mod monitoring;
+#[cfg(feature = "net")]
 mod network;
 #[cfg(feature = "net")]
 mod on_demand;
@@ -39,6 +43,8 @@ mod roster;
 #[cfg(feature = "net")]
 mod run;
 mod settings;
+#[cfg(feature = "net")]
+mod span_counts;
 #[cfg(feature = "net")]
 mod status;
 #[cfg(feature = "net")]
@@ -66,8 +72,14 @@ pub use error::HubError;
 #[cfg(feature = "net")]
 pub use health::Verdict;
 #[cfg(feature = "net")]
+pub use monitor::{Monitor, Snapshot};
+#[cfg(feature = "cli")]
+pub use monitoring::metrics;
+#[cfg(feature = "net")]
 pub use run::{HubSetup, serve};
 pub use settings::{AgentSettings, HubSettings};
+#[cfg(feature = "net")]
+pub use span_counts::SpanCounts;
 #[cfg(feature = "net")]
 pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus};
 pub use tile_settings::TileSettings;

@@ -1,21 +1,23 @@
 //! The hub's loop: samples in, fused frames out.
 
+mod told;
+
 use super::access::Access;
-use super::agent_statuses::agent_statuses;
 use super::core::{Core, Handled};
 use super::encoding::encode_list;
 use super::error::HubError;
 use super::exposure;
-use super::health::{Health, Seen, Verdict};
+use super::health::{Health, Seen};
 use super::intake::Received;
 use super::journal::Journal;
+use super::monitor::Monitor;
 use super::network::{Control, List, Network};
 use super::on_demand::OnDemand;
 use super::partial_lists::PartialLists;
 use super::recorder::Recorder;
 use super::roster::Roster;
 use super::settings::HubSettings;
-use super::status::{HubStatus, RecordingStatus, memory_bytes};
+use super::status::HubStatus;
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
 use super::twin;
@@ -29,7 +31,6 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
-use v2x_common::net::zenoh_refusals::zenoh_refusals;
 use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::journal::Call;
@@ -57,6 +58,8 @@ pub struct HubSetup {
     pub session: SessionOptions,
     /// The recording that it writes itself, if any: file and options.
     pub record: Option<(PathBuf, RecordingOptions)>,
+    /// Where it shows itself once a second, if anywhere.
+    pub monitor: Option<Monitor>,
 }
 
 /// Runs a hub in this process until shutdown; returns its last status.
@@ -94,6 +97,7 @@ pub async fn serve(
     }
     let mut hub = Hub::declare((setup, access), engine, &session, recording).await?;
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
+    hub.show(true);
     on_ready(hub.settings.engine.hub, &hub.locators);
     while let Some(config) = hub.serve(&shutdown).await {
         let Some(joined) = hub.rejoin(session, config, &shutdown).await? else { return Ok(hub.status()) };
@@ -128,16 +132,19 @@ struct Hub {
     /// When its loop took its last step.
     ran_at: Timestamp,
     objects: usize,
+    /// When the newest list was put.
+    listed_at: Option<Timestamp>,
     frames_published: u64,
     publish_errors: u64,
     objects_withheld: u64,
     partial_lists: PartialLists,
     buffer: Vec<u8>,
+    monitor: Option<Monitor>,
 }
 
 impl Hub {
     async fn declare(
-        (HubSetup { network: network_id, mut settings, .. }, access): (HubSetup, Access),
+        (HubSetup { network: network_id, mut settings, monitor, .. }, access): (HubSetup, Access),
         engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         recording: Option<RecordingFile>,
@@ -173,11 +180,13 @@ impl Hub {
             clock_step: Span::ZERO,
             ran_at: started_at,
             objects: 0,
+            listed_at: None,
             frames_published: 0,
             publish_errors: 0,
             objects_withheld: 0,
             partial_lists,
             buffer: Vec::new(),
+            monitor,
         })
     }
 
@@ -224,6 +233,7 @@ impl Hub {
         shutdown: &CancellationToken,
     ) -> Result<Option<Session>, HubError> {
         tracing::info!("the Zenoh configuration was written anew: the session is opened anew, objects stay");
+        self.show(false);
         self.journal.flush().await;
         // A client that reads nothing more can hold the old one: that ends no hub.
         if let Err(error) = session::close(session).await {
@@ -326,6 +336,7 @@ impl Hub {
         self.health.check(&mut self.core, &seen, clock::now());
         self.access.tell_refusals(clock::now());
         self.journal.flush().await;
+        self.show(true);
     }
 
     fn handle_frame(&mut self, received: &Received) {
@@ -398,6 +409,7 @@ impl Hub {
         self.objects_withheld += (frame.objects.len() - encoded.objects.len()) as u64;
         self.frames_published += 1;
         let put_at = clock::now();
+        self.listed_at = Some(put_at);
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
         self.journal.note_list(Keys::fused, &self.buffer);
         if let Err(error) = self.network.fused.put_json(frame).await {
@@ -431,43 +443,6 @@ impl Hub {
     /// Samples dropped from full queues.
     fn dropped(&self) -> u64 {
         self.network.frames.dropped() + self.network.control.dropped()
-    }
-
-    fn status(&self) -> HubStatus {
-        HubStatus {
-            hub: self.settings.engine.hub,
-            network: self.network_id,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            lineage: self.settings.engine.lineage,
-            started_at: self.started_at.as_micros(),
-            now: clock::now().as_micros(),
-            clock_step_ms: self.clock_step.as_millis_f64(),
-            locators: self.locators.clone(),
-            tracks: self.core.engine().counts().tracks,
-            objects: self.objects,
-            frames_published: self.frames_published,
-            publish_errors: self.publish_errors,
-            dropped_overload: self.dropped(),
-            refused_beyond_limit: self.core.engine().agents().refused_beyond_limit(),
-            refused_unnamed: self.network.unnamed.samples(),
-            invalid_names: self.network.unnamed.names(),
-            alive_beyond_limit: self.roster.beyond_limit(),
-            births_refused: self.core.engine().counts().births_refused,
-            merges: self.core.engine().counts().merges,
-            objects_withheld: self.objects_withheld,
-            delta_frames_published: self.partial_lists.delta_frames(),
-            tile_frames_published: self.partial_lists.tile_frames(),
-            latency_ms: self.timing.latency_ms(),
-            compute_ms: self.timing.compute_ms(),
-            publish_ms: self.timing.publish_ms(),
-            memory_bytes: memory_bytes(),
-            refused_by_zenoh: zenoh_refusals(),
-            verdict: Verdict::of(self.health.findings()),
-            judged_since: self.core.survey().judged_since().map(Timestamp::as_micros),
-            findings: self.health.findings().to_vec(),
-            agents: agent_statuses(&self.core, &self.roster),
-            recording: self.journal.recorder().map(RecordingStatus::of),
-        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! How long the hub takes: histograms of the last minute.
 
+use super::span_counts::SpanCounts;
 use super::status::Quantiles;
 use hdrhistogram::Histogram;
 use v2x_common::fused::Inclusion;
@@ -56,6 +57,11 @@ impl Timing {
         self.publish.note(ended_at - begun_at, ended_at);
     }
 
+    /// Since the start: latency, compute, publish.
+    pub(super) fn totals(&self) -> [SpanCounts; 3] {
+        [&self.latency, &self.compute, &self.publish].map(|spans| spans.total.clone())
+    }
+
     pub(super) fn publish_ms(&self) -> Quantiles {
         self.publish.quantiles_ms()
     }
@@ -74,16 +80,19 @@ impl Timing {
 struct RecentSpans {
     current: Histogram<u64>,
     previous: Histogram<u64>,
+    /// Of all time.
+    total: SpanCounts,
     began_at: Option<Timestamp>,
 }
 
 impl RecentSpans {
     fn new() -> Self {
         let histogram = || Histogram::new_with_max(LONGEST_NS, 3).expect("legal bounds");
-        Self { current: histogram(), previous: histogram(), began_at: None }
+        Self { current: histogram(), previous: histogram(), total: SpanCounts::default(), began_at: None }
     }
 
     fn note(&mut self, span: Span, now: Timestamp) {
+        self.total.note(span);
         let age = now - *self.began_at.get_or_insert(now);
         if age >= HALF_WINDOW {
             std::mem::swap(&mut self.current, &mut self.previous);

@@ -165,6 +165,11 @@ impl Assigning {
         self.particles.as_ref().map_or(self.associator.track_of(), Particles::track_of)
     }
 
+    /// Candidates that were found since it was made.
+    pub(super) const fn candidates_weighed(&self) -> u64 {
+        self.associator.weighed()
+    }
+
     /// How many tracks were predicted, before versions were added.
     pub(super) fn n_predicted(&self) -> usize {
         self.associator.n_expected()

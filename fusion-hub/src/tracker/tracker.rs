@@ -289,6 +289,11 @@ impl<F: Filter> Tracker<F> {
         &self.tracks
     }
 
+    /// Pairs of a detection and a track that were near enough to be weighed, since it was made.
+    pub(crate) const fn candidates_weighed(&self) -> u64 {
+        self.assigning.candidates_weighed()
+    }
+
     /// How many hypotheses of association there are.
     pub(crate) fn n_hypotheses(&self) -> u32 {
         self.assigning.n_hypotheses()

@@ -133,7 +133,7 @@ enum Command {
 #[tokio::main]
 async fn main() -> ExitCode {
     let outcome = async {
-        logging::init(logging::DEFAULT_FILTER)?;
+        logging::init(logging::DEFAULT_FILTER, logging::Format::Text)?;
         match Cli::parse().command {
             Command::Tables(args) => {
                 let mine = Contender::own("nearest-mean", "", || Box::<NearestMean>::default());

@@ -58,6 +58,9 @@ struct Cli {
     /// What to log (default: life cycle and warnings): a level, or a filter such as warn,v2x_lab=debug
     #[arg(long, global = true, default_value = logging::DEFAULT_FILTER, hide_default_value = true, value_name = "FILTER")]
     log: String,
+    /// How to log: text for people, json for machines
+    #[arg(long, global = true, default_value_t, value_name = "FORMAT")]
+    log_format: logging::Format,
 }
 
 #[derive(Subcommand)]
@@ -83,7 +86,7 @@ enum Command {
 async fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = async {
-        logging::init(&cli.log)?;
+        logging::init(&cli.log, cli.log_format)?;
         let done: anyhow::Result<()> = match cli.command {
             Command::Export(args) => v2x_lab::commands::export(&args),
             Command::Fuse(args) => v2x_lab::commands::fuse(&args),

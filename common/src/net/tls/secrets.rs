@@ -16,11 +16,12 @@ fn secrets() -> MutexGuard<'static, Vec<String>> {
 
 /// From now on this text is left out of everything that is logged.
 pub(super) fn conceal(secret: &str) {
-    // As it is, and as `{:?}` writes it.
-    let quoted = format!("{secret:?}");
-    let escaped = quoted.trim_matches('"').to_owned();
+    // As it is, as `{:?}` writes it, and both as a line of JSON holds them.
+    let unquoted = |quoted: String| quoted.trim_matches('"').to_owned();
+    let plain = [secret.to_owned(), unquoted(format!("{secret:?}"))];
+    let in_json = plain.clone().map(|text| unquoted(serde_json::Value::from(text).to_string()));
     let mut secrets = secrets();
-    for text in [secret.to_owned(), escaped] {
+    for text in plain.into_iter().chain(in_json) {
         if text.len() >= SHORTEST && !secrets.contains(&text) {
             secrets.push(text);
         }
@@ -47,8 +48,10 @@ mod tests {
     fn a_concealed_secret_is_left_out_of_a_message_as_it_is_and_as_it_is_quoted() {
         conceal("pass\"word-7");
         let message = format!("user a, {} and {:?}", "pass\"word-7", "pass\"word-7");
-        let message = String::from_utf8(redacted(message.as_bytes()).unwrap()).unwrap();
-        assert_eq!(message, "user a, [redacted] and \"[redacted]\"");
+        let shown = |message: &str| String::from_utf8(redacted(message.as_bytes()).unwrap()).unwrap();
+        assert_eq!(shown(&message), "user a, [redacted] and \"[redacted]\"");
+        let line = serde_json::json!({ "message": message }).to_string();
+        assert_eq!(shown(&line), r#"{"message":"user a, [redacted] and \"[redacted]\""}"#);
         assert_eq!(redacted(b"nothing secret"), None);
     }
 }

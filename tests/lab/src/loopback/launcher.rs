@@ -1,9 +1,11 @@
 //! Starts hubs and agents as child processes.
 
 use crate::loopback::{Child, ChildError};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::net::logging;
 use v2x_common::time::Timestamp;
 
 /// Time limit for a child to be ready.
@@ -30,11 +32,19 @@ pub struct HubOptions {
     pub connect: Vec<String>,
     /// Zenoh's own configuration, such as one with certificates.
     pub zenoh_config: Option<PathBuf>,
+    /// Where it serves metrics and health; port 0 selects a free port.
+    pub metrics: Option<SocketAddr>,
 }
 
 impl Default for HubOptions {
     fn default() -> Self {
-        Self { listen: "tcp/127.0.0.1:0".to_owned(), config: None, connect: Vec::new(), zenoh_config: None }
+        Self {
+            listen: "tcp/127.0.0.1:0".to_owned(),
+            config: None,
+            connect: Vec::new(),
+            zenoh_config: None,
+            metrics: None,
+        }
     }
 }
 
@@ -54,7 +64,7 @@ pub struct AgentOptions {
 impl Launcher {
     /// A launcher for children of this network, run by `program`.
     pub fn new(program: PathBuf, network: NetworkId) -> Self {
-        let log_filter = v2x_common::net::logging::DEFAULT_FILTER.to_owned();
+        let log_filter = logging::DEFAULT_FILTER.to_owned();
         Self { program, network, logs: None, log_filter }
     }
 
@@ -86,6 +96,10 @@ impl Launcher {
             "--log".to_owned(),
             self.log_filter.clone(),
         ]);
+        // A program of somebody else's may not know it.
+        if logging::format() != logging::Format::default() {
+            all.extend(["--log-format".to_owned(), logging::format().to_string()]);
+        }
         all.extend_from_slice(args);
         let mut child = Child::start(name, &self.program, &all, log)?;
         let ready = child.expect_event("ready", READY_PATIENCE).await?;
@@ -106,6 +120,7 @@ impl Launcher {
         if let Some(config) = &options.zenoh_config {
             args.extend(["--zenoh-config".to_owned(), config.display().to_string()]);
         }
+        args.extend(options.metrics.iter().flat_map(|address| ["--metrics".to_owned(), address.to_string()]));
         args.extend(options.connect.iter().flat_map(|endpoint| ["--connect".to_owned(), endpoint.clone()]));
         let (child, ready) = self.start(name, "hub", &args).await?;
         let locator = ready["locators"][0].as_str().unwrap_or(&options.listen).to_owned();

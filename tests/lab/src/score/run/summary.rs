@@ -83,8 +83,13 @@ pub struct Verdict {
     pub reasons: Vec<String>,
 }
 
+/// A recall or precision below this is bad, unless the best agent's is no better: a small mean error over few objects, or
+/// beside many false ones, is no success.
+const LEAST_SHARE: f64 = 0.8;
+
 impl Verdict {
-    /// It passes if the fused error on common objects is below every agent's. A missing error is a reason against it.
+    /// It passes if the fused error on common objects is below every agent's, and neither recall nor precision is bad on
+    /// these objects. A missing error is a reason against it.
     pub fn of(fused: &FusedSummary, agents: &[AgentSummary]) -> Self {
         let mut verdict = Self { passed: true, reasons: Vec::new() };
         let Some(fused_m) = fused.common.ate_m else {
@@ -100,7 +105,25 @@ impl Verdict {
                 )),
             }
         }
+        verdict.judge_share("recall", agents, fused, |metrics| metrics.recall);
+        verdict.judge_share("precision", agents, fused, |metrics| metrics.precision);
         verdict
+    }
+
+    fn judge_share(
+        &mut self,
+        name: &str,
+        agents: &[AgentSummary],
+        fused: &FusedSummary,
+        share: fn(&Metrics) -> Option<f64>,
+    ) {
+        let best = agents.iter().filter_map(|agent| share(&agent.common)).max_by(f64::total_cmp);
+        let least = best.map_or(LEAST_SHARE, |best| best.min(LEAST_SHARE));
+        if let Some(fused) = share(&fused.common).filter(|fused| *fused < least) {
+            self.fail(format!(
+                "the fused {name} on common objects, {fused:.3}, is below {LEAST_SHARE} and the best agent's"
+            ));
+        }
     }
 
     /// Adds a reason against.
@@ -137,6 +160,31 @@ mod tests {
         assert!(!lost.passed);
         assert_eq!(lost.reasons.len(), 1);
         assert!(lost.reasons[0].contains("rsu, 0.400 m"), "{:?}", lost.reasons);
+    }
+
+    #[test]
+    fn a_small_error_does_not_excuse_objects_that_are_missed_or_made_up() {
+        let verdict_with = |recall, precision, of_agents| {
+            let mut summary = summary();
+            summary.fused.common = Metrics {
+                ate_m: Some(0.01),
+                recall: Some(recall),
+                precision: Some(precision),
+                ..summary.fused.common
+            };
+            for agent in &mut summary.agents {
+                agent.common.recall = Some(of_agents);
+                agent.common.precision = Some(of_agents);
+            }
+            Verdict::of(&summary.fused, &summary.agents)
+        };
+        assert!(verdict_with(0.8, 0.8, 0.95).passed);
+        let missing = verdict_with(0.79, 0.99, 0.95).reasons;
+        assert!(missing.len() == 1 && missing[0].contains("recall on common objects, 0.790"), "{missing:?}");
+        let made_up = verdict_with(0.99, 0.5, 0.95).reasons;
+        assert!(made_up.len() == 1 && made_up[0].contains("precision"), "{made_up:?}");
+        // Where no agent sees more, the list cannot either.
+        assert!(verdict_with(0.6, 0.6, 0.6).passed);
     }
 
     #[test]

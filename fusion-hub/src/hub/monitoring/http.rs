@@ -1,0 +1,177 @@
+//! Metrics and health over HTTP.
+
+use super::exported::exposition;
+use crate::hub::monitor::Monitor;
+use anyhow::Context;
+use hyper::body::{Body, Bytes, Frame, Incoming, SizeHint};
+use hyper::header::{CACHE_CONTROL, CONTENT_TYPE, HeaderValue};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::convert::Infallible;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::task::{Context as Waker, Poll};
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
+
+/// Connections at once.
+const MAX_CONNECTIONS: usize = 32;
+/// A request must be complete after this long.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(5);
+/// An answer must be read after this long; a scrape takes milliseconds.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
+
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+const JSON: &str = "application/json";
+const TEXT: &str = "text/plain; charset=utf-8";
+
+/// An address at which a hub will be seen.
+pub(in super::super) struct Server {
+    listener: TcpListener,
+    /// With its port.
+    address: SocketAddr,
+}
+
+impl Server {
+    /// Listens; a taken address is an error that says what to do.
+    pub(in super::super) async fn listen(address: SocketAddr) -> anyhow::Result<Self> {
+        let listener = TcpListener::bind(address).await.with_context(|| {
+            format!(
+                "--metrics {address} cannot be served; port 0 takes a free one, such as --metrics 127.0.0.1:0"
+            )
+        })?;
+        let address = listener.local_addr().context("asking for the port of --metrics")?;
+        Ok(Self { listener, address })
+    }
+
+    /// Where it is.
+    pub(in super::super) const fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Answers until shutdown.
+    pub(in super::super) async fn serve(self, monitor: Monitor, shutdown: CancellationToken) {
+        let mut connections = JoinSet::new();
+        loop {
+            let has_room = connections.len() < MAX_CONNECTIONS;
+            tokio::select! {
+                () = shutdown.cancelled() => return,
+                accepted = self.listener.accept(), if has_room => match accepted {
+                    Ok((stream, _)) => { connections.spawn(connection(stream, monitor.clone())); }
+                    Err(error) => {
+                        tracing::debug!(%error, "nobody could connect to the metrics");
+                        // Out of file descriptors, for example: trying again at once would only take time.
+                        tokio::time::sleep(Duration::from_millis(50)).await;
+                    }
+                },
+                Some(_) = connections.join_next() => {}
+            }
+        }
+    }
+}
+
+async fn connection(stream: TcpStream, monitor: Monitor) {
+    let service = service_fn(move |request: Request<Incoming>| {
+        let response = answer(request.method(), request.uri().path(), &monitor);
+        async { Ok::<_, Infallible>(response) }
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(REQUEST_TIMEOUT)
+        .keep_alive(false)
+        .serve_connection(TokioIo::new(stream), service);
+    if let Ok(Err(error)) = tokio::time::timeout(ANSWER_TIMEOUT, connection).await {
+        tracing::debug!(%error, "a connection to the metrics ended");
+    }
+}
+
+fn answer(method: &Method, path: &str, monitor: &Monitor) -> Response<Whole> {
+    if method != Method::GET && method != Method::HEAD {
+        return response(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET\n".to_owned());
+    }
+    match path {
+        "/metrics" => match exposition(monitor) {
+            Ok(Some(text)) => response(StatusCode::OK, OPEN_METRICS, text),
+            Ok(None) => response(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the hub is not ready\n".to_owned()),
+            Err(error) => response(StatusCode::INTERNAL_SERVER_ERROR, TEXT, format!("{error}\n")),
+        },
+        "/livez" => probe(monitor.newest().and_then(|newest| newest.not_live(clock::now()))),
+        "/readyz" => probe(monitor.newest().map_or_else(
+            || Some("the hub is not ready".to_owned()),
+            |newest| newest.not_ready(clock::now()),
+        )),
+        "/healthz" => {
+            let reasons = monitor.newest().map_or_else(
+                || vec!["the hub is not ready".to_owned()],
+                |newest| newest.not_healthy(clock::now()),
+            );
+            let verdict = if reasons.is_empty() { "healthy" } else { "degraded" };
+            let body = serde_json::json!({ "verdict": verdict, "reasons": reasons }).to_string() + "\n";
+            response(status(reasons.is_empty()), JSON, body)
+        }
+        _ => response(
+            StatusCode::NOT_FOUND,
+            TEXT,
+            "here are /metrics, /healthz, /readyz and /livez\n".to_owned(),
+        ),
+    }
+}
+
+fn status(is_good: bool) -> StatusCode {
+    if is_good { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE }
+}
+
+/// Good, or the reason why not.
+fn probe(reason: Option<String>) -> Response<Whole> {
+    let is_good = reason.is_none();
+    response(status(is_good), TEXT, reason.unwrap_or_else(|| "ok".to_owned()) + "\n")
+}
+
+fn response(status: StatusCode, content_type: &'static str, body: String) -> Response<Whole> {
+    let mut response = Response::new(Whole(Some(body.into())));
+    *response.status_mut() = status;
+    response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(content_type));
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}
+
+/// A body that is there already.
+struct Whole(Option<Bytes>);
+
+impl Body for Whole {
+    type Data = Bytes;
+    type Error = Infallible;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        _: &mut Waker<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+        Poll::Ready(self.0.take().map(|bytes| Ok(Frame::data(bytes))))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.0.is_none()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        SizeHint::with_exact(self.0.as_ref().map_or(0, |bytes| bytes.len() as u64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn before_a_hub_is_ready_it_is_alive_and_neither_ready_nor_healthy() {
+        let monitor = Monitor::default();
+        let status = |path| answer(&Method::GET, path, &monitor).status().as_u16();
+        assert_eq!(["/livez", "/readyz", "/healthz", "/metrics", "/"].map(status), [200, 503, 503, 503, 404]);
+        assert_eq!(answer(&Method::POST, "/metrics", &monitor).status(), StatusCode::METHOD_NOT_ALLOWED);
+    }
+}
