@@ -6,6 +6,7 @@ mod consistency;
 mod contributors;
 mod detectors;
 mod diagnosis;
+mod faults;
 mod fuzz_corpus;
 mod lag;
 mod late_data;
