@@ -41,6 +41,7 @@ json "$of_router/zenoh.json5" | jq --arg hub "$hub" --arg name "$name" '
   ]
   | .access_control.subjects += [{ id: "the hub", cert_common_names: [$name] }]
   | .access_control.policies += [{ rules: ["the hub publishes", "the hub answers", "the hub is asked"], subjects: ["the hub"] }]
+  | .adminspace.permissions = { read: false, write: false }
 ' >"$of_router/router.json5.new"
 
 # The hub listens nowhere, and waits for the router for ever.
