@@ -269,6 +269,15 @@ def validated(manifest, version):
         raise AssertionError(f"{'/'.join(map(str, error.path))}: {error.message}") from error
 
 
+def check_threats(report):
+    """Each test that SECURITY.md names is there."""
+    sources = "".join(path.read_text() for path in ROOT.rglob("*.rs") if "target" not in path.relative_to(ROOT).parts)
+    # Names of tests are sentences; keys and features are shorter.
+    names = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+){4,})`", (ROOT / "SECURITY.md").read_text()))
+    missing = sorted(name for name in names if not re.search(rf"fn {name}\b", sources))
+    report.check(f"the {len(names)} tests of SECURITY.md", lambda: require(names and not missing, f"no test {', '.join(missing)}"))
+
+
 def require(condition, message):
     assert condition, message
 
@@ -283,6 +292,7 @@ def main():
     check_prometheus(report)
     check_systemd(report, v2x)
     check_kubernetes(report)
+    check_threats(report)
     exported = deploy_network.check(report, v2x, compose())
     if len(sys.argv) > 2:
         exported = pathlib.Path(sys.argv[2]).read_text()

@@ -6,6 +6,7 @@ FOLDER is the one of its certificate (`v2x certs agent NAME`). Needs `pip instal
 cameras, and as the frame of a program of your own.
 """
 
+import contextlib
 import json
 import math
 import os
@@ -68,4 +69,5 @@ def main(name, folder, seconds=math.inf):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3], *map(float, sys.argv[3:4]))
+    with contextlib.suppress(KeyboardInterrupt):
+        main(*sys.argv[1:3], *map(float, sys.argv[3:4]))
