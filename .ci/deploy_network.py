@@ -103,9 +103,9 @@ class Network:
             agent, hub = certs / "agent/ego", certs / "viewer/hub-link"
             own = {agent: "agent/ego/detections", hub: "hub/hub/fused"}
             foreign = {
-                agent: ["agent/rsu/detections", "hub/hub/fused", "hub/other/status"],
-                hub: ["agent/ego/detections", "hub/other/fused"],
-                certs / "viewer/screen": ["agent/ego/detections", "hub/hub/fused"],
+                certs / "viewer/screen": ["agent/rsu/detections", "hub/other/fused"],
+                agent: ["agent/rsu/detections", "hub/other/fused", "hub/hub/status"],
+                hub: ["agent/rsu/detections", "hub/other/fused"],
             }
             for folder, rests in foreign.items():
                 with self.session(folder) as session:
