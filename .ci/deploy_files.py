@@ -199,6 +199,15 @@ def check_prometheus(report):
     folder = DEPLOY / "prometheus"
     report.by_tool("promtool", "Prometheus' configuration by promtool", ["promtool", "check", "config", folder / "prometheus.yml"])
     report.by_tool("promtool", "alerts by their tests", ["promtool", "test", "rules", folder / "hub.rules.test.yml"])
+    with tempfile.NamedTemporaryFile("w", suffix=".yml") as rules:
+        # Prometheus reads the dashboard's questions as rules, with values in place of Grafana's variables.
+        panels = json.loads((DEPLOY / "grafana/hub.json").read_text())["panels"]
+        asked = [target["expr"] for panel in panels for target in panel.get("targets", [])]
+        asked = [expr.replace("$__rate_interval", "1m").replace("$instance", ".*").replace("$agent", ".*") for expr in asked]
+        recorded = [{"record": f"asked_{number}", "expr": expr} for number, expr in enumerate(asked)]
+        yaml.safe_dump({"groups": [{"name": "dashboard", "rules": recorded}]}, rules)
+        rules.flush()
+        report.by_tool("promtool", "the dashboard's questions by promtool", ["promtool", "check", "rules", "--lint=none", rules.name])
     names = {rule["alert"] for group in documents(folder / "hub.rules.yml")[0]["groups"] for rule in group["rules"]}
     guide = DEPLOY / "docs/intersection.md"
 
