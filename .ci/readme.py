@@ -19,6 +19,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGES = ["README.md", "CONTRIBUTING.md", "deploy/links/README.md", "deploy/python/README.md"]
 DOCUMENTS = [*[ROOT / page for page in PAGES], *sorted((ROOT / "deploy/docs").glob("*.md"))]
 TIMEOUT_S = 300
+# Programs of a system or of others, which are not run: the files of this repository that they are given must be there.
+SYSTEM = {
+    "apt-get", "cd", "chronyc", "docker", "gpg", "install", "journalctl", "kubectl", "mv", "scp", "shred", "systemctl",
+    "systemd-sysusers", "tar", "zenohd",
+}
 
 
 def console_lines(document):
@@ -126,7 +131,11 @@ class Checker:
         """Programs of others: the files and packages that they are given must be there."""
         if words[0] == "sudo":
             words = words[1:]
-        if words[0] == "jq":
+        if words[0] in SYSTEM or (words[0] == "cp" and words[1].startswith("-")):
+            missing = [word for word in words if word.startswith(("deploy/", ".ci/")) and not (ROOT / word).exists()]
+            if missing:
+                raise Failure(f"no file {', '.join(missing)}")
+        elif words[0] == "jq":
             self.run(["jq", words[1]] if "jq" in words[0] else words, stdin="")
         elif words[0].endswith("netem.sh"):
             self.run([str(ROOT / words[0]), *([] if words[1] == "--dry-run" else ["--dry-run"]), *words[1:]])
