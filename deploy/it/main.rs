@@ -6,6 +6,7 @@ mod closed_output;
 mod configuration;
 mod demo;
 mod documents;
+mod faults;
 mod mistakes;
 mod monitoring;
 mod proxy;
