@@ -38,6 +38,8 @@ pub struct Reported {
     pub headings: RawHeadings,
     /// Detections that gave no standard deviation of their position, so that the receiver's default was taken.
     pub without_sigma: u64,
+    /// The receiver's settings say what this agent's are where it gives none.
+    pub sigma_is_set: bool,
     /// It gave a sequence number of its own.
     pub has_sequence: bool,
     /// How its headings were read.

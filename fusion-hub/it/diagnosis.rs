@@ -316,6 +316,9 @@ fn stamps_of_another_unit_are_named() {
 fn missing_and_false_standard_deviations_are_told() {
     let missing = found(|frame| each(frame, |one| one.sigma_m = None));
     assert!(missing.iter().any(|one| one.code == Code::SigmaMissing && !one.is_fault()), "{missing:#?}");
+    let set = "[agents.north]\nsigma_position_m = 0.35";
+    let set = findings_of(set, |frame| each(frame, |one| one.sigma_m = None), |_| None);
+    assert!(set.iter().all(|one| one.code != Code::SigmaMissing), "the settings say it: {set:#?}");
     let small = found(|frame| each(frame, |one| one.sigma_m = Some(0.05)));
     assert_only(&small, Code::SigmaTooSmall, "too small, by a factor of");
     let large = found(|frame| each(frame, |one| one.sigma_m = Some(3.0)));

@@ -15,6 +15,7 @@ pub(super) struct Writing {
     pub(super) headings: RawHeadings,
     pub(super) detections: u64,
     pub(super) without_sigma: u64,
+    pub(super) sigma_is_set: bool,
     pub(super) vehicles: u64,
     pub(super) wide_vehicles: u64,
     /// Frames of several detections, and those of them whose detections all lie within [`DEGREES_APART`].
@@ -34,6 +35,7 @@ impl Writing {
         self.headings.merge(&seen.reported.headings);
         self.detections += detections.len() as u64;
         self.without_sigma += seen.reported.without_sigma;
+        self.sigma_is_set = seen.reported.sigma_is_set;
         (self.yaw, self.sizes_swapped) = (seen.reported.yaw, seen.reported.sizes_swapped);
         let vehicles = detections.iter().filter(|one| one.class.group() == ClassGroup::FourWheeled);
         for vehicle in vehicles {

@@ -157,8 +157,8 @@ impl Core {
         if !self.settings.listens_to(&agent) {
             return Err(Refusal::NotListenedTo);
         }
-        let AgentSettings { report_defaults, conventions, .. } = self.settings.of_agent(&agent);
-        let decoded = match *body {
+        let AgentSettings { report_defaults, says_sigma, conventions, .. } = self.settings.of_agent(&agent);
+        let mut decoded = match *body {
             Body::TooLarge(bytes) => return Err(too_large(bytes)),
             Body::Postcard(bytes) => {
                 let mut frame = wire::detections::decode_as_sent(bytes)?;
@@ -173,6 +173,7 @@ impl Core {
         if decoded.frame.id.agent != agent {
             return Err(Refusal::AgentMismatch { payload: decoded.frame.id.agent, key: agent });
         }
+        decoded.reported.sigma_is_set = *says_sigma;
         Ok(decoded)
     }
 

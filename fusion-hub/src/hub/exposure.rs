@@ -57,6 +57,8 @@ mod tests {
         for local in ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/localhost:7447#so_sndbuf=9"] {
             assert_eq!(warning_of(&format!("{{ listen: {{ endpoints: [{local:?}] }} }}")), None, "{local}");
         }
+        assert_eq!(warning_of("{ mode: \"client\" }"), None, "it listens nowhere");
+        assert!(warning_of("{ mode: \"router\" }").is_some_and(|words| words.contains("tcp/[::]:7447")));
         let warning =
             warning_of(r#"{ listen: { endpoints: ["tcp/127.0.0.1:1", "tcp/0.0.0.0:7447"] } }"#).unwrap();
         assert!(warning.contains("tcp/0.0.0.0:7447") && warning.contains("v2x certs init"), "{warning}");

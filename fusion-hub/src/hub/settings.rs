@@ -1,7 +1,7 @@
 //! The `[hub]` table of a scenario or settings file, and the checked settings.
 
 pub use self::agents::AgentSettings;
-use self::agents::{AgentTable, ForAll};
+use self::agents::{AgentTable, ForAll, says_sigma};
 use self::checks::{check_report_defaults, check_sensing};
 use super::tile_settings::{TileSettings, TilesTable};
 use crate::engine::{EngineConfig, PublishMode};
@@ -232,7 +232,11 @@ impl HubTable {
             lagged_interval: tracking.lagged_interval(),
             tiles,
             only_agents: self.only_agents,
-            every_agent: AgentSettings { report_defaults: self.report_defaults, ..AgentSettings::default() },
+            every_agent: AgentSettings {
+                report_defaults: self.report_defaults,
+                says_sigma: says_sigma(&self.report_defaults),
+                ..AgentSettings::default()
+            },
             agents: agents.collect::<Result<_, SettingsError>>()?,
         })
     }

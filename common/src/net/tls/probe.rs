@@ -32,19 +32,26 @@ pub async fn why_not_connected(config: Config) -> Option<String> {
     .ok()?
 }
 
-/// The endpoints under `connect` or `listen`: a list, with or without lists of alternatives, or one for each mode.
+/// The endpoints under `connect` or `listen`: a list, with or without lists of alternatives, or one for each mode, of which
+/// the configuration has one (a client listens nowhere by itself).
 pub(in crate::net) fn endpoints(config: &Config, part: &str) -> Vec<String> {
-    fn collect(value: &Value, endpoints: &mut Vec<String>) {
+    fn collect(value: &Value, mode: &str, endpoints: &mut Vec<String>) {
         match value {
             Value::String(endpoint) => endpoints.push(endpoint.clone()),
-            Value::Array(values) => values.iter().for_each(|value| collect(value, endpoints)),
-            Value::Object(modes) => modes.values().for_each(|value| collect(value, endpoints)),
+            Value::Array(values) => values.iter().for_each(|value| collect(value, mode, endpoints)),
+            Value::Object(modes) => {
+                if let Some(value) = modes.get(mode) {
+                    collect(value, mode, endpoints);
+                }
+            }
             _ => {}
         }
     }
+    let mode = config.get_json("mode").ok().and_then(|json| serde_json::from_str(&json).ok());
+    let mode: String = mode.unwrap_or_else(|| "peer".to_owned());
     let json = config.get_json(&format!("{part}/endpoints")).unwrap_or_default();
     let mut endpoints = Vec::new();
-    collect(&serde_json::from_str(&json).unwrap_or_default(), &mut endpoints);
+    collect(&serde_json::from_str(&json).unwrap_or_default(), &mode, &mut endpoints);
     endpoints
 }
 

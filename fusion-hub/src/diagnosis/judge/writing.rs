@@ -164,7 +164,8 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
 
 fn sigma_missing(one: &One<'_>) -> Option<Finding> {
     let writing = &one.survey.writing;
-    is_share(writing.without_sigma, writing.detections, MISSING_SHARE).then(|| {
+    let is_missing = is_share(writing.without_sigma, writing.detections, MISSING_SHARE);
+    (is_missing && !writing.sigma_is_set).then(|| {
         let says = format!(
             "{} of {} detections give no standard deviations: the hub's defaults are in use",
             writing.without_sigma, writing.detections

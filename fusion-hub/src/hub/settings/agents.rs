@@ -58,6 +58,9 @@ enum SizeOrder {
 pub struct AgentSettings {
     /// Where a JSON frame leaves a value out.
     pub report_defaults: ReportDefaults,
+    /// Whether they say the standard deviation of its positions, which is then no mere assumption.
+    #[serde(default)]
+    pub says_sigma: bool,
     /// How it writes its frames.
     pub conventions: Conventions,
     /// As long as it describes no sensor; `None`: as for all agents.
@@ -70,6 +73,13 @@ pub(super) struct ForAll<'a> {
     pub(super) sensing: &'a SensingDefaults,
     /// The place of the map frame on the earth, where `[hub.tiles]` says it.
     pub(super) plane: Option<LocalPlane>,
+}
+
+/// Whether these are others than what is assumed where nobody says anything.
+pub(super) fn says_sigma(defaults: &ReportDefaults) -> bool {
+    let assumed = ReportDefaults::default();
+    let of = |it: &ReportDefaults| [it.sigma_position_m.to_bits(), it.sigma_position_per_m.to_bits()];
+    of(defaults) != of(&assumed)
 }
 
 impl AgentTable {
@@ -98,7 +108,8 @@ impl AgentTable {
             classes: self.classes().map_err(wrong)?,
             time_offset: Span::from_secs_f64(self.time_offset_ms * 1e-3),
         };
-        Ok(AgentSettings { report_defaults, conventions, sensing })
+        let says_sigma = says_sigma(&report_defaults) || self.sigma_position_m.is_some();
+        Ok(AgentSettings { report_defaults, says_sigma, conventions, sensing })
     }
 
     fn report_defaults(&self, for_all: &ReportDefaults) -> ReportDefaults {
