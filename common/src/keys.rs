@@ -15,6 +15,7 @@
 //! | `v2x/{network}/hub/{hub}/fused/json/tile/{digit}/{digit}/…` | the same as JSON |
 //! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
+//! | `v2x/{network}/hub/{hub}~{lineage}/status` | the same of a hub that stands by for it |
 //! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
 
 use crate::id::{AgentId, HubId, NameError, NetworkId};
@@ -163,7 +164,13 @@ impl Keys {
         format!("v2x/{}/hub/{hub}/status", self.network)
     }
 
-    /// Every hub's status.
+    /// Where a hub that stands by answers queries for its status; its lineage has eight hexadecimal digits. No name of a hub
+    /// holds a `~`.
+    pub fn standby_status(&self, hub: &HubId, lineage: u32) -> String {
+        format!("v2x/{}/hub/{hub}~{lineage:08x}/status", self.network)
+    }
+
+    /// Every hub's status, of those that stand by, too.
     pub fn all_status(&self) -> String {
         format!("v2x/{}/hub/*/status", self.network)
     }

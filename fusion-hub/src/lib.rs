@@ -33,7 +33,7 @@
 //! ```
 //!
 //! The crate's folders are its layers, lowest first: `values`, then `association` and `filter`, `baselines` and
-//! `particles`, `track`, `tracker`, `duplicates`, `learning`, `publish` and `registration`, `fusion`, `engine`, `diagnosis`, `hub`. ARCHITECTURE.md
+//! `particles`, `track`, `tracker`, `duplicates`, `learning`, `publish` and `registration`, `fusion`, `engine`, `diagnosis` and `standby`, `hub`. ARCHITECTURE.md
 //! says what is where. Modules that are hidden here serve the tests and benchmarks of this workspace.
 
 #[doc(hidden)]
@@ -55,6 +55,8 @@ pub mod parameters;
 pub mod particles;
 mod publish;
 pub mod registration;
+#[cfg(feature = "core")]
+mod standby;
 #[doc(hidden)]
 pub mod track;
 mod tracker;

@@ -85,6 +85,16 @@ pub enum Call<'a> {
         /// For so long.
         lasted: Span,
     },
+    /// A hub that stands by has heard a list of the hub that publishes.
+    Followed {
+        /// The list, in postcard.
+        list: &'a [u8],
+    },
+    /// The list was made, and not published: another hub does.
+    Unpublished {
+        /// As of then.
+        now: Timestamp,
+    },
 }
 
 /// Where a journal starts: what the core is at that moment.
@@ -178,6 +188,8 @@ mod tests {
             Item::Call(Call::Lagged { now }),
             Item::Call(Call::HeldUp { now, lasted: Span::from_millis(5) }),
             Item::Call(Call::ClockStep { step: Span::from_millis(-5) }),
+            Item::Call(Call::Followed { list: b"list" }),
+            Item::Call(Call::Unpublished { now }),
         ]
     }
 

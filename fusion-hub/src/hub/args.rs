@@ -22,6 +22,8 @@ Examples:
                                      publish as anybody
   v2x hub --zenoh-config certs/hub/hub/zenoh.json5
                                      for those with a certificate (v2x certs)
+  v2x hub --standby --connect tcp/192.168.1.10:7447
+                                     publishes when the hub there does not
   v2x hub --config crossing.toml     with the [hub] table of a scenario
   v2x hub --metrics                  with metrics and health at
                                      http://127.0.0.1:9464/metrics
@@ -45,6 +47,9 @@ pub struct HubArgs {
     /// A further Zenoh router to join; may be given more than once
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
+    /// Publish only while no other hub of this name does, under the ids that it gave; both are to have this option
+    #[arg(long)]
+    pub standby: bool,
     /// A Zenoh configuration file that replaces our defaults; it is followed when written anew
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
@@ -82,6 +87,7 @@ impl HubArgs {
         if let Some(id) = self.id {
             settings.engine.hub = id;
         }
+        settings.standby |= self.standby;
         Ok(settings)
     }
 

@@ -5,6 +5,7 @@ use super::limits::{MAX_BYTES, MAX_WAITING};
 use super::settings::{AgentSettings, HubSettings};
 use crate::diagnosis::{Finding, Observation, Surroundings, Survey};
 use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
+use crate::standby::Names;
 use crate::values::{Saved, StateError};
 use std::collections::BTreeSet;
 use v2x_common::detection::DetectionFrame;
@@ -38,29 +39,33 @@ pub struct Core {
     engine: Engine,
     /// No part of its state: it changes nothing that is fused.
     survey: Survey,
+    /// Under which ids tracks are published.
+    names: Names,
 }
 
 impl Core {
     /// A core that knows nothing yet.
     pub fn new(settings: HubSettings, engine: impl FnOnce(EngineConfig) -> Engine) -> Self {
         let engine = engine(settings.engine);
-        Self::around(settings, engine)
+        Self::around(settings, engine, Names::default())
     }
 
-    fn around(settings: HubSettings, mut engine: Engine) -> Self {
+    fn around(settings: HubSettings, mut engine: Engine, names: Names) -> Self {
         for (agent, of_agent) in &settings.agents {
             of_agent.sensing.iter().for_each(|sensing| engine.assume(*agent, sensing));
         }
-        Self { settings, engine, survey: Survey::default() }
+        Self { settings, engine, survey: Survey::default(), names }
     }
 
     /// A core that goes on where another one was saved.
     ///
     /// # Errors
     /// Where the bytes are no state that this build saved under such settings.
-    pub fn restored(settings: HubSettings, state: &[u8]) -> Result<Self, StateError> {
+    pub fn restored(settings: HubSettings, mut state: &[u8]) -> Result<Self, StateError> {
+        let mut names = Names::default();
+        names.load(&mut state)?;
         let engine = Engine::restored(settings.engine, state)?;
-        Ok(Self::around(settings, engine))
+        Ok(Self::around(settings, engine, names))
     }
 
     /// Everything that decides what it does from now on, but for the settings.
@@ -69,6 +74,7 @@ impl Core {
     /// Where the method of fusion does not save its state.
     pub fn save(&self) -> Result<Vec<u8>, StateError> {
         let mut bytes = Vec::new();
+        self.names.save(&mut bytes)?;
         self.engine.save(&mut bytes)?;
         Ok(bytes)
     }
@@ -218,11 +224,29 @@ impl Core {
         self.engine.note_held_up(now, lasted);
     }
 
-    /// The list as of `now`.
+    /// The list as of `now`. An object that a hub before this one had listed has the id that it had there.
     pub fn fused(&mut self, now: Timestamp) -> &FusedFrame {
         let list = self.engine.fused(now);
         self.survey.note_list(list);
-        list
+        self.names.renamed(list)
+    }
+
+    /// The list as of `now` while another hub publishes; its number of objects. Nobody gets it.
+    pub fn unpublished(&mut self, now: Timestamp) -> usize {
+        let list = self.engine.fused(now);
+        self.survey.note_list(list);
+        self.names.note_own(list);
+        list.objects.len()
+    }
+
+    /// Takes in a list of the hub that publishes while this one stands by.
+    pub fn follow(&mut self, list: &FusedFrame) {
+        self.names.follow(list, self.settings.engine.lineage);
+    }
+
+    /// How many tracks have an id that another hub gave.
+    pub fn named_by_another(&self) -> usize {
+        self.names.count()
     }
 
     /// Looks for what is wrong with the agents, once in a second or so; `alive` are those that hold a token.
@@ -247,7 +271,8 @@ impl Core {
 
     /// The second list as of `now`, where there is one.
     pub fn lagged(&mut self, now: Timestamp) -> Option<&FusedFrame> {
-        self.engine.lagged(now)
+        let list = self.engine.lagged(now)?;
+        Some(self.names.renamed(list))
     }
 
     /// Makes a call of a journal again; the list that it makes.
@@ -274,6 +299,17 @@ impl Core {
             }
             Call::ClockStep { step } => {
                 self.note_clock_step(*step);
+                None
+            }
+            Call::Followed { list } => {
+                // It could be read when it was noted.
+                if let Ok(list) = wire::fused::decode(list) {
+                    self.follow(&list);
+                }
+                None
+            }
+            Call::Unpublished { now } => {
+                self.unpublished(*now);
                 None
             }
         }

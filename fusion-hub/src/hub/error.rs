@@ -40,6 +40,12 @@ pub enum HubError {
         /// Where the other one listens.
         locators: String,
     },
+    /// The hub that it is to stand by for has its lineage, so that their ids would be the same.
+    #[error("hub {hub} and this one were started in the same tenth of a second: start this one again")]
+    SameLineage {
+        /// The name.
+        hub: HubId,
+    },
     /// Its recording cannot be written.
     #[error("the recording: {0}")]
     Recording(#[from] FileError),

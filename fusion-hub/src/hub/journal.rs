@@ -65,6 +65,14 @@ impl Journal {
         self.is_streamed = false;
     }
 
+    /// Another hub publishes from now on, and its journal is the one that subscribers get.
+    pub(super) async fn withdraw(&mut self) {
+        self.flush().await;
+        if std::mem::take(&mut self.is_streamed) && !self.is_wanted() {
+            self.next += 1;
+        }
+    }
+
     /// Whether anybody records.
     fn is_wanted(&self) -> bool {
         self.is_streamed || self.recorder.is_some()

@@ -81,7 +81,7 @@ pub use settings::{AgentSettings, HubSettings};
 #[cfg(feature = "net")]
 pub use span_counts::SpanCounts;
 #[cfg(feature = "net")]
-pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus};
+pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus, StandbyStatus};
 pub use tile_settings::TileSettings;
 #[cfg(feature = "net")]
 pub use unnamed::InvalidName;

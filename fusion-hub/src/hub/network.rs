@@ -1,11 +1,13 @@
 //! The hub's declarations on the network.
 
+use super::encoding::encode_list;
 use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::on_demand::{OnDemand, Parts, declare_publisher};
 use super::twin::{self, Twin};
 use super::unnamed::Unnamed;
 use anyhow::anyhow;
+use std::borrow::Cow;
 use std::sync::Arc;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, HubId};
@@ -24,9 +26,28 @@ const CONTROL_QUEUE: usize = 4096;
 pub(super) enum Control {
     Description(Received),
     Alive(AgentId, bool),
-    StatusQuery(Query),
+    StatusQuery(Query, Asked),
     /// A recorder asks for a start of the journal.
     JournalQuery(Query),
+}
+
+/// Whose status is asked for: one query can ask for both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// Of the hub that publishes.
+    Hub,
+    /// Of this hub as one that stands by.
+    Standby,
+}
+
+/// What the declarations are for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Declared {
+    pub(super) hub: HubId,
+    /// Whether there is a second list.
+    pub(super) has_lagged: bool,
+    /// The lineage of a hub that stands by while another one of its name publishes.
+    pub(super) standby: Option<u32>,
 }
 
 /// The publishers of one list.
@@ -42,9 +63,15 @@ impl List {
         Ok(Self { postcard, json })
     }
 
-    /// Puts the bytes of a frame.
-    pub(super) async fn put(&self, bytes: &[u8]) -> anyhow::Result<()> {
-        self.postcard.put(bytes).await.map_err(|error| anyhow!("{error}"))
+    /// Puts a frame, which is in the buffer then; what was put of it.
+    pub(super) async fn put_frame<'a>(
+        &self,
+        frame: &'a FusedFrame,
+        buffer: &mut Vec<u8>,
+    ) -> anyhow::Result<Cow<'a, FusedFrame>> {
+        let encoded = encode_list(frame, buffer)?;
+        self.postcard.put(&buffer[..]).await.map_err(|error| anyhow!("{error}"))?;
+        Ok(encoded)
     }
 
     /// Puts a frame as JSON, where that is wanted.
@@ -53,6 +80,13 @@ impl List {
             self.json.put(wire::json::encode_fused(frame)?).await?;
         }
         Ok(())
+    }
+}
+
+/// Answers a query with JSON, under a key of its own: answers under one key replace each other.
+pub(super) async fn answer(query: &Query, key: String, json: Vec<u8>) {
+    if let Err(error) = query.reply(key, json).encoding(ENCODING_JSON).await {
+        tracing::debug!(%error, "query not answered");
     }
 }
 
@@ -74,8 +108,11 @@ pub(super) struct Network {
     pub(super) twin: Arc<Twin>,
     // Dropping these undeclares them.
     _subscribers: [Subscriber<()>; 4],
-    _queryables: [Queryable<()>; 2],
-    _alive: LivelinessToken,
+    _queryables: Vec<Queryable<()>>,
+    session: Session,
+    declared: Declared,
+    /// While this hub is the one that publishes.
+    alive: Option<LivelinessToken>,
 }
 
 /// What the subscribers fill.
@@ -86,37 +123,57 @@ struct Queues {
 }
 
 impl Network {
-    pub(super) async fn declare(
-        session: &Session,
-        keys: &Keys,
-        hub: &HubId,
-        has_lagged: bool,
-    ) -> zenoh::Result<Self> {
+    pub(super) async fn declare(session: &Session, keys: &Keys, declared: Declared) -> zenoh::Result<Self> {
         let queues = Queues {
             frames: Arc::new(FairQueue::new(QueueLimits::DEFAULT)),
             control: Arc::new(DropOldestQueue::new(CONTROL_QUEUE)),
             unnamed: Arc::new(Unnamed::default()),
         };
-        Self::declare_with(session, keys, hub, (has_lagged, queues)).await
+        let mut network = Self::declare_with(session, keys, declared, queues).await?;
+        if declared.standby.is_none() {
+            network.announce(keys).await?;
+        }
+        Ok(network)
     }
 
     /// The same declarations in another session: what waits, and what was counted, stays.
-    pub(super) async fn rejoin(&mut self, session: &Session, keys: &Keys, hub: &HubId) -> zenoh::Result<()> {
+    pub(super) async fn rejoin(&mut self, session: &Session, keys: &Keys) -> zenoh::Result<()> {
         let queues = Queues {
             frames: self.frames.clone(),
             control: self.control.clone(),
             unnamed: self.unnamed.clone(),
         };
-        *self = Self::declare_with(session, keys, hub, (self.lagged.is_some(), queues)).await?;
+        let is_alive = self.alive.is_some();
+        *self = Self::declare_with(session, keys, self.declared, queues).await?;
+        if is_alive {
+            self.announce(keys).await?;
+        }
         Ok(())
+    }
+
+    /// Says that this hub is the one that publishes under its name.
+    pub(super) async fn announce(&mut self, keys: &Keys) -> zenoh::Result<()> {
+        let key = keys.hub_alive(&self.declared.hub);
+        self.alive = Some(self.session.liveliness().declare_token(key).await?);
+        Ok(())
+    }
+
+    /// Takes that back.
+    pub(super) async fn withdraw(&mut self) -> zenoh::Result<()> {
+        match self.alive.take() {
+            Some(token) => token.undeclare().await,
+            None => Ok(()),
+        }
     }
 
     async fn declare_with(
         session: &Session,
         keys: &Keys,
-        hub: &HubId,
-        (has_lagged, Queues { frames, control, unnamed }): (bool, Queues),
+        declared: Declared,
+        Queues { frames, control, unnamed }: Queues,
     ) -> zenoh::Result<Self> {
+        let Declared { hub, has_lagged, standby } = declared;
+        let hub = &hub;
         let fused = List::declare(session, keys.fused(hub), keys.fused_json(hub)).await?;
         let lagged = match has_lagged {
             true => Some(List::declare(session, keys.lagged(hub), keys.lagged_json(hub)).await?),
@@ -149,16 +206,22 @@ impl Network {
                 Err(_) => {}
             }
         });
-        let queue = control.clone();
-        let status = session
-            .declare_queryable(keys.status(hub))
-            .callback(move |query| queue.push(Control::StatusQuery(query)));
+        let standby_status = standby.map(|lineage| (keys.standby_status(hub, lineage), Asked::Standby));
+        let statuses = [Some((keys.status(hub), Asked::Hub)), standby_status];
+        let mut queryables = Vec::new();
+        for (key, asked) in statuses.into_iter().flatten() {
+            let queue = control.clone();
+            let status = session.declare_queryable(key);
+            let status = status.callback(move |query| queue.push(Control::StatusQuery(query, asked)));
+            queryables.push(status.await?);
+        }
         let queue = control.clone();
         let journal = session
             .declare_queryable(keys.journal(hub))
             .callback(move |query| queue.push(Control::JournalQuery(query)));
+        queryables.push(journal.await?);
         let twin = Arc::new(Twin::default());
-        let lists_of_others = twin::listen(session, keys, hub, twin.clone()).await?;
+        let lists_of_others = twin::listen(session, keys, hub, (twin.clone(), standby.is_some())).await?;
         Ok(Self {
             frames,
             control,
@@ -168,8 +231,10 @@ impl Network {
             unnamed,
             twin,
             _subscribers: [detections.await?, sensors.await?, roster.await?, lists_of_others],
-            _queryables: [status.await?, journal.await?],
-            _alive: session.liveliness().declare_token(keys.hub_alive(hub)).await?,
+            _queryables: queryables,
+            session: session.clone(),
+            declared,
+            alive: None,
         })
     }
 }

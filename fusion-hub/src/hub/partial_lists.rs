@@ -38,6 +38,21 @@ impl PartialLists {
         self.tile_frames
     }
 
+    /// Another hub has published until now: consumers have the objects of its last list.
+    pub(super) fn go_on_after(&mut self, list: &FusedFrame) {
+        if let Some(tiles) = &mut self.tiles {
+            tiles.next(plain(list));
+        }
+    }
+
+    /// Another hub publishes from now on.
+    pub(super) fn forget(&mut self) {
+        self.delta.forget();
+        if let Some(tiles) = &mut self.tiles {
+            tiles.forget();
+        }
+    }
+
     /// Publishes a list for whose objects the wire has room.
     pub(super) async fn publish(&mut self, frame: &FusedFrame, parts: &Parts) -> anyhow::Result<()> {
         let outcome = self.publish_delta(frame, parts).await;

@@ -1,17 +1,14 @@
 //! The hub's loop: samples in, fused frames out.
 
-mod told;
-
 use super::access::Access;
 use super::core::{Core, Handled};
-use super::encoding::encode_list;
 use super::error::HubError;
 use super::exposure;
 use super::health::{Health, Seen};
 use super::intake::Received;
 use super::journal::Journal;
 use super::monitor::Monitor;
-use super::network::{Control, List, Network};
+use super::network::{Control, Declared, Network, answer};
 use super::on_demand::OnDemand;
 use super::partial_lists::PartialLists;
 use super::recorder::Recorder;
@@ -22,21 +19,23 @@ use super::timing::Timing;
 use super::turns::{Turn, Turns};
 use super::twin;
 use crate::engine::{Engine, EngineConfig, PublishMode, Schedule};
-use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
-use v2x_common::fused::FusedFrame;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire::ENCODING_POSTCARD;
 use v2x_common::wire::journal::Call;
-use v2x_common::wire::{ENCODING_JSON, ENCODING_POSTCARD};
-use zenoh::query::Query;
 use zenoh::{Config, Session};
+
+mod standby;
+mod told;
+
+use standby::Standby;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -90,6 +89,7 @@ pub async fn serve(
     let mut session =
         session::open(config).await.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
     if !connects_to.is_empty()
+        && !setup.settings.standby
         && let Some(other) =
             twin::running(&session, &Keys::new(setup.network), &setup.settings.engine.hub).await
     {
@@ -99,7 +99,7 @@ pub async fn serve(
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     hub.show(true);
     on_ready(hub.settings.engine.hub, &hub.locators);
-    while let Some(config) = hub.serve(&shutdown).await {
+    while let Some(config) = hub.serve(&shutdown).await? {
         let Some(joined) = hub.rejoin(session, config, &shutdown).await? else { return Ok(hub.status()) };
         session = joined;
     }
@@ -138,6 +138,7 @@ struct Hub {
     publish_errors: u64,
     objects_withheld: u64,
     partial_lists: PartialLists,
+    standby: Option<Standby>,
     buffer: Vec<u8>,
     monitor: Option<Monitor>,
 }
@@ -153,7 +154,11 @@ impl Hub {
         settings.engine.lineage = lineage_of(started_at);
         let keys = Keys::new(network_id);
         let hub = settings.engine.hub;
-        let network = Network::declare(session, &keys, &hub, settings.lagged_interval.is_some()).await;
+        let standby = Standby::of(&settings, started_at);
+        let has_lagged = settings.lagged_interval.is_some();
+        let declared =
+            Declared { hub, has_lagged, standby: standby.as_ref().map(|_| settings.engine.lineage) };
+        let network = Network::declare(session, &keys, declared).await;
         let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
         let partial_lists = PartialLists::new(settings.tiles);
         let stream = OnDemand::declare(session, keys.journal(&hub), ENCODING_POSTCARD).await;
@@ -185,35 +190,37 @@ impl Hub {
             publish_errors: 0,
             objects_withheld: 0,
             partial_lists,
+            standby,
             buffer: Vec::new(),
             monitor,
         })
     }
 
     /// Until shutdown (`None`), or until it is to open its session anew with another configuration.
-    async fn serve(&mut self, shutdown: &CancellationToken) -> Option<Config> {
+    async fn serve(&mut self, shutdown: &CancellationToken) -> Result<Option<Config>, HubError> {
         // Until now it was being made.
         self.ran_at = clock::now();
         let mut check = tokio::time::interval(CHECK_INTERVAL);
         loop {
             let (frames, control) = (self.network.frames.clone(), self.network.control.clone());
             let lagged_deadline = self.lagged_schedule.as_ref().map(Schedule::next_deadline);
-            let deadline = self.schedule.next_deadline();
+            let deadline = self.standby_deadline().min(self.schedule.next_deadline());
             let deadline = lagged_deadline.map_or(deadline, |lagged| lagged.min(deadline));
             let until_deadline = (deadline - clock::now()).to_duration();
             tokio::select! {
                 biased;
-                () = shutdown.cancelled() => return None,
+                () = shutdown.cancelled() => return Ok(None),
                 _ = check.tick() => {
                     self.check().await;
                     if let Some(config) = self.access.changed() {
-                        return Some(config);
+                        return Ok(Some(config));
                     }
                 }
                 () = control.wait() => self.handle_next().await,
                 () = frames.wait() => self.handle_next().await,
                 () = tokio::time::sleep(until_deadline) => {}
             }
+            self.follow().await?;
             if self.schedule.is_due(clock::now()) {
                 self.handle_waiting(shutdown).await;
                 self.schedule.take_due(clock::now());
@@ -245,7 +252,7 @@ impl Hub {
         let (keys, hub) = (Keys::new(self.network_id), self.settings.engine.hub);
         self.roster.begin_anew();
         let joined = async {
-            self.network.rejoin(&session, &keys, &hub).await?;
+            self.network.rejoin(&session, &keys).await?;
             self.journal.rejoin(OnDemand::declare(&session, keys.journal(&hub), ENCODING_POSTCARD).await?);
             zenoh::Result::Ok(())
         };
@@ -331,7 +338,7 @@ impl Hub {
             started_at: self.started_at,
             dropped: self.dropped(),
             invalid_names: self.network.unnamed.names(),
-            twin: self.network.twin.lineage(clock::now()),
+            twin: self.network.twin.lineage(clock::now()).filter(|_| self.has_rival()),
         };
         self.health.check(&mut self.core, &seen, clock::now());
         self.access.tell_refusals(clock::now());
@@ -349,7 +356,10 @@ impl Hub {
             Handled::Accepted { frame, out_of_sequence } => {
                 tracing::trace!(%agent, sequence = frame.sequence, out_of_sequence);
                 self.timing.note_handled(frame, clock::now() - begun_at);
-                self.schedule.note_update();
+                // One that stands by needs no list of every update.
+                if self.publishes() {
+                    self.schedule.note_update();
+                }
             }
             Handled::Refused(refusal) => {
                 tracing::debug!(%agent, reason = refusal.reason(), %refusal, "refused");
@@ -368,14 +378,19 @@ impl Hub {
                 let _ = self.core.handle_description(agent, &body);
             }
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
-            Control::StatusQuery(query) => {
-                answer(&query, serde_json::to_vec(&self.status()).unwrap_or_default()).await;
+            Control::StatusQuery(query, asked) => {
+                if let Some((key, json)) = self.status_answer(asked) {
+                    answer(&query, key, json).await;
+                }
             }
+            // The journal is that of the hub that publishes.
+            Control::JournalQuery(_) if !self.publishes() => {}
             Control::JournalQuery(query) => {
                 self.journal.start(&self.core, clock::now());
                 self.journal.flush().await;
                 let lineage = self.settings.engine.lineage;
-                answer(&query, serde_json::json!({ "lineage": lineage }).to_string().into_bytes()).await;
+                let key = Keys::new(self.network_id).journal(&self.settings.engine.hub);
+                answer(&query, key, serde_json::json!({ "lineage": lineage }).to_string().into_bytes()).await;
             }
         }
     }
@@ -394,10 +409,14 @@ impl Hub {
     }
 
     async fn publish_from(&mut self, begun_at: Timestamp) {
-        self.journal.note(&Call::Fused { now: begun_at });
-        let frame = self.core.fused(begun_at);
+        if !self.publishes() {
+            return self.make_unpublished(begun_at);
+        }
+        let now = self.after_heard(begun_at);
+        self.journal.note(&Call::Fused { now });
+        let frame = self.core.fused(now);
         self.objects = frame.objects.len();
-        let encoded = match put(&self.network.fused, frame, &mut self.buffer).await {
+        let encoded = match self.network.fused.put_frame(frame, &mut self.buffer).await {
             Ok(encoded) => encoded,
             Err(error) => {
                 self.publish_errors += 1;
@@ -424,12 +443,12 @@ impl Hub {
 
     /// Publishes the second list.
     async fn publish_lagged(&mut self) {
-        let Some(list) = &self.network.lagged else { return };
-        let now = clock::now();
+        let Some(list) = self.network.lagged.as_ref().filter(|_| self.publishes()) else { return };
+        let now = self.after_heard(clock::now());
         self.journal.note(&Call::Lagged { now });
         let Some(frame) = self.core.lagged(now) else { return };
         let put = async {
-            put(list, frame, &mut self.buffer).await?;
+            list.put_frame(frame, &mut self.buffer).await?;
             self.journal.note_list(Keys::lagged, &self.buffer);
             list.put_json(frame).await
         };
@@ -444,24 +463,6 @@ impl Hub {
     fn dropped(&self) -> u64 {
         self.network.frames.dropped() + self.network.control.dropped()
     }
-}
-
-/// Answers a query with JSON.
-async fn answer(query: &Query, json: Vec<u8>) {
-    if let Err(error) = query.reply(query.key_expr().clone(), json).encoding(ENCODING_JSON).await {
-        tracing::debug!(%error, "query not answered");
-    }
-}
-
-/// Puts a frame of a list; what was put of it.
-async fn put<'a>(
-    list: &List,
-    frame: &'a FusedFrame,
-    buffer: &mut Vec<u8>,
-) -> anyhow::Result<Cow<'a, FusedFrame>> {
-    let encoded = encode_list(frame, buffer)?;
-    list.put(buffer).await?;
-    Ok(encoded)
 }
 
 /// Tenths of a second since the epoch, cut to 32 bits: new at every start, for 13 years.

@@ -34,6 +34,7 @@ struct HubTable {
     publish: PublishTable,
     contributors: ContributorLimit,
     tiles: Option<TilesTable>,
+    standby: bool,
     sensing: SensingDefaults,
     report_defaults: ReportDefaults,
     agents: BTreeMap<AgentId, AgentTable>,
@@ -54,6 +55,7 @@ impl HubTable {
         "publish",
         "contributors",
         "tiles",
+        "standby",
         "sensing",
         "report_defaults",
         "agents",
@@ -119,6 +121,7 @@ impl Default for HubTable {
             publish: PublishTable::OnUpdate { tick_hz: default_tick_hz(), max_hz: default_max_hz() },
             contributors: ContributorLimit::All,
             tiles: None,
+            standby: false,
             sensing: engine.sensing,
             report_defaults: ReportDefaults::default(),
             agents: BTreeMap::new(),
@@ -138,6 +141,9 @@ pub struct HubSettings {
     /// Where on the earth the map frame is; `None`: no tiles are published. Not saved: it decides nothing of what is fused.
     #[serde(skip)]
     pub tiles: Option<TileSettings>,
+    /// Whether it stands by while another hub of its name publishes. Not saved, either.
+    #[serde(skip)]
+    pub standby: bool,
     /// The agents that it listens to; all where there is no list.
     pub only_agents: Vec<AgentId>,
     /// What is assumed of agents that have no table of their own.
@@ -231,6 +237,7 @@ impl HubTable {
             publish: self.publish.check()?,
             lagged_interval: tracking.lagged_interval(),
             tiles,
+            standby: self.standby,
             only_agents: self.only_agents,
             every_agent: AgentSettings {
                 report_defaults: self.report_defaults,

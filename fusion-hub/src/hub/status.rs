@@ -76,6 +76,9 @@ pub struct HubStatus {
     /// The hub's own recording, where it writes one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<RecordingStatus>,
+    /// Of a hub that stands by while another hub of its name publishes: which of the two does, and what has happened.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standby: Option<StandbyStatus>,
     /// Healthy or degraded.
     #[serde(default)]
     pub verdict: Verdict,
@@ -90,6 +93,23 @@ pub struct HubStatus {
     pub refused_by_zenoh: ZenohRefusals,
     /// Every agent of which the hub has received anything, by name.
     pub agents: Vec<AgentStatus>,
+}
+
+/// The status of one of two hubs of a name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StandbyStatus {
+    /// Whether it is this one that publishes.
+    pub publishes: bool,
+    /// The lineage of the hub that it follows.
+    pub follows: Option<u32>,
+    /// When it heard a list of another hub last, µs.
+    pub heard_at: Option<i64>,
+    /// How often it began to publish.
+    pub takeovers: u64,
+    /// How often it stopped, because another hub published.
+    pub yielded: u64,
+    /// How many of its tracks have an id that another hub gave.
+    pub named_by_another: usize,
 }
 
 /// The status of a hub's own recording.

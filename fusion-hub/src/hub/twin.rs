@@ -2,9 +2,11 @@
 //!
 //! A hub that joins a network in which one of its name answers does not begin. Two that come together later, because their
 //! routers are joined, are told. Neither of them yields: without certificates anybody can claim the name of a hub, and would
-//! silence it so.
+//! silence it so. Only a hub that was told to stand by for another one follows its lists (`run/standby.rs`).
 
+use super::limits::MAX_BYTES;
 use super::status::HubStatus;
+use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use v2x_common::clock;
@@ -23,12 +25,23 @@ const LOOKED_AT_EVERY: Span = Span::from_millis(500);
 /// It is told of for so long after its last list.
 const TOLD_FOR: Span = Span::from_millis(5_000);
 
+/// Of lists that come faster those between are left out by a hub that follows them.
+const FOLLOWED_EVERY: Span = Span::from_millis(20);
+/// Lists that may wait for the hub.
+const MAX_LISTS: usize = 32;
+
 /// What was heard under this hub's own key.
 #[derive(Debug, Default)]
 pub(super) struct Twin(Mutex<Heard>);
 
+/// A list that another session put under this hub's key, and when it came.
+pub(super) type HeardList = (Vec<u8>, Timestamp);
+
 #[derive(Debug, Default)]
 struct Heard {
+    /// Of a hub that follows: the lists that it has not taken in yet, the oldest first.
+    lists: VecDeque<HeardList>,
+    listed_at: Option<Timestamp>,
     looked_at: Option<Timestamp>,
     /// The lineage of another hub's list, and when it came.
     other: Option<(u32, Timestamp)>,
@@ -47,6 +60,24 @@ impl Twin {
         }
     }
 
+    /// Keeps a list for the hub, which follows it. With too many of them the oldest are left out.
+    fn keep(&self, payload: &[u8], now: Timestamp) {
+        let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if payload.len() > MAX_BYTES || heard.listed_at.is_some_and(|at| now - at < FOLLOWED_EVERY) {
+            return;
+        }
+        heard.listed_at = Some(now);
+        if heard.lists.len() == MAX_LISTS {
+            heard.lists.pop_front();
+        }
+        heard.lists.push_back((payload.to_vec(), now));
+    }
+
+    /// The lists that were kept since the last call.
+    pub(super) fn take_lists(&self) -> VecDeque<HeardList> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).lists)
+    }
+
     /// The lineage of another hub of this name, while it publishes.
     pub(super) fn lineage(&self, now: Timestamp) -> Option<u32> {
         let heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -59,10 +90,16 @@ pub(super) async fn listen(
     session: &Session,
     keys: &Keys,
     hub: &HubId,
-    twin: std::sync::Arc<Twin>,
+    (twin, follows): (std::sync::Arc<Twin>, bool),
 ) -> zenoh::Result<Subscriber<()>> {
     let others = session.declare_subscriber(keys.fused(hub)).allowed_origin(Locality::Remote);
-    others.callback(move |sample| twin.note(&sample.payload().to_bytes(), clock::now())).await
+    let heard = move |payload: &[u8]| {
+        twin.note(payload, clock::now());
+        if follows {
+            twin.keep(payload, clock::now());
+        }
+    };
+    others.callback(move |sample| heard(&sample.payload().to_bytes())).await
 }
 
 /// The hub of this name that answers in the network, if there is one.
@@ -103,5 +140,18 @@ mod tests {
         wire::fused::encode(&list, &mut bytes).unwrap();
         twin.note(&bytes, at(1000));
         assert_eq!((twin.lineage(at(5999)), twin.lineage(at(6000))), (Some(7), None));
+    }
+
+    #[test]
+    fn a_standby_has_the_newest_lists_and_not_all_of_those_that_come_fast() {
+        let twin = Twin::default();
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+        (0..100).for_each(|ms| twin.keep(&[1], at(ms)));
+        let times: Vec<_> = twin.take_lists().into_iter().map(|(_, at)| at).collect();
+        assert_eq!(times, [0, 20, 40, 60, 80].map(at));
+        (1..=100).for_each(|n| twin.keep(&[1], at(1000 * n)));
+        let lists = twin.take_lists();
+        assert_eq!((lists.len(), lists[MAX_LISTS - 1].1), (MAX_LISTS, at(100_000)));
+        assert!(twin.take_lists().is_empty());
     }
 }

@@ -44,6 +44,7 @@ impl Hub {
             verdict: Verdict::of(self.health.findings()),
             judged_since: self.core.survey().judged_since().map(Timestamp::as_micros),
             findings: self.health.findings().to_vec(),
+            standby: self.standby_status(),
             agents: agent_statuses(&self.core, &self.roster),
             recording: self.journal.recorder().map(RecordingStatus::of),
         }

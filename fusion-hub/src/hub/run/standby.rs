@@ -1,0 +1,175 @@
+//! The part of the loop of a hub that stands by while another hub of its name publishes.
+//!
+//! Its core takes in all frames. It follows the lists of the hub that publishes, so that it has their ids, and publishes itself
+//! when there are no more (`crate::standby`).
+
+use super::Hub;
+use crate::engine::PublishMode;
+use crate::hub::error::HubError;
+use crate::hub::network::Asked;
+use crate::hub::settings::HubSettings;
+use crate::hub::status::StandbyStatus;
+use crate::standby::{Heard, Role};
+use v2x_common::clock;
+use v2x_common::fused::FusedFrame;
+use v2x_common::keys::Keys;
+use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire;
+use v2x_common::wire::journal::Call;
+
+/// Objects are compared with those of the other hub no more often than this.
+const COMPARED_EVERY: Span = Span::from_millis(90);
+/// Stamps go on after those of the other hub where its clock is ahead by no more than this.
+const CLOCKS_WITHIN: Span = Span::from_millis(1_000);
+
+/// What a hub that stands by knows of the other one.
+pub(super) struct Standby {
+    role: Role,
+    /// The newest list of the other hub, and when it came.
+    newest: Option<(FusedFrame, Timestamp)>,
+    compared_at: Timestamp,
+    takeovers: u64,
+    yielded: u64,
+}
+
+impl Standby {
+    /// Of a hub that starts, where its settings say that it stands by.
+    pub(super) fn of(settings: &HubSettings, now: Timestamp) -> Option<Self> {
+        let interval = match settings.publish {
+            PublishMode::OnUpdate { tick, .. } => tick,
+            PublishMode::Fixed { interval } => interval,
+        };
+        settings.standby.then(|| Self {
+            role: Role::new(settings.engine.lineage, interval, now),
+            newest: None,
+            compared_at: Timestamp::MIN,
+            takeovers: 0,
+            yielded: 0,
+        })
+    }
+}
+
+impl Hub {
+    /// Whether it is this hub that publishes under its name.
+    pub(super) fn publishes(&self) -> bool {
+        self.standby.as_ref().is_none_or(|standby| standby.role.publishes())
+    }
+
+    /// Whether another hub publishes under its name at the same time.
+    pub(super) fn has_rival(&self) -> bool {
+        self.standby.as_ref().is_none_or(|standby| standby.role.has_rival(clock::now()))
+    }
+
+    /// When it is to look at what it has heard.
+    pub(super) fn standby_deadline(&self) -> Timestamp {
+        self.standby.as_ref().map_or(Timestamp::MAX, |standby| standby.role.next_deadline())
+    }
+
+    /// Takes in the lists of another hub of its name; begins or stops to publish.
+    pub(super) async fn follow(&mut self) -> Result<(), HubError> {
+        let Some(standby) = &mut self.standby else { return Ok(()) };
+        let hub = self.settings.engine.hub;
+        let did_publish = standby.role.publishes();
+        for (payload, at) in self.network.twin.take_lists() {
+            let Ok(list) = wire::fused::decode(&payload) else { continue };
+            if list.hub != hub {
+                continue;
+            }
+            match standby.role.hear(list.lineage, at) {
+                Heard::Followed => {
+                    if at - standby.compared_at >= COMPARED_EVERY {
+                        standby.compared_at = at;
+                        self.journal.note(&Call::Followed { list: &payload });
+                        self.core.follow(&list);
+                    }
+                    standby.newest = Some((list, at));
+                }
+                Heard::Yields => standby.newest = Some((list, at)),
+                Heard::Ignored => {}
+                Heard::SameLineage => return Err(HubError::SameLineage { hub }),
+            }
+        }
+        standby.role.decide(clock::now());
+        match (did_publish, standby.role.publishes()) {
+            (false, true) => self.take_over().await,
+            (true, false) => self.stand_by().await,
+            _ => Ok(()),
+        }
+    }
+
+    async fn take_over(&mut self) -> Result<(), HubError> {
+        let Some(standby) = &mut self.standby else { return Ok(()) };
+        standby.takeovers += 1;
+        match &standby.newest {
+            Some((list, at)) => {
+                let silent_ms = (clock::now() - *at).as_millis_f64();
+                tracing::warn!(
+                    "no list of hub lineage {:08x} for {silent_ms:.0} ms: this hub publishes",
+                    list.lineage
+                );
+                self.partial_lists.go_on_after(list);
+            }
+            None => tracing::info!("no other hub of this name publishes: this hub does"),
+        }
+        // The list first: it is waited for.
+        self.publish().await;
+        let hub = self.settings.engine.hub;
+        let announced = self.network.announce(&Keys::new(self.network_id)).await;
+        announced.map_err(|cause| HubError::Declare { hub, cause })
+    }
+
+    async fn stand_by(&mut self) -> Result<(), HubError> {
+        let Some(standby) = &mut self.standby else { return Ok(()) };
+        standby.yielded += 1;
+        match standby.role.follows() {
+            Some(lineage) => {
+                tracing::warn!("hub lineage {lineage:08x} publishes under this name: this hub stands by");
+            }
+            None => tracing::warn!(
+                "this hub did not run for a while: it listens whether another one has taken over"
+            ),
+        }
+        self.partial_lists.forget();
+        self.journal.withdraw().await;
+        let hub = self.settings.engine.hub;
+        self.network.withdraw().await.map_err(|cause| HubError::Declare { hub, cause })
+    }
+
+    /// Makes the list while another hub publishes.
+    pub(super) fn make_unpublished(&mut self, now: Timestamp) {
+        self.journal.note(&Call::Unpublished { now });
+        self.objects = self.core.unpublished(now);
+        self.timing.forget_handled();
+    }
+
+    /// A time for a list that is not before the newest one of the other hub, whose clock is another.
+    pub(super) fn after_heard(&self, now: Timestamp) -> Timestamp {
+        let newest = self.standby.as_ref().and_then(|standby| standby.newest.as_ref());
+        let Some((list, _)) = newest else { return now };
+        let heard = list.fused_at + self.settings.engine.fusion.lag();
+        if heard - now <= CLOCKS_WITHIN { now.max(heard) } else { now }
+    }
+
+    /// The key and the status of the hub that publishes, or of one that stands by; only as what it is.
+    pub(super) fn status_answer(&self, asked: Asked) -> Option<(String, Vec<u8>)> {
+        let (keys, engine) = (Keys::new(self.network_id), &self.settings.engine);
+        let key = match (asked, self.publishes()) {
+            (Asked::Hub, true) => keys.status(&engine.hub),
+            (Asked::Standby, false) => keys.standby_status(&engine.hub, engine.lineage),
+            _ => return None,
+        };
+        Some((key, serde_json::to_vec(&self.status()).unwrap_or_default()))
+    }
+
+    pub(super) fn standby_status(&self) -> Option<StandbyStatus> {
+        let Standby { role, newest, takeovers, yielded, .. } = self.standby.as_ref()?;
+        Some(StandbyStatus {
+            publishes: role.publishes(),
+            follows: role.follows(),
+            heard_at: newest.as_ref().map(|(_, at)| at.as_micros()),
+            takeovers: *takeovers,
+            yielded: *yielded,
+            named_by_another: self.core.named_by_another(),
+        })
+    }
+}

@@ -1,0 +1,10 @@
+//! Two hubs of one name, of which one publishes: which of them does, and under which ids. Pure: time is an argument.
+
+mod names;
+mod nearest;
+#[cfg(feature = "net")]
+mod role;
+
+pub(crate) use names::Names;
+#[cfg(feature = "net")]
+pub(crate) use role::{Heard, Role};

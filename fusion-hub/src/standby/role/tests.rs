@@ -1,0 +1,212 @@
+use super::*;
+use proptest::prelude::*;
+
+fn at(ms: i64) -> Timestamp {
+    Timestamp::EPOCH + Span::from_millis(ms)
+}
+
+/// With lists every 100 ms at least.
+fn role(lineage: u32, now_ms: i64) -> Role {
+    Role::new(lineage, Span::from_millis(100), at(now_ms))
+}
+
+/// Asks it every 10 ms within a time; when something changed first.
+fn first_change(role: &mut Role, from_ms: i64, to_ms: i64) -> Option<i64> {
+    (from_ms..to_ms).step_by(10).find(|ms| role.decide(at(*ms)))
+}
+
+/// One that has followed the lineage 1 and has taken over at 2300 ms.
+fn leader(lineage: u32) -> Role {
+    let mut role = follower(lineage);
+    assert_eq!(first_change(&mut role, 2010, 5000), Some(2300));
+    role
+}
+
+/// One that has heard lists of the lineage 1 every 100 ms until 2000 ms.
+fn follower(lineage: u32) -> Role {
+    let mut role = role(lineage, 0);
+    for ms in (0..=2000).step_by(10) {
+        if ms % 100 == 0 {
+            assert_eq!(role.hear(1, at(ms)), Heard::Followed);
+        }
+        assert!(!role.decide(at(ms)));
+    }
+    role
+}
+
+#[test]
+fn a_standby_takes_over_after_300_ms_without_a_list_and_not_before() {
+    let mut role = follower(2);
+    assert_eq!((role.follows(), role.publishes()), (Some(1), false));
+    assert_eq!(first_change(&mut role, 2010, 5000), Some(2300));
+    assert!(role.publishes());
+}
+
+#[test]
+fn a_standby_that_hears_nobody_publishes_after_a_second() {
+    assert_eq!(first_change(&mut role(2, 0), 0, 5000), Some(1000));
+}
+
+#[test]
+fn a_standby_waits_longer_for_a_hub_whose_lists_are_rare() {
+    let mut by_settings = Role::new(2, Span::from_millis(1000), at(0));
+    by_settings.hear(1, at(0));
+    assert_eq!(first_change(&mut by_settings, 0, 9000), Some(3000));
+    // A hub that has too much to do: a list every 250 ms.
+    let mut learnt = role(2, 0);
+    let last = (0..40).map(|i| 250 * i).inspect(|ms| {
+        learnt.hear(1, at(*ms));
+        learnt.decide(at(*ms));
+    });
+    let last = last.last().unwrap();
+    let after = first_change(&mut learnt, last + 10, last + 9000).unwrap() - last;
+    assert!((700..=760).contains(&after), "{after}");
+}
+
+#[test]
+fn a_standby_that_did_not_run_waits_for_what_was_sent_meanwhile() {
+    let mut role = follower(2);
+    // It was stopped for 5 s; lists of the hub that it follows arrive when it runs again.
+    assert!(!role.decide(at(7000)) && !role.decide(at(7050)));
+    role.hear(1, at(7060));
+    let after = first_change(&mut role, 7070, 9000).unwrap() - 7060;
+    assert!((300..=400).contains(&after), "{after}");
+    // Without any it does not wait for ever, though it has no time to be asked often.
+    let mut slow = follower(2);
+    assert!(!slow.decide(at(2250)));
+    assert!(slow.decide(at(2450)));
+}
+
+#[test]
+fn of_two_active_hubs_the_one_with_the_lower_lineage_yields() {
+    let (mut lower, mut higher) = (leader(2), leader(3));
+    assert_eq!(higher.hear(2, at(2410)), Heard::Ignored);
+    assert!(higher.has_rival(at(2410)) && !higher.has_rival(at(3000)));
+    assert_eq!(lower.hear(3, at(2410)), Heard::Yields);
+    assert_eq!((lower.follows(), lower.publishes(), higher.publishes()), (Some(3), false, true));
+}
+
+#[test]
+fn an_active_hub_yields_to_one_that_publishes_on_by_no_rule() {
+    let mut role = leader(3);
+    let yields = (2500..9000).step_by(100).find(|ms| role.hear(1, at(*ms)) == Heard::Yields);
+    assert_eq!(yields, Some(4500));
+}
+
+#[test]
+fn a_hub_that_was_stopped_while_it_published_looks_whether_it_was_replaced() {
+    let mut alone = leader(2);
+    assert!(alone.decide(at(7400)) && !alone.publishes());
+    assert_eq!(first_change(&mut alone, 7410, 9000), Some(7700), "it was not");
+    let mut replaced = leader(2);
+    replaced.decide(at(7400));
+    assert_eq!(replaced.hear(1, at(7410)), Heard::Followed);
+    assert_eq!(replaced.follows(), Some(1));
+}
+
+#[test]
+fn a_standby_with_the_lineage_of_the_active_hub_is_told() {
+    assert_eq!(role(2, 0).hear(2, at(5)), Heard::SameLineage);
+}
+
+/// What happens to two hubs, for so many steps of 10 ms.
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    Runs(u16),
+    FirstStops(u16),
+    SecondStops(u16),
+    LinkLost(u16),
+    OneWay(u16),
+}
+
+fn event() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        (1_u16..200).prop_map(Event::Runs),
+        (1_u16..300).prop_map(Event::FirstStops),
+        (1_u16..300).prop_map(Event::SecondStops),
+        (1_u16..300).prop_map(Event::LinkLost),
+        (1_u16..300).prop_map(Event::OneWay),
+    ]
+}
+
+/// Two hubs and the lists on their way to each, which arrive 20 ms after they were sent, or when it runs again.
+struct Pair {
+    roles: [Role; 2],
+    on_the_way: [Vec<(i64, u32)>; 2],
+    now_ms: i64,
+}
+
+impl Pair {
+    fn new() -> Self {
+        Self { roles: [role(7, 0), role(8, 0)], on_the_way: [Vec::new(), Vec::new()], now_ms: 0 }
+    }
+
+    fn step(&mut self, runs: [bool; 2], carries: [bool; 2]) {
+        self.now_ms += 10;
+        let now_ms = self.now_ms;
+        for i in 0..2 {
+            if !runs[i] {
+                continue;
+            }
+            for (_, lineage) in self.on_the_way[i].extract_if(.., |(sent_ms, _)| now_ms - *sent_ms >= 20) {
+                self.roles[i].hear(lineage, at(now_ms));
+            }
+            self.roles[i].decide(at(now_ms));
+            if self.roles[i].publishes() && now_ms % 50 == 0 && carries[i] {
+                self.on_the_way[1 - i].push((now_ms, self.roles[i].lineage));
+            }
+        }
+    }
+
+    fn take(&mut self, event: Event) {
+        let (steps, runs, carries) = match event {
+            Event::Runs(steps) => (steps, [true; 2], [true; 2]),
+            Event::FirstStops(steps) => (steps, [false, true], [true; 2]),
+            Event::SecondStops(steps) => (steps, [true, false], [true; 2]),
+            Event::LinkLost(steps) => (steps, [true; 2], [false; 2]),
+            Event::OneWay(steps) => (steps, [true; 2], [true, false]),
+        };
+        (0..steps).for_each(|_| self.step(runs, carries));
+    }
+}
+
+proptest! {
+    /// Whatever stopped and whichever links were lost.
+    #[test]
+    fn when_all_is_well_again_exactly_one_of_two_standby_hubs_publishes(events in prop::collection::vec(event(), 0..20)) {
+        let mut pair = Pair::new();
+        events.into_iter().for_each(|event| pair.take(event));
+        pair.take(Event::Runs(300));
+        // And that does not change any more.
+        let publishes = [pair.roles[0].publishes(), pair.roles[1].publishes()];
+        prop_assert!(publishes[0] != publishes[1], "{publishes:?}");
+        for _ in 0..300 {
+            pair.step([true; 2], [true; 2]);
+            prop_assert_eq!(publishes, [pair.roles[0].publishes(), pair.roles[1].publishes()]);
+        }
+    }
+
+    /// The next time to be asked is no later than what it then decides.
+    #[test]
+    fn a_standby_that_is_asked_when_it_asks_for_it_takes_over_as_soon_as_one_that_is_asked_always(
+        lists in prop::collection::vec(1_i64..250, 1..30)
+    ) {
+        let (mut eager, mut lazy) = (role(2, 0), role(2, 0));
+        let mut now_ms = 0;
+        for pause in lists {
+            now_ms += pause;
+            for one in [&mut eager, &mut lazy] {
+                prop_assert_eq!(one.hear(1, at(now_ms)), Heard::Followed);
+                one.decide(at(now_ms));
+            }
+        }
+        let eager_at = (now_ms + 1..).find(|ms| eager.decide(at(*ms))).unwrap();
+        let lazy_at = loop {
+            let deadline = lazy.next_deadline();
+            if lazy.decide(deadline) {
+                break deadline;
+            }
+        };
+        prop_assert!(lazy_at <= at(eager_at) && at(eager_at) - lazy_at <= Span::from_millis(1));
+    }
+}
