@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use v2x_common::id::AgentId;
 use v2x_fusion_hub::diagnosis::{Finding, Severity};
-use v2x_fusion_hub::hub::{AgentStatus, HubStatus, Verdict};
+use v2x_fusion_hub::hub::{AgentStatus, HubStatus, StandbyStatus, Verdict};
 
 /// The hub in two lines.
 pub(crate) fn hub_line(status: &HubStatus) -> String {
@@ -11,15 +11,33 @@ pub(crate) fn hub_line(status: &HubStatus) -> String {
     let up_s = (status.now - status.started_at) / 1_000_000;
     let latency =
         status.latency_ms.p50.map(|p50| format!(", latency {p50:.1} ms (median)")).unwrap_or_default();
+    let standby = status.standby.as_ref().map(|standby| format!("{}\n", standby_line(standby, status.now)));
     format!(
-        "network {}, hub {} at {}, up {}\n{alive} of {} agents alive, {} objects{latency}",
+        "network {}, hub {} at {}, up {}\n{}{alive} of {} agents alive, {} objects{latency}",
         status.network,
         status.hub,
         status.locators.join(" "),
         seconds(up_s),
+        standby.unwrap_or_default(),
         status.agents.len(),
         status.objects
     )
+}
+
+/// Which of two hubs of a name it is.
+fn standby_line(standby: &StandbyStatus, now: i64) -> String {
+    let StandbyStatus { publishes, follows, heard_at, takeovers, .. } = standby;
+    let heard_ms = heard_at.map(|at| (now - at) / 1000);
+    match (publishes, follows, heard_ms) {
+        (true, ..) => format!("publishes, with a standby if there is one; took over {takeovers} times"),
+        (false, Some(lineage), Some(ms)) => {
+            format!(
+                "stands by for hub {lineage:08x}, heard {ms} ms ago; {} ids of it",
+                standby.named_by_another
+            )
+        }
+        _ => "stands by, and hears no other hub".to_owned(),
+    }
 }
 
 fn seconds(seconds: i64) -> String {

@@ -91,7 +91,7 @@ async fn ask(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<
     let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(None);
     };
-    let statuses = v2x_lab::loopback::hub_status::query(&session, args.network).await;
+    let statuses = v2x_lab::loopback::hub_status::query_all(&session, args.network).await;
     session::close(session).await?;
     let mut statuses = statuses?;
     statuses.retain(|status| args.hub.is_none_or(|hub| status.hub == hub));

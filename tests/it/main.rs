@@ -12,6 +12,7 @@ mod methods;
 mod offline;
 mod recorded;
 mod refusals;
+mod standby;
 mod status;
 mod sweep;
 

@@ -13,7 +13,7 @@ use v2x_common::time::Timestamp;
 use v2x_common::wire;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus};
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
-use v2x_lab::loopback::{AgentOptions, Child, HubOptions, Launcher};
+use v2x_lab::loopback::{AgentOptions, Child, HubOptions, Launcher, hub_status};
 use zenoh::Session;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -93,6 +93,16 @@ impl Lab {
         Ok(self.launcher.start("joined-hub", "hub", &args).await?.0)
     }
 
+    /// A hub that stands by, with these further arguments. Its log has this name.
+    pub(crate) async fn standby(&self, name: &str, args: &[&str]) -> anyhow::Result<Hub> {
+        let settings = self.folder.join("hub.toml").display().to_string();
+        let own = ["--standby", "--config", &settings, "--listen", "tcp/127.0.0.1:0"];
+        let args: Vec<_> = own.iter().chain(args).map(|arg| (*arg).to_owned()).collect();
+        let (child, ready) = self.launcher.start(name, "hub", &args).await?;
+        let locator = ready["locators"][0].as_str().context("the hub listens nowhere")?.to_owned();
+        Ok(Hub { child, locator })
+    }
+
     /// An agent of the default scenario, `ego` or `rsu`.
     pub(crate) async fn agent(&self, id: &str, hub: &Hub) -> anyhow::Result<Child> {
         let options = AgentOptions {
@@ -121,7 +131,7 @@ impl Lab {
         let subscription = Subscription { network, traffic: Traffic::Fused, hub: None, capacity: CAPACITY };
         let shutdown = CancellationToken::new();
         let consumer = Consumer::connect(&options, subscription, PATIENCE, &shutdown).await?;
-        Ok(Watch { consumer: consumer.context("no shutdown was requested")?, keys: self.keys() })
+        Ok(Watch { consumer: consumer.context("no shutdown was requested")?, keys: self.keys(), network })
     }
 }
 
@@ -129,6 +139,7 @@ impl Lab {
 pub(crate) struct Watch {
     consumer: Consumer,
     keys: Keys,
+    network: NetworkId,
 }
 
 impl Watch {
@@ -167,6 +178,34 @@ impl Watch {
         let Ok(reply) = replies.recv_async().await else { return Ok(None) };
         let sample = reply.result().map_err(|error| anyhow!("{error}"))?;
         Ok(Some(serde_json::from_slice(&sample.payload().to_bytes())?))
+    }
+
+    /// The statuses of all hubs, of those that stand by, too.
+    pub(crate) async fn statuses(&self) -> anyhow::Result<Vec<HubStatus>> {
+        Ok(hub_status::query_all(self.consumer.session(), self.network).await?)
+    }
+
+    /// The first statuses that fulfil a condition. They are queried after each fused frame.
+    pub(crate) async fn statuses_when(
+        &self,
+        what: &str,
+        mut are_so: impl FnMut(&[HubStatus]) -> bool,
+    ) -> anyhow::Result<Vec<HubStatus>> {
+        let mut last = Vec::new();
+        let found = async {
+            loop {
+                let statuses = self.statuses().await?;
+                if are_so(&statuses) {
+                    return Ok(statuses);
+                }
+                last = statuses;
+                self.next().await?;
+            }
+        };
+        match tokio::time::timeout(PATIENCE, found).await {
+            Ok(found) => found,
+            Err(_) => Err(anyhow!("{what}: not within {PATIENCE:?}; the last statuses: {last:#?}")),
+        }
     }
 
     /// The first status that fulfils a condition. It is queried after each fused frame.

@@ -4,4 +4,5 @@ mod folder;
 mod handshakes;
 mod network;
 mod spoofing;
+mod standby;
 mod who;

@@ -64,28 +64,28 @@ impl Secured {
 
     /// Starts an agent of the scenario crossing with the certificate of the same name.
     pub(super) fn agent(&self, id: &str) -> anyhow::Result<V2x> {
+        self.agent_at(&self.endpoint, id)
+    }
+
+    /// The same, connected to another hub.
+    pub(super) fn agent_at(&self, endpoint: &str, id: &str) -> anyhow::Result<V2x> {
         let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/crossing.toml");
         let scenario = scenario.to_str().context("a path in UTF-8")?;
         let config = config_of(&format!("agent/{id}"));
-        let args = [
-            "agent",
-            "--scenario",
-            scenario,
-            "--id",
-            id,
-            "--connect",
-            &self.endpoint,
-            "--zenoh-config",
-            &config,
-        ];
+        let args =
+            ["agent", "--scenario", scenario, "--id", id, "--connect", endpoint, "--zenoh-config", &config];
         V2x::start(&self.folder, &args)
     }
 
     /// A session within the test, with the certificate of somebody.
     pub(super) async fn session(&self, who: &str) -> anyhow::Result<Session> {
+        self.session_at(&self.endpoint, who).await
+    }
+
+    async fn session_at(&self, endpoint: &str, who: &str) -> anyhow::Result<Session> {
         let options = SessionOptions {
             config: Some(self.folder.join(config_of(who))),
-            connect: vec![self.endpoint.clone()],
+            connect: vec![endpoint.to_owned()],
             listen: Vec::new(),
         };
         let config = session::client_config(&options)?;
@@ -95,7 +95,12 @@ impl Secured {
 
     /// A viewer within the test.
     pub(super) async fn watch(&self) -> anyhow::Result<Watch> {
-        let session = self.session("viewer/screen").await?;
+        self.watch_at(&self.endpoint).await
+    }
+
+    /// The same, connected to another hub.
+    pub(super) async fn watch_at(&self, endpoint: &str) -> anyhow::Result<Watch> {
+        let session = self.session_at(endpoint, "viewer/screen").await?;
         let subscriber =
             session.declare_subscriber(keys().all_fused()).await.map_err(|error| anyhow!("{error}"))?;
         Ok(Watch { session, subscriber })

@@ -1,19 +1,25 @@
 //! The access control of a hub: everything is denied, except what a role needs.
 //!
 //! Zenoh compares common names as a whole, so that there is a rule for each agent. The hub's own puts do not pass the access
-//! control: nobody else can put a list, a status or a journal.
+//! control: nobody else can put a list, a status or a journal, but the hub that stands by for it, which has its certificate.
 
-use super::register::{Holder, Register, Role};
+use super::register::{Holder, HubEntry, Register, Role, hub_common_name};
 use serde_json::{Value, json};
 
-/// The access control of Zenoh's configuration for a register.
-pub(super) fn access_control(register: &Register) -> Value {
+/// The access control of Zenoh's configuration of a hub, for a register.
+pub(super) fn access_control(hub: &HubEntry, register: &Register) -> Value {
     let agents: Vec<_> = register.admitted(Role::Agent).collect();
     let viewers: Vec<_> = register.admitted(Role::Viewer).map(Holder::common_name).collect();
     let mut rules = vec![nothing()];
-    let mut subjects = vec![json!({ "id": "anybody" })];
-    // Allows nothing; by it Zenoh's log names those that no other rule knows, too.
-    let mut policies = vec![json!({ "rules": ["nothing"], "subjects": ["anybody"] })];
+    rules.extend(relaying());
+    let same = hub_common_name(hub.name);
+    let mut subjects =
+        vec![json!({ "id": "anybody" }), json!({ "id": "same hub", "cert_common_names": [same] })];
+    // The first one allows nothing; by it Zenoh's log names those that no other rule knows, too.
+    let mut policies = vec![
+        json!({ "rules": ["nothing"], "subjects": ["anybody"] }),
+        json!({ "rules": ["hub-gives", "hub-gets"], "subjects": ["same hub"] }),
+    ];
     if !agents.is_empty() {
         rules.extend(reading_of_agents());
         let names: Vec<_> = agents.iter().map(|agent| agent.common_name()).collect();
@@ -50,6 +56,23 @@ fn nothing() -> Value {
     json!({
         "id": "nothing", "permission": "deny", "flows": ["ingress"], "messages": ["put"], "key_exprs": ["v2x/nothing"],
     })
+}
+
+const EVERYTHING: [&str; 9] = [
+    "put",
+    "delete",
+    "declare_subscriber",
+    "query",
+    "declare_queryable",
+    "reply",
+    "liveliness_token",
+    "declare_liveliness_subscriber",
+    "liveliness_query",
+];
+
+/// Two hubs of a name pass on what the agents at either of them send, and what either of them publishes.
+fn relaying() -> [Value; 2] {
+    [rule("hub-gives", "ingress", &EVERYTHING, &["**"]), rule("hub-gets", "egress", &EVERYTHING, &["**"])]
 }
 
 /// What only this agent may say.
@@ -108,7 +131,8 @@ mod tests {
 
     fn control(holders: Vec<Holder>) -> Value {
         let register = Register { authority: "a".to_owned(), expires_at: 0, hubs: Vec::new(), holders };
-        access_control(&register)
+        let (name, hosts) = (HubId::new("hub").unwrap(), Vec::new());
+        access_control(&HubEntry { name, hosts, port: 7447, expires_at: 0 }, &register)
     }
 
     /// Whether the rules let somebody do something on a key.
@@ -190,6 +214,21 @@ mod tests {
         assert!(asks("viewers", "declare_liveliness_subscriber", &keys.all_agents_alive()));
         // The agent knows that somebody listens.
         assert!(allows(&control, "agent:ego", "egress", "declare_subscriber", &keys.any_detections()));
+    }
+
+    #[test]
+    fn the_acl_of_a_hub_lets_the_standby_with_its_own_certificate_pass_all_on_and_no_other_hub() {
+        let control = control(vec![holder(Role::Agent, "ego")]);
+        for key in ["v2x/demo/agent/ego/detections", "v2x/demo/hub/hub/fused", "v2x/demo/hub/hub/alive"] {
+            for (flow, message) in [("ingress", "put"), ("egress", "put"), ("ingress", "liveliness_token")] {
+                assert!(allows(&control, "same hub", flow, message, key), "{flow} {message} {key}");
+            }
+        }
+        assert!(!allows(&control, "agent:ego", "ingress", "put", "v2x/demo/hub/hub/fused"));
+        let names =
+            control["subjects"].as_array().unwrap().iter().map(|subject| &subject["cert_common_names"]);
+        let hubs: Vec<_> = names.filter(|names| names.to_string().contains("hub:")).collect();
+        assert_eq!(hubs, [&json!(["hub:hub"])]);
     }
 
     #[test]

@@ -79,15 +79,17 @@ impl Authority {
         days: f64,
     ) -> anyhow::Result<Identity> {
         let expires_at = in_days(days).min(self.expires_at);
-        let (hosts, usage) = match purpose {
-            Purpose::Hub(hosts) => (hosts.to_vec(), ExtendedKeyUsagePurpose::ServerAuth),
+        let client = ExtendedKeyUsagePurpose::ClientAuth;
+        let (hosts, usages) = match purpose {
+            // It also connects to the hub that stands by for it.
+            Purpose::Hub(hosts) => (hosts.to_vec(), vec![ExtendedKeyUsagePurpose::ServerAuth, client]),
             // Not for servers: an agent cannot pretend to be the hub.
-            Purpose::Client => (Vec::new(), ExtendedKeyUsagePurpose::ClientAuth),
+            Purpose::Client => (Vec::new(), vec![client]),
         };
         let mut params = CertificateParams::new(hosts).context("the addresses of the hub (--host)")?;
         params.distinguished_name = distinguished_name(common_name);
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
-        params.extended_key_usages = vec![usage];
+        params.extended_key_usages = usages;
         params.use_authority_key_identifier_extension = true;
         (params.not_before, params.not_after) = validity(expires_at)?;
         let key = KeyPair::generate().context("making a key")?;

@@ -67,7 +67,7 @@ fn issue_hub(dir: &Path, register: &mut Register, name: HubId, place: &PlaceArgs
         [] => ["127.0.0.1", "localhost"].map(str::to_owned).to_vec(),
         hosts => hosts.to_vec(),
     };
-    let identity = authority.issue(&format!("hub:{name}"), &Purpose::Hub(&hosts), place.days)?;
+    let identity = authority.issue(&register::hub_common_name(name), &Purpose::Hub(&hosts), place.days)?;
     let folder = dir.join("hub").join(name.as_str());
     write_identity(&folder, &authority, &identity)?;
     let expires_at = identity.expires_at;

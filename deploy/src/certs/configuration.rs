@@ -16,13 +16,16 @@ pub(super) const CERTIFICATE: &str = "certificate.pem";
 /// A hub's.
 pub(super) fn of_hub(hub: &HubEntry, register: &Register) -> anyhow::Result<String> {
     let mut config = nested(&hub_options(&[listen(hub)]))?;
-    config["access_control"] = access_control(register);
+    config["access_control"] = access_control(hub, register);
     config["transport"]["link"]["protocols"] = json!(["tls"]);
     config["transport"]["link"]["tls"] = json!({
         "root_ca_certificate": super::authority::CERTIFICATE,
         "listen_certificate": CERTIFICATE,
         "listen_private_key": KEY,
+        "connect_certificate": CERTIFICATE,
+        "connect_private_key": KEY,
         "enable_mtls": true,
+        "verify_name_on_connect": true,
         "close_link_on_expiration": true,
     });
     with_comment(

@@ -32,6 +32,11 @@ pub(super) struct HubEntry {
     pub(super) expires_at: i64,
 }
 
+/// Common name of a hub's certificate.
+pub(super) fn hub_common_name(name: HubId) -> String {
+    format!("hub:{name}")
+}
+
 /// What somebody may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

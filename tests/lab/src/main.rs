@@ -32,6 +32,8 @@ Examples:
   lab throughput --agents 200 --late 0.2  how many detections one core fuses
   lab load --agents 200                   what a live hub takes, and with an
                                           agent that misbehaves
+  lab takeover                            how fast a standby hub takes over, and
+                                          how many ids it keeps
   lab tables --quick                      the paper's tables
   lab sweep latency                       error against delay, for every method
                                           of handling it
@@ -75,6 +77,7 @@ enum Command {
     Simulate(v2x_lab::commands::SimulateArgs),
     Sweep(v2x_lab::commands::SweepArgs),
     Tables(v2x_lab::commands::TablesArgs),
+    Takeover(v2x_lab::commands::TakeoverArgs),
     Throughput(v2x_lab::commands::ThroughputArgs),
     #[command(hide = true)]
     Hub(HubArgs),
@@ -98,6 +101,7 @@ async fn main() -> ExitCode {
             Command::Simulate(args) => v2x_lab::commands::simulate(&args),
             Command::Sweep(args) => return v2x_lab::commands::sweep(&args).await,
             Command::Tables(args) => v2x_lab::commands::tables(&args),
+            Command::Takeover(args) => return v2x_lab::commands::takeover(&args).await,
             Command::Throughput(args) => v2x_lab::commands::throughput(&args, heap),
             Command::Hub(args) => {
                 let shutdown = shutdown::token(args.exit_with_stdin)?;

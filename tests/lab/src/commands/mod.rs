@@ -18,6 +18,7 @@ mod score;
 mod simulate;
 mod sweep;
 mod tables;
+mod takeover;
 mod throughput;
 
 pub use export::{ExportArgs, export};
@@ -33,4 +34,5 @@ pub use score::{ScoreArgs, score};
 pub use simulate::{SimulateArgs, simulate};
 pub use sweep::{SweepArgs, sweep};
 pub use tables::{TablesArgs, tables, tables_with};
+pub use takeover::{TakeoverArgs, takeover};
 pub use throughput::{Heap, ThroughputArgs, throughput};

@@ -1,0 +1,200 @@
+//! Two hubs of one name, of which one stands by.
+
+use crate::support::{Hub, Lab, Watch, rests_on};
+use anyhow::{Context, ensure};
+use std::collections::BTreeSet;
+use std::process::Command;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+use v2x_common::fused::FusedFrame;
+use v2x_common::id::TrackId;
+use v2x_fusion_hub::hub::{HubStatus, StandbyStatus};
+
+/// Of the hubs that stand by, or that could.
+fn roles(statuses: &[HubStatus]) -> impl Iterator<Item = (&HubStatus, &StandbyStatus)> {
+    statuses.iter().filter_map(|status| Some((status, status.standby.as_ref()?)))
+}
+
+/// A hub stands by, and knows the ids of all its objects.
+fn is_followed(statuses: &[HubStatus]) -> bool {
+    roles(statuses).any(|(status, standby)| {
+        !standby.publishes && status.objects >= 5 && standby.named_by_another >= status.objects
+    })
+}
+
+fn ids(list: &FusedFrame) -> BTreeSet<TrackId> {
+    list.objects.iter().map(|object| object.track).collect()
+}
+
+/// The last list of the hub that publishes and the first one of the next, whose stamps go on.
+async fn change(watch: &Watch) -> anyhow::Result<(FusedFrame, FusedFrame)> {
+    let mut last = watch.next().await?;
+    let first = last.lineage;
+    let next = watch.until("another hub publishes", |list| {
+        let is_next = list.lineage != first;
+        if !is_next {
+            last.clone_from(list);
+        }
+        is_next
+    });
+    let next = next.await?;
+    assert!(next.fused_at > last.fused_at, "{} {}", next.fused_at, last.fused_at);
+    Ok((last, next))
+}
+
+fn ensure_kept(last: &FusedFrame, next: &FusedFrame) -> anyhow::Result<()> {
+    let (before, after) = (ids(last), ids(next));
+    let kept = before.intersection(&after).count();
+    ensure!(kept * 10 >= before.len() * 9, "{kept} of {}: {before:?} {after:?}", before.len());
+    Ok(())
+}
+
+/// Sends a signal to the process of a hub.
+fn signal(hub: &Hub, signal: &str) -> anyhow::Result<()> {
+    let id = hub.child.process_id().context("it has ended")?.to_string();
+    let sent = Command::new("kill").args([signal, &id]).status().context("running kill")?;
+    ensure!(sent.success(), "kill {signal}: {sent}");
+    Ok(())
+}
+
+#[test]
+fn lab_takeover_kills_hubs_and_the_standby_publishes_the_same_objects_soon() -> anyhow::Result<()> {
+    let lab =
+        Command::new(env!("CARGO_BIN_EXE_lab")).args(["takeover", "--times", "2", "--json"]).output()?;
+    ensure!(lab.status.success(), "{lab:?}");
+    let report: serde_json::Value = serde_json::from_slice(&lab.stdout)?;
+    let silent_ms = report["worst_silent_ms"].as_f64().context("a time")?;
+    // 300 ms; a list every 100 ms may have come just before.
+    ensure!((200.0..1000.0).contains(&silent_ms), "{report}");
+    ensure!(report["kept_share"].as_f64().is_some_and(|share| share >= 0.95), "{report}");
+    ensure!(report["stamps_back"] == 0, "{report}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_hub_that_was_stopped_stands_by_for_its_standby_and_a_recording_of_that_is_computed_again()
+-> anyhow::Result<()> {
+    let lab = Lab::new("standby-stopped")?;
+    let first = lab.standby("first", &[]).await?;
+    let recording = lab.folder().join("second.mcap").display().to_string();
+    let args = ["--connect", &first.locator, "--record", &recording, "--force"];
+    let second = lab.standby("second", &args).await?;
+    let _agents = [lab.agent("ego", &second).await?, lab.agent("rsu", &second).await?];
+    let watch = lab.watch(&second).await?;
+    watch.statuses_when("the second hub follows", is_followed).await?;
+
+    signal(&first, "-STOP")?;
+    let (last, next) = change(&watch).await?;
+    ensure_kept(&last, &next)?;
+    signal(&first, "-CONT")?;
+    let stands_by = |statuses: &[HubStatus]| {
+        roles(statuses).any(|(status, standby)| {
+            status.lineage == last.lineage && standby.follows == Some(next.lineage) && standby.yielded > 0
+        })
+    };
+    watch.statuses_when("the first hub follows", stands_by).await?;
+    watch.statuses_when("and knows all ids", is_followed).await?;
+    for _ in 0..20 {
+        let list = watch.next().await?;
+        ensure!(list.lineage == next.lineage, "the first hub published again");
+    }
+
+    second.child.end("stopped").await?;
+    let retracked = Command::new(env!("CARGO_BIN_EXE_lab")).args(["retrack", &recording]).output()?;
+    let said = String::from_utf8_lossy(&retracked.stdout);
+    ensure!(retracked.status.success() && said.contains("identical"), "{retracked:?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn two_standby_hubs_whose_link_was_lost_both_publish_and_then_the_one_with_the_lower_lineage_yields()
+-> anyhow::Result<()> {
+    let lab = Lab::new("standby-link")?;
+    let first = lab.standby("first", &[]).await?;
+    let link = Link::to(&first.locator).await?;
+    let second = lab.standby("second", &["--connect", &link.locator]).await?;
+    let _agents = [lab.agent("ego", &first).await?, lab.agent("rsu", &second).await?];
+    let (at_first, at_second) = (lab.watch(&first).await?, lab.watch(&second).await?);
+    at_second.statuses_when("the second hub follows", is_followed).await?;
+    let both = |list: &FusedFrame| rests_on(list, "ego") && rests_on(list, "rsu");
+    at_second.until("frames cross the link", both).await?;
+
+    link.cut();
+    let (last, next) = change(&at_second).await?;
+    ensure_kept(&last, &next)?;
+    let (lower, higher) = (last.lineage, next.lineage);
+    assert!(lower < higher, "the second hub was started later");
+    let alone = |statuses: &[HubStatus]| {
+        roles(statuses).any(|(status, standby)| status.lineage == lower && standby.publishes)
+    };
+    at_first.statuses_when("the first hub publishes, too", alone).await?;
+
+    link.mend();
+    at_first.until("it yields", |list| list.lineage == higher).await?;
+    at_first.until("frames cross the link again", |list| list.lineage == higher && both(list)).await?;
+    let yielded = |statuses: &[HubStatus]| {
+        let first = roles(statuses).find(|(status, _)| status.lineage == lower);
+        statuses.len() == 2 && first.is_some_and(|(_, standby)| standby.follows == Some(higher))
+    };
+    at_second.statuses_when("it follows", yielded).await?;
+    for _ in 0..20 {
+        ensure!(at_second.next().await?.lineage == higher, "one of them publishes");
+    }
+    Ok(())
+}
+
+/// A link between two hubs that can be cut.
+struct Link {
+    locator: String,
+    is_cut: tokio::sync::watch::Sender<bool>,
+    _end: tokio_util::sync::DropGuard,
+}
+
+impl Link {
+    async fn to(hub: &str) -> anyhow::Result<Self> {
+        let hub = hub.strip_prefix("tcp/").context("no TCP")?.to_owned();
+        let listener = TcpListener::bind("127.0.0.1:0").await?;
+        let locator = format!("tcp/{}", listener.local_addr()?);
+        let (is_cut, cut) = tokio::sync::watch::channel(false);
+        let end = CancellationToken::new();
+        tokio::spawn(end.clone().run_until_cancelled_owned(relay(listener, hub, cut)));
+        Ok(Self { locator, is_cut, _end: end.drop_guard() })
+    }
+
+    /// Closes all connections, and those that are made from now on.
+    fn cut(&self) {
+        self.is_cut.send_replace(true);
+    }
+
+    fn mend(&self) {
+        self.is_cut.send_replace(false);
+    }
+}
+
+async fn relay(listener: TcpListener, hub: String, mut cut: tokio::sync::watch::Receiver<bool>) {
+    let mut connections = JoinSet::new();
+    loop {
+        tokio::select! {
+            Ok((mut here, _)) = listener.accept() => {
+                if *cut.borrow() {
+                    continue;
+                }
+                let hub = hub.clone();
+                connections.spawn(async move {
+                    if let Ok(mut there) = TcpStream::connect(hub).await {
+                        let _ = tokio::io::copy_bidirectional(&mut here, &mut there).await;
+                    }
+                });
+            }
+            changed = cut.changed() => {
+                if changed.is_err() {
+                    return;
+                }
+                if *cut.borrow() {
+                    connections.abort_all();
+                }
+            }
+        }
+    }
+}
