@@ -26,10 +26,10 @@ pub(crate) fn hub_line(status: &HubStatus) -> String {
 
 /// Which of two hubs of a name it is.
 fn standby_line(standby: &StandbyStatus, now: i64) -> String {
-    let StandbyStatus { publishes, follows, heard_at, takeovers, .. } = standby;
+    let StandbyStatus { publishes, follows, heard_at, .. } = standby;
     let heard_ms = heard_at.map(|at| (now - at) / 1000);
     match (publishes, follows, heard_ms) {
-        (true, ..) => format!("publishes, with a standby if there is one; took over {takeovers} times"),
+        (true, ..) => "publishes; another hub may stand by for it".to_owned(),
         (false, Some(lineage), Some(ms)) => {
             format!(
                 "stands by for hub {lineage:08x}, heard {ms} ms ago; {} ids of it",

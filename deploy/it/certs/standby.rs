@@ -1,6 +1,7 @@
 //! A standby with the certificate of the hub for which it stands by.
 
 use super::network::{Secured, config_of, hub};
+use crate::support;
 use anyhow::ensure;
 use std::collections::BTreeSet;
 
@@ -18,6 +19,13 @@ async fn a_standby_with_the_hubs_certificate_is_linked_by_tls_and_takes_over_wit
         standby.is_some_and(|one| status.objects >= 5 && one.named_by_another >= status.objects)
     };
     let standby = watch.until("it knows the ids of all objects", followed).await?;
+    let config = config_of("viewer/screen");
+    let args = ["status", "--connect", &endpoint, "--zenoh-config", &config];
+    let both = support::run(&secured.folder, &args).await?;
+    ensure!(
+        both.stdout.contains("stands by for hub ") && both.stdout.matches("network demo").count() == 2,
+        "{both:?}"
+    );
     let mut last = watch.next().await?;
     ensure!(last.lineage != standby.lineage, "the first hub publishes");
     drop(secured.hub);

@@ -45,7 +45,7 @@ pub struct Snapshot {
     pub shown_at: Timestamp,
     /// Whether its session is open.
     pub is_joined: bool,
-    /// When its newest list was put.
+    /// When its newest list was put, or that came which it follows.
     pub listed_at: Option<Timestamp>,
     /// The longest time between two lists that its settings mean.
     pub list_interval: Span,

@@ -97,6 +97,16 @@ fn state(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
         &plain("degraded", "1 where a fault was found at the last check"),
         flag(status.verdict == Verdict::Degraded),
     )?;
+    let standby = status.standby.as_ref();
+    let stands_by = standby.is_some_and(|standby| !standby.publishes);
+    out.gauge(
+        &plain("stands_by", "1 where another hub of its name publishes, and this one does not"),
+        flag(stands_by),
+    )?;
+    out.counter(
+        &plain("takeovers", "How often it began to publish for want of another hub"),
+        standby.map_or(0, |standby| standby.takeovers),
+    )?;
     let findings = status.findings.iter().map(|finding| {
         let agent = finding.agent.map(|agent| agent.to_string()).unwrap_or_default();
         let level = if finding.is_fault() { "fault" } else { "note" };

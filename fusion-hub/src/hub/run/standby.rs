@@ -161,6 +161,12 @@ impl Hub {
         Some((key, serde_json::to_vec(&self.status()).unwrap_or_default()))
     }
 
+    /// When the newest list came that it follows: whoever is connected to it has that one, too.
+    pub(super) fn followed_at(&self) -> Option<Timestamp> {
+        let standby = self.standby.as_ref().filter(|standby| !standby.role.publishes())?;
+        standby.newest.as_ref().map(|(_, at)| *at)
+    }
+
     pub(super) fn standby_status(&self) -> Option<StandbyStatus> {
         let Standby { role, newest, takeovers, yielded, .. } = self.standby.as_ref()?;
         Some(StandbyStatus {

@@ -62,7 +62,7 @@ impl Hub {
             candidates: self.core.engine().counts().candidates,
             shown_at: clock::now(),
             is_joined,
-            listed_at: self.listed_at,
+            listed_at: self.listed_at.max(self.followed_at()),
             list_interval: match self.settings.publish {
                 PublishMode::OnUpdate { tick, .. } => tick,
                 PublishMode::Fixed { interval } => interval,
