@@ -1,6 +1,6 @@
 //! Two hubs of one name, of which one stands by.
 
-use crate::support::{Hub, Lab, Watch, rests_on};
+use crate::support::{Lab, Watch, rests_on, signal};
 use anyhow::{Context, ensure};
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -27,9 +27,8 @@ fn ids(list: &FusedFrame) -> BTreeSet<TrackId> {
     list.objects.iter().map(|object| object.track).collect()
 }
 
-/// The last list of the hub that publishes and the first one of the next, whose stamps go on.
-async fn change(watch: &Watch) -> anyhow::Result<(FusedFrame, FusedFrame)> {
-    let mut last = watch.next().await?;
+/// The last list of the hub that published this one, and the first one of the next, whose stamps go on.
+async fn change(watch: &Watch, mut last: FusedFrame) -> anyhow::Result<(FusedFrame, FusedFrame)> {
     let first = last.lineage;
     let next = watch.until("another hub publishes", |list| {
         let is_next = list.lineage != first;
@@ -47,14 +46,6 @@ fn ensure_kept(last: &FusedFrame, next: &FusedFrame) -> anyhow::Result<()> {
     let (before, after) = (ids(last), ids(next));
     let kept = before.intersection(&after).count();
     ensure!(kept * 10 >= before.len() * 9, "{kept} of {}: {before:?} {after:?}", before.len());
-    Ok(())
-}
-
-/// Sends a signal to the process of a hub.
-fn signal(hub: &Hub, signal: &str) -> anyhow::Result<()> {
-    let id = hub.child.process_id().context("it has ended")?.to_string();
-    let sent = Command::new("kill").args([signal, &id]).status().context("running kill")?;
-    ensure!(sent.success(), "kill {signal}: {sent}");
     Ok(())
 }
 
@@ -84,8 +75,9 @@ async fn a_hub_that_was_stopped_stands_by_for_its_standby_and_a_recording_of_tha
     let watch = lab.watch(&second).await?;
     watch.statuses_when("the second hub follows", is_followed).await?;
 
+    let before = watch.next().await?;
     signal(&first, "-STOP")?;
-    let (last, next) = change(&watch).await?;
+    let (last, next) = change(&watch, before).await?;
     ensure_kept(&last, &next)?;
     signal(&first, "-CONT")?;
     let stands_by = |statuses: &[HubStatus]| {
@@ -118,10 +110,10 @@ async fn two_standby_hubs_whose_link_was_lost_both_publish_and_then_the_one_with
     let (at_first, at_second) = (lab.watch(&first).await?, lab.watch(&second).await?);
     at_second.statuses_when("the second hub follows", is_followed).await?;
     let both = |list: &FusedFrame| rests_on(list, "ego") && rests_on(list, "rsu");
-    at_second.until("frames cross the link", both).await?;
+    let before = at_second.until("frames cross the link", both).await?;
 
     link.cut();
-    let (last, next) = change(&at_second).await?;
+    let (last, next) = change(&at_second, before).await?;
     ensure_kept(&last, &next)?;
     let (lower, higher) = (last.lineage, next.lineage);
     assert!(lower < higher, "the second hub was started later");

@@ -1,6 +1,6 @@
 //! A network for a test, and waits for its events.
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, ensure};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -238,6 +238,14 @@ impl Watch {
 pub(crate) async fn foreign_session(hub: &Hub) -> anyhow::Result<Session> {
     let options = SessionOptions { connect: vec![hub.locator.clone()], ..Default::default() };
     session::open(session::client_config(&options)?).await
+}
+
+/// Sends a signal to the process of a hub.
+pub(crate) fn signal(hub: &Hub, signal: &str) -> anyhow::Result<()> {
+    let id = hub.child.process_id().context("it has ended")?.to_string();
+    let sent = std::process::Command::new("kill").args([signal, &id]).status().context("running kill")?;
+    ensure!(sent.success(), "kill {signal}: {sent}");
+    Ok(())
 }
 
 /// A publisher to which a hub has subscribed, so that no message is lost.

@@ -94,7 +94,10 @@ impl Role {
     /// the other one where that does not.
     pub(crate) fn hear(&mut self, lineage: u32, at: Timestamp) -> Heard {
         match &mut self.state {
-            State::StandsBy(_) if lineage == self.lineage => Heard::SameLineage,
+            State::StandsBy(silence) if lineage == self.lineage => {
+                // Later such a list is a forged one, which is to end no hub.
+                if silence.is_new { Heard::SameLineage } else { Heard::Ignored }
+            }
             State::StandsBy(silence) => {
                 // Of two that publish the one with the lower lineage is about to yield.
                 let is_below = silence.follows.is_some_and(|(followed, _)| lineage < followed);
@@ -104,11 +107,11 @@ impl Role {
                 silence.hear(lineage, at);
                 Heard::Followed
             }
-            State::Publishes { .. } if lineage == self.lineage => Heard::Ignored,
             State::Publishes { rival } => {
                 let since = rival.filter(|(_, last)| at - *last <= CONTINUOUS).map_or(at, |(since, _)| since);
                 *rival = Some((since, at));
-                if lineage > self.lineage || at - since >= STUBBORN_AFTER {
+                let is_stubborn = lineage < self.lineage && at - since >= STUBBORN_AFTER;
+                if lineage > self.lineage || is_stubborn {
                     let follows = Some((lineage, Span::ZERO));
                     self.state =
                         State::StandsBy(Silence { since: at, follows, is_new: false, not_before: None });

@@ -107,6 +107,11 @@ fn a_hub_that_was_stopped_while_it_published_looks_whether_it_was_replaced() {
 #[test]
 fn a_standby_with_the_lineage_of_the_active_hub_is_told() {
     assert_eq!(role(2, 0).hear(2, at(5)), Heard::SameLineage);
+    // Once it has heard another hub, it is somebody who wants to end it.
+    assert_eq!(follower(2).hear(2, at(2010)), Heard::Ignored);
+    let mut leader = leader(2);
+    assert!((2400..9000).step_by(100).all(|ms| leader.hear(2, at(ms)) == Heard::Ignored));
+    assert!(leader.has_rival(at(9000)), "it is told");
 }
 
 /// What happens to two hubs, for so many steps of 10 ms.
