@@ -142,12 +142,12 @@ impl Hub {
         self.timing.forget_handled();
     }
 
-    /// A time for a list that is not before the newest one of the other hub, whose clock is another.
+    /// A time for a list that is after the newest one of the other hub, whose clock is another.
     pub(super) fn after_heard(&self, now: Timestamp) -> Timestamp {
         let newest = self.standby.as_ref().and_then(|standby| standby.newest.as_ref());
         let Some((list, _)) = newest else { return now };
-        let heard = list.fused_at + self.settings.engine.fusion.lag();
-        if heard - now <= CLOCKS_WITHIN { now.max(heard) } else { now }
+        let after = list.fused_at + self.settings.engine.fusion.lag() + Span::from_micros(1);
+        if after - now <= CLOCKS_WITHIN { now.max(after) } else { now }
     }
 
     /// The key and the status of the hub that publishes, or of one that stands by; only as what it is.
