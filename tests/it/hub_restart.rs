@@ -76,13 +76,14 @@ async fn after_a_stop_of_five_seconds_as_without_a_restart_a_hub_has_the_ids_of_
     tokio::time::sleep(Duration::from_secs(5)).await;
     signal(&hub, "-CONT")?;
     let goes_on_at = clock::now();
+    let ids: BTreeSet<_> = tracks(&before).collect();
     let is_heard = |frame: &FusedFrame| {
-        // No list on the way has fewer or other objects.
-        assert_eq!(tracks(frame).collect::<Vec<_>>(), tracks(&before).collect::<Vec<_>>());
-        frame.agents.iter().any(|agent| agent.newest_captured_at > goes_on_at)
+        // Until the camera is connected again nothing may be listed, but nothing under another id.
+        assert!(tracks(frame).all(|id| ids.contains(&id)), "{:?}", tracks(frame).collect::<Vec<_>>());
+        frame.objects.len() == 5 && frame.agents.iter().any(|agent| agent.newest_captured_at > goes_on_at)
     };
     let after = watch.until("the camera is heard again", is_heard).await?;
-    assert_eq!((after.lineage, after.objects.len()), (before.lineage, 5));
+    assert_eq!(after.lineage, before.lineage);
     camera.abort();
     Ok(())
 }

@@ -46,6 +46,8 @@ mod settings;
 #[cfg(feature = "net")]
 mod span_counts;
 #[cfg(feature = "net")]
+mod standby;
+#[cfg(feature = "net")]
 mod status;
 #[cfg(feature = "net")]
 mod tile_lists;

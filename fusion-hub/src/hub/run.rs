@@ -14,6 +14,7 @@ use super::partial_lists::PartialLists;
 use super::recorder::Recorder;
 use super::roster::Roster;
 use super::settings::HubSettings;
+use super::standby::Standby;
 use super::status::HubStatus;
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
@@ -32,10 +33,8 @@ use v2x_common::wire::ENCODING_POSTCARD;
 use v2x_common::wire::journal::Call;
 use zenoh::{Config, Session};
 
-mod standby;
+mod following;
 mod told;
-
-use standby::Standby;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);

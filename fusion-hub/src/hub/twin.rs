@@ -2,7 +2,7 @@
 //!
 //! A hub that joins a network in which one of its name answers does not begin. Two that come together later, because their
 //! routers are joined, are told. Neither of them yields: without certificates anybody can claim the name of a hub, and would
-//! silence it so. Only a hub that was told to stand by for another one follows its lists (`run/standby.rs`).
+//! silence it so. Only a hub that was told to stand by for another one follows its lists (`run/following.rs`).
 
 use super::limits::MAX_BYTES;
 use super::status::HubStatus;

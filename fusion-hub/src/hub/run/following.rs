@@ -4,14 +4,12 @@
 //! when there are no more (`crate::standby`).
 
 use super::Hub;
-use crate::engine::PublishMode;
 use crate::hub::error::HubError;
 use crate::hub::network::Asked;
-use crate::hub::settings::HubSettings;
+use crate::hub::standby::Standby;
 use crate::hub::status::StandbyStatus;
-use crate::standby::{Heard, Role};
+use crate::standby::Heard;
 use v2x_common::clock;
-use v2x_common::fused::FusedFrame;
 use v2x_common::keys::Keys;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
@@ -21,33 +19,6 @@ use v2x_common::wire::journal::Call;
 const COMPARED_EVERY: Span = Span::from_millis(90);
 /// Stamps go on after those of the other hub where its clock is ahead by no more than this.
 const CLOCKS_WITHIN: Span = Span::from_millis(1_000);
-
-/// What a hub that stands by knows of the other one.
-pub(super) struct Standby {
-    role: Role,
-    /// The newest list of the other hub, and when it came.
-    newest: Option<(FusedFrame, Timestamp)>,
-    compared_at: Timestamp,
-    takeovers: u64,
-    yielded: u64,
-}
-
-impl Standby {
-    /// Of a hub that starts, where its settings say that it stands by.
-    pub(super) fn of(settings: &HubSettings, now: Timestamp) -> Option<Self> {
-        let interval = match settings.publish {
-            PublishMode::OnUpdate { tick, .. } => tick,
-            PublishMode::Fixed { interval } => interval,
-        };
-        settings.standby.then(|| Self {
-            role: Role::new(settings.engine.lineage, interval, now),
-            newest: None,
-            compared_at: Timestamp::MIN,
-            takeovers: 0,
-            yielded: 0,
-        })
-    }
-}
 
 impl Hub {
     /// Whether it is this hub that publishes under its name.
