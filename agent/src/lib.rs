@@ -42,7 +42,7 @@
 //!
 //! From low to high; a module imports from lower layers only:
 //!
-//! 1. [`truth`], [`clock`]: true objects; errors of a clock
+//! 1. [`truth`], [`nuscenes`], [`clock`]: true objects; scenes of a data set; errors of a clock
 //! 2. [`random`], [`trajectories`]: keyed random numbers; recorded traffic
 //! 3. [`timing`], [`noise`], [`detector`], [`pose_error`]: rates and phases; errors of measurements, of detectors, of poses
 //! 4. [`link`], [`world`]: delays and losses; ground truth as a function of parameters, seed and time
@@ -55,6 +55,7 @@ pub mod clock;
 pub mod detector;
 pub mod link;
 pub mod noise;
+pub mod nuscenes;
 pub mod pose_error;
 pub mod random;
 pub mod scenario;

@@ -17,6 +17,7 @@
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
 //! | `v2x/{network}/hub/{hub}~{lineage}/status` | the same of a hub that stands by for it |
 //! | `v2x/{network}/sim/truth/{agent}` | simulation only: the true object of each detection of a frame |
+//! | `v2x/{network}/sim/world` | simulation only, of a world that another program drives: where its objects are, JSON |
 
 use crate::id::{AgentId, HubId, NameError, NetworkId};
 use crate::tile::Tile;
@@ -188,6 +189,11 @@ impl Keys {
     /// Where a simulated agent publishes the true objects of its detections.
     pub fn truth(&self, agent: &AgentId) -> String {
         format!("v2x/{}/sim/truth/{agent}", self.network)
+    }
+
+    /// Where a world that another program drives is published, step by step.
+    pub fn world(&self) -> String {
+        format!("v2x/{}/sim/world", self.network)
     }
 
     /// Every simulated agent's truth.

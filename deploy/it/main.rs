@@ -15,6 +15,7 @@ mod runs;
 mod watch;
 mod web;
 mod world;
+mod world_formats;
 
 /// Reads the list of processes from `/proc`.
 #[cfg(target_os = "linux")]

@@ -17,6 +17,7 @@ mod runs;
 mod scenario;
 mod scenarios;
 mod status;
+mod sumo;
 mod up;
 mod watch;
 mod web;
@@ -86,6 +87,7 @@ enum Command {
     Certs(certs::CertsArgs),
     World(world::WorldArgs),
     Scenario(scenario::ScenarioArgs),
+    Sumo(sumo::SumoArgs),
     Runs(runs::RunsArgs),
     Links(links::LinksArgs),
     Proxy(proxy::ProxyArgs),
@@ -126,6 +128,10 @@ async fn main() -> ExitCode {
             Command::Certs(args) => certs::run(&args).map(|()| ExitCode::SUCCESS),
             Command::World(args) => world::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Scenario(args) => scenario::run(&args).map(|()| ExitCode::SUCCESS),
+            Command::Sumo(args) => {
+                let shutdown = shutdown::token(args.exit_with_stdin)?;
+                sumo::run(&args, &shutdown).await.map(|()| ExitCode::SUCCESS)
+            }
             Command::Runs(args) => runs::run(&args).map(|()| ExitCode::SUCCESS),
             Command::Completions(args) => {
                 completions::completions(&args, Cli::command()).map(|()| ExitCode::SUCCESS)

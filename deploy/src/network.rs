@@ -1,21 +1,29 @@
 //! The processes of a running network.
 
+use anyhow::Context;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::future::poll_fn;
 use std::path::Path;
 use std::task::Poll;
-use v2x_agent::scenario::Scenario;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+use v2x_agent::scenario::{Scenario, Sumo, WorldSource};
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubStatus;
 use v2x_lab::loopback::{AgentOptions, Child, ChildError, HubOptions, Launcher};
+
+/// Until the world begins: SUMO reads its network, and goes to the first time.
+const WORLD_PATIENCE: Duration = Duration::from_secs(3600);
 
 /// A hub and the agents of a scenario, each a process.
 pub(crate) struct Network {
     pub(crate) hub: Child,
     pub(crate) locator: String,
     pub(crate) agents: Vec<(AgentId, Child)>,
+    /// Who drives the world, where that is not each agent.
+    pub(crate) world: Option<Child>,
 }
 
 /// What a network's processes reported at their end.
@@ -38,7 +46,36 @@ impl Network {
     /// Starts the hub.
     pub(crate) async fn start_hub(launcher: &Launcher, options: &HubOptions) -> Result<Self, ChildError> {
         let (hub, locator) = launcher.hub(options).await?;
-        Ok(Self { hub, locator, agents: Vec::new() })
+        Ok(Self { hub, locator, agents: Vec::new(), world: None })
+    }
+
+    /// Starts SUMO where it drives the world of the scenario, and waits for the world to begin: returns when that is.
+    /// `None` where shutdown comes first; then it has ended.
+    pub(crate) async fn start_world(
+        &mut self,
+        launcher: &Launcher,
+        (sumo, record): (&Sumo, &Path),
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Option<Timestamp>> {
+        let mut args = match &sumo.source {
+            WorldSource::Sumo(config) => vec![config.display().to_string()],
+            WorldSource::Traci(address) => vec!["--traci".to_owned(), address.clone()],
+        };
+        args.extend(sumo.begin_s.into_iter().flat_map(|begin_s| ["--begin".to_owned(), begin_s.to_string()]));
+        args.extend(["--record".to_owned(), record.display().to_string()]);
+        args.extend(["--connect".to_owned(), self.locator.clone()]);
+        let mut child = launcher.spawn("sumo", "sumo", &args)?;
+        // It is asked to end even now, and not killed: it has a child of its own.
+        let ready = tokio::select! {
+            ready = child.expect_event("ready", WORLD_PATIENCE) => ready?,
+            () = shutdown.cancelled() => {
+                child.end("stopped").await?;
+                return Ok(None);
+            }
+        };
+        self.world = Some(child);
+        let start = ready["start_us"].as_i64().and_then(Timestamp::from_micros);
+        start.map(Some).context("SUMO's process does not say when the world begins")
     }
 
     /// Starts every agent of the scenario.
@@ -62,6 +99,7 @@ impl Network {
     /// Waits until a process ends that should still run; returns its error.
     pub(crate) async fn first_exit(&mut self) -> ChildError {
         let children = std::iter::once(&mut self.hub).chain(self.agents.iter_mut().map(|(_, child)| child));
+        let children = children.chain(&mut self.world);
         let mut exits: Vec<_> = children.map(|child| Box::pin(last_event(child))).collect();
         let first = poll_fn(|context| {
             let mut polled = exits.iter_mut().map(|exit| exit.as_mut().poll(context));
@@ -81,6 +119,16 @@ impl Network {
             {
                 reports.frames_sent.insert(id, sent);
             }
+        }
+    }
+
+    /// Ends who drives the world.
+    pub(crate) async fn end_world(&mut self, reports: &mut FinalReports) {
+        if let Some(child) = self.world.take()
+            && let Some(last) = end(child, reports).await
+            && let Some(late) = last["late_steps"].as_u64().filter(|late| *late > 0)
+        {
+            tracing::warn!("SUMO was slower than real time in {late} steps; agents missed frames then");
         }
     }
 

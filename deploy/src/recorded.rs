@@ -1,10 +1,15 @@
 //! Recorded traffic that a command is given by its file.
 
 use anyhow::Context;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
-use v2x_agent::trajectories::{ReadOptions, Traffic, TrafficError, read, read_vehicle_types};
+use v2x_agent::scenario::{open_traffic, open_vehicle_types};
+use v2x_agent::trajectories::{ReadOptions, Traffic};
+
+/// The name of a file without its suffix, or that of a folder, for what is made of it.
+pub(crate) fn stem(path: &Path) -> Option<String> {
+    let name = if path.is_dir() { path.file_name() } else { path.file_stem() };
+    name.map(|name| name.to_string_lossy().into_owned())
+}
 
 /// Which part of a file, and what else is needed to read it.
 #[derive(Clone, Debug, clap::Args)]
@@ -45,17 +50,10 @@ impl TrafficArgs {
             ..ReadOptions::default()
         };
         if let Some(vtypes) = &self.vtypes {
-            options.vehicle_types = parse(vtypes, read_vehicle_types)?;
+            let types = open_vehicle_types(vtypes);
+            options.vehicle_types = types.with_context(|| vtypes.display().to_string())?;
         }
-        let traffic = parse(file, |text| read(text, &options))?;
+        let traffic = open_traffic(file, &options).with_context(|| file.display().to_string())?;
         Ok((traffic, options))
     }
-}
-
-fn parse<T>(
-    file: &Path,
-    parse: impl FnOnce(BufReader<File>) -> Result<T, TrafficError>,
-) -> anyhow::Result<T> {
-    let text = File::open(file).with_context(|| format!("reading {}", file.display()))?;
-    parse(BufReader::with_capacity(1 << 16, text)).with_context(|| file.display().to_string())
 }

@@ -3,7 +3,10 @@
 use anyhow::Context;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use v2x_agent::scenario::{Scenario, ScenarioFile, with_paths};
+use v2x_agent::nuscenes::TABLES;
+use v2x_agent::scenario::{
+    Scenario, ScenarioFile, Sumo, WorldSource, folder_of_tables, recorded_world, with_paths, with_world,
+};
 use v2x_common::shipped;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubSettings;
@@ -11,6 +14,8 @@ use v2x_lab::commands::{RunFolder, log_remarks};
 
 /// Larger files of a world are not copied into the folder of each run, bytes.
 const MAX_COPY: u64 = 64 << 20;
+/// What was recorded of a world that SUMO drove, in the folder of a run.
+const RECORDED_WORLD: &str = "world-file.csv";
 
 /// A scenario whose tables were all checked, with its text, which the processes of a run read again.
 #[derive(Debug)]
@@ -23,11 +28,19 @@ impl Chosen {
     /// Writes the scenario into the folder of a run, with the files of its world, so that the run can be scored later and
     /// elsewhere. Of large files the text has the path.
     pub(crate) fn write(&self, folder: &RunFolder) -> anyhow::Result<()> {
+        if let Some(sumo) = &self.scenario.sumo {
+            return folder.write("scenario.toml", &with_world(&self.text, sumo.source.table())?);
+        }
         let mut paths = Vec::new();
         for ScenarioFile { key, path } in &self.scenario.files {
             let reading = || format!("reading {}", path.display());
-            let is_small = path.metadata().with_context(reading)?.len() <= MAX_COPY;
-            let new = if is_small {
+            let meta = path.metadata().with_context(reading)?;
+            let new = if meta.is_dir() {
+                match copy_tables(path, folder.path(), key).with_context(reading)? {
+                    Some(copy) => copy,
+                    None => path.canonicalize().with_context(reading)?,
+                }
+            } else if meta.len() <= MAX_COPY {
                 let suffix = path.extension().and_then(OsStr::to_str).unwrap_or("txt");
                 let name = format!("world-{key}.{suffix}");
                 std::fs::copy(path, folder.path().join(&name)).with_context(reading)?;
@@ -42,6 +55,21 @@ impl Chosen {
         folder.write("scenario.toml", &with_paths(&self.text, new))
     }
 
+    /// Where the world of a run is recorded, if SUMO drives it.
+    pub(crate) fn sumo<'a>(&'a self, folder: &RunFolder) -> Option<(&'a Sumo, PathBuf)> {
+        self.scenario.sumo.as_ref().map(|sumo| (sumo, folder.path().join(RECORDED_WORLD)))
+    }
+
+    /// After a run that SUMO drove: the scenario of the folder has what was recorded of it as its world.
+    pub(crate) fn keep_world(&self, folder: &RunFolder) -> anyhow::Result<()> {
+        match &self.scenario.sumo {
+            Some(_) => {
+                folder.write("scenario.toml", &with_world(&self.text, recorded_world(RECORDED_WORLD))?)
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Scenario time 0 of a network that begins now: agents that are started by hand have the same where the world repeats
     /// itself, and one that ends begins with its first row.
     pub(crate) fn start(&self, now: Timestamp) -> Timestamp {
@@ -49,11 +77,39 @@ impl Chosen {
     }
 }
 
+/// Copies the tables of nuScenes that are read, if they are small; the new folder as the scenario names it.
+fn copy_tables(tables: &Path, run: &Path, key: &str) -> anyhow::Result<Option<PathBuf>> {
+    let tables = folder_of_tables(tables)?;
+    let file = |table: &str| tables.join(table).with_extension("json");
+    let mut length = 0;
+    for table in TABLES {
+        length += file(table).metadata()?.len();
+    }
+    if length > MAX_COPY {
+        return Ok(None);
+    }
+    let name = PathBuf::from(format!("world-{key}"));
+    std::fs::create_dir_all(run.join(&name))?;
+    for table in TABLES {
+        std::fs::copy(file(table), run.join(&name).join(table).with_extension("json"))?;
+    }
+    Ok(Some(name))
+}
+
 /// The scenario of a file, or a shipped one by name. The hub's settings are checked with it. What is to be said about
 /// recorded traffic is logged.
 pub(crate) fn choose(name_or_file: &str) -> anyhow::Result<Chosen> {
+    choose_in(name_or_file, None)
+}
+
+/// The same with another world.
+pub(crate) fn choose_in(name_or_file: &str, world: Option<&WorldSource>) -> anyhow::Result<Chosen> {
     let path = Path::new(name_or_file);
-    let scenario = Scenario::load(path).with_context(|| format!("scenario {name_or_file}"))?;
+    let scenario = match world {
+        Some(world) => Scenario::load_in(path, world),
+        None => Scenario::load(path),
+    };
+    let scenario = scenario.with_context(|| format!("scenario {name_or_file}"))?;
     let text = shipped::read(path).with_context(|| format!("reading {}", path.display()))?.into_owned();
     HubSettings::from_table(scenario.hub.clone()).with_context(|| format!("scenario {name_or_file}"))?;
     log_remarks(&scenario);

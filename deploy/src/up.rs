@@ -8,6 +8,7 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use tokio_util::sync::CancellationToken;
+use v2x_agent::scenario::WorldSource;
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{DEFAULT_ENDPOINT, SessionOptions};
@@ -23,12 +24,17 @@ Examples:
   v2x up crossing --record run.mcap  records all of it, for v2x replay and lab
                                      retrack
   v2x up my-scenario.toml --seed 7
+  v2x up my-sumo.toml --world sumo:my.sumocfg
+                                     SUMO is the world, live
   v2x up highway --listen tcp/0.0.0.0:7447
                                      for consumers and agents on other machines")]
 pub(crate) struct UpArgs {
     /// A scenario file, or the name of a shipped scenario
     #[arg(value_name = "SCENARIO")]
     scenario: String,
+    /// Another world for the scenario: sumo:CFG runs SUMO, traci:HOST:PORT takes a SUMO that is running
+    #[arg(long, value_name = "sumo:CFG")]
+    world: Option<WorldSource>,
     /// The network's name
     #[arg(long, default_value = "demo")]
     network: NetworkId,
@@ -68,7 +74,7 @@ impl UpArgs {
 
 /// Runs the network until shutdown, or until one of its processes ends.
 pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &CancellationToken) -> anyhow::Result<()> {
-    let chosen = scenarios::choose(&args.scenario)?;
+    let chosen = scenarios::choose_in(&args.scenario, args.world.as_ref())?;
     let site = Site::listen_if_wanted(args.web.web)?;
     if let Some(file) = args.record.as_ref().filter(|file| file.exists() && !args.force) {
         bail!("{} exists; choose another name, or give --force to overwrite it", file.display());
@@ -79,25 +85,34 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     let program = std::env::current_exe().context("finding this program")?;
     let launcher = Launcher::new(program, args.network).with_logs(&folder.logs(), log_filter);
     let file = folder.scenario();
-    let run = AgentsOfRun {
+    let mut run = AgentsOfRun {
         scenario: &chosen.scenario,
         file: &file,
         seed: args.seed.unwrap_or(chosen.scenario.seed),
         start: chosen.start(now),
     };
     let start = async {
-        let mut network = Network::start_hub(&launcher, &args.hub_options(&file)).await?;
+        let network = Network::start_hub(&launcher, &args.hub_options(&file)).await?;
         let recorder = match &args.record {
             Some(file) => Some(start_recorder(&launcher, &network.locator, (file, args.force)).await?),
             None => None,
         };
-        network.start_agents(&launcher, &run).await?;
         Ok::<_, ChildError>((network, recorder))
     };
     let (mut network, recorder) = tokio::select! {
         started = start => started?,
         () = shutdown.cancelled() => return Ok(()),
     };
+    if let Some((sumo, record)) = chosen.sumo(&folder) {
+        print_line("starting SUMO; the world begins with its first vehicle");
+        let start = network.start_world(&launcher, (sumo, &record), shutdown).await?;
+        let Some(start) = start else { return Ok(()) };
+        run.start = start;
+    }
+    tokio::select! {
+        started = network.start_agents(&launcher, &run) => started?,
+        () = shutdown.cancelled() => return Ok(()),
+    }
     print_line(&format!(
         "{} is up: hub at {}, {} agents; logs in {}\nwatch it with: v2x watch --network {} --connect {}\nCtrl-C ends it",
         chosen.scenario.name,
@@ -123,10 +138,12 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     }
     let mut reports = FinalReports::default();
     network.end_agents(&mut reports).await;
+    network.end_world(&mut reports).await;
     if let Some(recorder) = recorder {
         end_consumer(recorder, &mut reports).await;
     }
     network.end_hub(&mut reports).await;
+    chosen.keep_world(&folder)?;
     match (exit, reports.failures.is_empty()) {
         (Some(error), _) => Err(error.into()),
         (None, false) => Err(anyhow!("{}", reports.failures.join("; "))),

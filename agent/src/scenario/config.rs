@@ -6,6 +6,7 @@ use std::sync::Arc;
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
+use super::edit::WorldSource;
 use crate::sending::{Sender, SendingConfig};
 use crate::sensor::{Boot, Sensor, SensorConfig, SensorError};
 use crate::world::{Station, World, WorldAgent, WorldConfig, WorldParameters};
@@ -27,6 +28,17 @@ pub struct Scenario {
     pub hub: toml::Table,
     /// The files that the world was read from.
     pub files: Vec<ScenarioFile>,
+    /// SUMO, where it drives the world.
+    pub sumo: Option<Sumo>,
+}
+
+/// SUMO as the world of a scenario.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sumo {
+    /// Which one.
+    pub source: WorldSource,
+    /// Its time at which the world begins, s; without one that of its configuration.
+    pub begin_s: Option<f64>,
 }
 
 /// A file that a scenario names.
@@ -36,6 +48,17 @@ pub struct ScenarioFile {
     pub key: &'static str,
     /// Where it is.
     pub path: PathBuf,
+}
+
+/// A world that happens elsewhere, for a command that has to know it before.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "SUMO drives this world while it is run, so that {command} cannot know it; take the scenario in the folder of a run of \
+     v2x up, which has what was recorded of it, or SUMO's own file:  sumo -c CFG --fcd-output fcd.xml"
+)]
+pub struct UnknownWorld {
+    /// The command.
+    pub command: &'static str,
 }
 
 /// One agent: where it is, what it detects, how it sends.
@@ -62,6 +85,11 @@ impl Scenario {
     /// If a field was changed to a value that a scenario file must not have.
     pub fn world(&self, seed: u64) -> World {
         World::new(&self.world_parameters(), seed).expect("a scenario is checked when it is read")
+    }
+
+    /// The error of a command that needs the world before it happens.
+    pub fn check_known(&self, command: &'static str) -> Result<(), UnknownWorld> {
+        if self.world.is_live() { Err(UnknownWorld { command }) } else { Ok(()) }
     }
 
     /// The place of an agent in `agents`.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use super::edit::EditError;
 use crate::trajectories::TrafficError;
 
 /// Why a scenario file was refused. Every message names the file, the place in it, and the value.
@@ -37,6 +38,14 @@ pub enum ScenarioError {
         value: String,
         /// The allowed values.
         expected: String,
+    },
+    /// A scenario cannot be given another world.
+    #[error("scenario {}: {cause}", path.display())]
+    World {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        cause: Box<EditError>,
     },
     /// A file of recorded traffic cannot be used.
     #[error("{}: {cause}", path.display())]

@@ -1,14 +1,17 @@
 //! The files that a scenario names.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::error::ScenarioError;
 use super::place;
-use crate::trajectories::{ReadOptions, Traffic, TrafficError, VehicleType, read, read_vehicle_types};
+use crate::trajectories::{
+    ReadOptions, Traffic, TrafficError, VehicleType, read, read_tables, read_vehicle_types,
+};
 
 /// Keys of the `[world]` table that name files.
 pub(super) const KEYS: [&str; 2] = ["file", "vtypes"];
@@ -41,8 +44,10 @@ impl Files {
         let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-        let mut names: Vec<_> =
-            names.filter(|name| name.ends_with(".csv") || name.ends_with(".xml")).collect();
+        let is_meant = |name: &String| {
+            name.ends_with(".csv") || name.ends_with(".xml") || folder_of_tables(&folder.join(name)).is_ok()
+        };
+        let mut names: Vec<_> = names.filter(is_meant).collect();
         names.sort_unstable();
         names.truncate(8);
         if names.is_empty() { "none there".to_owned() } else { names.join(", ") }
@@ -55,16 +60,57 @@ impl Files {
         if let Some(traffic) = known {
             return Ok(traffic);
         }
-        let traffic = open(&path).and_then(|file| read(file, &options));
+        let traffic = open_traffic(&path, &options);
         let traffic = Arc::new(traffic.map_err(|cause| refused(&path, cause))?);
         self.read.borrow_mut().push((path, options, Arc::clone(&traffic)));
         Ok(traffic)
     }
 
-    pub(super) fn vehicle_types(
-        path: &Path,
-    ) -> Result<std::collections::BTreeMap<String, VehicleType>, ScenarioError> {
-        open(path).and_then(read_vehicle_types).map_err(|cause| refused(path, cause))
+    pub(super) fn vehicle_types(path: &Path) -> Result<BTreeMap<String, VehicleType>, ScenarioError> {
+        open_vehicle_types(path).map_err(|cause| refused(path, cause))
+    }
+}
+
+/// Reads recorded traffic: a file, or the folder of nuScenes' tables.
+pub fn open_traffic(path: &Path, options: &ReadOptions) -> Result<Traffic, TrafficError> {
+    if !path.is_dir() {
+        return read(open(path)?, options);
+    }
+    let folder = folder_of_tables(path)?;
+    read_tables(&|table| table_in(&folder, table), options)
+}
+
+/// Reads SUMO's vehicle types.
+pub fn open_vehicle_types(path: &Path) -> Result<BTreeMap<String, VehicleType>, TrafficError> {
+    read_vehicle_types(open(path)?)
+}
+
+/// Opens a table of nuScenes in its folder.
+pub fn table_in(folder: &Path, table: &str) -> io::Result<Box<dyn BufRead>> {
+    let path = folder.join(table).with_extension("json");
+    match File::open(&path) {
+        Ok(file) => Ok(Box::new(BufReader::with_capacity(1 << 16, file))),
+        Err(cause) => Err(io::Error::new(cause.kind(), format!("{}: {cause}", path.display()))),
+    }
+}
+
+/// The folder with nuScenes' tables: this one, or the only one in it that has some, such as `v1.0-mini`.
+pub fn folder_of_tables(folder: &Path) -> Result<PathBuf, TrafficError> {
+    let has_tables = |folder: &Path| folder.join("scene.json").is_file();
+    if has_tables(folder) {
+        return Ok(folder.to_owned());
+    }
+    let entries = std::fs::read_dir(folder)?.flatten();
+    let mut found: Vec<_> = entries.map(|entry| entry.path()).filter(|path| has_tables(path)).collect();
+    found.sort_unstable();
+    match &found[..] {
+        [one] => Ok(one.clone()),
+        [] => Err(TrafficError::Folder("no scene.json is in it, or in a folder of it".to_owned())),
+        several => {
+            let names = several.iter().filter_map(|path| path.file_name()?.to_str());
+            let names = names.collect::<Vec<_>>().join(", ");
+            Err(TrafficError::Folder(format!("several folders of it have one: name one of {names}")))
+        }
     }
 }
 

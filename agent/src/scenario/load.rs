@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::config::Scenario;
+use super::edit::{WorldSource, with_world};
 use super::error::{Origin, ScenarioError};
 use super::files::Files;
 use super::validate;
@@ -18,6 +19,17 @@ impl Scenario {
     /// The same with files that are elsewhere, or that were read before.
     pub fn from_toml_with(text: &str, files: &Files) -> Result<Self, ScenarioError> {
         validate::scenario(text, Origin::default(), files)
+    }
+
+    /// The same as [`Self::load`] with another world.
+    pub fn load_in(path: impl AsRef<Path>, world: &WorldSource) -> Result<Self, ScenarioError> {
+        let path = path.as_ref();
+        let text = shipped::read(path)
+            .map_err(|source| ScenarioError::Read { path: path.to_owned(), cause: source })?;
+        let text = with_world(&text, world.table())
+            .map_err(|cause| ScenarioError::World { path: path.to_owned(), cause: Box::new(cause) })?;
+        validate::scenario(&text, Origin::file(path), &Files::beside(path))
+            .map_err(ScenarioError::without_place)
     }
 
     /// Reads a scenario file, or a shipped scenario by its name; paths in a file are relative to its folder.

@@ -3,6 +3,7 @@
 //! `toml_file` is what a file can say, [`Scenario`] what it means, `validate` leads from one to the other.
 
 mod config;
+mod edit;
 mod error;
 mod files;
 mod load;
@@ -10,9 +11,10 @@ mod place;
 mod toml_file;
 mod validate;
 
-pub use config::{AgentConfig, Scenario, ScenarioFile};
+pub use config::{AgentConfig, Scenario, ScenarioFile, Sumo, UnknownWorld};
+pub use edit::{EditError, NoSuchWorld, WorldSource, recorded_world, with_world};
 pub use error::{Origin, ScenarioError};
-pub use files::{Files, with_paths};
+pub use files::{Files, folder_of_tables, open_traffic, open_vehicle_types, table_in, with_paths};
 
 #[cfg(test)]
 mod recorded_tests;

@@ -72,6 +72,11 @@ impl Sender {
         &self.sensor
     }
 
+    /// The same, to give it another view of its world.
+    pub const fn sensor_mut(&mut self) -> &mut Sensor {
+        &mut self.sensor
+    }
+
     /// The link to the hub.
     pub const fn link(&self) -> &Link {
         &self.link

@@ -125,6 +125,18 @@ impl Sensor {
         &self.world
     }
 
+    /// Gives it the same world of which more is known. Nothing changes where the agent is not in it.
+    pub fn set_world(&mut self, world: Arc<World>) {
+        if let Some(index) = world.agent_index(&self.config.agent) {
+            (self.world, self.index) = (world, index);
+        }
+    }
+
+    /// Whether its body is known: one that rides on an object of a live world has none before that comes.
+    pub fn has_body(&self) -> bool {
+        self.config.kind != SensorKind::Vehicle || self.world.agent_body(self.index).is_some()
+    }
+
     /// How it was started.
     pub const fn boot(&self) -> Boot {
         self.boot

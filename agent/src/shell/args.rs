@@ -1,5 +1,6 @@
 //! The agent's command line.
 
+use crate::scenario::WorldSource;
 use std::path::PathBuf;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::net::session::SessionOptions;
@@ -27,11 +28,16 @@ Examples:
         readable with any Zenoh client
   v2x agent --scenario crossing.toml --id ego \\
             --zenoh-config certs/agent/ego/zenoh.json5   by its certificate
+  v2x agent --scenario crossing.toml --id ego --world sumo:my.sumocfg
+                                     beside: v2x sumo my.sumocfg
 The program `agent` is the same agent as a program of its own.")]
 pub struct AgentArgs {
     /// The scenario file
     #[arg(long, value_name = "FILE")]
     pub scenario: PathBuf,
+    /// Another world for the scenario: sumo:CFG, which v2x up or v2x sumo publishes on this network
+    #[arg(long, value_name = "sumo:CFG")]
+    pub world: Option<WorldSource>,
     /// Which agent of the scenario to run
     #[arg(long)]
     pub id: AgentId,

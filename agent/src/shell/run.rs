@@ -1,6 +1,7 @@
 //! The agent's loop: captures at the sensor's times, publishes at the link's times of arrival.
 
 use super::args::AgentArgs;
+use super::live_world::{LiveWorld, Steps};
 use super::publisher::AgentPublisher;
 use crate::link::Outbox;
 use crate::scenario::Scenario;
@@ -16,6 +17,7 @@ use v2x_common::id::AgentId;
 use v2x_common::keys::Keys;
 use v2x_common::net::{events, session};
 use v2x_common::time::{Span, Timestamp};
+use zenoh::Session;
 
 /// Frames in transit at once: seconds of delay at any sensible rate.
 const MAX_IN_TRANSIT: usize = 4096;
@@ -37,12 +39,25 @@ struct Counts {
     frames_lost_on_link: u64,
     frames_dropped: u64,
     frames_skipped: u64,
+    /// Captures at which a world that is driven elsewhere was not known.
+    #[serde(skip_serializing_if = "is_zero")]
+    frames_without_world: u64,
     put_errors: u64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
+const fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Runs an agent until shutdown.
 pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result<()> {
-    let mut agent = Agent::new(&args)?;
+    let scenario = match &args.world {
+        Some(world) => Scenario::load_in(&args.scenario, world)?,
+        None => Scenario::load(&args.scenario)?,
+    };
+    // A mistake is said before the network is there.
+    let index = scenario.agent_index(&args.id).ok_or_else(|| no_such_agent(&scenario, &args.id))?;
     let config = session::client_config(&args.session_options())?;
     let Some(session) = session::open_patiently(config, None, &shutdown).await? else { return Ok(()) };
     let keys = Keys::new(args.network);
@@ -52,11 +67,13 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
     if args.events {
         events::emit("ready", &serde_json::json!({ "agent": args.id }));
     }
+    let agent = Agent::begin((&args, &scenario, index), (&session, &keys), &shutdown).await?;
+    let Some(mut agent) = agent else { return session::close(session).await };
     let matched = publisher.wait_for_subscriber(SUBSCRIBER_PATIENCE).await;
     if !matched.map_err(|error| anyhow!("waiting for a subscriber: {error}"))? {
         tracing::info!(agent = %args.id, "no subscriber yet; sending anyway");
     }
-    let counts = agent.serve(&publisher, &shutdown).await;
+    let counts = agent.serve(&publisher, &shutdown).await?;
     tracing::info!(agent = %args.id, sent = counts.frames_sent, lost = counts.frames_lost_on_link, "agent ends");
     if args.events {
         events::emit("stopped", &counts);
@@ -67,25 +84,42 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
 
 struct Agent {
     sender: Sender,
+    /// Where another program drives the world.
+    live: Option<LiveWorld>,
 }
 
 impl Agent {
-    fn new(args: &AgentArgs) -> anyhow::Result<Self> {
-        let scenario = Scenario::load(&args.scenario)?;
+    /// The agent of this index; `None` where shutdown comes before the world. A live world brings its start with it.
+    async fn begin(
+        (args, scenario, index): (&AgentArgs, &Scenario, usize),
+        (session, keys): (&Session, &Keys),
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Option<Self>> {
         let now = clock::now();
-        let start = match args.start {
-            Some(micros) => Timestamp::from_micros(micros).context("--start is out of range")?,
-            None => now.floor_to(scenario.loop_length),
-        };
         let seed = args.seed.unwrap_or(scenario.seed);
+        let (start, world, live) = if scenario.world.is_live() {
+            let steps = Steps::subscribe(session, keys).await?;
+            let Some(first) = steps.first(shutdown).await else { return Ok(None) };
+            let (live, start) = LiveWorld::begin(steps, first, scenario, seed)?;
+            (start, live.world()?, Some(live))
+        } else {
+            let start = match args.start {
+                Some(micros) => Timestamp::from_micros(micros).context("--start is out of range")?,
+                None => now.floor_to(scenario.loop_length),
+            };
+            (start, scenario.world(seed), None)
+        };
         let epoch = u64::try_from(now.as_micros()).unwrap_or(0);
-        let index = scenario.agent_index(&args.id).ok_or_else(|| no_such_agent(&scenario, &args.id))?;
         let boot = Boot { seed, epoch, start };
-        let sender = scenario.agents[index].sender(Arc::new(scenario.world(seed)), boot)?;
-        Ok(Self { sender })
+        let sender = scenario.agents[index].sender(Arc::new(world), boot)?;
+        Ok(Some(Self { sender, live }))
     }
 
-    async fn serve(&mut self, publisher: &AgentPublisher, shutdown: &CancellationToken) -> Counts {
+    async fn serve(
+        &mut self,
+        publisher: &AgentPublisher,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<Counts> {
         let mut counts = Counts::default();
         // Both in true time, which is the machine's: the simulated clock affects only the time stamps.
         let mut outbox = Outbox::new(MAX_IN_TRANSIT, self.sender.link().config().reorder);
@@ -99,10 +133,16 @@ impl Agent {
                 () = shutdown.cancelled() => break,
                 () = sleep_until(wake_at) => {}
                 _ = descriptions.tick() => self.describe(publisher, &mut counts).await,
+                () = advance(self.live.as_mut()) => self.renew_world()?,
             }
             let now = clock::now();
             next = self.skip_if_behind(next, now, &mut counts);
             while self.sender.sensor().capture_time(next) <= now {
+                if !self.knows_the_world(next) {
+                    counts.frames_without_world += 1;
+                    next += 1;
+                    continue;
+                }
                 counts.frames_captured += 1;
                 match self.sender.send(next) {
                     Fate::Withheld => counts.frames_withheld += 1,
@@ -119,10 +159,27 @@ impl Agent {
             send_due(&mut outbox, due, publisher, &mut counts).await;
         }
         counts.frames_dropped = outbox.dropped() + outbox.len() as u64;
-        counts
+        Ok(counts)
+    }
+
+    /// Whether the world at the capture of this frame is known; a world that is driven elsewhere may be late.
+    fn knows_the_world(&self, sequence: u64) -> bool {
+        let sensor = self.sender.sensor();
+        let t = sensor.capture_time(sequence) - sensor.boot().start;
+        self.live.as_ref().is_none_or(|live| live.covers(t))
+    }
+
+    fn renew_world(&mut self) -> anyhow::Result<()> {
+        if let Some(live) = &self.live {
+            self.sender.sensor_mut().set_world(Arc::new(live.world()?));
+        }
+        Ok(())
     }
 
     async fn describe(&self, publisher: &AgentPublisher, counts: &mut Counts) {
+        if !self.sender.sensor().has_body() {
+            return;
+        }
         if let Err(error) = publisher.put_description(&self.sender.description()).await {
             counts.put_errors += 1;
             tracing::warn!(%error, "sensor description not sent");
@@ -138,6 +195,14 @@ impl Agent {
         counts.frames_skipped += resumed - next;
         tracing::warn!(skipped = resumed - next, "capturing fell behind");
         resumed
+    }
+}
+
+/// Waits for more of a world that is driven elsewhere.
+async fn advance(live: Option<&mut LiveWorld>) {
+    match live {
+        Some(live) => live.advance().await,
+        None => std::future::pending().await,
     }
 }
 

@@ -88,6 +88,8 @@ pub(super) struct Builder<'a> {
     unknown: BTreeMap<String, Class>,
     pub(super) remarks: Remarks,
     pub(super) scene: Option<String>,
+    /// Borders of areas in the file's coordinates, m.
+    pub(super) areas: Vec<Vec<(f64, f64)>>,
 }
 
 impl<'a> Builder<'a> {
@@ -104,7 +106,13 @@ impl<'a> Builder<'a> {
             unknown: BTreeMap::new(),
             remarks: Remarks::default(),
             scene: None,
+            areas: Vec::new(),
         }
+    }
+
+    /// Times to keep count from this time of the file, not from its first row.
+    pub(super) fn since(base_s: f64, options: &'a ReadOptions) -> Self {
+        Self { base_s: Some(base_s), ..Self::new(options) }
     }
 
     /// Takes a row, if it is within the window.
@@ -207,6 +215,7 @@ impl<'a> Builder<'a> {
             survey.add(draft.class, draft.rows.iter().map(|row| (row.t, &row.pose)), max_gap);
         }
         self.note(origin);
+        self.areas.iter_mut().flatten().for_each(|(x, y)| (*x, *y) = (*x - origin.0, *y - origin.1));
         let objects = std::mem::take(&mut self.drafts).into_iter();
         let objects: Vec<_> = objects.map(|draft| draft.object(first, origin, max_gap)).collect();
         self.remarks.warnings.extend(remarks::warnings(&survey, format));
@@ -219,6 +228,7 @@ impl<'a> Builder<'a> {
             max_gap,
             origin,
             scene: self.scene,
+            areas: self.areas,
             remarks: self.remarks,
             objects,
         })
@@ -327,6 +337,10 @@ impl Draft {
 fn of_data_set(name: &str) -> Option<Class> {
     let folded = name.trim().to_ascii_lowercase();
     Some(match folded.as_str() {
+        // CommonRoad's.
+        "taxi" | "parkedvehicle" => Class::Car,
+        "priorityvehicle" => Class::Ambulance,
+        "train" => Class::BendyBus,
         // INTERACTION does not tell them apart.
         "pedestrian/bicycle" => Class::Adult,
         "default_vehtype" | "passenger" | "private" | "evehicle" | "hov" | "custom1" | "custom2" => {

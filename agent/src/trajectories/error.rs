@@ -1,6 +1,29 @@
 //! Why recorded traffic cannot be used.
 
+use crate::nuscenes::TableError;
+use std::fmt;
 use v2x_common::time::Span;
+
+/// A part of a text that holds a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Of a table.
+    Column,
+    /// Of XML.
+    Attribute,
+    /// Of XML.
+    Element,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Column => "column",
+            Self::Attribute => "attribute",
+            Self::Element => "element",
+        })
+    }
+}
 
 /// Why recorded traffic cannot be used. The caller names the file.
 #[derive(Debug, thiserror::Error)]
@@ -51,14 +74,14 @@ pub enum TrafficError {
         columns: usize,
     },
     /// An invalid value.
-    #[error("line {line}, {} {column}: {value:?}, expected {expected}", if *.is_xml { "attribute" } else { "column" })]
+    #[error("line {line}, {part} {column}: {value:?}, expected {expected}")]
     Value {
         /// Counted from 1.
         line: u64,
-        /// Of the column or attribute.
+        /// What it is in.
+        part: Part,
+        /// Name of the column, attribute or element.
         column: String,
-        /// Whether it is of an attribute.
-        is_xml: bool,
         /// The value.
         value: String,
         /// What is valid.
@@ -94,10 +117,22 @@ pub enum TrafficError {
         /// The first scenes of the file.
         known: String,
     },
+    /// A folder without the tables of nuScenes.
+    #[error("is a folder, which has to hold the tables of nuScenes, but {0}")]
+    Folder(String),
+    /// A table of nuScenes.
+    #[error("{0}")]
+    Tables(TableError),
     /// The recording is too short or too long to be a world.
     #[error("lasts {length}, expected 0.1 s to 7 days")]
     Length {
         /// From the first row to the last.
         length: Span,
     },
+}
+
+impl From<TableError> for TrafficError {
+    fn from(cause: TableError) -> Self {
+        Self::Tables(cause)
+    }
 }

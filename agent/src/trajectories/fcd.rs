@@ -15,25 +15,18 @@ use super::options::ReadOptions;
 use super::traffic::{Format, Traffic};
 use super::xml::{Element, Next, Xml};
 
-const ROOT: &str = "fcd-export";
+pub(super) const ROOT: &str = "fcd-export";
 
-/// Reads the output of `sumo --fcd-output FILE`.
-pub(super) fn read(input: impl BufRead, options: &ReadOptions) -> Result<Traffic, TrafficError> {
-    let mut xml = Xml::new(input);
+/// Reads the output of `sumo --fcd-output FILE` after its root.
+pub(super) fn read(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<Traffic, TrafficError> {
     let mut builder = Builder::new(options);
-    let (mut t_s, mut has_root, mut degrees) = (None, false, Degrees::default());
+    let (mut t_s, mut degrees) = (None, Degrees::default());
     let is_whole = loop {
         let element = match xml.next()? {
             Next::Element(element) => element,
             Next::End(is_whole) => break is_whole,
         };
         match element.name.as_str() {
-            ROOT => has_root = true,
-            _ if !has_root => {
-                let cause =
-                    format!("the root is <{}>, expected <{ROOT}> (of sumo --fcd-output FILE)", element.name);
-                return Err(TrafficError::Xml { line: element.line, cause });
-            }
             "timestep" => {
                 let is_time = |t: f64| (0.0..=9e9).contains(&t);
                 t_s = Some(element.number(

@@ -6,16 +6,22 @@
 //! | the laboratory's CSV | columns `t_s`, `object_id`, …; the ego is an object, too |
 //! | INTERACTION CSV | columns `track_id`, `timestamp_ms`, `agent_type`, `psi_rad`, … |
 //! | SUMO floating-car data | XML with the root `fcd-export` |
+//! | CommonRoad | XML with the root `commonRoad` |
+//! | nuScenes | a folder of its tables; [`read_tables`] |
 //!
 //! [`read`] takes a reader and keeps one row for each object and time, of a window of time where one is given. All else
 //! streams, so that the length of the text does not matter. The result is in metres, x east, y north, heading in radians
 //! counter-clockwise from x, at the middle of each object; time begins at 0 with the earliest row.
 
+mod annotated;
 mod builder;
 mod columns;
+mod commonroad;
 mod error;
 mod fcd;
 mod headings;
+mod live;
+mod obstacle;
 mod options;
 mod read;
 mod remarks;
@@ -25,12 +31,14 @@ mod trajectory;
 mod vtypes;
 mod xml;
 
-pub use error::TrafficError;
+pub use annotated::read_tables;
+pub use error::{Part, TrafficError};
+pub use live::{LiveObject, StepError, Window, WorldStep};
 pub use options::{ReadOptions, VehicleType};
 pub use read::read;
 pub use traffic::{Format, RecordedObject, Remarks, Traffic};
 pub use trajectory::{Sample, State, Trajectory};
-pub use vtypes::read_vehicle_types;
+pub use vtypes::{class_of_vehicle_class, read_vehicle_types};
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,8 @@ use std::io::BufRead;
 use super::error::TrafficError;
 use super::options::ReadOptions;
 use super::traffic::Traffic;
-use super::{fcd, table};
+use super::xml::{Next, Xml};
+use super::{commonroad, fcd, table};
 
 /// Reads recorded traffic in any of the formats. Each object and time is kept once, 40 bytes a row; the rest streams.
 pub fn read(mut input: impl BufRead, options: &ReadOptions) -> Result<Traffic, TrafficError> {
@@ -21,11 +22,33 @@ pub fn read(mut input: impl BufRead, options: &ReadOptions) -> Result<Traffic, T
         return Err(TrafficError::Empty(", and is empty".to_owned()));
     };
     match first {
-        b'<' => fcd::read(input, options),
-        b'{' | b'[' => Err(TrafficError::Format("is JSON; expected CSV, or SUMO's XML of sumo --fcd-output")),
+        b'<' => xml(Xml::new(input), options),
+        b'{' | b'[' => Err(TrafficError::Format(
+            "is JSON; expected CSV, or the XML of SUMO (--fcd-output) or CommonRoad; of nuScenes name the folder of its tables",
+        )),
         _ => {
             let delimiter = delimiter(text);
             table::read(input, delimiter, options)
+        }
+    }
+}
+
+/// Reads XML by its root.
+fn xml(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<Traffic, TrafficError> {
+    let root = match xml.next()? {
+        Next::Element(root) => root,
+        Next::End(_) => return Err(TrafficError::Empty(", and no element".to_owned())),
+    };
+    match root.name.as_str() {
+        fcd::ROOT => fcd::read(xml, options),
+        commonroad::ROOT => commonroad::read(xml, &root, options),
+        other => {
+            let cause = format!(
+                "the root is <{other}>, expected <{}> (of sumo --fcd-output FILE) or <{}>",
+                fcd::ROOT,
+                commonroad::ROOT
+            );
+            Err(TrafficError::Xml { line: root.line, cause })
         }
     }
 }

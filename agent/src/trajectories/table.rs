@@ -7,12 +7,10 @@ use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 
 use super::builder::{At, Builder, Kind, Row};
 use super::columns::{Column, Columns};
-use super::error::TrafficError;
+use super::error::{Part, TrafficError};
 use super::options::ReadOptions;
-use super::traffic::{Format, Traffic};
+use super::traffic::{EGO, Format, Traffic};
 
-/// The object that the laboratory's columns `ego_x`, `ego_y`, `ego_yaw` describe.
-const EGO: &str = "ego";
 /// Farther times are in another unit, s.
 const LATEST_S: f64 = 9e9;
 /// Scenes that are named in an error.
@@ -73,6 +71,7 @@ impl Rows<'_> {
         self.builder.add(&row)?;
         if self.columns.format == Format::Laboratory && self.ego != Some(row.t_s) {
             self.ego = Some(row.t_s);
+            // The columns `ego_x`, `ego_y`, `ego_yaw`.
             if let Some(at) = cells.ego()? {
                 let row = Row { id: EGO, kind: Kind::Name("car"), at, size: (None, None), ..row };
                 self.builder.add(&row)?;
@@ -137,7 +136,7 @@ impl<'a> Cells<'a> {
         TrafficError::Value {
             line: self.line(),
             column: self.columns.find(column).map_or("", |(_, name)| name).to_owned(),
-            is_xml: false,
+            part: Part::Column,
             value: self.text(column).unwrap_or_default().to_owned(),
             expected,
         }

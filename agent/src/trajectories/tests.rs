@@ -83,7 +83,10 @@ fn every_mistake_names_its_line_and_column() {
             "line 2, column w: \"70\", expected a size of 0.001 to 65 m",
         ),
         ("{}", "is JSON"),
-        ("<scenario>\n</scenario>", "line 1: the root is <scenario>, expected <fcd-export>"),
+        (
+            "<scenario>\n</scenario>",
+            "line 1: the root is <scenario>, expected <fcd-export> (of sumo --fcd-output FILE) or <commonRoad>",
+        ),
         (
             "<fcd-export>\n<timestep time=\"0\">\n<vehicle id=\"v\" x=\"1\" y=\"?\" angle=\"0\"/>",
             "line 3, attribute y of <vehicle>: \"?\"",

@@ -6,6 +6,9 @@ use v2x_common::time::Span;
 
 use super::trajectory::Trajectory;
 
+/// The object that carried the sensors of a recording.
+pub(super) const EGO: &str = "ego";
+
 /// What the text was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -17,6 +20,12 @@ pub enum Format {
     Interaction,
     /// Floating-car data of SUMO.
     SumoFcd,
+    /// A scene of nuScenes' tables.
+    NuScenes,
+    /// A CommonRoad scenario.
+    CommonRoad,
+    /// What another program publishes.
+    Live,
 }
 
 impl Format {
@@ -27,6 +36,9 @@ impl Format {
             Self::Laboratory => "CSV of the laboratory",
             Self::Interaction => "INTERACTION CSV",
             Self::SumoFcd => "SUMO floating-car data",
+            Self::NuScenes => "nuScenes tables",
+            Self::CommonRoad => "CommonRoad scenario",
+            Self::Live => "live world",
         }
     }
 }
@@ -76,6 +88,8 @@ pub struct Traffic {
     pub origin: (f64, f64),
     /// The scene that was read, where the file has scenes.
     pub scene: Option<String>,
+    /// Borders of lanes for pictures, where the file has any, m.
+    pub areas: Vec<Vec<(f64, f64)>>,
     /// What is to be said about it.
     pub remarks: Remarks,
 }

@@ -30,12 +30,12 @@ fn vehicle_type(element: &Element) -> Result<VehicleType, TrafficError> {
         let size = |size: f64| (MIN_SIZE_M..=MAX_SIZE_M).contains(&size);
         element.attribute(name).map(|_| element.number(name, "0.001 to 65 m", size)).transpose()
     };
-    let class = element.attribute("vClass").map(of_vehicle_class);
+    let class = element.attribute("vClass").map(class_of_vehicle_class);
     Ok(VehicleType { class: class.flatten(), width_m: size("width")?, length_m: size("length")? })
 }
 
-/// SUMO's abstract vehicle classes (<https://sumo.dlr.de/docs/Simulation/VehiclePermissions.html>).
-fn of_vehicle_class(name: &str) -> Option<Class> {
+/// The class of one of SUMO's abstract vehicle classes, where we have one (<https://sumo.dlr.de/docs/Simulation/VehiclePermissions.html>).
+pub fn class_of_vehicle_class(name: &str) -> Option<Class> {
     Some(match name {
         "passenger" | "private" | "taxi" | "evehicle" | "hov" | "vip" | "authority" | "army" => Class::Car,
         "bus" | "coach" => Class::RigidBus,

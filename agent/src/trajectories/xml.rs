@@ -5,7 +5,7 @@ use std::io::{self, BufRead, Read};
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
-use super::error::TrafficError;
+use super::error::{Part, TrafficError};
 
 /// Counts lines.
 struct LineCounter<R> {
@@ -39,6 +39,8 @@ pub(super) struct Xml<R> {
     reader: quick_xml::Reader<LineCounter<R>>,
     buffer: Vec<u8>,
     depth: usize,
+    /// Whether an element without content was opened.
+    is_closing: bool,
 }
 
 /// The beginning of an element.
@@ -49,6 +51,16 @@ pub(super) struct Element {
 }
 
 /// What comes next.
+pub(super) enum Item {
+    Open(Element),
+    Text(String),
+    /// The end of an element, and its line.
+    Close(u64),
+    /// The end; the argument says whether all elements were closed.
+    End(bool),
+}
+
+/// What comes next where only the beginnings of elements count.
 pub(super) enum Next {
     Element(Element),
     /// The end; the argument says whether all elements were closed.
@@ -58,15 +70,29 @@ pub(super) enum Next {
 impl<R: BufRead> Xml<R> {
     pub(super) fn new(input: R) -> Self {
         let reader = quick_xml::Reader::from_reader(LineCounter { inner: input, n_lines: 1 });
-        Self { reader, buffer: Vec::new(), depth: 0 }
+        Self { reader, buffer: Vec::new(), depth: 0, is_closing: false }
     }
 
     /// The next element that begins.
     pub(super) fn next(&mut self) -> Result<Next, TrafficError> {
         loop {
+            match self.item()? {
+                Item::Open(element) => return Ok(Next::Element(element)),
+                Item::End(is_whole) => return Ok(Next::End(is_whole)),
+                Item::Text(_) | Item::Close(_) => {}
+            }
+        }
+    }
+
+    /// The next beginning, text or end.
+    pub(super) fn item(&mut self) -> Result<Item, TrafficError> {
+        loop {
+            let line = self.reader.get_ref().n_lines;
+            if std::mem::take(&mut self.is_closing) {
+                return Ok(Item::Close(line));
+            }
             self.buffer.clear();
-            let event = self.reader.read_event_into(&mut self.buffer);
-            let event = match event {
+            let event = match self.reader.read_event_into(&mut self.buffer) {
                 Ok(event) => event,
                 Err(cause) => return self.broken(&cause),
             };
@@ -75,21 +101,30 @@ impl<R: BufRead> Xml<R> {
             match event {
                 Event::Start(start) => {
                     self.depth += 1;
-                    return element(&start, line).map(Next::Element).map_err(wrong);
+                    return element(&start, line).map(Item::Open).map_err(wrong);
                 }
-                Event::Empty(start) => return element(&start, line).map(Next::Element).map_err(wrong),
-                Event::End(_) => self.depth = self.depth.saturating_sub(1),
-                Event::Eof => return Ok(Next::End(self.depth == 0)),
+                Event::Empty(start) => {
+                    self.is_closing = true;
+                    return element(&start, line).map(Item::Open).map_err(wrong);
+                }
+                Event::Text(text) => {
+                    return Ok(Item::Text(String::from_utf8_lossy(text.as_ref().as_bytes()).into_owned()));
+                }
+                Event::End(_) => {
+                    self.depth = self.depth.saturating_sub(1);
+                    return Ok(Item::Close(line));
+                }
+                Event::Eof => return Ok(Item::End(self.depth == 0)),
                 _ => {}
             }
         }
     }
 
     /// A text that is cut off within a tag ends there; all else is an error.
-    fn broken(&mut self, cause: &quick_xml::Error) -> Result<Next, TrafficError> {
+    fn broken(&mut self, cause: &quick_xml::Error) -> Result<Item, TrafficError> {
         let is_at_end = self.reader.get_mut().fill_buf().is_ok_and(<[u8]>::is_empty);
         if matches!(cause, quick_xml::Error::Syntax(_)) && is_at_end && self.depth > 0 {
-            return Ok(Next::End(false));
+            return Ok(Item::End(false));
         }
         Err(TrafficError::Xml { line: self.reader.get_ref().n_lines, cause: cause.to_string() })
     }
@@ -136,7 +171,7 @@ impl Element {
         TrafficError::Value {
             line: self.line,
             column: format!("{} of <{}>", name, self.name),
-            is_xml: true,
+            part: Part::Attribute,
             value: self.attribute(name).unwrap_or_default().to_owned(),
             expected,
         }

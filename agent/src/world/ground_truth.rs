@@ -14,7 +14,7 @@ use super::parameters::{Route, Station, WorldAgent, WorldConfig, WorldParameters
 use super::recorded::RecordedWorld;
 use super::{crossing, highway};
 use crate::random::{Purpose, WorldDraw, keyed_rng};
-use crate::trajectories::State;
+use crate::trajectories::{State, Trajectory};
 use crate::truth::{ObjectId, TrueObject};
 
 /// Agents' own bodies are numbered from here in the order of the parameters, so that adding one renumbers nothing.
@@ -57,15 +57,19 @@ impl World {
         let WorldParameters { loop_length, config, agents } = parameters;
         let setting = Setting::of(config, *loop_length);
         let agents: Vec<Agent> = (0..agents.len()).map(|index| setting.agent(agents, index, seed)).collect();
-        let population = match config {
+        let numbered = |population: Vec<(Shape, Motion)>| {
+            let objects = (1..).zip(population);
+            objects.map(|(id, (shape, motion))| (ObjectId(id), shape, motion)).collect()
+        };
+        let population: Vec<_> = match config {
             WorldConfig::Crossing(config) => {
-                crossing::population(config, *loop_length, &queued_agents(&parameters.agents), seed)
+                let queued = queued_agents(&parameters.agents);
+                numbered(crossing::population(config, *loop_length, &queued, seed))
             }
-            WorldConfig::Highway(config) => highway::population(config, *loop_length, seed),
+            WorldConfig::Highway(config) => numbered(highway::population(config, *loop_length, seed)),
             WorldConfig::Recorded(recorded) => recorded.population(),
         };
-        let others =
-            (1..).zip(population).map(|(id, (shape, motion))| Object { id: ObjectId(id), shape, motion });
+        let others = population.into_iter().map(|(id, shape, motion)| Object { id, shape, motion });
         let bodies = agents.iter().filter_map(|agent| {
             let (id, shape) = agent.body.filter(|_| !agent.is_of_the_population)?;
             Some(Object { id, shape, motion: agent.motion.clone() })
@@ -143,14 +147,14 @@ impl<'a> Setting<'a> {
 
     fn agent(&self, agents: &[WorldAgent], index: usize, seed: u64) -> Agent {
         let WorldAgent { id, kind, station } = &agents[index];
-        let ridden = match (self.recorded, station) {
-            (Some(recorded), Station::Riding(object)) => {
-                recorded.object(*object).map(|(shape, motion)| ((*object, shape), motion))
-            }
-            _ => None,
-        };
-        if let Some((body, motion)) = ridden {
-            return Agent { id: *id, motion, body: Some(body), is_of_the_population: true };
+        if let Station::Riding(name) = station {
+            let ridden = self.recorded.and_then(|recorded| recorded.named(name));
+            let (body, motion) = match ridden {
+                Some((object, shape, motion)) => (Some((object, shape)), motion),
+                // It has not come yet.
+                None => (None, Motion::Recorded(Arc::new(Trajectory::new(Vec::new(), Span::ZERO)))),
+            };
+            return Agent { id: *id, motion, body, is_of_the_population: true };
         }
         let body = (*kind == SensorKind::Vehicle).then(|| {
             let mut rng = keyed_rng(seed, Some(id), 0, Purpose::World(WorldDraw::AgentBody));
@@ -163,7 +167,7 @@ impl<'a> Setting<'a> {
             Station::Driving(Route::Block(arm)) => crossing::block_lap(*arm, rank, self.lap),
             Station::Driving(Route::Service(side)) => highway::service_lap(*side, rank, self.lap),
             Station::Following(trajectory) => Motion::Recorded(Arc::clone(trajectory)),
-            Station::Riding(_) => unreachable!("checked with the parameters"),
+            Station::Riding(_) => unreachable!("returned above"),
         };
         Agent { id: *id, motion, body, is_of_the_population: false }
     }

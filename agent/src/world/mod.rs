@@ -22,7 +22,7 @@ pub use error::InvalidParameter;
 pub use ground_truth::World;
 pub use highway::HighwayConfig;
 pub use parameters::{Route, Station, WorldAgent, WorldConfig, WorldParameters};
-pub use recorded::RecordedWorld;
+pub use recorded::{Course, RecordedWorld, traffic_roads};
 pub use road::{Road, RoadKind};
 
 #[cfg(test)]

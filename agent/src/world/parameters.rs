@@ -10,9 +10,8 @@ use v2x_common::time::Span;
 use super::crossing::CrossingConfig;
 use super::error::InvalidParameter;
 use super::highway::HighwayConfig;
-use super::recorded::RecordedWorld;
+use super::recorded::{Course, RecordedWorld};
 use crate::trajectories::Trajectory;
-use crate::truth::ObjectId;
 
 /// All that a world depends on, apart from the seed.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,11 +37,16 @@ pub enum WorldConfig {
 
 impl WorldConfig {
     /// Whether it begins again after its length.
-    pub const fn repeats(&self) -> bool {
+    pub fn repeats(&self) -> bool {
         match self {
             Self::Crossing(_) | Self::Highway(_) => true,
-            Self::Recorded(recorded) => recorded.repeats,
+            Self::Recorded(recorded) => matches!(recorded.course, Course::Repeats),
         }
+    }
+
+    /// Whether another program drives it, so that only what it has published is known.
+    pub fn is_live(&self) -> bool {
+        self.recorded().is_some_and(RecordedWorld::is_live)
     }
 
     /// The recording that it is.
@@ -71,7 +75,8 @@ impl WorldParameters {
         let loop_s = self.loop_length.as_secs_f64();
         let (is_valid, expected) = match &self.config {
             WorldConfig::Recorded(world) => {
-                (self.loop_length == world.traffic.length, "the recording's length")
+                let is_valid = world.is_live() || self.loop_length == world.traffic.length;
+                (is_valid, "the recording's length")
             }
             _ => ((100.0..=3600.0).contains(&loop_s), "100 to 3600 s"),
         };
@@ -85,10 +90,12 @@ impl WorldParameters {
             let others = &self.agents[..index];
             let is_new = others.iter().all(|other| other.id != agent.id);
             InvalidParameter::check("agents", &agent.id, is_new, "an id that no other agent has")?;
-            if let Station::Riding(object) = agent.station {
-                let n_objects = self.config.recorded().map_or(0, |world| world.traffic.objects.len());
-                let is_there = (1..=n_objects).contains(&(object.0 as usize));
-                InvalidParameter::check("ride", &object.0, is_there, "an object of the recording")?;
+            if let Station::Riding(object) = &agent.station {
+                let world = self.config.recorded();
+                // Who is driven elsewhere may come later.
+                let is_there =
+                    world.is_some_and(|world| world.is_live() || world.object_id(object).is_some());
+                InvalidParameter::check("ride", object, is_there, "an object of the recording")?;
             }
             let Station::Driving(route) = agent.station else { continue };
             let n_before = others.iter().filter(|other| other.station == agent.station).count();
@@ -106,8 +113,8 @@ pub enum Station {
     Fixed(Pose),
     /// On a route of the world.
     Driving(Route),
-    /// On an object of a recording, which is its body.
-    Riding(ObjectId),
+    /// On an object of a recording by its name there, which is its body.
+    Riding(String),
     /// Along a way of its own.
     Following(Arc<Trajectory>),
 }

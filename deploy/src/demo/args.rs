@@ -3,6 +3,7 @@
 use crate::web::WebArgs;
 use std::path::PathBuf;
 use std::time::Duration;
+use v2x_agent::scenario::WorldSource;
 use v2x_common::duration::parse_seconds;
 
 /// Shortest run: scoring starts 2 s after every agent's first frame.
@@ -36,6 +37,9 @@ pub(crate) struct DemoArgs {
     /// A scenario file, or the name of a shipped scenario
     #[arg(long, default_value = "crossing", value_name = "FILE|NAME")]
     pub(crate) scenario: String,
+    /// Another world for the scenario: sumo:CFG runs SUMO, traci:HOST:PORT takes a SUMO that is running
+    #[arg(long, value_name = "sumo:CFG")]
+    pub(crate) world: Option<WorldSource>,
     /// Print the summary as one line of JSON
     #[arg(long)]
     pub(crate) json: bool,

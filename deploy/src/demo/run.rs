@@ -27,7 +27,7 @@ pub(crate) async fn run(
     log_filter: &str,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<ExitCode> {
-    let chosen = scenarios::choose(&args.scenario)?;
+    let chosen = scenarios::choose_in(&args.scenario, args.world.as_ref())?;
     let site = Site::listen_if_wanted(args.web.web)?;
     if let Some(file) = args.record.as_ref().filter(|file| file.exists() && !args.force) {
         bail!("{} exists; choose another name, or give --force to overwrite it", file.display());
@@ -73,13 +73,6 @@ struct Demo<'a> {
     launcher: Launcher,
 }
 
-/// A running network, and the start of its scenario.
-struct Started {
-    network: Network,
-    consumer: Child,
-    start: Timestamp,
-}
-
 impl Demo<'_> {
     /// Runs the network; `None` where Ctrl-C came first. Every process has ended when it returns.
     async fn run(
@@ -114,7 +107,20 @@ impl Demo<'_> {
             started = self.start_network(scenario_file) => started?,
             () = shutdown.cancelled() => return Ok(None),
         };
-        let Started { mut network, mut consumer, start } = started;
+        let (mut network, mut consumer) = started;
+        let mut start = clock::now();
+        if let Some((sumo, record)) = self.chosen.sumo(&self.folder) {
+            progress.print("starting SUMO; the world begins with its first vehicle");
+            let begun = network.start_world(&self.launcher, (sumo, &record), shutdown).await?;
+            let Some(begun) = begun else { return Ok(None) };
+            start = begun;
+        }
+        let run =
+            AgentsOfRun { scenario: &self.chosen.scenario, file: scenario_file, seed: self.seed, start };
+        tokio::select! {
+            started = network.start_agents(&self.launcher, &run) => started?,
+            () = shutdown.cancelled() => return Ok(None),
+        }
         progress.print(&format!("hub at {}, all processes are up", network.locator));
         let live = site.map(|site| self.show(site, &network.locator, start));
         let began_at = clock::now();
@@ -130,8 +136,10 @@ impl Demo<'_> {
         let mut reports = FinalReports::default();
         reports.failures.extend(exit);
         network.end_agents(&mut reports).await;
+        network.end_world(&mut reports).await;
         end_consumer(consumer, &mut reports).await;
         network.end_hub(&mut reports).await;
+        self.chosen.keep_world(&self.folder)?;
         if shutdown.is_cancelled() && !self.args.is_scored_after(ran) {
             return Ok(None);
         }
@@ -157,15 +165,12 @@ impl Demo<'_> {
         site.serve(Source { session, network: self.launcher.network(), scene })
     }
 
-    async fn start_network(&self, scenario_file: &std::path::Path) -> anyhow::Result<Started> {
+    /// Starts the hub and the consumer.
+    async fn start_network(&self, scenario_file: &std::path::Path) -> anyhow::Result<(Network, Child)> {
         let options = HubOptions { config: Some(scenario_file.to_owned()), ..HubOptions::default() };
-        let mut network = Network::start_hub(&self.launcher, &options).await?;
+        let network = Network::start_hub(&self.launcher, &options).await?;
         let consumer = self.start_consumer(&network.locator).await?;
-        let start = clock::now();
-        let run =
-            AgentsOfRun { scenario: &self.chosen.scenario, file: scenario_file, seed: self.seed, start };
-        network.start_agents(&self.launcher, &run).await?;
-        Ok(Started { network, consumer, start })
+        Ok((network, consumer))
     }
 
     async fn start_consumer(&self, locator: &str) -> anyhow::Result<Child> {

@@ -2,6 +2,7 @@
 
 use super::args::{Action, InitArgs, ScenarioArgs};
 use super::text::{self, Files};
+use crate::recorded;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -37,8 +38,8 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
 
 fn default_out(world: Option<&Path>) -> PathBuf {
     world
-        .and_then(Path::file_stem)
-        .map_or_else(|| PathBuf::from("scenario.toml"), |stem| PathBuf::from(stem).with_extension("toml"))
+        .and_then(recorded::stem)
+        .map_or_else(|| PathBuf::from("scenario.toml"), |stem| PathBuf::from(format!("{stem}.toml")))
 }
 
 fn of_world(args: &InitArgs, world: &Path, out: &Path) -> anyhow::Result<String> {

@@ -1,5 +1,6 @@
 //! A scenario of recorded traffic, as commented TOML.
 
+use crate::recorded;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use v2x_agent::trajectories::{ReadOptions, RecordedObject, Traffic};
@@ -151,9 +152,7 @@ fn busiest(traffic: &Traffic, n: usize) -> Vec<(f64, f64)> {
 }
 
 fn name_of(file: &str) -> String {
-    std::path::Path::new(file)
-        .file_stem()
-        .map_or_else(|| "recorded".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    recorded::stem(std::path::Path::new(file)).unwrap_or_else(|| "recorded".to_owned())
 }
 
 /// JSON writes a text with the same escapes as TOML.

@@ -3,13 +3,14 @@
 use super::WorldArgs;
 use super::summary::Summary;
 use crate::output;
+use crate::recorded;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use v2x_agent::scenario::Scenario;
 use v2x_agent::trajectories::Traffic;
-use v2x_agent::world::Road;
+use v2x_agent::world::{Road, traffic_roads};
 use v2x_lab::recorded_svg;
 
 pub(crate) fn run(args: &WorldArgs) -> anyhow::Result<()> {
@@ -17,7 +18,7 @@ pub(crate) fn run(args: &WorldArgs) -> anyhow::Result<()> {
     let name = args.file.file_name().unwrap_or(args.file.as_os_str()).to_string_lossy();
     let summary = Summary::of(&traffic, &name);
     let picture = args.svg.clone().unwrap_or_else(|| {
-        PathBuf::from(args.file.file_stem().unwrap_or_default()).with_extension("world.svg")
+        PathBuf::from(format!("{}.world.svg", recorded::stem(&args.file).unwrap_or_default()))
     });
     std::fs::write(&picture, recorded_svg(&traffic, &roads, &name))
         .with_context(|| format!("writing the picture {}", picture.display()))?;
@@ -48,5 +49,6 @@ fn world(args: &WorldArgs) -> anyhow::Result<(Arc<Traffic>, Vec<Road>)> {
         return Ok((Arc::clone(&world.traffic), world.roads.clone()));
     }
     let (traffic, _) = args.of.open(path)?;
-    Ok((Arc::new(traffic), Vec::new()))
+    let roads = traffic_roads(&traffic);
+    Ok((Arc::new(traffic), roads))
 }

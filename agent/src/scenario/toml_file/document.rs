@@ -25,6 +25,7 @@ pub(in crate::scenario) enum WorldKind {
     Crossing,
     Highway,
     Trajectories,
+    Sumo,
 }
 
 #[derive(Deserialize)]
@@ -48,6 +49,8 @@ pub(in crate::scenario) struct TomlWorld {
     #[serde(default)]
     pub(in crate::scenario) classes: BTreeMap<String, String>,
     pub(in crate::scenario) vtypes: Option<String>,
+    pub(in crate::scenario) begin_s: Option<f64>,
+    pub(in crate::scenario) traci: Option<String>,
     #[serde(default)]
     pub(in crate::scenario) road: Vec<TomlRoad>,
 }
@@ -87,6 +90,8 @@ impl TomlWorld {
         const CROSSING: &[WorldKind] = &[WorldKind::Crossing];
         const HIGHWAY: &[WorldKind] = &[WorldKind::Highway];
         const RECORDED: &[WorldKind] = &[WorldKind::Trajectories];
+        const SUMO: &[WorldKind] = &[WorldKind::Sumo];
+        const FOREIGN: &[WorldKind] = &[WorldKind::Trajectories, WorldKind::Sumo];
         fn text<T: ToString>(value: Option<&T>) -> Option<String> {
             value.map(ToString::to_string)
         }
@@ -101,7 +106,7 @@ impl TomlWorld {
             ("pedestrians", text(self.pedestrians.as_ref()), CROSSING),
             ("bicycles", text(self.bicycles.as_ref()), CROSSING),
             ("lanes", text(self.lanes.as_ref()), HIGHWAY),
-            ("file", quoted(self.file.as_ref()), RECORDED),
+            ("file", quoted(self.file.as_ref()), FOREIGN),
             ("loop", text(self.repeats.as_ref()), RECORDED),
             ("from_s", text(self.from_s.as_ref()), RECORDED),
             ("to_s", text(self.to_s.as_ref()), RECORDED),
@@ -110,7 +115,9 @@ impl TomlWorld {
             ("scene", quoted(self.scene.as_ref()), RECORDED),
             ("classes", table(!self.classes.is_empty()), RECORDED),
             ("vtypes", quoted(self.vtypes.as_ref()), RECORDED),
-            ("road", table(!self.road.is_empty()), RECORDED),
+            ("traci", quoted(self.traci.as_ref()), SUMO),
+            ("begin_s", text(self.begin_s.as_ref()), SUMO),
+            ("road", table(!self.road.is_empty()), FOREIGN),
         ];
         all.into_iter().filter_map(|(name, value, kinds)| Some((name, value?, kinds))).collect()
     }

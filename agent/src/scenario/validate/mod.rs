@@ -8,7 +8,9 @@ mod pose;
 mod recorded;
 mod roads;
 mod sending;
+mod setting;
 mod station;
+mod sumo;
 mod world;
 
 use v2x_common::id::MapFrame;
@@ -21,10 +23,13 @@ use super::place;
 use super::toml_file::TomlScenario;
 use crate::world::{Station, WorldConfig};
 use field::Field;
+use setting::Setting;
 use station::Surroundings;
 
 const DEFAULT_LOOP_S: f64 = 120.0;
 const DEFAULT_SEED: u64 = 1;
+/// A world that is driven elsewhere does not repeat itself.
+const LONGEST_LIVE: Span = Span::from_millis(7 * 86_400_000);
 
 pub(super) fn scenario(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioError> {
     read(text, origin, files).map_err(|error| match error {
@@ -48,7 +53,7 @@ fn read(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioE
     let map_frame = file.map_frame.map(|name| {
         MapFrame::new(&name).map_err(|cause| root.child("map_frame").error(format_args!("{name:?}"), cause))
     });
-    let (world, files) = world::world(&root.child("world"), &file.world, files)?;
+    let Setting { config: world, files, sumo } = world::world(&root.child("world"), &file.world, files)?;
     let loop_length = loop_length(&root, file.loop_s, &world)?;
     if file.agents.is_empty() {
         return Err(root.child("agents").error("empty", "at least one agent"));
@@ -69,15 +74,17 @@ fn read(text: &str, origin: Origin, files: &Files) -> Result<Scenario, ScenarioE
         agents,
         hub: file.hub,
         files,
+        sumo,
     })
 }
 
 /// Recorded traffic has the length that it has.
 fn loop_length(root: &Field<'_>, loop_s: Option<f64>, world: &WorldConfig) -> Result<Span, ScenarioError> {
     match (world, loop_s) {
+        (WorldConfig::Recorded(recorded), None) if recorded.is_live() => Ok(LONGEST_LIVE),
         (WorldConfig::Recorded(recorded), None) => Ok(recorded.traffic.length),
         (WorldConfig::Recorded(_), Some(loop_s)) => {
-            let expected = "none: recorded traffic is as long as its file, or as from_s and to_s say";
+            let expected = "none: SUMO goes on until it ends, and recorded traffic is as long as its file, or as from_s and to_s say";
             Err(root.child("loop_s").error(loop_s, expected))
         }
         (_, loop_s) => {

@@ -6,20 +6,18 @@ use v2x_common::class::Class;
 
 use super::field::Field;
 use super::roads;
+use super::setting::Setting;
 use crate::scenario::config::ScenarioFile;
 use crate::scenario::error::ScenarioError;
 use crate::scenario::files::Files;
 use crate::scenario::toml_file::{TomlOrigin, TomlWorld};
 use crate::trajectories::{ReadOptions, VehicleType};
-use crate::world::{RecordedWorld, WorldConfig};
+use crate::world::{Course, RecordedWorld, WorldConfig, traffic_roads};
 
-pub(super) fn recorded(
-    field: &Field<'_>,
-    file: &TomlWorld,
-    files: &Files,
-) -> Result<(WorldConfig, Vec<ScenarioFile>), ScenarioError> {
+pub(super) fn recorded(field: &Field<'_>, file: &TomlWorld, files: &Files) -> Result<Setting, ScenarioError> {
     let Some(name) = &file.file else {
-        let expected = "the path of recorded traffic: CSV with columns t, id, class, x, y, or SUMO's XML";
+        let expected = "the path of recorded traffic: CSV with columns t, id, class, x, y, XML of SUMO or CommonRoad, or \
+                        the folder of nuScenes' tables";
         return Err(field.child("file").error("missing", expected));
     };
     let path = existing(field, files, ("file", name))?;
@@ -31,9 +29,11 @@ pub(super) fn recorded(
         named.push(ScenarioFile { key: "vtypes", path });
     }
     let traffic = files.traffic(path, options(field, file, vehicle_types)?)?;
-    let roads = roads::roads(field, &file.road, traffic.origin)?;
-    let repeats = file.repeats.unwrap_or(true);
-    Ok((WorldConfig::Recorded(RecordedWorld { traffic, repeats, roads }), named))
+    let mut roads = traffic_roads(&traffic);
+    roads.extend(roads::roads(field, &file.road, traffic.origin)?);
+    let course = if file.repeats.unwrap_or(true) { Course::Repeats } else { Course::Ends };
+    let config = WorldConfig::Recorded(RecordedWorld { traffic, course, roads });
+    Ok(Setting { config, files: named, sumo: None })
 }
 
 /// The path of a file that is there.
@@ -43,11 +43,12 @@ fn existing(
     (key, name): (&'static str, &str),
 ) -> Result<std::path::PathBuf, ScenarioError> {
     let path = files.path(name);
-    if path.is_file() {
+    if path.is_file() || key == "file" && path.is_dir() {
         return Ok(path);
     }
     let folder = path.parent().map_or_else(String::new, |folder| format!(" in {}", folder.display()));
-    let expected = format!("a file{folder}; the CSV and XML files of that folder: {}", files.others(&path));
+    let expected =
+        format!("a file{folder}; the CSV and XML files and folders of tables there: {}", files.others(&path));
     Err(field.child(key).error(format_args!("{name:?}"), expected))
 }
 

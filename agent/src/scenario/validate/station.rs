@@ -111,8 +111,10 @@ fn riding(field: &Field<'_>, name: &str, world: &WorldConfig) -> Result<Station,
         let expected = "none: only recorded traffic (kind = \"trajectories\") has objects with names";
         return Err(field.error(format_args!("{name:?}"), expected));
     };
-    let id = recorded.object_id(name);
-    id.map(Station::Riding).ok_or_else(|| field.error(format_args!("{name:?}"), known_ids(recorded, name)))
+    if recorded.is_live() || recorded.object_id(name).is_some() {
+        return Ok(Station::Riding(name.to_owned()));
+    }
+    Err(field.error(format_args!("{name:?}"), known_ids(recorded, name)))
 }
 
 /// Ids of the recording in words; those that begin like the wrong one first.

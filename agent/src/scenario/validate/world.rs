@@ -1,24 +1,21 @@
 //! The world of a scenario.
 
 use super::field::Field;
-use super::recorded;
-use crate::scenario::config::ScenarioFile;
+use super::setting::Setting;
+use super::{recorded, sumo};
 use crate::scenario::error::ScenarioError;
 use crate::scenario::files::Files;
 use crate::scenario::toml_file::{TomlWorld, WorldKind};
 use crate::world::{CrossingConfig, HighwayConfig, WorldConfig};
 
-/// The world, and the files that it was read from.
-pub(super) fn world(
-    field: &Field<'_>,
-    file: &TomlWorld,
-    files: &Files,
-) -> Result<(WorldConfig, Vec<ScenarioFile>), ScenarioError> {
+/// The world, and what it was read from.
+pub(super) fn world(field: &Field<'_>, file: &TomlWorld, files: &Files) -> Result<Setting, ScenarioError> {
     refuse_foreign(field, file)?;
     match file.kind {
-        WorldKind::Crossing => Ok((crossing(field, file)?, Vec::new())),
-        WorldKind::Highway => Ok((highway(field, file)?, Vec::new())),
+        WorldKind::Crossing => crossing(field, file).map(Setting::synthetic),
+        WorldKind::Highway => highway(field, file).map(Setting::synthetic),
         WorldKind::Trajectories => recorded::recorded(field, file, files),
+        WorldKind::Sumo => sumo::sumo(field, file, files),
     }
 }
 
@@ -58,6 +55,7 @@ fn refuse_foreign(field: &Field<'_>, file: &TomlWorld) -> Result<(), ScenarioErr
             WorldKind::Crossing => "no such field in a crossing",
             WorldKind::Highway => "no such field in a highway",
             WorldKind::Trajectories => "no such field with recorded traffic",
+            WorldKind::Sumo => "no such field with SUMO",
         };
         Err(field.child(name).error(value, of))
     })

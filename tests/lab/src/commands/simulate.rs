@@ -44,6 +44,7 @@ const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Runs and scores.
 pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
     let scenario = Scenario::load(&args.scenario)?;
+    scenario.check_known("lab simulate")?;
     log_remarks(&scenario);
     let mut table = scenario.hub.clone();
     if let Some(method) = &args.method {

@@ -88,6 +88,13 @@ impl Launcher {
         subcommand: &str,
         args: &[String],
     ) -> Result<(Child, serde_json::Value), ChildError> {
+        let mut child = self.spawn(name, subcommand, args)?;
+        let ready = child.expect_event("ready", READY_PATIENCE).await?;
+        Ok((child, ready))
+    }
+
+    /// Starts a child without waiting.
+    pub fn spawn(&self, name: &str, subcommand: &str, args: &[String]) -> Result<Child, ChildError> {
         let log = self.logs.as_ref().map(|folder| folder.join(format!("{name}.log")));
         let mut all = vec![subcommand.to_owned(), "--events".to_owned(), "--exit-with-stdin".to_owned()];
         all.extend([
@@ -101,9 +108,7 @@ impl Launcher {
             all.extend(["--log-format".to_owned(), logging::format().to_string()]);
         }
         all.extend_from_slice(args);
-        let mut child = Child::start(name, &self.program, &all, log)?;
-        let ready = child.expect_event("ready", READY_PATIENCE).await?;
-        Ok((child, ready))
+        Child::start(name, &self.program, &all, log)
     }
 
     /// Starts a hub and returns it with the endpoint on which it listens.

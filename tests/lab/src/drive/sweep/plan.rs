@@ -3,7 +3,7 @@
 use crate::drive::sweep::axis::{Axis, AxisValue};
 use crate::drive::sweep::method::SweepMethod;
 use crate::drive::sweep::overrides::{OverrideError, Path};
-use v2x_agent::scenario::{Files, Scenario, ScenarioError};
+use v2x_agent::scenario::{Files, Scenario, ScenarioError, UnknownWorld};
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 use v2x_fusion_hub::hub::{HubSettings, SettingsError};
@@ -60,6 +60,9 @@ pub struct Point {
 /// Why a point cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
+    /// A world that is not known before it happens.
+    #[error(transparent)]
+    World(#[from] UnknownWorld),
     /// A parameter cannot be set.
     #[error(transparent)]
     Override(#[from] OverrideError),
@@ -148,6 +151,7 @@ impl Plan {
         let text = toml::to_string(&table)?;
         let scenario = Scenario::from_toml_with(&text, files)
             .map_err(|cause| PlanError::Scenario { at: at(), cause: Box::new(cause.without_place()) })?;
+        scenario.check_known("lab sweep")?;
         let n = scenario.agents.len();
         let asked = self.axes.iter().zip(values).find(|(axis, _)| axis.is_number_of_agents());
         #[expect(

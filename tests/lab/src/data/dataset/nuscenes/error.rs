@@ -1,8 +1,8 @@
 //! Why scenes of nuScenes cannot be read.
 
 use super::split::Split;
-use super::table::TableError;
 use std::path::PathBuf;
+use v2x_agent::nuscenes::TableError;
 
 /// Why scenes of nuScenes cannot be read.
 #[derive(Debug, thiserror::Error)]

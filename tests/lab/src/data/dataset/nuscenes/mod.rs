@@ -1,34 +1,39 @@
-//! Scenes from nuScenes' own tables: `ROOT/VERSION/scene.json` and so on, as its devkit reads them.
+//! Scenes from nuScenes' own tables: `ROOT/VERSION/scene.json` and so on, which `v2x_agent::nuscenes` reads.
 //!
-//! The large tables are read record by record. Only the records of the chosen scenes stay in memory. Times, ego poses and
-//! boxes are the recorded ones; a keyframe's ego pose is that of its lidar sweep.
+//! Agent 1 of a keyframe is at the ego pose of its lidar sweep.
 
-mod assemble;
 mod error;
 mod split;
-mod table;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use error::NuscenesError;
 pub(crate) use split::Split;
 
-use crate::data::scene::Scene;
-use assemble::Assembly;
+use crate::data::scene::{Keyframe, Scene, TrueBox};
 use std::path::Path;
+use v2x_agent::nuscenes::{AnnotatedScene, Annotation, scenes};
+use v2x_agent::scenario::table_in;
+use v2x_agent::truth::ObjectId;
+use v2x_common::time::Timestamp;
 
 /// Reads the scenes of a split.
 pub(crate) fn load(root: &Path, version: &str, split: &Split) -> Result<Vec<Scene>, NuscenesError> {
     let folder = root.join(version);
-    let mut assembly = Assembly::default();
-    assembly.read_classes(&folder)?;
-    assembly.read_scenes(&folder, split)?;
-    assembly.read_samples(&folder)?;
-    assembly.read_ego_poses(&folder)?;
-    assembly.read_boxes(&folder)?;
-    let scenes = assembly.finish()?;
+    let scenes = scenes(&|table| table_in(&folder, table), &|name| split.has(name))?;
     if scenes.is_empty() {
         return Err(NuscenesError::NoScenes { folder, split: split.clone() });
     }
-    Ok(scenes)
+    Ok(scenes.into_iter().map(scene).collect())
+}
+
+fn scene(AnnotatedScene { name, keyframes, .. }: AnnotatedScene) -> Scene {
+    let start = keyframes.first().map_or(Timestamp::EPOCH, |keyframe| keyframe.at);
+    let object = |Annotation { instance, class, bev }| TrueBox { id: ObjectId(instance), class, bev };
+    let keyframes = keyframes.into_iter().map(|keyframe| Keyframe {
+        at: keyframe.at - start,
+        ego: keyframe.ego,
+        objects: keyframe.boxes.into_iter().map(object).collect(),
+    });
+    Scene::new(name, keyframes.collect())
 }

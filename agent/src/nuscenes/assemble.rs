@@ -1,11 +1,8 @@
 //! From linked tables to scenes.
 
-use crate::data::dataset::nuscenes::split::Split;
-use crate::data::dataset::nuscenes::table::{Record, TableError, each};
-use crate::data::scene::{Keyframe, Scene, TrueBox};
+use super::table::{Record, TableError, each};
+use super::{AnnotatedFrame, AnnotatedScene, Annotation, OpenTable};
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
-use v2x_agent::truth::ObjectId;
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
@@ -32,6 +29,7 @@ pub(super) struct Assembly {
 #[derive(Debug)]
 struct Draft {
     name: String,
+    instances: Vec<String>,
     samples: Vec<Sample>,
     /// By instance token, in order of appearance.
     ids: HashMap<String, u32>,
@@ -42,7 +40,7 @@ struct Sample {
     token: String,
     at: Timestamp,
     ego: Ego,
-    objects: Vec<TrueBox>,
+    boxes: Vec<Annotation>,
 }
 
 /// What is known of the vehicle's pose at a keyframe.
@@ -55,47 +53,69 @@ enum Ego {
 }
 
 impl Assembly {
-    pub(super) fn read_classes(&mut self, folder: &Path) -> Result<(), TableError> {
+    pub(super) fn read_classes(&mut self, open: &OpenTable<'_>) -> Result<(), TableError> {
+        // Segmentation adds categories that no box has: those are wrong only where an instance is of them.
         let mut categories = HashMap::new();
-        each(folder, "category", |record| {
-            let class = Class::ALL
-                .into_iter()
-                .find(|class| record.text("name").is_ok_and(|name| name == class.name()));
-            let class = class.ok_or_else(|| record.wrong("name", "one of the 23 nuScenes categories"))?;
+        each(open, "category", |record| {
+            let name = record.text("name")?;
+            let class = Class::ALL.into_iter().find(|class| name == class.name());
+            let class = class.ok_or_else(|| record.wrong("name", "one of the 23 nuScenes categories"));
             categories.insert(record.text("token")?.to_owned(), class);
             Ok(())
         })?;
-        each(folder, "instance", |record| {
-            let class = categories.get(record.text("category_token")?);
-            let class = class.ok_or_else(|| record.wrong("category_token", "a token of table category"))?;
+        each(open, "instance", |record| {
+            let category = record.text("category_token")?;
+            let known = categories.get(category);
+            let known = known.ok_or_else(|| record.wrong("category_token", "a token of table category"))?;
+            let Ok(class) = known else {
+                return categories.remove(category).map_or(Ok(()), |refused| refused.map(|_| ()));
+            };
             self.classes.insert(record.text("token")?.to_owned(), *class);
             Ok(())
         })
     }
 
-    pub(super) fn read_scenes(&mut self, folder: &Path, split: &Split) -> Result<(), TableError> {
-        each(folder, "scene", |record| {
+    pub(super) fn read_scenes(
+        &mut self,
+        open: &OpenTable<'_>,
+        is_wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<(), TableError> {
+        each(open, "scene", |record| {
             let name = record.text("name")?;
-            if split.has(name) {
+            if is_wanted(name) {
                 self.scene_of.insert(record.text("token")?.to_owned(), self.scenes.len());
                 let name = name.to_owned();
-                self.scenes.push(Draft { name, samples: Vec::new(), ids: HashMap::new() });
+                self.scenes.push(Draft {
+                    name,
+                    samples: Vec::new(),
+                    instances: Vec::new(),
+                    ids: HashMap::new(),
+                });
             }
             Ok(())
         })
     }
 
-    pub(super) fn read_samples(&mut self, folder: &Path) -> Result<(), TableError> {
-        each(folder, "sample", |record| {
+    pub(super) fn read_samples(&mut self, open: &OpenTable<'_>) -> Result<(), TableError> {
+        each(open, "sample", |record| {
             let Some(scene) = self.scene_of.get(record.text("scene_token")?) else { return Ok(()) };
             let at = Timestamp::from_micros(record.whole("timestamp")?)
                 .ok_or_else(|| record.wrong("timestamp", "microseconds since 1970"))?;
             let token = record.text("token")?.to_owned();
-            self.scenes[*scene].samples.push(Sample { token, at, ego: Ego::NoSweep, objects: Vec::new() });
+            self.scenes[*scene].samples.push(Sample { token, at, ego: Ego::NoSweep, boxes: Vec::new() });
             Ok(())
         })?;
         for (scene, draft) in self.scenes.iter_mut().enumerate() {
             draft.samples.sort_by_key(|sample| sample.at);
+            if let Some([_, twice]) = draft.samples.windows(2).find(|pair| pair[0].at == pair[1].at) {
+                return Err(TableError::Field {
+                    table: "sample",
+                    record: twice.token.clone(),
+                    field: "timestamp",
+                    value: twice.at.as_micros().into(),
+                    expected: "a time that no other sample of its scene has",
+                });
+            }
             let places = draft.samples.iter().enumerate();
             self.place_of.extend(places.map(|(frame, sample)| (sample.token.clone(), (scene, frame))));
         }
@@ -103,22 +123,22 @@ impl Assembly {
     }
 
     /// Reads the ego poses of the lidar's key frames.
-    pub(super) fn read_ego_poses(&mut self, folder: &Path) -> Result<(), TableError> {
+    pub(super) fn read_ego_poses(&mut self, open: &OpenTable<'_>) -> Result<(), TableError> {
         let (mut sensors, mut lidars) = (HashSet::new(), HashSet::new());
-        each(folder, "sensor", |record| {
+        each(open, "sensor", |record| {
             if record.text("channel")? == LIDAR {
                 sensors.insert(record.text("token")?.to_owned());
             }
             Ok(())
         })?;
-        each(folder, "calibrated_sensor", |record| {
+        each(open, "calibrated_sensor", |record| {
             if sensors.contains(record.text("sensor_token")?) {
                 lidars.insert(record.text("token")?.to_owned());
             }
             Ok(())
         })?;
         let mut places_of_pose: HashMap<String, Vec<Place>> = HashMap::new();
-        each(folder, "sample_data", |record| {
+        each(open, "sample_data", |record| {
             let is_wanted =
                 record.flag("is_key_frame")? && lidars.contains(record.text("calibrated_sensor_token")?);
             if let Some(place) = self.place_of.get(record.text("sample_token")?).filter(|_| is_wanted) {
@@ -130,7 +150,7 @@ impl Assembly {
             }
             Ok(())
         })?;
-        each(folder, "ego_pose", |record| {
+        each(open, "ego_pose", |record| {
             for (scene, frame) in places_of_pose.get(record.text("token")?).into_iter().flatten() {
                 self.scenes[*scene].samples[*frame].ego = Ego::At(pose(record)?);
             }
@@ -138,40 +158,50 @@ impl Assembly {
         })
     }
 
-    pub(super) fn read_boxes(&mut self, folder: &Path) -> Result<(), TableError> {
-        each(folder, "sample_annotation", |record| {
+    pub(super) fn read_boxes(&mut self, open: &OpenTable<'_>) -> Result<(), TableError> {
+        each(open, "sample_annotation", |record| {
             let Some((scene, frame)) = self.place_of.get(record.text("sample_token")?) else { return Ok(()) };
             let instance = record.text("instance_token")?;
             let class = self.classes.get(instance);
             let class = *class.ok_or_else(|| record.wrong("instance_token", "a token of table instance"))?;
             let draft = &mut self.scenes[*scene];
-            let next = u32::try_from(draft.ids.len()).expect("fewer than 2^32 objects fit into memory");
-            let id = ObjectId(*draft.ids.entry(instance.to_owned()).or_insert(next));
-            let objects = &mut draft.samples[*frame].objects;
-            if objects.iter().any(|object| object.id == id) {
+            let number = draft.instance(instance);
+            let boxes = &mut draft.samples[*frame].boxes;
+            if boxes.iter().any(|other| other.instance == number) {
                 return Err(record.wrong("instance_token", "an instance that the sample has not yet"));
             }
-            objects.push(TrueBox { id, class, bev: bev(record)? });
+            boxes.push(Annotation { instance: number, class, bev: bev(record)? });
             Ok(())
         })
     }
 
-    pub(super) fn finish(self) -> Result<Vec<Scene>, TableError> {
+    pub(super) fn finish(self) -> Result<Vec<AnnotatedScene>, TableError> {
         let scenes = self.scenes.into_iter().filter(|draft| !draft.samples.is_empty());
-        scenes.map(|draft| Ok(Scene::new(draft.name, keyframes(draft.samples)?))).collect()
+        let scene = |Draft { name, instances, samples, .. }| {
+            Ok(AnnotatedScene { name, instances, keyframes: keyframes(samples)? })
+        };
+        scenes.map(scene).collect()
     }
 }
 
-fn keyframes(samples: Vec<Sample>) -> Result<Vec<Keyframe>, TableError> {
-    let start = samples.first().map_or(Timestamp::EPOCH, |sample| sample.at);
-    let keyframe = |sample: Sample| {
-        let Sample { token, at, ego, objects } = sample;
-        let ego = match ego {
-            Ego::At(pose) => pose,
-            Ego::Missing(error) => return Err(error),
-            Ego::NoSweep => return Err(TableError::NoSweep { record: token }),
-        };
-        Ok(Keyframe { at: at - start, ego, objects })
+impl Draft {
+    /// The number of an instance.
+    fn instance(&mut self, token: &str) -> u32 {
+        if let Some(number) = self.ids.get(token) {
+            return *number;
+        }
+        let number = u32::try_from(self.instances.len()).expect("fewer than 2^32 objects fit into memory");
+        self.instances.push(token.to_owned());
+        self.ids.insert(token.to_owned(), number);
+        number
+    }
+}
+
+fn keyframes(samples: Vec<Sample>) -> Result<Vec<AnnotatedFrame>, TableError> {
+    let keyframe = |Sample { token, at, ego, boxes }| match ego {
+        Ego::At(ego) => Ok(AnnotatedFrame { at, ego, boxes }),
+        Ego::Missing(error) => Err(error),
+        Ego::NoSweep => Err(TableError::NoSweep { record: token }),
     };
     samples.into_iter().map(keyframe).collect()
 }

@@ -1,34 +1,30 @@
 //! One JSON table: a long list of records. One record at a time is in memory.
 
+use super::OpenTable;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde_json::Value;
-use std::fmt;
-use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::{fmt, io};
 
 /// Why a table cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// The file cannot be opened.
-    #[error("cannot read table {table} ({})", .path.display())]
+    /// It cannot be opened.
+    #[error("cannot read table {table}: {cause}")]
     Open {
         /// Its name.
         table: &'static str,
-        /// Its path.
-        path: PathBuf,
         /// Why.
-        source: std::io::Error,
+        cause: io::Error,
     },
     /// It is no JSON list.
-    #[error("table {table}, record {record} (counted from 0)")]
+    #[error("table {table}, record {record} (counted from 0): {cause}")]
     Json {
         /// Its name.
         table: &'static str,
         /// The first record that could not be read.
         record: usize,
         /// Where and why.
-        source: serde_json::Error,
+        cause: serde_json::Error,
     },
     /// A field is missing or invalid.
     #[error("table {table}, record {record}, field {field}: {value}, expected {expected}")]
@@ -101,21 +97,20 @@ impl Record {
 
 /// Calls `take` with every record of a table.
 pub(super) fn each(
-    folder: &Path,
+    open: &OpenTable<'_>,
     table: &'static str,
     mut take: impl FnMut(&Record) -> Result<(), TableError>,
 ) -> Result<(), TableError> {
-    let path = folder.join(format!("{table}.json"));
-    let file = match File::open(&path) {
-        Ok(file) => file,
-        Err(source) => return Err(TableError::Open { table, path, source }),
+    let text = match open(table) {
+        Ok(text) => text,
+        Err(cause) => return Err(TableError::Open { table, cause }),
     };
     let mut records = Records { table, number: 0, refused: None, take: &mut take };
-    let mut reader = serde_json::Deserializer::from_reader(BufReader::with_capacity(1 << 16, file));
+    let mut reader = serde_json::Deserializer::from_reader(text);
     let outcome = (&mut records).deserialize(&mut reader).and_then(|()| reader.end());
     match (records.refused, outcome) {
         (Some(refused), _) => Err(refused),
-        (None, Err(source)) => Err(TableError::Json { table, record: records.number, source }),
+        (None, Err(cause)) => Err(TableError::Json { table, record: records.number, cause }),
         (None, Ok(())) => Ok(()),
     }
 }

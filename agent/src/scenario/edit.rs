@@ -1,0 +1,139 @@
+//! A scenario's text with another world.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+use toml::{Table, Value};
+
+/// The key of the `[world]` table that stays, whatever drives its objects.
+const ROADS: &str = "road";
+
+/// A world that is named on a command line, in place of the scenario's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WorldSource {
+    /// SUMO with this configuration.
+    Sumo(PathBuf),
+    /// A SUMO that runs already, by host and port.
+    Traci(String),
+}
+
+/// The text names no world.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0:?} is no world; expected sumo:CFG, such as sumo:my.sumocfg, or traci:HOST:PORT of a SUMO that is running"
+)]
+pub struct NoSuchWorld(String);
+
+impl FromStr for WorldSource {
+    type Err = NoSuchWorld;
+
+    fn from_str(text: &str) -> Result<Self, NoSuchWorld> {
+        match text.split_once(':') {
+            Some(("sumo", config)) if !config.is_empty() => Ok(Self::Sumo(config.into())),
+            Some(("traci", address)) if address.contains(':') => Ok(Self::Traci(address.to_owned())),
+            _ => Err(NoSuchWorld(text.to_owned())),
+        }
+    }
+}
+
+impl WorldSource {
+    /// Its `[world]` table; a path is made absolute.
+    pub fn table(&self) -> Table {
+        let (key, value) = match self {
+            Self::Sumo(config) => {
+                let config = std::path::absolute(config).unwrap_or_else(|_| config.clone());
+                ("file", config.display().to_string())
+            }
+            Self::Traci(address) => ("traci", address.clone()),
+        };
+        Table::from_iter([("kind".to_owned(), "sumo".into()), (key.to_owned(), value.into())])
+    }
+}
+
+/// Why a text cannot be given another world.
+#[derive(Debug, thiserror::Error)]
+pub enum EditError {
+    /// The text is no TOML.
+    #[error("{0}")]
+    Syntax(#[from] Box<toml::de::Error>),
+    /// The new text cannot be written.
+    #[error("writing the scenario: {0}")]
+    Write(#[from] toml::ser::Error),
+}
+
+/// The scenario with this `[world]` table. Roads stay; comments do not.
+pub fn with_world(text: &str, world: Table) -> Result<String, EditError> {
+    let mut scenario: Table = text.parse().map_err(Box::new)?;
+    let mut new = world;
+    if let Some(Value::Table(mut old)) = scenario.remove("world")
+        && let Some(roads) = old.remove(ROADS)
+    {
+        new.insert(ROADS.to_owned(), roads);
+    }
+    scenario.insert("world".to_owned(), Value::Table(new));
+    Ok(toml::to_string(&scenario)?)
+}
+
+/// The `[world]` table of what was recorded of such a world, in this file beside the scenario.
+pub fn recorded_world(file: &str) -> Table {
+    Table::from_iter([
+        ("kind".to_owned(), "trajectories".into()),
+        ("file".to_owned(), file.into()),
+        ("loop".to_owned(), false.into()),
+        (
+            "origin".to_owned(),
+            Table::from_iter([("x".to_owned(), 0.0.into()), ("y".to_owned(), 0.0.into())]).into(),
+        ),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Scenario;
+
+    const TEXT: &str = r#"
+        name = "mine"
+        [world]
+        kind = "crossing"
+        parked = 4
+        [[agents]]
+        id = "ego"
+        kind = "vehicle"
+        ride = "we.0"
+    "#;
+
+    fn sumo(config: &str) -> Table {
+        WorldSource::Sumo(config.into()).table()
+    }
+
+    #[test]
+    fn a_scenario_has_the_new_world_and_its_agents_as_before() {
+        let text = with_world(TEXT, sumo("my.sumocfg")).unwrap();
+        let scenario = Scenario::from_toml(&text).unwrap();
+        assert!(scenario.world.is_live() && !scenario.world.repeats());
+        assert_eq!(scenario.agents.len(), 1);
+        let again = with_world(&text, recorded_world("world-file.csv")).unwrap();
+        assert!(again.contains("kind = \"trajectories\"") && again.contains("loop = false"), "{again}");
+        assert!(with_world("[world", Table::new()).is_err());
+    }
+
+    #[test]
+    fn a_world_is_named_with_its_configuration() {
+        assert_eq!("sumo:a.sumocfg".parse(), Ok(WorldSource::Sumo("a.sumocfg".into())));
+        assert_eq!("traci:localhost:8813".parse(), Ok(WorldSource::Traci("localhost:8813".to_owned())));
+        for wrong in ["sumo", "sumo:", "a.sumocfg", "traci:8813"] {
+            let message = wrong.parse::<WorldSource>().unwrap_err().to_string();
+            assert!(message.contains("expected sumo:CFG"), "{message}");
+        }
+    }
+
+    #[test]
+    fn roads_stay() {
+        let text = TEXT.replace(
+            "kind = \"crossing\"\n        parked = 4",
+            "kind = \"sumo\"\nfile = \"a\"\nroad = [{ line = [[0, 0], [9, 0]] }]",
+        );
+        let text = with_world(&text, sumo("b.sumocfg")).unwrap();
+        assert_eq!(Scenario::from_toml(&text).unwrap().world.roads().len(), 1);
+    }
+}
