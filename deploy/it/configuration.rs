@@ -207,6 +207,7 @@ fn every_key_of_a_scenario_is_on_the_page() -> anyhow::Result<()> {
     all.push(at_highway(&whole, &parse(&block("highway")?)?));
     let traffic = recorded_with_a_scene()?;
     all.extend(variants(&block("trajectories")?)?.iter().map(|table| on_the_road(&whole, table, &traffic)));
+    all.extend(variants(&block("sumo")?)?.iter().map(|table| on_the_road(&whole, table, "crossing.sumocfg")));
     // A scenario does not read the hub's table.
     assert_complete(&all, "hub", |table| read_scenario(table).map(|_| ()))
 }
@@ -234,7 +235,9 @@ fn on_the_road(scenario: &Table, block: &Table, traffic: &str) -> Table {
         }
     }
     world.extend(roads.map(|roads| ("road".to_owned(), roads)));
-    world.insert("file".to_owned(), Value::from(traffic));
+    if !world.contains_key("traci") {
+        world.insert("file".to_owned(), Value::from(traffic));
+    }
     if world.contains_key("vtypes") {
         let demand = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sumo/demand.rou.xml");
         world.insert("vtypes".to_owned(), Value::from(demand));

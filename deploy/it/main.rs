@@ -12,6 +12,7 @@ mod monitoring;
 mod proxy;
 mod recording;
 mod runs;
+mod sumo;
 mod watch;
 mod web;
 mod world;

@@ -18,6 +18,7 @@ mod scenario;
 mod scenarios;
 mod status;
 mod sumo;
+mod sumo_home;
 mod up;
 mod watch;
 mod web;

@@ -107,7 +107,7 @@ impl Network {
         });
         let first = first.await;
         drop(exits);
-        first.ended_before("it was asked to end").await
+        first.ended_before("asked to end").await
     }
 
     /// Ends all agents; the hub still fuses what they have sent.

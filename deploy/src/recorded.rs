@@ -50,10 +50,16 @@ impl TrafficArgs {
             ..ReadOptions::default()
         };
         if let Some(vtypes) = &self.vtypes {
+            check_readable(vtypes)?;
             let types = open_vehicle_types(vtypes);
             options.vehicle_types = types.with_context(|| vtypes.display().to_string())?;
         }
+        check_readable(file)?;
         let traffic = open_traffic(file, &options).with_context(|| file.display().to_string())?;
         Ok((traffic, options))
     }
+}
+
+fn check_readable(file: &Path) -> anyhow::Result<()> {
+    std::fs::metadata(file).map(|_| ()).with_context(|| format!("reading {}", file.display()))
 }

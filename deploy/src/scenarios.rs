@@ -62,12 +62,11 @@ impl Chosen {
 
     /// After a run that SUMO drove: the scenario of the folder has what was recorded of it as its world.
     pub(crate) fn keep_world(&self, folder: &RunFolder) -> anyhow::Result<()> {
-        match &self.scenario.sumo {
-            Some(_) => {
-                folder.write("scenario.toml", &with_world(&self.text, recorded_world(RECORDED_WORLD))?)
-            }
-            None => Ok(()),
+        if self.scenario.sumo.is_none() {
+            return Ok(());
         }
+        let world = recorded_world(RECORDED_WORLD, &self.scenario.world.roads());
+        folder.write("scenario.toml", &with_world(&self.text, world)?)
     }
 
     /// Scenario time 0 of a network that begins now: agents that are started by hand have the same where the world repeats

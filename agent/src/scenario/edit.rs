@@ -1,5 +1,6 @@
 //! A scenario's text with another world.
 
+use crate::world::{Road, RoadKind};
 use std::path::PathBuf;
 use std::str::FromStr;
 use toml::{Table, Value};
@@ -66,16 +67,20 @@ pub fn with_world(text: &str, world: Table) -> Result<String, EditError> {
     let mut new = world;
     if let Some(Value::Table(mut old)) = scenario.remove("world")
         && let Some(roads) = old.remove(ROADS)
+        && !new.contains_key(ROADS)
     {
         new.insert(ROADS.to_owned(), roads);
     }
     scenario.insert("world".to_owned(), Value::Table(new));
+    // The old world's.
+    scenario.remove("loop_s");
     Ok(toml::to_string(&scenario)?)
 }
 
-/// The `[world]` table of what was recorded of such a world, in this file beside the scenario.
-pub fn recorded_world(file: &str) -> Table {
+/// The `[world]` table of what was recorded of such a world, in this file beside the scenario, with its roads.
+pub fn recorded_world(file: &str, roads: &[Road]) -> Table {
     Table::from_iter([
+        (ROADS.to_owned(), roads.iter().map(road_table).collect::<Vec<_>>().into()),
         ("kind".to_owned(), "trajectories".into()),
         ("file".to_owned(), file.into()),
         ("loop".to_owned(), false.into()),
@@ -84,6 +89,23 @@ pub fn recorded_world(file: &str) -> Table {
             Table::from_iter([("x".to_owned(), 0.0.into()), ("y".to_owned(), 0.0.into())]).into(),
         ),
     ])
+}
+
+fn road_table(road: &Road) -> Value {
+    let point = |(x, y): &(f64, f64)| Value::from(vec![*x, *y]);
+    let points = Value::from(road.points.iter().map(point).collect::<Vec<_>>());
+    let kind = match road.kind {
+        RoadKind::Area => return Table::from_iter([("polygon".to_owned(), points)]).into(),
+        RoadKind::Surface => "surface",
+        RoadKind::Marking => "marking",
+        RoadKind::StopLine => "stop-line",
+    };
+    Table::from_iter([
+        ("line".to_owned(), points),
+        ("width_m".to_owned(), road.width_m.into()),
+        ("kind".to_owned(), kind.into()),
+    ])
+    .into()
 }
 
 #[cfg(test)]
@@ -112,7 +134,7 @@ mod tests {
         let scenario = Scenario::from_toml(&text).unwrap();
         assert!(scenario.world.is_live() && !scenario.world.repeats());
         assert_eq!(scenario.agents.len(), 1);
-        let again = with_world(&text, recorded_world("world-file.csv")).unwrap();
+        let again = with_world(&text, recorded_world("world-file.csv", &[])).unwrap();
         assert!(again.contains("kind = \"trajectories\"") && again.contains("loop = false"), "{again}");
         assert!(with_world("[world", Table::new()).is_err());
     }

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use super::error::ScenarioError;
 use super::place;
 use crate::trajectories::{
-    ReadOptions, Traffic, TrafficError, VehicleType, read, read_tables, read_vehicle_types,
+    Lane, ReadOptions, Traffic, TrafficError, VehicleType, read, read_lanes, read_net_file, read_tables,
+    read_vehicle_types,
 };
 
 /// Keys of the `[world]` table that name files.
@@ -64,6 +65,13 @@ impl Files {
         let traffic = Arc::new(traffic.map_err(|cause| refused(&path, cause))?);
         self.read.borrow_mut().push((path, options, Arc::clone(&traffic)));
         Ok(traffic)
+    }
+
+    /// The lanes of the network that SUMO's configuration names; none where they cannot be read, of which SUMO itself speaks.
+    pub(super) fn lanes(config: &Path) -> Vec<Lane> {
+        let net = open(config).and_then(read_net_file).ok().flatten();
+        let net = net.map(|net| config.parent().unwrap_or(Path::new("")).join(net));
+        net.and_then(|net| open(&net).and_then(read_lanes).ok()).unwrap_or_default()
     }
 
     pub(super) fn vehicle_types(path: &Path) -> Result<BTreeMap<String, VehicleType>, ScenarioError> {

@@ -19,13 +19,15 @@ const WAITING: usize = 64;
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The steps of a world, as they come.
-pub(super) struct Steps {
+#[derive(Debug)]
+pub struct Steps {
     queue: Arc<DropOldestQueue<Vec<u8>>>,
     _subscriber: Subscriber<()>,
 }
 
 impl Steps {
-    pub(super) async fn subscribe(session: &Session, keys: &Keys) -> anyhow::Result<Self> {
+    /// Subscribes to them.
+    pub async fn subscribe(session: &Session, keys: &Keys) -> anyhow::Result<Self> {
         let queue = Arc::new(DropOldestQueue::new(WAITING));
         let into = Arc::clone(&queue);
         let subscriber = session
@@ -46,7 +48,7 @@ impl Steps {
     }
 
     /// The first step; `None` where shutdown comes first.
-    pub(super) async fn first(&self, shutdown: &CancellationToken) -> Option<WorldStep> {
+    pub async fn first(&self, shutdown: &CancellationToken) -> Option<WorldStep> {
         let first = self.next();
         tokio::pin!(first);
         tokio::select! {
@@ -63,7 +65,8 @@ impl Steps {
 }
 
 /// What is known of the world so far.
-pub(super) struct LiveWorld {
+#[derive(Debug)]
+pub struct LiveWorld {
     steps: Steps,
     window: Window,
     parameters: WorldParameters,
@@ -72,7 +75,7 @@ pub(super) struct LiveWorld {
 
 impl LiveWorld {
     /// The world that begins with a step, and when its scenario time is 0.
-    pub(super) fn begin(
+    pub fn begin(
         steps: Steps,
         first: WorldStep,
         scenario: &Scenario,
@@ -89,20 +92,25 @@ impl LiveWorld {
     }
 
     /// Waits for the next step that changes the world. Cancelling does not lose one.
-    pub(super) async fn advance(&mut self) {
+    pub async fn advance(&mut self) {
         let step = self.steps.next().await;
         if let Err(error) = self.window.push(step) {
             tracing::warn!(%error, "a step of the world is not used");
         }
     }
 
+    /// The scenario times at which it is known where everything is.
+    pub fn known(&self) -> Option<(Span, Span)> {
+        self.window.known()
+    }
+
     /// Whether it is known where everything is at a scenario time.
-    pub(super) fn covers(&self, t: Span) -> bool {
+    pub fn covers(&self, t: Span) -> bool {
         self.window.covers(t)
     }
 
     /// The world as far as it is known.
-    pub(super) fn world(&self) -> anyhow::Result<World> {
+    pub fn world(&self) -> anyhow::Result<World> {
         let mut parameters = self.parameters.clone();
         if let WorldConfig::Recorded(world) = &mut parameters.config {
             let (traffic, numbers) = self.window.traffic();

@@ -6,4 +6,5 @@ mod publisher;
 mod run;
 
 pub use args::{AgentArgs, WireFormat};
+pub use live_world::{LiveWorld, Steps};
 pub use run::run;

@@ -315,7 +315,7 @@ mod tests {
             (
                 "<time><exact>3</exact></time>",
                 "<time><exact>3.5</exact></time>",
-                "line 11, element <state><time><exact>",
+                "line 11, element <trajectory><state><time><exact>",
             ),
             (
                 "<time><exact>3</exact></time>",

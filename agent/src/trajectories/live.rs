@@ -161,8 +161,12 @@ impl Window {
 
     /// Whether it is known where everything is at a scenario time.
     pub fn covers(&self, t: Span) -> bool {
-        self.steps.front().is_some_and(|first| *first <= t)
-            && self.steps.back().is_some_and(|last| t <= *last)
+        self.known().is_some_and(|(from, to)| from <= t && t <= to)
+    }
+
+    /// The scenario times between which it is known where everything is.
+    pub fn known(&self) -> Option<(Span, Span)> {
+        self.steps.front().copied().zip(self.newest())
     }
 
     /// The newest scenario time.

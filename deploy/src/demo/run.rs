@@ -195,7 +195,7 @@ impl Demo<'_> {
                 error = network.first_exit() => return Some(error.to_string()),
                 event = consumer.next_event() => match event {
                     Some(event) => progress.show(since(began_at), &event),
-                    None => return Some(consumer.ended_before("it was asked to end").await.to_string()),
+                    None => return Some(consumer.ended_before("asked to end").await.to_string()),
                 }
             }
         }

@@ -21,13 +21,16 @@ Examples:
                                          car and a roadside unit
   v2x scenario init --world fcd.xml --vtypes demand.rou.xml \\
       --from 600 --to 660 rush-hour.toml
+  v2x scenario init --world sumo:my.sumocfg
+                                         my.toml: SUMO live; it is run to see
+                                         which vehicle to ride on
 Then: v2x up traffic.toml --web")]
     Init(InitArgs),
 }
 
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct InitArgs {
-    /// Recorded traffic: CSV, or SUMO's floating-car data (v2x world FILE shows what is in it)
+    /// Recorded traffic (v2x world FILE shows what is in it), or sumo:CFG for a live SUMO
     #[arg(long, value_name = "FILE")]
     pub(super) world: Option<PathBuf>,
     #[command(flatten)]

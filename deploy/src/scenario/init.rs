@@ -2,12 +2,16 @@
 
 use super::args::{Action, InitArgs, ScenarioArgs};
 use super::text::{self, Files};
-use crate::recorded;
+use crate::{recorded, sumo_home};
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use v2x_agent::scenario::Scenario;
+use std::process::Stdio;
+use v2x_agent::scenario::{Scenario, open_traffic};
+use v2x_agent::trajectories::ReadOptions;
 
+/// Until this time of SUMO, s.
+const SEEN_S: &str = "180";
 const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 
 pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
@@ -38,15 +42,47 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
 
 fn default_out(world: Option<&Path>) -> PathBuf {
     world
-        .and_then(recorded::stem)
+        .and_then(|world| recorded::stem(sumo_config(world).unwrap_or(world)))
         .map_or_else(|| PathBuf::from("scenario.toml"), |stem| PathBuf::from(format!("{stem}.toml")))
 }
 
 fn of_world(args: &InitArgs, world: &Path, out: &Path) -> anyhow::Result<String> {
+    if let Some(config) = sumo_config(world) {
+        if let Some(option) = args.of.given() {
+            bail!("{option} is for recorded traffic, and SUMO is run");
+        }
+        return of_sumo(config, out);
+    }
     let (traffic, options) = args.of.open(world)?;
     let vtypes = args.of.vtypes.as_deref().map(|file| from_folder_of(out, file)).transpose()?;
     let files = Files { traffic: &from_folder_of(out, world)?, vtypes: vtypes.as_deref() };
     Ok(text::scenario(&traffic, &options, &files))
+}
+
+/// The configuration of SUMO that a world names.
+fn sumo_config(world: &Path) -> Option<&Path> {
+    world.to_str()?.strip_prefix("sumo:").map(Path::new)
+}
+
+/// Runs SUMO for a while as fast as it can, to see who drives where.
+fn of_sumo(config: &Path, out: &Path) -> anyhow::Result<String> {
+    let fcd = std::env::temp_dir().join(format!("v2x-init-{}.xml", std::process::id()));
+    let run = sumo_home::command(config)?
+        .arg("--fcd-output")
+        .arg(&fcd)
+        .args(["--end", SEEN_S])
+        .stdout(Stdio::null())
+        .output()
+        .context("running SUMO")?;
+    let traffic = open_traffic(&fcd, &ReadOptions::default());
+    // At worst a temporary file is left.
+    let _ = std::fs::remove_file(&fcd);
+    if !run.status.success() {
+        let said = String::from_utf8_lossy(&run.stderr);
+        bail!("SUMO ended ({}); it said:\n{}", run.status, said.trim_end());
+    }
+    let traffic = traffic.context("in the first minutes of SUMO")?;
+    Ok(text::live(&traffic, &from_folder_of(out, config)?))
 }
 
 /// The path of a file as it is written in a scenario: relative where both are in one folder, else absolute.

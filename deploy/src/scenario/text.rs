@@ -49,6 +49,28 @@ pub(super) fn scenario(traffic: &Traffic, options: &ReadOptions, files: &Files<'
     text + "\n# Settings of the hub; keys that are left out have their defaults.\n[hub]\n"
 }
 
+/// A scenario whose world SUMO drives by this configuration; its traffic is that of the first minutes.
+pub(super) fn live(traffic: &Traffic, config: &str) -> String {
+    let mut text = format!(
+        "# SUMO as the live world of a network, written by  v2x scenario init. Every key: deploy/docs/configuration.md\n\
+         # Coordinates are those of SUMO's network: m, x east, y north.\n\n\
+         name = {}\n\n\
+         [world]\n\
+         kind = \"sumo\"\n\
+         # Relative to this file. Its network is drawn, too.\n\
+         file = {}\n\
+         # SUMO's time at which the world begins, s; until then it runs as fast as it can:\n\
+         # begin_s = 60\n",
+        quoted(&name_of(config)),
+        quoted(config),
+    );
+    if let Some(object) = best_to_ride(traffic) {
+        text += &rider(object);
+    }
+    text += &units(traffic);
+    text + "\n# Settings of the hub; keys that are left out have their defaults.\n[hub]\n"
+}
+
 fn keys(traffic: &Traffic, options: &ReadOptions) -> String {
     let mut text = String::new();
     let key = |name: &str, value: Option<f64>, other: &str| match value {

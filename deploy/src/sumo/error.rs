@@ -1,5 +1,6 @@
 //! Why SUMO cannot be the world.
 
+use crate::sumo_home::NoSumo;
 use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,28 +8,9 @@ use std::time::Duration;
 /// Why SUMO cannot be the world.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SumoError {
-    /// No program.
-    #[error(
-        "SUMO is not there: no `sumo` is on the PATH, and SUMO_HOME is not set; install it by  pip install eclipse-sumo  \
-         (in an environment that is active), or set SUMO_HOME to its folder"
-    )]
-    NoProgram,
-    /// `SUMO_HOME` is wrong.
-    #[error("SUMO_HOME is {}, but {} is not there", home.display(), program.display())]
-    WrongHome {
-        /// Its value.
-        home: PathBuf,
-        /// Where the program should be.
-        program: PathBuf,
-    },
-    /// No configuration.
-    #[error("no SUMO configuration {}; found there are {others}", path.display())]
-    NoConfiguration {
-        /// The path.
-        path: PathBuf,
-        /// Names of those that there are.
-        others: String,
-    },
+    /// It is not there.
+    #[error(transparent)]
+    Missing(#[from] NoSumo),
     /// It does not start.
     #[error("starting {}: {cause}", program.display())]
     Start {

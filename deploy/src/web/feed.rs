@@ -59,9 +59,18 @@ pub(super) async fn feed(
         () = show_frames(&consumer, Picture::new(browsers, scene.as_ref()), &hurry) => {}
         () = show_presence(&mut tokens, browsers) => {}
         () = show_status(consumer.session(), *network, browsers, &hurry) => {}
+        followed = follow(source, consumer.session(), shutdown) => followed?,
     }
     drop(tokens);
     consumer.close().await.context("leaving the network")
+}
+
+/// Follows the world of the scene, where another program drives it.
+async fn follow(source: &Source, session: &Session, shutdown: &CancellationToken) -> anyhow::Result<()> {
+    match &source.scene {
+        Some(scene) => scene.follow(session, source.network, shutdown).await,
+        None => std::future::pending().await,
+    }
 }
 
 async fn show_frames(consumer: &Consumer, mut picture: Picture<'_>, hurry: &Notify) {

@@ -50,7 +50,7 @@ impl<'a> Picture<'a> {
             Some(Topic::Detections(agent)) => {
                 let frame = self.detections(agent, entry)?;
                 let positions = frame.detections.iter().map(|detection| (detection.bev.x, detection.bev.y));
-                let errors = self.scene.map(|scene| scene.errors(frame.captured_at, positions));
+                let errors = self.scene.and_then(|scene| scene.errors(frame.captured_at, positions));
                 let message = Detections::new(&frame, entry.received_at, errors);
                 send(self.browsers, Stream::Detections(agent), &Message::Detections(message));
             }
@@ -75,7 +75,7 @@ impl<'a> Picture<'a> {
     }
 
     fn send_fused(&self, frame: &FusedFrame, entry: &Entry) {
-        let truth = self.scene.map(|scene| scene.truth(frame.fused_at));
+        let truth = self.scene.and_then(|scene| scene.truth(frame.fused_at));
         let positions = frame.objects.iter().map(|object| (object.bev.x, object.bev.y));
         let errors = truth.as_deref().map(|truth| super::errors::Errors::of(positions, truth));
         let message = Fused::new(frame, entry.received_at, truth.as_deref(), errors);

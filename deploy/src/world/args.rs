@@ -7,8 +7,8 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Formats: CSV with columns t, id, class, x, y (optional yaw, w, d; s, m, rad),
-the laboratory's CSV, INTERACTION CSV, and SUMO's XML of  sumo --fcd-output
-fcd.xml. Columns yaw_deg (counter-clockwise from east) and heading_deg
+the laboratory's CSV, INTERACTION CSV, SUMO's XML of  sumo --fcd-output fcd.xml,
+CommonRoad scenarios, and the folder of nuScenes' tables. Columns yaw_deg (counter-clockwise from east) and heading_deg
 (clockwise from north) are read, too.
 
 Examples:
@@ -17,6 +17,7 @@ Examples:
   v2x world traffic.csv --json | jq .warnings
   v2x world fcd.xml --from 600 --to 660  one minute of a long file; only that is
                                          kept in memory
+  v2x world nuscenes/v1.0-mini --scene scene-0103
   v2x world my-scenario.toml             the world of a scenario, with its roads
 Then: v2x scenario init --world traffic.csv")]
 pub(crate) struct WorldArgs {

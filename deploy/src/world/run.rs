@@ -43,6 +43,7 @@ fn world(args: &WorldArgs) -> anyhow::Result<(Arc<Traffic>, Vec<Road>)> {
             );
         }
         let scenario = Scenario::load(path)?;
+        scenario.check_known("v2x world")?;
         let Some(world) = scenario.world.recorded() else {
             bail!("the world of {} is not recorded traffic (kind = \"trajectories\")", path.display());
         };

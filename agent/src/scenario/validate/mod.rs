@@ -83,8 +83,12 @@ fn loop_length(root: &Field<'_>, loop_s: Option<f64>, world: &WorldConfig) -> Re
     match (world, loop_s) {
         (WorldConfig::Recorded(recorded), None) if recorded.is_live() => Ok(LONGEST_LIVE),
         (WorldConfig::Recorded(recorded), None) => Ok(recorded.traffic.length),
-        (WorldConfig::Recorded(_), Some(loop_s)) => {
-            let expected = "none: SUMO goes on until it ends, and recorded traffic is as long as its file, or as from_s and to_s say";
+        (WorldConfig::Recorded(recorded), Some(loop_s)) => {
+            let expected = if recorded.is_live() {
+                "none: SUMO goes on"
+            } else {
+                "none: recorded traffic is as long as its file, or as from_s and to_s say"
+            };
             Err(root.child("loop_s").error(loop_s, expected))
         }
         (_, loop_s) => {

@@ -1,6 +1,7 @@
 //! Recorded traffic as the world of a scenario.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use v2x_common::class::Class;
 
@@ -46,7 +47,8 @@ fn existing(
     if path.is_file() || key == "file" && path.is_dir() {
         return Ok(path);
     }
-    let folder = path.parent().map_or_else(String::new, |folder| format!(" in {}", folder.display()));
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()));
     let expected =
         format!("a file{folder}; the CSV and XML files and folders of tables there: {}", files.others(&path));
     Err(field.child(key).error(format_args!("{name:?}"), expected))

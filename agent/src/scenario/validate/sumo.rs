@@ -10,8 +10,8 @@ use crate::scenario::edit::WorldSource;
 use crate::scenario::error::ScenarioError;
 use crate::scenario::files::Files;
 use crate::scenario::toml_file::TomlWorld;
-use crate::trajectories::Window;
-use crate::world::{Course, RecordedWorld, WorldConfig};
+use crate::trajectories::{Lane, Window};
+use crate::world::{Course, RecordedWorld, Road, RoadKind, WorldConfig};
 
 /// A world that SUMO drives: nothing of it is known before it is published. Its configuration may be on another machine
 /// than an agent, so that nothing is read here.
@@ -35,8 +35,15 @@ pub(super) fn sumo(field: &Field<'_>, file: &TomlWorld, files: &Files) -> Result
         field.number("begin_s", begin_s, (0.0..=1e6).contains(&begin_s), "SUMO's time in s, 0 to 1e6")?;
     }
     let (traffic, numbers) = Window::new(0, Vec::new()).traffic();
-    let roads = roads::roads(field, &file.road, (0.0, 0.0))?;
+    let mut roads = roads::roads(field, &file.road, (0.0, 0.0))?;
+    if let (WorldSource::Sumo(config), true) = (&source, roads.is_empty()) {
+        roads = Files::lanes(config).into_iter().map(road).collect();
+    }
     let world = RecordedWorld { traffic: Arc::new(traffic), course: Course::Live { numbers }, roads };
     let sumo = Sumo { source, begin_s: file.begin_s };
     Ok(Setting { config: WorldConfig::Recorded(world), files: Vec::new(), sumo: Some(sumo) })
+}
+
+fn road(Lane { points, width_m }: Lane) -> Road {
+    Road { kind: RoadKind::Surface, width_m, points }
 }
