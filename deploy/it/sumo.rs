@@ -5,6 +5,7 @@ use anyhow::{Context, ensure};
 use std::path::Path;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
+use v2x_common::fused::{FusedFrame, FusedObject};
 use v2x_common::wire;
 
 /// A scenario for the server below; its vehicle agent rides on a vehicle of SUMO.
@@ -166,30 +167,34 @@ async fn agents_of_several_processes_see_what_sumo_drives() -> anyhow::Result<()
     let folder = folder("sumo-up")?;
     let world = format!("traci:{}", traci(Mischief::None).await?);
     let (up, endpoint) = up(&folder, &world, "sumo-up").await?;
-    // A third agent, started by hand.
-    let hand = [
-        "agent",
-        "--scenario",
-        "live.toml",
-        "--world",
-        &world,
-        "--network",
-        "sumo-up",
-        "--connect",
-        &endpoint,
-    ];
-    let second = V2x::start(&folder, &[&hand[..], &["--id", "rsu"]].concat())?;
-    let args = ["watch", "--json", "--count", "60", "--network", "sumo-up", "--connect", &endpoint];
-    let ending = run(&folder, &args).await?;
-    let last = ending.stdout.lines().last().context("no frame")?;
-    let frame = wire::json::decode_fused(last.as_bytes())?;
-    let near = |x: f64, y: f64| frame.objects.iter().any(|object| object.bev.pose().distance_to(x, y) < 1.5);
-    assert!(near(10.0, 4.0), "the middle of the one that stands is behind its front: {frame:#?}");
-    assert!(near(5.0, -5.0), "the person: {frame:#?}");
-    let is_driver = |object: &&v2x_common::fused::FusedObject| object.bev.y.abs() < 1.5 && object.bev.x < 8.0;
-    assert!(frame.objects.iter().any(|object| is_driver(&object)), "who is ridden on: {frame:#?}");
-    send("INT", second.process_id()?).await?;
-    assert_eq!(second.end().await?.code, Some(0));
+    // A third agent, started by hand in a scenario of its own.
+    std::fs::write(folder.join("hand.toml"), SCENARIO.replace("\"rsu\"", "\"hand\""))?;
+    let network = ["--network", "sumo-up", "--connect", &endpoint];
+    let hand = ["agent", "--scenario", "hand.toml", "--world", &world, "--id", "hand"];
+    let hand = V2x::start(&folder, &[&hand[..], &network].concat())?;
+    let mut watch = V2x::start(&folder, &[&["watch", "--json"][..], &network].concat())?;
+    let is_complete = |frame: &FusedFrame| {
+        let near = |x: f64, y: f64| frame.objects.iter().any(|one| one.bev.pose().distance_to(x, y) < 1.0);
+        let is_driver = |one: &FusedObject| one.bev.y.abs() < 1.0 && one.bev.x < 8.0;
+        let hears = |id: &str| frame.agents.iter().any(|one| one.agent.as_str() == id && one.accepted > 5);
+        // The middle of a vehicle is behind its front.
+        near(10.0, 4.0)
+            && near(5.0, -5.0)
+            && frame.objects.iter().any(is_driver)
+            && ["ego", "rsu", "hand"].into_iter().all(hears)
+    };
+    let mut last = String::new();
+    for _ in 0..2000 {
+        last = watch.line().await?;
+        if is_complete(&wire::json::decode_fused(last.as_bytes())?) {
+            break;
+        }
+    }
+    assert!(is_complete(&wire::json::decode_fused(last.as_bytes())?), "{last}");
+    for program in [watch, hand] {
+        send("INT", program.process_id()?).await?;
+        assert_eq!(program.end().await?.code, Some(0));
+    }
     send("INT", up.process_id()?).await?;
     let ending = up.end().await?;
     assert_eq!(ending.code, Some(0), "{ending:#?}");

@@ -92,7 +92,7 @@ fn place(key: &str, network: NetworkId) -> Place<'_> {
     let is_agents = |what: &str| matches!(what, "detections" | "sensor" | "alive");
     let is_read = match chunks[..] {
         ["v2x", _, "agent", _, what] => is_agents(what),
-        ["v2x", _, "hub", ..] | ["v2x", _, "sim", "truth", _] => true,
+        ["v2x", _, "hub", ..] | ["v2x", _, "sim", "truth", _] | ["v2x", _, "sim", "world"] => true,
         _ => false,
     };
     match chunks[..] {
@@ -137,6 +137,7 @@ mod tests {
         let sound = [
             ("v2x/demo/agent/cam/detections", "{\"detections\": []}"),
             ("v2x/demo/agent/cam/sensor", "{}"),
+            ("v2x/demo/sim/world", "{\"objects\": []}"),
             ("v2x/demo/hub/hub/fused/json", "{\"objects\": []}"),
             ("v2x/other/agent/cam/detections", "{}"),
             ("weather/today", "{\"rain\": 1, \"objects\": []}"),
