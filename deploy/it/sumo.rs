@@ -288,7 +288,6 @@ fn has_sumo() -> bool {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[expect(clippy::print_stderr, reason = "why a test did nothing")]
 async fn sumo_itself_is_the_world_of_the_example() -> anyhow::Result<()> {
     if !has_sumo() {
         eprintln!("not tried: no SUMO here (pip install eclipse-sumo)");

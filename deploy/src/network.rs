@@ -4,7 +4,7 @@ use anyhow::Context;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::future::poll_fn;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::task::Poll;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -14,6 +14,8 @@ use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubStatus;
 use v2x_lab::loopback::{AgentOptions, Child, ChildError, HubOptions, Launcher};
 
+/// What is said while a world begins that SUMO drives.
+pub(crate) const STARTING_SUMO: &str = "starting SUMO; the world begins with its first vehicle";
 /// Until the world begins: SUMO reads its network, and goes to the first time.
 const WORLD_PATIENCE: Duration = Duration::from_secs(3600);
 
@@ -51,7 +53,7 @@ impl Network {
 
     /// Starts SUMO where it drives the world of the scenario, and waits for the world to begin: returns when that is.
     /// `None` where shutdown comes first; then it has ended.
-    pub(crate) async fn start_world(
+    async fn start_world(
         &mut self,
         launcher: &Launcher,
         (sumo, record): (&Sumo, &Path),
@@ -78,12 +80,30 @@ impl Network {
         start.map(Some).context("SUMO's process does not say when the world begins")
     }
 
-    /// Starts every agent of the scenario.
-    pub(crate) async fn start_agents(
+    /// Starts who drives the world, if another program does, and every agent of the scenario. Says whether they are up, or
+    /// shutdown came first.
+    pub(crate) async fn start_world_and_agents(
         &mut self,
         launcher: &Launcher,
-        run: &AgentsOfRun<'_>,
-    ) -> Result<(), ChildError> {
+        world: Option<(&Sumo, PathBuf)>,
+        run: &mut AgentsOfRun<'_>,
+        shutdown: &CancellationToken,
+    ) -> anyhow::Result<bool> {
+        if let Some((sumo, record)) = world {
+            match self.start_world(launcher, (sumo, &record), shutdown).await? {
+                Some(start) => run.start = start,
+                None => return Ok(false),
+            }
+        }
+        tokio::select! {
+            started = self.start_agents(launcher, run) => started?,
+            () = shutdown.cancelled() => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Starts every agent of the scenario.
+    async fn start_agents(&mut self, launcher: &Launcher, run: &AgentsOfRun<'_>) -> Result<(), ChildError> {
         let options = AgentOptions {
             scenario: run.file.to_owned(),
             connect: self.locator.clone(),

@@ -1,6 +1,6 @@
 //! `v2x up`: a whole network until Ctrl-C.
 
-use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
+use crate::network::{AgentsOfRun, FinalReports, Network, STARTING_SUMO, end_consumer};
 use crate::scenarios;
 use crate::web::{Scene, Site, Source, WebArgs};
 use anyhow::{Context, anyhow, bail};
@@ -8,7 +8,7 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use tokio_util::sync::CancellationToken;
-use v2x_agent::scenario::WorldSource;
+use v2x_agent::scenario::{Scenario, WorldSource};
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::{DEFAULT_ENDPOINT, SessionOptions};
@@ -103,25 +103,11 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         started = start => started?,
         () = shutdown.cancelled() => return Ok(()),
     };
-    if let Some((sumo, record)) = chosen.sumo(&folder) {
-        print_line("starting SUMO; the world begins with its first vehicle");
-        let start = network.start_world(&launcher, (sumo, &record), shutdown).await?;
-        let Some(start) = start else { return Ok(()) };
-        run.start = start;
+    let world = chosen.sumo(&folder).inspect(|_| print_line(STARTING_SUMO));
+    if !network.start_world_and_agents(&launcher, world, &mut run, shutdown).await? {
+        return Ok(());
     }
-    tokio::select! {
-        started = network.start_agents(&launcher, &run) => started?,
-        () = shutdown.cancelled() => return Ok(()),
-    }
-    print_line(&format!(
-        "{} is up: hub at {}, {} agents; logs in {}\nwatch it with: v2x watch --network {} --connect {}\nCtrl-C ends it",
-        chosen.scenario.name,
-        network.locator,
-        chosen.scenario.agents.len(),
-        folder.logs().display(),
-        args.network,
-        network.locator,
-    ));
+    say_up(&chosen.scenario, &network.locator, (&folder, args.network));
     let live = site.map(|site| {
         site.announce();
         let connect = vec![network.locator.clone()];
@@ -152,6 +138,15 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
             Ok(())
         }
     }
+}
+
+fn say_up(scenario: &Scenario, locator: &str, (folder, network): (&RunFolder, NetworkId)) {
+    print_line(&format!(
+        "{} is up: hub at {locator}, {} agents; logs in {}\nwatch it with: v2x watch --network {network} --connect {locator}\nCtrl-C ends it",
+        scenario.name,
+        scenario.agents.len(),
+        folder.logs().display(),
+    ));
 }
 
 /// A recorder of the whole network; a file of this name is overwritten where that is said.

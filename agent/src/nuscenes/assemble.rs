@@ -1,7 +1,7 @@
 //! From linked tables to scenes.
 
-use super::table::{Record, TableError, each};
-use super::{AnnotatedFrame, AnnotatedScene, Annotation, OpenTable};
+use super::scene::{AnnotatedFrame, AnnotatedScene, Annotation};
+use super::table::{OpenTable, Record, TableError, each};
 use std::collections::{HashMap, HashSet};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};

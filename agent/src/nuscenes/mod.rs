@@ -5,17 +5,15 @@
 //! in the middle of the rear axle (<https://www.nuscenes.org/nuscenes#data-format>).
 
 mod assemble;
+mod scene;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use table::TableError;
+pub use scene::{AnnotatedFrame, AnnotatedScene, Annotation};
+pub use table::{OpenTable, TableError};
 
 use assemble::Assembly;
-use std::io::{self, BufRead};
-use v2x_common::class::Class;
-use v2x_common::geometry::{BevBox, Pose};
-use v2x_common::time::Timestamp;
 
 /// The tables that are read.
 pub const TABLES: [&str; 9] = [
@@ -29,42 +27,6 @@ pub const TABLES: [&str; 9] = [
     "ego_pose",
     "sample_annotation",
 ];
-
-/// Opens a table by its name.
-pub type OpenTable<'a> = dyn Fn(&str) -> io::Result<Box<dyn BufRead>> + 'a;
-
-/// One scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AnnotatedScene {
-    /// Such as `scene-0103`.
-    pub name: String,
-    /// Tokens of the annotated objects, in order of appearance in the tables.
-    pub instances: Vec<String>,
-    /// In order of time.
-    pub keyframes: Vec<AnnotatedFrame>,
-}
-
-/// One keyframe.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AnnotatedFrame {
-    /// When it was captured.
-    pub at: Timestamp,
-    /// The middle of the ego vehicle's rear axle, in the map of the scene's city, m, and its heading, rad.
-    pub ego: Pose,
-    /// The annotated objects.
-    pub boxes: Vec<Annotation>,
-}
-
-/// One object in one keyframe.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Annotation {
-    /// Its place in the scene's `instances`.
-    pub instance: u32,
-    /// Its class.
-    pub class: Class,
-    /// Position and size, m; heading, rad.
-    pub bev: BevBox,
-}
 
 /// The names of all scenes, in the table's order.
 pub fn scene_names(open: &OpenTable<'_>) -> Result<Vec<String>, TableError> {

@@ -1,9 +1,12 @@
 //! One JSON table: a long list of records. One record at a time is in memory.
 
-use super::OpenTable;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde_json::Value;
-use std::{fmt, io};
+use std::fmt;
+use std::io::{self, BufRead};
+
+/// Opens a table by its name.
+pub type OpenTable<'a> = dyn Fn(&str) -> io::Result<Box<dyn BufRead>> + 'a;
 
 /// Why a table cannot be used.
 #[derive(Debug, thiserror::Error)]

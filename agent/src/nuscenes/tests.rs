@@ -3,7 +3,7 @@
 use super::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::io::{self, BufRead, Cursor};
 
 /// Two scenes: a car that drives and a person that stands over three keyframes; another car once.
 pub(crate) fn tables() -> BTreeMap<String, Value> {

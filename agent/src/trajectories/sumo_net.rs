@@ -39,7 +39,7 @@ pub fn read_lanes(net: impl BufRead) -> Result<Vec<Lane>, TrafficError> {
     while let Next::Element(element) = xml.next()? {
         match element.name.as_str() {
             "edge" => {
-                is_road = element.attribute("function").is_none_or(|function| !OTHER.contains(&function))
+                is_road = element.attribute("function").is_none_or(|function| !OTHER.contains(&function));
             }
             "lane" if is_road => {
                 let shape = element.attribute("shape").unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use super::DemoArgs;
 use super::progress::Progress;
-use crate::network::{AgentsOfRun, FinalReports, Network, end_consumer};
+use crate::network::{AgentsOfRun, FinalReports, Network, STARTING_SUMO, end_consumer};
 use crate::output;
 use crate::scenarios::{self, Chosen};
 use crate::web::{Live, Scene, Site, Source};
@@ -108,19 +108,13 @@ impl Demo<'_> {
             () = shutdown.cancelled() => return Ok(None),
         };
         let (mut network, mut consumer) = started;
-        let mut start = clock::now();
-        if let Some((sumo, record)) = self.chosen.sumo(&self.folder) {
-            progress.print("starting SUMO; the world begins with its first vehicle");
-            let begun = network.start_world(&self.launcher, (sumo, &record), shutdown).await?;
-            let Some(begun) = begun else { return Ok(None) };
-            start = begun;
+        let world = self.chosen.sumo(&self.folder).inspect(|_| progress.print(STARTING_SUMO));
+        let (scenario, start) = (&self.chosen.scenario, clock::now());
+        let mut run = AgentsOfRun { scenario, file: scenario_file, seed: self.seed, start };
+        if !network.start_world_and_agents(&self.launcher, world, &mut run, shutdown).await? {
+            return Ok(None);
         }
-        let run =
-            AgentsOfRun { scenario: &self.chosen.scenario, file: scenario_file, seed: self.seed, start };
-        tokio::select! {
-            started = network.start_agents(&self.launcher, &run) => started?,
-            () = shutdown.cancelled() => return Ok(None),
-        }
+        let start = run.start;
         progress.print(&format!("hub at {}, all processes are up", network.locator));
         let live = site.map(|site| self.show(site, &network.locator, start));
         let began_at = clock::now();

@@ -8,8 +8,9 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Formats: CSV with columns t, id, class, x, y (optional yaw, w, d; s, m, rad),
 the laboratory's CSV, INTERACTION CSV, SUMO's XML of  sumo --fcd-output fcd.xml,
-CommonRoad scenarios, and the folder of nuScenes' tables. Columns yaw_deg (counter-clockwise from east) and heading_deg
-(clockwise from north) are read, too.
+CommonRoad scenarios, and the folder of nuScenes' tables. Columns yaw_deg
+(counter-clockwise from east) and heading_deg (clockwise from north) are read,
+too.
 
 Examples:
   v2x world traffic.csv                  the summary, and the picture
