@@ -133,6 +133,7 @@ fn value(command: u8, variable: u8, object: &str, t_s: f64) -> Vec<u8> {
         // East, by a compass.
         (_, 0x43) => double(90.0),
         (_, 0x44) => double(if command == 0xa4 { 4.5 } else { 0.5 }),
+        (_, 0xc3) => [&[0x0c][..], &text("")].concat(),
         (_, 0x4d) => double(if command == 0xa4 { 1.8 } else { 0.5 }),
         _ => [&[0x0c][..], &text("passenger")].concat(),
     }

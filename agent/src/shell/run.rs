@@ -68,7 +68,12 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
         events::emit("ready", &serde_json::json!({ "agent": args.id }));
     }
     let agent = Agent::begin((&args, &scenario, index), (&session, &keys), &shutdown).await?;
-    let Some(mut agent) = agent else { return session::close(session).await };
+    let Some(mut agent) = agent else {
+        if args.events {
+            events::emit("stopped", &Counts::default());
+        }
+        return session::close(session).await;
+    };
     let matched = publisher.wait_for_subscriber(SUBSCRIBER_PATIENCE).await;
     if !matched.map_err(|error| anyhow!("waiting for a subscriber: {error}"))? {
         tracing::info!(agent = %args.id, "no subscriber yet; sending anyway");

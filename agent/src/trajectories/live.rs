@@ -50,6 +50,9 @@ pub struct LiveObject {
     pub d: f64,
 }
 
+/// More objects at one time are no world of ours.
+const MOST: usize = 100_000;
+
 /// Why a step is not used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StepError {
@@ -62,6 +65,12 @@ pub enum StepError {
         field: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// More objects than are kept.
+    #[error("it has {count} objects, expected at most {MOST}")]
+    TooMany {
+        /// How many.
+        count: usize,
     },
     /// It is of a world that began at another time.
     #[error("it is of a world that began at {found_us} µs, and this one began at {expected_us} µs")]
@@ -80,6 +89,9 @@ impl WorldStep {
     }
 
     fn check(&self) -> Result<(), StepError> {
+        if self.objects.len() > MOST {
+            return Err(StepError::TooMany { count: self.objects.len() });
+        }
         for object in &self.objects {
             let LiveObject { id, x, y, yaw, w, d, .. } = object;
             let is_place = |value: f64| value.abs() <= MAX_COORDINATE_M;

@@ -9,6 +9,10 @@ use tokio::net::TcpStream;
 
 /// A step of a large network can take long.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// Time to connect.
+const CONNECT_PATIENCE: Duration = Duration::from_secs(10);
+/// Time for SUMO to take leave.
+const CLOSE_PATIENCE: Duration = Duration::from_secs(2);
 /// Questions in one message.
 const AT_ONCE: usize = 1024;
 
@@ -20,7 +24,8 @@ pub(super) struct Client {
 impl Client {
     /// Connects once, and asks for the version: the number of the protocol, and SUMO's name.
     pub(super) async fn connect(address: &str) -> Result<(Self, (i32, String)), SumoError> {
-        let stream = TcpStream::connect(address).await;
+        let stream = tokio::time::timeout(CONNECT_PATIENCE, TcpStream::connect(address)).await;
+        let stream = stream.unwrap_or_else(|_| Err(ErrorKind::TimedOut.into()));
         let stream = stream.map_err(|cause| SumoError::NoAnswer { address: address.to_owned(), cause })?;
         stream.set_nodelay(true).map_err(SumoError::Connection)?;
         let mut client = Self { stream };
@@ -51,9 +56,11 @@ impl Client {
         }
     }
 
-    /// Ends the simulation.
-    pub(super) async fn close(mut self) -> Result<(), SumoError> {
-        message::done(&self.exchange(&message::ask_close()).await?)
+    /// Ends the simulation, if it is still there.
+    pub(super) async fn close(mut self) {
+        let request = message::ask_close();
+        let closed = tokio::time::timeout(CLOSE_PATIENCE, self.exchange(&request)).await;
+        tracing::debug!(?closed, "the connection to SUMO is closed");
     }
 
     /// Sends a message and returns the content of the answer.

@@ -46,6 +46,8 @@ pub(super) enum Variable {
     Time = 0x66,
     /// The length of a step, s.
     Step = 0x7b,
+    /// Of a person: in which vehicle it is.
+    Vehicle = 0xc3,
 }
 
 /// A variable of one object.
@@ -130,7 +132,7 @@ pub(super) fn version(content: &[u8]) -> Result<(i32, String), SumoError> {
     Ok((reader.int()?, reader.text()?))
 }
 
-/// Reads the answer to [`ask_step`] or [`ask_close`].
+/// Reads the answer to [`ask_step`].
 pub(super) fn done(content: &[u8]) -> Result<(), SumoError> {
     let number = *content.get(1).ok_or(SumoError::Message("it is too short"))?;
     Reader(content).status(number)

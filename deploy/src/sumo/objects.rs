@@ -56,21 +56,24 @@ impl Objects {
             there.extend(ids.into_iter().map(|id| (domain, id)));
         }
         self.meet(sumo, &there).await?;
-        let asked: Vec<_> =
-            there.iter().flat_map(|key| ask(key, &[Variable::Position, Variable::Angle])).collect();
-        let values = sumo.values(&asked).await?;
+        let asked: Vec<_> = there.iter().flat_map(|key| ask(key, observed(key.0))).collect();
+        let mut values = sumo.values(&asked).await?.into_iter();
         let mut objects = Vec::with_capacity(there.len());
-        for (key, values) in there.iter().zip(values.chunks(2)) {
-            let [Value::Place(x, y), Value::Number(angle_deg)] = values else {
+        for key in &there {
+            let (Some(Value::Place(x, y)), Some(Value::Number(angle_deg))) = (values.next(), values.next())
+            else {
                 return Err(SumoError::Message("a place and an angle were expected"));
             };
-            // Somebody who waits for a ride has no place.
-            if let Some(known) = self.known.get_mut(key).filter(|_| x.abs() < 1e8 && y.abs() < 1e8) {
+            let vehicle = if key.0 == Domain::Person { values.next() } else { None };
+            let is_inside = matches!(vehicle, Some(Value::Text(vehicle)) if !vehicle.is_empty());
+            // Somebody who is not on the road yet has no place.
+            let is_there = !is_inside && x.abs() < 1e8 && y.abs() < 1e8;
+            if let Some(known) = self.known.get_mut(key).filter(|_| is_there) {
                 if known.number == 0 {
                     self.numbered += 1;
                     known.number = number(self.numbered);
                 }
-                objects.push(object(key, *known, (*x, *y), *angle_deg));
+                objects.push(object(key, *known, (x, y), angle_deg));
             }
         }
         objects.sort_by_key(|object| object.number);
@@ -103,6 +106,14 @@ impl Objects {
 /// The number of the n-th object.
 const fn number(n: u32) -> u32 {
     if n < FIRST_AGENT { n } else { n.saturating_add(AGENTS) }
+}
+
+/// What is asked of everybody.
+const fn observed(domain: Domain) -> &'static [Variable] {
+    match domain {
+        Domain::Person => &[Variable::Position, Variable::Angle, Variable::Vehicle],
+        Domain::Vehicle | Domain::Simulation => &[Variable::Position, Variable::Angle],
+    }
 }
 
 /// What is asked of somebody who is new.

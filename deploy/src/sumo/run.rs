@@ -51,8 +51,7 @@ pub(crate) async fn run(args: &SumoArgs, shutdown: &CancellationToken) -> anyhow
         Err(Stop::Sumo(error)) => return Err(why(error, program).await),
         Err(Stop::Other(error)) => return Err(error),
     }
-    // It may be gone already.
-    let _ = sumo.close().await;
+    sumo.close().await;
     if let Some(program) = program {
         program.end().await?;
     }
@@ -144,7 +143,10 @@ impl World<'_> {
                  <step-length value=\"0.1\"/> in its configuration is smoother"
             );
         }
-        let (first_s, objects) = self.first_objects().await?;
+        let (first_s, objects) = tokio::select! {
+            first = self.first_objects() => first?,
+            () = shutdown.cancelled() => return Ok(()),
+        };
         let ahead = AHEAD + Span::from_secs_f64(step_s);
         let start = clock::now() + ahead;
         if is_child {

@@ -14,7 +14,7 @@ use crate::trajectories::{Lane, Window};
 use crate::world::{Course, RecordedWorld, Road, RoadKind, WorldConfig};
 
 /// A world that SUMO drives: nothing of it is known before it is published. Its configuration may be on another machine
-/// than an agent, so that nothing is read here.
+/// than an agent, so that it need not be there.
 pub(super) fn sumo(field: &Field<'_>, file: &TomlWorld, files: &Files) -> Result<Setting, ScenarioError> {
     let source = match (&file.file, &file.traci) {
         (Some(config), None) => WorldSource::Sumo(files.path(config)),
