@@ -103,7 +103,8 @@ async fn until(
     let asked = async {
         loop {
             let status = run(folder, &[&["status", "--json"], network].concat()).await?;
-            let status: Value = serde_json::from_str(&status.stdout)?;
+            // One query may get no answer in time on a busy machine.
+            let Ok(status) = serde_json::from_str::<Value>(&status.stdout) else { continue };
             let agents = status["agents"].as_array().cloned().unwrap_or_default();
             let accepted = |id| {
                 let agent = agents.iter().find(|agent| agent["id"] == id);

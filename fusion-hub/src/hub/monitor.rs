@@ -8,6 +8,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// A hub shows itself every second: one that has not for so long takes no steps.
 const STANDS_AFTER: Span = Span::from_millis(5_000);
+/// While its session is opened anew it shows itself only then.
+const JOINS_WITHIN: Span = Span::from_millis(60_000);
 /// Lists are missed after so many of the longest time between two, and not earlier than [`MISSED_AFTER`].
 const MISSED_LISTS: i64 = 3;
 const MISSED_AFTER: Span = Span::from_millis(2_500);
@@ -55,7 +57,8 @@ impl Snapshot {
     /// Why it should be started again, if so.
     pub fn not_live(&self, now: Timestamp) -> Option<String> {
         let stands = now - self.shown_at;
-        (stands >= STANDS_AFTER).then(|| format!("the hub took no step for {:.1} s", stands.as_secs_f64()))
+        let patience = if self.is_joined { STANDS_AFTER } else { JOINS_WITHIN };
+        (stands >= patience).then(|| format!("the hub took no step for {:.1} s", stands.as_secs_f64()))
     }
 
     /// Why nobody should be sent to it now, if so.

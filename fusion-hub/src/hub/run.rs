@@ -20,6 +20,7 @@ use super::timing::Timing;
 use super::turns::{Turn, Turns};
 use super::twin;
 use crate::engine::{Engine, EngineConfig, PublishMode, Schedule};
+use crate::standby::lineage_at;
 use std::path::PathBuf;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -150,7 +151,7 @@ impl Hub {
         recording: Option<RecordingFile>,
     ) -> Result<Self, HubError> {
         let started_at = clock::now();
-        settings.engine.lineage = lineage_of(started_at);
+        settings.engine.lineage = lineage_at(started_at);
         let keys = Keys::new(network_id);
         let hub = settings.engine.hub;
         let standby = Standby::of(&settings, started_at);
@@ -199,6 +200,7 @@ impl Hub {
     async fn serve(&mut self, shutdown: &CancellationToken) -> Result<Option<Config>, HubError> {
         // Until now it was being made.
         self.ran_at = clock::now();
+        self.begin_to_listen().await?;
         let mut check = tokio::time::interval(CHECK_INTERVAL);
         loop {
             let (frames, control) = (self.network.frames.clone(), self.network.control.clone());
@@ -426,6 +428,7 @@ impl Hub {
         };
         self.objects_withheld += (frame.objects.len() - encoded.objects.len()) as u64;
         self.frames_published += 1;
+        self.standby.iter_mut().for_each(|standby| standby.note_published(frame));
         let put_at = clock::now();
         self.listed_at = Some(put_at);
         self.timing.note_published(&frame.includes, put_at, put_at - begun_at);
@@ -462,10 +465,4 @@ impl Hub {
     fn dropped(&self) -> u64 {
         self.network.frames.dropped() + self.network.control.dropped()
     }
-}
-
-/// Tenths of a second since the epoch, cut to 32 bits: new at every start, for 13 years.
-fn lineage_of(started_at: Timestamp) -> u32 {
-    let tenths = started_at.as_nanos() / 100_000_000;
-    u32::try_from(tenths & 0xffff_ffff).expect("cut to 32 bits")
 }

@@ -7,4 +7,4 @@ mod role;
 
 pub(crate) use names::Names;
 #[cfg(feature = "net")]
-pub(crate) use role::{Heard, Role};
+pub(crate) use role::{Heard, Role, lineage_at};

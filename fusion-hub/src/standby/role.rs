@@ -18,6 +18,11 @@ const REPLACED_AFTER: Span = Span::from_millis(1_000);
 const STUBBORN_AFTER: Span = Span::from_millis(2_000);
 /// Lists with longer pauses between them are not of a hub that publishes on.
 const CONTINUOUS: Span = Span::from_millis(500);
+/// A hub that comes back within this was not gone: it has too much to do.
+const RARE: Span = Span::from_millis(1_000);
+/// One that started later than this before has nothing yet that would be lost: it yields to one that has run for longer. In
+/// tenths of a second, which lineages count.
+const YOUNG_TENTHS: u32 = 600;
 /// It is to be asked this often at least.
 const ASKED_EVERY: Span = Span::from_millis(50);
 
@@ -37,6 +42,8 @@ enum State {
     Publishes {
         /// Another hub that publishes, too: since when, and when it was heard last.
         rival: Option<(Timestamp, Timestamp)>,
+        /// The hub that it replaced: its lineage, the mean time between its lists, and when the last one came.
+        replaced: Option<(u32, Span, Timestamp)>,
     },
 }
 
@@ -85,15 +92,49 @@ impl Role {
         }
     }
 
-    /// Whether another hub publishes at `now` although this one does.
-    pub(crate) fn has_rival(&self, now: Timestamp) -> bool {
-        matches!(self.state, State::Publishes { rival: Some((_, last)) } if now - last < CONTINUOUS)
+    /// Its session was opened at `now`, for the first time or anew: nobody can have been heard, whoever publishes.
+    pub(crate) fn listens_from(&mut self, now: Timestamp) {
+        match &mut self.state {
+            State::StandsBy(silence) => (silence.since, silence.is_new) = (now, true),
+            State::Publishes { .. } if now - self.asked_at >= SILENCE => {
+                let silence = Silence { since: now, follows: None, is_new: true, not_before: None };
+                self.state = State::StandsBy(silence);
+            }
+            State::Publishes { .. } => {}
+        }
+        self.asked_at = now;
     }
 
-    /// A list of a hub of this name was heard at `at`. Of two hubs that publish the one with the lower lineage yields, and also
-    /// the other one where that does not.
+    /// It publishes, and so does one of the same lineage, whose lists go before its own.
+    pub(crate) fn give_way(&mut self, at: Timestamp) {
+        let follows = Some((self.lineage, Span::ZERO));
+        self.state = State::StandsBy(Silence { since: at, follows, is_new: false, not_before: None });
+    }
+
+    /// Whether it is this one of the two that yields.
+    fn yields_to(&self, lineage: u32, at: Timestamp) -> bool {
+        let is_young = |lineage: u32| lineage_at(at).wrapping_sub(lineage) < YOUNG_TENTHS;
+        match (is_young(self.lineage), is_young(lineage)) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => lineage > self.lineage,
+        }
+    }
+
+    /// Whether another hub publishes at `now` although this one does.
+    pub(crate) fn has_rival(&self, now: Timestamp) -> bool {
+        matches!(self.state, State::Publishes { rival: Some((_, last)), .. } if now - last < CONTINUOUS)
+    }
+
+    /// A list of a hub of this name was heard at `at`. Of two hubs that publish the one with the lower lineage yields, but one
+    /// that has just started to one that has not; and also the other one where that does not.
     pub(crate) fn hear(&mut self, lineage: u32, at: Timestamp) -> Heard {
+        let yields = self.yields_to(lineage, at);
         match &mut self.state {
+            State::StandsBy(silence) if silence.follows.is_some_and(|(followed, _)| followed == lineage) => {
+                silence.hear(lineage, at);
+                Heard::Followed
+            }
             State::StandsBy(silence) if lineage == self.lineage => {
                 // Later such a list is a forged one, which is to end no hub.
                 if silence.is_new { Heard::SameLineage } else { Heard::Ignored }
@@ -107,12 +148,19 @@ impl Role {
                 silence.hear(lineage, at);
                 Heard::Followed
             }
-            State::Publishes { rival } => {
+            State::Publishes { rival, replaced } => {
                 let since = rival.filter(|(_, last)| at - *last <= CONTINUOUS).map_or(at, |(since, _)| since);
                 *rival = Some((since, at));
-                let is_stubborn = lineage < self.lineage && at - since >= STUBBORN_AFTER;
-                if lineage > self.lineage || is_stubborn {
-                    let follows = Some((lineage, Span::ZERO));
+                let is_stubborn = lineage != self.lineage && at - since >= STUBBORN_AFTER;
+                if yields || is_stubborn {
+                    // Where its lists are merely rare, it is waited for them longer from now on.
+                    let mean = match *replaced {
+                        Some((of, mean, last)) if yields && of == lineage && at - last < RARE => {
+                            mean.max(at - last)
+                        }
+                        _ => Span::ZERO,
+                    };
+                    let follows = Some((lineage, mean));
                     self.state =
                         State::StandsBy(Silence { since: at, follows, is_new: false, not_before: None });
                     return Heard::Yields;
@@ -142,7 +190,8 @@ impl Role {
                 let takes_over = now - silence.since >= patience
                     && silence.not_before.is_none_or(|not_before| now >= not_before);
                 if takes_over {
-                    self.state = State::Publishes { rival: None };
+                    let replaced = silence.follows.map(|(lineage, mean)| (lineage, mean, silence.since));
+                    self.state = State::Publishes { rival: None, replaced };
                 }
                 takes_over
             }
@@ -172,6 +221,13 @@ impl Role {
             _ => by_settings,
         }
     }
+}
+
+/// The lineage of a hub that starts now: tenths of a second since the Unix epoch, cut to 32 bits. New at every start, for 13
+/// years.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is cut")]
+pub(crate) const fn lineage_at(now: Timestamp) -> u32 {
+    (now.as_nanos() / 100_000_000) as u32
 }
 
 impl Silence {

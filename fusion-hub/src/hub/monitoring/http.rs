@@ -20,11 +20,11 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 
 /// Connections at once.
-const MAX_CONNECTIONS: usize = 32;
+const MAX_CONNECTIONS: usize = 128;
 /// A request must be complete after this long.
-const REQUEST_TIMEOUT: Duration = Duration::from_secs(5);
-/// An answer must be read after this long; a scrape takes milliseconds.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
+/// An answer must be read after this long; a scrape takes milliseconds, and those who do not read are to keep nobody out.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 const JSON: &str = "application/json";

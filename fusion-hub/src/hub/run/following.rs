@@ -17,6 +17,8 @@ use v2x_common::wire::journal::Call;
 
 /// Objects are compared with those of the other hub no more often than this.
 const COMPARED_EVERY: Span = Span::from_millis(90);
+/// The times of two lists may differ by so much; of clocks that differ by more it is told.
+const CLOCKS_ALIKE: Span = Span::from_millis(300);
 /// Stamps go on after those of the other hub where its clock is ahead by no more than this.
 const CLOCKS_WITHIN: Span = Span::from_millis(1_000);
 
@@ -36,6 +38,14 @@ impl Hub {
         self.standby.as_ref().map_or(Timestamp::MAX, |standby| standby.role.next_deadline())
     }
 
+    /// Its session was opened.
+    pub(super) async fn begin_to_listen(&mut self) -> Result<(), HubError> {
+        let Some(standby) = &mut self.standby else { return Ok(()) };
+        let did_publish = standby.role.publishes();
+        standby.role.listens_from(clock::now());
+        if did_publish && !self.publishes() { self.stand_by().await } else { Ok(()) }
+    }
+
     /// Takes in the lists of another hub of its name; begins or stops to publish.
     pub(super) async fn follow(&mut self) -> Result<(), HubError> {
         let Some(standby) = &mut self.standby else { return Ok(()) };
@@ -46,8 +56,24 @@ impl Hub {
             if list.hub != hub {
                 continue;
             }
+            if standby.role.publishes()
+                && list.lineage == self.settings.engine.lineage
+                && standby.is_behind(&list)
+            {
+                standby.role.give_way(at);
+            }
             match standby.role.hear(list.lineage, at) {
                 Heard::Followed => {
+                    let differ = list.fused_at + self.settings.engine.fusion.lag() - at;
+                    if differ.abs() > CLOCKS_ALIKE && !standby.told_of_clock {
+                        standby.told_of_clock = true;
+                        tracing::warn!(
+                            "the lists of hub lineage {:08x} come with stamps that are {:.0} ms off this hub's clock: set the \
+                             clocks (chrony, PTP), or ids are not kept when this hub takes over",
+                            list.lineage,
+                            differ.as_millis_f64()
+                        );
+                    }
                     if at - standby.compared_at >= COMPARED_EVERY {
                         standby.compared_at = at;
                         self.journal.note(&Call::Followed { list: &payload });
@@ -92,15 +118,16 @@ impl Hub {
     async fn stand_by(&mut self) -> Result<(), HubError> {
         let Some(standby) = &mut self.standby else { return Ok(()) };
         standby.yielded += 1;
+        standby.told_of_clock = false;
         match standby.role.follows() {
             Some(lineage) => {
+                self.partial_lists.forget();
                 tracing::warn!("hub lineage {lineage:08x} publishes under this name: this hub stands by");
             }
             None => tracing::warn!(
                 "this hub did not run for a while: it listens whether another one has taken over"
             ),
         }
-        self.partial_lists.forget();
         self.journal.withdraw().await;
         let hub = self.settings.engine.hub;
         self.network.withdraw().await.map_err(|cause| HubError::Declare { hub, cause })
@@ -117,7 +144,9 @@ impl Hub {
     pub(super) fn after_heard(&self, now: Timestamp) -> Timestamp {
         let newest = self.standby.as_ref().and_then(|standby| standby.newest.as_ref());
         let Some((list, _)) = newest else { return now };
-        let after = list.fused_at + self.settings.engine.fusion.lag() + Span::from_micros(1);
+        let lag = self.settings.engine.fusion.lag();
+        let own = self.standby.as_ref().and_then(Standby::stamped_at).unwrap_or(list.fused_at);
+        let after = list.fused_at.max(own) + lag + Span::from_micros(1);
         if after - now <= CLOCKS_WITHIN { now.max(after) } else { now }
     }
 

@@ -138,6 +138,8 @@ impl Pair {
         child.kill().await?;
         let next = loop {
             let list = self.next(other).await?;
+            let waited = (clock::now() - killed_at).to_duration();
+            ensure!(waited < PATIENCE, "the hub that was killed did not publish: the two had changed roles");
             if list.frame.lineage != last.frame.lineage {
                 break list;
             }
