@@ -14,8 +14,8 @@ use super::remarks::{self, Survey};
 use super::traffic::{Format, RecordedObject, Remarks, Traffic};
 use super::trajectory::{Sample, Trajectory};
 
-/// Rows that are kept: 40 bytes each.
-const MAX_ROWS: usize = 10_000_000;
+/// Rows of a recording that are kept, 40 bytes each; one with more is refused.
+pub const MAX_ROWS: usize = 10_000_000;
 /// Coordinates farther from (0, 0) are moved where no origin is given.
 const FAR_M: f64 = 1e5;
 /// An origin is a multiple of this, m.

@@ -18,6 +18,9 @@ const END_PATIENCE: Duration = Duration::from_secs(3);
 /// Time between two attempts to connect, while it loads its network.
 const RETRY: Duration = Duration::from_millis(100);
 
+/// Time for an answer of a SUMO that is running: of the first one, to read a large network.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(600);
+
 /// A running SUMO. Dropping it kills it.
 pub(super) struct Program {
     child: Child,
@@ -44,7 +47,7 @@ impl Program {
         let mut program = Self { child, said };
         let address = format!("127.0.0.1:{port}");
         loop {
-            match Client::connect(&address).await {
+            match Client::connect(&address, Some(ANSWER_PATIENCE)).await {
                 Ok((client, version)) => return Ok((program, client, version)),
                 Err(SumoError::NoAnswer { .. }) => {}
                 Err(error) => return Err(program.why(error).await),
