@@ -314,6 +314,14 @@ async fn sumo_itself_is_the_world_of_the_example() -> anyhow::Result<()> {
     let init = run(&folder, &["scenario", "init", "--world", "sumo:crossing.sumocfg", "my.toml"]).await?;
     assert_eq!(init.code, Some(0), "{init:#?}");
     names(&std::fs::read_to_string(folder.join("my.toml"))?, &["kind = \"sumo\"", "ride = \"ego\""])?;
+    // A configuration that begins later, and whose port would make SUMO wait.
+    let late = std::fs::read_to_string(folder.join("crossing.sumocfg"))?.replace(
+        "<time>",
+        "<traci_server><remote-port value=\"8813\"/></traci_server><time><begin value=\"1:00:00\"/>",
+    );
+    std::fs::write(folder.join("late.sumocfg"), late)?;
+    let init = run(&folder, &["scenario", "init", "--world", "sumo:late.sumocfg", "late.toml"]).await?;
+    assert_eq!(init.code, Some(0), "{init:#?}");
     let args = ["demo", "--scenario", "my.toml", "--duration", "10s", "--out", "run", "--json"];
     let ending = run(&folder, &args).await?;
     let summary: serde_json::Value =

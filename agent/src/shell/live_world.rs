@@ -26,7 +26,8 @@ const SILENCE: Duration = Duration::from_secs(5);
 #[derive(Debug)]
 pub struct Steps {
     queue: Arc<DropOldestQueue<Vec<u8>>>,
-    _subscriber: Subscriber<()>,
+    /// None in tests.
+    _subscriber: Option<Subscriber<()>>,
 }
 
 impl Steps {
@@ -38,7 +39,7 @@ impl Steps {
             .declare_subscriber(keys.world())
             .callback(move |sample| into.push(sample.payload().to_bytes().into_owned()));
         let subscriber = subscriber.await.map_err(|error| anyhow!("subscribing to the world: {error}"))?;
-        Ok(Self { queue, _subscriber: subscriber })
+        Ok(Self { queue, _subscriber: Some(subscriber) })
     }
 
     /// The next step. Cancelling does not lose one.
@@ -211,5 +212,66 @@ impl LiveWorld {
             world.course = Course::Live { numbers };
         }
         Ok(World::new(&parameters, self.seed)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENARIO: &str = r#"
+        name = "live"
+        [world]
+        kind = "sumo"
+        file = "none.sumocfg"
+        [[agents]]
+        id = "rsu"
+        kind = "roadside-unit"
+        pose = { x = 0, y = -8 }
+    "#;
+
+    /// A step of the world that began at a time, as long after it as now is.
+    fn step(start: Timestamp) -> Vec<u8> {
+        let t_us = (clock::now() - start).as_nanos() / 1000;
+        serde_json::to_vec(&WorldStep { start_us: start.as_micros(), t_us, objects: Vec::new() }).unwrap()
+    }
+
+    fn ago(seconds: i64) -> Timestamp {
+        Timestamp::from_micros((clock::now() - Span::from_millis(1000 * seconds)).as_micros()).unwrap()
+    }
+
+    async fn begin(start: Option<Timestamp>, first: Vec<Vec<u8>>) -> LiveWorld {
+        let queue = Arc::new(DropOldestQueue::new(WAITING));
+        first.into_iter().for_each(|step| queue.push(step));
+        let steps = Steps { queue, _subscriber: None };
+        let scenario = Scenario::from_toml(SCENARIO).unwrap();
+        LiveWorld::begin(steps, (&scenario, 1), start, &CancellationToken::new()).await.unwrap()
+    }
+
+    #[tokio::test]
+    async fn an_agent_of_a_run_waits_for_the_world_of_the_run() {
+        let (ours, foreign) = (ago(10), ago(20));
+        let mut live = begin(Some(ours), vec![step(foreign), step(ours)]).await;
+        assert_eq!(live.start(), ours);
+        live.heard_at -= 2 * SILENCE;
+        live.steps.queue.push(step(foreign));
+        live.steps.queue.push(step(ours));
+        assert!(!live.advance().await && live.start() == ours);
+    }
+
+    #[tokio::test]
+    async fn an_agent_begins_with_the_first_step_that_can_be_and_goes_on_with_another_world_after_silence() {
+        let (first, second) = (ago(10), ago(5));
+        let far = WorldStep { start_us: 7, t_us: i64::MAX, objects: Vec::new() };
+        let wrong = vec![b"no step".to_vec(), serde_json::to_vec(&far).unwrap(), step(first)];
+        let mut live = begin(None, wrong).await;
+        assert_eq!(live.start(), first);
+        live.steps.queue.push(step(second));
+        live.steps.queue.push(step(first));
+        assert!(!live.advance().await && live.start() == first, "it is still there");
+        live.pace = Duration::ZERO;
+        live.heard_at -= 2 * SILENCE;
+        live.steps.queue.push(step(second));
+        assert!(live.advance().await && live.start() == second);
     }
 }

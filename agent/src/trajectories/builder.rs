@@ -145,6 +145,15 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
+    /// The steps of these that can be within the window, where time is 0 in step 0.
+    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates, and the numbers were whole")]
+    pub(super) fn steps_within(&self, (first, last): (i64, i64), step_s: f64) -> (i64, i64) {
+        let ReadOptions { from_s, to_s, .. } = self.options;
+        let from = from_s.map_or(first, |from_s| libm::floor(from_s / step_s) as i64);
+        let to = to_s.map_or(last, |to_s| libm::ceil(to_s / step_s) as i64);
+        (first.max(from), last.min(to))
+    }
+
     fn draft(&mut self, row: &Row<'_>) -> &mut Draft {
         let index = match self.index.get(row.id) {
             Some(index) => *index,

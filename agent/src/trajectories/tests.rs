@@ -318,3 +318,9 @@ fn a_person_with_the_id_of_a_vehicle_is_an_object_of_its_own() {
     assert_eq!(names, ["0", "person:0"]);
     assert_eq!((object(&found, "0").class, object(&found, "person:0").class), (Class::Car, Class::Adult));
 }
+
+#[test]
+fn elements_within_each_other_without_end_are_refused() {
+    let message = refusal(&format!("<fcd-export>{}", "<a>".repeat(1_000_000)));
+    assert!(message.contains("more than 32 elements within each other"), "{message}");
+}

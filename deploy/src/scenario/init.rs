@@ -37,7 +37,7 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
     let scenario = Scenario::load(&out).context("reading what was written")?;
     let agents: Vec<_> = scenario.agents.iter().map(|agent| agent.id().to_string()).collect();
     let _ = writeln!(
-        std::io::stderr(),
+        io::stderr(),
         "{}: agents {}\nrun it: v2x up {} --web",
         out.display(),
         agents.join(", "),

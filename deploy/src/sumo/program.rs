@@ -93,8 +93,11 @@ impl Program {
 async fn listen(stderr: Option<tokio::process::ChildStderr>) -> VecDeque<String> {
     let mut said = VecDeque::new();
     let Some(stderr) = stderr else { return said };
-    let mut lines = BufReader::new(stderr).lines();
-    while let Ok(Some(line)) = lines.next_line().await {
+    let (mut stderr, mut line) = (BufReader::new(stderr), Vec::new());
+    // Not each path is UTF-8.
+    while stderr.read_until(b'\n', &mut line).await.is_ok_and(|n| n > 0) {
+        let bytes = std::mem::take(&mut line);
+        let line = String::from_utf8_lossy(&bytes).trim_end().to_owned();
         if line.trim().is_empty() {
             continue;
         }
