@@ -41,7 +41,8 @@ enum Mischief {
     Refuses(u32),
 }
 
-/// A server that speaks as much TraCI as we ask for: a vehicle that drives east, one that stands, and a person.
+/// A server that speaks as much TraCI as we ask for: a vehicle that drives to and fro with a person in
+/// it, one that stands, and a person with the id of the latter.
 async fn serve(listener: TcpListener, mischief: Mischief) -> anyhow::Result<()> {
     loop {
         let (stream, _) = listener.accept().await?;
@@ -76,7 +77,14 @@ async fn talk(mut stream: TcpStream, mischief: Mischief) -> anyhow::Result<()> {
                     answer.extend(command_of(0x00, &content));
                 }
                 (0x02, _) => {
+                    // A long jump would keep the client waiting.
+                    let to_s = f64::from_be_bytes(content.try_into()?);
+                    let t_s = f64::from(n_steps) / 10.0;
+                    ensure!(to_s <= t_s + 1.01, "asked for {to_s} s at {t_s} s");
                     n_steps += 1;
+                    while f64::from(n_steps) / 10.0 < to_s - 1e-6 {
+                        n_steps += 1;
+                    }
                     answer.extend(status(0x02, 0, ""));
                     answer.extend(0_i32.to_be_bytes());
                 }
@@ -117,15 +125,15 @@ fn value(command: u8, variable: u8, object: &str, t_s: f64) -> Vec<u8> {
         (0xab, 0x66) => double(t_s),
         (0xab, 0x7b) => double(0.1),
         (_, 0x00) => {
-            let ids: &[&str] = if command == 0xa4 { &["stands", "driver"] } else { &["walker"] };
+            let ids: &[&str] = if command == 0xa4 { &["stands", "driver"] } else { &["stands", "rider"] };
             let n = u32::try_from(ids.len()).unwrap_or(0);
             ids.iter().fold([&[0x0e][..], &n.to_be_bytes()].concat(), |list, id| [list, text(id)].concat())
         }
         (_, 0x42) => {
             // Front bumpers of vehicles.
-            let (x, y) = match object {
-                "driver" => (-60.0 + 5.0 * t_s, 0.0),
-                "stands" => (12.25, 4.0),
+            let (x, y) = match (command, object) {
+                (_, "driver" | "rider") => (-30.0 - 30.0 * (0.2 * t_s).cos(), 0.0),
+                (0xa4, _) => (12.25, 4.0),
                 _ => (5.0, -5.0),
             };
             [&[0x01][..], &f64::to_be_bytes(x), &f64::to_be_bytes(y)].concat()
@@ -133,7 +141,7 @@ fn value(command: u8, variable: u8, object: &str, t_s: f64) -> Vec<u8> {
         // East, by a compass.
         (_, 0x43) => double(90.0),
         (_, 0x44) => double(if command == 0xa4 { 4.5 } else { 0.5 }),
-        (_, 0xc3) => [&[0x0c][..], &text("")].concat(),
+        (_, 0xc3) => [&[0x0c][..], &text(if object == "rider" { "driver" } else { "" })].concat(),
         (_, 0x4d) => double(if command == 0xa4 { 1.8 } else { 0.5 }),
         _ => [&[0x0c][..], &text("passenger")].concat(),
     }
@@ -176,7 +184,7 @@ async fn agents_of_several_processes_see_what_sumo_drives() -> anyhow::Result<()
     let mut watch = V2x::start(&folder, &[&["watch", "--json"][..], &network].concat())?;
     let is_complete = |frame: &FusedFrame| {
         let near = |x: f64, y: f64| frame.objects.iter().any(|one| one.bev.pose().distance_to(x, y) < 1.0);
-        let is_driver = |one: &FusedObject| one.bev.y.abs() < 1.0 && one.bev.x < 8.0;
+        let is_driver = |one: &FusedObject| one.bev.y.abs() < 1.0;
         let hears = |id: &str| frame.agents.iter().any(|one| one.agent.as_str() == id && one.accepted > 5);
         // The middle of a vehicle is behind its front.
         near(10.0, 4.0)
@@ -203,7 +211,7 @@ async fn agents_of_several_processes_see_what_sumo_drives() -> anyhow::Result<()
     let scenario = v2x_agent::Scenario::load(folder.join("run/scenario.toml"))?;
     let world = scenario.world.recorded().context("no recorded world")?;
     let ids: Vec<_> = world.traffic.objects.iter().map(|object| object.name.as_str()).collect();
-    assert_eq!(ids, ["driver", "stands", "walker"]);
+    assert_eq!(ids, ["driver", "stands", "person:stands"], "and who is in a vehicle is no object of its own");
     assert!(!world.is_live() && world.roads.len() == 1 && world.traffic.first_s == 0.0);
     Ok(())
 }
@@ -211,11 +219,15 @@ async fn agents_of_several_processes_see_what_sumo_drives() -> anyhow::Result<()
 #[tokio::test(flavor = "multi_thread")]
 async fn a_run_in_sumos_world_is_scored_against_what_sumo_drove() -> anyhow::Result<()> {
     let folder = folder("sumo-demo")?;
-    std::fs::write(folder.join("live.toml"), SCENARIO)?;
-    let world = format!("traci:{}", traci(Mischief::None).await?);
-    let args =
-        ["demo", "--scenario", "live.toml", "--world", &world, "--duration", "8s", "--out", "run", "--json"];
+    let world = format!("traci = \"{}\"\nbegin_s = 4.25", traci(Mischief::None).await?);
+    // A second vehicle agent rides on what never comes.
+    let absent = "[[agents]]\nid = \"absent\"\nkind = \"vehicle\"\nride = \"never\"\n[hub]";
+    let scenario = SCENARIO.replace("file = \"none.sumocfg\"", &world).replace("[hub]", absent);
+    std::fs::write(folder.join("live.toml"), scenario)?;
+    let args = ["demo", "--scenario", "live.toml", "--duration", "8s", "--out", "run", "--json"];
     let ending = run(&folder, &args).await?;
+    let said = "agent absent rides on \"never\", which never came; the run's scenario is without it";
+    names(&ending.stderr, &[said])?;
     let summary: serde_json::Value =
         serde_json::from_str(&ending.stdout).with_context(|| format!("{ending:#?}"))?;
     let ate_m = summary["fused"]["ate_m"].as_f64().with_context(|| summary.to_string())?;
@@ -302,6 +314,14 @@ async fn sumo_itself_is_the_world_of_the_example() -> anyhow::Result<()> {
     let init = run(&folder, &["scenario", "init", "--world", "sumo:crossing.sumocfg", "my.toml"]).await?;
     assert_eq!(init.code, Some(0), "{init:#?}");
     names(&std::fs::read_to_string(folder.join("my.toml"))?, &["kind = \"sumo\"", "ride = \"ego\""])?;
+    // A configuration that begins later, and whose port would make SUMO wait.
+    let late = std::fs::read_to_string(folder.join("crossing.sumocfg"))?.replace(
+        "<time>",
+        "<traci_server><remote-port value=\"8813\"/></traci_server><time><begin value=\"1:00:00\"/>",
+    );
+    std::fs::write(folder.join("late.sumocfg"), late)?;
+    let init = run(&folder, &["scenario", "init", "--world", "sumo:late.sumocfg", "late.toml"]).await?;
+    assert_eq!(init.code, Some(0), "{init:#?}");
     let args = ["demo", "--scenario", "my.toml", "--duration", "10s", "--out", "run", "--json"];
     let ending = run(&folder, &args).await?;
     let summary: serde_json::Value =

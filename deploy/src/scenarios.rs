@@ -5,8 +5,10 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use v2x_agent::nuscenes::TABLES;
 use v2x_agent::scenario::{
-    Scenario, ScenarioFile, Sumo, WorldSource, folder_of_tables, recorded_world, with_paths, with_world,
+    Rider, Scenario, ScenarioFile, Sumo, WorldSource, folder_of_tables, open_traffic, recorded_world,
+    with_paths, with_world, without_riders,
 };
+use v2x_agent::trajectories::ReadOptions;
 use v2x_common::shipped;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubSettings;
@@ -66,7 +68,21 @@ impl Chosen {
             return Ok(());
         }
         let world = recorded_world(RECORDED_WORLD, &self.scenario.world.roads());
-        folder.write("scenario.toml", &with_world(&self.text, world)?)
+        let mut text = with_world(&self.text, world)?;
+        // An agent whose object never came was nowhere, and a recorded world has to know what is ridden on. Where the
+        // recording itself cannot be read, that is said when the run is scored.
+        let recorded = open_traffic(&folder.path().join(RECORDED_WORLD), &ReadOptions::default());
+        if let Ok(recorded) = recorded {
+            let is_there = |name: &str| recorded.objects.iter().any(|object| object.name == name);
+            let (without, gone) = without_riders(&text, is_there)?;
+            text = without;
+            for Rider { agent, ride } in gone {
+                tracing::warn!(
+                    "agent {agent} rides on {ride:?}, which never came; the run's scenario is without it"
+                );
+            }
+        }
+        folder.write("scenario.toml", &text)
     }
 
     /// Scenario time 0 of a network that begins now: agents that are started by hand have the same where the world repeats

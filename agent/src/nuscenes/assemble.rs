@@ -4,12 +4,15 @@ use super::scene::{AnnotatedFrame, AnnotatedScene, Annotation};
 use super::table::{OpenTable, Record, TableError, each};
 use std::collections::{HashMap, HashSet};
 use v2x_common::class::Class;
-use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};
+use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::time::Timestamp;
 
 /// The sensor whose sweeps define keyframes.
 const LIDAR: &str = "LIDAR_TOP";
+
+/// Of the length of a quaternion: tables may hold rounded numbers.
+const UNIT_TOLERANCE: f64 = 0.01;
 
 /// Place of a scene, and of a keyframe in it.
 type Place = (usize, usize);
@@ -208,8 +211,17 @@ fn keyframes(samples: Vec<Sample>) -> Result<Vec<AnnotatedFrame>, TableError> {
 
 /// Position and heading of a record with translation and rotation.
 fn pose(record: &Record) -> Result<Pose, TableError> {
-    let [x, y, _] = record.numbers("translation", "3 numbers")?;
-    let [w, i, j, k] = record.numbers("rotation", "a quaternion of 4 numbers")?;
+    const PLACE: &str = "3 numbers, at most 1e8 m";
+    const ROTATION: &str = "a quaternion of 4 numbers, of length 1";
+    let [x, y, _] = record.numbers("translation", PLACE)?;
+    if x.abs() > MAX_COORDINATE_M || y.abs() > MAX_COORDINATE_M {
+        return Err(record.wrong("translation", PLACE));
+    }
+    let [w, i, j, k] = record.numbers("rotation", ROTATION)?;
+    let length = libm::sqrt(w * w + i * i + j * j + k * k);
+    if (length - 1.0).abs() > UNIT_TOLERANCE {
+        return Err(record.wrong("rotation", ROTATION));
+    }
     // The direction of the rotated x axis, as in the devkit's `quaternion_yaw`.
     let yaw = libm::atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k));
     Ok(Pose { x, y, yaw: wrap_angle(yaw) })

@@ -108,3 +108,14 @@ fn two_keyframes_of_a_scene_at_one_time_are_refused() {
         "{message}"
     );
 }
+
+#[test]
+fn a_place_beyond_the_earth_and_a_quaternion_that_is_no_rotation_are_refused() {
+    for (field, value) in [("translation", json!([1e9, 0.0, 0.0])), ("rotation", json!([0.0, 0.0, 0.0, 0.0]))]
+    {
+        let mut tables = tables();
+        tables.get_mut("sample_annotation").unwrap()[0][field] = value;
+        let message = all(&tables).unwrap_err().to_string();
+        assert!(message.contains(&format!("field {field}: ")), "{message}");
+    }
+}

@@ -77,6 +77,34 @@ pub fn with_world(text: &str, world: Table) -> Result<String, EditError> {
     Ok(toml::to_string(&scenario)?)
 }
 
+/// An agent that rides on an object, by their names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rider {
+    /// The agent.
+    pub agent: String,
+    /// The object.
+    pub ride: String,
+}
+
+/// The scenario without the agents that ride on an object for which `is_there` does not hold, and who they are.
+pub fn without_riders(
+    text: &str,
+    is_there: impl Fn(&str) -> bool,
+) -> Result<(String, Vec<Rider>), EditError> {
+    let mut scenario: Table = text.parse().map_err(Box::new)?;
+    let mut gone = Vec::new();
+    if let Some(Value::Array(agents)) = scenario.get_mut("agents") {
+        agents.retain(|agent| {
+            let key = |name| agent.get(name).and_then(Value::as_str);
+            let Some(ride) = key("ride").filter(|ride| !is_there(ride)) else { return true };
+            let agent = key("id").unwrap_or_default().to_owned();
+            gone.push(Rider { agent, ride: ride.to_owned() });
+            false
+        });
+    }
+    Ok((toml::to_string(&scenario)?, gone))
+}
+
 /// The `[world]` table of what was recorded of such a world, in this file beside the scenario, with its roads.
 pub fn recorded_world(file: &str, roads: &[Road]) -> Table {
     Table::from_iter([
@@ -147,6 +175,15 @@ mod tests {
             let message = wrong.parse::<WorldSource>().unwrap_err().to_string();
             assert!(message.contains("expected sumo:CFG"), "{message}");
         }
+    }
+
+    #[test]
+    fn agents_that_ride_on_what_never_came_are_left_out() {
+        let (text, gone) = without_riders(TEXT, |name| name == "we.0").unwrap();
+        assert!(gone.is_empty() && text.contains("ride = \"we.0\""), "{text}");
+        let (text, gone) = without_riders(TEXT, |_| false).unwrap();
+        assert_eq!(gone, [Rider { agent: "ego".to_owned(), ride: "we.0".to_owned() }]);
+        assert!(!text.contains("ego") && text.contains("parked = 4"), "{text}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod toml_file;
 mod validate;
 
 pub use config::{AgentConfig, Scenario, ScenarioFile, Sumo, UnknownWorld};
-pub use edit::{EditError, NoSuchWorld, WorldSource, recorded_world, with_world};
+pub use edit::{EditError, NoSuchWorld, Rider, WorldSource, recorded_world, with_world, without_riders};
 pub use error::{Origin, ScenarioError};
 pub use files::{Files, folder_of_tables, open_traffic, open_vehicle_types, table_in, with_paths};
 

@@ -53,7 +53,7 @@ pub struct AgentArgs {
     /// Seed of the world and of all noise [default: the scenario's]
     #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     pub seed: Option<u64>,
-    /// Unix time in µs at which scenario time is 0 [default: now, rounded down to the scenario's loop]
+    /// Unix time in µs at which scenario time is 0 [default: now, rounded down to the scenario's loop; that of the first world heard, if SUMO drives it]
     #[arg(long, value_name = "MICROSECONDS")]
     pub start: Option<i64>,
     /// How frames become bytes

@@ -1,12 +1,14 @@
 //! The world of an agent where another program drives it: the steps that the network brings.
 
 use crate::scenario::Scenario;
-use crate::trajectories::{Window, WorldStep};
+use crate::trajectories::{StepError, Window, WorldStep};
 use crate::world::{Course, Station, World, WorldConfig, WorldParameters};
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
+use v2x_common::clock;
 use v2x_common::keys::Keys;
 use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::time::{Span, Timestamp};
@@ -17,12 +19,15 @@ use zenoh::pubsub::Subscriber;
 const WAITING: usize = 64;
 /// After this time without a first step the log says what is waited for.
 const PATIENCE: Duration = Duration::from_secs(3);
+/// A world of which nothing was heard for longer, and for longer than three of its steps take, may have ended.
+const SILENCE: Duration = Duration::from_secs(5);
 
 /// The steps of a world, as they come.
 #[derive(Debug)]
 pub struct Steps {
     queue: Arc<DropOldestQueue<Vec<u8>>>,
-    _subscriber: Subscriber<()>,
+    /// None in tests.
+    _subscriber: Option<Subscriber<()>>,
 }
 
 impl Steps {
@@ -34,32 +39,48 @@ impl Steps {
             .declare_subscriber(keys.world())
             .callback(move |sample| into.push(sample.payload().to_bytes().into_owned()));
         let subscriber = subscriber.await.map_err(|error| anyhow!("subscribing to the world: {error}"))?;
-        Ok(Self { queue, _subscriber: subscriber })
+        Ok(Self { queue, _subscriber: Some(subscriber) })
     }
 
     /// The next step. Cancelling does not lose one.
-    async fn next(&self) -> WorldStep {
+    async fn next(&self, said: &mut Said) -> WorldStep {
         loop {
             match serde_json::from_slice(&self.queue.pop().await) {
                 Ok(step) => return step,
-                Err(error) => tracing::warn!(%error, "a step of the world is unreadable"),
+                Err(error) => said.unreadable(&error),
             }
         }
     }
+}
 
-    /// The first step; `None` where shutdown comes first.
-    pub async fn first(&self, shutdown: &CancellationToken) -> Option<WorldStep> {
-        let first = self.next();
-        tokio::pin!(first);
-        tokio::select! {
-            step = &mut first => return Some(step),
-            () = shutdown.cancelled() => return None,
-            () = tokio::time::sleep(PATIENCE) => {}
+/// What the log has said: anybody on the network could fill it.
+#[derive(Debug, Default)]
+struct Said {
+    unreadable: bool,
+    refused: bool,
+    other: bool,
+}
+
+impl Said {
+    fn unreadable(&mut self, error: &serde_json::Error) {
+        if !std::mem::replace(&mut self.unreadable, true) {
+            tracing::warn!(%error, "a step of the world is unreadable; more of them are not said");
         }
-        tracing::warn!("no world yet: v2x up starts SUMO for a scenario with it, v2x sumo alone");
-        tokio::select! {
-            step = first => Some(step),
-            () = shutdown.cancelled() => None,
+    }
+
+    fn refused(&mut self, error: &StepError) {
+        if !std::mem::replace(&mut self.refused, true) {
+            tracing::warn!(%error, "a step of the world is not used; more of them are not said");
+        }
+    }
+
+    fn other(&mut self, expected_us: i64, found_us: i64) {
+        if !std::mem::replace(&mut self.other, true) {
+            tracing::warn!(
+                expected_us,
+                found_us,
+                "there is another world on this network, which began at another time; it is not used"
+            );
         }
     }
 }
@@ -69,34 +90,107 @@ impl Steps {
 pub struct LiveWorld {
     steps: Steps,
     window: Window,
+    start: Timestamp,
+    /// Whether the start was given: then no other world is this one.
+    is_fixed: bool,
+    ridden: Vec<String>,
     parameters: WorldParameters,
     seed: u64,
+    /// When its last step came.
+    heard_at: Instant,
+    /// Time between its last two steps.
+    pace: Duration,
+    said: Said,
 }
 
 impl LiveWorld {
-    /// The world that begins with a step, and when its scenario time is 0.
-    pub fn begin(
+    /// The world that began at this time, or the first one of which a step comes; `None` where shutdown comes first.
+    pub async fn begin(
         steps: Steps,
-        first: WorldStep,
-        scenario: &Scenario,
-        seed: u64,
-    ) -> anyhow::Result<(Self, Timestamp)> {
-        let start = first.start().context("the world's start is out of range")?;
+        (scenario, seed): (&Scenario, u64),
+        start: Option<Timestamp>,
+        shutdown: &CancellationToken,
+    ) -> Option<Self> {
         let ridden = scenario.agents.iter().filter_map(|agent| match &agent.station {
             Station::Riding(name) => Some(name.clone()),
             _ => None,
         });
-        let mut window = Window::new(first.start_us, ridden.collect());
-        window.push(first).context("the world's first step")?;
-        Ok((Self { steps, window, parameters: scenario.world_parameters(), seed }, start))
+        let mut live = Self {
+            steps,
+            window: Window::new(0, Vec::new()),
+            start: start.unwrap_or(Timestamp::EPOCH),
+            is_fixed: start.is_some(),
+            ridden: ridden.collect(),
+            parameters: scenario.world_parameters(),
+            seed,
+            heard_at: Instant::now(),
+            pace: Duration::ZERO,
+            said: Said::default(),
+        };
+        let began = async {
+            if tokio::time::timeout(PATIENCE, live.first()).await.is_err() {
+                tracing::warn!("no world yet: v2x up starts SUMO for a scenario with it, v2x sumo alone");
+                live.first().await;
+            }
+        };
+        let has_begun = tokio::select! {
+            () = began => true,
+            () = shutdown.cancelled() => false,
+        };
+        has_begun.then_some(live)
     }
 
-    /// Waits for the next step that changes the world. Cancelling does not lose one.
-    pub async fn advance(&mut self) {
-        let step = self.steps.next().await;
-        if let Err(error) = self.window.push(step) {
-            tracing::warn!(%error, "a step of the world is not used");
+    /// Waits for a first step that can be used. Cancelling does not lose one.
+    async fn first(&mut self) {
+        loop {
+            let step = self.steps.next(&mut self.said).await;
+            if self.is_fixed && step.start() != Some(self.start) {
+                self.said.other(self.start.as_micros(), step.start_us);
+            } else if self.begin_with(step) {
+                return;
+            }
         }
+    }
+
+    /// Begins the world with a step, if it can be used.
+    fn begin_with(&mut self, step: WorldStep) -> bool {
+        let Some(start) = step.start() else { return false };
+        let mut window = Window::new(step.start_us, self.ridden.clone());
+        if let Err(error) = window.push(step, clock::now()) {
+            self.said.refused(&error);
+            return false;
+        }
+        (self.window, self.start) = (window, start);
+        (self.heard_at, self.pace) = (Instant::now(), Duration::ZERO);
+        true
+    }
+
+    /// Waits for the next step that changes the world, and says whether that is another world which begins, since nothing is
+    /// heard of the one before. Cancelling does not lose a step.
+    pub async fn advance(&mut self) -> bool {
+        loop {
+            let step = self.steps.next(&mut self.said).await;
+            let silence = self.heard_at.elapsed();
+            if step.start() == Some(self.start) {
+                match self.window.push(step, clock::now()) {
+                    Ok(()) => {
+                        (self.heard_at, self.pace) = (Instant::now(), silence);
+                        return false;
+                    }
+                    Err(error) => self.said.refused(&error),
+                }
+            } else if self.is_fixed || silence < SILENCE.max(self.pace.saturating_mul(3)) {
+                self.said.other(self.start.as_micros(), step.start_us);
+            } else if self.begin_with(step) {
+                tracing::warn!("nothing is heard of the world any more, and another one begins");
+                return true;
+            }
+        }
+    }
+
+    /// When its scenario time is 0.
+    pub const fn start(&self) -> Timestamp {
+        self.start
     }
 
     /// The scenario times at which it is known where everything is.
@@ -118,5 +212,66 @@ impl LiveWorld {
             world.course = Course::Live { numbers };
         }
         Ok(World::new(&parameters, self.seed)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENARIO: &str = r#"
+        name = "live"
+        [world]
+        kind = "sumo"
+        file = "none.sumocfg"
+        [[agents]]
+        id = "rsu"
+        kind = "roadside-unit"
+        pose = { x = 0, y = -8 }
+    "#;
+
+    /// A step of the world that began at a time, as long after it as now is.
+    fn step(start: Timestamp) -> Vec<u8> {
+        let t_us = (clock::now() - start).as_nanos() / 1000;
+        serde_json::to_vec(&WorldStep { start_us: start.as_micros(), t_us, objects: Vec::new() }).unwrap()
+    }
+
+    fn ago(seconds: i64) -> Timestamp {
+        Timestamp::from_micros((clock::now() - Span::from_millis(1000 * seconds)).as_micros()).unwrap()
+    }
+
+    async fn begin(start: Option<Timestamp>, first: Vec<Vec<u8>>) -> LiveWorld {
+        let queue = Arc::new(DropOldestQueue::new(WAITING));
+        first.into_iter().for_each(|step| queue.push(step));
+        let steps = Steps { queue, _subscriber: None };
+        let scenario = Scenario::from_toml(SCENARIO).unwrap();
+        LiveWorld::begin(steps, (&scenario, 1), start, &CancellationToken::new()).await.unwrap()
+    }
+
+    #[tokio::test]
+    async fn an_agent_of_a_run_waits_for_the_world_of_the_run() {
+        let (ours, foreign) = (ago(10), ago(20));
+        let mut live = begin(Some(ours), vec![step(foreign), step(ours)]).await;
+        assert_eq!(live.start(), ours);
+        live.heard_at -= 2 * SILENCE;
+        live.steps.queue.push(step(foreign));
+        live.steps.queue.push(step(ours));
+        assert!(!live.advance().await && live.start() == ours);
+    }
+
+    #[tokio::test]
+    async fn an_agent_begins_with_the_first_step_that_can_be_and_goes_on_with_another_world_after_silence() {
+        let (first, second) = (ago(10), ago(5));
+        let far = WorldStep { start_us: 7, t_us: i64::MAX, objects: Vec::new() };
+        let wrong = vec![b"no step".to_vec(), serde_json::to_vec(&far).unwrap(), step(first)];
+        let mut live = begin(None, wrong).await;
+        assert_eq!(live.start(), first);
+        live.steps.queue.push(step(second));
+        live.steps.queue.push(step(first));
+        assert!(!live.advance().await && live.start() == first, "it is still there");
+        live.pace = Duration::ZERO;
+        live.heard_at -= 2 * SILENCE;
+        live.steps.queue.push(step(second));
+        assert!(live.advance().await && live.start() == second);
     }
 }

@@ -4,7 +4,7 @@ use super::args::AgentArgs;
 use super::live_world::{LiveWorld, Steps};
 use super::publisher::AgentPublisher;
 use crate::link::Outbox;
-use crate::scenario::Scenario;
+use crate::scenario::{AgentConfig, Scenario};
 use crate::sending::{Fate, Sender};
 use crate::sensor::{Boot, Observation};
 use anyhow::{Context, anyhow};
@@ -91,6 +91,8 @@ struct Agent {
     sender: Sender,
     /// Where another program drives the world.
     live: Option<LiveWorld>,
+    config: AgentConfig,
+    seed: u64,
 }
 
 impl Agent {
@@ -102,22 +104,20 @@ impl Agent {
     ) -> anyhow::Result<Option<Self>> {
         let now = clock::now();
         let seed = args.seed.unwrap_or(scenario.seed);
+        let start =
+            args.start.map(|micros| Timestamp::from_micros(micros).context("--start is out of range"));
+        let start = start.transpose()?;
         let (start, world, live) = if scenario.world.is_live() {
             let steps = Steps::subscribe(session, keys).await?;
-            let Some(first) = steps.first(shutdown).await else { return Ok(None) };
-            let (live, start) = LiveWorld::begin(steps, first, scenario, seed)?;
-            (start, live.world()?, Some(live))
+            let live = LiveWorld::begin(steps, (scenario, seed), start, shutdown).await;
+            let Some(live) = live else { return Ok(None) };
+            (live.start(), live.world()?, Some(live))
         } else {
-            let start = match args.start {
-                Some(micros) => Timestamp::from_micros(micros).context("--start is out of range")?,
-                None => now.floor_to(scenario.loop_length),
-            };
-            (start, scenario.world(seed), None)
+            (start.unwrap_or_else(|| now.floor_to(scenario.loop_length)), scenario.world(seed), None)
         };
-        let epoch = u64::try_from(now.as_micros()).unwrap_or(0);
-        let boot = Boot { seed, epoch, start };
-        let sender = scenario.agents[index].sender(Arc::new(world), boot)?;
-        Ok(Some(Self { sender, live }))
+        let config = scenario.agents[index].clone();
+        let sender = config.sender(Arc::new(world), boot(seed, now, start))?;
+        Ok(Some(Self { sender, live, config, seed }))
     }
 
     async fn serve(
@@ -138,7 +138,11 @@ impl Agent {
                 () = shutdown.cancelled() => break,
                 () = sleep_until(wake_at) => {}
                 _ = descriptions.tick() => self.describe(publisher, &mut counts).await,
-                () = advance(self.live.as_mut()) => self.renew_world()?,
+                is_another = advance(self.live.as_mut()) => {
+                    if self.renew_world(is_another)? {
+                        next = self.sender.sensor().sequence_at_or_after(clock::now());
+                    }
+                }
             }
             let now = clock::now();
             next = self.skip_if_behind(next, now, &mut counts);
@@ -174,11 +178,16 @@ impl Agent {
         self.live.as_ref().is_none_or(|live| live.covers(t))
     }
 
-    fn renew_world(&mut self) -> anyhow::Result<()> {
-        if let Some(live) = &self.live {
-            self.sender.sensor_mut().set_world(Arc::new(live.world()?));
+    /// Takes over what is known of the world. Where that is another world, the agent begins again, which it says.
+    fn renew_world(&mut self, is_another: bool) -> anyhow::Result<bool> {
+        let Some(live) = &self.live else { return Ok(false) };
+        let world = Arc::new(live.world()?);
+        if is_another {
+            self.sender = self.config.sender(world, boot(self.seed, clock::now(), live.start()))?;
+        } else {
+            self.sender.sensor_mut().set_world(world);
         }
-        Ok(())
+        Ok(is_another)
     }
 
     async fn describe(&self, publisher: &AgentPublisher, counts: &mut Counts) {
@@ -203,8 +212,12 @@ impl Agent {
     }
 }
 
-/// Waits for more of a world that is driven elsewhere.
-async fn advance(live: Option<&mut LiveWorld>) {
+fn boot(seed: u64, now: Timestamp, start: Timestamp) -> Boot {
+    Boot { seed, epoch: u64::try_from(now.as_micros()).unwrap_or(0), start }
+}
+
+/// Waits for more of a world that is driven elsewhere; says whether it is another one.
+async fn advance(live: Option<&mut LiveWorld>) -> bool {
     match live {
         Some(live) => live.advance().await,
         None => std::future::pending().await,

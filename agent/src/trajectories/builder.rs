@@ -14,8 +14,8 @@ use super::remarks::{self, Survey};
 use super::traffic::{Format, RecordedObject, Remarks, Traffic};
 use super::trajectory::{Sample, Trajectory};
 
-/// Rows that are kept: 40 bytes each.
-const MAX_ROWS: usize = 10_000_000;
+/// Rows of a recording that are kept, 40 bytes each; one with more is refused.
+pub const MAX_ROWS: usize = 10_000_000;
 /// Coordinates farther from (0, 0) are moved where no origin is given.
 const FAR_M: f64 = 1e5;
 /// An origin is a multiple of this, m.
@@ -143,6 +143,15 @@ impl<'a> Builder<'a> {
         }
         draft.rows.push(Kept { t, line: row.line, pose });
         Ok(())
+    }
+
+    /// The steps of these that can be within the window, where time is 0 in step 0.
+    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates, and the numbers were whole")]
+    pub(super) fn steps_within(&self, (first, last): (i64, i64), step_s: f64) -> (i64, i64) {
+        let ReadOptions { from_s, to_s, .. } = self.options;
+        let from = from_s.map_or(first, |from_s| libm::floor(from_s / step_s) as i64);
+        let to = to_s.map_or(last, |to_s| libm::ceil(to_s / step_s) as i64);
+        (first.max(from), last.min(to))
     }
 
     fn draft(&mut self, row: &Row<'_>) -> &mut Draft {

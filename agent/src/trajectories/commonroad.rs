@@ -194,6 +194,7 @@ impl<'a> File<'a> {
             let what = " of a <dynamicObstacle> with a <trajectory>".to_owned();
             return Err(TrafficError::Empty(what));
         };
+        let (first, last) = self.builder.steps_within((first, last), self.step_s);
         for obstacle in std::mem::take(&mut self.standing) {
             for step in first..=last {
                 if let Some(state) = obstacle.states.first() {
@@ -335,5 +336,9 @@ mod tests {
         let options = ReadOptions { from_s: Some(1.5), ..ReadOptions::default() };
         let traffic = read(scenario().as_bytes(), &options).unwrap();
         assert_eq!((traffic.first_s, traffic.length), (1.5, Span::from_millis(500)));
+        // What stands is not tried for each of the steps that are not kept.
+        let long = scenario().replace("<exact>4</exact>", "<exact>900000000</exact>");
+        let options = ReadOptions { to_s: Some(1.5), ..ReadOptions::default() };
+        assert_eq!(read(long.as_bytes(), &options).unwrap().length, Span::from_millis(500));
     }
 }

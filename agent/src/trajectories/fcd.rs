@@ -11,6 +11,7 @@ use v2x_common::detection::MAX_COORDINATE_M;
 
 use super::builder::{At, Builder, Kind, Row};
 use super::error::TrafficError;
+use super::names::Names;
 use super::options::ReadOptions;
 use super::traffic::{Format, Traffic};
 use super::xml::{Element, Next, Xml};
@@ -20,7 +21,7 @@ pub(super) const ROOT: &str = "fcd-export";
 /// Reads the output of `sumo --fcd-output FILE` after its root.
 pub(super) fn read(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<Traffic, TrafficError> {
     let mut builder = Builder::new(options);
-    let (mut t_s, mut degrees) = (None, Degrees::default());
+    let (mut t_s, mut degrees, mut names) = (None, Degrees::default(), Names::default());
     let is_whole = loop {
         let element = match xml.next()? {
             Next::Element(element) => element,
@@ -35,13 +36,19 @@ pub(super) fn read(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<
                     is_time,
                 )?);
             }
-            "vehicle" | "person" | "container" => {
+            name @ ("vehicle" | "person" | "container") => {
                 let t_s = t_s.ok_or_else(|| TrafficError::Xml {
                     line: element.line,
                     cause: format!("<{}> outside of a <timestep>", element.name),
                 })?;
                 degrees.add(&element);
-                builder.add(&row(&element, t_s)?)?;
+                let row = row(&element, t_s)?;
+                let name = match name {
+                    "vehicle" => names.of("vehicle", row.id),
+                    "person" => names.of("person", row.id),
+                    _ => names.of("container", row.id),
+                };
+                builder.add(&Row { id: &name, ..row })?;
             }
             _ => {}
         }

@@ -1,7 +1,6 @@
 //! A world that another program drives, such as SUMO: where its objects are, step by step.
 
-use std::collections::BTreeMap;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -52,6 +51,16 @@ pub struct LiveObject {
 
 /// More objects at one time are no world of ours.
 const MOST: usize = 100_000;
+/// Steps that are kept: ten seconds of steps of 1 ms, the shortest, and some more.
+const MOST_STEPS: usize = 12_000;
+/// Places that are kept, of all objects together: 32 bytes each.
+const MOST_SAMPLES: usize = 4_000_000;
+/// A step comes before its time, but not by more.
+const FARTHEST_AHEAD: Span = Span::from_millis(30_000);
+/// Numbers of the agents' own bodies.
+const OF_AGENTS: std::ops::Range<u32> = 100_000..1_100_000;
+/// Numbers of the agents' own bodies in a large world, from here on.
+const OF_AGENTS_OF_MANY: u32 = 1_000_000_000;
 
 /// Why a step is not used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -65,6 +74,27 @@ pub enum StepError {
         field: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// A number that is no identity.
+    #[error(
+        "object {id} has number {number}; expected a number of its own from 1 on that is none of an agent's body, \
+         {} to {}",
+        OF_AGENTS.start,
+        OF_AGENTS.end - 1
+    )]
+    Number {
+        /// The object.
+        id: String,
+        /// Its number.
+        number: u32,
+    },
+    /// A time that cannot be.
+    #[error("it is for {t_us} µs since {start_us} µs of the Unix time, which is far ahead of now")]
+    Time {
+        /// Scenario time.
+        t_us: i64,
+        /// Of the world.
+        start_us: i64,
     },
     /// More objects than are kept.
     #[error("it has {count} objects, expected at most {MOST}")]
@@ -88,12 +118,23 @@ impl WorldStep {
         Timestamp::from_micros(self.start_us)
     }
 
-    fn check(&self) -> Result<(), StepError> {
-        if self.objects.len() > MOST {
-            return Err(StepError::TooMany { count: self.objects.len() });
+    /// Whether it can be used now.
+    fn check(&self, now: Timestamp) -> Result<(), StepError> {
+        let Self { start_us, t_us, objects } = self;
+        let ahead = self.start().map(|start| Span::from_micros(*t_us) - (now - start));
+        if ahead.is_none_or(|ahead| ahead > FARTHEST_AHEAD) {
+            return Err(StepError::Time { t_us: *t_us, start_us: *start_us });
         }
-        for object in &self.objects {
-            let LiveObject { id, x, y, yaw, w, d, .. } = object;
+        if objects.len() > MOST {
+            return Err(StepError::TooMany { count: objects.len() });
+        }
+        let mut numbers = BTreeSet::new();
+        for object in objects {
+            let LiveObject { number, id, x, y, yaw, w, d, .. } = object;
+            let is_of_agent = OF_AGENTS.contains(number) || *number >= OF_AGENTS_OF_MANY;
+            if *number == 0 || is_of_agent || !numbers.insert(*number) {
+                return Err(StepError::Number { id: id.clone(), number: *number });
+            }
             let is_place = |value: f64| value.abs() <= MAX_COORDINATE_M;
             let is_size = |value: f64| (MIN_SIZE_M..=MAX_SIZE_M).contains(&value);
             let fields = [
@@ -138,13 +179,13 @@ impl Window {
         Self { start_us, ridden, objects: BTreeMap::new(), steps: VecDeque::new() }
     }
 
-    /// Adds a step; one that is not newer than the newest changes nothing.
-    pub fn push(&mut self, step: WorldStep) -> Result<(), StepError> {
+    /// Adds a step that came now; one that is not newer than the newest changes nothing.
+    pub fn push(&mut self, step: WorldStep, now: Timestamp) -> Result<(), StepError> {
         if step.start_us != self.start_us {
             return Err(StepError::OtherStart { found_us: step.start_us, expected_us: self.start_us });
         }
-        step.check()?;
-        let t = Span::from_nanos(step.t_us.saturating_mul(1000));
+        step.check(now)?;
+        let t = Span::from_micros(step.t_us);
         if self.steps.back().is_some_and(|newest| t <= *newest) {
             return Ok(());
         }
@@ -155,7 +196,15 @@ impl Window {
             kept.samples.push(Sample { t, pose: Pose { x, y, yaw: wrap_angle(yaw) } });
         }
         self.forget(t - KEPT);
+        while self.steps.len() > MOST_STEPS || (self.steps.len() > 2 && self.n_samples() > MOST_SAMPLES) {
+            // So many at once: the older half goes.
+            self.forget(self.steps[self.steps.len() / 2]);
+        }
         Ok(())
+    }
+
+    fn n_samples(&self) -> usize {
+        self.objects.values().map(|kept| kept.samples.len()).sum()
     }
 
     /// Forgets what was before a time.
@@ -164,10 +213,11 @@ impl Window {
             self.steps.pop_front();
         }
         let Self { ridden, objects, .. } = self;
+        let are_few = objects.len() <= MOST;
         objects.retain(|_, kept| {
             let n_old = kept.samples.partition_point(|sample| sample.t < before);
             kept.samples.drain(..n_old);
-            !kept.samples.is_empty() || ridden.contains(&kept.id)
+            !kept.samples.is_empty() || (are_few && ridden.contains(&kept.id))
         });
     }
 
@@ -201,7 +251,7 @@ impl Window {
         let traffic = Traffic {
             format: Format::Live,
             objects: self.objects.values().map(object).collect(),
-            n_rows: self.objects.values().map(|kept| kept.samples.len()).sum(),
+            n_rows: self.n_samples(),
             first_s: 0.0,
             length: self.newest().unwrap_or(Span::ZERO),
             step,
@@ -227,15 +277,20 @@ mod tests {
         WorldStep { start_us: 7, t_us: 1000 * millis, objects }
     }
 
+    /// A minute after the world began, so that each step of the tests has come.
+    fn now() -> Timestamp {
+        Timestamp::from_micros(60_000_007).unwrap()
+    }
+
     #[test]
     fn objects_are_between_their_steps_and_leave_with_their_last_one() {
         let mut window = Window::new(7, Vec::new());
         assert!(!window.covers(Span::ZERO));
-        window.push(step(0, vec![car(1, "a", 0.0)])).unwrap();
-        window.push(step(1000, vec![car(1, "a", 10.0), car(2, "b", 5.0)])).unwrap();
-        window.push(step(2000, vec![car(2, "b", 6.0)])).unwrap();
+        window.push(step(0, vec![car(1, "a", 0.0)]), now()).unwrap();
+        window.push(step(1000, vec![car(1, "a", 10.0), car(2, "b", 5.0)]), now()).unwrap();
+        window.push(step(2000, vec![car(2, "b", 6.0)]), now()).unwrap();
         // A repeated step changes nothing.
-        window.push(step(1000, vec![car(3, "c", 5.0)])).unwrap();
+        window.push(step(1000, vec![car(3, "c", 5.0)]), now()).unwrap();
         assert!(window.covers(Span::from_millis(2000)) && !window.covers(Span::from_millis(2001)));
         let (traffic, numbers) = window.traffic();
         assert_eq!(numbers, [1, 2]);
@@ -248,9 +303,9 @@ mod tests {
     #[test]
     fn what_left_long_ago_is_forgotten_but_for_what_is_ridden_on() {
         let mut window = Window::new(7, vec!["ego".to_owned()]);
-        window.push(step(0, vec![car(1, "ego", 0.0), car(2, "b", 5.0)])).unwrap();
+        window.push(step(0, vec![car(1, "ego", 0.0), car(2, "b", 5.0)]), now()).unwrap();
         for second in 1..40 {
-            window.push(step(1000 * second, vec![car(3, "c", 5.0)])).unwrap();
+            window.push(step(1000 * second, vec![car(3, "c", 5.0)]), now()).unwrap();
         }
         let (traffic, numbers) = window.traffic();
         assert_eq!(numbers, [1, 3]);
@@ -262,9 +317,47 @@ mod tests {
     fn impossible_steps_are_refused_by_name() {
         let mut window = Window::new(7, Vec::new());
         let far = LiveObject { x: f64::NAN, ..car(1, "a", 0.0) };
-        assert_eq!(window.push(step(0, vec![far])).unwrap_err().to_string(), "object a: x is NaN");
+        assert_eq!(window.push(step(0, vec![far]), now()).unwrap_err().to_string(), "object a: x is NaN");
         let other = WorldStep { start_us: 8, ..step(0, Vec::new()) };
-        assert!(matches!(window.push(other), Err(StepError::OtherStart { found_us: 8, .. })));
+        assert!(matches!(window.push(other, now()), Err(StepError::OtherStart { found_us: 8, .. })));
         assert_eq!(window.newest(), None);
+    }
+
+    #[test]
+    fn a_step_of_a_far_time_does_not_hide_those_that_come() {
+        let mut window = Window::new(7, Vec::new());
+        let poison = WorldStep { t_us: i64::MAX, ..step(0, Vec::new()) };
+        assert!(matches!(window.push(poison, now()), Err(StepError::Time { .. })));
+        assert!(matches!(window.push(step(91_000, Vec::new()), now()), Err(StepError::Time { .. })));
+        let nowhere = WorldStep { start_us: i64::MAX, ..step(0, Vec::new()) };
+        assert!(matches!(
+            Window::new(i64::MAX, Vec::new()).push(nowhere, now()),
+            Err(StepError::Time { .. })
+        ));
+        window.push(step(60_000, vec![car(1, "a", 0.0)]), now()).unwrap();
+        assert!(window.covers(Span::from_millis(60_000)));
+    }
+
+    #[test]
+    fn numbers_of_nobody_and_of_agents_are_refused() {
+        let mut window = Window::new(7, Vec::new());
+        for number in [0, 100_000, 1_099_999, 1_000_000_000] {
+            let refused = window.push(step(0, vec![car(number, "a", 0.0)]), now()).unwrap_err();
+            assert_eq!(refused, StepError::Number { id: "a".to_owned(), number });
+        }
+        let twice = step(0, vec![car(1, "a", 0.0), car(1, "b", 0.0)]);
+        assert!(matches!(window.push(twice, now()), Err(StepError::Number { number: 1, .. })));
+        window.push(step(0, vec![car(1_100_000, "a", 0.0)]), now()).unwrap();
+    }
+
+    #[test]
+    fn steps_that_come_too_often_are_not_all_kept() {
+        let mut window = Window::new(7, Vec::new());
+        for t_us in 0..30_000 {
+            let step = WorldStep { t_us, ..step(0, vec![car(1, "a", 0.0)]) };
+            window.push(step, now()).unwrap();
+        }
+        assert!(window.steps.len() <= MOST_STEPS && window.n_samples() <= MOST_STEPS);
+        assert_eq!(window.newest(), Some(Span::from_micros(29_999)));
     }
 }

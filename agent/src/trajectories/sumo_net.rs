@@ -23,13 +23,32 @@ pub struct Lane {
 
 /// The network file that a configuration (`.sumocfg`) names, relative to it.
 pub fn read_net_file(config: impl BufRead) -> Result<Option<String>, TrafficError> {
+    read_option(config, &["net-file", "net", "n"])
+}
+
+/// The time at which a configuration begins, s; `None` where it does not say.
+pub fn read_begin(config: impl BufRead) -> Result<Option<f64>, TrafficError> {
+    Ok(read_option(config, &["begin", "b"])?.as_deref().and_then(time_s))
+}
+
+/// The value of an option of a configuration, which has several names.
+fn read_option(config: impl BufRead, names: &[&str]) -> Result<Option<String>, TrafficError> {
     let mut xml = Xml::new(config);
     while let Next::Element(element) = xml.next()? {
-        if element.name == "net-file" || element.name == "net" {
+        if names.contains(&element.name.as_str()) {
             return Ok(element.attribute("value").or(element.attribute("v")).map(str::to_owned));
         }
     }
     Ok(None)
+}
+
+/// A time of SUMO: seconds, or `[days:]hours:minutes:seconds`.
+fn time_s(text: &str) -> Option<f64> {
+    let parts = text.trim().split(':').map(|part| part.parse::<f64>().ok());
+    let mut parts = parts.collect::<Option<Vec<_>>>()?.into_iter().rev();
+    let units_s = [1.0, 60.0, 3600.0, 86_400.0];
+    let time_s: f64 = units_s.into_iter().zip(parts.by_ref()).map(|(unit_s, part)| unit_s * part).sum();
+    (parts.next().is_none() && (0.0..=9e9).contains(&time_s)).then_some(time_s)
 }
 
 /// The lanes of a network; none where it has too many for a picture.
@@ -86,5 +105,19 @@ mod tests {
         let config = r#"<configuration><input><net-file value="a.net.xml"/></input></configuration>"#;
         assert_eq!(read_net_file(config.as_bytes()).unwrap().as_deref(), Some("a.net.xml"));
         assert_eq!(read_net_file(&b"<configuration/>"[..]).unwrap(), None);
+    }
+
+    #[test]
+    fn a_configuration_says_when_it_begins() {
+        let begin = |text: &str| {
+            let config = format!(r#"<configuration><time><begin value="{text}"/></time></configuration>"#);
+            read_begin(config.as_bytes()).unwrap()
+        };
+        assert_eq!(
+            (begin("25200"), begin("7:00:30"), begin("1:0:0:0")),
+            (Some(25_200.0), Some(25_230.0), Some(86_400.0))
+        );
+        assert_eq!((begin("soon"), begin("1:1:1:1:1"), begin("-1")), (None, None, None));
+        assert_eq!(read_begin(&b"<configuration/>"[..]).unwrap(), None);
     }
 }

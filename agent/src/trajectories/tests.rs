@@ -305,3 +305,22 @@ fn jumps_gaps_and_single_rows_are_counted() {
         assert!(warnings.contains(expected), "{expected:?} is not in {warnings}");
     }
 }
+
+#[test]
+fn a_person_with_the_id_of_a_vehicle_is_an_object_of_its_own() {
+    let step = |t: u32| {
+        format!(
+            r#"<timestep time="{t}"><vehicle id="0" x="{t}" y="0" angle="90"/><person id="0" x="5" y="{t}" angle="0"/></timestep>"#
+        )
+    };
+    let found = traffic(&format!("<fcd-export>{}{}</fcd-export>", step(0), step(1)));
+    let names: Vec<_> = found.objects.iter().map(|object| object.name.as_str()).collect();
+    assert_eq!(names, ["0", "person:0"]);
+    assert_eq!((object(&found, "0").class, object(&found, "person:0").class), (Class::Car, Class::Adult));
+}
+
+#[test]
+fn elements_within_each_other_without_end_are_refused() {
+    let message = refusal(&format!("<fcd-export>{}", "<a>".repeat(1_000_000)));
+    assert!(message.contains("more than 32 elements within each other"), "{message}");
+}

@@ -7,6 +7,9 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::error::{Part, TrafficError};
 
+/// Elements within each other: no format that is read here has more.
+const DEEPEST: usize = 32;
+
 /// Counts lines.
 struct LineCounter<R> {
     inner: R,
@@ -101,6 +104,9 @@ impl<R: BufRead> Xml<R> {
             match event {
                 Event::Start(start) => {
                     self.depth += 1;
+                    if self.depth > DEEPEST {
+                        return Err(wrong(format!("more than {DEEPEST} elements within each other")));
+                    }
                     return element(&start, line).map(Item::Open).map_err(wrong);
                 }
                 Event::Empty(start) => {

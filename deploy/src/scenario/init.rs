@@ -4,14 +4,20 @@ use super::args::{Action, InitArgs, ScenarioArgs};
 use super::text::{self, Files};
 use crate::{recorded, sumo_home};
 use anyhow::{Context, bail};
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
 use v2x_agent::scenario::{Scenario, open_traffic};
-use v2x_agent::trajectories::ReadOptions;
+use v2x_agent::trajectories::{ReadOptions, read_begin};
 
-/// Until this time of SUMO, s.
-const SEEN_S: &str = "180";
+/// So much of SUMO is seen from its first time on, s.
+const SEEN_S: f64 = 180.0;
+/// Time for SUMO to show it; what came until then is used.
+const PATIENCE: Duration = Duration::from_secs(300);
+/// Time between two looks whether it has ended.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 
 pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
@@ -31,7 +37,7 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
     let scenario = Scenario::load(&out).context("reading what was written")?;
     let agents: Vec<_> = scenario.agents.iter().map(|agent| agent.id().to_string()).collect();
     let _ = writeln!(
-        std::io::stderr(),
+        io::stderr(),
         "{}: agents {}\nrun it: v2x up {} --web",
         out.display(),
         agents.join(", "),
@@ -66,23 +72,56 @@ fn sumo_config(world: &Path) -> Option<&Path> {
 
 /// Runs SUMO for a while as fast as it can, to see who drives where.
 fn of_sumo(config: &Path, out: &Path) -> anyhow::Result<String> {
+    let mut command = sumo_home::command(config)?;
+    let text = File::open(config).with_context(|| format!("reading {}", config.display()))?;
+    // What SUMO cannot read it says itself.
+    let begin_s = read_begin(BufReader::new(text)).ok().flatten().unwrap_or(0.0);
     let fcd = std::env::temp_dir().join(format!("v2x-init-{}.xml", std::process::id()));
-    let run = sumo_home::command(config)?
-        .arg("--fcd-output")
-        .arg(&fcd)
-        .args(["--end", SEEN_S])
-        .stdout(Stdio::null())
-        .output()
-        .context("running SUMO")?;
+    // A port of the configuration would make it wait for a client.
+    command.arg("--fcd-output").arg(&fcd).args([
+        "--end",
+        &(begin_s + SEEN_S).to_string(),
+        "--remote-port",
+        "0",
+    ]);
+    let run = watched(command);
     let traffic = open_traffic(&fcd, &ReadOptions::default());
     // At worst a temporary file is left.
     let _ = std::fs::remove_file(&fcd);
-    if !run.status.success() {
-        let said = String::from_utf8_lossy(&run.stderr);
-        bail!("SUMO ended ({}); it said:\n{}", run.status, said.trim_end());
+    match run.context("running SUMO")? {
+        (Some(status), said) if !status.success() => {
+            bail!("SUMO ended ({status}); it said:\n{}", String::from_utf8_lossy(&said).trim_end())
+        }
+        (Some(_), _) => {}
+        (None, _) => tracing::warn!("SUMO was stopped after {PATIENCE:?}; what it showed until then is used"),
     }
     let traffic = traffic.context("in the first minutes of SUMO")?;
     Ok(text::live(&traffic, &from_folder_of(out, config)?))
+}
+
+/// Runs a program up to the time limit: its status, if it has ended by itself, and what it said.
+fn watched(mut command: Command) -> io::Result<(Option<ExitStatus>, Vec<u8>)> {
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+    let mut stderr = child.stderr.take();
+    let said = std::thread::spawn(move || {
+        let mut said = Vec::new();
+        // What was read before an error is of use.
+        let _ = stderr.as_mut().map(|stderr| stderr.read_to_end(&mut said));
+        said
+    });
+    let until = Instant::now() + PATIENCE;
+    let status = loop {
+        match child.try_wait()? {
+            Some(status) => break Some(status),
+            None if Instant::now() < until => std::thread::sleep(LOOK_EVERY),
+            None => {
+                child.kill()?;
+                child.wait()?;
+                break None;
+            }
+        }
+    };
+    Ok((status, said.join().unwrap_or_default()))
 }
 
 /// The path of a file as it is written in a scenario: relative where both are in one folder, else absolute.

@@ -4,7 +4,7 @@ use super::client::Client;
 use super::error::SumoError;
 use super::message::{Domain, Question, Value, Variable};
 use std::collections::BTreeMap;
-use v2x_agent::trajectories::{LiveObject, class_of_vehicle_class};
+use v2x_agent::trajectories::{LiveObject, Names, class_of_vehicle_class};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{Pose, wrap_angle};
@@ -23,12 +23,15 @@ pub(super) struct Objects {
     known: BTreeMap<Key, Known>,
     /// Those that have a number, because they had a place.
     numbered: u32,
+    names: Names,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Known {
     /// 0 before it has a place.
     number: u32,
+    /// Its id, made unique among vehicles and persons; empty before it has a place.
+    name: String,
     class: Class,
     w: f64,
     d: f64,
@@ -72,8 +75,9 @@ impl Objects {
                 if known.number == 0 {
                     self.numbered += 1;
                     known.number = number(self.numbered);
+                    known.name = self.names.of(kind(key.0), &key.1).into_owned();
                 }
-                objects.push(object(key, *known, (x, y), angle_deg));
+                objects.push(object(key.0, known, (x, y), angle_deg));
             }
         }
         objects.sort_by_key(|object| object.number);
@@ -97,7 +101,8 @@ impl Objects {
                 },
             };
             let size = |value: f64| value.clamp(MIN_SIZE_M, MAX_SIZE_M);
-            self.known.insert(key.clone(), Known { number: 0, class, w: size(w), d: size(d) });
+            let new = Known { number: 0, name: String::new(), class, w: size(w), d: size(d) };
+            self.known.insert(key.clone(), new);
         }
         Ok(())
     }
@@ -128,11 +133,19 @@ fn ask<'a>((domain, object): &'a Key, variables: &'a [Variable]) -> impl Iterato
     variables.iter().map(|variable| Question { domain: *domain, variable: *variable, object })
 }
 
+/// What an object is called where another one has its id.
+const fn kind(domain: Domain) -> &'static str {
+    match domain {
+        Domain::Person => "person",
+        Domain::Vehicle | Domain::Simulation => "vehicle",
+    }
+}
+
 /// SUMO's place of a vehicle is the middle of its front bumper, and its angles are those of a compass.
-fn object((domain, id): &Key, known: Known, place: (f64, f64), angle_deg: f64) -> LiveObject {
-    let Known { number, class, w, d } = known;
+fn object(domain: Domain, known: &Known, place: (f64, f64), angle_deg: f64) -> LiveObject {
+    let Known { number, name, class, w, d } = known;
     let yaw = wrap_angle(std::f64::consts::FRAC_PI_2 - angle_deg.to_radians());
     let front = Pose { x: place.0, y: place.1, yaw };
-    let (x, y) = if *domain == Domain::Vehicle { front.offset(-d / 2.0, 0.0) } else { place };
-    LiveObject { number, id: id.clone(), class, x, y, yaw, w, d }
+    let (x, y) = if domain == Domain::Vehicle { front.offset(-d / 2.0, 0.0) } else { place };
+    LiveObject { number: *number, id: name.clone(), class: *class, x, y, yaw, w: *w, d: *d }
 }

@@ -18,6 +18,9 @@ const END_PATIENCE: Duration = Duration::from_secs(3);
 /// Time between two attempts to connect, while it loads its network.
 const RETRY: Duration = Duration::from_millis(100);
 
+/// Time for an answer of a SUMO that is running: of the first one, to read a large network.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(600);
+
 /// A running SUMO. Dropping it kills it.
 pub(super) struct Program {
     child: Child,
@@ -44,7 +47,7 @@ impl Program {
         let mut program = Self { child, said };
         let address = format!("127.0.0.1:{port}");
         loop {
-            match Client::connect(&address).await {
+            match Client::connect(&address, Some(ANSWER_PATIENCE)).await {
                 Ok((client, version)) => return Ok((program, client, version)),
                 Err(SumoError::NoAnswer { .. }) => {}
                 Err(error) => return Err(program.why(error).await),
@@ -90,8 +93,11 @@ impl Program {
 async fn listen(stderr: Option<tokio::process::ChildStderr>) -> VecDeque<String> {
     let mut said = VecDeque::new();
     let Some(stderr) = stderr else { return said };
-    let mut lines = BufReader::new(stderr).lines();
-    while let Ok(Some(line)) = lines.next_line().await {
+    let (mut stderr, mut line) = (BufReader::new(stderr), Vec::new());
+    // Not each path is UTF-8.
+    while stderr.read_until(b'\n', &mut line).await.is_ok_and(|n| n > 0) {
+        let bytes = std::mem::take(&mut line);
+        let line = String::from_utf8_lossy(&bytes).trim_end().to_owned();
         if line.trim().is_empty() {
             continue;
         }

@@ -70,7 +70,7 @@ pub(crate) async fn run(args: &SumoArgs, shutdown: &CancellationToken) -> anyhow
 async fn start(args: &SumoArgs) -> anyhow::Result<(Option<Program>, Client)> {
     let (program, mut sumo, (protocol, name)) = match (&args.traci, &args.config) {
         (Some(address), _) => {
-            let (sumo, version) = Client::connect(address).await?;
+            let (sumo, version) = Client::connect(address, None).await?;
             (None, sumo, version)
         }
         (None, config) => {
@@ -80,17 +80,9 @@ async fn start(args: &SumoArgs) -> anyhow::Result<(Option<Program>, Client)> {
         }
     };
     tracing::info!(protocol, "{name}");
-    match go_to(&mut sumo, args.begin).await {
+    match sumo.go_to(args.begin.unwrap_or(f64::NEG_INFINITY)).await {
         Ok(()) => Ok((program, sumo)),
         Err(error) => Err(why(error, program).await),
-    }
-}
-
-/// Steps to a time of SUMO, s, as fast as it can.
-async fn go_to(sumo: &mut Client, begin_s: Option<f64>) -> Result<(), SumoError> {
-    match begin_s {
-        Some(begin_s) if begin_s > sumo.number(Variable::Time).await? => sumo.step(begin_s).await,
-        _ => Ok(()),
     }
 }
 
@@ -133,7 +125,10 @@ struct World<'a> {
 impl World<'_> {
     /// Publishes step after step until shutdown.
     async fn serve(&mut self, is_child: bool, shutdown: &CancellationToken) -> Result<(), Stop> {
-        let step_s = self.sumo.number(Variable::Step).await?;
+        let step_s = tokio::select! {
+            step_s = self.sumo.number(Variable::Step) => step_s?,
+            () = shutdown.cancelled() => return Ok(()),
+        };
         if !(1e-3..=10.0).contains(&step_s) {
             return Err(anyhow!("SUMO's step is {step_s} s, expected 0.001 to 10 s").into());
         }
@@ -161,13 +156,12 @@ impl World<'_> {
                 () = shutdown.cancelled() => return Ok(()),
                 () = tokio::time::sleep((due - clock::now()).to_duration()) => {}
             }
-            tokio::select! {
+            let (time_s, objects) = tokio::select! {
                 biased;
-                stepped = self.sumo.step(0.0) => stepped?,
+                next = self.next_objects() => next?,
                 () = shutdown.cancelled() => return Ok(()),
-            }
-            t = Span::from_secs_f64(self.sumo.number(Variable::Time).await? - first_s);
-            let objects = self.objects.observe(&mut self.sumo).await?;
+            };
+            t = Span::from_secs_f64(time_s - first_s);
             self.publish(start, t, objects).await?;
             self.note_lateness(start + t, &mut warned_at);
         }
@@ -191,20 +185,35 @@ impl World<'_> {
         }
     }
 
+    /// One step: SUMO's time, s, and what is there.
+    async fn next_objects(&mut self) -> Result<(f64, Vec<LiveObject>), SumoError> {
+        self.sumo.step(0.0).await?;
+        Ok((self.sumo.number(Variable::Time).await?, self.objects.observe(&mut self.sumo).await?))
+    }
+
     async fn publish(&mut self, start: Timestamp, t: Span, objects: Vec<LiveObject>) -> Result<(), Stop> {
         let step = WorldStep { start_us: start.as_micros(), t_us: t.as_nanos() / 1000, objects };
-        if let Some(table) = &mut self.table {
-            table.write(&step)?;
-        }
-        if self.table.is_some() && !self.objects.are_countable() {
-            tracing::warn!("so many objects cannot be recorded; the recording of the world ends");
-            self.table = None;
-        }
+        self.record(&step);
         let payload = serde_json::to_vec(&step).context("writing a step")?;
         let put = self.publisher.put(payload).await;
         put.map_err(|error| anyhow!("publishing the world: {error}"))?;
         self.steps += 1;
         Ok(())
+    }
+
+    /// Writes a step into the table, if there still is one; the network goes on without it.
+    fn record(&mut self, step: &WorldStep) {
+        let Some(table) = &mut self.table else { return };
+        let written = if self.objects.are_countable() {
+            table.write(step)
+        } else {
+            Err(anyhow!("a recorded world has fewer objects than there are"))
+        };
+        if let Err(error) = written {
+            let t_s = Span::from_micros(step.t_us).as_secs_f64();
+            tracing::warn!("the recording of the world ends at {t_s:.1} s: {error:#}; the network goes on");
+            self.table = None;
+        }
     }
 
     fn note_lateness(&mut self, due: Timestamp, warned_at: &mut Timestamp) {

@@ -18,7 +18,8 @@ pub(crate) struct Scene {
     pub(super) name: String,
     pub(super) roads: Vec<Road>,
     view: Mutex<View>,
-    start: Timestamp,
+    /// When scenario time is zero, where the launcher knows it.
+    start: Option<Timestamp>,
     /// The scenario and the run's seed, where another program drives its world.
     live: Option<(Scenario, u64)>,
 }
@@ -29,6 +30,8 @@ const NEVER: (Span, Span) = (Span::ZERO, Span::from_nanos(-1));
 /// The world as far as it is known.
 struct View {
     world: World,
+    /// When scenario time is zero.
+    start: Timestamp,
     /// The times at which it is known; all times where it is not driven elsewhere.
     known: Option<(Span, Span)>,
 }
@@ -36,21 +39,31 @@ struct View {
 impl Scene {
     /// Of a run with this seed, whose scenario time is zero at `start`.
     pub(crate) fn new(scenario: &Scenario, seed: u64, start: Timestamp) -> Self {
+        Self::beginning(scenario, seed, Some(start))
+    }
+
+    /// Of agents that were started by hand or by `v2x up`: they agree on a start by the scenario's period, or by the world
+    /// that they hear.
+    pub(crate) fn of_period(scenario: &Scenario, seed: u64) -> Self {
+        Self::beginning(scenario, seed, None)
+    }
+
+    fn beginning(scenario: &Scenario, seed: u64, start: Option<Timestamp>) -> Self {
         let (name, roads) = (scenario.name.clone(), scenario.world.roads());
         let is_live = scenario.world.is_live();
-        let view = View { world: scenario.world(seed), known: is_live.then_some(NEVER) };
+        let view = View {
+            world: scenario.world(seed),
+            start: start.unwrap_or(Timestamp::EPOCH),
+            known: is_live.then_some(NEVER),
+        };
         let live = is_live.then(|| (scenario.clone(), seed));
         Self { name, roads, view: Mutex::new(view), start, live }
     }
 
-    /// Of agents that were started by hand or by `v2x up`: they agree on a start by the scenario's period.
-    pub(crate) fn of_period(scenario: &Scenario, seed: u64) -> Self {
-        Self::new(scenario, seed, Timestamp::EPOCH)
-    }
-
     /// Every true object at a time, by id; `None` where that is not known.
     pub(super) fn truth(&self, at: Timestamp) -> Option<Vec<TrueObject>> {
-        let (t, view) = (at - self.start, self.view());
+        let view = self.view();
+        let t = at - view.start;
         if view.known.is_some_and(|(from, to)| t < from || t > to) {
             return None;
         }
@@ -80,16 +93,17 @@ impl Scene {
             return Ok(());
         };
         let steps = Steps::subscribe(session, &Keys::new(network)).await?;
-        let Some(first) = steps.first(shutdown).await else { return Ok(()) };
-        let (mut live, _) = LiveWorld::begin(steps, first, scenario, *seed)?;
+        let live = LiveWorld::begin(steps, (scenario, *seed), self.start, shutdown).await;
+        let Some(mut live) = live else { return Ok(()) };
         loop {
             let view = View {
                 world: live.world().context("the live world")?,
+                start: live.start(),
                 known: Some(live.known().unwrap_or(NEVER)),
             };
             *self.view() = view;
             tokio::select! {
-                () = live.advance() => {}
+                _ = live.advance() => {}
                 () = shutdown.cancelled() => return Ok(()),
             }
         }

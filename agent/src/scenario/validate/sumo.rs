@@ -10,8 +10,8 @@ use crate::scenario::edit::WorldSource;
 use crate::scenario::error::ScenarioError;
 use crate::scenario::files::Files;
 use crate::scenario::toml_file::TomlWorld;
-use crate::trajectories::{Lane, Window};
-use crate::world::{Course, RecordedWorld, Road, RoadKind, WorldConfig};
+use crate::trajectories::Window;
+use crate::world::{Course, RecordedWorld, WorldConfig};
 
 /// A world that SUMO drives: nothing of it is known before it is published. Its configuration may be on another machine
 /// than an agent, so that it need not be there.
@@ -37,13 +37,9 @@ pub(super) fn sumo(field: &Field<'_>, file: &TomlWorld, files: &Files) -> Result
     let (traffic, numbers) = Window::new(0, Vec::new()).traffic();
     let mut roads = roads::roads(field, &file.road, (0.0, 0.0))?;
     if let (WorldSource::Sumo(config), true) = (&source, roads.is_empty()) {
-        roads = Files::lanes(config).into_iter().map(road).collect();
+        roads = Files::lanes(config).into_iter().filter_map(roads::of_lane).collect();
     }
     let world = RecordedWorld { traffic: Arc::new(traffic), course: Course::Live { numbers }, roads };
     let sumo = Sumo { source, begin_s: file.begin_s };
     Ok(Setting { config: WorldConfig::Recorded(world), files: Vec::new(), sumo: Some(sumo) })
-}
-
-fn road(Lane { points, width_m }: Lane) -> Road {
-    Road { kind: RoadKind::Surface, width_m, points }
 }
