@@ -89,7 +89,9 @@ pub enum StepError {
         number: u32,
     },
     /// A time that cannot be.
-    #[error("it is for {t_us} µs since {start_us} µs of the Unix time, which is far ahead of now")]
+    #[error(
+        "it is for {t_us} µs since {start_us} µs of the Unix time, which is far ahead of this machine's clock"
+    )]
     Time {
         /// Scenario time.
         t_us: i64,

@@ -83,7 +83,7 @@ mod tests {
         let mut table = Table::create(&path).unwrap();
         table.write(&step()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(text, "t,id,class,x,y,yaw,w,d\n0.1,\"a, \"\"b\"\"\",car,0.1,2,0,1.8,4.5\n");
+        assert_eq!(text, "t,id,class,x,y,yaw,w,d\n0.1,\"a, \"\"b\"\"\",vehicle.car,0.1,2,0,1.8,4.5\n");
         let late = WorldStep { t_us: MAX_TIME_US + 1, ..step() };
         assert!(table.write(&late).unwrap_err().to_string().contains("7 days"));
         table.n_rows = MAX_ROWS;
