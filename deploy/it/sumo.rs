@@ -132,7 +132,7 @@ fn value(command: u8, variable: u8, object: &str, t_s: f64) -> Vec<u8> {
         (_, 0x42) => {
             // Front bumpers of vehicles.
             let (x, y) = match (command, object) {
-                (_, "driver" | "rider") => (-30.0 - 30.0 * (0.2 * t_s).cos(), 0.0),
+                (_, "driver" | "rider") => (-30.0 - 30.0 * libm::cos(0.2 * t_s), 0.0),
                 (0xa4, _) => (12.25, 4.0),
                 _ => (5.0, -5.0),
             };

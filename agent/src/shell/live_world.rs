@@ -6,7 +6,6 @@ use crate::world::{Course, Station, World, WorldConfig, WorldParameters};
 use anyhow::anyhow;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::keys::Keys;
@@ -20,7 +19,7 @@ const WAITING: usize = 64;
 /// After this time without a first step the log says what is waited for.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// A world of which nothing was heard for longer, and for longer than three of its steps take, may have ended.
-const SILENCE: Duration = Duration::from_secs(5);
+const SILENCE: Span = Span::from_millis(5000);
 
 /// The steps of a world, as they come.
 #[derive(Debug)]
@@ -97,9 +96,9 @@ pub struct LiveWorld {
     parameters: WorldParameters,
     seed: u64,
     /// When its last step came.
-    heard_at: Instant,
+    heard_at: Timestamp,
     /// Time between its last two steps.
-    pace: Duration,
+    pace: Span,
     said: Said,
 }
 
@@ -123,8 +122,8 @@ impl LiveWorld {
             ridden: ridden.collect(),
             parameters: scenario.world_parameters(),
             seed,
-            heard_at: Instant::now(),
-            pace: Duration::ZERO,
+            heard_at: clock::now(),
+            pace: Span::ZERO,
             said: Said::default(),
         };
         let began = async {
@@ -161,7 +160,7 @@ impl LiveWorld {
             return false;
         }
         (self.window, self.start) = (window, start);
-        (self.heard_at, self.pace) = (Instant::now(), Duration::ZERO);
+        (self.heard_at, self.pace) = (clock::now(), Span::ZERO);
         true
     }
 
@@ -170,16 +169,16 @@ impl LiveWorld {
     pub async fn advance(&mut self) -> bool {
         loop {
             let step = self.steps.next(&mut self.said).await;
-            let silence = self.heard_at.elapsed();
+            let silence = clock::now() - self.heard_at;
             if step.start() == Some(self.start) {
                 match self.window.push(step, clock::now()) {
                     Ok(()) => {
-                        (self.heard_at, self.pace) = (Instant::now(), silence);
+                        (self.heard_at, self.pace) = (clock::now(), silence);
                         return false;
                     }
                     Err(error) => self.said.refused(&error),
                 }
-            } else if self.is_fixed || silence < SILENCE.max(self.pace.saturating_mul(3)) {
+            } else if self.is_fixed || silence < SILENCE.max(self.pace + self.pace + self.pace) {
                 self.said.other(self.start.as_micros(), step.start_us);
             } else if self.begin_with(step) {
                 tracing::warn!("nothing is heard of the world any more, and another one begins");
@@ -253,7 +252,7 @@ mod tests {
         let (ours, foreign) = (ago(10), ago(20));
         let mut live = begin(Some(ours), vec![step(foreign), step(ours)]).await;
         assert_eq!(live.start(), ours);
-        live.heard_at -= 2 * SILENCE;
+        live.heard_at = live.heard_at - SILENCE - SILENCE;
         live.steps.queue.push(step(foreign));
         live.steps.queue.push(step(ours));
         assert!(!live.advance().await && live.start() == ours);
@@ -269,8 +268,8 @@ mod tests {
         live.steps.queue.push(step(second));
         live.steps.queue.push(step(first));
         assert!(!live.advance().await && live.start() == first, "it is still there");
-        live.pace = Duration::ZERO;
-        live.heard_at -= 2 * SILENCE;
+        live.pace = Span::ZERO;
+        live.heard_at = live.heard_at - SILENCE - SILENCE;
         live.steps.queue.push(step(second));
         assert!(live.advance().await && live.start() == second);
     }

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use v2x_agent::scenario::{Scenario, open_traffic};
 use v2x_agent::trajectories::{ReadOptions, read_begin};
 
@@ -16,8 +16,6 @@ use v2x_agent::trajectories::{ReadOptions, read_begin};
 const SEEN_S: f64 = 180.0;
 /// Time for SUMO to show it; what came until then is used.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// Time between two looks whether it has ended.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 
 pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
@@ -103,25 +101,23 @@ fn of_sumo(config: &Path, out: &Path) -> anyhow::Result<String> {
 fn watched(mut command: Command) -> io::Result<(Option<ExitStatus>, Vec<u8>)> {
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
     let mut stderr = child.stderr.take();
-    let said = std::thread::spawn(move || {
+    let (sender, ended) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
         let mut said = Vec::new();
         // What was read before an error is of use.
         let _ = stderr.as_mut().map(|stderr| stderr.read_to_end(&mut said));
-        said
+        // Nobody waits any more where it took too long.
+        let _ = sender.send(said);
     });
-    let until = Instant::now() + PATIENCE;
-    let status = loop {
-        match child.try_wait()? {
-            Some(status) => break Some(status),
-            None if Instant::now() < until => std::thread::sleep(LOOK_EVERY),
-            None => {
-                child.kill()?;
-                child.wait()?;
-                break None;
-            }
+    // Its messages end when it does.
+    match ended.recv_timeout(PATIENCE) {
+        Ok(said) => Ok((Some(child.wait()?), said)),
+        Err(_) => {
+            child.kill()?;
+            child.wait()?;
+            Ok((None, Vec::new()))
         }
-    };
-    Ok((status, said.join().unwrap_or_default()))
+    }
 }
 
 /// The path of a file as it is written in a scenario: relative where both are in one folder, else absolute.

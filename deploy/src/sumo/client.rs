@@ -3,9 +3,10 @@
 use super::error::SumoError;
 use super::message::{self, Domain, Question, Value, Variable};
 use std::io::ErrorKind;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
+use v2x_common::clock;
 
 /// After this time without an answer, and again after it, the log says what is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -50,14 +51,14 @@ impl Client {
 
     /// Steps to this time, s, as fast as it can, if that is later.
     pub(super) async fn go_to(&mut self, begin_s: f64) -> Result<(), SumoError> {
-        let mut said_at = Instant::now();
+        let mut said_at = clock::now();
         loop {
             let time_s = self.number(Variable::Time).await?;
             if time_s >= begin_s {
                 return Ok(());
             }
-            if said_at.elapsed() >= PROGRESS {
-                said_at = Instant::now();
+            if (clock::now() - said_at).to_duration() >= PROGRESS {
+                said_at = clock::now();
                 tracing::info!(time_s, begin_s, "SUMO goes to the world's first time");
             }
             self.step(begin_s.min(time_s + PIECE_S)).await?;
@@ -111,15 +112,16 @@ async fn in_time<T>(
     exchange: impl Future<Output = std::io::Result<T>>,
 ) -> Result<T, SumoError> {
     tokio::pin!(exchange);
-    let began = Instant::now();
+    let began = clock::now();
     let done = loop {
         if let Ok(done) = tokio::time::timeout(PATIENCE, &mut exchange).await {
             break done;
         }
-        if let Some(limit) = limit.filter(|limit| began.elapsed() >= *limit) {
+        let waited = (clock::now() - began).to_duration();
+        if let Some(limit) = limit.filter(|limit| waited >= *limit) {
             return Err(SumoError::TooSlow(limit));
         }
-        let waited_s = began.elapsed().as_secs();
+        let waited_s = waited.as_secs();
         tracing::warn!(
             "SUMO has not answered for {waited_s} s; still waiting: it reads a large network, waits for all of its clients \
              (--num-clients), or is stopped"
