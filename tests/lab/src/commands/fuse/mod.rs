@@ -43,6 +43,7 @@ struct Sink<'a, W: Write> {
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let config = args.rules.engine()?;
+    args.rules.warn_of_agents()?;
     let declared = args.sensor.declared(&config.sensing)?;
     let scorer = args.truth.as_deref().map(|path| read_truth(path, args.truth_region)).transpose()?;
     let file = open(&args.detections)?;
