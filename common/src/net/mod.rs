@@ -1,5 +1,6 @@
 //! Network and operating system, for all programs of the project.
 
+pub mod address;
 pub mod events;
 pub mod logging;
 pub mod queue;

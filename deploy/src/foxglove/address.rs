@@ -1,6 +1,7 @@
 //! Where viewers connect.
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::SocketAddr;
+use v2x_common::net::address;
 
 /// Where viewers look if nothing else is said.
 const DEFAULT: &str = "127.0.0.1:8765";
@@ -23,12 +24,7 @@ pub(crate) struct FoxgloveArgs {
 
 /// An address, or a port of this machine alone.
 fn parse(text: &str) -> Result<SocketAddr, String> {
-    let local = |port: &str| port.parse().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port))).ok();
-    let port = text.strip_prefix("localhost:").unwrap_or(text);
-    text.parse()
-        .ok()
-        .or_else(|| local(port))
-        .ok_or_else(|| format!("write an address as {DEFAULT}, or a port"))
+    address::parse(text).ok_or_else(|| format!("write an address as {DEFAULT}, or a port"))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use anyhow::{Context, anyhow};
 use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use tokio::net::{TcpListener, TcpSocket};
+use v2x_common::net::address;
 
 /// Where the page is served if nothing else is asked for.
 const DEFAULT: &str = "127.0.0.1:8088";
@@ -22,9 +23,7 @@ pub(crate) struct WebArgs {
 
 /// An address, or a port of this machine alone.
 fn parse(text: &str) -> Result<SocketAddr, String> {
-    let local = |port: &str| port.parse().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port))).ok();
-    let port = text.strip_prefix("localhost:").unwrap_or(text);
-    text.parse().ok().or_else(|| local(port)).ok_or_else(|| {
+    address::parse(text).ok_or_else(|| {
         "write an address as 127.0.0.1:8088, or a port; write --web behind a scenario's name".to_owned()
     })
 }
