@@ -26,7 +26,7 @@ pub async fn run_with(
         Some(address) => Some(Server::listen(address).await?),
         None => None,
     };
-    let ready_file = args.ready_file.as_deref().map(ReadyFile::claim).transpose()?;
+    let mut ready_file = args.ready_file.as_deref().map(ReadyFile::claim).transpose()?;
     let setup = HubSetup {
         network: args.network,
         settings: args.settings()?,
@@ -44,7 +44,7 @@ pub async fn run_with(
     }
     let status = Box::pin(serve(setup, shutdown, engine, |hub, locators| {
         // The hub is of use without it, and whoever waits for it reads why it does not come.
-        if let Some(Err(error)) = ready_file.as_ref().map(|file| file.write(network, hub, locators)) {
+        if let Some(Err(error)) = ready_file.as_mut().map(|file| file.write(network, hub, locators)) {
             tracing::error!("{error:#}");
         }
         if args.events {
