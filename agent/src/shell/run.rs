@@ -67,7 +67,7 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
     if args.events {
         events::emit("ready", &serde_json::json!({ "agent": args.id }));
     }
-    let agent = Agent::begin((&args, &scenario, index), (&session, &keys), &shutdown).await?;
+    let agent = Agent::begin(&args, (&scenario, index), &session, &shutdown).await?;
     let Some(mut agent) = agent else {
         if args.events {
             events::emit("stopped", &Counts::default());
@@ -98,8 +98,9 @@ struct Agent {
 impl Agent {
     /// The agent of this index; `None` where shutdown comes before the world. A live world brings its start with it.
     async fn begin(
-        (args, scenario, index): (&AgentArgs, &Scenario, usize),
-        (session, keys): (&Session, &Keys),
+        args: &AgentArgs,
+        (scenario, index): (&Scenario, usize),
+        session: &Session,
         shutdown: &CancellationToken,
     ) -> anyhow::Result<Option<Self>> {
         let now = clock::now();
@@ -108,7 +109,7 @@ impl Agent {
             args.start.map(|micros| Timestamp::from_micros(micros).context("--start is out of range"));
         let start = start.transpose()?;
         let (start, world, live) = if scenario.world.is_live() {
-            let steps = Steps::subscribe(session, keys).await?;
+            let steps = Steps::subscribe(session, &Keys::new(args.network)).await?;
             let live = LiveWorld::begin(steps, (scenario, seed), start, shutdown).await;
             let Some(live) = live else { return Ok(None) };
             (live.start(), live.world()?, Some(live))

@@ -6,7 +6,7 @@ use std::time::Duration;
 use v2x_common::duration::parse_seconds;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::net::session::SessionOptions;
-use v2x_fusion_hub::hub::{HubSettings, hub_table};
+use v2x_fusion_hub::hub::{HubSettings, settings_of_file};
 
 /// Listen, and say in sentences what looks wrong and which line to change
 #[derive(Clone, Debug, clap::Args)]
@@ -71,6 +71,6 @@ impl CheckArgs {
     /// By what frames are read where no hub says what it found.
     pub(super) fn settings(&self) -> anyhow::Result<HubSettings> {
         let Some(path) = &self.config else { return Ok(HubSettings::default()) };
-        HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))
+        settings_of_file(path)
     }
 }

@@ -81,7 +81,7 @@ impl HubArgs {
     /// The settings, from the file and the command line.
     pub fn settings(&self) -> anyhow::Result<HubSettings> {
         let mut settings = match &self.config {
-            Some(path) => load(path)?,
+            Some(path) => settings_of_file(path)?,
             None => HubSettings::default(),
         };
         if let Some(id) = self.id {
@@ -119,8 +119,14 @@ impl HubArgs {
     }
 }
 
-fn load(path: &Path) -> anyhow::Result<HubSettings> {
-    HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))
+/// The settings of a hub by the `[hub]` table of a file, or of a shipped scenario by its name; of a file without one, the
+/// defaults, and that is said.
+pub fn settings_of_file(path: &Path) -> anyhow::Result<HubSettings> {
+    let table = hub_table(path)?;
+    if table.is_empty() {
+        tracing::warn!("{} has no [hub] table with settings: the hub's defaults are used", path.display());
+    }
+    HubSettings::from_table(table).with_context(|| format!("in {}", path.display()))
 }
 
 /// The `[hub]` table of a settings or scenario file, or of a shipped scenario by its name, unchecked; an empty one where it has none.

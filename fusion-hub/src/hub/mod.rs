@@ -63,7 +63,7 @@ mod unnamed;
 
 pub use crate::fusion::SettingsError;
 #[cfg(feature = "cli")]
-pub use args::{HubArgs, hub_table};
+pub use args::{HubArgs, hub_table, settings_of_file};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
 pub use core::{Core, Handled};

@@ -197,16 +197,6 @@ impl RuleArgs {
         HubSettings::from_table(table).context("the settings of the hub")
     }
 
-    /// Tables of single agents say how payloads are written: a log has none.
-    pub(super) fn warn_of_agents(&self) -> anyhow::Result<()> {
-        for agent in self.settings()?.agents.keys() {
-            tracing::warn!(
-                "[hub.agents.{agent}] of --hub-config has no effect on a log, whose columns have fixed units: convert the log"
-            );
-        }
-        Ok(())
-    }
-
     /// The settings of the engine. Track ids start at 0.
     pub fn engine(&self) -> anyhow::Result<EngineConfig> {
         Ok(EngineConfig { lineage: 0, ..self.settings()?.engine })

@@ -25,7 +25,7 @@ use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis};
-use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::{Engine, EngineConfig};
 
 /// Fuses the log, writes the fused objects and prints the report.
 pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
@@ -42,8 +42,14 @@ struct Sink<'a, W: Write> {
 }
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
-    let config = args.rules.engine()?;
-    args.rules.warn_of_agents()?;
+    let settings = args.rules.settings()?;
+    for agent in settings.agents.keys() {
+        tracing::warn!(
+            "[hub.agents.{agent}] of --hub-config has no effect on a log, whose columns have fixed units: convert the log"
+        );
+    }
+    // Track ids start at 0.
+    let config = EngineConfig { lineage: 0, ..settings.engine };
     let declared = args.sensor.declared(&config.sensing)?;
     let scorer = args.truth.as_deref().map(|path| read_truth(path, args.truth_region)).transpose()?;
     let file = open(&args.detections)?;

@@ -11,7 +11,7 @@ use anyhow::{Context, bail, ensure};
 use std::path::{Path, PathBuf};
 use v2x_common::recording::Recording;
 use v2x_fusion_hub::fusion::{PRESETS, preset};
-use v2x_fusion_hub::hub::{HubSettings, hub_table};
+use v2x_fusion_hub::hub::{HubSettings, settings_of_file};
 
 /// Put the frames of a recording or a run through another method or other settings; score it where the truth is known
 #[derive(Clone, Debug, clap::Args)]
@@ -88,9 +88,7 @@ fn settings(
     recorded: impl FnOnce() -> anyhow::Result<HubSettings>,
 ) -> anyhow::Result<HubSettings> {
     let mut settings = match &args.config {
-        Some(path) => {
-            HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))?
-        }
+        Some(path) => settings_of_file(path)?,
         None => recorded()?,
     };
     if let Some(key) = &args.method {
