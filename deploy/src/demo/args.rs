@@ -20,7 +20,7 @@ Examples:
   v2x demo --web                  in your browser until Ctrl-C; then the
                                   figures, as ever
   v2x demo --duration 10s --seed 7
-  v2x demo --scenario ten-agents  another shipped scenario, or a file of yours
+  v2x demo ten-agents             another shipped scenario, or a file of yours
   v2x demo --json > summary.json  for a program; everything else goes to
                                   standard error
 
@@ -28,15 +28,18 @@ The exit code is 0 only if every process did its work and, on the objects that
 all agents cover, the fused error is below each agent's, and neither recall nor
 precision is below 0.8 and below the best agent's.")]
 pub(crate) struct DemoArgs {
+    /// A scenario file, or the name of a shipped scenario [default: crossing]
+    #[arg(value_name = "SCENARIO", conflicts_with = "scenario")]
+    named: Option<String>,
     /// How long the agents publish, such as 10s or 2min [default: 20s; with --web until Ctrl-C, an hour at most]
     #[arg(long, value_parser = parse_duration)]
     duration: Option<Duration>,
     /// Seed of the world and of all noise [default: the scenario's]
     #[arg(long, value_parser = v2x_common::seed::parse_seed)]
     pub(crate) seed: Option<u64>,
-    /// A scenario file, or the name of a shipped scenario
-    #[arg(long, default_value = "crossing", value_name = "FILE|NAME")]
-    pub(crate) scenario: String,
+    /// The same as SCENARIO
+    #[arg(long, value_name = "FILE|NAME")]
+    scenario: Option<String>,
     /// Another world for the scenario: sumo:CFG runs SUMO, traci:HOST:PORT takes a SUMO that is running
     #[arg(long, value_name = "sumo:CFG")]
     pub(crate) world: Option<WorldSource>,
@@ -57,6 +60,11 @@ pub(crate) struct DemoArgs {
 }
 
 impl DemoArgs {
+    /// The scenario that is wanted.
+    pub(crate) fn scenario(&self) -> &str {
+        self.named.as_deref().or(self.scenario.as_deref()).unwrap_or("crossing")
+    }
+
     /// How long the agents publish at most.
     pub(crate) fn duration(&self) -> Duration {
         let longest = Duration::from_secs_f64(LONGEST_S);

@@ -27,7 +27,7 @@ pub(crate) async fn run(
     log_filter: &str,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<ExitCode> {
-    let chosen = scenarios::choose_in(&args.scenario, args.world.as_ref())?;
+    let chosen = scenarios::choose_in(args.scenario(), args.world.as_ref())?;
     let site = Site::listen_if_wanted(args.web.web)?;
     if let Some(file) = args.record.as_ref().filter(|file| file.exists() && !args.force) {
         bail!("{} exists; choose another name, or give --force to overwrite it", file.display());

@@ -158,6 +158,14 @@ impl Core {
         }
     }
 
+    /// The frame of a payload as this hub understands it, by the agent's conventions. Nothing is taken in.
+    ///
+    /// # Errors
+    /// Why it would be refused.
+    pub fn understood(&self, agent: AgentId, body: &Body<'_>) -> Result<DetectionFrame, Refusal> {
+        Ok(self.frame(agent, body)?.frame)
+    }
+
     /// The frame with its detections as they were sent.
     fn frame(&self, agent: AgentId, body: &Body<'_>) -> Result<DecodedDetections, Refusal> {
         if !self.settings.listens_to(&agent) {

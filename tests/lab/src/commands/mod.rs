@@ -10,6 +10,7 @@ mod load;
 mod process_time;
 mod remarks;
 mod report;
+mod report_of_recording;
 mod rerun;
 mod retrack;
 mod run_folder;

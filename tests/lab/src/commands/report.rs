@@ -1,34 +1,56 @@
-//! `lab report`: one page of a recorded run.
+//! `lab report`: one page of a recorded run, or of any recording.
 
+use crate::commands::report_of_recording::page_of;
 use crate::commands::run_folder::RunFolder;
 use crate::report::output::print;
-use anyhow::Context;
-use std::path::PathBuf;
+use anyhow::{Context, ensure};
+use std::path::{Path, PathBuf};
 
-/// Score a recorded run and write its page: verdict, errors over time, latencies, agents, key frames
+/// Write one page of a recording: verdict, errors over time, latencies, agents, key frames
 ///
-/// The page holds everything that it shows: it can be sent, printed, and opened without a network.
+/// A run has ground truth: it is scored, and the page begins with the verdict. Of
+/// any other recording the page begins with what looks wrong, in the sentences of
+/// v2x check. The page holds everything that it shows: it can be sent, printed, and
+/// opened without a network.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lab report v2x-runs/2026-11-28_14-05-31-crossing
-  lab report v2x-runs/2026-11-28_14-05-31-crossing --out crossing.html")]
+  lab report v2x-runs/2026-11-28_14-05-31-crossing --out crossing.html
+  lab report corner.mcap
+        of v2x record or v2x hub --record: writes corner.html")]
 pub struct ReportArgs {
-    /// The folder of the run, or the recording in it
+    /// The folder of a run, the recording in it, or any recording
     #[arg(value_name = "FOLDER|FILE")]
     path: PathBuf,
-    /// Where the page is written, too [default: report.html in the folder alone]
+    /// Where the page is written [default: report.html in the folder of a run, else beside the recording with its name]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 /// Scores and writes.
+///
+/// # Errors
+/// Where the recording cannot be read, or the page cannot be written.
 pub fn report(args: &ReportArgs) -> anyhow::Result<()> {
-    let folder = RunFolder::open(&args.path)?;
+    let page = if RunFolder::is_run(&args.path) || !args.path.is_file() {
+        of_run(&args.path, args.out.as_deref())?
+    } else {
+        let out = args.out.clone().unwrap_or_else(|| args.path.with_extension("html"));
+        ensure!(out != args.path, "--out {} is the recording itself", out.display());
+        let html = page_of(&args.path)?;
+        std::fs::write(&out, html).with_context(|| format!("writing {}", out.display()))?;
+        out
+    };
+    print(&format!("{}\n", page.display())).context("writing the page's path")
+}
+
+/// Of a run, with its truth.
+fn of_run(path: &Path, out: Option<&Path>) -> anyhow::Result<PathBuf> {
+    let folder = RunFolder::open(path)?;
     folder.score()?;
     let page = folder.path().join("report.html");
-    if let Some(out) = &args.out {
-        std::fs::copy(&page, out).with_context(|| format!("writing {}", out.display()))?;
-    }
-    print(&format!("{}\n", args.out.as_ref().unwrap_or(&page).display())).context("writing the page's path")
+    let Some(out) = out else { return Ok(page) };
+    std::fs::copy(&page, out).with_context(|| format!("writing {}", out.display()))?;
+    Ok(out.to_owned())
 }

@@ -14,7 +14,7 @@ use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
 use crate::data::run_log::{ReceivedFused, RunLog};
 use crate::data::simulation::Simulation;
-use crate::drive::rerun::rerun;
+use crate::drive::rerun::{Rerun, rerun};
 use crate::report::markdown::report_md;
 use crate::report::output::print;
 use crate::report::plot::bev::bev_sheet;
@@ -197,11 +197,26 @@ impl RunFolder {
         let nis = record.hub.iter().flat_map(|hub| &hub.agents);
         let nis = nis.filter_map(|agent| Some((agent.id, agent.nis_per_dof?))).collect();
         let moments: Vec<_> = typical.into_iter().chain(scene(Moment::Worst)).collect();
-        let page = RunPage { scored: &scored, log: &log, nis, moments: &moments, commit: self.commit() };
+        let again = self.again()?;
+        let page = RunPage {
+            scored: &scored,
+            log: &log,
+            nis,
+            innovations: &again.innovations,
+            moments: &moments,
+            commit: self.commit(),
+        };
         self.write("report.html", &run_page(&page))?;
         self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
         self.write("report.md", &report_md(&scored.summary))?;
         Ok(scored.summary)
+    }
+
+    /// What the hub's core makes of what the hub was given.
+    fn again(&self) -> anyhow::Result<Rerun> {
+        let given = hub_inputs(self.recording_of_run()?)?;
+        let settings = given.settings.clone().map_or_else(|| self.settings(), Ok)?;
+        rerun(&given, settings).context("running the hub's core again")
     }
 
     /// Whether the scenario's settings of the hub are no longer those of the run; `None` where the recording does not say.
@@ -222,7 +237,7 @@ impl RunFolder {
         let given = hub_inputs(self.recording_of_run()?)?;
         ensure!(!given.inputs.is_empty(), "the recording holds no frames");
         let mut log = self.log()?;
-        log.fused = rerun(&given, settings).context("running the hub again")?;
+        log.fused = rerun(&given, settings).context("running the hub again")?.lists;
         let record = self.read_record()?;
         let scenario = Scenario::load(self.scenario())?;
         let simulation = Simulation::new(&scenario, record.seed, record.start()?);

@@ -15,6 +15,8 @@ pub(crate) mod method_output;
 pub(crate) mod noise;
 pub(crate) mod observation;
 #[cfg(feature = "lab")]
+pub(crate) mod recorded_lists;
+#[cfg(feature = "lab")]
 pub(crate) mod recording;
 #[cfg(feature = "lab")]
 pub(crate) mod run_log;

@@ -1,6 +1,8 @@
 //! Drives an engine in virtual time: arrivals, publishing instants, and the settings of the compared methods.
 
 pub(crate) mod driver;
+#[cfg(feature = "lab")]
+pub(crate) mod found;
 pub(crate) mod keyframes;
 pub(crate) mod parallel;
 pub(crate) mod publishing;

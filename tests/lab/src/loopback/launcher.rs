@@ -34,6 +34,8 @@ pub struct HubOptions {
     pub zenoh_config: Option<PathBuf>,
     /// Where it serves metrics and health; port 0 selects a free port.
     pub metrics: Option<SocketAddr>,
+    /// The file into which it records; must not be there yet.
+    pub record: Option<PathBuf>,
 }
 
 impl Default for HubOptions {
@@ -44,6 +46,7 @@ impl Default for HubOptions {
             connect: Vec::new(),
             zenoh_config: None,
             metrics: None,
+            record: None,
         }
     }
 }
@@ -126,6 +129,9 @@ impl Launcher {
             args.extend(["--zenoh-config".to_owned(), config.display().to_string()]);
         }
         args.extend(options.metrics.iter().flat_map(|address| ["--metrics".to_owned(), address.to_string()]));
+        args.extend(
+            options.record.iter().flat_map(|file| ["--record".to_owned(), file.display().to_string()]),
+        );
         args.extend(options.connect.iter().flat_map(|endpoint| ["--connect".to_owned(), endpoint.clone()]));
         let (child, ready) = self.start(name, "hub", &args).await?;
         let locator = ready["locators"][0].as_str().unwrap_or(&options.listen).to_owned();

@@ -67,8 +67,17 @@ fn footer(command: &str, at: Timestamp) -> String {
 /// The verdict, which stands before everything else: in a word, and its reasons, one a line.
 pub(crate) fn verdict_html(is_good: bool, verdict: &str, reasons: &[String]) -> String {
     let class = if is_good { "good" } else { "bad" };
+    boxed(&format!("verdict {class}"), verdict, reasons)
+}
+
+/// What stands before everything else where nothing is judged.
+pub(crate) fn remark_html(remark: &str, lines: &[String]) -> String {
+    boxed("verdict", remark, lines)
+}
+
+fn boxed(class: &str, word: &str, reasons: &[String]) -> String {
     let reasons: String = reasons.iter().map(|reason| format!("<p>{}</p>\n", escaped(reason))).collect();
-    format!("<div class=\"verdict {class}\"><b>{}</b>\n{reasons}</div>\n", escaped(verdict))
+    format!("<div class=\"{class}\"><b>{}</b>\n{reasons}</div>\n", escaped(word))
 }
 
 /// A figure: its panels side by side as far as they can be read there, and one legend. With links to its files, if it has

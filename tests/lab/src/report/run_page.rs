@@ -1,22 +1,20 @@
 //! The report of a run as one self-contained page: the verdict first.
 
 use crate::data::run_log::RunLog;
+use crate::drive::rerun::FrameInnovations;
 use crate::report::markdown::EXPLANATIONS;
 use crate::report::page::{Section, figure, notes, page, verdict_html};
-use crate::report::palette::{AGENTS, OURS, SERIES};
+use crate::report::palette::OURS;
 use crate::report::plot::bev::bev_pieces;
-use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
-use crate::report::plot::marker::Marker;
+use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
 use crate::report::plot::scene::BevScene;
+use crate::report::run_curves::{coloured, latencies, means, nis_over_time, style};
 use crate::report::summary::{Of, accuracy, frames, gain, headline, spans, tracks};
 use crate::report::table::{Table, escaped};
 use crate::score::run::scored_run::ScoredRun;
-use crate::score::timing::{ages_ms, arrival_to_consumer_spans_ms, end_to_end_spans_ms};
+use crate::score::timing::ages_ms;
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
-
-/// The points of a curve are at most so many: means over equal parts of the time.
-const MAX_POINTS: usize = 150;
 
 /// What the column of the agents' table is that no other report has.
 const NIS: &str = "**NIS/2**: squared distance of an agent's detections from what the hub expects of them, over what both \
@@ -29,6 +27,8 @@ pub(crate) struct RunPage<'a> {
     pub(crate) log: &'a RunLog,
     /// Mean NIS of each agent's positions over its degrees of freedom, in the hub's last minute.
     pub(crate) nis: BTreeMap<AgentId, f64>,
+    /// Innovations of each frame, of the hub's core on what the hub was given; empty where the recording does not hold that.
+    pub(crate) innovations: &'a [FrameInnovations],
     /// Key frames.
     pub(crate) moments: &'a [BevScene],
     /// When and by which build it was recorded.
@@ -54,7 +54,7 @@ pub(crate) fn run_page(run: &RunPage<'_>) -> String {
         ("common", "Objects that all agents cover", accuracy(summary, Of::Common).html(&["fused"])),
         ("everything", "Everything that each covers", accuracy(summary, Of::Everything).html(&["fused"])),
         ("errors", "Errors over time", figure(&errors(run).pieces(), None)),
-        ("time", "Time", figure(&latencies(run).pieces(), None) + &spans(summary).html(&[])),
+        ("time", "Time", figure(&latencies_of(run).pieces(), None) + &spans(summary).html(&[])),
         ("agents", "Agents", agents(run).html(&[])),
         ("moments", "Key frames", moments),
         ("meaning", "What the figures mean", notes(explanations())),
@@ -75,81 +75,53 @@ fn agents(run: &RunPage<'_>) -> Table {
     table
 }
 
-fn style(name: &str, colour: crate::report::palette::Colour, dash: f64) -> Style {
-    let is_first = colour == OURS;
-    Style { name: name.to_owned(), colour, dash, marker: Marker::Disc, is_dotted: false, is_first }
-}
-
 /// The fused error of each frame beside each agent's mean, and how consistent its covariance is.
 fn errors(run: &RunPage<'_>) -> CurvePlot {
     let ScoredRun { summary, frame_errors, frame_nees, .. } = run.scored;
     let fused = means_over_time(run.log, frame_errors);
     let reach = fused.last().map_or(1.0, |last| last.x);
+    let start = frame_errors.first().and_then(|(place, _)| Some(run.log.fused.get(*place)?.frame.fused_at));
     let mut styles = vec![style("fused", OURS, 0.0)];
-    let mut curves = vec![fused];
-    for (agent, colour) in summary.agents.iter().zip(AGENTS.into_iter().cycle()) {
-        let Some(ate_m) = agent.metrics.ate_m else { continue };
-        styles.push(style(&format!("{}, mean", agent.id), colour, 5.0));
-        curves.push([0.0, reach].map(|x| Point { x, y: ate_m, spread: 0.0 }).into());
+    let (mut curves, mut nis) = (vec![fused], vec![Vec::new()]);
+    for (agent, colour) in coloured(summary.agents.iter().map(|agent| agent.id)) {
+        let ate_m = summary.agents.iter().find(|of| of.id == agent).and_then(|of| of.metrics.ate_m);
+        styles.push(style(agent.as_str(), colour, 0.0));
+        let level = |y| [0.0, reach].map(|x| Point { x, y, spread: 0.0 }).into();
+        curves.push(ate_m.map_or_else(Vec::new, level));
+        nis.push(start.map_or_else(Vec::new, |start| nis_over_time(agent, run.innovations, start)));
     }
     let nees = means_over_time(run.log, frame_nees);
+    let mut panels = vec![
+        Panel { label: "ATE (m)".to_owned(), curves, top: Top::Whole, target: None },
+        Panel { label: "NEES/2".to_owned(), curves: vec![nees], top: Top::Whole, target: Some(1.0) },
+    ];
+    if nis.iter().any(|curve| !curve.is_empty()) {
+        panels.push(Panel { label: "NIS/2".to_owned(), curves: nis, top: Top::Most, target: Some(1.0) });
+    }
     CurvePlot {
         title: "Position error and consistency".to_owned(),
-        subtitle: "all that is covered; dashed: the NEES of a consistent filter".to_owned(),
+        subtitle: "all that is covered; of an agent's position errors the mean; dashed: NEES and NIS of a consistent filter".to_owned(),
         x_label: "since scoring began, s".to_owned(),
         x_names: None,
         styles,
-        panels: vec![
-            Panel { label: "ATE (m)".to_owned(), curves, top: Top::Whole, target: None },
-            Panel { label: "NEES/2".to_owned(), curves: vec![nees], top: Top::Whole, target: Some(1.0) },
-        ],
+        panels,
     }
 }
 
 /// Values of fused frames over the time since the first of them, s.
 fn means_over_time(log: &RunLog, values: &[(usize, f64)]) -> Vec<Point> {
-    let at = |place: usize| log.fused.get(place).map(|received| received.frame.fused_at);
-    let Some(start) = values.first().and_then(|(place, _)| at(*place)) else { return Vec::new() };
-    let mean = |part: &[(usize, f64)]| {
-        let points = part.iter().filter_map(|(place, y)| Some(((at(*place)? - start).as_secs_f64(), *y)));
-        let (n, x, y) = points.fold((0.0, 0.0, 0.0), |(n, xs, ys), (x, y)| (n + 1.0, xs + x, ys + y));
-        (n > 0.0).then(|| Point { x: x / n, y: y / n, spread: 0.0 })
-    };
-    values.chunks(values.len().div_ceil(MAX_POINTS).max(1)).filter_map(mean).collect()
+    let at = |(place, y): &(usize, f64)| Some((log.fused.get(*place)?.frame.fused_at, *y));
+    let values: Vec<_> = values.iter().filter_map(at).collect();
+    values.first().map_or_else(Vec::new, |(start, _)| means(&values, *start))
 }
 
-/// Distributions of latencies at the consumer.
-fn latencies(run: &RunPage<'_>) -> CurvePlot {
+/// Latencies of what was scored.
+fn latencies_of(run: &RunPage<'_>) -> CurvePlot {
     let scored = || run.scored.frame_errors.iter().filter_map(|(place, _)| run.log.fused.get(*place));
     let start = scored().map(|received| received.frame.fused_at).min();
     let end = scored().map(|received| received.received_at).max();
     let ages = start.zip(end).map_or_else(Vec::new, |(start, end)| ages_ms(&run.log.fused, start, end));
-    let curves = [arrival_to_consumer_spans_ms(scored()), end_to_end_spans_ms(scored()), ages];
-    let names = ["at the hub → at the consumer", "captured → at the consumer", "age of information"];
-    let colours = [SERIES[6], SERIES[4], SERIES[5]];
-    CurvePlot {
-        title: "Latency of detection frames, and age of what the consumer has".to_owned(),
-        subtitle: "the longest hundredth is left out".to_owned(),
-        x_label: "at most, ms".to_owned(),
-        x_names: None,
-        styles: names.into_iter().zip(colours).map(|(name, colour)| style(name, colour, 0.0)).collect(),
-        panels: vec![Panel {
-            label: "share that is at most so long".to_owned(),
-            curves: curves.map(shares).into(),
-            top: Top::At(1.0),
-            target: None,
-        }],
-    }
-}
-
-/// The distribution by percent, without the longest one: it would make all others narrow.
-fn shares(mut spans_ms: Vec<f64>) -> Vec<Point> {
-    spans_ms.sort_by(f64::total_cmp);
-    let at = |percent: u32| {
-        let place = (spans_ms.len() * percent as usize / 100).min(spans_ms.len().saturating_sub(1));
-        Some(Point { x: *spans_ms.get(place)?, y: f64::from(percent) / 100.0, spread: 0.0 })
-    };
-    (0..100).filter_map(at).collect()
+    latencies(scored(), ages)
 }
 
 /// What the figures mean, one a line.
@@ -160,8 +132,18 @@ fn explanations() -> impl Iterator<Item = &'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::fixture::{agent, at_ms};
     use crate::report::plot::scene::{Moment, scene_at};
     use crate::score::run::test_run::{pose, run, scored, world};
+    use v2x_fusion_hub::fusion::Innovations;
+
+    fn innovations_of_ego(k: i64) -> FrameInnovations {
+        FrameInnovations {
+            agent: agent("ego"),
+            at: at_ms(1_000 + 100 * k),
+            innovations: Innovations { nis_sum: 4.0, count: 2 },
+        }
+    }
 
     fn page_of(change: impl FnOnce(&mut ScoredRun)) -> String {
         let (log, facts) = run();
@@ -170,7 +152,16 @@ mod tests {
         let truth = crate::data::truth::Truth { objects_at: &world, agent_pose: &pose };
         let moments: Vec<_> = scene_at(Moment::Typical, &scored, &log, truth).into_iter().collect();
         let commit = Some("Started then".to_owned());
-        run_page(&RunPage { scored: &scored, log: &log, nis: BTreeMap::new(), moments: &moments, commit })
+        let innovations: Vec<_> = (0..40).map(innovations_of_ego).collect();
+        let page = RunPage {
+            scored: &scored,
+            log: &log,
+            nis: BTreeMap::new(),
+            innovations: &innovations,
+            moments: &moments,
+            commit,
+        };
+        run_page(&page)
     }
 
     #[test]
@@ -182,6 +173,17 @@ mod tests {
             assert!(verdict.contains("the fused error is") && verdict.contains("recall"), "{verdict}");
         }
         assert!(failed.contains("<p>rsu ended with exit code 3</p>") && failed.contains("Not passed"));
+    }
+
+    #[test]
+    fn consistency_is_shown_over_time_of_the_list_and_of_the_agents() {
+        let page = page_of(|_| {});
+        for panel in ["ATE (m)", "NEES/2", "NIS/2"] {
+            assert!(
+                page.contains(&format!("aria-label=\"Position error and consistency: {panel}\"")),
+                "{panel}"
+            );
+        }
     }
 
     #[test]

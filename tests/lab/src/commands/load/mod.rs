@@ -41,6 +41,8 @@ Examples:
   lab load --agents 60 --hostile boxes  one more agent, with 4096 boxes a frame
   lab load --agents 50 --certs certs    with TLS, by the certificates of agents
                                         load-0000 … and the viewer load
+  lab load --agents 10 --record load.mcap
+                                        what a recording costs the hub
   lab load --config hub.toml --json")]
 pub struct LoadArgs {
     /// Number of agents
@@ -61,6 +63,9 @@ pub struct LoadArgs {
     /// Settings of the hub, a TOML file [default: its defaults]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// The hub records all of it into this file
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Each agent connects by itself, as from a machine of its own
     #[arg(long)]
     own_sessions: bool,
@@ -95,6 +100,8 @@ struct LoadReport {
     hub_cores: Option<f64>,
     hub_memory_mb: Option<f64>,
     tracks: usize,
+    /// Size of the hub's recording for each second of the run, the time before anything is counted included.
+    recorded_bytes_per_s: Option<f64>,
 }
 
 /// Runs the command.
@@ -154,6 +161,8 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
         session::close(session).await?;
     }
     end_hub(hub).await?;
+    let recorded =
+        args.record.as_ref().map(std::fs::metadata).transpose().context("reading the recording's size")?;
     let accepted = accepted(&after) - accepted(&before.0);
     let sent_frames = counts.frames - before.1.frames;
     ensure!(sent_frames > 0, "nothing was sent: this machine is too busy");
@@ -176,6 +185,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
         hub_cores: cpu.zip(before.2).map(|(after, before)| (after - before) / watched_s),
         hub_memory_mb: after.memory_bytes.map(|bytes| bytes as f64 / 1e6),
         tracks: after.tracks,
+        recorded_bytes_per_s: recorded.map(|file| file.len() as f64 / run_for.as_secs_f64()),
     })
 }
 
@@ -183,7 +193,8 @@ fn hub_options(args: &LoadArgs) -> HubOptions {
     let zenoh_config = args.certs.as_ref().map(|folder| folder.join("hub/hub/zenoh.json5"));
     let protocol = if zenoh_config.is_some() { "tls" } else { "tcp" };
     let listen = format!("{protocol}/127.0.0.1:0");
-    HubOptions { listen, config: args.config.clone(), zenoh_config, ..HubOptions::default() }
+    let (config, record) = (args.config.clone(), args.record.clone());
+    HubOptions { listen, config, zenoh_config, record, ..HubOptions::default() }
 }
 
 /// The session of an agent or a viewer, by its certificate where there is one.
@@ -244,7 +255,7 @@ impl LoadReport {
              accepted      {:.1} % of {} frames, {:.0} detections/s\n\
              latency       p50 {p50} ms, p95 {p95} ms, p99 {p99} ms (arrival of a frame to the list that holds it)\n\
              work          {} ms a frame and its list, {} ms a list; {:.1} lists/s of {:.2} MB/s\n\
-             hub           {} cores, {} MB, {} tracks\n",
+             hub           {} cores, {} MB, {} tracks\n{}",
             self.agents,
             self.objects,
             self.rate_hz,
@@ -258,6 +269,10 @@ impl LoadReport {
             or_dash(self.hub_cores),
             or_dash(self.hub_memory_mb),
             self.tracks,
+            self.recorded_bytes_per_s.map_or_else(String::new, |bytes| format!(
+                "recording     {:.1} MB a minute\n",
+                bytes * 60.0 / 1e6
+            )),
         )
     }
 }

@@ -7,9 +7,7 @@ use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use v2x_common::fused::FusedFrame;
-use v2x_common::id::{AgentId, HubId};
-use v2x_common::keys::Topic;
-use v2x_common::recording::{Entry, RecordingError};
+use v2x_common::id::AgentId;
 use v2x_common::wire;
 
 /// The numbers of a hub's lists.
@@ -54,25 +52,6 @@ impl Counts {
         lists.iter().for_each(|list| counter.add(&list.frame));
         counter.end()
     }
-}
-
-/// The numbers of the first hub in a recording.
-pub(super) fn recorded(
-    entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
-) -> anyhow::Result<Counts> {
-    let (mut counter, mut first): (_, Option<HubId>) = (Counter::default(), None);
-    for entry in entries {
-        let entry = match entry {
-            Err(RecordingError::Unfinished { .. }) => break,
-            entry => entry?,
-        };
-        if let Some(Topic::Fused(hub)) = Topic::of(&entry.key)
-            && *first.get_or_insert(hub) == hub
-        {
-            counter.add(&wire::fused::decode(&entry.payload).context("reading a recorded list")?);
-        }
-    }
-    Ok(counter.end())
 }
 
 /// Both for people, or as one line of JSON.

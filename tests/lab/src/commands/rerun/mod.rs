@@ -5,6 +5,7 @@ mod lists;
 use self::lists::Counts;
 use crate::commands::run_folder::{RunFolder, print_summary};
 use crate::data::hub_inputs::hub_inputs;
+use crate::data::recorded_lists::recorded_lists;
 use crate::drive::rerun::rerun as run_again;
 use crate::report::output::print;
 use anyhow::{Context, bail, ensure};
@@ -69,12 +70,13 @@ fn of_recording(args: &RerunArgs, path: &Path) -> anyhow::Result<()> {
         tracing::warn!("the recording has no journal, and so no settings of its hub: the defaults are used");
     }
     let settings = settings(args, || Ok(given.settings.clone().unwrap_or_default()))?;
-    let published = run_again(&given, settings).context("running the hub again")?;
+    let published = run_again(&given, settings).context("running the hub again")?.lists;
     if let Some(out) = &args.lists {
         lists::write(&published, out)?;
     }
     let now = Counts::of(&published);
-    let then = lists::recorded(open(path)?).with_context(|| format!("in {}", path.display()))?;
+    let then = recorded_lists(open(path)?).with_context(|| format!("in {}", path.display()))?;
+    let then = Counts::of(&then.lists);
     print(&lists::text(&now, &then, args.json)?).context("writing the numbers")
 }
 

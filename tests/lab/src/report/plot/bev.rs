@@ -145,7 +145,7 @@ impl Viewport {
     }
 }
 
-/// The covered object with most covered objects and boxes around it, m.
+/// The covered object with most covered objects and boxes around it, m; without truth the fused one.
 pub(super) fn busiest_spot(scene: &BevScene, half_m: f64) -> (f64, f64) {
     let fused = || scene.fused.iter().map(|mark| &mark.bev);
     let boxes = || scene.agents.iter().flat_map(|agent| &agent.detections).chain(fused());
@@ -154,7 +154,8 @@ pub(super) fn busiest_spot(scene: &BevScene, half_m: f64) -> (f64, f64) {
         let spot = Viewport { centre: (centre.x, centre.y), half_m: 0.8 * half_m, panel: DETAIL };
         covered().chain(boxes()).filter(|bev| spot.shows(bev.x, bev.y, 0.0)).count()
     };
-    covered().max_by_key(|bev| crowd(bev)).map_or((0.0, 0.0), |bev| (bev.x, bev.y))
+    let busiest = covered().max_by_key(|bev| crowd(bev)).or_else(|| fused().max_by_key(|bev| crowd(bev)));
+    busiest.map_or((0.0, 0.0), |bev| (bev.x, bev.y))
 }
 
 /// The style of a panel: line widths in px.
@@ -232,7 +233,7 @@ fn labels(sheet: &mut Sheet, scene: &BevScene, (view, bar): (&Viewport, Rect), p
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         if let Some(pose) = agent.pose.filter(|pose| view.shows(pose.x, pose.y, 0.0)) {
             let (x, y) = view.px((pose.x, pose.y));
-            marker(sheet, (agent.kind, colour), &Place { at: (x, y), yaw: pose.yaw, scale: 1.0 });
+            marker(sheet, (agent.marked_as(), colour), &Place { at: (x, y), yaw: pose.yaw, scale: 1.0 });
             let around = Rect { x: x - 14.0, y: y - 14.0, w: 28.0, h: 28.0 };
             labels.taken.push(around);
             let text = agent.id.as_str();
@@ -322,15 +323,19 @@ fn scale_bar(sheet: &mut Sheet, view: &Viewport) -> Rect {
 fn legend(scene: &BevScene, words: &[Class]) -> Vec<(Key, String)> {
     let n_covered = scene.truth.iter().filter(|truth| truth.is_covered).count();
     let n_others = scene.truth.len() - n_covered;
-    let mut rows = vec![(TRUE_BOX, format!("truth: {n_covered} objects in view for 1 s"))];
+    let mut rows = Vec::new();
+    if !scene.truth.is_empty() {
+        rows.push((TRUE_BOX, format!("truth: {n_covered} objects in view for 1 s")));
+    }
     if n_others > 0 {
         let dashed = Paint { dash: 3.5, opacity: 0.5, ..Paint::line(TRUTH, 2.0) };
         rows.push((Key::Box(dashed), format!("truth not (yet) in view: {n_others} objects")));
     }
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         let when = agent.offset.map_or_else(String::new, captured);
-        let (id, kind, n) = (agent.id, agent.kind.name(), agent.detections.len());
-        rows.push((Key::Agent(agent.kind, colour), format!("{id} ({kind}): {n} detections{when}")));
+        let kind = agent.kind.map_or_else(String::new, |kind| format!(" ({})", kind.name()));
+        let (id, n) = (agent.id, agent.detections.len());
+        rows.push((Key::Agent(agent.marked_as(), colour), format!("{id}{kind}: {n} detections{when}")));
     }
     rows.push((Key::Box(Paint::line(FUSED, 3.6)), format!("fused: {} objects", scene.fused.len())));
     if !scene.motions.is_empty() {

@@ -84,8 +84,9 @@ impl Comparison {
         let truth = Key::Box(Paint { fill: Some(TRUTH_FILL), ..Paint::line(TRUTH, 3.0) });
         let agents = self.scenes.first().map_or(&[][..], |(_, first)| &first.agents);
         let agents = agents.iter().zip(AGENTS.iter().cycle());
-        let agents = agents
-            .map(|(agent, colour)| (Key::Agent(agent.kind, colour), format!("{}'s detections", agent.id)));
+        let agents = agents.map(|(agent, colour)| {
+            (Key::Agent(agent.marked_as(), colour), format!("{}'s detections", agent.id))
+        });
         let methods = self
             .scenes
             .iter()

@@ -11,6 +11,7 @@ pub(crate) mod marker;
 mod pdf;
 pub(crate) mod pieces;
 pub(crate) mod recorded;
+pub(crate) mod recorded_scene;
 pub(crate) mod scene;
 pub(crate) mod sheet;
 mod svg;

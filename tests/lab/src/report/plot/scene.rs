@@ -59,14 +59,21 @@ pub(crate) struct FusedMark {
 pub(crate) struct SceneAgent {
     /// Which agent.
     pub id: AgentId,
-    /// The kind of its sensor.
-    pub kind: SensorKind,
+    /// The kind of its sensor, where it is known.
+    pub kind: Option<SensorKind>,
     /// Pose of its sensor.
     pub pose: Option<Pose>,
     /// Its detections in the frame that was captured nearest to the time.
     pub detections: Vec<BevBox>,
     /// From the time to that frame's capture; negative where it was earlier.
     pub offset: Option<Span>,
+}
+
+impl SceneAgent {
+    /// The kind whose mark it has: one that does not move says nothing of a heading.
+    pub(crate) fn marked_as(&self) -> SensorKind {
+        self.kind.unwrap_or(SensorKind::RoadsideUnit)
+    }
 }
 
 /// Which moment of a run.
@@ -124,7 +131,7 @@ pub(crate) fn scene_at(
         let nearest = nearest_frame(log, agent.id, frame.fused_at);
         SceneAgent {
             id: agent.id,
-            kind: agent.kind,
+            kind: Some(agent.kind),
             pose: *pose,
             detections: nearest.map_or_else(Vec::new, |r| r.frame.detections.iter().map(|d| d.bev).collect()),
             offset: nearest.map(|received| received.frame.captured_at - frame.fused_at),
@@ -136,22 +143,28 @@ pub(crate) fn scene_at(
         roads: Vec::new(),
         truth: view.objects.iter().map(true_box).collect(),
         agents: agents.collect(),
-        fused: frame.objects.iter().map(|object| fused_mark(object, &view.objects, radius_m)).collect(),
+        fused: frame
+            .objects
+            .iter()
+            .map(|object| fused_mark(object, Some((&view.objects, radius_m))))
+            .collect(),
         motions: frame.objects.iter().filter_map(motion).collect(),
     })
 }
 
-/// With speed, standard deviation of its position, and how far the nearest true object is, if there is one in reach.
-fn fused_mark(object: &FusedObject, truth: &[TrueObject], reach_m: f64) -> FusedMark {
+/// With speed, standard deviation of its position, and, where the truth is known, how far the nearest true object is, if there is
+/// one in reach.
+pub(super) fn fused_mark(object: &FusedObject, truth: Option<(&[TrueObject], f64)>) -> FusedMark {
     let FusedObject { bev, class, velocity: (vx, vy), kinematic_covariance, .. } = object;
     let [xx, _, _, _, yy, ..] = *kinematic_covariance;
-    let distances = truth.iter().map(|one| libm::hypot(one.bev.x - bev.x, one.bev.y - bev.y));
-    let nearest_m = distances.filter(|distance_m| *distance_m <= reach_m).min_by(f64::total_cmp);
     let mut words = format!(
         "{class}, {:.1} m/s, σ {:.2} m a coordinate",
         libm::hypot(*vx, *vy),
         libm::sqrt(f64::midpoint(xx, yy))
     );
+    let Some((truth, reach_m)) = truth else { return FusedMark { bev: *bev, class: *class, words } };
+    let distances = truth.iter().map(|one| libm::hypot(one.bev.x - bev.x, one.bev.y - bev.y));
+    let nearest_m = distances.filter(|distance_m| *distance_m <= reach_m).min_by(f64::total_cmp);
     words += &nearest_m.map_or_else(
         || format!("; no true object within {reach_m:.1} m"),
         |distance_m| format!("; {distance_m:.2} m from the nearest true object"),
@@ -159,7 +172,8 @@ fn fused_mark(object: &FusedObject, truth: &[TrueObject], reach_m: f64) -> Fused
     FusedMark { bev: *bev, class: *class, words }
 }
 
-fn motion(object: &FusedObject) -> Option<[(f64, f64); 2]> {
+/// Where a moving object is, and where it will be in a second.
+pub(super) fn motion(object: &FusedObject) -> Option<[(f64, f64); 2]> {
     let (BevBox { x, y, .. }, (vx, vy)) = (object.bev, object.velocity);
     (libm::hypot(vx, vy) > MOVING_MPS).then_some([(x, y), (x + vx, y + vy)])
 }

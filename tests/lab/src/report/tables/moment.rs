@@ -51,7 +51,7 @@ fn scene(shown: &Shown, method: &ShownMethod) -> BevScene {
     };
     let agents = shown.reports.iter().zip(["agent-1", "agent-2"]).map(|(report, name)| SceneAgent {
         id: AgentId::new(name).expect("a legal name"),
-        kind: SensorKind::Vehicle,
+        kind: Some(SensorKind::Vehicle),
         pose: Some(report.pose),
         detections: report.detections.iter().map(|detection| detection.bev).collect(),
         offset: None,

@@ -19,7 +19,7 @@ fn scene() -> BevScene {
     let pose = |x, y, yaw| Some(Pose { x, y, yaw });
     let observer = |name, kind, pose, ms| SceneAgent {
         id: agent(name),
-        kind,
+        kind: Some(kind),
         pose,
         detections: vec![],
         offset: Some(Span::from_millis(ms)),
@@ -180,7 +180,7 @@ fn the_enlarged_part_has_words_beside_boxes_and_says_what_short_ones_mean() {
     };
     scene.agents.push(SceneAgent {
         id: agent("ego"),
-        kind: SensorKind::Vehicle,
+        kind: Some(SensorKind::Vehicle),
         pose: None,
         detections: (0..900).map(detection).collect(),
         offset: None,

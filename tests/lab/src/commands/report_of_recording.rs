@@ -1,0 +1,63 @@
+//! The page of a recording that is no run of the laboratory's: it has no truth.
+
+use crate::data::hub_inputs::{HubInputs, hub_inputs};
+use crate::data::recorded_lists::recorded_lists;
+use crate::drive::rerun::{frames_near, rerun};
+use crate::report::plot::recorded_scene::{recorded_scene, telling_lists};
+use crate::report::recording_page::{RecordingPage, recording_page};
+use anyhow::{Context, ensure};
+use std::path::Path;
+use v2x_common::recording::Recording;
+use v2x_fusion_hub::hub::HubSettings;
+
+type File = Recording<std::io::BufReader<std::fs::File>>;
+
+fn open(path: &Path) -> anyhow::Result<File> {
+    Recording::open(path).with_context(|| format!("opening {}", path.display()))
+}
+
+/// The page as HTML.
+pub(super) fn page_of(path: &Path) -> anyhow::Result<String> {
+    let in_file = || format!("in {}", path.display());
+    let mut recording = open(path)?;
+    let mut recorded = recorded_lists(&mut recording).with_context(in_file)?;
+    let commit = recording.facts();
+    let commit = commit.get("version").map(|version| {
+        let commit = commit.get("commit").map_or_else(String::new, |commit| format!(", commit {commit}"));
+        format!("Recorded by version {version}{commit}")
+    });
+    let given = hub_inputs(open(path)?).with_context(in_file)?;
+    ensure!(
+        !recorded.lists.is_empty() || !given.inputs.is_empty(),
+        "{} holds neither lists of a hub nor frames of agents: nothing was on the network",
+        path.display()
+    );
+    let settings = settings(&given);
+    let again = rerun(&given, settings.clone()).context("running the hub's core again")?;
+    let is_published = !recorded.lists.is_empty();
+    if !is_published {
+        recorded.lists.clone_from(&again.lists);
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let moments = telling_lists(&recorded.lists).into_iter().map(|(what, list)| {
+        let frames = frames_near(&given, settings.clone(), list.frame.fused_at);
+        recorded_scene(format!("{name}: {what}"), list, &frames, &recorded)
+    });
+    let moments: Vec<_> = moments.collect();
+    Ok(recording_page(&RecordingPage {
+        name: &name,
+        recorded: &recorded,
+        is_published,
+        again: &again,
+        moments: &moments,
+        commit,
+    }))
+}
+
+/// Of the recorded hub, or the defaults.
+fn settings(given: &HubInputs) -> HubSettings {
+    given.settings.clone().unwrap_or_else(|| {
+        tracing::warn!("the recording has no journal, and so no settings of its hub: the defaults are used");
+        HubSettings::default()
+    })
+}

@@ -1,0 +1,251 @@
+//! The report of a recording without ground truth as one self-contained page: what looks wrong first.
+
+use crate::data::recorded_lists::RecordedLists;
+use crate::data::run_log::ReceivedFused;
+use crate::drive::found::Found;
+use crate::drive::rerun::Rerun;
+use crate::report::page::{Section, figure, notes, page, remark_html, verdict_html};
+use crate::report::palette::OURS;
+use crate::report::plot::bev::bev_pieces;
+use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
+use crate::report::plot::scene::BevScene;
+use crate::report::run_curves::{coloured, latencies, means, nis_over_time, style};
+use crate::report::table::{Table, escaped};
+use crate::score::percentiles::Percentiles;
+use crate::score::timing::{ages_ms, arrival_to_consumer_spans_ms, end_to_end_spans_ms};
+use std::collections::BTreeSet;
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+
+const NOTES: [&str; 5] = [
+    "**Nothing is scored**: the recording holds no ground truth. Whether positions are right is not said here; `v2x demo`, \
+     `lab simulate` and `lab fuse --truth` score.",
+    "**NIS/2**: squared distance of an agent's detections from what the hub expects of them, over what both covariances promise, \
+     for each degree of freedom. 1 is right; more says that the agent states too small errors, or that something else is wrong \
+     with it.",
+    "**late**: captured before a frame that had been fused already. **refused**: was not fused, for any reason.",
+    "**hub → consumer**: from a frame's arrival at the hub until the recorder had the first list that contains it; \
+     **captured → consumer**: from its capture, by its agent's clock. **Age of information**: of the newest capture in any \
+     list so far, at every 10 ms.",
+    "**What the hub makes of it**: NIS, counts and findings are those of the hub's core on the recorded frames, computed again.",
+];
+
+/// What the page shows.
+pub(crate) struct RecordingPage<'a> {
+    /// The name of the recording.
+    pub(crate) name: &'a str,
+    /// What a hub published.
+    pub(crate) recorded: &'a RecordedLists,
+    /// Whether the lists are those of a hub that was recorded; else they are computed from the frames.
+    pub(crate) is_published: bool,
+    /// What the hub's core makes of the frames.
+    pub(crate) again: &'a Rerun,
+    /// Key frames.
+    pub(crate) moments: &'a [BevScene],
+    /// By which build it was recorded.
+    pub(crate) commit: Option<String>,
+}
+
+/// The page.
+pub(crate) fn recording_page(run: &RecordingPage<'_>) -> String {
+    let lists = &run.recorded.lists;
+    let commit = run.commit.as_ref().map_or_else(String::new, |commit| format!(" {}.", escaped(commit)));
+    let top = format!("{}<p>{}{commit}</p>\n", findings(run), escaped(&headline(run)));
+    let (start, end) = span(lists);
+    let ages = ages_ms(lists, start, end);
+    let moments: String = run.moments.iter().map(|scene| figure(&bev_pieces(scene), None)).collect();
+    let sections = [
+        ("agents", "Agents", agents(run).html(&[])),
+        ("curves", "Objects and consistency over time", figure(&over_time(run).pieces(), None)),
+        (
+            "time",
+            "Time",
+            figure(&latencies(lists.iter(), ages.clone()).pieces(), None) + &spans(lists, ages).html(&[]),
+        ),
+        ("moments", "Key frames", moments),
+        ("meaning", "What the figures mean", notes(NOTES)),
+    ];
+    let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
+    let sections: Vec<_> = sections.map(|(id, title, html)| Section::new(id, title, html)).collect();
+    page(run.name, &top, &sections)
+}
+
+fn span(lists: &[ReceivedFused]) -> (Timestamp, Timestamp) {
+    let start = lists.first().map_or(Timestamp::EPOCH, |list| list.frame.fused_at);
+    (start, lists.last().map_or(start, |list| list.received_at))
+}
+
+fn findings(run: &RecordingPage<'_>) -> String {
+    let start = span(&run.recorded.lists).0;
+    let line = |found: &Found| {
+        let seen = [found.first, found.last].map(|at| (at - start).as_secs_f64().max(0.0));
+        let agent = found.finding.agent.map_or_else(String::new, |agent| format!("{agent}, "));
+        let [says, change] =
+            [&found.finding.says, &found.finding.change].map(|text| text.trim_end_matches('.'));
+        format!("{agent}{:.0} to {:.0} s: {says}. {change}.", seen[0], seen[1])
+    };
+    let (faults, rest): (Vec<_>, Vec<_>) = run.again.found.iter().partition(|found| found.finding.is_fault());
+    let lines: Vec<String> = faults.iter().chain(&rest).map(|found| line(found)).collect();
+    match (faults.len(), rest.len()) {
+        (0, 0) => verdict_html(
+            true,
+            "Nothing looks wrong",
+            &["There is no ground truth: nothing is scored.".to_owned()],
+        ),
+        (0, _) => remark_html("Nothing looks wrong; notes:", &lines),
+        (n, _) => verdict_html(
+            false,
+            &format!("{n} {} wrong", if n == 1 { "thing looks" } else { "things look" }),
+            &lines,
+        ),
+    }
+}
+
+fn headline(run: &RecordingPage<'_>) -> String {
+    let lists = &run.recorded.lists;
+    let (start, end) = span(lists);
+    let tracks: BTreeSet<_> =
+        lists.iter().flat_map(|list| &list.frame.objects).map(|object| object.track).collect();
+    let objects: usize = lists.iter().map(|list| list.frame.objects.len()).sum();
+    let whose = match (&run.recorded.hub, run.is_published) {
+        (Some(hub), true) => format!("lists that {hub} published"),
+        _ => "lists, computed from the frames: no hub was recorded".to_owned(),
+    };
+    format!(
+        "{} {whose}, in {:.1} s; {:.1} objects in a list, {} tracks, {} agents.",
+        lists.len(),
+        (end - start).as_secs_f64(),
+        objects as f64 / lists.len().max(1) as f64,
+        tracks.len(),
+        run.again.agents.len()
+    )
+}
+
+fn agents(run: &RecordingPage<'_>) -> Table {
+    let row = |(agent, statistics): &(AgentId, v2x_fusion_hub::engine::AgentStatistics)| {
+        let delays = run.recorded.lists.iter().flat_map(|list| &list.frame.includes);
+        let delays = delays.filter(|included| included.frame.agent == *agent);
+        let delays = delays.map(|included| (included.received_at - included.captured_at).as_millis_f64());
+        let delays = Percentiles::of(delays.collect());
+        let ms = |delay: Option<f64>| delay.map_or_else(|| "–".to_owned(), |ms| format!("{ms:.0}"));
+        let nis = statistics.nis_per_dof().map_or_else(|| "–".to_owned(), |nis| format!("{nis:.2}"));
+        let reasons: Vec<_> = statistics.refused.iter().map(|(reason, n)| format!("{reason} {n}")).collect();
+        let reasons = if reasons.is_empty() { "–".to_owned() } else { reasons.join(", ") };
+        let counts = [statistics.accepted, statistics.out_of_sequence, statistics.refused_total()]
+            .map(|n| n.to_string());
+        let delays = [ms(delays.map(|delay| delay.p50)), ms(delays.map(|delay| delay.p95))];
+        std::iter::once(agent.to_string()).chain(counts).chain(delays).chain([nis, reasons]).collect()
+    };
+    let header =
+        ["agent", "accepted", "late", "refused", "delay p50, ms", "p95, ms", "NIS/2", "refused because"];
+    Table { header: header.map(str::to_owned).into(), rows: run.again.agents.iter().map(row).collect() }
+}
+
+/// How many objects are published, and how consistent each agent is.
+fn over_time(run: &RecordingPage<'_>) -> CurvePlot {
+    let lists = &run.recorded.lists;
+    let start = span(lists).0;
+    let counts: Vec<_> =
+        lists.iter().map(|list| (list.frame.fused_at, list.frame.objects.len() as f64)).collect();
+    let mut styles = vec![style("fused", OURS, 0.0)];
+    let mut nis: Vec<Vec<Point>> = vec![Vec::new()];
+    for (agent, colour) in coloured(run.again.agents.iter().map(|(agent, _)| *agent)) {
+        styles.push(style(agent.as_str(), colour, 0.0));
+        nis.push(nis_over_time(agent, &run.again.innovations, start));
+    }
+    CurvePlot {
+        title: "Objects and consistency".to_owned(),
+        subtitle: "dashed: the NIS of an agent whose stated errors are right".to_owned(),
+        x_label: "since the first list, s".to_owned(),
+        x_names: None,
+        styles,
+        panels: vec![
+            Panel {
+                label: "objects in a list".to_owned(),
+                curves: vec![means(&counts, start)],
+                top: Top::Whole,
+                target: None,
+            },
+            Panel { label: "NIS/2".to_owned(), curves: nis, top: Top::Most, target: Some(1.0) },
+        ],
+    }
+}
+
+fn spans(lists: &[ReceivedFused], ages: Vec<f64>) -> Table {
+    let row = |name: &str, values: Vec<f64>| {
+        let figures = Percentiles::of(values);
+        let figures = [figures.map(|f| f.p50), figures.map(|f| f.p95), figures.map(|f| f.p99)];
+        let figure = |ms: Option<f64>| ms.map_or_else(|| "–".to_owned(), |ms| format!("{ms:.1}"));
+        std::iter::once(name.to_owned()).chain(figures.map(figure)).collect()
+    };
+    Table {
+        header: ["Time, ms", "p50", "p95", "p99"].map(str::to_owned).into(),
+        rows: vec![
+            row("hub → consumer", arrival_to_consumer_spans_ms(lists)),
+            row("captured → consumer", end_to_end_spans_ms(lists)),
+            row("age of information", ages),
+        ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::fixture::{agent, at_ms, fused};
+    use v2x_common::id::HubId;
+    use v2x_fusion_hub::diagnosis::{Code, Finding, Severity};
+    use v2x_fusion_hub::engine::AgentStatistics;
+
+    fn page_with(found: Vec<Found>) -> String {
+        let recorded = RecordedLists {
+            hub: HubId::new("corner").ok(),
+            lists: (0..20).map(|k| fused(100 * k + 60, 100 * k + 55, &[100 * k])).collect(),
+            ..RecordedLists::default()
+        };
+        let mut statistics = AgentStatistics::default();
+        statistics.accepted = 20;
+        let again = Rerun { agents: vec![(agent("ego"), statistics)], found, ..Rerun::default() };
+        let run = RecordingPage {
+            name: "corner.mcap",
+            recorded: &recorded,
+            is_published: true,
+            again: &again,
+            moments: &[],
+            commit: None,
+        };
+        recording_page(&run)
+    }
+
+    fn found(severity: Severity) -> Found {
+        let finding = Finding {
+            code: Code::Degrees,
+            severity,
+            agent: Some(agent("ego")),
+            says: "headings look like degrees.".to_owned(),
+            change: "Set unit = \"deg\".".to_owned(),
+        };
+        Found { finding, first: at_ms(1055), last: at_ms(1955) }
+    }
+
+    #[test]
+    fn what_looks_wrong_stands_first_with_its_time_and_its_remedy() {
+        let page = page_with(vec![found(Severity::Fault)]);
+        let top = page.split("<nav>").next().unwrap();
+        assert!(top.contains("verdict bad") && top.contains("1 thing looks wrong"), "{top}");
+        assert!(
+            top.contains("ego, 1 to 2 s: headings look like degrees. Set unit = &quot;deg&quot;."),
+            "{top}"
+        );
+        assert!(!page_with(vec![found(Severity::Note)]).contains("verdict bad"));
+        assert!(page_with(vec![]).contains("Nothing looks wrong"));
+    }
+
+    #[test]
+    fn the_page_says_whose_lists_it_shows_and_how_late_each_agent_is() {
+        let page = page_with(vec![]);
+        assert!(page.contains("20 lists that corner published, in 1.9 s"), "{page}");
+        // Captured, at the hub 5 ms later, at the consumer after 60.
+        assert!(page.contains("<td>ego</td><td>20</td><td>0</td><td>0</td><td>5</td><td>5</td>"), "{page}");
+        assert!(page.contains("<td>captured → consumer</td><td>60.0</td>"), "{page}");
+    }
+}

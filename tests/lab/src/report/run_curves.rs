@@ -1,0 +1,118 @@
+//! Curves over the time of a run, and distributions of its latencies: of a scored run and of any recording.
+
+use crate::data::run_log::ReceivedFused;
+use crate::drive::rerun::FrameInnovations;
+use crate::report::palette::{AGENTS, Colour, OURS, SERIES};
+use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
+use crate::report::plot::marker::Marker;
+use crate::score::timing::{arrival_to_consumer_spans_ms, end_to_end_spans_ms};
+use v2x_common::id::AgentId;
+use v2x_common::time::Timestamp;
+
+/// The points of a curve are at most so many: means over equal parts of the time.
+const MAX_POINTS: usize = 150;
+/// A mean of innovations is taken over so many frames at least: single ones say little.
+const MIN_FRAMES: usize = 10;
+
+/// The style of a curve by its colour: what is fused is thicker than the others.
+pub(super) fn style(name: &str, colour: Colour, dash: f64) -> Style {
+    let is_first = colour == OURS;
+    Style { name: name.to_owned(), colour, dash, marker: Marker::Disc, is_dotted: false, is_first }
+}
+
+/// Agents with the colours that they have in every figure, in their order.
+pub(super) fn coloured(agents: impl IntoIterator<Item = AgentId>) -> impl Iterator<Item = (AgentId, Colour)> {
+    agents.into_iter().zip(AGENTS.into_iter().cycle())
+}
+
+/// Means of values over equal parts of their time, which is counted from `start`, s.
+pub(super) fn means(values: &[(Timestamp, f64)], start: Timestamp) -> Vec<Point> {
+    let mean = |part: &[(Timestamp, f64)]| {
+        let n = part.len() as f64;
+        let x = part.iter().map(|(at, _)| (*at - start).as_secs_f64()).sum::<f64>() / n;
+        Point { x, y: part.iter().map(|(_, y)| y).sum::<f64>() / n, spread: 0.0 }
+    };
+    values.chunks(values.len().div_ceil(MAX_POINTS).max(1)).map(mean).collect()
+}
+
+/// NIS/2 of an agent's positions over the time since `start`, s: means over some frames each.
+pub(super) fn nis_over_time(of: AgentId, frames: &[FrameInnovations], start: Timestamp) -> Vec<Point> {
+    let frames: Vec<_> = frames.iter().filter(|frame| frame.agent == of && frame.at >= start).collect();
+    let n = frames.len().div_ceil(MAX_POINTS).max(MIN_FRAMES);
+    let mean = |part: &[&FrameInnovations]| {
+        let (sum, count) = part.iter().fold((0.0, 0), |(sum, count), frame| {
+            (sum + frame.innovations.nis_sum, count + frame.innovations.count)
+        });
+        let x = part.iter().map(|frame| (frame.at - start).as_secs_f64()).sum::<f64>() / part.len() as f64;
+        Point { x, y: sum / (2.0 * count.max(1) as f64), spread: 0.0 }
+    };
+    frames.chunks(n).map(mean).collect()
+}
+
+/// Distributions of latencies at the consumer: of the frames in these lists, and of ages, ms.
+pub(super) fn latencies<'a>(
+    lists: impl Iterator<Item = &'a ReceivedFused> + Clone,
+    ages_ms: Vec<f64>,
+) -> CurvePlot {
+    let curves = [arrival_to_consumer_spans_ms(lists.clone()), end_to_end_spans_ms(lists), ages_ms];
+    let names = ["at the hub → at the consumer", "captured → at the consumer", "age of information"];
+    let colours = [SERIES[6], SERIES[4], SERIES[5]];
+    CurvePlot {
+        title: "Latency of detection frames, and age of what the consumer has".to_owned(),
+        subtitle: "the longest hundredth is left out".to_owned(),
+        x_label: "at most, ms".to_owned(),
+        x_names: None,
+        styles: names.into_iter().zip(colours).map(|(name, colour)| style(name, colour, 0.0)).collect(),
+        panels: vec![Panel {
+            label: "share that is at most so long".to_owned(),
+            curves: curves.map(shares).into(),
+            top: Top::At(1.0),
+            target: None,
+        }],
+    }
+}
+
+/// The distribution by percent, without the longest one: it would make all others narrow.
+fn shares(mut spans_ms: Vec<f64>) -> Vec<Point> {
+    spans_ms.sort_by(f64::total_cmp);
+    let at = |percent: u32| {
+        let place = (spans_ms.len() * percent as usize / 100).min(spans_ms.len().saturating_sub(1));
+        Some(Point { x: *spans_ms.get(place)?, y: f64::from(percent) / 100.0, spread: 0.0 })
+    };
+    (0..100).filter_map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::fixture::{agent, at_ms};
+    use v2x_fusion_hub::fusion::Innovations;
+
+    #[test]
+    fn the_nis_over_time_weighs_detections_and_not_frames() {
+        let frame = |k: i64| FrameInnovations {
+            agent: agent("ego"),
+            at: at_ms(100 * k),
+            // Nine frames of one detection with NIS/2 = 1, and one of 91 with 3.
+            innovations: if k % 10 == 9 {
+                Innovations { nis_sum: 546.0, count: 91 }
+            } else {
+                Innovations { nis_sum: 2.0, count: 1 }
+            },
+        };
+        let mut frames: Vec<_> = (0..20).map(frame).collect();
+        frames.push(FrameInnovations { agent: agent("rsu"), ..frames[0].clone() });
+        let curve = nis_over_time(agent("ego"), &frames, at_ms(0));
+        assert_eq!(curve.len(), 2);
+        for (point, x) in curve.iter().zip([0.45, 1.45]) {
+            assert!((point.x - x).abs() < 1e-9 && (point.y - 2.82).abs() < 1e-9, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn a_long_run_has_a_curve_of_few_points_over_all_its_time() {
+        let values: Vec<_> = (0..10_000).map(|k| (at_ms(100 * k), 1.0)).collect();
+        let curve = means(&values, at_ms(0));
+        assert!(curve.len() <= MAX_POINTS && curve.last().is_some_and(|last| last.x > 990.0));
+    }
+}
