@@ -7,6 +7,9 @@ use crate::report::table::escaped;
 use jiff::Timestamp;
 use v2x_common::version;
 
+/// A panel is drawn at most so much larger than it was made.
+const MOST_ENLARGED: f64 = 1.2;
+
 const STYLE: &str = include_str!("style.css");
 
 /// A part of a page, to which its head links.
@@ -92,7 +95,9 @@ pub(crate) fn figure(pieces: &Pieces, file: Option<&str>) -> String {
     let panel = |(caption, sheet): &(String, Sheet)| {
         let caption =
             if caption.is_empty() { String::new() } else { format!("<p>{}</p>\n", escaped(caption)) };
-        format!("<div>{caption}{}</div>\n", sheet.svg())
+        // Letters are as large in every figure, whatever its width.
+        let most = f64::from(sheet.width) * MOST_ENLARGED;
+        format!("<div style=\"max-width:{most:.0}px\">{caption}{}</div>\n", sheet.svg())
     };
     let entry =
         |(mark, text): &(Sheet, String)| format!("<li>{}{}</li>\n", mark.svg().trim_end(), escaped(text));
@@ -111,6 +116,11 @@ pub(crate) fn figure(pieces: &Pieces, file: Option<&str>) -> String {
         escaped(subtitle),
         panels.iter().map(panel).collect::<String>()
     )
+}
+
+/// A figure and a table that says the same in figures, beside each other where there is room.
+pub(crate) fn beside(figure: &str, table: &str) -> String {
+    format!("<div class=\"beside\">\n{figure}<div>{table}</div></div>\n")
 }
 
 /// Notes as a list. A part between `**` is bold.

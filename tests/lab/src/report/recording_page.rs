@@ -4,18 +4,22 @@ use crate::data::recorded_lists::RecordedLists;
 use crate::data::run_log::ReceivedFused;
 use crate::drive::found::Found;
 use crate::drive::rerun::Rerun;
-use crate::report::page::{Section, figure, notes, page, remark_html, verdict_html};
+use crate::report::page::{Section, beside, figure, notes, page, remark_html, verdict_html};
 use crate::report::palette::OURS;
 use crate::report::plot::bev::bev_pieces;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
 use crate::report::plot::scene::BevScene;
-use crate::report::run_curves::{coloured, latencies, means, nis_over_time, style};
+use crate::report::run_curves::{
+    AGE, END_TO_END, HUB_TO_CONSUMER, coloured, latencies, means, nis_over_time, style,
+};
 use crate::report::table::{Table, escaped};
 use crate::score::percentiles::Percentiles;
 use crate::score::timing::{ages_ms, arrival_to_consumer_spans_ms, end_to_end_spans_ms};
 use std::collections::BTreeSet;
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
+
+const NO_TRUTH: &str = "There is no ground truth: whether positions are right is not judged.";
 
 const NOTES: [&str; 5] = [
     "**Nothing is scored**: the recording holds no ground truth. Whether positions are right is not said here; `v2x demo`, \
@@ -25,7 +29,7 @@ const NOTES: [&str; 5] = [
      with it.",
     "**late**: captured before a frame that had been fused already. **refused**: was not fused, for any reason.",
     "**hub → consumer**: from a frame's arrival at the hub until the recorder had the first list that contains it; \
-     **captured → consumer**: from its capture, by its agent's clock. **Age of information**: of the newest capture in any \
+     **end to end**: from its capture, by its agent's clock. **Age of information**: of the newest capture in any \
      list so far, at every 10 ms.",
     "**What the hub makes of it**: NIS, counts and findings are those of the hub's core on the recorded frames, computed again.",
 ];
@@ -56,13 +60,16 @@ pub(crate) fn recording_page(run: &RecordingPage<'_>) -> String {
     let moments: String = run.moments.iter().map(|scene| figure(&bev_pieces(scene), None)).collect();
     let sections = [
         ("agents", "Agents", agents(run).html(&[])),
+        ("moments", "Key frames", moments),
         ("curves", "Objects and consistency over time", figure(&over_time(run).pieces(), None)),
         (
             "time",
-            "Time",
-            figure(&latencies(lists.iter(), ages.clone()).pieces(), None) + &spans(lists, ages).html(&[]),
+            "Latency",
+            beside(
+                &figure(&latencies(lists.iter(), ages.clone()).pieces(), None),
+                &spans(lists, ages).html(&[]),
+            ),
         ),
-        ("moments", "Key frames", moments),
         ("meaning", "What the figures mean", notes(NOTES)),
     ];
     let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
@@ -78,21 +85,26 @@ fn span(lists: &[ReceivedFused]) -> (Timestamp, Timestamp) {
 fn findings(run: &RecordingPage<'_>) -> String {
     let start = span(&run.recorded.lists).0;
     let line = |found: &Found| {
-        let seen = [found.first, found.last].map(|at| (at - start).as_secs_f64().max(0.0));
+        let [first, last] = [found.first, found.last].map(|at| (at - start).as_secs_f64().max(0.0));
+        let when = if last - first < 1.0 {
+            format!("at {first:.0} s")
+        } else {
+            format!("{first:.0} to {last:.0} s")
+        };
         let agent = found.finding.agent.map_or_else(String::new, |agent| format!("{agent}, "));
         let [says, change] =
             [&found.finding.says, &found.finding.change].map(|text| text.trim_end_matches('.'));
-        format!("{agent}{:.0} to {:.0} s: {says}. {change}.", seen[0], seen[1])
+        format!("{agent}{when}: {says}. {change}.")
     };
-    let (faults, rest): (Vec<_>, Vec<_>) = run.again.found.iter().partition(|found| found.finding.is_fault());
-    let lines: Vec<String> = faults.iter().chain(&rest).map(|found| line(found)).collect();
-    match (faults.len(), rest.len()) {
-        (0, 0) => verdict_html(
-            true,
-            "Nothing looks wrong",
-            &["There is no ground truth: nothing is scored.".to_owned()],
-        ),
-        (0, _) => remark_html("Nothing looks wrong; notes:", &lines),
+    let (faults, notes): (Vec<_>, Vec<_>) =
+        run.again.found.iter().partition(|found| found.finding.is_fault());
+    let lines: Vec<String> = faults.iter().chain(&notes).map(|found| line(found)).collect();
+    let lines = [vec![NO_TRUTH.to_owned()], lines].concat();
+    match (faults.len(), notes.len()) {
+        (0, 0) => verdict_html(true, "Nothing looks wrong", &lines),
+        (0, n) => {
+            remark_html(&format!("No fault; {n} {}", if n == 1 { "remark" } else { "remarks" }), &lines)
+        }
         (n, _) => verdict_html(
             false,
             &format!("{n} {} wrong", if n == 1 { "thing looks" } else { "things look" }),
@@ -165,8 +177,15 @@ fn over_time(run: &RecordingPage<'_>) -> CurvePlot {
                 curves: vec![means(&counts, start)],
                 top: Top::Whole,
                 target: None,
+                levels: vec![],
             },
-            Panel { label: "NIS/2".to_owned(), curves: nis, top: Top::Most, target: Some(1.0) },
+            Panel {
+                label: "NIS/2".to_owned(),
+                curves: nis,
+                top: Top::Most,
+                target: Some(1.0),
+                levels: vec![],
+            },
         ],
     }
 }
@@ -181,9 +200,9 @@ fn spans(lists: &[ReceivedFused], ages: Vec<f64>) -> Table {
     Table {
         header: ["Time, ms", "p50", "p95", "p99"].map(str::to_owned).into(),
         rows: vec![
-            row("hub → consumer", arrival_to_consumer_spans_ms(lists)),
-            row("captured → consumer", end_to_end_spans_ms(lists)),
-            row("age of information", ages),
+            row(HUB_TO_CONSUMER, arrival_to_consumer_spans_ms(lists)),
+            row(END_TO_END, end_to_end_spans_ms(lists)),
+            row(AGE, ages),
         ],
     }
 }
@@ -224,7 +243,7 @@ mod tests {
             says: "headings look like degrees.".to_owned(),
             change: "Set unit = \"deg\".".to_owned(),
         };
-        Found { finding, first: at_ms(1055), last: at_ms(1955) }
+        Found { finding, first: at_ms(1055), last: at_ms(2955) }
     }
 
     #[test]
@@ -233,7 +252,7 @@ mod tests {
         let top = page.split("<nav>").next().unwrap();
         assert!(top.contains("verdict bad") && top.contains("1 thing looks wrong"), "{top}");
         assert!(
-            top.contains("ego, 1 to 2 s: headings look like degrees. Set unit = &quot;deg&quot;."),
+            top.contains("ego, 1 to 3 s: headings look like degrees. Set unit = &quot;deg&quot;."),
             "{top}"
         );
         assert!(!page_with(vec![found(Severity::Note)]).contains("verdict bad"));
@@ -245,7 +264,8 @@ mod tests {
         let page = page_with(vec![]);
         assert!(page.contains("20 lists that corner published, in 1.9 s"), "{page}");
         // Captured, at the hub 5 ms later, at the consumer after 60.
-        assert!(page.contains("<td>ego</td><td>20</td><td>0</td><td>0</td><td>5</td><td>5</td>"), "{page}");
-        assert!(page.contains("<td>captured → consumer</td><td>60.0</td>"), "{page}");
+        for cell in ["data-column=\"delay p50, ms\">5</td>", "<td>end to end</td><td>60.0</td>"] {
+            assert!(page.contains(cell), "{cell} in {page}");
+        }
     }
 }

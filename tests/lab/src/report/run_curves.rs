@@ -17,7 +17,8 @@ const MIN_FRAMES: usize = 10;
 /// The style of a curve by its colour: what is fused is thicker than the others.
 pub(super) fn style(name: &str, colour: Colour, dash: f64) -> Style {
     let is_first = colour == OURS;
-    Style { name: name.to_owned(), colour, dash, marker: Marker::Disc, is_dotted: false, is_first }
+    let marker = Marker::Disc;
+    Style { name: name.to_owned(), colour, dash, marker, is_dotted: false, is_first, is_marked: false }
 }
 
 /// Agents with the colours that they have in every figure, in their order.
@@ -46,8 +47,18 @@ pub(super) fn nis_over_time(of: AgentId, frames: &[FrameInnovations], start: Tim
         let x = part.iter().map(|frame| (frame.at - start).as_secs_f64()).sum::<f64>() / part.len() as f64;
         Point { x, y: sum / (2.0 * count.max(1) as f64), spread: 0.0 }
     };
-    frames.chunks(n).map(mean).collect()
+    // What is left over at the end is too little for a mean of its own.
+    let (whole, rest) = frames.split_at(frames.len() - frames.len() % n);
+    let last = whole.len().saturating_sub(n);
+    let joined = if rest.is_empty() { &[][..] } else { &frames[last..] };
+    let whole = if rest.is_empty() { whole } else { &whole[..last] };
+    whole.chunks(n).chain(joined.chunks(2 * n)).map(mean).collect()
 }
+
+/// Names of spans, in figures and in tables.
+pub(super) const HUB_TO_CONSUMER: &str = "hub → consumer";
+pub(super) const END_TO_END: &str = "end to end";
+pub(super) const AGE: &str = "age of information";
 
 /// Distributions of latencies at the consumer: of the frames in these lists, and of ages, ms.
 pub(super) fn latencies<'a>(
@@ -55,19 +66,22 @@ pub(super) fn latencies<'a>(
     ages_ms: Vec<f64>,
 ) -> CurvePlot {
     let curves = [arrival_to_consumer_spans_ms(lists.clone()), end_to_end_spans_ms(lists), ages_ms];
-    let names = ["at the hub → at the consumer", "captured → at the consumer", "age of information"];
+    let names = [HUB_TO_CONSUMER, END_TO_END, AGE];
     let colours = [SERIES[6], SERIES[4], SERIES[5]];
     CurvePlot {
-        title: "Latency of detection frames, and age of what the consumer has".to_owned(),
-        subtitle: "the longest hundredth is left out".to_owned(),
-        x_label: "at most, ms".to_owned(),
+        title: "Latency".to_owned(),
+        subtitle:
+            "of detection frames, and how old is what the consumer has; the longest hundredth is left out"
+                .to_owned(),
+        x_label: "no longer than, ms".to_owned(),
         x_names: None,
         styles: names.into_iter().zip(colours).map(|(name, colour)| style(name, colour, 0.0)).collect(),
         panels: vec![Panel {
-            label: "share that is at most so long".to_owned(),
+            label: "share".to_owned(),
             curves: curves.map(shares).into(),
             top: Top::At(1.0),
             target: None,
+            levels: vec![],
         }],
     }
 }
@@ -104,6 +118,9 @@ mod tests {
         frames.push(FrameInnovations { agent: agent("rsu"), ..frames[0].clone() });
         let curve = nis_over_time(agent("ego"), &frames, at_ms(0));
         assert_eq!(curve.len(), 2);
+        frames.truncate(13);
+        let joined = nis_over_time(agent("ego"), &frames, at_ms(0));
+        assert_eq!(joined.len(), 1, "three frames have no mean of their own");
         for (point, x) in curve.iter().zip([0.45, 1.45]) {
             assert!((point.x - x).abs() < 1e-9 && (point.y - 2.82).abs() < 1e-9, "{point:?}");
         }

@@ -1,18 +1,19 @@
 //! The report of a run as one self-contained page: the verdict first.
 
-use crate::data::run_log::RunLog;
+use crate::data::run_log::{ReceivedFused, RunLog};
 use crate::drive::rerun::FrameInnovations;
 use crate::report::markdown::EXPLANATIONS;
-use crate::report::page::{Section, figure, notes, page, verdict_html};
+use crate::report::page::{Section, beside, figure, notes, page, verdict_html};
 use crate::report::palette::OURS;
 use crate::report::plot::bev::bev_pieces;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
 use crate::report::plot::scene::BevScene;
-use crate::report::run_curves::{coloured, latencies, means, nis_over_time, style};
-use crate::report::summary::{Of, accuracy, frames, gain, headline, spans, tracks};
+use crate::report::run_curves::{HUB_TO_CONSUMER, coloured, latencies, means, nis_over_time, style};
+use crate::report::summary::{Of, accuracy, frames, gain, headline, spans as summary_spans, tracks};
 use crate::report::table::{Table, escaped};
+use crate::score::percentiles::Percentiles;
 use crate::score::run::scored_run::ScoredRun;
-use crate::score::timing::ages_ms;
+use crate::score::timing::{ages_ms, arrival_to_consumer_spans_ms};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
 
@@ -53,15 +54,27 @@ pub(crate) fn run_page(run: &RunPage<'_>) -> String {
     let sections = [
         ("common", "Objects that all agents cover", accuracy(summary, Of::Common).html(&["fused"])),
         ("everything", "Everything that each covers", accuracy(summary, Of::Everything).html(&["fused"])),
-        ("errors", "Errors over time", figure(&errors(run).pieces(), None)),
-        ("time", "Time", figure(&latencies_of(run).pieces(), None) + &spans(summary).html(&[])),
-        ("agents", "Agents", agents(run).html(&[])),
         ("moments", "Key frames", moments),
+        ("errors", "Errors over time", figure(&errors(run).pieces(), None)),
+        ("time", "Latency", beside(&figure(&latencies_of(run).pieces(), None), &spans(run).html(&[]))),
+        ("agents", "Agents", agents(run).html(&[])),
         ("meaning", "What the figures mean", notes(explanations())),
     ];
     let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
     let sections: Vec<_> = sections.map(|(id, title, html)| Section::new(id, title, html)).collect();
     page(&title, &top, &sections)
+}
+
+/// The spans of the summary, and the one from hub to consumer that the figure has.
+fn spans(run: &RunPage<'_>) -> Table {
+    let mut table = summary_spans(&run.scored.summary);
+    let spans = Percentiles::of(arrival_to_consumer_spans_ms(scored_lists(run)));
+    let row = spans.map(|spans| [spans.p50, spans.p95, spans.p99].map(|ms| format!("{ms:.1}")));
+    if let Some(row) = row {
+        let place = table.rows.len().min(2);
+        table.rows.insert(place, std::iter::once(HUB_TO_CONSUMER.to_owned()).chain(row).collect());
+    }
+    table
 }
 
 /// The counts of frames, and the NIS.
@@ -79,33 +92,42 @@ fn agents(run: &RunPage<'_>) -> Table {
 fn errors(run: &RunPage<'_>) -> CurvePlot {
     let ScoredRun { summary, frame_errors, frame_nees, .. } = run.scored;
     let fused = means_over_time(run.log, frame_errors);
-    let reach = fused.last().map_or(1.0, |last| last.x);
     let start = frame_errors.first().and_then(|(place, _)| Some(run.log.fused.get(*place)?.frame.fused_at));
     let mut styles = vec![style("fused", OURS, 0.0)];
-    let (mut curves, mut nis) = (vec![fused], vec![Vec::new()]);
+    let (mut means, mut nis) = (Vec::new(), vec![Vec::new()]);
     for (agent, colour) in coloured(summary.agents.iter().map(|agent| agent.id)) {
         let ate_m = summary.agents.iter().find(|of| of.id == agent).and_then(|of| of.metrics.ate_m);
+        means.extend(ate_m.map(|ate_m| (styles.len(), ate_m)));
         styles.push(style(agent.as_str(), colour, 0.0));
-        let level = |y| [0.0, reach].map(|x| Point { x, y, spread: 0.0 }).into();
-        curves.push(ate_m.map_or_else(Vec::new, level));
         nis.push(start.map_or_else(Vec::new, |start| nis_over_time(agent, run.innovations, start)));
     }
     let nees = means_over_time(run.log, frame_nees);
     let mut panels = vec![
-        Panel { label: "ATE (m)".to_owned(), curves, top: Top::Whole, target: None },
-        Panel { label: "NEES/2".to_owned(), curves: vec![nees], top: Top::Whole, target: Some(1.0) },
+        panel("ATE (m)", vec![fused], (Top::Whole, None), means),
+        panel("NEES/2", vec![nees], (Top::Whole, Some(1.0)), Vec::new()),
     ];
     if nis.iter().any(|curve| !curve.is_empty()) {
-        panels.push(Panel { label: "NIS/2".to_owned(), curves: nis, top: Top::Most, target: Some(1.0) });
+        panels.push(panel("NIS/2", nis, (Top::Most, Some(1.0)), Vec::new()));
     }
     CurvePlot {
         title: "Position error and consistency".to_owned(),
-        subtitle: "all that is covered; of an agent's position errors the mean; dashed: NEES and NIS of a consistent filter".to_owned(),
+        subtitle:
+            "everything that is covered; dashed: an agent's mean, and the NEES and NIS of a consistent filter"
+                .to_owned(),
         x_label: "since scoring began, s".to_owned(),
         x_names: None,
         styles,
         panels,
     }
+}
+
+fn panel(
+    label: &str,
+    curves: Vec<Vec<Point>>,
+    (top, target): (Top, Option<f64>),
+    levels: Vec<(usize, f64)>,
+) -> Panel {
+    Panel { label: label.to_owned(), curves, top, target, levels }
 }
 
 /// Values of fused frames over the time since the first of them, s.
@@ -117,11 +139,15 @@ fn means_over_time(log: &RunLog, values: &[(usize, f64)]) -> Vec<Point> {
 
 /// Latencies of what was scored.
 fn latencies_of(run: &RunPage<'_>) -> CurvePlot {
-    let scored = || run.scored.frame_errors.iter().filter_map(|(place, _)| run.log.fused.get(*place));
-    let start = scored().map(|received| received.frame.fused_at).min();
-    let end = scored().map(|received| received.received_at).max();
+    let start = scored_lists(run).map(|received| received.frame.fused_at).min();
+    let end = scored_lists(run).map(|received| received.received_at).max();
     let ages = start.zip(end).map_or_else(Vec::new, |(start, end)| ages_ms(&run.log.fused, start, end));
-    latencies(scored(), ages)
+    latencies(scored_lists(run), ages)
+}
+
+fn scored_lists<'a>(run: &RunPage<'a>) -> impl Iterator<Item = &'a ReceivedFused> + Clone {
+    let log = run.log;
+    run.scored.frame_errors.iter().filter_map(|(place, _)| log.fused.get(*place))
 }
 
 /// What the figures mean, one a line.

@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 
+/// A table of more columns does not fit a telephone: there each row is a card.
+const MOST_ON_A_TELEPHONE: usize = 5;
+
 /// Cells by row. Every row has the length of the header.
 pub(crate) struct Table {
     pub(crate) header: Vec<String>,
@@ -38,10 +41,16 @@ impl Table {
             .filter(|column| !self.is_blank(*column))
             .map(|column| (column, self.is_of_words(column)))
             .collect();
+        let is_wide = columns.len() > MOST_ON_A_TELEPHONE;
         let cells = |tag: &str, row: &[String]| -> String {
             let cell = |(column, is_of_words): &(usize, bool)| {
                 let class = if *is_of_words { " class=\"words\"" } else { "" };
-                format!("<{tag}{class}>{}</{tag}>", row.get(*column).map_or("".into(), |cell| escaped(cell)))
+                let name = match self.header.get(*column) {
+                    Some(name) if is_wide && tag == "td" => format!(" data-column=\"{}\"", escaped(name)),
+                    _ => String::new(),
+                };
+                let text = row.get(*column).map_or("".into(), |cell| escaped(cell));
+                format!("<{tag}{class}{name}>{text}</{tag}>")
             };
             columns.iter().map(cell).collect()
         };
@@ -51,8 +60,9 @@ impl Table {
             format!("<tr{class}>{}</tr>\n", cells("td", row))
         };
         let rows: String = self.rows.iter().map(row).collect();
+        let class = if is_wide { " class=\"wide\"" } else { "" };
         format!(
-            "<div class=\"table\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
+            "<div class=\"table\"><table{class}>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
             cells("th", &self.header)
         )
     }

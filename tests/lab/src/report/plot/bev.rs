@@ -17,6 +17,7 @@ use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type};
 use v2x_agent::world::{Road, RoadKind};
 use v2x_common::class::{Class, ClassGroup};
 use v2x_common::geometry::BevBox;
+use v2x_common::sensor::SensorKind;
 use v2x_common::time::Span;
 
 const WIDTH: u32 = 1500;
@@ -30,7 +31,7 @@ const SIDE: u32 = 620;
 /// Half of the side of the enlarged region, m.
 const DETAIL_HALF_M: f64 = 12.0;
 /// What stands above the enlarged region.
-const ENLARGED: &str = "the dashed square, enlarged";
+const ENLARGED: &str = "the dashed square, enlarged: where most objects are";
 const OVERVIEW_PEN: Pen = Pen { grid_m: 10.0, thin: 1.4, thick: 2.2, has_words: false, has_tints: true };
 const DETAIL_PEN: Pen = Pen { grid_m: 2.0, thin: 2.2, thick: 3.4, has_words: true, has_tints: true };
 
@@ -40,7 +41,7 @@ pub(crate) fn bev_sheet(scene: &BevScene) -> Sheet {
     sheet.text((WHOLE.x, 42.0), &scene.title, font(30.0, true));
     sheet.text((WHOLE.x, 73.0), &scene.subtitle, font(20.0, false));
     overview(&mut sheet, scene, WHOLE);
-    sheet.text((DETAIL.x, DETAIL.y - 12.0), ENLARGED, font(18.0, false));
+    sheet.text((DETAIL.x, DETAIL.y - 12.0), enlarged_words(scene), font(18.0, false));
     let words = detail(&mut sheet, scene, DETAIL);
     legend_rows(&mut sheet, LEGEND, &legend(scene, &words));
     sheet
@@ -56,7 +57,7 @@ pub(crate) fn bev_pieces(scene: &BevScene) -> Pieces {
     Pieces {
         title: scene.title.clone(),
         subtitle: scene.subtitle.clone(),
-        panels: vec![(String::new(), whole), (ENLARGED.to_owned(), enlarged)],
+        panels: vec![(String::new(), whole), (enlarged_words(scene).to_owned(), enlarged)],
         legend: swatches(legend(scene, &words)),
         layout: Layout::LargeColumns,
     }
@@ -77,7 +78,12 @@ fn detail(sheet: &mut Sheet, scene: &BevScene, place: Rect) -> Vec<Class> {
 
 fn enlarged(scene: &BevScene, panel: Rect) -> Viewport {
     let half_m = DETAIL_HALF_M.min(Viewport::around(scene, panel).half_m);
-    Viewport { centre: busiest_spot(scene, DETAIL_HALF_M), half_m, panel }
+    let centre = scene.focus.as_ref().map_or_else(|| busiest_spot(scene, DETAIL_HALF_M), |focus| focus.at);
+    Viewport { centre, half_m, panel }
+}
+
+fn enlarged_words(scene: &BevScene) -> &str {
+    scene.focus.as_ref().map_or(ENLARGED, |focus| &focus.words)
 }
 
 /// A part of the map on a panel of the sheet: as wide as twice `half_m`, and as high as the panel's shape makes it.
@@ -145,14 +151,13 @@ impl Viewport {
     }
 }
 
-/// The covered object with most covered objects and boxes around it, m; without truth the fused one.
+/// The covered object with most covered and fused objects around it, m; without truth the fused one.
 pub(super) fn busiest_spot(scene: &BevScene, half_m: f64) -> (f64, f64) {
     let fused = || scene.fused.iter().map(|mark| &mark.bev);
-    let boxes = || scene.agents.iter().flat_map(|agent| &agent.detections).chain(fused());
     let covered = || scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| &truth.bev);
     let crowd = |centre: &BevBox| {
         let spot = Viewport { centre: (centre.x, centre.y), half_m: 0.8 * half_m, panel: DETAIL };
-        covered().chain(boxes()).filter(|bev| spot.shows(bev.x, bev.y, 0.0)).count()
+        covered().chain(fused()).filter(|bev| spot.shows(bev.x, bev.y, 0.0)).count()
     };
     let busiest = covered().max_by_key(|bev| crowd(bev)).or_else(|| fused().max_by_key(|bev| crowd(bev)));
     busiest.map_or((0.0, 0.0), |bev| (bev.x, bev.y))
@@ -210,7 +215,7 @@ fn boxes(sheet: &mut Sheet, scene: &BevScene, (view, fused): (&Viewport, Colour)
         let paint = match (truth.is_covered, pen.has_tints) {
             (true, true) => line,
             (true, false) => Paint { fill: Some(TRUTH_FILL), ..line },
-            (false, _) => Paint { dash: 3.5, opacity: 0.5, ..Paint::line(TRUTH, pen.thin) },
+            (false, _) => Paint { dash: 3.5, ..Paint::line(TRUTH, pen.thin) },
         };
         if truth.is_covered {
             tinted(sheet, &truth.bev, truth.class);
@@ -233,18 +238,20 @@ fn labels(sheet: &mut Sheet, scene: &BevScene, (view, bar): (&Viewport, Rect), p
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         if let Some(pose) = agent.pose.filter(|pose| view.shows(pose.x, pose.y, 0.0)) {
             let (x, y) = view.px((pose.x, pose.y));
-            marker(sheet, (agent.marked_as(), colour), &Place { at: (x, y), yaw: pose.yaw, scale: 1.0 });
+            // The mark of a roadside unit has no front.
+            let yaw = if agent.marked_as() == SensorKind::Vehicle { pose.yaw } else { 0.0 };
+            marker(sheet, (agent.marked_as(), colour), &Place { at: (x, y), yaw, scale: 1.0 });
             let around = Rect { x: x - 14.0, y: y - 14.0, w: 28.0, h: 28.0 };
             labels.taken.push(around);
             let text = agent.id.as_str();
-            labels.write_anyhow(sheet, &Label { around, text, set: font(19.0, true) });
+            labels.write_anyhow(sheet, &Label { around, text, set: font(22.0, true) });
         }
     }
     let shown = scene.fused.iter().filter(|mark| pen.has_words && view.shows(mark.bev.x, mark.bev.y, 0.0));
     let mut written = Vec::new();
     for mark in shown {
         let around = view.bounds(&mark.bev);
-        if labels.write(sheet, &Label { around, text: word(mark.class), set: font(15.0, true) }) {
+        if labels.write(sheet, &Label { around, text: word(mark.class), set: font(19.0, true) }) {
             written.push(mark.class);
         }
     }
@@ -314,7 +321,7 @@ fn scale_bar(sheet: &mut Sheet, view: &Viewport) -> Rect {
     for line in [[(x, y), (end, y)], [(x, y - 6.0), (x, y + 6.0)], [(end, y - 6.0), (end, y + 6.0)]] {
         sheet.line(&line, (INK, 3.0));
     }
-    let middle = Type { anchor: Anchor::Middle, ..font(18.0, false) };
+    let middle = Type { anchor: Anchor::Middle, ..font(20.0, false) };
     sheet.text((f64::midpoint(x, end), y - 11.0), &format!("{length_m} m"), middle);
     Rect { x: x - 4.0, y: y - 30.0, w: end - x + 8.0, h: 40.0 }
 }
@@ -325,10 +332,10 @@ fn legend(scene: &BevScene, words: &[Class]) -> Vec<(Key, String)> {
     let n_others = scene.truth.len() - n_covered;
     let mut rows = Vec::new();
     if !scene.truth.is_empty() {
-        rows.push((TRUE_BOX, format!("truth: {n_covered} objects in view for 1 s")));
+        rows.push((TRUE_BOX, format!("truth: {n_covered} objects, in view for 1 s or more")));
     }
     if n_others > 0 {
-        let dashed = Paint { dash: 3.5, opacity: 0.5, ..Paint::line(TRUTH, 2.0) };
+        let dashed = Paint { dash: 3.5, ..Paint::line(TRUTH, 2.0) };
         rows.push((Key::Box(dashed), format!("truth not (yet) in view: {n_others} objects")));
     }
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
@@ -339,7 +346,7 @@ fn legend(scene: &BevScene, words: &[Class]) -> Vec<(Key, String)> {
     }
     rows.push((Key::Box(Paint::line(FUSED, 3.6)), format!("fused: {} objects", scene.fused.len())));
     if !scene.motions.is_empty() {
-        rows.push((Key::Arrow(FUSED), "the way of one second".to_owned()));
+        rows.push((Key::Arrow(FUSED), "its motion in 1 s".to_owned()));
     }
     let occurs = |group: &ClassGroup| {
         let covered = scene.truth.iter().filter(|truth| truth.is_covered).map(|truth| truth.class);
@@ -359,8 +366,8 @@ fn captured(offset: Span) -> String {
     let distance = format!("{:.0} ms", ms.abs());
     match distance.as_str() {
         "0 ms" => ", captured then".to_owned(),
-        _ if ms < 0.0 => format!(", captured {distance} before"),
-        _ => format!(", captured {distance} after"),
+        _ if ms < 0.0 => format!(", captured {distance} before this moment"),
+        _ => format!(", captured {distance} after this moment"),
     }
 }
 

@@ -39,6 +39,8 @@ pub(crate) struct Style {
     pub is_dotted: bool,
     /// Whether it is thicker than others, and over them.
     pub is_first: bool,
+    /// Whether its points are marked, where they are few.
+    pub is_marked: bool,
 }
 
 /// A point with its interval.
@@ -74,6 +76,8 @@ pub(crate) struct Panel {
     pub top: Top,
     /// The value that is right, as a dashed line.
     pub target: Option<f64>,
+    /// Values that hold for the whole width, as dashed lines in the colours of these styles.
+    pub levels: Vec<(usize, f64)>,
 }
 
 /// Curves of several quantities.
@@ -174,6 +178,13 @@ impl CurvePlot {
         }
         let x_unit = (&self.x_names, self.x_label.as_str());
         let scales = Scales { x: &px, y: &py, top, y_label: &panel.label, x_label: x_unit };
+        for (style, y) in &panel.levels {
+            let Some(style) = self.styles.get(*style).filter(|_| *y <= top) else { continue };
+            let (left, right) = ((area.x, py(*y)), (area.x + area.w, py(*y)));
+            sheet.dashed(&[left, right], (style.colour, 1.6), 5.0);
+            let words = format!("{}: {}, mean {}", style.name, quantity(&panel.label).0, short(*y));
+            sheet.hover((right.0 - REACH, right.1), REACH, words);
+        }
         for is_first in [false, true] {
             let curves = panel.curves.iter().zip(&self.styles);
             for (curve, style) in curves.filter(|(_, style)| style.is_first == is_first) {
@@ -199,7 +210,8 @@ impl Panel {
             Top::Whole => reach,
             Top::Most => reach.min(CUT_AT_MEDIANS * median),
         };
-        let high = high.max(self.target.unwrap_or(0.0));
+        let levels = self.levels.iter().map(|(_, y)| *y);
+        let high = levels.chain(self.target).fold(high, f64::max);
         ticks(0.0, if high > 0.0 { high } else { 1.0 }, 5)
     }
 }
@@ -262,7 +274,9 @@ impl Style {
     /// Its line and mark in a legend.
     fn key(&self, sheet: &mut Sheet, (x, y): (f64, f64)) {
         self.line(sheet, &[(x, y), (x + 26.0, y)]);
-        self.mark(sheet, (x + 13.0, y));
+        if self.is_marked {
+            self.mark(sheet, (x + 13.0, y));
+        }
     }
 
     fn mark(&self, sheet: &mut Sheet, at: (f64, f64)) {
@@ -285,10 +299,8 @@ impl Style {
     fn draw(&self, sheet: &mut Sheet, curve: &[Point], scales: &Scales<'_>) {
         let Scales { x: px, y: py, top, .. } = *scales;
         let at = |p: &Point| (px(p.x), py(p.y));
-        for pair in curve.windows(2) {
-            if let Some((from, to)) = below(pair[0], pair[1], top) {
-                self.line(sheet, &[at(&from), at(&to)]);
-            }
+        for part in parts_below(curve, top) {
+            self.line(sheet, &part.iter().map(at).collect::<Vec<_>>());
         }
         let pitches = curve.windows(2).map(|pair| (px(pair[1].x) - px(pair[0].x)).abs());
         let pitch = pitches.filter(|pitch| *pitch > 0.0).fold(2.0 * REACH, f64::min);
@@ -298,7 +310,7 @@ impl Style {
                 sheet.line(&[(px(point.x), py(low)), (px(point.x), py(high))], (self.colour, 1.0));
             }
             // The points of a distribution are not marked: there are too many.
-            if self.is_dotted || curve.len() <= MOST_MARKS {
+            if self.is_dotted || self.is_marked && curve.len() <= MOST_MARKS {
                 self.mark(sheet, at(point));
             }
             sheet.hover(at(point), (pitch / 2.0).max(1.0), scales.in_words(&self.name, point));
@@ -309,6 +321,19 @@ impl Style {
 /// At most two digits after the point, and none that say nothing.
 fn rounded(x: f64) -> f64 {
     (x * 100.0).round() / 100.0
+}
+
+/// The parts of a curve that are below the upper border.
+fn parts_below(curve: &[Point], top: f64) -> Vec<Vec<Point>> {
+    let mut parts: Vec<Vec<Point>> = Vec::new();
+    for pair in curve.windows(2) {
+        let Some((from, to)) = below(pair[0], pair[1], top) else { continue };
+        match parts.last_mut().filter(|part| part.last() == Some(&from)) {
+            Some(part) => part.push(to),
+            None => parts.push(vec![from, to]),
+        }
+    }
+    parts
 }
 
 /// The part of a line that is below the upper border.
@@ -332,7 +357,7 @@ mod tests {
     fn style(name: &str) -> Style {
         let marker = Marker::Disc;
         let name = name.to_owned();
-        Style { name, colour: INK, dash: 0.0, marker, is_dotted: false, is_first: false }
+        Style { name, colour: INK, dash: 0.0, marker, is_dotted: false, is_first: false, is_marked: true }
     }
 
     fn plot(ys: &[f64]) -> CurvePlot {
@@ -344,7 +369,7 @@ mod tests {
             x_label: "delay, ms".to_owned(),
             x_names: None,
             styles: vec![style("ours")],
-            panels: vec![Panel { label, curves: vec![curve], top: Top::Most, target: None }],
+            panels: vec![Panel { label, curves: vec![curve], top: Top::Most, target: None, levels: vec![] }],
         }
     }
 
@@ -405,6 +430,28 @@ mod tests {
         plot.panels[0].target = Some(1.0);
         assert!(plot.sheet().svg().contains("stroke-dasharray"));
         assert!(*plot.panels[0].upright_ticks().values.last().unwrap() >= 1.0);
+    }
+
+    #[test]
+    fn a_value_that_holds_for_the_whole_width_is_dashed_in_its_colour_and_within_the_panel() {
+        let mut plot = plot(&[0.1, 0.2]);
+        plot.panels[0].levels = vec![(0, 0.7)];
+        let svg = plot.sheet().svg();
+        assert!(
+            svg.contains("stroke-dasharray") && svg.contains("<title>ours: mATE, mean 0.700</title>"),
+            "{svg}"
+        );
+        assert!(*plot.panels[0].upright_ticks().values.last().unwrap() >= 0.7);
+    }
+
+    #[test]
+    fn a_curve_is_one_line_as_far_as_it_is_within_the_panel() {
+        let curve: Vec<Point> = (0..6)
+            .map(|k| Point { x: f64::from(k), y: if k == 3 { 9.0 } else { 1.0 }, spread: 0.0 })
+            .collect();
+        let parts: Vec<usize> = parts_below(&curve, 4.0).iter().map(Vec::len).collect();
+        assert_eq!(parts, [4, 3], "to the border and from it");
+        assert_eq!(parts_below(&curve[..3], 4.0).len(), 1);
     }
 
     #[test]

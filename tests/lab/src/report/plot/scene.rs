@@ -30,6 +30,17 @@ pub(crate) struct BevScene {
     pub fused: Vec<FusedMark>,
     /// Those that move: where they are, and will be in a second.
     pub motions: Vec<[(f64, f64); 2]>,
+    /// What is shown enlarged; where it is not said, the densest region.
+    pub focus: Option<Focus>,
+}
+
+/// What is shown enlarged.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Focus {
+    /// Its place, m.
+    pub at: (f64, f64),
+    /// What it is.
+    pub words: String,
 }
 
 /// A true object.
@@ -98,8 +109,8 @@ impl Moment {
 
     const fn in_words(self) -> (&'static str, &'static str) {
         match self {
-            Self::Typical => ("a typical moment", "the median of all scored fused frames"),
-            Self::Worst => ("the worst moment", "the largest of all scored fused frames"),
+            Self::Typical => ("a typical moment", "the median of all fused frames"),
+            Self::Worst => ("the worst moment", "the largest of all fused frames"),
         }
     }
 }
@@ -139,7 +150,7 @@ pub(crate) fn scene_at(
     });
     Some(BevScene {
         title: format!("{}, seed {}: {what}", summary.scenario, summary.seed),
-        subtitle: format!("mean fused position error {error_m:.2} m, {rank}"),
+        subtitle: format!("mean position error {error_m:.2} m of all that is covered, {rank}"),
         roads: Vec::new(),
         truth: view.objects.iter().map(true_box).collect(),
         agents: agents.collect(),
@@ -149,7 +160,26 @@ pub(crate) fn scene_at(
             .map(|object| fused_mark(object, Some((&view.objects, radius_m))))
             .collect(),
         motions: frame.objects.iter().filter_map(motion).collect(),
+        focus: (moment == Moment::Worst)
+            .then(|| largest_error(&frame.objects, &view.objects, radius_m))
+            .flatten(),
     })
+}
+
+/// The fused object that is farthest from its nearest true object, of those that have one in reach.
+fn largest_error(fused: &[FusedObject], truth: &[TrueObject], reach_m: f64) -> Option<Focus> {
+    let errors = fused.iter().filter_map(|object| {
+        let distances = truth.iter().map(|one| distance_m(&object.bev, &one.bev));
+        let nearest_m = distances.filter(|distance_m| *distance_m <= reach_m).min_by(f64::total_cmp)?;
+        Some((nearest_m, object))
+    });
+    let (error_m, object) = errors.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    let words = format!("the dashed square, enlarged: the largest error, {} by {error_m:.2} m", object.class);
+    Some(Focus { at: (object.bev.x, object.bev.y), words })
+}
+
+fn distance_m(a: &BevBox, b: &BevBox) -> f64 {
+    libm::hypot(a.x - b.x, a.y - b.y)
 }
 
 /// With speed, standard deviation of its position, and, where the truth is known, how far the nearest true object is, if there is
@@ -163,7 +193,7 @@ pub(super) fn fused_mark(object: &FusedObject, truth: Option<(&[TrueObject], f64
         libm::sqrt(f64::midpoint(xx, yy))
     );
     let Some((truth, reach_m)) = truth else { return FusedMark { bev: *bev, class: *class, words } };
-    let distances = truth.iter().map(|one| libm::hypot(one.bev.x - bev.x, one.bev.y - bev.y));
+    let distances = truth.iter().map(|one| distance_m(&one.bev, bev));
     let nearest_m = distances.filter(|distance_m| *distance_m <= reach_m).min_by(f64::total_cmp);
     words += &nearest_m.map_or_else(
         || format!("; no true object within {reach_m:.1} m"),
@@ -207,6 +237,10 @@ mod tests {
             words[1],
             "vehicle.car, 0.0 m/s, σ 0.14 m a coordinate; 0.10 m from the nearest true object"
         );
+        assert_eq!(scene.focus, None);
+        let worst = scene_at(Moment::Worst, &scored, &log, truth).unwrap();
+        let words = worst.focus.map_or_else(String::new, |focus| focus.words);
+        assert!(words.contains("enlarged: the largest error, vehicle.car by "), "{words}");
         assert!(scene.fused.len() >= 4 && scene.subtitle.contains("0.10 m"), "{}", scene.subtitle);
     }
 }

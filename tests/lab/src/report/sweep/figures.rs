@@ -131,6 +131,7 @@ fn styles(families: &[Family<'_>]) -> Vec<Style> {
             marker,
             is_dotted: family.live,
             is_first: is_ours(method),
+            is_marked: true,
         });
         styles.collect::<Vec<_>>()
     };
@@ -156,7 +157,13 @@ fn panel(families: &[Family<'_>], subset: Subset, (label, value, top): Quantity)
         |family| Family::methods(family).into_iter().map(|method| curve(family, method)).collect::<Vec<_>>();
     // Squared errors over what is promised for them.
     let target = ["NEES", "NIS"].iter().any(|name| label.contains(name)).then_some(1.0);
-    Panel { label: label.to_owned(), curves: families.iter().flat_map(curves).collect(), top, target }
+    Panel {
+        label: label.to_owned(),
+        curves: families.iter().flat_map(curves).collect(),
+        top,
+        target,
+        levels: vec![],
+    }
 }
 
 /// Distributions of the age of information at each value, of one method.
@@ -186,7 +193,15 @@ fn ages(results: &[Results]) -> CurvePlot {
             let (dash, marker) = line(number / SERIES.len());
             let dash = if results.plan.live { 3.0 } else { dash };
             let colour = SERIES[number % SERIES.len()];
-            styles.push(Style { name, colour, dash, marker, is_dotted: false, is_first: false });
+            styles.push(Style {
+                name,
+                colour,
+                dash,
+                marker,
+                is_dotted: false,
+                is_first: false,
+                is_marked: false,
+            });
         }
     }
     let labels = ["share of objects at most so old", "the other agents' newest detection in them"];
@@ -196,6 +211,7 @@ fn ages(results: &[Results]) -> CurvePlot {
         curves,
         top: Top::At(1.0),
         target: None,
+        levels: vec![],
     });
     CurvePlot {
         title: "Age of information of a fused object when it is published".to_owned(),
@@ -237,6 +253,7 @@ fn bytes(families: &[Family<'_>]) -> CurvePlot {
             curves: families.iter().flat_map(curves).collect(),
             top: Top::Most,
             target: None,
+            levels: vec![],
         }],
     }
 }

@@ -197,7 +197,7 @@ fn what_moves_has_an_arrow_in_the_picture_and_in_the_legend() {
     let moving = svg_of(&scene);
     let lines = |svg: &str| svg.matches("<path").count();
     assert!(lines(&moving) >= lines(&still) + 3 + 3, "a shaft and two barbs, twice");
-    assert!(moving.contains("the way of one second") && !still.contains("the way of one second"));
+    assert!(moving.contains("its motion in 1 s") && !still.contains("its motion in 1 s"));
 }
 
 #[test]
