@@ -21,7 +21,7 @@ use v2x_fusion_hub::values::SensingDefaults;
 #[command(after_help = "\
 Detections: a CSV file with a row for each, in order of arrival, in the columns
   t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st
-        and, where known, sensor_x,sensor_y
+        and, where known, sensor_x,sensor_y,sensor_yaw
 in seconds of any epoch, metres and radians; t_arr is when it arrived, t when it
 was measured, sx to st are standard deviations (sw and sd in metres). Rows of
 equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
