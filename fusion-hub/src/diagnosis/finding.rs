@@ -62,6 +62,8 @@ pub enum Code {
     Jitter,
     /// Alive, but it sends nothing.
     Silent,
+    /// What it rides on is not in the world, and it says so.
+    Idle,
     /// Something publishes where no hub reads.
     WrongKey,
     /// Something publishes in a network that no hub serves.

@@ -104,7 +104,7 @@ impl Health {
         }
         let is_anybody_alive =
             core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));
-        if !is_anybody_alive && seen.roster.tokens().is_empty() && now - seen.started_at >= PATIENCE {
+        if !is_anybody_alive && seen.roster.tokens().alive.is_empty() && now - seen.started_at >= PATIENCE {
             let says = "no agent sends anything to this hub";
             let change = "Do agents use its network's name and its endpoint? `v2x check` listens beside the expected keys";
             findings.push(Finding::of_network(Code::NoAgents, says, change));

@@ -379,6 +379,7 @@ impl Hub {
                 let _ = self.core.handle_description(agent, &body);
             }
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
+            Control::Idle(agent, rides_on, is_idle) => self.roster.note_idle(agent, rides_on, is_idle),
             Control::StatusQuery(query, asked) => {
                 if let Some((key, json)) = self.status_answer(asked) {
                     answer(&query, key, json).await;

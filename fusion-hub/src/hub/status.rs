@@ -136,6 +136,9 @@ pub struct AgentStatus {
     pub id: AgentId,
     /// Whether it holds its liveliness token, or has sent anything in the last five seconds.
     pub alive: bool,
+    /// What it rides on, while that is not in the world: it sends nothing then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub idle: Option<String>,
     /// Frames accepted.
     pub accepted: u64,
     /// Frames accepted that were measured within ε_s of the newest accepted before.
@@ -188,6 +191,7 @@ impl AgentStatus {
         Self {
             id,
             alive: true,
+            idle: None,
             accepted: 0,
             synchronous: 0,
             out_of_sequence: 0,

@@ -9,7 +9,7 @@ mod writing;
 use super::alignment::change::{Change, Rigid};
 use super::alignment::fit::Fit;
 use super::finding::{Code, Finding};
-use super::window::{Surroundings, Window};
+use super::window::{MAX_AGENTS, Surroundings, Window};
 use one::One;
 use v2x_common::id::AgentId;
 
@@ -28,6 +28,11 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     if window.is_over {
         findings.extend(silent(window));
     }
+    findings.extend(idle(around));
+    // An agent that was idle for a while has sent less, and its numbers have gaps.
+    findings.retain(|one| {
+        !(IDLENESS.contains(&one.code) && one.agent.is_some_and(|agent| window.idle.contains(&agent)))
+    });
     let with = |codes: &[Code]| {
         findings.iter().filter(|one| codes.contains(&one.code)).filter_map(|one| one.agent).collect()
     };
@@ -42,6 +47,8 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     findings
 }
 
+/// What an agent that is idle shows, too.
+const IDLENESS: [Code; 3] = [Code::Silent, Code::Gaps, Code::RateLow];
 const HEADINGS: [Code; 3] = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
 const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
 const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
@@ -97,6 +104,18 @@ fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
         }
     }
     if agree > 0 && agree >= differ { Some(0.0) } else { largest }
+}
+
+/// Agents that say themselves why they send nothing.
+fn idle(around: &Surroundings<'_>) -> Vec<Finding> {
+    let idle = around.tokens.idle.iter().take(MAX_AGENTS);
+    idle.map(|(agent, rides_on)| {
+        let says = format!("it rides on {rides_on}, which is not in the world now, and sends nothing until that is there");
+        let change = "If that is not meant: `ride` in the scenario names the vehicle, `begin_s` or `from_s` when the world begins; \
+                      `v2x world` shows when each vehicle is there";
+        Finding::note(Code::Idle, *agent, says, change)
+    })
+    .collect()
 }
 
 /// Agents that are alive and send nothing.

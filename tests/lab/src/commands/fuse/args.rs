@@ -28,7 +28,9 @@ equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
 in which the sensor saw nothing (more). Optional columns: score (0 to 1),
 vx,vy,svx,svy (a measured velocity), source_track (of a sender that tracks).
 Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and
-counted.
+counted. An empty cell of w to st is assumed, as in a JSON frame. How a sensor
+writes (its own frame, degrees and so on) is said by [hub.agents.SENSOR_ID] in
+--hub-config.
 
 Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an
 object it is interpolated.

@@ -24,7 +24,7 @@ use std::path::Path;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
-use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis, Tokens};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
 
 /// Fuses the log, writes the fused objects and prints the report.
@@ -79,7 +79,7 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
     let truth = sink.scorer.as_ref().map(TruthScorer::score);
     let mut diagnosis = diagnosis.into_inner();
-    diagnosis.conclude(&Surroundings { engine: &engine, alive: &BTreeSet::new() });
+    diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
     let warnings = without_effect(&log).into_iter().chain(warnings(diagnosis.findings())).collect();
     let report = Report { fused_rows, truth, warnings, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })

@@ -97,7 +97,8 @@ impl Report {
         if conventions.frame == CoordinateFrame::Ego {
             own_pose(row, &sensor)?;
         }
-        let conversion = conventions.conversion(pose).map_err(|error| row.wrong("sensor_x", error.to_string()))?;
+        let conversion =
+            conventions.conversion(pose).map_err(|error| row.wrong("sensor_x", error.to_string()))?;
         let mut report = Self {
             line: row.line(),
             received_at: row.seconds("t_arr")?,
@@ -145,7 +146,8 @@ fn own_pose(row: &Row<'_>, sensor: &AgentId) -> Result<(), CsvError> {
 fn place(row: &Row<'_>, conversion: &Conversion<'_>) -> Result<Option<Pose>, CsvError> {
     match conversion.sensor_pose() {
         Some(pose) if !(pose.x.is_finite() && pose.y.is_finite()) => {
-            let expected = "a longitude, and as sensor_y a latitude, within 200 km of the origin in [hub.agents]";
+            let expected =
+                "a longitude, and as sensor_y a latitude, within 200 km of the origin in [hub.agents]";
             Err(row.wrong(SENSOR_COLUMNS[0], expected))
         }
         pose => Ok(pose),
