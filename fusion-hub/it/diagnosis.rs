@@ -258,6 +258,37 @@ fn positions_from_the_sensor_mirrored_and_swapped_ones_are_named() {
 }
 
 #[test]
+fn positions_in_a_sensors_frame_without_a_pose_are_told_as_what_cannot_be_told() {
+    let relative = |only: usize| {
+        found(move |frame| {
+            let pose = frame.pose;
+            each(frame, |one| {
+                let (sin, cos) = libm::sincos(pose.yaw);
+                let (x, y) = (one.x - pose.x, one.y - pose.y);
+                (one.x, one.y, one.yaw) =
+                    (x * cos + y * sin, y * cos - x * sin, wrap_angle(one.yaw - pose.yaw));
+            });
+            frame.detections.truncate(only);
+            frame.more = json!({ "sensor_pose": null });
+        })
+    };
+    // Of all objects, and of one alone.
+    for only in [usize::MAX, 1] {
+        let findings = relative(only);
+        let told = findings.iter().find(|one| one.code == Code::SensorFrame);
+        let told = told.unwrap_or_else(|| panic!("{only}: {findings:#?}"));
+        assert!(!told.is_fault() && told.says.contains("north gives no `sensor_pose`"), "{told}");
+        assert!(
+            told.change.contains("`frame = \"sensor\"`") && told.change.contains("[hub.agents.north]"),
+            "{told}"
+        );
+    }
+    // Who sees the same gives none either, and is right.
+    let right = found(|frame| frame.more = json!({ "sensor_pose": null }));
+    assert_eq!(right, []);
+}
+
+#[test]
 fn a_shift_and_a_turn_between_agents_are_told_in_metres_and_degrees() {
     let shifted = found(|frame| each(frame, |one| (one.x, one.y) = (one.x + 2.0, one.y - 3.0)));
     let offset: Vec<_> = shifted.iter().filter(|one| one.code == Code::Offset).collect();
@@ -371,6 +402,25 @@ fn gaps_rates_jitter_and_silence_are_told() {
     assert!(jittery.iter().any(|one| one.code == Code::Jitter && !one.is_fault()), "{jittery:#?}");
     let silent = found(|frame| frame.is_lost = true);
     assert_only(&silent, Code::Silent, "v2x/NETWORK/agent/NAME/detections");
+}
+
+#[test]
+fn compass_headings_in_degrees_are_named_with_all_that_has_to_change_at_once() {
+    let conventions = [
+        ("turn = \"cw\"", (0.0, -1.0)),
+        ("from = \"north\"", (FRAC_PI_2, 1.0)),
+        ("from = \"north\", turn = \"cw\"", (FRAC_PI_2, -1.0)),
+    ];
+    for (words, (north, turn)) in conventions {
+        // direction = turn · written + north
+        let write = |frame: &mut Frame| {
+            each(frame, |one| one.yaw = (turn * (one.yaw - north)).to_degrees().rem_euclid(360.0));
+        };
+        let setting = format!("yaw = {{ unit = \"deg\", {words} }}");
+        assert_only(&found(write), Code::Degrees, &format!("`{setting}` under `[hub.agents.north]`"));
+        let told = findings_of(&format!("[agents.north]\n{setting}"), write, |_| None);
+        assert_eq!(told, []);
+    }
 }
 
 #[test]

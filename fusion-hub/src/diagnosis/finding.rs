@@ -76,6 +76,8 @@ pub enum Code {
     TwoHubs,
     /// The hub has not enough time for what arrives.
     Overload,
+    /// What Zenoh does not let in: handshakes, and messages that the access control denies.
+    RefusedByZenoh,
 }
 
 impl Code {

@@ -57,6 +57,9 @@ impl Survey {
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
         if is_of_now && self.samples.takes(seen.frame.captured_at) {
             agent.headings.note(seen, &self.moving);
+            if !seen.reported.as_degrees.is_empty() {
+                agent.headings_as_degrees.note_as_degrees(seen, &self.moving);
+            }
             self.current.snapshots.note(seen, &self.moving);
         }
     }

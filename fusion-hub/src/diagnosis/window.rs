@@ -39,6 +39,8 @@ pub(super) struct AgentSurvey {
     pub(super) arrivals: Arrivals,
     pub(super) writing: Writing,
     pub(super) headings: Headings,
+    /// The same, if they were degrees.
+    pub(super) headings_as_degrees: Headings,
     /// Refused frames by reason, each with the newest.
     pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
     /// What the engine had counted when the window began.

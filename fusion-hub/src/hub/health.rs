@@ -1,11 +1,13 @@
 //! Whether all is well: what is found of the agents and of the hub itself, told once when it begins and once when it ends.
 
 use super::core::Core;
+use super::denials::Denials;
 use super::roster::Roster;
 use super::unnamed::InvalidName;
 use crate::diagnosis::{Code, Finding};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
@@ -37,6 +39,7 @@ pub(super) struct Health {
     findings: Vec<Finding>,
     dropped: u64,
     dropped_at: Option<Timestamp>,
+    denials: Denials,
 }
 
 /// What the hub itself has seen, beside its core.
@@ -48,6 +51,8 @@ pub(super) struct Seen<'a> {
     pub(super) invalid_names: Vec<InvalidName>,
     /// The lineage of another hub of this name.
     pub(super) twin: Option<u32>,
+    /// By Zenoh, since the start.
+    pub(super) refused_by_zenoh: ZenohRefusals,
 }
 
 /// Whose a finding is; of the network there may be several of one kind, which differ by more than their numbers.
@@ -90,6 +95,7 @@ impl Health {
             findings.push(Finding::of_network(Code::Overload, says, change));
         }
         self.dropped = seen.dropped;
+        findings.extend(self.denials.findings(seen.refused_by_zenoh.clone(), now));
         for InvalidName { name, reason, .. } in &seen.invalid_names {
             let says = format!("nothing of agent {name:?} is used: {reason}");
             findings.push(Finding::of_network(Code::InvalidName, says, "Give it another name"));

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::sensor::SensorDescription;
+use v2x_common::wire::Writing;
 
 /// The answer to a query of `v2x/{network}/hub/{hub}/status`. Times are µs since the Unix epoch.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -19,6 +20,9 @@ pub struct HubStatus {
     pub hub: HubId,
     /// In which network.
     pub network: NetworkId,
+    /// How agents write their frames, where the hub's configuration says so.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub writings: BTreeMap<AgentId, Writing>,
     /// Version of the program.
     pub version: String,
     /// New at every start.

@@ -57,7 +57,9 @@ const PLACES: [Code; 3] = [Code::Geodetic, Code::SensorFrame, Code::Axes];
 
 /// Leaves out what only follows from something else that is found: whoever reads a list of faults begins anywhere.
 fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
-    let has: Vec<_> = findings.iter().filter_map(|one| Some((one.agent?, one.code))).collect();
+    let is_sure = |one: &&Finding| one.is_fault() || !PLACES.contains(&one.code);
+    let has: Vec<_> =
+        findings.iter().filter(is_sure).filter_map(|one| Some((one.agent?, one.code))).collect();
     let has_one = |agent: AgentId, codes: &[Code]| codes.iter().any(|code| has.contains(&(agent, *code)));
     let differs = |agent: AgentId| {
         let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent));

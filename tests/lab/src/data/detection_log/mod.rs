@@ -135,13 +135,18 @@ impl<R: Read> DetectionLog<R> {
             let id = FrameId { agent: sensor, epoch: EPOCH, sequence: *next };
             *next += 1;
             let frame = DetectionFrame { sensor_pose: pose, ..DetectionFrame::empty(id, captured_at) };
-            let nothing = RawHeadings::default();
-            let of_frame = Reported { headings: nothing, without_sigma: 0, ..reported };
+            let of_frame = Reported {
+                headings: RawHeadings::default(),
+                as_degrees: Vec::new(),
+                without_sigma: 0,
+                ..reported.clone()
+            };
             self.ready.push_back(Arrival { received_at, frame, reported: of_frame });
             self.ready.len() - 1
         });
         let of_frame = &mut self.ready[place].reported;
         of_frame.headings.merge(&reported.headings);
+        of_frame.as_degrees.extend(reported.as_degrees);
         of_frame.without_sigma += reported.without_sigma;
         match content {
             Content::Detection(detection) => self.ready[place].frame.detections.push(detection),

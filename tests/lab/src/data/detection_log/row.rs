@@ -120,7 +120,11 @@ impl Report {
         report.reported.without_sigma = u64::from(partial.sigma.x.is_none());
         let detection = partial.completed(report_defaults, &conversion);
         report.content = match detection.validate(report.pose.as_ref()) {
-            Ok(()) => Content::Detection(detection),
+            Ok(()) => {
+                let yaw = partial.yaw.unwrap_or(f64::NAN);
+                report.reported.as_degrees = vec![conversion.heading_of_degrees(yaw)];
+                Content::Detection(detection)
+            }
             Err(invalid) => Content::Impossible(invalid),
         };
         Ok(report)
