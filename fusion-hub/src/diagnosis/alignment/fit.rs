@@ -27,7 +27,7 @@ const MIN_RATIO_SMALL: f64 = 1.5;
 /// And so many times what it explains by chance.
 const CHANCE_RATIO: u64 = 2;
 /// Detections of agents that see nothing together: so many, such a share of them at one place, and their middles so near, m.
-const MIN_APART: u64 = 40;
+const MIN_APART: u64 = 16;
 const MOST_SHARE_APART: f64 = 0.2;
 const ONE_AREA_M: f64 = 150.0;
 /// Clocks are known to agree from this standard deviation on, s.
