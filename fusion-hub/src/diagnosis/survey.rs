@@ -227,6 +227,34 @@ mod tests {
     }
 
     #[test]
+    fn the_figures_of_an_agent_are_of_the_time_that_its_findings_are_of() {
+        use crate::diagnosis::{Code, Tokens};
+        use crate::engine::EngineConfig;
+        use v2x_common::detection::DetectionFrame;
+        use v2x_common::id::{FrameId, HubId};
+        use v2x_common::reported::Reported;
+        let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
+        let (tokens, mut survey) = (Tokens::default(), Survey::default());
+        let agent = AgentId::new("a").unwrap();
+        let reported = Reported { has_sequence: true, ..Reported::default() };
+        // Of the second ten seconds a quarter is lost, of the third nothing.
+        for k in 0..290_u64 {
+            let at = Timestamp::EPOCH + Span::from_millis(1_000_000 + 100 * k.cast_signed());
+            if !(100..200).contains(&k) || k % 4 != 1 {
+                let frame = DetectionFrame::empty(FrameId { agent, epoch: 1, sequence: k }, at);
+                survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at: at });
+            }
+            if k % 10 == 0 {
+                survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at);
+            }
+        }
+        let gaps = survey.findings().iter().find(|one| one.code == Code::Gaps).expect("gaps");
+        let missing = survey.transport(&agent).and_then(|one| one.missing).expect("a share");
+        assert!(gaps.says.contains(&format!("({:.0} %)", 100.0 * missing)), "{gaps} {missing}");
+        assert!((missing - 0.25).abs() < 0.02, "{missing}");
+    }
+
+    #[test]
     fn each_agents_frames_are_among_the_samples_and_their_number_is_bounded() {
         let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
         let taken = |frames: &mut dyn Iterator<Item = i64>| {

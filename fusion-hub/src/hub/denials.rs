@@ -65,7 +65,9 @@ fn denied(who: &str, count: u64, kind: &Denied) -> Finding {
              certificate, or a certificate of that name by `v2x certs agent NAME`; if neither is meant, it claims to be \
              another agent: `v2x certs revoke`"
         }
-        Some(_) => "The rules are older than the agent: write them anew by `v2x certs hub`",
+        Some(_) => {
+            "The rules are older than this version or than the agent: each `v2x certs agent` or `revoke` writes them anew"
+        }
         None => "A role with that right is given by `v2x certs agent NAME` or `v2x certs viewer NAME`",
     };
     // What nobody has let in may try what it likes: that is no fault of the network.

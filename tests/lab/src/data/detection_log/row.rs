@@ -199,8 +199,8 @@ fn detection(row: &Row<'_>, class: Class, optional: Optional) -> Result<PartialD
     };
     Ok(PartialDetection {
         class,
-        x: row.any_number("x", "a coordinate")?,
-        y: row.any_number("y", "a coordinate")?,
+        x: row.any_number("x", "a coordinate in m, or as its conventions say")?,
+        y: row.any_number("y", "a coordinate in m, or as its conventions say")?,
         w: metres("w")?,
         d: metres("d")?,
         yaw: given("yaw", "a heading, or nothing")?,
