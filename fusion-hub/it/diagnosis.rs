@@ -448,6 +448,12 @@ fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
     let north = AgentId::new("north").unwrap();
     let overloaded = findings_with("", |core| core.note_queue_full(north, 20), |_| {}, |_| None);
     assert_only(&overloaded, Code::Overload, "lack of time");
+    // Of many agents it is one finding.
+    let all = ["north", "south", "east", "west"].map(|name| AgentId::new(name).unwrap());
+    let of_all = |core: &mut Core| all.iter().for_each(|agent| core.note_queue_full(*agent, 20));
+    let findings = findings_with("", of_all, |_| {}, |_| None);
+    let [one] = &findings[..] else { panic!("{findings:#?}") };
+    assert!(one.code == Code::Overload && one.says.contains("4 agents (east, north, south, west)"), "{one}");
 }
 
 #[test]

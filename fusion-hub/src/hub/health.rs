@@ -88,7 +88,9 @@ impl Health {
         if seen.dropped > self.dropped {
             self.dropped_at = Some(now);
         }
-        if self.dropped_at.is_some_and(|at| now - at < OVERLOADED_FOR) {
+        // Of frames it is said whose they were.
+        let is_said = core.findings().iter().any(|one| one.code == Code::Overload);
+        if !is_said && self.dropped_at.is_some_and(|at| now - at < OVERLOADED_FOR) {
             let says = format!("this hub has dropped {} samples for lack of time", seen.dropped);
             let change =
                 "Fewer agents, lower rates, or a faster machine; `agents[].refused.queue_full` says whose";

@@ -43,6 +43,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     findings.extend(pairs::findings(window, &known));
     drop_consequences(window, &mut findings);
+    merge_overload(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
 }
@@ -71,9 +72,35 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let is_consequence = (places_are_wrong
             && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
             || ((places_are_wrong || differs(agent)) && SIGMAS.contains(&one.code))
-            || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code));
+            || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code))
+            || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });
+}
+
+/// Where the hub has no time for more agents than this, it is what is slow: one finding instead of one of each.
+const FEW_OVERLOADED: usize = 2;
+/// Agents that are named then.
+const MOST_NAMED: usize = 8;
+
+fn merge_overload(window: &Window, findings: &mut Vec<Finding>) {
+    let overloaded = findings.iter().filter(|one| one.code == Code::Overload);
+    let agents: Vec<_> = overloaded.clone().filter_map(|one| one.agent).collect();
+    let Some(change) = overloaded.map(|one| one.change.clone()).next() else { return };
+    if agents.len() <= FEW_OVERLOADED {
+        return;
+    }
+    let refused = |agent: &AgentId| Some(window.agents.get(agent)?.refused.get("queue_full")?.0);
+    let count: u64 = agents.iter().filter_map(refused).sum();
+    let names: Vec<_> = agents.iter().take(MOST_NAMED).map(AgentId::to_string).collect();
+    let more = if agents.len() > MOST_NAMED { ", …" } else { "" };
+    let says = format!(
+        "{count} frames of {} agents ({}{more}) were dropped for lack of time (queue_full)",
+        agents.len(),
+        names.join(", ")
+    );
+    findings.retain(|one| one.code != Code::Overload);
+    findings.push(Finding::of_network(Code::Overload, says, change));
 }
 
 /// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree with as many
