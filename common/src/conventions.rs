@@ -183,6 +183,12 @@ impl Conversion<'_> {
         self.conventions.yaw.unit.radians(yaw)
     }
 
+    /// The heading in the map frame, rad, if it were given in degrees.
+    pub fn heading_of_degrees(&self, yaw: f64) -> f64 {
+        let convention = YawConvention { unit: AngleUnit::Deg, ..self.conventions.yaw };
+        wrap_angle(convention.radians(yaw) + self.carrier.map_or(0.0, |carrier| carrier.yaw))
+    }
+
     /// A standard deviation of a heading, rad.
     pub fn sigma_yaw(&self, sigma: f64) -> f64 {
         self.conventions.yaw.unit.radians(sigma)

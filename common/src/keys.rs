@@ -5,6 +5,7 @@
 //! | `v2x/{network}/agent/{agent}/detections` | detection frames |
 //! | `v2x/{network}/agent/{agent}/sensor` | the sensor description, at start and every second |
 //! | `v2x/{network}/agent/{agent}/alive` | liveliness token |
+//! | `v2x/{network}/agent/{agent}/idle/{what}` | liveliness token while what the agent rides on is not in the world |
 //! | `v2x/{network}/hub/{hub}/fused` | fused frames, postcard |
 //! | `v2x/{network}/hub/{hub}/fused/json` | the same as JSON, only while there is a subscriber |
 //! | `v2x/{network}/hub/{hub}/fused/lagged` | the second list, a lag behind, postcard, where the hub has one |
@@ -78,6 +79,16 @@ impl Keys {
     /// The same as [`Self::any_detections`] of liveliness tokens.
     pub fn any_agents_alive(&self) -> String {
         format!("v2x/{}/agent/**/alive", self.network)
+    }
+
+    /// An agent's liveliness token while what it rides on is not in the world.
+    pub fn agent_idle(&self, agent: &AgentId, rides_on: &str) -> String {
+        format!("v2x/{}/agent/{agent}/idle/{}", self.network, chunk(rides_on))
+    }
+
+    /// Every agent's token of this kind.
+    pub fn all_agents_idle(&self) -> String {
+        format!("v2x/{}/agent/*/idle/*", self.network)
     }
 
     /// Where a hub publishes its fused frames.
@@ -200,6 +211,25 @@ impl Keys {
     pub fn all_truth(&self) -> String {
         format!("v2x/{}/sim/truth/*", self.network)
     }
+}
+
+/// Longest text that is a chunk of a key, in characters.
+const MOST_CHARS: usize = 64;
+
+/// A text as one chunk of a key: what has a meaning there, or cannot be shown, becomes `_`.
+fn chunk(text: &str) -> String {
+    let is_plain = |c: &char| !(c.is_control() || matches!(c, '/' | '*' | '$' | '?' | '#' | '@' | '~'));
+    let chunk: String = text.chars().take(MOST_CHARS).map(|c| if is_plain(&c) { c } else { '_' }).collect();
+    if chunk.is_empty() { "_".to_owned() } else { chunk }
+}
+
+/// The agent of a key of [`Keys::agent_idle`], and what it rides on.
+pub fn idle_of(key: &str) -> Option<(AgentId, String)> {
+    let mut chunks = key.split('/');
+    let (v2x, _network, role) = (chunks.next()?, chunks.next()?, chunks.next()?);
+    let (agent, what, rides_on) = (chunks.next()?, chunks.next()?, chunks.next()?);
+    let is_one = v2x == "v2x" && role == "agent" && what == "idle" && chunks.next().is_none();
+    Some((AgentId::new(agent).ok().filter(|_| is_one)?, chunk(rides_on)))
 }
 
 /// The key with a chunk for each digit of a tile's quadkey.

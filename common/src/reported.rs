@@ -1,6 +1,6 @@
 //! What a decoded frame no longer shows of the text that it was read from, and what a diagnosis wants to know.
 
-use crate::conventions::{Conventions, YawConvention};
+use crate::conventions::{AngleUnit, Conventions, YawConvention};
 
 /// Headings as they are written, in radians by the agent's conventions, before whole turns are taken away.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,10 +32,13 @@ impl RawHeadings {
 }
 
 /// How a frame was written.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reported {
     /// Its headings.
     pub headings: RawHeadings,
+    /// What the headings of its detections would be if they were degrees, rad, in the order of the detections; empty where
+    /// they are read as degrees, or none is beyond a turn of radians.
+    pub as_degrees: Vec<f64>,
     /// Detections that gave no standard deviation of their position, so that the receiver's default was taken.
     pub without_sigma: u64,
     /// The receiver's settings say what this agent's are where it gives none.
@@ -49,6 +52,11 @@ pub struct Reported {
 }
 
 impl Reported {
+    /// Whether headings that are read so may be degrees.
+    pub fn may_be_degrees(&self) -> bool {
+        self.yaw.unit == AngleUnit::Rad && self.headings.beyond_a_turn > 0
+    }
+
     /// Of a frame that is read by these conventions; nothing is counted yet.
     pub fn by(conventions: &Conventions, has_sequence: bool) -> Self {
         Self {

@@ -1,6 +1,6 @@
 //! `v2x check` and `v2x status`: what is wrong is said in sentences, with an exit code.
 
-use crate::support::{Ending, V2x, folder, run, up};
+use crate::support::{Ending, V2x, folder, run, up, up_with};
 use anyhow::{Context, anyhow};
 use serde_json::Value;
 use std::time::Duration;
@@ -9,10 +9,10 @@ use v2x_common::clock;
 use v2x_common::net::session::{self, SessionOptions};
 
 /// Publishes JSON frames at 10 Hz under a key, until it is dropped.
-struct Detector(JoinHandle<()>);
+pub(crate) struct Detector(JoinHandle<()>);
 
 impl Detector {
-    async fn start(endpoint: &str, key: &str, json: fn(i64) -> String) -> anyhow::Result<Self> {
+    pub(crate) async fn start(endpoint: &str, key: &str, json: fn(i64) -> String) -> anyhow::Result<Self> {
         let options = SessionOptions { connect: vec![endpoint.to_owned()], ..SessionOptions::default() };
         let session = session::open(session::client_config(&options)?).await?;
         let publisher =
@@ -120,5 +120,42 @@ async fn without_a_hub_the_check_stands_in_for_one() -> anyhow::Result<()> {
     let ending = check.end().await?;
     assert_eq!(ending.code, Some(1), "{ending:#?}");
     assert!(findings(&ending)?.contains(&("degrees".to_owned(), Some("cam1".to_owned()))), "{ending:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_agent_whose_vehicle_is_not_in_the_world_is_idle_and_that_is_no_fault() -> anyhow::Result<()> {
+    let folder = folder("check-idle")?;
+    // Its vehicle comes after five minutes.
+    let rows =
+        "t,id,class,x,y\n0,parked,car,10,5\n600,parked,car,10,5\n300,veh 7,car,0,0\n600,veh 7,car,90,0\n";
+    std::fs::write(folder.join("traffic.csv"), rows)?;
+    let scenario = r#"
+        name = "idle"
+        [world]
+        kind = "trajectories"
+        file = "traffic.csv"
+        loop = false
+        max_gap_s = 600
+        [[agents]]
+        id = "ego"
+        kind = "vehicle"
+        ride = "veh 7"
+        [[agents]]
+        id = "rsu"
+        kind = "roadside-unit"
+        pose = { x = 0, y = -8 }
+        [hub]
+    "#;
+    std::fs::write(folder.join("idle.toml"), scenario)?;
+    let (_up, endpoint) = up_with(&folder, "idle.toml", "check-idle").await?;
+    let network = ["--network", "check-idle", "--connect", &endpoint];
+    let ending = run(&folder, &[&["check"][..], &network, &["--json"]].concat()).await?;
+    assert_eq!(ending.code, Some(0), "{ending:#?}");
+    assert_eq!(findings(&ending)?, [("idle".to_owned(), Some("ego".to_owned()))]);
+    let says = ["it rides on veh 7, which is not in the world now", "\"idle\": \"veh 7\""];
+    assert!(says.iter().all(|words| ending.stdout.contains(words)), "{}", ending.stdout);
+    let table = run(&folder, &[&["status"][..], &network].concat()).await?;
+    assert!(table.stdout.lines().any(|line| line.starts_with("ego") && line.contains("idle")), "{table:#?}");
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! The page of the live view, as a browser and as a stranger meet it.
 
+use crate::check::Detector;
 use crate::support::{TIMEOUT, V2x, folder, run, send};
 use anyhow::{Context, ensure};
 use serde_json::Value;
@@ -82,6 +83,41 @@ async fn a_network_is_told_in_well_formed_messages_and_ctrl_c_ends_it() -> anyho
     let ending = up.end().await?;
     assert_eq!(ending.code, Some(0), "{ending:#?}");
     events.end().await
+}
+
+/// A car 10 m ahead of a sensor and 2 m to its left; the heading is a compass'.
+fn ahead(now_us: i64) -> String {
+    format!(r#"{{"captured_at": {now_us}, "detections": [{{"class": "car", "x": 10, "y": 2, "yaw": 270}}]}}"#)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_frames_of_an_agent_with_its_own_conventions_are_shown_as_the_hub_reads_them()
+-> anyhow::Result<()> {
+    let folder = folder("web-conventions")?;
+    let table = "[hub.agents.cam]\nframe = \"sensor\"\npose = { x = 300, y = 200, yaw = 0 }\n\
+                 yaw = { unit = \"deg\", turn = \"cw\" }\n";
+    std::fs::write(
+        folder.join("own.toml"),
+        format!("{}\n{table}", include_str!("../scenarios/crossing.toml")),
+    )?;
+    let args = ["up", "own.toml", "--listen", "tcp/127.0.0.1:0", "--network", "web-own", "--out", "run"];
+    let mut up = V2x::start(&folder, &[&args[..], &["--web", "0"]].concat())?;
+    let line = up.stderr_line(" is up: hub at ").await?;
+    let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;
+    let address = address(&mut up).await?;
+    let key = "v2x/web-own/agent/cam/detections";
+    let _cam = Detector::start(endpoint.trim_end_matches(','), key, ahead).await?;
+    let mut events = Events::open(&address).await?;
+    loop {
+        let message = events.next().await?;
+        if message["t"] == "detections" && message["agent"] == "cam" {
+            let numbers: Vec<_> = message["detections"].as_array().context("detections")?.iter().collect();
+            let number = |k: usize| numbers[k].as_f64().unwrap_or(f64::NAN);
+            assert_eq!((number(2), number(3), message["pose"][0].as_f64()), (310.0, 202.0, Some(300.0)));
+            assert!((number(6) - std::f64::consts::FRAC_PI_2).abs() < 1e-2, "{message}");
+            return Ok(());
+        }
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -88,6 +88,61 @@ async fn a_scenario_is_written_once_and_is_valid() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_written_scenario_begins_when_the_agents_vehicle_comes_and_names_files_from_its_own_folder()
+-> anyhow::Result<()> {
+    let folder = folder("scenario-ride")?;
+    // The second vehicle is there longer, from 5 to 55 s of 90 s.
+    let mut rows = "t,id,class,x,y\n".to_owned();
+    for t in 0..=90 {
+        rows += &format!("{t},parked,car,0,20\n");
+        if t <= 8 {
+            rows += &format!("{t},short,car,{},0\n", 8 * t);
+        }
+        if (5..=55).contains(&t) {
+            rows += &format!("{t},long,car,{},5\n", 8 * t);
+        }
+    }
+    std::fs::write(folder.join("traffic.csv"), rows)?;
+    std::fs::create_dir(folder.join("mine"))?;
+    let ending = run(&folder, &["scenario", "init", "--world", "traffic.csv", "mine/own.toml"]).await?;
+    assert_eq!(ending.code, Some(0), "{ending:#?}");
+    let text = std::fs::read_to_string(folder.join("mine/own.toml"))?;
+    names(
+        &text,
+        &[
+            "file = \"../traffic.csv\"",
+            "from_s = 5.0",
+            "to_s = 55.0",
+            "ride = \"long\"",
+            "It is there from 0.0 to 50.0 s of the world",
+        ],
+    )?;
+    let scenario = v2x_agent::Scenario::load(folder.join("mine/own.toml"))?;
+    let world = scenario.world(1);
+    for seconds in [0, 25, 49] {
+        let t = v2x_common::time::Span::from_millis(1000 * seconds);
+        assert!(world.agent_pose(0, t).is_some(), "the vehicle is not there after {seconds} s");
+    }
+    // What the user chooses stays.
+    let args = ["scenario", "init", "--world", "traffic.csv", "--from", "2", "chosen.toml"];
+    assert_eq!(run(&folder, &args).await?.code, Some(0));
+    names(
+        &std::fs::read_to_string(folder.join("chosen.toml"))?,
+        &["from_s = 2.0", "# to_s = 90", "It is there from 3.0 to 53.0 s of the world"],
+    )
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_mistake_in_a_scenario_names_it_once() -> anyhow::Result<()> {
+    let folder = folder("scenario-once")?;
+    std::fs::write(folder.join("bad.toml"), "name = \"bad\"\nloop_s = 7\n")?;
+    let ending = run(&folder, &["up", "bad.toml"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:#?}");
+    assert_eq!(ending.stderr.matches("scenario bad.toml").count(), 1, "{}", ending.stderr);
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_written_scenario_is_the_world_of_a_live_network() -> anyhow::Result<()> {
     let folder = folder("world-up")?;
     std::fs::write(folder.join("junction.csv"), JUNCTION)?;

@@ -66,7 +66,11 @@ pub(crate) fn agent_table(agents: &[&AgentStatus]) -> String {
             text,
             "{:width$}  {:5}  {:>5}  {:>8}  {:>9}  {:>7}  {:>8}  {:>7}  {:>5}",
             agent.id.as_str(),
-            if agent.alive { "yes" } else { "no" },
+            match (&agent.idle, agent.alive) {
+                (Some(_), true) => "idle",
+                (_, true) => "yes",
+                (_, false) => "no",
+            },
             number(transport.map(|one| one.rate_hz), 1),
             number(transport.map(|one| one.delay_ms), 0),
             number(transport.map(|one| one.jitter_ms), 0),

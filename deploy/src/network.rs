@@ -1,5 +1,6 @@
 //! The processes of a running network.
 
+use crate::sumo_home;
 use anyhow::Context;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -76,6 +77,9 @@ impl Network {
             }
         };
         self.world = Some(child);
+        if let Some(words) = ready["step_s"].as_f64().and_then(sumo_home::long_step) {
+            tracing::warn!("{words}");
+        }
         let start = ready["start_us"].as_i64().and_then(Timestamp::from_micros);
         start.map(Some).context("SUMO's process does not say when the world begins")
     }

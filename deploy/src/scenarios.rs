@@ -3,6 +3,7 @@
 use anyhow::Context;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use v2x_agent::ScenarioError;
 use v2x_agent::nuscenes::TABLES;
 use v2x_agent::scenario::{
     Rider, Scenario, ScenarioFile, Sumo, WorldSource, folder_of_tables, open_traffic, recorded_world,
@@ -124,7 +125,13 @@ pub(crate) fn choose_in(name_or_file: &str, world: Option<&WorldSource>) -> anyh
         Some(world) => Scenario::load_in(path, world),
         None => Scenario::load(path),
     };
-    let scenario = scenario.with_context(|| format!("scenario {name_or_file}"))?;
+    let scenario = match scenario {
+        // All others name the scenario themselves.
+        Err(error @ ScenarioError::Traffic { .. }) => {
+            return Err(error).with_context(|| format!("scenario {name_or_file}"));
+        }
+        scenario => scenario?,
+    };
     let text = shipped::read(path).with_context(|| format!("reading {}", path.display()))?.into_owned();
     HubSettings::from_table(scenario.hub.clone()).with_context(|| format!("scenario {name_or_file}"))?;
     log_remarks(&scenario);

@@ -31,6 +31,19 @@ pub(crate) enum NoSumo {
     },
 }
 
+/// Longer steps are worth a word, s.
+const LONG_STEP_S: f64 = 0.5;
+
+/// What is to be said of steps of this length, where they are long.
+pub(crate) fn long_step(step_s: f64) -> Option<String> {
+    (step_s > LONG_STEP_S).then(|| {
+        format!(
+            "SUMO's steps are {step_s} s long, and places between them are interpolated on straight lines; \
+             <step-length value=\"0.1\"/> in its configuration is smoother"
+        )
+    })
+}
+
 /// The command that runs SUMO with a configuration.
 pub(crate) fn command(config: &Path) -> Result<Command, NoSumo> {
     if !config.is_file() {

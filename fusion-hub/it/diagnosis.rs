@@ -8,7 +8,7 @@ use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::journal::Body;
 use v2x_fusion_hub::Engine;
-use v2x_fusion_hub::diagnosis::{Code, Finding};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Tokens};
 use v2x_fusion_hub::hub::{Core, HubSettings};
 
 const START_MS: i64 = 1_790_000_000_000;
@@ -138,7 +138,6 @@ fn findings_with(
 ) -> Vec<Finding> {
     let table = settings.parse().expect("a table");
     let mut core = Core::new(HubSettings::from_table(table).expect("settings"), Engine::new);
-    let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     let mut frames: Vec<_> = (0..DURATION_MS / 100)
         .flat_map(|k| {
             let mut north = world(k, "north");
@@ -150,6 +149,13 @@ fn findings_with(
         .collect();
     frames.sort_by_key(|frame| frame.captured_ms + frame.delay_ms);
     let alive: BTreeSet<_> = ["north", "south"].map(|name| AgentId::new(name).expect("a name")).into();
+    let tokens = Tokens { alive, ..Tokens::default() };
+    run(&mut core, frames, &tokens, describe)
+}
+
+/// What a core finds in frames in their order of arrival; `describe` is called once a second.
+fn run(core: &mut Core, frames: Vec<Frame>, tokens: &Tokens, describe: impl Fn(&mut Core)) -> Vec<Finding> {
+    let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     let (mut next_list, mut next_look) = (0, 0);
     for frame in frames {
         let now = frame.captured_ms + frame.delay_ms;
@@ -158,8 +164,8 @@ fn findings_with(
             next_list += 50;
         }
         while next_look <= now {
-            describe(&mut core);
-            core.look(&alive, at(next_look));
+            describe(core);
+            core.look(tokens, at(next_look));
             next_look += 1000;
         }
         core.handle_frame(AgentId::new(frame.agent).expect("a name"), at(now), &Body::Json(&frame.json()));
@@ -249,6 +255,37 @@ fn positions_from_the_sensor_mirrored_and_swapped_ones_are_named() {
         "x is north and y is east",
     );
     has(found(|frame| each(frame, |one| one.y = -one.y)), Code::Axes, "y points south");
+}
+
+#[test]
+fn positions_in_a_sensors_frame_without_a_pose_are_told_as_what_cannot_be_told() {
+    let relative = |only: usize| {
+        found(move |frame| {
+            let pose = frame.pose;
+            each(frame, |one| {
+                let (sin, cos) = libm::sincos(pose.yaw);
+                let (x, y) = (one.x - pose.x, one.y - pose.y);
+                (one.x, one.y, one.yaw) =
+                    (x * cos + y * sin, y * cos - x * sin, wrap_angle(one.yaw - pose.yaw));
+            });
+            frame.detections.truncate(only);
+            frame.more = json!({ "sensor_pose": null });
+        })
+    };
+    // Of all objects, and of one alone.
+    for only in [usize::MAX, 1] {
+        let findings = relative(only);
+        let told = findings.iter().find(|one| one.code == Code::SensorFrame);
+        let told = told.unwrap_or_else(|| panic!("{only}: {findings:#?}"));
+        assert!(!told.is_fault() && told.says.contains("north gives no `sensor_pose`"), "{told}");
+        assert!(
+            told.change.contains("`frame = \"sensor\"`") && told.change.contains("[hub.agents.north]"),
+            "{told}"
+        );
+    }
+    // Who sees the same gives none either, and is right.
+    let right = found(|frame| frame.more = json!({ "sensor_pose": null }));
+    assert_eq!(right, []);
 }
 
 #[test]
@@ -365,6 +402,58 @@ fn gaps_rates_jitter_and_silence_are_told() {
     assert!(jittery.iter().any(|one| one.code == Code::Jitter && !one.is_fault()), "{jittery:#?}");
     let silent = found(|frame| frame.is_lost = true);
     assert_only(&silent, Code::Silent, "v2x/NETWORK/agent/NAME/detections");
+}
+
+#[test]
+fn compass_headings_in_degrees_are_named_with_all_that_has_to_change_at_once() {
+    let conventions = [
+        ("turn = \"cw\"", (0.0, -1.0)),
+        ("from = \"north\"", (FRAC_PI_2, 1.0)),
+        ("from = \"north\", turn = \"cw\"", (FRAC_PI_2, -1.0)),
+    ];
+    for (words, (north, turn)) in conventions {
+        // direction = turn · written + north
+        let write = |frame: &mut Frame| {
+            each(frame, |one| one.yaw = (turn * (one.yaw - north)).to_degrees().rem_euclid(360.0));
+        };
+        let setting = format!("yaw = {{ unit = \"deg\", {words} }}");
+        assert_only(&found(write), Code::Degrees, &format!("`{setting}` under `[hub.agents.north]`"));
+        let told = findings_of(&format!("[agents.north]\n{setting}"), write, |_| None);
+        assert_eq!(told, []);
+    }
+}
+
+#[test]
+fn an_agent_whose_vehicle_is_not_in_the_world_is_idle_and_not_silent() {
+    let idle = |is_there: fn(i64) -> bool| {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let frames = (0..DURATION_MS / 100).flat_map(|k| [world(k, "south"), world(k, "north")]);
+        let frames = frames.filter(|frame| frame.agent == "south" || is_there(frame.captured_ms));
+        let mut frames: Vec<_> = frames.collect();
+        frames.sort_by_key(|frame| frame.captured_ms + frame.delay_ms);
+        let [north, south] = ["north", "south"].map(|name| AgentId::new(name).expect("a name"));
+        let tokens = Tokens { alive: [north, south].into(), idle: [(north, "veh 7".to_owned())].into() };
+        run(&mut core, frames, &tokens, |_| {})
+    };
+    for is_there in [(|_| false) as fn(i64) -> bool, |ms| !(4_000..9_000).contains(&(ms % 10_000))] {
+        let findings = idle(is_there);
+        let [one] = &findings[..] else { panic!("{findings:#?}") };
+        assert_eq!((one.code, one.is_fault()), (Code::Idle, false));
+        assert!(one.says.contains("it rides on veh 7, which is not in the world now"), "{one}");
+    }
+}
+
+#[test]
+fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
+    let north = AgentId::new("north").unwrap();
+    let overloaded = findings_with("", |core| core.note_queue_full(north, 20), |_| {}, |_| None);
+    assert_only(&overloaded, Code::Overload, "lack of time");
+    // Of many agents it is one finding.
+    let all = ["north", "south", "east", "west"].map(|name| AgentId::new(name).unwrap());
+    let of_all = |core: &mut Core| all.iter().for_each(|agent| core.note_queue_full(*agent, 20));
+    let findings = findings_with("", of_all, |_| {}, |_| None);
+    let [one] = &findings[..] else { panic!("{findings:#?}") };
+    assert!(one.code == Code::Overload && one.says.contains("4 agents (east, north, south, west)"), "{one}");
 }
 
 #[test]

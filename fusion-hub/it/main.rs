@@ -19,6 +19,7 @@ mod promises;
 mod registration;
 mod same_instant;
 mod saved_state;
+mod sizes;
 mod smoothing;
 mod switches;
 mod world;

@@ -19,8 +19,11 @@ pub(super) struct AgentPublisher {
     sensor: Publisher<'static>,
     truth: Publisher<'static>,
     format: WireFormat,
+    session: Session,
     // Dropping it undeclares it.
     _alive: LivelinessToken,
+    /// While what the agent rides on is not in the world.
+    idle: Option<LivelinessToken>,
 }
 
 impl AgentPublisher {
@@ -55,6 +58,8 @@ impl AgentPublisher {
             sensor: sensor.await?,
             truth: truth.await?,
             format,
+            session: session.clone(),
+            idle: None,
             _alive: session.liveliness().declare_token(keys.agent_alive(agent)).await?,
         })
     }
@@ -72,6 +77,23 @@ impl AgentPublisher {
             Ok(result) => result.map(|()| true),
             Err(_) => Ok(false),
         }
+    }
+
+    /// Whether it has said that the agent sees nothing.
+    pub(super) const fn is_idle(&self) -> bool {
+        self.idle.is_some()
+    }
+
+    /// Says that the agent sees nothing, under this key, or that it sees again.
+    pub(super) async fn say_idle(&mut self, key: Option<&str>) -> zenoh::Result<()> {
+        match (key, self.idle.is_some()) {
+            (Some(key), false) => {
+                self.idle = Some(self.session.liveliness().declare_token(key.to_owned()).await?);
+            }
+            (None, true) => self.idle = None,
+            _ => {}
+        }
+        Ok(())
     }
 
     pub(super) async fn put_description(&self, description: &SensorDescription) -> anyhow::Result<()> {

@@ -7,6 +7,7 @@ use crate::link::Outbox;
 use crate::scenario::{AgentConfig, Scenario};
 use crate::sending::{Fate, Sender};
 use crate::sensor::{Boot, Observation};
+use crate::world::Station;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use std::sync::Arc;
@@ -62,7 +63,7 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
     let Some(session) = session::open_patiently(config, None, &shutdown).await? else { return Ok(()) };
     let keys = Keys::new(args.network);
     let publisher = AgentPublisher::declare(&session, &keys, &args.id, args.format).await;
-    let publisher = publisher.map_err(|error| anyhow!("declaring agent {}: {error}", args.id))?;
+    let mut publisher = publisher.map_err(|error| anyhow!("declaring agent {}: {error}", args.id))?;
     tracing::info!(agent = %args.id, network = %args.network, "agent is connected");
     if args.events {
         events::emit("ready", &serde_json::json!({ "agent": args.id }));
@@ -78,7 +79,7 @@ pub async fn run(args: AgentArgs, shutdown: CancellationToken) -> anyhow::Result
     if !matched.map_err(|error| anyhow!("waiting for a subscriber: {error}"))? {
         tracing::info!(agent = %args.id, "no subscriber yet; sending anyway");
     }
-    let counts = agent.serve(&publisher, &shutdown).await?;
+    let counts = agent.serve(&mut publisher, &shutdown).await?;
     tracing::info!(agent = %args.id, sent = counts.frames_sent, lost = counts.frames_lost_on_link, "agent ends");
     if args.events {
         events::emit("stopped", &counts);
@@ -93,6 +94,9 @@ struct Agent {
     live: Option<LiveWorld>,
     config: AgentConfig,
     seed: u64,
+    /// Where it rides on something: the key that says that this is not there, and its name.
+    idle_key: Option<(String, String)>,
+    is_idle: bool,
 }
 
 impl Agent {
@@ -118,12 +122,16 @@ impl Agent {
         };
         let config = scenario.agents[index].clone();
         let sender = config.sender(Arc::new(world), boot(seed, now, start))?;
-        Ok(Some(Self { sender, live, config, seed }))
+        let idle_key = match &config.station {
+            Station::Riding(name) => Some((Keys::new(args.network).agent_idle(&args.id, name), name.clone())),
+            _ => None,
+        };
+        Ok(Some(Self { sender, live, config, seed, idle_key, is_idle: false }))
     }
 
     async fn serve(
         &mut self,
-        publisher: &AgentPublisher,
+        publisher: &mut AgentPublisher,
         shutdown: &CancellationToken,
     ) -> anyhow::Result<Counts> {
         let mut counts = Counts::default();
@@ -147,20 +155,8 @@ impl Agent {
             }
             let now = clock::now();
             next = self.skip_if_behind(next, now, &mut counts);
-            while self.sender.sensor().capture_time(next) <= now {
-                if !self.knows_the_world(next) {
-                    counts.frames_without_world += 1;
-                    next += 1;
-                    continue;
-                }
-                counts.frames_captured += 1;
-                match self.sender.send(next) {
-                    Fate::Withheld => counts.frames_withheld += 1,
-                    Fate::Lost => counts.frames_lost_on_link += 1,
-                    Fate::Arrives { at, observation } => drop(outbox.push(at, observation)),
-                }
-                next += 1;
-            }
+            next = self.capture_due(next, now, &mut outbox, &mut counts);
+            self.say_whether_idle(publisher).await;
             send_due(&mut outbox, now, publisher, &mut counts).await;
         }
         let end = clock::now() + DRAIN;
@@ -170,6 +166,45 @@ impl Agent {
         }
         counts.frames_dropped = outbox.dropped() + outbox.len() as u64;
         Ok(counts)
+    }
+
+    /// Captures what is due; the number of the next frame.
+    fn capture_due(
+        &mut self,
+        mut next: u64,
+        now: Timestamp,
+        outbox: &mut Outbox<Observation>,
+        counts: &mut Counts,
+    ) -> u64 {
+        while self.sender.sensor().capture_time(next) <= now {
+            if self.knows_the_world(next) {
+                counts.frames_captured += 1;
+                self.is_idle = self.idle_key.is_some() && !self.sender.sensor().is_present(next);
+                match self.sender.send(next) {
+                    Fate::Withheld => counts.frames_withheld += 1,
+                    Fate::Lost => counts.frames_lost_on_link += 1,
+                    Fate::Arrives { at, observation } => drop(outbox.push(at, observation)),
+                }
+            } else {
+                counts.frames_without_world += 1;
+            }
+            next += 1;
+        }
+        next
+    }
+
+    /// Says that what it rides on is not in the world, or that it is again: hubs would miss its frames.
+    async fn say_whether_idle(&self, publisher: &mut AgentPublisher) {
+        let key = self.idle_key.as_ref().filter(|_| self.is_idle);
+        if key.is_some() != publisher.is_idle() {
+            match key {
+                Some((_, name)) => tracing::info!("idle: {name}, on which it rides, is not in the world"),
+                None => tracing::info!("no longer idle: what it rides on is in the world"),
+            }
+        }
+        if let Err(error) = publisher.say_idle(key.map(|(key, _)| key.as_str())).await {
+            tracing::warn!(%error, "it is not said that the agent is idle");
+        }
     }
 
     /// Whether the world at the capture of this frame is known; a world that is driven elsewhere may be late.

@@ -4,6 +4,7 @@ use super::entry::Entry;
 use super::mcap_writer::McapWriter;
 use super::scene::Scenes;
 use crate::time::{Span, Timestamp};
+use crate::wire::Writings;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter};
@@ -102,6 +103,11 @@ impl RecordingFile {
         let part = Part::create(path.to_owned(), &options)?;
         let scenes = options.scene_interval.map(Scenes::new);
         Ok(Self { first_path: path.to_owned(), options, part, n_parts: 1, scenes, bytes_before: 0 })
+    }
+
+    /// For its scenes: from now on agents write so.
+    pub fn read_by(&mut self, writings: Writings) {
+        self.scenes.iter_mut().for_each(|scenes| scenes.read_by(writings.clone()));
     }
 
     /// The file that is being written.

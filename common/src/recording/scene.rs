@@ -9,7 +9,7 @@ use crate::fused::{FusedFrame, FusedObject};
 use crate::geometry::BevBox;
 use crate::keys::Topic;
 use crate::time::{Span, Timestamp};
-use crate::wire::{self, WireError, json::ReportDefaults};
+use crate::wire::{self, WireError, Writings};
 use serde_json::{Value, json};
 
 /// What follows the key of a list or of detections in the name of their scene's topic.
@@ -41,6 +41,7 @@ pub struct Scenes {
     interval: Span,
     /// When each key had its last scene, in the order in which the keys came.
     last: Vec<(String, Timestamp)>,
+    writings: Writings,
 }
 
 /// A message of Foxglove's schema `SceneUpdate`.
@@ -54,8 +55,13 @@ pub struct Scene {
 
 impl Scenes {
     /// At least this time between two scenes of a topic.
-    pub const fn new(interval: Span) -> Self {
-        Self { interval, last: Vec::new() }
+    pub fn new(interval: Span) -> Self {
+        Self { interval, last: Vec::new(), writings: Writings::default() }
+    }
+
+    /// From now on agents write so.
+    pub fn read_by(&mut self, writings: Writings) {
+        self.writings = writings;
     }
 
     /// The scene of a sample; `None` where it has none, where the last one was just before, and where the sample cannot be
@@ -65,7 +71,7 @@ impl Scenes {
         if place.is_some_and(|place| entry.received_at - self.last[place].1 < self.interval) {
             return None;
         }
-        let json = scene_of(entry, place.unwrap_or(self.last.len()))?.ok()?;
+        let json = scene_of(entry, place.unwrap_or(self.last.len()), &self.writings)?.ok()?;
         match place {
             Some(place) => self.last[place].1 = entry.received_at,
             None => self.last.push((entry.key.clone(), entry.received_at)),
@@ -84,16 +90,11 @@ impl Scenes {
 struct Colour(f64, f64, f64, f64);
 
 /// The scene of a sample, as JSON; `None` where it has none. `n_agent` is the agent's number, for its colour.
-fn scene_of(entry: &Entry, n_agent: usize) -> Option<Result<Vec<u8>, WireError>> {
+fn scene_of(entry: &Entry, n_agent: usize, writings: &Writings) -> Option<Result<Vec<u8>, WireError>> {
     let scene = match Topic::of(&entry.key)? {
         Topic::Fused(_) => wire::fused::decode(&entry.payload).map(|frame| of_list(&frame)),
         Topic::Detections(agent) => {
-            let frame = if wire::is_json(&entry.encoding, &entry.payload) {
-                wire::json::decode_detections(&entry.payload, agent, &ReportDefaults::default())
-                    .map(|decoded| decoded.frame)
-            } else {
-                wire::detections::decode(&entry.payload)
-            };
+            let frame = writings.read(agent, &entry.encoding, &entry.payload);
             frame.map(|frame| of_detections(&frame, AGENTS[n_agent % AGENTS.len()]))
         }
         _ => return None,
@@ -116,7 +117,8 @@ fn of_list(frame: &FusedFrame) -> Value {
 fn of_detections(frame: &DetectionFrame, colour: Colour) -> Value {
     let map = frame.map_frame.map_or_else(|| MAP.to_owned(), |name| name.to_string());
     let mut entity = entity(frame.id.agent.as_str(), frame.captured_at, &map);
-    let cubes = frame.detections.iter().map(|detection| cube(&detection.bev, colour));
+    let possible = frame.detections.iter().filter(|detection| detection.validate(None).is_ok());
+    let cubes = possible.map(|detection| cube(&detection.bev, colour));
     entity["cubes"] = cubes.collect();
     json!({ "deletions": [], "entities": [entity] })
 }
@@ -197,7 +199,7 @@ mod tests {
         };
         let mut payload = Vec::new();
         wire::fused::encode(&frame, &mut payload).unwrap();
-        let scene = scene_of(&entry(KEYS().fused(&hub), payload), 0).unwrap().unwrap();
+        let scene = scene_of(&entry(KEYS().fused(&hub), payload), 0, &Writings::default()).unwrap().unwrap();
         let scene: Value = serde_json::from_slice(&scene).unwrap();
         let entity = &scene["entities"][0];
         assert_eq!(entity["id"], "00000001-7");
@@ -215,10 +217,16 @@ mod tests {
         let id = FrameId { agent, epoch: 1, sequence: 1 };
         let mut payload = Vec::new();
         wire::detections::encode(&DetectionFrame::empty(id, Timestamp::EPOCH), &mut payload).unwrap();
-        let scene = scene_of(&entry(KEYS().detections(&agent), payload.clone()), 1).unwrap().unwrap();
+        let scene = scene_of(&entry(KEYS().detections(&agent), payload.clone()), 1, &Writings::default())
+            .unwrap()
+            .unwrap();
         let scene: Value = serde_json::from_slice(&scene).unwrap();
         assert_eq!(scene["entities"].as_array().map(Vec::len), Some(1));
-        assert!(scene_of(&entry(KEYS().truth(&agent), payload.clone()), 0).is_none());
-        assert!(scene_of(&entry(KEYS().detections(&agent), vec![1, 2]), 0).unwrap().is_err());
+        assert!(scene_of(&entry(KEYS().truth(&agent), payload.clone()), 0, &Writings::default()).is_none());
+        assert!(
+            scene_of(&entry(KEYS().detections(&agent), vec![1, 2]), 0, &Writings::default())
+                .unwrap()
+                .is_err()
+        );
     }
 }

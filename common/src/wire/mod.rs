@@ -16,9 +16,11 @@ mod quantity;
 pub mod sensor;
 mod sigma;
 mod varint;
+mod writing;
 
 use crate::lists::ListUpdate;
 pub use error::{VERSION, WireError};
+pub use writing::{Writing, Writings};
 
 /// The Zenoh encoding of a postcard payload.
 pub const ENCODING_POSTCARD: &str = "application/vnd.v2x.postcard";

@@ -89,7 +89,7 @@ fn publishing(agent: &Holder, name: &str) -> [Value; 2] {
             &format!("{name} is alive"),
             "ingress",
             &["liveliness_token"],
-            &[&format!("v2x/*/agent/{id}/alive")],
+            &[&format!("v2x/*/agent/{id}/alive"), &format!("v2x/*/agent/{id}/idle/*")],
         ),
     ]
 }

@@ -14,6 +14,7 @@ use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::time::Timestamp;
 use v2x_common::wire::journal::Body;
 use v2x_fusion_hub::Engine;
+use v2x_fusion_hub::diagnosis::Tokens;
 use v2x_fusion_hub::hub::{Core, HubSettings};
 use zenoh::Session;
 use zenoh::sample::Sample;
@@ -41,7 +42,7 @@ pub(super) struct Listener {
     pub(super) strays: Arc<Mutex<Strays>>,
     /// Frames of the network.
     pub(super) frames: u64,
-    pub(super) alive: BTreeSet<AgentId>,
+    pub(super) tokens: Tokens,
 }
 
 impl Listener {
@@ -50,7 +51,7 @@ impl Listener {
             core: Core::new(settings, Engine::new),
             strays: Arc::new(Mutex::new(Strays::new(network))),
             frames: 0,
-            alive: BTreeSet::new(),
+            tokens: Tokens::default(),
         }
     }
 
@@ -94,8 +95,8 @@ impl Listener {
                     self.core.fused(clock::now());
                     ticks += 1;
                     if ticks.is_multiple_of(LISTS_TO_A_LOOK) {
-                        self.alive = alive_agents(session, network).await;
-                        self.core.look(&self.alive, clock::now());
+                        self.tokens = agents_tokens(session, network).await;
+                        self.core.look(&self.tokens, clock::now());
                     }
                 }
                 () = queue.wait() => {
@@ -105,7 +106,7 @@ impl Listener {
                 }
             }
         }
-        self.core.conclude(&self.alive);
+        self.core.conclude(&self.tokens);
         Ok(())
     }
 
@@ -122,10 +123,15 @@ impl Listener {
     }
 }
 
-/// The agents that hold a liveliness token.
-async fn alive_agents(session: &Session, network: NetworkId) -> BTreeSet<AgentId> {
-    let tokens = tokens(session, Keys::new(network).all_agents_alive()).await;
-    tokens.iter().filter_map(|key| keys::agent_of(key).ok()).collect()
+/// The agents' liveliness tokens.
+async fn agents_tokens(session: &Session, network: NetworkId) -> Tokens {
+    let keys = Keys::new(network);
+    let (alive, idle) =
+        tokio::join!(tokens(session, keys.all_agents_alive()), tokens(session, keys.all_agents_idle()));
+    Tokens {
+        alive: alive.iter().filter_map(|key| keys::agent_of(key).ok()).collect(),
+        idle: idle.iter().filter_map(|key| keys::idle_of(key)).collect(),
+    }
 }
 
 /// The networks that have a hub.

@@ -14,11 +14,15 @@ use v2x_common::keys::Topic;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::{Entry, SCENE_SCHEMA, SCENE_SCHEMA_NAME, Scene, Scenes};
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire::Writings;
 use v2x_common::{schemas, wire};
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
+use v2x_lab::loopback::hub_status;
 
 /// Least time between two scenes of an agent or a hub: as often as people see it.
 const SCENE_EVERY: Span = Span::from_millis(50);
+/// Time between two questions for the status, which says how agents write.
+const STATUS_EVERY: Duration = Duration::from_secs(5);
 /// Samples that may wait while the newest ones are translated.
 const CAPACITY: usize = 1024;
 /// Viewers may come before a hub does: ten years.
@@ -44,10 +48,19 @@ pub(crate) async fn serve(
     let subscription = Subscription { network, traffic: Traffic::Everything, hub: None, capacity: CAPACITY };
     if let Some(consumer) = Consumer::connect(session, subscription, PATIENCE, shutdown).await? {
         let mut channels = Channels::new(context);
+        let mut status = tokio::time::interval(STATUS_EVERY);
+        status.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
             tokio::select! {
                 biased;
                 () = shutdown.cancelled() => break,
+                _ = status.tick() => {
+                    if let Ok(hubs) = hub_status::query(consumer.session(), network).await
+                        && let Some(hub) = hubs.first()
+                    {
+                        channels.scenes.read_by(Writings::new(hub.writings.clone()));
+                    }
+                }
                 entry = consumer.next() => channels.show(&entry),
             }
         }

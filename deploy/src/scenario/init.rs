@@ -6,7 +6,7 @@ use crate::{recorded, sumo_home};
 use anyhow::{Context, bail};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 use v2x_agent::scenario::{Scenario, open_traffic};
@@ -94,6 +94,9 @@ fn of_sumo(config: &Path, out: &Path) -> anyhow::Result<String> {
         (None, _) => tracing::warn!("SUMO was stopped after {PATIENCE:?}; what it showed until then is used"),
     }
     let traffic = traffic.context("in the first minutes of SUMO")?;
+    if let Some(words) = sumo_home::long_step(traffic.step.as_secs_f64()) {
+        tracing::warn!("{words}");
+    }
     Ok(text::live(&traffic, &from_folder_of(out, config)?))
 }
 
@@ -120,11 +123,48 @@ fn watched(mut command: Command) -> io::Result<(Option<ExitStatus>, Vec<u8>)> {
     }
 }
 
-/// The path of a file as it is written in a scenario: relative where both are in one folder, else absolute.
+/// The path of a file as it is written in a scenario: relative to the scenario's folder where both have a folder in common.
 fn from_folder_of(scenario: &Path, file: &Path) -> anyhow::Result<String> {
-    let whole = std::path::absolute(file).with_context(|| format!("finding {}", file.display()))?;
-    let folder = std::path::absolute(scenario).with_context(|| format!("finding {}", scenario.display()))?;
-    let folder = folder.parent().unwrap_or(Path::new("/"));
-    let path = whole.strip_prefix(folder).unwrap_or(&whole);
+    let folder = match scenario.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let absolute =
+        |path: &Path| std::path::absolute(path).with_context(|| format!("finding {}", path.display()));
+    if let (Ok(below), Some(true)) =
+        (absolute(file)?.strip_prefix(absolute(folder)?), file.to_str().map(|text| !text.contains("..")))
+    {
+        return below.to_str().map(str::to_owned).context("a path that is not UTF-8");
+    }
+    // Of folders behind links a path with `..` leads elsewhere.
+    let real = |path: &Path| path.canonicalize().with_context(|| format!("finding {}", path.display()));
+    let path = relative(&real(folder)?, &real(file)?);
     path.to_str().map(str::to_owned).with_context(|| format!("the path {} is not UTF-8", path.display()))
+}
+
+/// The way from a folder to a file, both absolute; the file as it is where only the root is common.
+fn relative(folder: &Path, file: &Path) -> PathBuf {
+    let common = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
+    if common <= 1 {
+        return file.to_owned();
+    }
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(file.components().skip(common)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_elsewhere_is_named_from_the_scenarios_folder() {
+        for (folder, file, expected) in [
+            ("/home/a/work", "/home/a/work/t.csv", "t.csv"),
+            ("/home/a/work", "/home/a/work/data/t.csv", "data/t.csv"),
+            ("/home/a/work/mine", "/home/a/data/t.csv", "../../data/t.csv"),
+            ("/home/a", "/data/t.csv", "/data/t.csv"),
+        ] {
+            assert_eq!(relative(Path::new(folder), Path::new(file)), Path::new(expected));
+        }
+    }
 }

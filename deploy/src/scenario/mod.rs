@@ -2,6 +2,7 @@
 
 mod args;
 mod init;
+mod ride;
 mod text;
 
 pub(crate) use args::ScenarioArgs;

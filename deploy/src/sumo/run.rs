@@ -7,6 +7,7 @@ use super::message::Variable;
 use super::objects::Objects;
 use super::program::Program;
 use super::record::Table;
+use crate::sumo_home;
 use anyhow::{Context, anyhow, ensure};
 use serde_json::json;
 use tokio_util::sync::CancellationToken;
@@ -24,8 +25,6 @@ const AHEAD: Span = Span::from_millis(500);
 const WARN_EVERY: Span = Span::from_millis(10_000);
 /// So long SUMO may be empty before the world begins, s.
 const EMPTY_S: f64 = 3600.0;
-/// Longer steps are worth a word, s.
-const LONG_STEP_S: f64 = 0.5;
 
 /// Runs SUMO until shutdown.
 pub(crate) async fn run(args: &SumoArgs, shutdown: &CancellationToken) -> anyhow::Result<()> {
@@ -132,11 +131,9 @@ impl World<'_> {
         if !(1e-3..=10.0).contains(&step_s) {
             return Err(anyhow!("SUMO's step is {step_s} s, expected 0.001 to 10 s").into());
         }
-        if step_s > LONG_STEP_S {
-            tracing::warn!(
-                "SUMO's steps are {step_s} s long, and places between them are interpolated on straight lines; \
-                 <step-length value=\"0.1\"/> in its configuration is smoother"
-            );
+        // The launcher of a child says so itself, where people see it.
+        if let Some(words) = sumo_home::long_step(step_s).filter(|_| !is_child) {
+            tracing::warn!("{words}");
         }
         let (first_s, objects) = tokio::select! {
             first = self.first_objects() => first?,
@@ -145,7 +142,7 @@ impl World<'_> {
         let ahead = AHEAD + Span::from_secs_f64(step_s);
         let start = clock::now() + ahead;
         if is_child {
-            events::emit("ready", &json!({ "start_us": start.as_micros() }));
+            events::emit("ready", &json!({ "start_us": start.as_micros(), "step_s": step_s }));
         }
         let mut warned_at = start - WARN_EVERY;
         let mut t = Span::ZERO;

@@ -3,16 +3,19 @@
 use super::browsers::Browsers;
 use super::mailbox::Stream;
 use super::message::{Connection, Hello, Message, Presence, Status};
-use super::picture::{Next, Picture, send};
+use super::picture::{KnownWritings, Next, Picture, send};
 use super::presence::Tokens;
 use super::source::Source;
 use anyhow::{Context, anyhow};
+use std::sync::PoisonError;
 use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
 use v2x_common::id::NetworkId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
+use v2x_common::wire::Writings;
+use v2x_fusion_hub::hub::HubStatus;
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 use v2x_lab::loopback::hub_status;
 use zenoh::Session;
@@ -53,12 +56,12 @@ pub(super) async fn feed(
     let tokens = Tokens::subscribe(consumer.session(), *network).await;
     let mut tokens =
         tokens.map_err(|error| anyhow!("{error}")).context("subscribing to liveliness tokens")?;
-    let hurry = Notify::new();
+    let (hurry, writings) = (Notify::new(), KnownWritings::default());
     tokio::select! {
         () = shutdown.cancelled() => {}
-        () = show_frames(&consumer, Picture::new(browsers, scene.as_ref()), &hurry) => {}
+        () = show_frames(&consumer, Picture::new(browsers, scene.as_ref(), &writings), &hurry) => {}
         () = show_presence(&mut tokens, browsers) => {}
-        () = show_status(consumer.session(), *network, browsers, &hurry) => {}
+        () = show_status((consumer.session(), *network), browsers, &hurry, &writings) => {}
         followed = follow(source, consumer.session(), shutdown) => followed?,
     }
     drop(tokens);
@@ -96,7 +99,12 @@ async fn show_presence(tokens: &mut Tokens, browsers: &Browsers) {
 }
 
 /// Asks once a second, and sooner where frames were refused.
-async fn show_status(session: &Session, network: NetworkId, browsers: &Browsers, hurry: &Notify) {
+async fn show_status(
+    (session, network): (&Session, NetworkId),
+    browsers: &Browsers,
+    hurry: &Notify,
+    writings: &KnownWritings,
+) {
     let (mut tick, mut soonest) = (paced(STATUS_EVERY), paced(STATUS_SOONEST));
     loop {
         tokio::select! {
@@ -108,7 +116,17 @@ async fn show_status(session: &Session, network: NetworkId, browsers: &Browsers,
             Ok(hubs) => (hubs, None),
             Err(error) => (Vec::new(), Some(error.to_string())),
         };
+        // What the first hub says that says anything; what was known holds where none answers.
+        note_writings(writings, hubs.first());
         send(browsers, Stream::Status, &Message::Status(Status { hubs: &hubs, error }));
+    }
+}
+
+fn note_writings(known: &KnownWritings, hub: Option<&HubStatus>) {
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    match hub {
+        Some(hub) => *known = Some(Writings::new(hub.writings.clone())),
+        None => drop(known.get_or_insert_default()),
     }
 }
 

@@ -5,22 +5,25 @@ use super::mailbox::Stream;
 use super::message::{Detections, Fused, Message, Sensor};
 use super::scene::Scene;
 use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, HubId};
 use v2x_common::keys::Topic;
 use v2x_common::recording::Entry;
-use v2x_common::wire::json::ReportDefaults;
-use v2x_common::wire::{self, WireError};
+use v2x_common::wire::{self, WireError, Writings};
 
 /// Translates samples; holds nothing but what it compares the next one with.
 pub(super) struct Picture<'a> {
     browsers: &'a Browsers,
     scene: Option<&'a Scene>,
-    defaults: ReportDefaults,
+    writings: &'a KnownWritings,
     /// Refused frames of all agents, by hub.
     refused: BTreeMap<HubId, u64>,
 }
+
+/// How agents write, as the hubs say it; `None` before they were asked for the first time.
+pub(super) type KnownWritings = Mutex<Option<Writings>>;
 
 /// What a sample calls for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +34,8 @@ pub(super) enum Next {
 }
 
 impl<'a> Picture<'a> {
-    pub(super) fn new(browsers: &'a Browsers, scene: Option<&'a Scene>) -> Self {
-        Self { browsers, scene, defaults: ReportDefaults::default(), refused: BTreeMap::new() }
+    pub(super) fn new(browsers: &'a Browsers, scene: Option<&'a Scene>, writings: &'a KnownWritings) -> Self {
+        Self { browsers, scene, writings, refused: BTreeMap::new() }
     }
 
     /// Sends a sample to the browsers.
@@ -48,7 +51,7 @@ impl<'a> Picture<'a> {
             // Without a browser frames are not even read.
             _ if self.browsers.is_empty() => {}
             Some(Topic::Detections(agent)) => {
-                let frame = self.detections(agent, entry)?;
+                let Some(frame) = self.detections(agent, entry)? else { return Ok(Next::Nothing) };
                 let positions = frame.detections.iter().map(|detection| (detection.bev.x, detection.bev.y));
                 let errors = self.scene.and_then(|scene| scene.errors(frame.captured_at, positions));
                 let message = Detections::new(&frame, entry.received_at, errors);
@@ -64,14 +67,12 @@ impl<'a> Picture<'a> {
         Ok(Next::Nothing)
     }
 
-    /// With every detection as it was sent: contributors are named by their places in the frame.
-    fn detections(&self, agent: AgentId, entry: &Entry) -> Result<DetectionFrame, WireError> {
-        if wire::is_json(&entry.encoding, &entry.payload) {
-            let decoded = wire::json::decode_detections_as_sent(&entry.payload, agent, &self.defaults);
-            decoded.map(|decoded| decoded.frame)
-        } else {
-            wire::detections::decode_as_sent(&entry.payload)
-        }
+    /// As the hub reads it, with every detection that was sent: contributors are named by their places in the frame. `None`
+    /// before it is known how agents write.
+    fn detections(&self, agent: AgentId, entry: &Entry) -> Result<Option<DetectionFrame>, WireError> {
+        let writings = self.writings.lock().unwrap_or_else(PoisonError::into_inner);
+        let frame = writings.as_ref().map(|known| known.read(agent, &entry.encoding, &entry.payload));
+        frame.transpose()
     }
 
     fn send_fused(&self, frame: &FusedFrame, entry: &Entry) {

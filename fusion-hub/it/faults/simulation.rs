@@ -9,6 +9,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::journal::Body;
+use v2x_fusion_hub::diagnosis::Tokens;
 use v2x_fusion_hub::engine::Engine;
 use v2x_fusion_hub::hub::{Core, Handled, HubSettings};
 
@@ -209,7 +210,7 @@ impl Simulation {
         }
         if self.report.lists.is_multiple_of(16) {
             let alive = self.given.keys().copied().collect();
-            self.core.look(&alive, now);
+            self.core.look(&Tokens { alive, ..Tokens::default() }, now);
         }
     }
 

@@ -62,6 +62,8 @@ pub enum Code {
     Jitter,
     /// Alive, but it sends nothing.
     Silent,
+    /// What it rides on is not in the world, and it says so.
+    Idle,
     /// Something publishes where no hub reads.
     WrongKey,
     /// Something publishes in a network that no hub serves.
@@ -74,6 +76,8 @@ pub enum Code {
     TwoHubs,
     /// The hub has not enough time for what arrives.
     Overload,
+    /// What Zenoh does not let in: handshakes, and messages that the access control denies.
+    RefusedByZenoh,
 }
 
 impl Code {

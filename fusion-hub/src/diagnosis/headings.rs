@@ -1,7 +1,7 @@
 //! An agent's headings against the directions in which the objects move.
 
 use super::observation::Observation;
-use v2x_common::detection::HeadingKind;
+use v2x_common::detection::{Detection, HeadingKind};
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::{Span, Timestamp};
 
@@ -97,12 +97,32 @@ const AGREE: f64 = 0.85;
 
 impl Headings {
     pub(super) fn note(&mut self, seen: &Observation<'_>, moving: &Moving) {
-        let known = seen.frame.detections.iter().filter(|one| one.heading == HeadingKind::Known);
-        for one in known.filter(|one| one.class.has_front()) {
+        self.note_as(seen, moving, |_, one| one.bev.yaw);
+    }
+
+    /// As if they were given in degrees.
+    pub(super) fn note_as_degrees(&mut self, seen: &Observation<'_>, moving: &Moving) {
+        let as_degrees = &seen.reported.as_degrees;
+        self.note_as(seen, moving, |n, _| as_degrees.get(n).copied().unwrap_or(f64::NAN));
+    }
+
+    fn note_as(
+        &mut self,
+        seen: &Observation<'_>,
+        moving: &Moving,
+        heading: impl Fn(usize, &Detection) -> f64,
+    ) {
+        let known = seen.frame.detections.iter().enumerate();
+        let known = known.filter(|(_, one)| one.heading == HeadingKind::Known && one.class.has_front());
+        for (n, one) in known {
+            let yaw = heading(n, one);
+            if yaw.is_nan() {
+                continue;
+            }
             let velocity = moving.velocity_at([one.bev.x, one.bev.y], seen.frame.captured_at, NEAR_M);
             let Some([vx, vy]) = velocity else { continue };
             if libm::hypot(vx, vy) >= MOVING_MPS {
-                self.add(one.bev.yaw, libm::atan2(vy, vx));
+                self.add(yaw, libm::atan2(vy, vx));
             }
         }
     }

@@ -21,4 +21,4 @@ pub use arrivals::Transport;
 pub use finding::{Code, Finding, Severity};
 pub use observation::Observation;
 pub use survey::Survey;
-pub use window::Surroundings;
+pub use window::{Surroundings, Tokens};

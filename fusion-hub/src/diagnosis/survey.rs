@@ -43,8 +43,8 @@ pub struct Survey {
     moving: Moving,
     samples: Samples,
     findings: Vec<Finding>,
-    /// Of the last whole window.
-    before: BTreeMap<AgentId, Transport>,
+    /// Of the window that was judged last.
+    judged: BTreeMap<AgentId, Transport>,
 }
 
 impl Survey {
@@ -57,15 +57,23 @@ impl Survey {
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
         if is_of_now && self.samples.takes(seen.frame.captured_at) {
             agent.headings.note(seen, &self.moving);
+            if !seen.reported.as_degrees.is_empty() {
+                agent.headings_as_degrees.note_as_degrees(seen, &self.moving);
+            }
             self.current.snapshots.note(seen, &self.moving);
         }
     }
 
     /// Counts a refusal.
     pub fn note_refused(&mut self, agent: AgentId, refusal: &Refusal) {
+        self.note_refusals(agent, refusal, 1);
+    }
+
+    /// Counts refusals of one kind.
+    pub fn note_refusals(&mut self, agent: AgentId, refusal: &Refusal, n: u64) {
         let Some(agent) = self.current.agent(agent) else { return };
         let (count, last) = agent.refused.entry(refusal.reason()).or_insert_with(|| (0, refusal.clone()));
-        *count += 1;
+        *count += n;
         last.clone_from(refusal);
     }
 
@@ -81,6 +89,7 @@ impl Survey {
         if self.current.since.is_none() {
             self.current.begin(around, now);
         }
+        self.current.note_idle(around);
         let since = self.current.since.unwrap_or(now);
         // The next one begins when the last one is judged: pairs of many agents are not compared within ten seconds.
         if now - since >= WINDOW && self.ended.is_none() {
@@ -88,17 +97,12 @@ impl Survey {
             next.begin(around, now);
             let mut ended = std::mem::replace(&mut self.current, next);
             ended.end(around);
-            let transports =
-                ended.agents.iter().filter_map(|(agent, one)| Some((*agent, Transport::of(&one.arrivals)?)));
-            self.before = transports.collect();
             self.ended = Some(ended);
         }
         if let Some(ended) = &mut self.ended {
             let is_compared = ended.fit_some(FITS_AT_ONCE);
-            if is_compared {
-                self.findings = judge::findings(ended, around);
-                self.judged_since = ended.since;
-                self.ended = None;
+            if is_compared && let Some(ended) = self.ended.take() {
+                self.judge(&ended, around);
             }
         } else if self.judged_since.is_none() {
             self.findings = judge::findings(&self.current, around);
@@ -109,8 +113,7 @@ impl Survey {
     pub fn conclude(&mut self, around: &Surroundings<'_>) {
         if let Some(mut ended) = self.ended.take() {
             ended.fit_some(usize::MAX);
-            self.findings = judge::findings(&ended, around);
-            self.judged_since = ended.since;
+            self.judge(&ended, around);
         }
         // A window that has just begun shows nothing that the one before does not.
         let is_short = self.current.since.is_some_and(|since| around.engine.now() - since < WINDOW_SAYS);
@@ -119,8 +122,18 @@ impl Survey {
         }
         self.current.end(around);
         self.current.fit_some(usize::MAX);
-        self.findings = judge::findings(&self.current, around);
-        self.judged_since = self.current.since;
+        let current = std::mem::take(&mut self.current);
+        self.judge(&current, around);
+        self.current = current;
+    }
+
+    /// Judges a whole window; its figures are shown beside its findings.
+    fn judge(&mut self, window: &Window, around: &Surroundings<'_>) {
+        let transports = window.agents.iter();
+        let transports = transports.filter_map(|(agent, one)| Some((*agent, Transport::of(&one.arrivals)?)));
+        self.judged = transports.collect();
+        self.findings = judge::findings(window, around);
+        self.judged_since = window.since;
     }
 
     /// The beginning of the ten seconds that were judged last; `None` before the first ones are over.
@@ -133,10 +146,10 @@ impl Survey {
         &self.findings
     }
 
-    /// How an agent's frames arrive: of this window, or of the one before where this one has just begun.
+    /// How an agent's frames arrive, in the time that the findings are of; of this window for who was not there then.
     pub fn transport(&self, agent: &AgentId) -> Option<Transport> {
         let of = |window: &Window| Transport::of(&window.agents.get(agent)?.arrivals);
-        of(&self.current).or_else(|| self.before.get(agent).copied())
+        self.judged.get(agent).copied().or_else(|| of(&self.current))
     }
 }
 
@@ -173,7 +186,7 @@ mod tests {
         use v2x_common::detection::DetectionFrame;
         use v2x_common::id::{FrameId, HubId};
         let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
-        let (alive, mut survey) = (std::collections::BTreeSet::new(), Survey::default());
+        let (tokens, mut survey) = (crate::diagnosis::Tokens::default(), Survey::default());
         let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_000_000 + ms);
         let car = v2x_common::detection::Detection {
             class: v2x_common::class::Class::Car,
@@ -203,7 +216,7 @@ mod tests {
                 });
             }
             if k % 10 == 0 {
-                survey.look(&Surroundings { engine: &engine, alive: &alive }, at(100 * k.cast_signed()));
+                survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k.cast_signed()));
             }
         }
         assert!(
@@ -211,6 +224,34 @@ mod tests {
             "{:?}",
             survey.judged_since()
         );
+    }
+
+    #[test]
+    fn the_figures_of_an_agent_are_of_the_time_that_its_findings_are_of() {
+        use crate::diagnosis::{Code, Tokens};
+        use crate::engine::EngineConfig;
+        use v2x_common::detection::DetectionFrame;
+        use v2x_common::id::{FrameId, HubId};
+        use v2x_common::reported::Reported;
+        let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
+        let (tokens, mut survey) = (Tokens::default(), Survey::default());
+        let agent = AgentId::new("a").unwrap();
+        let reported = Reported { has_sequence: true, ..Reported::default() };
+        // Of the second ten seconds a quarter is lost, of the third nothing.
+        for k in 0..290_u64 {
+            let at = Timestamp::EPOCH + Span::from_millis(1_000_000 + 100 * k.cast_signed());
+            if !(100..200).contains(&k) || k % 4 != 1 {
+                let frame = DetectionFrame::empty(FrameId { agent, epoch: 1, sequence: k }, at);
+                survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at: at });
+            }
+            if k % 10 == 0 {
+                survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at);
+            }
+        }
+        let gaps = survey.findings().iter().find(|one| one.code == Code::Gaps).expect("gaps");
+        let missing = survey.transport(&agent).and_then(|one| one.missing).expect("a share");
+        assert!(gaps.says.contains(&format!("({:.0} %)", 100.0 * missing)), "{gaps} {missing}");
+        assert!((missing - 0.25).abs() < 0.02, "{missing}");
     }
 
     #[test]

@@ -20,8 +20,17 @@ pub(super) const MAX_AGENTS: usize = 256;
 pub struct Surroundings<'a> {
     /// What it counts and learns of the agents.
     pub engine: &'a Engine,
-    /// The agents that hold a liveliness token.
-    pub alive: &'a BTreeSet<AgentId>,
+    /// The agents' liveliness tokens.
+    pub tokens: &'a Tokens,
+}
+
+/// What agents say by liveliness tokens.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tokens {
+    /// Those that are there.
+    pub alive: BTreeSet<AgentId>,
+    /// Those that see nothing, because what they ride on, by its name, is not in the world.
+    pub idle: BTreeMap<AgentId, String>,
 }
 
 /// Of one agent in one window.
@@ -30,6 +39,8 @@ pub(super) struct AgentSurvey {
     pub(super) arrivals: Arrivals,
     pub(super) writing: Writing,
     pub(super) headings: Headings,
+    /// The same, if they were degrees.
+    pub(super) headings_as_degrees: Headings,
     /// Refused frames by reason, each with the newest.
     pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
     /// What the engine had counted when the window began.
@@ -63,6 +74,8 @@ pub(super) struct Window {
     pub(super) is_over: bool,
     /// The agents that held a token at its beginning, and at its end.
     pub(super) alive: BTreeSet<AgentId>,
+    /// The agents that were idle at any time of it.
+    pub(super) idle: BTreeSet<AgentId>,
     pub(super) agents: BTreeMap<AgentId, AgentSurvey>,
     pub(super) snapshots: Snapshots,
     pub(super) fits: BTreeMap<[AgentId; 2], Fit>,
@@ -74,7 +87,8 @@ impl Window {
     /// Begins it.
     pub(super) fn begin(&mut self, around: &Surroundings<'_>, now: Timestamp) {
         self.since = Some(now);
-        self.alive.clone_from(around.alive);
+        self.alive.clone_from(&around.tokens.alive);
+        self.note_idle(around);
         let is_here =
             |record: &AgentRecord| record.last_heard_at().is_some_and(|at| now - at <= HEARD_WITHIN);
         let agents = around.engine.agents().iter().filter(|(_, record)| is_here(record));
@@ -86,8 +100,14 @@ impl Window {
     /// Ends it: nothing is gathered any more, and pairs are to be compared.
     pub(super) fn end(&mut self, around: &Surroundings<'_>) {
         self.is_over = true;
-        self.alive.retain(|agent| around.alive.contains(agent));
+        self.alive.retain(|agent| around.tokens.alive.contains(agent));
+        self.note_idle(around);
         self.to_fit = self.snapshots.pairs().copied().collect();
+    }
+
+    /// Notes who is idle now.
+    pub(super) fn note_idle(&mut self, around: &Surroundings<'_>) {
+        self.idle.extend(around.tokens.idle.keys());
     }
 
     /// Whether there was no room for another agent.

@@ -31,9 +31,13 @@ impl ImmState {
 
     fn update_sizes(&mut self, z: &Measurement) {
         for (dimension, size) in self.sizes.iter_mut().enumerate() {
-            let (reported, variance, lower) = z.reported_size(dimension);
             if z.is_track {
-                size.intersect(reported, variance, lower);
+                size.intersect(size_of(z, dimension));
+                continue;
+            }
+            let (reported, variance, lower) = z.reported_size(dimension);
+            if z.is_averaged(dimension) {
+                size.average(reported, variance);
             } else {
                 size.update(reported, variance, lower);
             }
@@ -80,6 +84,16 @@ impl AsMut<Imm> for ImmState {
     }
 }
 
+/// The evidence of width (0) or depth (1) by one report.
+fn size_of(z: &Measurement, dimension: usize) -> SizeEvidence {
+    let (reported, variance, lower) = z.reported_size(dimension);
+    if z.is_averaged(dimension) {
+        SizeEvidence::of_average(reported, variance)
+    } else {
+        SizeEvidence::initial(reported, variance, lower)
+    }
+}
+
 /// Moments as they are published.
 const fn published(moments: &Moments) -> PoseEstimate {
     let Moments { position, velocity, covariance, yaw, yaw_variance, .. } = *moments;
@@ -90,10 +104,7 @@ impl Filter for ImmState {
     const TOGETHER: bool = true;
 
     fn initial(at: Timestamp, z: &Measurement) -> Self {
-        let sizes = [0, 1].map(|dimension| {
-            let (reported, variance, lower) = z.reported_size(dimension);
-            SizeEvidence::initial(reported, variance, lower)
-        });
+        let sizes = [0, 1].map(|dimension| size_of(z, dimension));
         Self { at, motion: Imm::initial(z), sizes }
     }
 

@@ -11,13 +11,16 @@ use v2x_common::time::Timestamp;
 pub(super) fn agent_statuses(core: &Core, roster: &Roster) -> Vec<AgentStatus> {
     let engine = core.engine();
     let agents = engine.agents();
-    let silent = roster.tokens().iter().filter(|agent| agents.record(agent).is_none());
+    let silent = roster.tokens().alive.iter().filter(|agent| agents.record(agent).is_none());
     let mut statuses: Vec<_> = silent.map(|agent| AgentStatus::silent(*agent)).collect();
     statuses.extend(agents.iter().map(|(agent, record)| AgentStatus {
         alive: roster.is_alive(agent, engine),
         transport: core.survey().transport(agent),
         ..status_of(engine, agent, record)
     }));
+    for status in &mut statuses {
+        status.idle = roster.tokens().idle.get(&status.id).cloned();
+    }
     statuses.sort_by_key(|status| status.id);
     statuses
 }
@@ -30,6 +33,7 @@ fn status_of(engine: &Engine, agent: &AgentId, record: &AgentRecord) -> AgentSta
     AgentStatus {
         id: *agent,
         alive: false,
+        idle: None,
         accepted: statistics.accepted,
         synchronous: statistics.synchronous,
         out_of_sequence: statistics.out_of_sequence,

@@ -3,11 +3,10 @@
 
 use super::limits::{MAX_BYTES, MAX_WAITING};
 use super::settings::{AgentSettings, HubSettings};
-use crate::diagnosis::{Finding, Observation, Surroundings, Survey};
+use crate::diagnosis::{Finding, Observation, Surroundings, Survey, Tokens};
 use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
 use crate::standby::Names;
 use crate::values::{Saved, StateError};
-use std::collections::BTreeSet;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::{AgentId, FrameId};
@@ -219,7 +218,9 @@ impl Core {
 
     /// Counts frames that were dropped because their agent's queue was full.
     pub fn note_queue_full(&mut self, agent: AgentId, count: u64) {
-        self.engine.note_refusals(agent, Refusal::QueueFull { limit: MAX_WAITING }, count);
+        let refusal = Refusal::QueueFull { limit: MAX_WAITING };
+        self.survey.note_refusals(agent, &refusal, count);
+        self.engine.note_refusals(agent, refusal, count);
     }
 
     /// The system's clock was set, and is now so far ahead of the hub's timeline.
@@ -257,14 +258,14 @@ impl Core {
         self.names.count()
     }
 
-    /// Looks for what is wrong with the agents, once in a second or so; `alive` are those that hold a token.
-    pub fn look(&mut self, alive: &BTreeSet<AgentId>, now: Timestamp) {
-        self.survey.look(&Surroundings { engine: &self.engine, alive }, now);
+    /// Looks for what is wrong with the agents, once in a second or so.
+    pub fn look(&mut self, tokens: &Tokens, now: Timestamp) {
+        self.survey.look(&Surroundings { engine: &self.engine, tokens }, now);
     }
 
     /// The same of everything since the last ten seconds were over, at the end of a listening time.
-    pub fn conclude(&mut self, alive: &BTreeSet<AgentId>) {
-        self.survey.conclude(&Surroundings { engine: &self.engine, alive });
+    pub fn conclude(&mut self, tokens: &Tokens) {
+        self.survey.conclude(&Surroundings { engine: &self.engine, tokens });
     }
 
     /// What was found when it last looked.

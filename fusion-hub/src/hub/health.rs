@@ -1,11 +1,13 @@
 //! Whether all is well: what is found of the agents and of the hub itself, told once when it begins and once when it ends.
 
 use super::core::Core;
+use super::denials::Denials;
 use super::roster::Roster;
 use super::unnamed::InvalidName;
 use crate::diagnosis::{Code, Finding};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
@@ -37,6 +39,7 @@ pub(super) struct Health {
     findings: Vec<Finding>,
     dropped: u64,
     dropped_at: Option<Timestamp>,
+    denials: Denials,
 }
 
 /// What the hub itself has seen, beside its core.
@@ -48,6 +51,8 @@ pub(super) struct Seen<'a> {
     pub(super) invalid_names: Vec<InvalidName>,
     /// The lineage of another hub of this name.
     pub(super) twin: Option<u32>,
+    /// By Zenoh, since the start.
+    pub(super) refused_by_zenoh: ZenohRefusals,
 }
 
 /// Whose a finding is; of the network there may be several of one kind, which differ by more than their numbers.
@@ -83,13 +88,16 @@ impl Health {
         if seen.dropped > self.dropped {
             self.dropped_at = Some(now);
         }
-        if self.dropped_at.is_some_and(|at| now - at < OVERLOADED_FOR) {
+        // Of frames it is said whose they were.
+        let is_said = core.findings().iter().any(|one| one.code == Code::Overload);
+        if !is_said && self.dropped_at.is_some_and(|at| now - at < OVERLOADED_FOR) {
             let says = format!("this hub has dropped {} samples for lack of time", seen.dropped);
             let change =
                 "Fewer agents, lower rates, or a faster machine; `agents[].refused.queue_full` says whose";
             findings.push(Finding::of_network(Code::Overload, says, change));
         }
         self.dropped = seen.dropped;
+        findings.extend(self.denials.findings(seen.refused_by_zenoh.clone(), now));
         for InvalidName { name, reason, .. } in &seen.invalid_names {
             let says = format!("nothing of agent {name:?} is used: {reason}");
             findings.push(Finding::of_network(Code::InvalidName, says, "Give it another name"));
@@ -104,7 +112,7 @@ impl Health {
         }
         let is_anybody_alive =
             core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));
-        if !is_anybody_alive && seen.roster.tokens().is_empty() && now - seen.started_at >= PATIENCE {
+        if !is_anybody_alive && seen.roster.tokens().alive.is_empty() && now - seen.started_at >= PATIENCE {
             let says = "no agent sends anything to this hub";
             let change = "Do agents use its network's name and its endpoint? `v2x check` listens beside the expected keys";
             findings.push(Finding::of_network(Code::NoAgents, says, change));

@@ -12,6 +12,8 @@ mod core;
 #[cfg(feature = "net")]
 mod delta_stream;
 #[cfg(feature = "net")]
+mod denials;
+#[cfg(feature = "net")]
 mod encoding;
 #[cfg(feature = "net")]
 mod error;

@@ -26,6 +26,8 @@ const CONTROL_QUEUE: usize = 4096;
 pub(super) enum Control {
     Description(Received),
     Alive(AgentId, bool),
+    /// What an agent rides on is not in the world, or no longer so.
+    Idle(AgentId, String, bool),
     StatusQuery(Query, Asked),
     /// A recorder asks for a start of the journal.
     JournalQuery(Query),
@@ -107,7 +109,7 @@ pub(super) struct Network {
     /// Another hub of this name.
     pub(super) twin: Arc<Twin>,
     // Dropping these undeclares them.
-    _subscribers: [Subscriber<()>; 4],
+    _subscribers: [Subscriber<()>; 5],
     _queryables: Vec<Queryable<()>>,
     session: Session,
     declared: Declared,
@@ -206,6 +208,13 @@ impl Network {
                 Err(_) => {}
             }
         });
+        let queue = control.clone();
+        let idle = session.liveliness().declare_subscriber(keys.all_agents_idle()).history(true);
+        let idle = idle.callback(move |sample| {
+            if let Some((agent, rides_on)) = keys::idle_of(sample.key_expr().as_str()) {
+                queue.push(Control::Idle(agent, rides_on, sample.kind() == SampleKind::Put));
+            }
+        });
         let standby_status = standby.map(|lineage| (keys.standby_status(hub, lineage), Asked::Standby));
         let statuses = [Some((keys.status(hub), Asked::Hub)), standby_status];
         let mut queryables = Vec::new();
@@ -230,7 +239,7 @@ impl Network {
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
             twin,
-            _subscribers: [detections.await?, sensors.await?, roster.await?, lists_of_others],
+            _subscribers: [detections.await?, sensors.await?, roster.await?, idle.await?, lists_of_others],
             _queryables: queryables,
             session: session.clone(),
             declared,

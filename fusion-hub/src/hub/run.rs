@@ -28,9 +28,11 @@ use v2x_common::clock;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::net::zenoh_refusals::zenoh_refusals;
 use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::ENCODING_POSTCARD;
+use v2x_common::wire::Writings;
 use v2x_common::wire::journal::Call;
 use zenoh::{Config, Session};
 
@@ -78,7 +80,10 @@ pub async fn serve(
         session::hub_config(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
     // Made first: without it nothing is to begin.
     let recording = setup.record.clone().map(|(path, options)| RecordingFile::create(&path, options));
-    let recording = recording.transpose()?;
+    let mut recording = recording.transpose()?;
+    if let Some(file) = &mut recording {
+        file.read_by(Writings::new(setup.settings.writings()));
+    }
     if let Some(warning) = exposure::warning(&config) {
         tracing::warn!("{warning}");
     }
@@ -340,6 +345,7 @@ impl Hub {
             dropped: self.dropped(),
             invalid_names: self.network.unnamed.names(),
             twin: self.network.twin.lineage(clock::now()).filter(|_| self.has_rival()),
+            refused_by_zenoh: zenoh_refusals(),
         };
         self.health.check(&mut self.core, &seen, clock::now());
         self.access.tell_refusals(clock::now());
@@ -379,6 +385,7 @@ impl Hub {
                 let _ = self.core.handle_description(agent, &body);
             }
             Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
+            Control::Idle(agent, rides_on, is_idle) => self.roster.note_idle(agent, rides_on, is_idle),
             Control::StatusQuery(query, asked) => {
                 if let Some((key, json)) = self.status_answer(asked) {
                     answer(&query, key, json).await;

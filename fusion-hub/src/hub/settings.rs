@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, MapFrame};
 use v2x_common::time::Span;
+use v2x_common::wire::Writing;
 use v2x_common::wire::json::ReportDefaults;
 
 mod agents;
@@ -180,6 +181,11 @@ impl HubSettings {
     /// Whether frames of this agent are taken.
     pub fn listens_to(&self, agent: &AgentId) -> bool {
         self.only_agents.is_empty() || self.only_agents.contains(agent)
+    }
+
+    /// How single agents write their frames, for others that read them.
+    pub fn writings(&self) -> BTreeMap<AgentId, Writing> {
+        self.agents.iter().map(|(agent, settings)| (*agent, settings.writing())).collect()
     }
 
     /// What is assumed of this agent, and how it writes its frames.

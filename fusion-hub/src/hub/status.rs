@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::sensor::SensorDescription;
+use v2x_common::wire::Writing;
 
 /// The answer to a query of `v2x/{network}/hub/{hub}/status`. Times are µs since the Unix epoch.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -19,6 +20,9 @@ pub struct HubStatus {
     pub hub: HubId,
     /// In which network.
     pub network: NetworkId,
+    /// How agents write their frames, where the hub's configuration says so.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub writings: BTreeMap<AgentId, Writing>,
     /// Version of the program.
     pub version: String,
     /// New at every start.
@@ -136,6 +140,9 @@ pub struct AgentStatus {
     pub id: AgentId,
     /// Whether it holds its liveliness token, or has sent anything in the last five seconds.
     pub alive: bool,
+    /// What it rides on, while that is not in the world: it sends nothing then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub idle: Option<String>,
     /// Frames accepted.
     pub accepted: u64,
     /// Frames accepted that were measured within ε_s of the newest accepted before.
@@ -188,6 +195,7 @@ impl AgentStatus {
         Self {
             id,
             alive: true,
+            idle: None,
             accepted: 0,
             synchronous: 0,
             out_of_sequence: 0,

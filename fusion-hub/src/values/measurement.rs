@@ -46,6 +46,9 @@ pub struct SizeLaw {
     pub relative_variance: f64,
 }
 
+/// Relative variance of a size up to which its law shifts it by less than 0.25 %.
+const NEARLY_EXACT: f64 = 0.0025;
+
 impl Measurement {
     /// The same with width and depth exchanged.
     pub fn exchanged(&self) -> Self {
@@ -67,6 +70,13 @@ impl Measurement {
             difference * difference / (self.relative_variance[axis] * middle * middle + variance[axis])
         };
         of_axis(0) + of_axis(1)
+    }
+
+    /// Whether width (0) or depth (1) is to be averaged: nobody declares its law, and it is not so accurate that the law does
+    /// not matter.
+    #[inline]
+    pub fn is_averaged(&self, dimension: usize) -> bool {
+        self.size_law[dimension].is_none() && self.relative_variance[dimension] > NEARLY_EXACT
     }
 
     /// What was reported of width (0) or depth (1), m, with the variance of its factor before the cut, and the

@@ -213,6 +213,10 @@ fn to_frame(
         detection.partial(class).completed(defaults, &conversion)
     });
     let detections = detections.collect();
+    if reported.may_be_degrees() {
+        let headings = json.detections.iter().map(|one| one.yaw.unwrap_or(f64::NAN));
+        reported.as_degrees = headings.map(|yaw| conversion.heading_of_degrees(yaw)).collect();
+    }
     let captured_at = json.captured_at.micros()?;
     let by_time = u64::try_from(captured_at.as_micros()).unwrap_or(0);
     let frame = DetectionFrame {

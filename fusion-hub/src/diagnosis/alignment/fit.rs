@@ -26,6 +26,10 @@ const MIN_RATIO_LARGE: f64 = 3.0;
 const MIN_RATIO_SMALL: f64 = 1.5;
 /// And so many times what it explains by chance.
 const CHANCE_RATIO: u64 = 2;
+/// Detections of agents that see nothing together: so many, such a share of them at one place, and their middles so near, m.
+const MIN_APART: u64 = 16;
+const MOST_SHARE_APART: f64 = 0.2;
+const ONE_AREA_M: f64 = 150.0;
 /// Clocks are known to agree from this standard deviation on, s.
 const CLOCKS_SIGMA_S: f64 = 0.03;
 /// Prior standard deviations of a shift (m), a turn (rad), a time (s).
@@ -53,6 +57,12 @@ pub(in crate::diagnosis) enum Fit {
         change: Change,
         /// Share of the detections that it explains.
         share: f64,
+    },
+    /// Nothing brings them together, though both report objects not far from each other all the time, and somebody's frames
+    /// have no pose of a sensor: by the places in the pair.
+    Apart {
+        /// Whose frames have none.
+        without_pose: [bool; 2],
     },
     /// Nothing can be said.
     Unknown,
@@ -92,7 +102,7 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
     }
     let refined = beginnings(snapshots).into_iter().filter_map(|begin| refine(snapshots, begin));
     let best = refined.max_by_key(|refined| refined.explained.pairs);
-    let Some(best) = best else { return Fit::Unknown };
+    let Some(best) = best else { return apart(snapshots, &as_is, possible) };
     if best.is_small() && share(best.explained.pairs, possible) >= MIN_SHARE {
         return Fit::Agree { clocks: best.shows_clocks() };
     }
@@ -101,7 +111,23 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
         let change = Change::Rigid(best.told());
         return Fit::Changed { whose: 1, change, share: share(best.explained.pairs, possible) };
     }
-    Fit::Unknown
+    apart(snapshots, &as_is, possible)
+}
+
+/// Of what no change brings together.
+fn apart(snapshots: &[Snapshot], as_is: &Explained, possible: u64) -> Fit {
+    let without_pose = [0, 1].map(|whose| snapshots.iter().all(|pair| pair[whose].pose.is_none()));
+    let middle = |whose: usize, axis: usize| {
+        let spots = snapshots.iter().flat_map(|pair| &pair[whose].spots);
+        let (sum, n) = spots.fold((0.0, 0_u64), |(sum, n), spot| (sum + spot.at[axis], n + 1));
+        sum / share(n, 1)
+    };
+    let apart_m = libm::hypot(middle(0, 0) - middle(1, 0), middle(0, 1) - middle(1, 1));
+    let is_apart = possible >= MIN_APART
+        && share(as_is.pairs, possible) < MOST_SHARE_APART
+        && apart_m <= ONE_AREA_M
+        && without_pose.contains(&true);
+    if is_apart { Fit::Apart { without_pose } } else { Fit::Unknown }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]

@@ -9,7 +9,7 @@ mod writing;
 use super::alignment::change::{Change, Rigid};
 use super::alignment::fit::Fit;
 use super::finding::{Code, Finding};
-use super::window::{Surroundings, Window};
+use super::window::{MAX_AGENTS, Surroundings, Window};
 use one::One;
 use v2x_common::id::AgentId;
 
@@ -28,6 +28,11 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     if window.is_over {
         findings.extend(silent(window));
     }
+    findings.extend(idle(around));
+    // An agent that was idle for a while has sent less, and its numbers have gaps.
+    findings.retain(|one| {
+        !(IDLENESS.contains(&one.code) && one.agent.is_some_and(|agent| window.idle.contains(&agent)))
+    });
     let with = |codes: &[Code]| {
         findings.iter().filter(|one| codes.contains(&one.code)).filter_map(|one| one.agent).collect()
     };
@@ -38,10 +43,13 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     findings.extend(pairs::findings(window, &known));
     drop_consequences(window, &mut findings);
+    merge_overload(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
 }
 
+/// What an agent that is idle shows, too.
+const IDLENESS: [Code; 3] = [Code::Silent, Code::Gaps, Code::RateLow];
 const HEADINGS: [Code; 3] = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
 const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
 const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
@@ -50,7 +58,9 @@ const PLACES: [Code; 3] = [Code::Geodetic, Code::SensorFrame, Code::Axes];
 
 /// Leaves out what only follows from something else that is found: whoever reads a list of faults begins anywhere.
 fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
-    let has: Vec<_> = findings.iter().filter_map(|one| Some((one.agent?, one.code))).collect();
+    let is_sure = |one: &&Finding| one.is_fault() || !PLACES.contains(&one.code);
+    let has: Vec<_> =
+        findings.iter().filter(is_sure).filter_map(|one| Some((one.agent?, one.code))).collect();
     let has_one = |agent: AgentId, codes: &[Code]| codes.iter().any(|code| has.contains(&(agent, *code)));
     let differs = |agent: AgentId| {
         let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent));
@@ -62,9 +72,35 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let is_consequence = (places_are_wrong
             && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
             || ((places_are_wrong || differs(agent)) && SIGMAS.contains(&one.code))
-            || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code));
+            || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code))
+            || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });
+}
+
+/// Where the hub has no time for more agents than this, it is what is slow: one finding instead of one of each.
+const FEW_OVERLOADED: usize = 2;
+/// Agents that are named then.
+const MOST_NAMED: usize = 8;
+
+fn merge_overload(window: &Window, findings: &mut Vec<Finding>) {
+    let overloaded = findings.iter().filter(|one| one.code == Code::Overload);
+    let agents: Vec<_> = overloaded.clone().filter_map(|one| one.agent).collect();
+    let Some(change) = overloaded.map(|one| one.change.clone()).next() else { return };
+    if agents.len() <= FEW_OVERLOADED {
+        return;
+    }
+    let refused = |agent: &AgentId| Some(window.agents.get(agent)?.refused.get("queue_full")?.0);
+    let count: u64 = agents.iter().filter_map(refused).sum();
+    let names: Vec<_> = agents.iter().take(MOST_NAMED).map(AgentId::to_string).collect();
+    let more = if agents.len() > MOST_NAMED { ", …" } else { "" };
+    let says = format!(
+        "{count} frames of {} agents ({}{more}) were dropped for lack of time (queue_full)",
+        agents.len(),
+        names.join(", ")
+    );
+    findings.retain(|one| one.code != Code::Overload);
+    findings.push(Finding::of_network(Code::Overload, says, change));
 }
 
 /// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree with as many
@@ -97,6 +133,18 @@ fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
         }
     }
     if agree > 0 && agree >= differ { Some(0.0) } else { largest }
+}
+
+/// Agents that say themselves why they send nothing.
+fn idle(around: &Surroundings<'_>) -> Vec<Finding> {
+    let idle = around.tokens.idle.iter().take(MAX_AGENTS);
+    idle.map(|(agent, rides_on)| {
+        let says = format!("it rides on {rides_on}, which is not in the world now, and sends nothing until that is there");
+        let change = "If that is not meant: `ride` in the scenario names the vehicle, `begin_s` or `from_s` when the world begins; \
+                      `v2x world` shows when each vehicle is there";
+        Finding::note(Code::Idle, *agent, says, change)
+    })
+    .collect()
 }
 
 /// Agents that are alive and send nothing.

@@ -29,6 +29,10 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
         of_agent.filter(|(_, fit)| matches!(fit, Fit::Changed { .. })).count()
     };
     let mut told = Vec::new();
+    findings.extend(window.fits.iter().filter_map(|(pair, fit)| match fit {
+        Fit::Apart { without_pose } => Some(apart(*pair, *without_pose)),
+        _ => None,
+    }));
     for (pair, fit) in &window.fits {
         let Fit::Changed { whose, change, share } = fit else { continue };
         let votes = pair.map(|agent| match change {
@@ -58,6 +62,26 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
         });
     }
     findings
+}
+
+/// Two agents whose objects are never at one place, which cannot be explained without a pose.
+fn apart(pair: [AgentId; 2], without_pose: [bool; 2]) -> Finding {
+    let [first, second] = pair;
+    let (agent, whose) = match without_pose {
+        [true, false] => (Some(first), format!("{first} gives")),
+        [false, true] => (Some(second), format!("{second} gives")),
+        _ => (None, format!("{first} and {second} give")),
+    };
+    let says = format!(
+        "the objects of {first} and of {second} are never at the same place, in the same area, and {whose} no `sensor_pose`: \
+         whether positions are relative to a sensor cannot be told"
+    );
+    let name = agent.map_or_else(|| "NAME".to_owned(), |agent| agent.to_string());
+    let change = format!(
+        "If they are, write `frame = \"sensor\"` with the sensor's `pose` under `[hub.agents.{name}]`, or send `sensor_pose` and \
+         write `frame = \"ego\"`. If the two see different places, nothing is wrong"
+    );
+    Finding { code: Code::SensorFrame, severity: Severity::Note, agent, says, change }
 }
 
 struct Pair {

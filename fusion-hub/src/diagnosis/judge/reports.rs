@@ -30,7 +30,8 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     let survey = one.survey;
     let refused: u64 = survey.refused.values().map(|(count, _)| count).sum();
     // What is refused before it is decoded is no observation.
-    let frames = survey.arrivals.frames.max(refused);
+    let heard = survey.arrivals.frames;
+    let frames = heard.max(refused);
     let is_told = |reason: &str, count: u64| {
         count >= MIN_REFUSED
             && count as f64 >= REFUSED_SHARE * frames as f64
@@ -38,8 +39,18 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     };
     let told = survey.refused.iter().filter(|(reason, (count, _))| is_told(reason, *count));
     told.map(|(reason, (count, last))| {
-        let code = if *reason == "wrong_time_unit" { Code::TimeUnit } else { Code::FramesRefused };
-        let says = format!("{count} of {frames} frames are refused ({reason}); the newest: {last}");
+        let code = match *reason {
+            "wrong_time_unit" => Code::TimeUnit,
+            "queue_full" => Code::Overload,
+            _ => Code::FramesRefused,
+        };
+        let says = match code {
+            Code::Overload => format!(
+                "{count} of its frames were dropped for lack of time ({reason}): they wait longer than the hub takes, and {heard} \
+                 were read"
+            ),
+            _ => format!("{count} of {frames} frames are refused ({reason}); the newest: {last}"),
+        };
         one.fault(code, says, remedy(reason))
     })
     .collect()
@@ -62,7 +73,13 @@ fn remedy(reason: &str) -> &'static str {
         "no_sensor_pose" => {
             "Send `sensor_pose` with each frame, or set the hub's `frame` for this agent to `map` or `sensor`"
         }
-        "queue_full" | "overloaded" | "too_many_frames" | "too_many_detections" | "too_large" => {
+        "queue_full" if cfg!(debug_assertions) => {
+            "This hub was built without optimisation, which costs some 20 times the time: build it with `--release`"
+        }
+        "queue_full" => {
+            "Fewer agents, lower rates, fewer detections in each frame, or a faster machine for the hub"
+        }
+        "overloaded" | "too_many_frames" | "too_many_detections" | "too_large" => {
             "It sends more than its share: fewer frames, or fewer detections in each"
         }
         _ => {

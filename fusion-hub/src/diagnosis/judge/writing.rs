@@ -43,11 +43,40 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
     let is_degrees = is_share(headings.beyond_a_turn, headings.n, DEGREES_SHARE)
         && (MOST_RADIANS..=MOST_DEGREES).contains(&headings.largest);
     is_degrees.then(|| {
+        let read = YawConvention { unit: AngleUnit::Deg, ..*yaw };
+        // All that is to be changed at once: what moves shows where they count from, and in which direction.
+        let verdict = one.survey.headings_as_degrees.verdict();
+        let found = verdict.and_then(|verdict| convention_of(&read, verdict));
+        let more = match (found, verdict) {
+            (Some(found), _) if found != read => {
+                format!("; against the motion of what it sees they are {}", in_words(found))
+            }
+            (None, Some(Verdict::Turned(by) | Verdict::Clockwise(by))) => {
+                format!(
+                    "; they are also turned, by {:+.0}° against the motion of what it sees",
+                    by.to_degrees()
+                )
+            }
+            _ => String::new(),
+        };
+        let largest = headings.largest;
         let says =
-            format!("its headings (yaw, up to {:.0}) are degrees, and are read as radians", headings.largest);
-        let setting = yaw_setting(one, YawConvention { unit: AngleUnit::Deg, ..*yaw });
-        one.fault(Code::Degrees, says, format!("Send radians, or write {setting}"))
+            format!("its headings (yaw, up to {largest:.0}) are degrees, and are read as radians{more}");
+        let setting = yaw_setting(one, found.unwrap_or(read));
+        let send =
+            if more.is_empty() { "Send radians" } else { "Send radians, counter-clockwise from east (x)" };
+        one.fault(Code::Degrees, says, format!("{send}, or write {setting}"))
     })
+}
+
+/// A convention of headings in words.
+fn in_words(yaw: YawConvention) -> &'static str {
+    match (yaw.from, yaw.turn) {
+        (YawOrigin::East, TurnDirection::Ccw) => "counter-clockwise from east",
+        (YawOrigin::East, TurnDirection::Cw) => "clockwise from east",
+        (YawOrigin::North, TurnDirection::Ccw) => "counter-clockwise from north",
+        (YawOrigin::North, TurnDirection::Cw) => "clockwise from north",
+    }
 }
 
 /// The line for a convention of headings, with all that it says: a second line would be an error, a part lose the rest.

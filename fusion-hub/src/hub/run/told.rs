@@ -41,6 +41,7 @@ impl Hub {
             publish_ms: self.timing.publish_ms(),
             memory_bytes: memory_bytes(),
             refused_by_zenoh: zenoh_refusals(),
+            writings: self.settings.writings(),
             verdict: Verdict::of(self.health.findings()),
             judged_since: self.core.survey().judged_since().map(Timestamp::as_micros),
             findings: self.health.findings().to_vec(),

@@ -11,6 +11,7 @@ use v2x_common::geometry::{Pose, wrap_angle};
 use v2x_common::id::AgentId;
 use v2x_common::tile::{Geodetic, LocalPlane, MAX_LATITUDE_DEG};
 use v2x_common::time::Span;
+use v2x_common::wire::Writing;
 use v2x_common::wire::json::ReportDefaults;
 
 /// As it is typed; what is not there is as for all agents.
@@ -65,6 +66,13 @@ pub struct AgentSettings {
     pub conventions: Conventions,
     /// As long as it describes no sensor; `None`: as for all agents.
     pub sensing: Option<SensingDefaults>,
+}
+
+impl AgentSettings {
+    /// How it writes, for others that read its frames.
+    pub fn writing(&self) -> Writing {
+        Writing { report_defaults: self.report_defaults, conventions: self.conventions.clone() }
+    }
 }
 
 /// What single agents take over where their table has nothing.

@@ -187,6 +187,19 @@ impl<'a> Row<'a> {
         self.number(column, |_| true, expected)
     }
 
+    /// The same, or `None` for an empty cell. A row that ends before this column is an error.
+    pub(crate) fn any_number_if_given(
+        &self,
+        column: &'static str,
+        expected: &str,
+    ) -> Result<Option<f64>, CsvError> {
+        let place = self.places.iter().find(|(name, _)| *name == column).map(|(_, place)| *place);
+        match place.and_then(|place| self.record.get(place)) {
+            Some("") => Ok(None),
+            _ => self.any_number(column, expected).map(Some),
+        }
+    }
+
     /// A number, or `None` for an empty cell or `nan`.
     pub(crate) fn number_if_any(
         &self,

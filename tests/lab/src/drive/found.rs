@@ -1,9 +1,9 @@
 //! What a hub finds wrong with its agents over the time of a recording.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::diagnosis::{Code, Finding};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Tokens};
 use v2x_fusion_hub::hub::Core;
 
 /// The live hub looks as often.
@@ -38,7 +38,7 @@ impl Lookout {
             return;
         }
         // Tokens are no part of a recording: whoever sends is alive.
-        core.look(&BTreeSet::new(), now);
+        core.look(&Tokens::default(), now);
         for finding in core.findings() {
             let key = (finding.code, finding.agent);
             let first = self.found.get(&key).map_or(now, |found| found.first);

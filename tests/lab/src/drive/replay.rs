@@ -10,7 +10,7 @@ use std::io::Read;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::{Accuracy, SensorDescription};
 use v2x_common::time::Span;
-use v2x_fusion_hub::engine::{AgentRecord, Disposition, Engine};
+use v2x_fusion_hub::engine::{AgentRecord, Disposition, Engine, Refusal};
 use v2x_fusion_hub::learning::LearntSensorReport;
 use v2x_fusion_hub::registration::AgentRegistration;
 
@@ -95,7 +95,10 @@ impl Replay {
         consumer: &mut C,
         mut watch: impl FnMut(&Arrival, u64),
     ) -> Result<(Counts, Engine), C::Error> {
-        let Self { engine, declared, stopwatch } = self;
+        let Self { mut engine, declared, stopwatch } = self;
+        for (agent, of_agent) in &log.settings().agents {
+            of_agent.sensing.iter().for_each(|sensing| engine.assume(*agent, sensing));
+        }
         let mut counts = Counts::default();
         let Some(mut arrival) = log.next_arrival()? else { return Ok((counts, engine)) };
         let begin = arrival.received_at;
@@ -112,7 +115,12 @@ impl Replay {
             let frame = &arrival.frame;
             counts.frames += 1;
             counts.detections += frame.detections.len() as u64;
-            if let Disposition::Refused(refusal) = driver.arrive(frame, received_at, consumer)? {
+            let disposition = if log.settings().listens_to(&frame.id.agent) {
+                driver.arrive(frame, received_at, consumer)?
+            } else {
+                Disposition::Refused(Refusal::NotListenedTo)
+            };
+            if let Disposition::Refused(refusal) = disposition {
                 *counts.refused.entry(refusal.reason()).or_default() += 1;
             }
             watch(&arrival, log.n_bytes());

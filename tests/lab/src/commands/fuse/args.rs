@@ -21,14 +21,16 @@ use v2x_fusion_hub::values::SensingDefaults;
 #[command(after_help = "\
 Detections: a CSV file with a row for each, in order of arrival, in the columns
   t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st
-        and, where known, sensor_x,sensor_y
+        and, where known, sensor_x,sensor_y,sensor_yaw
 in seconds of any epoch, metres and radians; t_arr is when it arrived, t when it
 was measured, sx to st are standard deviations (sw and sd in metres). Rows of
 equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
 in which the sensor saw nothing (more). Optional columns: score (0 to 1),
 vx,vy,svx,svy (a measured velocity), source_track (of a sender that tracks).
 Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and
-counted.
+counted. An empty cell of w to st is assumed, as in a JSON frame. How a sensor
+writes (its own frame, degrees and so on) is said by [hub.agents.SENSOR_ID] in
+--hub-config.
 
 Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an
 object it is interpolated.

@@ -24,7 +24,7 @@ use std::path::Path;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::fused::FusedFrame;
 use v2x_common::time::Timestamp;
-use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis, Tokens};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
 
 /// Fuses the log, writes the fused objects and prints the report.
@@ -43,18 +43,13 @@ struct Sink<'a, W: Write> {
 
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let settings = args.rules.settings()?;
-    for agent in settings.agents.keys() {
-        tracing::warn!(
-            "[hub.agents.{agent}] of --hub-config has no effect on a log, whose columns have fixed units: convert the log"
-        );
-    }
     // Track ids start at 0.
     let config = EngineConfig { lineage: 0, ..settings.engine };
     let declared = args.sensor.declared(&config.sensing)?;
     let scorer = args.truth.as_deref().map(|path| read_truth(path, args.truth_region)).transpose()?;
     let file = open(&args.detections)?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
-    let mut log = DetectionLog::new(file, &args.detections)?;
+    let mut log = DetectionLog::by(file, &args.detections, settings)?;
     let positions =
         [("--range", args.sensor.range.is_some()), ("--accuracy", !args.sensor.accuracy.is_empty())];
     for (option, _) in positions.iter().filter(|(_, is_given)| *is_given && !log.has_poses()) {
@@ -84,8 +79,8 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
     let truth = sink.scorer.as_ref().map(TruthScorer::score);
     let mut diagnosis = diagnosis.into_inner();
-    diagnosis.conclude(&Surroundings { engine: &engine, alive: &BTreeSet::new() });
-    let warnings = warnings(diagnosis.findings());
+    diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
+    let warnings = without_effect(&log).into_iter().chain(warnings(diagnosis.findings())).collect();
     let report = Report { fused_rows, truth, warnings, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }
@@ -123,7 +118,18 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Surv
     }
 }
 
-/// What looks wrong, but for what the report lists with numbers of its own. A log has no hub whose settings could be changed.
+/// Tables of agents that are not in the log: mostly a name that is written differently.
+fn without_effect<R: std::io::Read>(log: &DetectionLog<R>) -> Vec<String> {
+    let sensors: BTreeSet<_> = log.sensors().collect();
+    let names: Vec<_> = sensors.iter().map(|sensor| sensor.as_str()).collect();
+    let others = log.settings().agents.keys().filter(|agent| !sensors.contains(agent));
+    let words = others.map(|agent| {
+        format!("[hub.agents.{agent}] has no effect: the sensors of the log are {}", names.join(", "))
+    });
+    words.collect()
+}
+
+/// What looks wrong, but for what the report lists with numbers of its own.
 fn warnings(findings: &[Finding]) -> Vec<String> {
     let is_listed = |code: Code| {
         matches!(
@@ -132,11 +138,7 @@ fn warnings(findings: &[Finding]) -> Vec<String> {
         )
     };
     let findings = findings.iter().filter(|one| !is_listed(one.code));
-    let words = findings.map(|one| match &one.agent {
-        Some(agent) => format!("{agent}: {}", one.says),
-        None => one.says.clone(),
-    });
-    words.collect()
+    findings.map(ToString::to_string).collect()
 }
 
 impl<W: Write> Consumer for Sink<'_, W> {

@@ -247,3 +247,120 @@ fn two_sensors_whose_map_frames_are_shifted_are_named_with_the_shift() {
     let [one] = &report.warnings[..] else { panic!("{:?}", report.warnings) };
     assert!(one.contains("objects of b lie") && one.contains("+1.6"), "{one}");
 }
+
+/// The fused objects of a log by the settings of a hub.
+fn fused_by(folder: &Folder, log: &str, hub: &str) -> anyhow::Result<(Report, String)> {
+    let args = folder.args(log, None);
+    let path = folder.0.join("hub.toml");
+    std::fs::write(&path, hub).unwrap();
+    let report =
+        run(&FuseArgs { rules: RuleArgs { hub_config: Some(path), ..RuleArgs::default() }, ..args.clone() })?;
+    Ok((report, std::fs::read_to_string(&args.out).unwrap()))
+}
+
+/// A van at 10 m/s to the north-east, as a log of twenty frames; `row` writes all but the times.
+fn van(header: &str, row: impl Fn(f64) -> String, behind_s: f64) -> String {
+    let mut log = format!("{header}\n");
+    for k in 0..20 {
+        let t = 0.1 * f64::from(k);
+        writeln!(log, "{:.2},{:.2},cam,{}", t + 0.02, t - behind_s, row(30.0 + 7.0 * t)).unwrap();
+    }
+    log
+}
+
+const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st";
+
+#[test]
+fn a_log_in_conventions_of_its_own_is_fused_as_one_in_ours() {
+    let folder = Folder::new("conventions");
+    let with_pose = format!("{HEADER},sensor_x,sensor_y,sensor_yaw");
+    let ours = van(
+        &with_pose,
+        |x| format!("van,{x},{x},2,5,0.785398163397,0.3,0.3,0.2,0.3,0.05,0,0,1.570796326795"),
+        0.0,
+    );
+    let (_, ours) = fused_by(&folder, &ours, "[hub]\n").unwrap();
+    let turned = "yaw = { unit = \"deg\", turn = \"cw\" }\nsizes = \"w-along\"\ntime_offset_ms = 300\n\
+                  classes = { Bus = \"van\" }\n";
+    // From a sensor that looks north; the clock is 300 ms behind.
+    let boxes = |x: f64| format!("Bus,{x},-{x},5,2,45,0.3,0.3,0.3,0.2,2.864788975654");
+    let sensor = format!(
+        "[hub.agents.cam]\nframe = \"sensor\"\npose = {{ x = 0, y = 0, yaw = 1.570796326795 }}\n{turned}"
+    );
+    let ego = format!("[hub.agents.cam]\nframe = \"ego\"\n{turned}");
+    let cases =
+        [(sensor, van(HEADER, boxes, 0.3)), (ego, van(&with_pose, |x| format!("{},0,0,-90", boxes(x)), 0.3))];
+    for (hub, log) in cases {
+        let (report, theirs) = fused_by(&folder, &log, &hub).unwrap();
+        assert_eq!(report.unknown_classes, 0);
+        assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+        assert!(ours.lines().count() > 15 && ours.lines().count() == theirs.lines().count(), "{theirs}");
+        for (ours, theirs) in ours.lines().zip(theirs.lines()).skip(1) {
+            for (ours, theirs) in ours.split(',').zip(theirs.split(',')) {
+                let is_same = match (ours.parse::<f64>(), theirs.parse::<f64>()) {
+                    (Ok(ours), Ok(theirs)) => (ours - theirs).abs() < 1e-3,
+                    _ => ours == theirs,
+                };
+                assert!(is_same, "{ours} {theirs} with {hub}");
+            }
+        }
+    }
+}
+
+#[test]
+fn longitudes_and_latitudes_of_a_log_are_places_on_the_map() {
+    let folder = Folder::new("geodetic");
+    let hub =
+        "[hub.agents.cam]\nframe = \"wgs84\"\norigin = { latitude_deg = 48.137, longitude_deg = 11.575 }\n";
+    let log = van(HEADER, |_| "car,11.575,48.138,1.8,4.5,0,0.3,0.3,0.1,0.1,0.05".to_owned(), 0.0);
+    let (_, fused) = fused_by(&folder, &log, hub).unwrap();
+    let last: Vec<f64> =
+        fused.lines().last().unwrap().split(',').filter_map(|one| one.parse().ok()).collect();
+    // Time, track, x, y: the class is no number. A thousandth of a degree of latitude at 48° is 111.2 m.
+    assert!(last[2].abs() < 0.1 && (last[3] - 111.2).abs() < 0.1, "{fused}");
+}
+
+#[test]
+fn what_a_log_leaves_out_is_assumed_by_the_settings_of_the_hub() {
+    let folder = Folder::new("assumed");
+    let bare = |x: f64| format!("car,{x},0,,,,,,,,,0,0");
+    let header = format!("{HEADER},sensor_x,sensor_y");
+    let hub = "[hub.agents.cam]\nsigma_position_m = 0.1\nsigma_position_per_m = 0.02\n";
+    let (report, assumed) = fused_by(&folder, &van(&header, bare, 0.0), hub).unwrap();
+    assert_eq!((report.detections, report.dropped_detections.len()), (20, 0));
+    // The noise formula written out: 0.1 m + 0.02 of the distance.
+    let written = |x: f64| format!("car,{x},0,,,,{0},{0},,,,0,0", 0.1 + 0.02 * x);
+    let (_, told) = fused_by(&folder, &van(&header, written, 0.0), "[hub]\n").unwrap();
+    assert_eq!(assumed, told);
+    let (_, others) = fused_by(&folder, &van(&header, bare, 0.0), "[hub]\n").unwrap();
+    assert_ne!(assumed, others);
+    // A row that was cut off is no row with empty cells.
+    let cut = van(&header, bare, 0.0) + "9,9,cam,car,1,0,2,4,0\n";
+    let message = format!("{:#}", fused_by(&folder, &cut, hub).unwrap_err());
+    assert!(message.contains("line 22, column sx"), "{message}");
+}
+
+#[test]
+fn positions_relative_to_an_agent_whose_pose_the_log_lacks_are_an_error_that_names_the_column() {
+    let folder = Folder::new("ego");
+    let log = van(&format!("{HEADER},sensor_x,sensor_y"), |x| format!("car,{x},0,,,,,,,,,0,0"), 0.0);
+    let message =
+        format!("{:#}", fused_by(&folder, &log, "[hub.agents.cam]\nframe = \"ego\"\n").unwrap_err());
+    for named in
+        ["log.csv, line 2, column sensor_yaw", "[hub.agents.cam]", "sensor_x, sensor_y and sensor_yaw"]
+    {
+        assert!(message.contains(named), "{message}");
+    }
+}
+
+#[test]
+fn a_table_of_an_agent_that_the_log_lacks_is_a_warning_with_the_names_that_it_has() {
+    let folder = Folder::new("names");
+    let (log, _) = drive();
+    let hub = "[hub]\nonly_agents = [\"left\"]\n[hub.agents.Left]\ntime_offset_ms = 10\n[hub.agents.left]\ntime_offset_ms = 0\n";
+    let (report, _) = fused_by(&folder, &log, hub).unwrap();
+    let expected = "[hub.agents.Left] has no effect: the sensors of the log are left, right";
+    assert!(report.warnings.iter().any(|one| one == expected), "{:?}", report.warnings);
+    assert!(!report.warnings.iter().any(|one| one.starts_with("[hub.agents.left]")), "{:?}", report.warnings);
+    assert_eq!(report.refused["not_listened_to"], 30);
+}

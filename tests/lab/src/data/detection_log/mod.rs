@@ -16,8 +16,9 @@ use std::io::Read;
 use std::path::Path;
 use v2x_common::detection::{DetectionFrame, MAX_DETECTIONS};
 use v2x_common::id::{AgentId, FrameId};
-use v2x_common::reported::Reported;
+use v2x_common::reported::{RawHeadings, Reported};
 use v2x_common::time::Timestamp;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// Required columns.
 pub(crate) const COLUMNS: [&str; 14] =
@@ -31,6 +32,8 @@ const EPOCH: u64 = 1;
 pub(crate) struct DetectionLog<R> {
     table: CsvTable<R>,
     optional: Optional,
+    /// How sensors write, and what is assumed of them where a cell is empty.
+    settings: HubSettings,
     /// The frames of one time of arrival, in order.
     ready: VecDeque<Arrival>,
     /// The first row of the next time of arrival.
@@ -41,11 +44,18 @@ pub(crate) struct DetectionLog<R> {
 }
 
 impl<R: Read> DetectionLog<R> {
-    /// A log in this table; `path` is for errors.
+    /// A log in this table, whose sensors write by our own conventions; `path` is for errors.
+    #[cfg(test)]
     pub(crate) fn new(table: R, path: &Path) -> Result<Self, CsvError> {
+        Self::by(table, path, HubSettings::default())
+    }
+
+    /// A log whose sensors write as these settings of a hub say.
+    pub(crate) fn by(table: R, path: &Path, settings: HubSettings) -> Result<Self, CsvError> {
         let table = CsvTable::new(table, path, (&COLUMNS, &OPTIONAL_COLUMNS))?;
         Ok(Self {
             optional: Optional::of(&table)?,
+            settings,
             table,
             ready: VecDeque::new(),
             ahead: None,
@@ -67,6 +77,16 @@ impl<R: Read> DetectionLog<R> {
     /// What is counted of the rows so far.
     pub(crate) const fn remarks(&self) -> &Remarks {
         &self.remarks
+    }
+
+    /// The settings.
+    pub(crate) const fn settings(&self) -> &HubSettings {
+        &self.settings
+    }
+
+    /// The sensors so far.
+    pub(crate) fn sensors(&self) -> impl Iterator<Item = &AgentId> {
+        self.sequences.keys()
     }
 
     /// Number of sensors so far.
@@ -104,7 +124,7 @@ impl<R: Read> DetectionLog<R> {
     }
 
     fn sort_in(&mut self, report: Report) {
-        let Report { line, received_at, captured_at, sensor, pose, content, raw_yaw, unmapped } = report;
+        let Report { line, received_at, captured_at, sensor, pose, content, reported, unmapped } = report;
         if let Some(name) = unmapped {
             self.remarks.unmapped.add(&name);
         }
@@ -115,10 +135,19 @@ impl<R: Read> DetectionLog<R> {
             let id = FrameId { agent: sensor, epoch: EPOCH, sequence: *next };
             *next += 1;
             let frame = DetectionFrame { sensor_pose: pose, ..DetectionFrame::empty(id, captured_at) };
-            self.ready.push_back(Arrival { received_at, frame, reported: Reported::default() });
+            let of_frame = Reported {
+                headings: RawHeadings::default(),
+                as_degrees: Vec::new(),
+                without_sigma: 0,
+                ..reported.clone()
+            };
+            self.ready.push_back(Arrival { received_at, frame, reported: of_frame });
             self.ready.len() - 1
         });
-        raw_yaw.iter().for_each(|yaw| self.ready[place].reported.headings.note(*yaw));
+        let of_frame = &mut self.ready[place].reported;
+        of_frame.headings.merge(&reported.headings);
+        of_frame.as_degrees.extend(reported.as_degrees);
+        of_frame.without_sigma += reported.without_sigma;
         match content {
             Content::Detection(detection) => self.ready[place].frame.detections.push(detection),
             Content::Impossible(invalid) => self.remarks.note_dropped(sensor, line, &invalid),
@@ -129,7 +158,7 @@ impl<R: Read> DetectionLog<R> {
     /// The next row. It is an error if it arrived before the previous one.
     fn read(&mut self, not_before: Timestamp) -> Result<Option<Report>, CsvError> {
         let Some(row) = self.table.next_row()? else { return Ok(None) };
-        let report = Report::of(&row, self.optional)?;
+        let report = Report::of(&row, self.optional, &self.settings)?;
         if report.received_at < not_before {
             return Err(row.wrong("t_arr", "no earlier time than the row's before: rows in order of arrival"));
         }

@@ -3,14 +3,20 @@
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use std::io::Read;
 use v2x_common::class::Class;
-use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
-use v2x_common::detection::{Detection, HeadingKind, InvalidValue, MAX_COORDINATE_M};
-use v2x_common::geometry::{BevBox, Pose, wrap_angle};
+use v2x_common::conventions::{Conversion, CoordinateFrame};
+use v2x_common::covariance::{Covariance2, Velocity};
+use v2x_common::detection::{Detection, InvalidValue, MAX_COORDINATE_M};
+use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
+use v2x_common::reported::Reported;
 use v2x_common::time::Timestamp;
+use v2x_common::wire::json::{PartialDetection, PartialSigma};
+use v2x_fusion_hub::hub::{AgentSettings, HubSettings};
 
 /// Position of the sensor.
 pub(crate) const SENSOR_COLUMNS: [&str; 2] = ["sensor_x", "sensor_y"];
+/// Its heading.
+const SENSOR_YAW_COLUMN: &str = "sensor_yaw";
 /// Measured velocity and its standard deviations.
 const VELOCITY_COLUMNS: [&str; 4] = ["vx", "vy", "svx", "svy"];
 /// The detector's confidence, 0 to 1.
@@ -18,9 +24,10 @@ const SCORE_COLUMN: &str = "score";
 /// The sender's track.
 const TRACK_COLUMN: &str = "source_track";
 /// Columns that a log may have.
-pub(super) const OPTIONAL_COLUMNS: [&str; 8] = [
+pub(super) const OPTIONAL_COLUMNS: [&str; 9] = [
     SENSOR_COLUMNS[0],
     SENSOR_COLUMNS[1],
+    SENSOR_YAW_COLUMN,
     SCORE_COLUMN,
     VELOCITY_COLUMNS[0],
     VELOCITY_COLUMNS[1],
@@ -28,9 +35,6 @@ pub(super) const OPTIONAL_COLUMNS: [&str; 8] = [
     VELOCITY_COLUMNS[3],
     TRACK_COLUMN,
 ];
-/// Score of a detection without one.
-const CERTAIN: f64 = 1.0;
-
 /// Which groups of optional columns a table has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Optional {
@@ -49,7 +53,7 @@ pub(super) enum Content {
     Nothing,
 }
 
-/// One row.
+/// One row, in our own conventions.
 #[derive(Clone, Debug)]
 pub(super) struct Report {
     pub line: u64,
@@ -58,8 +62,8 @@ pub(super) struct Report {
     pub sensor: AgentId,
     pub pose: Option<Pose>,
     pub content: Content,
-    /// The heading as it is written, rad, where the row has one.
-    pub raw_yaw: Option<f64>,
+    /// How it was written.
+    pub reported: Reported,
     /// A class name that no table knows.
     pub unmapped: Option<String>,
 }
@@ -84,33 +88,73 @@ impl Optional {
 }
 
 impl Report {
-    /// Reads a row. Text where a number should be is an error; a number that cannot be is [`Content::Impossible`].
-    pub(super) fn of(row: &Row<'_>, optional: Optional) -> Result<Self, CsvError> {
+    /// Reads a row by the conventions of its sensor. Text where a number should be is an error; a number that cannot be is
+    /// [`Content::Impossible`].
+    pub(super) fn of(row: &Row<'_>, optional: Optional, settings: &HubSettings) -> Result<Self, CsvError> {
         let (captured_at, sensor) = (row.seconds("t")?, sensor(row)?);
+        let AgentSettings { report_defaults, conventions, says_sigma, .. } = settings.of_agent(&sensor);
         let pose = if optional.poses { pose(row)? } else { None };
+        if conventions.frame == CoordinateFrame::Ego {
+            own_pose(row, &sensor)?;
+        }
+        let conversion =
+            conventions.conversion(pose).map_err(|error| row.wrong("sensor_x", error.to_string()))?;
         let mut report = Self {
             line: row.line(),
             received_at: row.seconds("t_arr")?,
-            captured_at,
+            captured_at: captured_at + conventions.time_offset,
             sensor,
-            pose,
+            pose: place(row, &conversion)?,
             content: Content::Nothing,
-            raw_yaw: None,
+            reported: Reported { sigma_is_set: *says_sigma, ..Reported::by(conventions, false) },
             unmapped: None,
         };
         let name = row.text("class");
         if name.is_empty() {
             return Ok(report);
         }
-        let class = Class::from_name(name);
+        let class = conventions.class(name);
         report.unmapped = class.is_none().then(|| name.to_owned());
-        report.raw_yaw = Some(row.any_number("yaw", "an angle in rad")?);
-        let detection = detection(row, class.unwrap_or(Class::Unknown), optional)?;
+        let partial = detection(row, class.unwrap_or(Class::Unknown), optional)?;
+        partial.yaw.iter().for_each(|yaw| report.reported.headings.note(conversion.heading(*yaw)));
+        report.reported.without_sigma = u64::from(partial.sigma.x.is_none());
+        let detection = partial.completed(report_defaults, &conversion);
         report.content = match detection.validate(report.pose.as_ref()) {
-            Ok(()) => Content::Detection(detection),
+            Ok(()) => {
+                let yaw = partial.yaw.unwrap_or(f64::NAN);
+                report.reported.as_degrees = vec![conversion.heading_of_degrees(yaw)];
+                Content::Detection(detection)
+            }
             Err(invalid) => Content::Impossible(invalid),
         };
         Ok(report)
+    }
+}
+
+/// An agent whose positions are relative to its own pose must have one, with a heading.
+fn own_pose(row: &Row<'_>, sensor: &AgentId) -> Result<(), CsvError> {
+    let columns = [SENSOR_COLUMNS[0], SENSOR_COLUMNS[1], SENSOR_YAW_COLUMN];
+    match columns.into_iter().find(|column| row.text(column).is_empty()) {
+        None => Ok(()),
+        Some(column) => Err(row.wrong(
+            column,
+            format!(
+                "a number: by [hub.agents.{sensor}] (frame = \"ego\") positions are relative to the agent's own pose, \
+                 in the columns sensor_x, sensor_y and sensor_yaw"
+            ),
+        )),
+    }
+}
+
+/// The sensor's pose in the map frame.
+fn place(row: &Row<'_>, conversion: &Conversion<'_>) -> Result<Option<Pose>, CsvError> {
+    match conversion.sensor_pose() {
+        Some(pose) if !(pose.x.is_finite() && pose.y.is_finite()) => {
+            let expected =
+                "a longitude, and as sensor_y a latitude, within 200 km of the origin in [hub.agents]";
+            Err(row.wrong(SENSOR_COLUMNS[0], expected))
+        }
+        pose => Ok(pose),
     }
 }
 
@@ -130,44 +174,49 @@ fn pose(row: &Row<'_>) -> Result<Option<Pose>, CsvError> {
         }
     };
     match (coordinate(x)?, coordinate(y)?) {
-        (Some(x), Some(y)) => Ok(Some(Pose { x, y, yaw: 0.0 })),
+        (Some(x), Some(y)) => {
+            let yaw = row.number_if_any(SENSOR_YAW_COLUMN, "a heading, or nothing")?;
+            Ok(Some(Pose { x, y, yaw: yaw.unwrap_or(0.0) }))
+        }
         (None, None) => Ok(None),
         (None, Some(_)) => Err(row.wrong(x, "a coordinate, as sensor_y is one")),
         (Some(_), None) => Err(row.wrong(y, "a coordinate, as sensor_x is one")),
     }
 }
 
-fn detection(row: &Row<'_>, class: Class, optional: Optional) -> Result<Detection, CsvError> {
-    let metres = |column| row.any_number(column, "a length in m");
-    let variance = |column| {
-        let sigma = row.any_number(column, "a standard deviation")?;
-        // A negative one stays negative, for validation to find.
-        Ok::<_, CsvError>(sigma * sigma.abs())
-    };
-    let bev = BevBox {
-        x: row.any_number("x", "a coordinate in m")?,
-        y: row.any_number("y", "a coordinate in m")?,
-        w: metres("w")?,
-        d: metres("d")?,
-        yaw: wrap_angle(row.any_number("yaw", "an angle in rad")?),
-    };
-    let covariance = BoxCovariance {
-        position: Covariance2 { xx: variance("sx")?, xy: 0.0, yy: variance("sy")? },
-        ww: variance("sw")?,
-        dd: variance("sd")?,
-        yaw: variance("st")?,
-    };
+/// The detection as it is written; an empty cell is a value that the sensor does not give.
+fn detection(row: &Row<'_>, class: Class, optional: Optional) -> Result<PartialDetection, CsvError> {
+    let given = |column, expected: &str| row.any_number_if_given(column, expected);
+    let metres = |column| given(column, "a length in m, or nothing");
+    let sigma = |column| given(column, "a standard deviation, or nothing");
     let score = match row.text(SCORE_COLUMN) {
-        "" => CERTAIN,
-        _ => row.any_number(SCORE_COLUMN, "a score of 0 to 1, or nothing")?,
+        "" => None,
+        _ => Some(row.any_number(SCORE_COLUMN, "a score of 0 to 1, or nothing")?),
     };
     let source_track = match row.text(TRACK_COLUMN) {
         "" => None,
         text => Some(text.parse().map_err(|_| row.wrong(TRACK_COLUMN, "the number of a track, or nothing"))?),
     };
-    let velocity = if optional.velocities { velocity(row)? } else { None };
-    let heading = HeadingKind::Known;
-    Ok(Detection { class, score, bev, covariance, velocity, heading, source_track })
+    Ok(PartialDetection {
+        class,
+        x: row.any_number("x", "a coordinate in m, or as its conventions say")?,
+        y: row.any_number("y", "a coordinate in m, or as its conventions say")?,
+        w: metres("w")?,
+        d: metres("d")?,
+        yaw: given("yaw", "a heading, or nothing")?,
+        score,
+        heading: None,
+        sigma: PartialSigma {
+            x: sigma("sx")?,
+            y: sigma("sy")?,
+            rho: 0.0,
+            w: sigma("sw")?,
+            d: sigma("sd")?,
+            yaw: sigma("st")?,
+        },
+        velocity: if optional.velocities { velocity(row)? } else { None },
+        source_track,
+    })
 }
 
 /// The measured velocity; `None` where all of its cells are empty.
