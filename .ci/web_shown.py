@@ -134,6 +134,10 @@ def check_refusals(browser, network, meanwhile):
     network.start("rsu", "agent", "--scenario", "slow.toml", "--id", "rsu", "--connect", network.endpoint)
     browser.wait("window.v2x.state.events.some((each) => each.agent === 'rsu' && each.level === 'refused' && each.text.includes('late'))", "a refusal with its reason")
     browser.wait("document.getElementById('verdict').innerText.includes('Frames refused') && document.getElementById('verdict').innerText.includes('rsu')", "a verdict of refused frames")
+    header = browser.run("document.querySelector('#facts div:last-child dd').textContent")
+    assert int(header.split()[0]) > 0, header
+    late = browser.run("document.querySelector('[data-agent=ego] .sub.value').textContent")
+    assert "detections" in late, late
     meanwhile(browser)
     network.end("rsu")
     network.start_agent("rsu")

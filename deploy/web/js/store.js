@@ -50,12 +50,15 @@ class Hub {
     this.inHub = new Series();
     this.age = new Series();
     this.error = new Series();
-    /** By agent: frames that were refused, and NIS. */
+    /** By agent: frames that were refused, that came out of order, and NIS. */
     this.refusals = new Map();
+    this.lates = new Map();
     this.nis = new Map();
     this.counts = new Map();
     this.refusedBefore = new Map();
     this.restarts = 0;
+    /** Whether an object keeps its track from list to list. */
+    this.keepsTracks = true;
   }
 }
 
@@ -203,7 +206,9 @@ export class Store {
         if (!this.paused) seriesOf(hub.refusals, name).add(message.received, n);
         agent.lastRefusedAt = agent.seen = message.received;
       }
-      if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "out of order", level: "late", at: message.received });
+      if (!(late > before.late)) continue;
+      if (!this.paused) seriesOf(hub.lates, name).add(message.received, late - before.late);
+      this.#event({ hub: hub.name, agent: name, text: "out of order", level: "late", at: message.received });
     }
   }
 
@@ -363,6 +368,7 @@ function packed(lists) {
 }
 
 function extendTrails(hub, frame) {
+  if (frame.n && hub.trails.size) hub.keepsTracks = frame.tracks.some((track) => hub.trails.has(track));
   for (let k = 0; k < frame.n; k += 1) {
     let trail = hub.trails.get(frame.tracks[k]);
     if (!trail) {
