@@ -144,7 +144,7 @@ def readout(browser):
         if (root.hidden) return null;
         const rows = [...root.querySelectorAll('tr')].map((row) => [row.cells[0].lastChild.textContent, Number(row.cells[1].textContent)]);
         const box = root.getBoundingClientRect();
-        return {text: root.innerText, ago: Number(/([\\d.]+) s ago/.exec(root.innerText)?.[1]), values: Object.fromEntries(rows),
+        return {text: root.innerText, ago: Number(/([\\d.]+)\\ss ago/.exec(root.innerText)?.[1]), values: Object.fromEntries(rows),
                 isInside: box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight};
     })()""")
 
@@ -168,7 +168,7 @@ def wait_for_readout(browser, share, has_values):
     browser.wait(f"""(() => {{
         const ago = 0.25 + window.v2x.chartSeconds * (1 - {share});
         const root = document.getElementById('readout'), cells = [...root.querySelectorAll('td:last-child')];
-        const isThere = Math.abs(Number(/([\\d.]+) s ago/.exec(root.textContent)?.[1]) - ago) < 0.4;
+        const isThere = Math.abs(Number(/([\\d.]+)\\ss ago/.exec(root.textContent)?.[1]) - ago) < 0.4;
         return !root.hidden && isThere && (!{json.dumps(has_values)} || cells.every((each) => Number.isFinite(Number(each.textContent))));
     }})()""", f"values at {share} of a chart")
     return readout(browser)
@@ -190,13 +190,16 @@ def check_charts_by_touch(browser):
 
 def check_charts(browser):
     """The pointer reads the values of its moment, and so do the arrow keys; a click shows that moment."""
-    near = read_at(browser, 3, 0.985)
-    assert near["isInside"] and near["text"].startswith("Rate, Hz"), near
-    assert set(near["values"]) == {"ego", "rsu"} and all(7 <= rate <= 13 for rate in near["values"].values()), near
+    # A busy machine may hold frames back for a moment.
+    end, near = time.monotonic() + PATIENCE_S, {"values": {}}
+    while not (near["values"] and all(7 <= rate <= 13 for rate in near["values"].values())):
+        assert time.monotonic() < end, near
+        near = read_at(browser, 3, 0.985)
+    assert near["isInside"] and near["text"].startswith("Rate, Hz") and set(near["values"]) == {"ego", "rsu"}, near
     farther = read_at(browser, 3, 0.97)
     browser.click(*chart_place(browser, 3, 0.97))
     browser.wait("window.v2x.state.paused", "a pause by a click on a chart", 5)
-    back = browser.wait("-Number(document.getElementById('clock').textContent.replace('−', '-').replace(' s', ''))", "the moment that is shown")
+    back = browser.wait("-Number(document.getElementById('clock').textContent.replace('−', '-').replace(/\\s*s/, ''))", "the moment that is shown")
     # Charts are drawn twice a second, and it was so long ago then.
     assert -0.1 < back - farther["ago"] < 1.2, (back, farther)
     browser.key("l", "l")
@@ -253,6 +256,7 @@ def check_one_moment(browser):
 
 def check_second_hub(browser):
     """The second hub's boxes and lines are in ink, and charts say whose values they have; a track that is new each time has no number."""
+    assert browser.wait("!window.v2x.shown[1].keepsTracks && window.v2x.shown[0].keepsTracks", "tracks that are new in each list")
     browser.run(NEXT_DRAWING)
     strokes = browser.run("""new Promise((done) => {
         const style = getComputedStyle(document.documentElement), named = (name) => style.getPropertyValue(name).trim().toLowerCase();
@@ -427,6 +431,8 @@ def check_marks(browser, scheme):
     tints = browser.run("window.v2x.tints")
     lines = [truth, ours, *sorted(colours)]
     # By CIEDE2000 some 2 are seen beside each other; these are thin lines, and small areas far from each other.
-    for difference in (least_difference(lines), least_difference(tints), least_difference(tints, lines), least_difference([warn], sorted(colours))):
+    for difference in (least_difference(lines), least_difference(tints), least_difference(tints, lines)):
         assert difference[0] > 8, f"{scheme}: {difference}"
+    # A warning has words, too, and is not on the map.
+    assert least_difference([warn], colours)[0] > 3, f"{scheme}: {least_difference([warn], colours)}"
     assert min(contrast(colour, ground) for colour in colours) > 2, scheme

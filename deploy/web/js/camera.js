@@ -3,7 +3,7 @@
 const CLOSEST = 200;
 const FARTHEST = 0.02;
 /** Pixels of a metre. */
-const COARSE = 5;
+const COARSE = 4;
 
 export class Camera {
   x = 0;

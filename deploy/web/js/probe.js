@@ -19,7 +19,7 @@ export function probe(view) {
     /** The list that is shown of each hub. */
     get shown() {
       return scene.panes.filter((pane) => pane.frame).map(({ hub, frame }) => ({
-        hub: hub.name, lineage: frame.lineage, sequence: frame.sequence, objects: frame.n, tracks: [...frame.tracks], restarts: hub.restarts,
+        hub: hub.name, lineage: frame.lineage, sequence: frame.sequence, objects: frame.n, tracks: [...frame.tracks], restarts: hub.restarts, keepsTracks: hub.keepsTracks,
       }));
     },
     get state() {

@@ -157,7 +157,7 @@ export class Scene {
     context.beginPath();
     traceBoxes(context, view, truth, TRUTH);
     context.strokeStyle = palette.truth;
-    context.lineWidth = view.isCoarse ? 1 : 2;
+    context.lineWidth = view.isCoarse ? 1.2 : 2;
     // Dashes tell it from the detections without colour, where there is room for them.
     context.setLineDash(view.isCoarse ? [] : TRUTH_DASH);
     context.stroke();

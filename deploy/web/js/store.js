@@ -17,6 +17,8 @@ export const TRUTH = { size: 9, id: 0, class: 1, x: 2, y: 3, w: 4, d: 5, yaw: 6,
 const MAX_STREAMS = 512;
 const TRAIL_POINTS = 300;
 const TRAIL_STEP_MS = 200;
+/** A track with more points has been there for more than a second. */
+const LASTING_POINTS = 5;
 const MAX_TRAILS = 4000;
 const MAX_EVENTS = 64;
 
@@ -57,8 +59,9 @@ class Hub {
     this.counts = new Map();
     this.refusedBefore = new Map();
     this.restarts = 0;
-    /** Whether an object keeps its track from list to list. */
+    /** Whether an object keeps its track from list to list, as its trails show since a time, ms. */
     this.keepsTracks = true;
+    this.trailsSince = Infinity;
   }
 }
 
@@ -175,6 +178,7 @@ export class Store {
     if (last && last.lineage !== message.lineage) {
       hub.restarts += 1;
       hub.trails.clear();
+      hub.trailsSince = message.received;
     }
     const frame = fusedFrame(message, this.#originNear(message.objects.length ? message.objects.slice(1, 3) : null));
     hub.frames.push(frame);
@@ -368,7 +372,6 @@ function packed(lists) {
 }
 
 function extendTrails(hub, frame) {
-  if (frame.n && hub.trails.size) hub.keepsTracks = frame.tracks.some((track) => hub.trails.has(track));
   for (let k = 0; k < frame.n; k += 1) {
     let trail = hub.trails.get(frame.tracks[k]);
     if (!trail) {
@@ -385,6 +388,9 @@ function extendTrails(hub, frame) {
     trail.times[place] = frame.received;
     trail.n += 1;
   }
+  hub.trailsSince = Math.min(hub.trailsSince, frame.received);
+  const isJudged = frame.n > 0 && frame.received - hub.trailsSince > 2000;
+  if (isJudged) hub.keepsTracks = frame.tracks.some((track) => hub.trails.get(track)?.n > LASTING_POINTS);
   if (frame.sequence % 50 === 0) {
     for (const [track, trail] of hub.trails) if (trail.seen < frame.received - 60_000) hub.trails.delete(track);
   }
