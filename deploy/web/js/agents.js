@@ -12,6 +12,8 @@ const RING_MS = { late: 700, refused: 2500 };
 const CALM_MS = 5000;
 const MARK_PIXELS = 8.5;
 const RINGS = [15, 19];
+/** Where more agents than so many have refused frames at once, the cross alone says it. */
+const MOST_IN_FULL = 3;
 /** From the left edge of a plate to its text. */
 const PLATE_TEXT = 20;
 /** Share of an area's colour that all fields of view together may have. */
@@ -58,11 +60,12 @@ export function drawMarks(context, view, agents, { labels, highlighted, time, fi
   // No label lies under a mark.
   for (const { x, y } of placed) labels.reserve(x - 8, y - 8, 16, 16);
   labels.use(BOLD);
+  const nRefused = placed.filter(({ event }) => event?.level === "refused").length;
   for (const each of placed) {
     const delay = each.agent.delay.recent(figuresAt);
     const text = `${each.agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)}\u00a0ms` : ""}`;
     each.label = labels.writeBeside(`${view.left} ${view.top} ${each.agent.name}`, text, each.x, each.y, palette.ink);
-    if (each.event?.level === "refused") each.plate = plateOf(labels, view, each);
+    if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL);
   }
   for (const { agent, frame, isFresh, x, y, event } of placed) {
     context.globalAlpha = isFresh ? 1 : 0.5;
@@ -103,14 +106,14 @@ function drawEvent(context, x, y, { level }, share) {
 }
 
 /** Where the reason of a refusal stands: under the name of its agent, whatever is there. */
-function plateOf(labels, view, { x, y, label, event }) {
-  const text = `refused: ${event.text}`;
+function plateOf(labels, view, { x, y, label, event }, isShort) {
+  const text = isShort ? event.text : `refused: ${event.text}`;
   const width = labels.width(text) + PLATE_TEXT + 6;
   const [left, base] = label ?? [x - width / 2, y + 18];
   const inside = (value, from, to) => Math.max(from, Math.min(to, value));
   const at = { text, width, x: inside(left - 4, view.left + 2, view.left + view.width - width - 2), y: base + 5 };
   // Not over the mark, where the border has pushed it there.
-  if (at.x < x + RINGS[1] && at.x + width > x - RINGS[1]) at.y = Math.max(at.y, y + RINGS[1] + 3);
+  if (at.x < x + RINGS[0] && at.x + width > x - RINGS[0]) at.y = Math.max(at.y, y + RINGS[1] + 3);
   at.y = inside(at.y, view.top + 2, view.top + view.height - 22);
   labels.reserve(at.x, at.y, width, 20);
   return at;

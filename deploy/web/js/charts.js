@@ -83,17 +83,25 @@ export class Charts {
     });
   }
 
-  /** Takes in the minute before `time`, with the figures of the moment that the map shows, `cursor`. */
-  draw({ store, shown, time, cursor }) {
-    this.time = time;
-    this.cursorBack = (time - cursor) / STEP_MS;
+  /** Says the figures of a moment in the titles. */
+  say({ store, shown, at }) {
     const hasTruth = shown.some((hub) => hub.frames.newest?.truth);
     const whose = shown.length > 1 ? ` by ${shown[0].name}` : "";
     for (const chart of this.charts) {
       chart.lacksTruth = Boolean(chart.needsTruth) && !hasTruth;
-      chart.lines = chart.lacksTruth ? [] : chart.linesOf({ store, shown }).map((line) => ({ ...line, ...sampled(line, time), newest: line.recent(cursor) }));
       chart.caption = `${chart.name}${chart.isOfFirst ? whose : ""}, ${chart.unit}`;
       if (chart.label.textContent !== chart.caption) chart.label.textContent = chart.caption;
+      const lines = chart.lacksTruth ? [] : chart.linesOf({ store, shown });
+      renew(chart.value, figures(chart, lines.map((line) => ({ ...line, newest: line.recent(at) }))));
+    }
+  }
+
+  /** Takes in the minute before `time`; `cursor` is the moment that the map shows. */
+  draw({ store, shown, time, cursor }) {
+    this.time = time;
+    this.cursorBack = (time - cursor) / STEP_MS;
+    for (const chart of this.charts) {
+      chart.lines = chart.lacksTruth ? [] : chart.linesOf({ store, shown }).map((line) => ({ ...line, ...sampled(line, time) }));
     }
     const oldest = Math.max(...this.charts.flatMap((chart) => chart.lines.map((line) => line.oldest)));
     this.span = Math.min(N_VALUES, Math.max(LEAST_STEPS, oldest + 1));
@@ -113,7 +121,6 @@ export class Charts {
     context.clearRect(0, 0, width, height);
     context.font = FONT;
     if (!lines.some((line) => line.n > 0)) {
-      renew(chart.value, ["–"]);
       context.fillStyle = palette.muted;
       context.fillText(chart.lacksTruth ? "no ground truth known" : "nothing yet", 0, height / 2);
       canvas.setAttribute("aria-label", `${chart.name}: nothing yet`);
@@ -130,7 +137,6 @@ export class Charts {
     for (const line of lines) drawLine(chart, line, isHighlighted(line) ? 1 : alphaOf(line), isHighlighted(line));
     lines.filter(isHighlighted).forEach((line) => drawLine(chart, line, 1, true));
     if (this.back !== null) drawPoints(chart, this.back);
-    renew(chart.value, figures(chart));
     if (document.activeElement !== canvas) canvas.setAttribute("aria-label", `${chart.caption}: ${chart.value.textContent}; arrow keys read values`);
   }
 }
@@ -247,7 +253,7 @@ function drawLine(chart, line, alpha, isHighlighted) {
 }
 
 /** What a chart's title says of the moment that is shown: the value of each hub's line, else of all agents the mean, or the sum of the minute. */
-function figures({ lines, digits, isCount, span }) {
+function figures({ digits, isCount, span }, lines) {
   const text = (value) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   const own = lines.filter((line) => line.isWide);
   if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), `${line.hub}\u00a0${text(line.newest)}`));

@@ -24,7 +24,7 @@ function sample(id, isCoarse) {
   else if (id === "trails") line(palette.ours, { "stroke-opacity": 0.4, "stroke-width": 2 });
   else if (id === "roads") line(palette.road, { "stroke-width": 12 }), line(palette.marking, { "stroke-width": 1, "stroke-dasharray": "4 3" });
   else if (id === "grid") shape("path", { d: "M2 4.5H20M2 9.5H20M7 1V13M15 1V13", stroke: palette.line });
-  else if (id === "classes") tints.forEach((fill, k) => shape("rect", { x: 1 + 5 * k, y: 3, width: 5, height: 8, fill, "fill-opacity": 0.7 }));
+  else if (id === "classes") tints.forEach((fill, k) => shape("rect", { x: 1 + 5 * k, y: 3, width: 5, height: 8, fill, "fill-opacity": palette.tintOpacity }));
   else shape("text", { x: 0, y: 11, "font-size": 10, fill: palette.ours }), (svg.lastChild.textContent = "C12");
   return svg;
 }
@@ -42,7 +42,7 @@ export function showLayers(roots, isCoarse, onChange) {
   }));
   roots.letters.replaceChildren(...groups.map(({ letter, meaning, colour }) => {
     const svg = svgElement("svg", { width: 16, height: 12 });
-    svg.append(svgElement("rect", { x: 1, y: 1, width: 14, height: 10, rx: 1.5, fill: colour ?? "none", "fill-opacity": 0.7, stroke: palette.ours, "stroke-width": 1.5 }));
+    svg.append(svgElement("rect", { x: 1, y: 1, width: 14, height: 10, rx: 1.5, fill: colour ?? "none", "fill-opacity": palette.tintOpacity, stroke: palette.ours, "stroke-width": 1.5 }));
     return element("span", "", svg, element("b", "", letter), ` ${meaning}`);
   }));
   roots.key.replaceChildren(...IN_SHORT.map(([id, word]) => element("span", "", sample(id, isCoarse), word)));

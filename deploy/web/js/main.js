@@ -165,6 +165,7 @@ class View {
     showVerdict(verdict(store, hubs));
     showFacts(facts(store, hubs, time));
     showEmpty(emptyState(store, hubs[0]));
+    this.charts.say({ store, shown: hubs, at: this.figuresAt });
     showSelected($("selected-body"), this);
     showAgents($("agents-body"), this);
     this.hubChoice.show(hubs);

@@ -16,6 +16,7 @@ export function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) palette[name] = style.getPropertyValue(`--${name}`).trim();
   palette.isDark = isDark();
+  palette.tintOpacity = palette.isDark ? 0.35 : 0.7;
   palette.agents = palette.isDark ? ON_DARK : ON_LIGHT;
 }
 

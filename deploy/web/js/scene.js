@@ -204,7 +204,7 @@ export class Scene {
   /** All boxes of a colour are one path. */
   #fillByClass(view, values) {
     const { context, store } = this;
-    context.globalAlpha = layers.classes ? 0.7 : 0.25;
+    context.globalAlpha = layers.classes ? palette.tintOpacity : 0.25;
     for (const colour of layers.classes ? tints : [view.colour]) {
       context.beginPath();
       traceBoxes(context, view, values, OBJECT, (k) => !layers.classes || groups[store.groups[values[k + OBJECT.class]]]?.colour === colour);

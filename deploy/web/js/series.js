@@ -38,10 +38,10 @@ export class Series {
     return sum / count;
   }
 
-  /** The sum over the minute before a time, without the step that is not over. */
+  /** The sum over the minute before a time. */
   total(time) {
     let sum = 0;
-    for (let back = 1; back < POINTS; back += 1) {
+    for (let back = 0; back < POINTS; back += 1) {
       const place = this.#placeOf(time, back);
       if (place >= 0) sum += this.#sums[place];
     }

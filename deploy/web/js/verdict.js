@@ -76,9 +76,9 @@ export function facts(store, hubs, time) {
 
 /** Frames that a hub has refused in the last minute, and since it started where that is another number. */
 function refused(hub, time) {
-  if (!hub.status) return "–";
+  if (!hub.counts.size) return "–";
   const recent = [...hub.refusals.values()].reduce((sum, series) => sum + series.total(time), 0);
-  const all = hub.status.agents.reduce((sum, agent) => sum + total(agent.refused), 0);
+  const all = [...hub.counts.values()].reduce((sum, each) => sum + each.refused, 0);
   return all > recent ? `${recent} (${all} in all)` : String(recent);
 }
 
