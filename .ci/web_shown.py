@@ -45,8 +45,9 @@ def check_picture(browser):
         const named = (name) => of(style.getPropertyValue(name));
         return {all: colours.size, ours: named('--ours'), truth: named('--truth'), ego: of('#D55E00'), rsu: of('#009E73')};
     })()"""
-    # Without labels, which have the colour of the boxes.
+    # Without labels, which have the colour of the boxes; and near, where no line is thinner than a pixel.
     browser.key("8", "8")
+    browser.key("+", "+")
     browser.run(NEXT_DRAWING)
     # An agent whose newest frame is old is drawn faintly.
     end, colours = time.monotonic() + PATIENCE_S, {"none": 0}
@@ -60,6 +61,7 @@ def check_picture(browser):
     assert hidden["ours"] < colours["ours"] / 10, (colours, hidden)
     browser.key("1", "1")
     browser.key("8", "8")
+    browser.key("0", "0")
 
 
 def check_counts(browser, published):
@@ -134,6 +136,7 @@ def check_refusals(browser, network, meanwhile):
     network.start("rsu", "agent", "--scenario", "slow.toml", "--id", "rsu", "--connect", network.endpoint)
     browser.wait("window.v2x.state.events.some((each) => each.agent === 'rsu' && each.level === 'refused' && each.text.includes('late'))", "a refusal with its reason")
     browser.wait("document.getElementById('verdict').innerText.includes('Frames refused') && document.getElementById('verdict').innerText.includes('rsu')", "a verdict of refused frames")
+    browser.wait("parseInt(document.querySelector('#facts div:last-child dd').textContent) > 0", "refused frames of the last minute in the header")
     meanwhile(browser)
     network.end("rsu")
     network.start_agent("rsu")

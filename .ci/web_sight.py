@@ -1,6 +1,7 @@
 """How far apart two colours look, with all kinds of cones and without one of them."""
 
 import itertools
+from math import atan2, cos, degrees, exp, hypot, radians, sin, sqrt
 
 # Linear RGB as seen without one kind of cones, in full. Machado, Oliveira and Fernandes, IEEE TVCG 15(6), 2009, severity 1.0.
 SIGHTS = {
@@ -27,14 +28,47 @@ def cielab(rgb):
     return 116 * y - 16, 500 * (x - y), 200 * (y - z)
 
 
-def least_difference(colours):
-    """The smallest distance of two colours in CIELAB (ΔE 1976), whoever looks; and who and which."""
-    found = []
-    for one, other in itertools.combinations(colours, 2):
-        for sight, matrix in SIGHTS.items():
-            pair = [cielab(times(matrix, linear(colour))) for colour in (one, other)]
-            found.append((sum((a - b) ** 2 for a, b in zip(*pair)) ** 0.5, sight, one, other))
-    return min(found)
+def ciede2000(one, other):
+    """The distance of two colours in CIELAB. Sharma, Wu and Dalal, Color Research and Application 30(1), 2005, equations 2 to 22."""
+    (l1, a1, b1), (l2, a2, b2) = one, other
+    seventh = lambda c: sqrt(c**7 / (c**7 + 25**7))
+    stretch = 1 + 0.5 * (1 - seventh((hypot(a1, b1) + hypot(a2, b2)) / 2))
+    c1, c2 = hypot(stretch * a1, b1), hypot(stretch * a2, b2)
+    h1, h2 = (degrees(atan2(b, stretch * a)) % 360 for a, b in ((a1, b1), (a2, b2)))
+    is_grey = c1 * c2 == 0
+    turn = 0 if is_grey else (h2 - h1 + 180) % 360 - 180
+    if is_grey:
+        hue = h1 + h2
+    else:
+        hue = (h1 + h2) / 2 if abs(h1 - h2) <= 180 else (h1 + h2 + (360 if h1 + h2 < 360 else -360)) / 2
+    light, chroma = (l1 + l2) / 2, (c1 + c2) / 2
+    t = 1 - 0.17 * cos(radians(hue - 30)) + 0.24 * cos(radians(2 * hue)) + 0.32 * cos(radians(3 * hue + 6)) - 0.20 * cos(radians(4 * hue - 63))
+    by_light = (l2 - l1) / (1 + 0.015 * (light - 50) ** 2 / sqrt(20 + (light - 50) ** 2))
+    by_chroma = (c2 - c1) / (1 + 0.045 * chroma)
+    by_hue = 2 * sqrt(c1 * c2) * sin(radians(turn / 2)) / (1 + 0.015 * chroma * t)
+    rotation = -sin(radians(60 * exp(-(((hue - 275) / 25) ** 2)))) * 2 * seventh(chroma)
+    return sqrt(by_light**2 + by_chroma**2 + by_hue**2 + rotation * by_chroma * by_hue)
+
+
+# Pairs of the paper's table 1 that take each branch of the hue.
+for one, other, expected in (
+    ((50, 2.6772, -79.7751), (50, 0, -82.7485), 2.0425),
+    ((50, 2.49, -0.001), (50, -2.49, 0.0011), 7.2195),
+    ((50, 2.5, 0), (73, 25, -18), 27.1492),
+    ((2.0776, 0.0795, -1.1350), (0.9033, -0.0636, -0.5514), 0.9082),
+):
+    assert abs(ciede2000(one, other) - expected) < 1e-4, (one, other, expected)
+
+
+def difference(one, other):
+    """The smallest distance of two colours (CIEDE2000), whoever looks; and who."""
+    return min((ciede2000(*(cielab(times(matrix, linear(colour))) for colour in (one, other))), sight) for sight, matrix in SIGHTS.items())
+
+
+def least_difference(colours, others=None):
+    """The smallest distance of two of these colours, or of one of them and one of others; who looks, and which."""
+    pairs = itertools.combinations(colours, 2) if others is None else itertools.product(colours, others)
+    return min((*difference(one, other), one, other) for one, other in pairs)
 
 
 def contrast(one, other):

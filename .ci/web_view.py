@@ -53,6 +53,16 @@ def check_widths(browser, folder):
     browser.size(1280, 800)
 
 
+def select_telling(browser):
+    """Selects an object of which the panel has much to say, if there is one."""
+    for _ in range(200):
+        browser.key("n", "n")
+        browser.run("new Promise((done) => setTimeout(done, 50))")
+        if browser.run(IS_TELLING):
+            break
+    browser.run("new Promise((done) => setTimeout(done, 400))")
+
+
 def readme_picture(browser, network, path):
     network.start_hub()
     network.start_agents()
@@ -64,12 +74,7 @@ def readme_picture(browser, network, path):
     browser.run("new Promise((done) => setTimeout(done, 40_000))")
     for _ in range(2):
         browser.key("+", "+")
-    for _ in range(200):
-        browser.key("n", "n")
-        browser.run("new Promise((done) => setTimeout(done, 50))")
-        if browser.run(IS_TELLING):
-            break
-    browser.run("new Promise((done) => setTimeout(done, 400))")
+    select_telling(browser)
     browser.picture(path, "webp", quality=README_QUALITY)
     size = pathlib.Path(path).stat().st_size
     assert size <= 300_000, f"{size} bytes"
@@ -92,6 +97,7 @@ def check_all(browser, network, folder):
     used.check_touch(browser)
     used.check_charts_by_touch(browser)
     used.check_charts(browser)
+    used.check_one_moment(browser)
     published = shown.check_restart(browser, network)
     shown.check_counts(browser, published)
     shown.check_refusals(browser, network, meanwhile=used.check_motion)
@@ -99,6 +105,12 @@ def check_all(browser, network, folder):
     used.check_two_hubs(browser, network, free_port, folder)
     shown.check_recovery(browser)
     check_widths(browser, folder)
+    if folder:
+        browser.size(1920, 1080)
+        select_telling(browser)
+        browser.picture(folder / "view-selected.png")
+        browser.key("Escape")
+        browser.size(1280, 800)
     used.check_markup(browser, network)
     shown.check_end(browser, network)
     # The stream of events was cut off on purpose.

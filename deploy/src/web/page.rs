@@ -47,6 +47,7 @@ files! {
     "/js/keyboard.js", JS, "js/keyboard.js";
     "/js/labels.js", JS, "js/labels.js";
     "/js/layers.js", JS, "js/layers.js";
+    "/js/legend.js", JS, "js/legend.js";
     "/js/marks.js", JS, "js/marks.js";
     "/js/nodes.js", JS, "js/nodes.js";
     "/js/palette.js", JS, "js/palette.js";

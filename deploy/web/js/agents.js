@@ -1,15 +1,21 @@
 // Agents on the map: fields of view, detections, marks, and what became of their newest frames.
 
-import { BOLD } from "./labels.js";
+import { BOLD, drawPlate } from "./labels.js";
 import { drawMark, markOf } from "./marks.js";
 import { palette } from "./palette.js";
 import { traceBoxes, traceSector } from "./shapes.js";
 import { DETECTION } from "./store.js";
 
-const FLASH_MS = { late: 700, refused: 2500 };
-/** Where no motion is wanted a ring stands still for so long, so that frequent events do not make it flicker. */
+/** How long a ring is seen: that of a frame out of order, which is used all the same, fades; that of a refused one stands. */
+const RING_MS = { late: 700, refused: 2500 };
+/** Where no motion is wanted no ring fades, and it stands for so long, so that frequent events do not make it flicker. */
 const CALM_MS = 5000;
 const MARK_PIXELS = 8.5;
+const RINGS = [15, 19];
+/** Where more agents than so many have refused frames at once, the cross alone says it. */
+const MOST_IN_FULL = 3;
+/** From the left edge of a plate to its text. */
+const PLATE_TEXT = 20;
 /** Share of an area's colour that all fields of view together may have. */
 const VEIL = 0.09;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -21,7 +27,7 @@ export function drawViews(context, view, agents, highlighted) {
     const isHighlighted = agent.name === highlighted;
     context.beginPath();
     traceSector(context, view, frame.pose, agent.sensor.field_of_view);
-    const { colour, dash } = markOf(agent.number);
+    const { colour, dash } = markOf(agent);
     context.strokeStyle = context.fillStyle = colour;
     context.globalAlpha = isHighlighted ? 0.12 : seen.length > 4 ? 0 : Math.min(0.05, VEIL / seen.length);
     if (context.globalAlpha > 0) context.fill();
@@ -35,66 +41,88 @@ export function drawViews(context, view, agents, highlighted) {
 }
 
 export function drawDetections(context, view, { agent, frame, isFresh }, highlighted) {
-  const { colour, dash } = markOf(agent.number);
+  const { colour, dash } = markOf(agent);
   context.beginPath();
   traceBoxes(context, view, frame.values, DETECTION);
-  context.globalAlpha = !isFresh || (highlighted && highlighted !== agent.name) ? 0.25 : highlighted ? 1 : 0.75;
+  context.globalAlpha = !isFresh || (highlighted && highlighted !== agent.name) ? 0.25 : 1;
   context.strokeStyle = colour;
-  context.lineWidth = highlighted === agent.name ? 1.8 : 1;
+  context.lineWidth = highlighted === agent.name ? 2 : view.isCoarse ? 0.9 : 1.25;
   context.setLineDash(dash);
   context.stroke();
   context.setLineDash([]);
   context.globalAlpha = 1;
 }
 
-export function drawMarks(context, view, agents, { labels, highlighted, time }) {
-  const placed = agents.filter(({ frame }) => frame.pose && view.sees(frame.pose.x, frame.pose.y, 0));
+/** Marks and names of all agents, with what became of their newest frames; returns whether something moves by itself. */
+export function drawMarks(context, view, agents, { labels, highlighted, time, figuresAt, events }) {
+  const placed = agents.filter(({ frame }) => frame.pose && view.sees(frame.pose.x, frame.pose.y, 0))
+    .map((each) => ({ ...each, x: view.x(each.frame.pose.x), y: view.y(each.frame.pose.y), event: newestEvent(events, each.agent, time) }));
   // No label lies under a mark.
-  for (const { frame } of placed) labels.take(view.x(frame.pose.x) - 8, view.y(frame.pose.y) - 8, 16, 16);
+  for (const { x, y } of placed) labels.reserve(x - 8, y - 8, 16, 16);
   labels.use(BOLD);
-  for (const { agent, frame } of placed) {
-    const delay = agent.delay.recent(time);
-    labels.writeBeside(`${agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)} ms` : ""}`, view.x(frame.pose.x), view.y(frame.pose.y), palette.ink);
+  const nRefused = placed.filter(({ event }) => event?.level === "refused").length;
+  for (const each of placed) {
+    const delay = each.agent.delay.recent(figuresAt);
+    const text = `${each.agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)}\u00a0ms` : ""}`;
+    each.label = labels.writeBeside(`${view.left} ${view.top} ${each.agent.name}`, text, each.x, each.y, palette.ink);
+    if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL);
   }
-  for (const { agent, frame, isFresh } of placed) {
-    const [x, y] = [view.x(frame.pose.x), view.y(frame.pose.y)];
+  for (const { agent, frame, isFresh, x, y, event } of placed) {
     context.globalAlpha = isFresh ? 1 : 0.5;
-    drawMark(context, markOf(agent.number), x, y, frame.pose.yaw, MARK_PIXELS);
+    drawMark(context, markOf(agent), x, y, frame.pose.yaw, MARK_PIXELS);
     context.globalAlpha = 1;
-    if (agent.name !== highlighted) continue;
-    context.beginPath();
-    context.arc(x, y, 19, 0, 2 * Math.PI);
-    context.strokeStyle = palette.ink;
-    context.lineWidth = 1.5;
-    context.stroke();
+    if (agent.name === highlighted) drawRing(context, x, y, 19, palette.ink, 1.5);
+    if (event) drawEvent(context, x, y, event, calm.matches ? 0 : (time - event.at) / RING_MS[event.level]);
   }
-}
-
-/** The newest late or refused frame of each agent, with the reason; returns whether something moves. */
-export function drawFlashes(context, view, agents, { labels, events, time }) {
-  let moves = false;
   labels.use(BOLD);
-  for (const { agent, frame } of agents) {
-    if (!frame.pose || !view.sees(frame.pose.x, frame.pose.y, 0)) continue;
-    const isShown = (event) => event.agent === agent.name && time >= event.at && time - event.at < (calm.matches ? CALM_MS : FLASH_MS[event.level]);
-    const shown = events.filter(isShown);
-    const event = shown.findLast((each) => each.level === "refused") ?? shown.at(-1);
-    if (!event) continue;
-    drawFlash(context, labels, event, view.x(frame.pose.x), view.y(frame.pose.y), calm.matches ? 0 : (time - event.at) / FLASH_MS[event.level]);
-    moves ||= !calm.matches;
-  }
-  return moves;
+  for (const { plate } of placed) if (plate) drawRefusal(context, plate);
+  return !calm.matches && placed.some(({ event }) => event);
 }
 
-function drawFlash(context, labels, event, x, y, share) {
-  const isRefused = event.level === "refused";
-  const colour = isRefused ? palette.bad : palette.warn;
-  context.globalAlpha = (1 - share) * (isRefused ? 1 : 0.8);
-  context.strokeStyle = colour;
-  context.lineWidth = isRefused ? 3 : 1.5;
+/** The newest frame of an agent that was late or refused, if it is still shown; a refused one comes first. */
+function newestEvent(events, agent, time) {
+  const isShown = (event) => event.agent === agent.name && time >= event.at && time - event.at < (calm.matches ? CALM_MS : RING_MS[event.level]);
+  const shown = events.filter(isShown);
+  return shown.findLast((each) => each.level === "refused") ?? shown.at(-1);
+}
+
+function drawRing(context, x, y, radius, colour, width) {
   context.beginPath();
-  context.arc(x, y, 15 + 12 * share, 0, 2 * Math.PI);
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.strokeStyle = colour;
+  context.lineWidth = width;
   context.stroke();
-  labels.writeBeside(isRefused ? `refused: ${event.text}` : event.text, x, y + 4, colour);
+}
+
+function drawEvent(context, x, y, { level }, share) {
+  if (level === "refused") {
+    drawRing(context, x, y, RINGS[0], palette.bad, 2);
+    drawRing(context, x, y, RINGS[1], palette.bad, 2);
+    return;
+  }
+  context.globalAlpha = 1 - share;
+  drawRing(context, x, y, RINGS[0], palette.muted, 1);
   context.globalAlpha = 1;
+}
+
+/** Where the reason of a refusal stands: under the name of its agent, whatever is there. */
+function plateOf(labels, view, { x, y, label, event }, isShort) {
+  const text = isShort ? event.text : `refused: ${event.text}`;
+  const width = labels.width(text) + PLATE_TEXT + 6;
+  const [left, base] = label ?? [x - width / 2, y + 18];
+  const inside = (value, from, to) => Math.max(from, Math.min(to, value));
+  const at = { text, width, x: inside(left - 4, view.left + 2, view.left + view.width - width - 2), y: base + 5 };
+  // Not over the mark, where the border has pushed it there.
+  if (at.x < x + RINGS[0] && at.x + width > x - RINGS[0]) at.y = Math.max(at.y, y + RINGS[1] + 3);
+  at.y = inside(at.y, view.top + 2, view.top + view.height - 22);
+  labels.reserve(at.x, at.y, width, 20);
+  return at;
+}
+
+function drawRefusal(context, { text, width, x, y }) {
+  drawPlate(context, x, y, width, 20);
+  context.fillStyle = palette.bad;
+  context.fillText("✕", x + 6, y + 14);
+  context.fillStyle = palette.ink;
+  context.fillText(text, x + PLATE_TEXT, y + 14);
 }

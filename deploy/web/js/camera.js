@@ -2,6 +2,8 @@
 
 const CLOSEST = 200;
 const FARTHEST = 0.02;
+/** Pixels of a metre. */
+const COARSE = 4;
 
 export class Camera {
   x = 0;
@@ -10,6 +12,9 @@ export class Camera {
   scale = 4;
   /** Whether the user has moved it: then it is not fitted by itself any more. */
   moved = false;
+
+  /** Whether a car is so few pixels that what is fine would only make a blot of it. */
+  get isCoarse() { return this.scale < COARSE; }
 
   zoom(factor, atX = 0, atY = 0) {
     const scale = Math.min(CLOSEST, Math.max(FARTHEST, this.scale * factor));

@@ -1,6 +1,8 @@
 // Small charts of the last minute. What is under the pointer is read out (readout.js).
 
+import { hubStyle } from "./hubs.js";
 import { markOf } from "./marks.js";
+import { element, lineSample, renew } from "./nodes.js";
 import { palette } from "./palette.js";
 import { POINTS, STEP_MS } from "./series.js";
 
@@ -8,20 +10,23 @@ const RATE_STEPS = 4;
 /** A second and a half without a value is a gap. */
 const GAP_STEPS = 6;
 const N_VALUES = POINTS - 6;
+/** A chart is never of a shorter time. */
+const LEAST_STEPS = 40;
 const TOP = 14;
+const BOTTOM = 13;
 const FONT = "10px system-ui, 'DejaVu Sans', sans-serif";
 
-/** Lines of all agents, as the first hub that is shown has them. */
-const ofAgents = (pick) => (state) =>
+/** Lines of all agents, as the first hub that is shown has them; `recent` is the value that the title has. */
+const ofAgents = (pick, recent) => (state) =>
   [...state.store.agents.values()].sort((one, other) => one.number - other.number).map((agent) => {
-    const { colour, dash } = markOf(agent.number);
-    return { name: agent.name, agent, colour, dash, value: (time, back) => pick(agent, { ...state, time, back }) };
+    const { colour, dash } = markOf(agent);
+    return { name: agent.name, agent, colour, dash, value: (time, back) => pick(agent, { ...state, time, back }), recent: (at) => recent(agent, { ...state, time: at, back: 1 }) };
   });
-/** A line for each hub that is shown; the second one is dashed. */
+/** A line for each hub that is shown. */
 const ofHubs = (series, what) => ({ shown }) =>
   shown.map((hub, k) => ({
-    name: shown.length > 1 ? `${hub.name}: ${what}` : what, colour: palette.ours, isWide: true, dash: k > 0 ? [5, 3] : [],
-    value: (time, back) => hub[series].mean(time, back),
+    name: shown.length > 1 ? `${hub.name}: ${what}` : what, hub: hub.name, ...hubStyle(k), isWide: true,
+    value: (time, back) => hub[series].mean(time, back), recent: (at) => hub[series].recent(at),
   }));
 
 /** Counts of an agent a second, over a second; nothing before it was there and while the page was paused. */
@@ -33,24 +38,29 @@ const perSecond = (series, agent, { store, time, back }) => {
   for (let k = 0; series && k < RATE_STEPS; k += 1) sum += series.perSecond(time, back + k);
   return sum / RATE_STEPS;
 };
+const rateOf = (agent, at) => perSecond(agent.rate, agent, at);
+const refusalsOf = (agent, at) => perSecond(at.shown[0]?.refusals.get(agent.name), agent, at);
 
+/** `key` says on the chart what its lines are; what `isOfFirst` is of one hub only, whose name is said where two are shown. */
 const CHARTS = [
-  { name: "Latency", unit: "ms", digits: 0, title: "From capture to this list (thick), and the part in the hub (thin)",
-    lines: (state) => [...ofHubs("latency", "capture to list")(state), ...ofHubs("inHub", "in the hub")(state).map((line) => ({ ...line, colour: palette.muted, isWide: false }))] },
+  { name: "Latency", unit: "ms", digits: 0, key: "━ capture to list, ─ in hub", title: "From capture to this list (thick), and the part in the hub (thin)",
+    lines: (state) => [...ofHubs("inHub", "in the hub")(state).map((line) => ({ ...line, colour: palette.muted, isWide: false })), ...ofHubs("latency", "capture to list")(state)] },
   { name: "Age of information", unit: "ms", digits: 0, title: "Time since the capture of the newest data in the list", lines: ofHubs("age", "age") },
-  { name: "Error", unit: "m", digits: 2, title: "Mean distance to the nearest true object", needsTruth: true,
-    lines: (state) => [...ofHubs("error", "fused")(state), ...ofAgents((agent, { time, back }) => agent.error.mean(time, back))(state)] },
-  { name: "Rate", unit: "Hz", digits: 1, title: "Frames of each agent in a second", lines: ofAgents((agent, at) => perSecond(agent.rate, agent, at)) },
-  { name: "Refused", unit: "/s", digits: 1, hasSum: true, title: "Frames that the hub refused in a second, by agent",
-    lines: ofAgents((agent, at) => perSecond(at.shown[0]?.refusals.get(agent.name), agent, at)) },
-  { name: "NIS, ideal 1", unit: "", digits: 2, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
-    lines: ofAgents((agent, { shown, time, back }) => shown[0]?.nis.get(agent.name)?.mean(time, back) ?? NaN) },
+  { name: "Error", unit: "m", digits: 2, key: "━ fused, others: agents", title: "Mean distance to the nearest true object", needsTruth: true,
+    lines: (state) => [...ofAgents((agent, { time, back }) => agent.error.mean(time, back), (agent, { time }) => agent.error.recent(time))(state), ...ofHubs("error", "fused")(state)] },
+  { name: "Rate", unit: "Hz", digits: 1, key: "each agent", title: "Frames of each agent in a second", lines: ofAgents(rateOf, rateOf) },
+  { name: "Refused", unit: "/s", digits: 0, key: "each agent", isOfFirst: true, isCount: true, title: "Frames that the hub refused in a second, by agent; their number in the minute",
+    lines: ofAgents(refusalsOf, (agent, { shown, time }) => shown[0]?.refusals.get(agent.name)?.total(time) ?? 0) },
+  { name: "NIS", unit: "ideal 1", digits: 2, key: "each agent", isOfFirst: true, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
+    lines: ofAgents((agent, { shown, time, back }) => shown[0]?.nis.get(agent.name)?.mean(time, back) ?? NaN, (agent, { shown, time }) => shown[0]?.nis.get(agent.name)?.recent(time) ?? NaN) },
 ];
 
 export class Charts {
   /** Steps before the end that are pointed at in all charts; null where nothing is. */
   back = null;
   highlighted = null;
+  /** Steps that the charts are wide: a minute, or less until there is so much. */
+  span = N_VALUES;
 
   constructor(root) {
     this.charts = CHARTS.map((chart) => {
@@ -59,29 +69,43 @@ export class Charts {
       const name = document.createElement("span");
       const value = document.createElement("b");
       const canvas = document.createElement("canvas");
-      name.textContent = chart.unit ? `${chart.name}, ${chart.unit}` : chart.name;
+      name.textContent = `${chart.name}, ${chart.unit}`;
       name.title = chart.title;
       canvas.setAttribute("role", "img");
       canvas.tabIndex = 0;
       caption.append(name, value);
       figure.append(caption, canvas);
       root.append(figure);
-      const made = { ...chart, caption: name.textContent, canvas, value, context: canvas.getContext("2d"), width: 0, height: 0, lines: [], linesOf: chart.lines };
+      const made = { ...chart, caption: name.textContent, label: name, canvas, value, span: N_VALUES, context: canvas.getContext("2d"), width: 0, height: 0, lines: [], linesOf: chart.lines };
       // The size is asked for when it changes only: asking makes the browser lay out.
       new ResizeObserver(() => { resize(made); this.#paint(made); }).observe(canvas);
       return made;
     });
   }
 
+  /** Says the figures of a moment in the titles. */
+  say({ store, shown, at }) {
+    const hasTruth = shown.some((hub) => hub.frames.newest?.truth);
+    const whose = shown.length > 1 ? ` by ${shown[0].name}` : "";
+    for (const chart of this.charts) {
+      chart.lacksTruth = Boolean(chart.needsTruth) && !hasTruth;
+      chart.caption = `${chart.name}${chart.isOfFirst ? whose : ""}, ${chart.unit}`;
+      if (chart.label.textContent !== chart.caption) chart.label.textContent = chart.caption;
+      const lines = chart.lacksTruth ? [] : chart.linesOf({ store, shown });
+      renew(chart.value, figures(chart, lines.map((line) => ({ ...line, newest: line.recent(at) }))));
+    }
+  }
+
   /** Takes in the minute before `time`; `cursor` is the moment that the map shows. */
   draw({ store, shown, time, cursor }) {
     this.time = time;
     this.cursorBack = (time - cursor) / STEP_MS;
-    const hasTruth = shown.some((hub) => hub.frames.newest?.truth);
     for (const chart of this.charts) {
-      chart.lacksTruth = Boolean(chart.needsTruth) && !hasTruth;
       chart.lines = chart.lacksTruth ? [] : chart.linesOf({ store, shown }).map((line) => ({ ...line, ...sampled(line, time) }));
     }
+    const oldest = Math.max(...this.charts.flatMap((chart) => chart.lines.map((line) => line.oldest)));
+    this.span = Math.min(N_VALUES, Math.max(LEAST_STEPS, oldest + 1));
+    for (const chart of this.charts) Object.assign(chart, { span: this.span, end: store.paused ? "pause" : "now" });
     this.paint();
   }
 
@@ -97,7 +121,6 @@ export class Charts {
     context.clearRect(0, 0, width, height);
     context.font = FONT;
     if (!lines.some((line) => line.n > 0)) {
-      chart.value.textContent = "–";
       context.fillStyle = palette.muted;
       context.fillText(chart.lacksTruth ? "no ground truth known" : "nothing yet", 0, height / 2);
       canvas.setAttribute("aria-label", `${chart.name}: nothing yet`);
@@ -109,10 +132,11 @@ export class Charts {
     if (this.back !== null) drawUpright(chart, this.back, palette.muted, []);
     const isHighlighted = (line) => line.agent && line.agent.name === this.highlighted;
     const hasHighlight = lines.some(isHighlighted);
-    for (const line of lines) drawLine(chart, line, hasHighlight && line.agent && !isHighlighted(line) ? 0.2 : 1, isHighlighted(line));
+    const isWithHubs = lines.some((line) => line.isWide);
+    const alphaOf = (line) => (!line.agent ? 1 : hasHighlight ? 0.2 : isWithHubs ? 0.6 : 1);
+    for (const line of lines) drawLine(chart, line, isHighlighted(line) ? 1 : alphaOf(line), isHighlighted(line));
     lines.filter(isHighlighted).forEach((line) => drawLine(chart, line, 1, true));
     if (this.back !== null) drawPoints(chart, this.back);
-    chart.value.textContent = recent(chart);
     if (document.activeElement !== canvas) canvas.setAttribute("aria-label", `${chart.caption}: ${chart.value.textContent}; arrow keys read values`);
   }
 }
@@ -127,25 +151,27 @@ export function valueAt(line, back) {
   return NaN;
 }
 
-export const stepsBefore = ({ width }, x) => Math.min(N_VALUES - 1, Math.max(0, Math.round(((width - x) / width) * (N_VALUES - 1))));
-export const xOf = ({ width }, back) => width - (back * width) / (N_VALUES - 1);
-export const yOf = ({ height, top }, value) => height - 2 - (Math.min(value, top) / top) * (height - TOP);
-export const LAST_STEP = N_VALUES - 1;
+export const stepsBefore = ({ width, span }, x) => Math.min(span - 1, Math.max(0, Math.round(((width - x) / width) * (span - 1))));
+export const xOf = ({ width, span }, back) => width - (back * width) / (span - 1);
+export const yOf = ({ height, top }, value) => height - BOTTOM - (Math.min(value, top) / top) * (height - TOP - BOTTOM);
 
 function drawFrame(chart) {
   const { context, width, height, top } = chart;
   context.strokeStyle = palette.line;
   context.lineWidth = 1;
   context.beginPath();
-  for (const at of [TOP - 2, height - 2]) {
+  for (const at of [TOP - 2, height - BOTTOM]) {
     context.moveTo(0, Math.round(at) + 0.5);
     context.lineTo(width, Math.round(at) + 0.5);
   }
   context.stroke();
   context.fillStyle = palette.muted;
   context.fillText(String(top), 0, 9);
+  context.fillText("0", 0, height - BOTTOM - 3);
+  context.fillText(`−${Math.round((chart.span * STEP_MS) / 1000)}\u00a0s`, 0, height - 2);
   context.textAlign = "right";
-  context.fillText("last 60 s", width, 9);
+  context.fillText(chart.end, width, height - 2);
+  if (chart.key) context.fillText(chart.key, width, 9);
   context.textAlign = "left";
   if (!chart.mark) return;
   context.setLineDash([2, 3]);
@@ -165,7 +191,7 @@ function drawUpright(chart, back, colour, dash) {
   context.setLineDash(dash);
   context.beginPath();
   context.moveTo(x, TOP - 2);
-  context.lineTo(x, height);
+  context.lineTo(x, height - BOTTOM);
   context.stroke();
   context.setLineDash([]);
 }
@@ -193,16 +219,16 @@ function resize(chart) {
 /** The values of a line from the newest back, without the step that is not over. */
 function sampled(line, time) {
   const values = new Float64Array(N_VALUES);
-  let [most, n, newest] = [0, 0, NaN];
+  let [most, n, oldest] = [0, 0, 0];
   for (let back = 0; back < values.length; back += 1) {
     const value = line.value(time, back + 1);
     values[back] = value;
     if (!Number.isFinite(value)) continue;
     most = Math.max(most, value);
     n += 1;
-    if (Number.isNaN(newest) && back < 20) newest = value;
+    oldest = back;
   }
-  return { values, most, n, newest };
+  return { values, most, n, oldest };
 }
 
 function drawLine(chart, line, alpha, isHighlighted) {
@@ -226,15 +252,16 @@ function drawLine(chart, line, alpha, isHighlighted) {
   context.globalAlpha = 1;
 }
 
-/** What a chart's title says: the newest value of each hub's line, else the mean or the sum of all agents. */
-function recent({ lines, digits, hasSum }) {
+/** What a chart's title says of the moment that is shown: the value of each hub's line, else of all agents the mean, or the sum of the minute. */
+function figures({ digits, isCount, span }, lines) {
   const text = (value) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   const own = lines.filter((line) => line.isWide);
-  if (own.length) return own.map((line) => text(line.newest)).join(" · ");
+  if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), `${line.hub}\u00a0${text(line.newest)}`));
+  if (own.length) return [text(own[0].newest)];
   const known = lines.map((line) => line.newest).filter(Number.isFinite);
   const sum = known.reduce((all, value) => all + value, 0);
-  if (known.length < 2) return text(known[0] ?? NaN);
-  return hasSum ? `sum ${text(sum)}` : `mean ${text(sum / known.length)}`;
+  if (isCount) return [`${text(sum)} in ${Math.round((span * STEP_MS) / 1000)}\u00a0s`];
+  return [known.length < 2 ? text(known[0] ?? NaN) : `mean ${text(sum / known.length)}`];
 }
 
 function niceCeiling(value) {

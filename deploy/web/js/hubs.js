@@ -1,5 +1,12 @@
 // Which hubs are shown: one, or two side by side; chosen by the user, else by what is there.
 
+import { palette } from "./palette.js";
+
+/** Colour and dash of all that is of the first hub, or of the second one, which is in ink. */
+export function hubStyle(k) {
+  return k === 0 ? { colour: palette.ours, dash: [] } : { colour: palette.ink, dash: [5, 3] };
+}
+
 const $ = (id) => document.getElementById(id);
 const SELECTS = ["hub-left", "hub-right"];
 

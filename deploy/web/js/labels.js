@@ -5,6 +5,8 @@ import { palette } from "./palette.js";
 const CELL = 8;
 /** Measured texts that are kept: measuring costs more than drawing. */
 const MOST_WIDTHS = 4000;
+/** Labels whose side is known; the others begin on the right. */
+const MOST_SIDES = 4000;
 
 export const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
 export const BOLD = "600 12px system-ui, 'DejaVu Sans', sans-serif";
@@ -13,6 +15,8 @@ export class Labels {
   #taken = new Set();
   #widths = { [FONT]: new Map(), [BOLD]: new Map() };
   #font = FONT;
+  /** On which side each label was in the last picture, so that it does not jump. */
+  #sides = new Map();
 
   constructor(context) {
     this.context = context;
@@ -43,22 +47,24 @@ export class Labels {
 
   /** Takes a rectangle if it is free. */
   take(x, y, width, height) {
-    const cells = [];
-    for (let column = Math.floor(x / CELL); column <= Math.floor((x + width) / CELL); column += 1) {
-      for (let row = Math.floor(y / CELL); row <= Math.floor((y + height) / CELL); row += 1) {
-        const cell = column * 65_536 + row;
-        if (this.#taken.has(cell)) return false;
-        cells.push(cell);
-      }
-    }
+    const cells = cellsOf(x, y, width, height);
+    if (cells.some((cell) => this.#taken.has(cell))) return false;
     cells.forEach((cell) => this.#taken.add(cell));
     return true;
   }
 
-  /** Writes a text on any ground if there is room for it. */
+  /** Takes a rectangle, whoever else has a part of it. */
+  reserve(x, y, width, height) {
+    cellsOf(x, y, width, height).forEach((cell) => this.#taken.add(cell));
+  }
+
+  /** Writes a text on any ground if it is whole within the picture and there is room for it. */
   write(text, x, y, colour) {
     const { context } = this;
-    if (!this.take(x, y - 10, this.width(text), 12)) return false;
+    const { left, top, width, height } = this.view;
+    const length = this.width(text);
+    if (x < left + 2 || x + length > left + width - 2 || y < top + 12 || y > top + height - 4) return false;
+    if (!this.take(x, y - 10, length, 12)) return false;
     context.lineWidth = 3;
     context.strokeStyle = palette.ground;
     context.strokeText(text, x, y);
@@ -67,15 +73,51 @@ export class Labels {
     return true;
   }
 
-  /** Writes a text beside a place, whole within the picture, where there is room. */
-  writeBeside(text, x, y, colour) {
-    const { left, top, width, height } = this.view;
-    const length = this.width(text);
-    const before = x - 16 - length;
-    const places = [[x + 16, y - 9], [x + 16, y + 17], [before, y - 9], [before, y + 17], [x + 16, y + 4], [before, y + 4], [x - length / 2, y + 28], [x - length / 2, y - 18]];
-    const isInside = ([px, py]) => px > left + 2 && px + length < left + width - 2 && py > top + 12 && py < top + height - 4;
-    return places.some((place) => isInside(place) && this.write(text, ...place, colour));
+  /** Writes a text at one of these places, first at the one that it had before; returns the place, or null where none is free. */
+  #writeAt(key, text, places, colour) {
+    const last = this.#sides.get(key) ?? 0;
+    for (let k = 0; k < places.length; k += 1) {
+      const side = k === 0 ? last : k <= last ? k - 1 : k;
+      if (!this.write(text, ...places[side], colour)) continue;
+      if (this.#sides.size >= MOST_SIDES) this.#sides.clear();
+      if (side !== last) this.#sides.set(key, side);
+      return places[side];
+    }
+    return null;
   }
+
+  /** Writes a text beside an object that reaches so many pixels from its middle to the side and up. */
+  writeAround(key, text, [x, y], [across, up], colour) {
+    const length = this.width(text);
+    const places = [[x + across + 3, y - 4], [x - across - 3 - length, y - 4], [x - length / 2, y - up - 4], [x - length / 2, y + up + 13]];
+    return this.#writeAt(key, text, places, colour);
+  }
+
+  /** Writes a text beside a mark. */
+  writeBeside(key, text, x, y, colour) {
+    const length = this.width(text);
+    const [after, before] = [x + 20, x - 20 - length];
+    const places = [[after, y - 9], [after, y + 17], [before, y - 9], [before, y + 17], [after, y + 4], [before, y + 4], [x - length / 2, y + 28], [x - length / 2, y - 18]];
+    return this.#writeAt(key, text, places, colour);
+  }
+}
+
+function cellsOf(x, y, width, height) {
+  const cells = [];
+  for (let column = Math.floor(x / CELL); column <= Math.floor((x + width) / CELL); column += 1) {
+    for (let row = Math.floor(y / CELL); row <= Math.floor((y + height) / CELL); row += 1) cells.push(column * 65_536 + row);
+  }
+  return cells;
+}
+
+/** A plate for a text: what is under it does not matter. */
+export function drawPlate(context, x, y, width, height) {
+  context.fillStyle = palette.panel;
+  context.globalAlpha = 0.88;
+  context.beginPath();
+  context.roundRect(x, y, width, height, 5);
+  context.fill();
+  context.globalAlpha = 1;
 }
 
 /** The counter of a track id, which is enough within a run. */

@@ -7,9 +7,10 @@ import * as gestures from "./gestures.js";
 import { HubChoice } from "./hubs.js";
 import * as keyboard from "./keyboard.js";
 import { toggleLayer } from "./layers.js";
+import { showLayers } from "./legend.js";
 import { element, renew } from "./nodes.js";
 import { restoreTheme, toggleTheme, readPalette } from "./palette.js";
-import { showAgents, showLayers, showSelected } from "./panel.js";
+import { showAgents, showSelected } from "./panel.js";
 import { pick } from "./picking.js";
 import { probe } from "./probe.js";
 import { Readout } from "./readout.js";
@@ -38,6 +39,9 @@ class View {
   #panelAt = -Infinity;
   #chartsAt = -Infinity;
   #fitted = 0;
+  #wasCoarse = false;
+  /** The moment of all figures on the map, in the panel and in the charts, ms: one value is the same wherever it stands. */
+  figuresAt = 0;
 
   constructor() {
     restoreTheme();
@@ -84,7 +88,7 @@ class View {
   }
 
   #recolour() {
-    showLayers($("layers"), $("letters"), () => this.changed());
+    showLayers({ layers: $("layers"), letters: $("letters"), key: $("key") }, this.camera.isCoarse, () => this.changed());
     this.changed();
   }
 
@@ -126,16 +130,23 @@ class View {
     const time = this.time;
     this.#fitByItself(hubs, time);
     if (this.isFollowing) this.#centreOnSelected(hubs, time);
-    const moves = this.scene.draw(time, hubs, { selection: this.selection, highlighted: this.highlighted });
+    if (this.#wasCoarse !== this.camera.isCoarse) {
+      this.#wasCoarse = this.camera.isCoarse;
+      this.#recolour();
+    }
+    const isPanelDue = here - this.#panelAt >= PANEL_EVERY_MS;
+    if (isPanelDue) this.figuresAt = time;
+    const moves = this.scene.draw(time, hubs, { selection: this.selection, highlighted: this.highlighted, figuresAt: this.figuresAt });
     if (moves && !this.store.paused) this.#hasNews = true;
     // In turn, so that no single frame takes long.
-    if (here - this.#panelAt >= PANEL_EVERY_MS) {
+    if (isPanelDue) {
       this.#panelAt = here;
+      this.#chartsAt = -Infinity;
       this.#showPanel(hubs, time);
     } else if (here - this.#chartsAt >= PANEL_EVERY_MS) {
       this.#chartsAt = here;
       this.charts.highlighted = this.highlighted;
-      this.charts.draw({ store: this.store, shown: hubs, time: this.timeline.end, cursor: time });
+      this.charts.draw({ store: this.store, shown: hubs, time: this.store.paused ? this.timeline.end : this.figuresAt, cursor: this.figuresAt });
       this.readout.update();
     }
   }
@@ -154,13 +165,14 @@ class View {
     showVerdict(verdict(store, hubs));
     showFacts(facts(store, hubs, time));
     showEmpty(emptyState(store, hubs[0]));
+    this.charts.say({ store, shown: hubs, at: this.figuresAt });
     showSelected($("selected-body"), this);
     showAgents($("agents-body"), this);
     this.hubChoice.show(hubs);
     this.timeline.show();
     const { median, p95 } = timing();
     const skipped = store.skipped ? ` · ${store.skipped} skipped` : "";
-    $("stats").textContent = `script ${median.toFixed(1)} / ${p95.toFixed(1)} ms${skipped}`;
+    $("stats").textContent = `page script ${median.toFixed(1)}, p95 ${p95.toFixed(1)}\u00a0ms a frame${skipped}`;
   }
 
   #bounds(hubs, time) {

@@ -15,6 +15,13 @@ export function svgElement(name, attributes) {
   return made;
 }
 
+/** How a line of a chart looks. */
+export function lineSample({ colour, dash, isWide }) {
+  const svg = svgElement("svg", { class: "mark", width: 20, height: 20 });
+  svg.append(svgElement("line", { x1: 2, x2: 18, y1: 10, y2: 10, stroke: colour, "stroke-width": isWide ? 2.4 : 1.4, "stroke-dasharray": dash.join(" ") || "none" }));
+  return svg;
+}
+
 export function button(text, action, isPressed) {
   const made = element("button", "", text);
   made.type = "button";

@@ -1,14 +1,13 @@
 // The colours of the project, as the style sheet gives them for dark or light.
 
-const AGENTS = ["#D55E00", "#009E73", "#E69F00", "#56B4E9", "#A6761D", "#666666", "#F0E442"];
-// The same hues in a lightness in which no two of them, nor truth or fused, look alike to anybody: `.ci/web_view.py` computes
-// how they look without one kind of cones.
-const ON_LIGHT = { "#E69F00": "#DE8E06", "#56B4E9": "#4AA8E0", "#A6761D": "#5A421F", "#666666": "#989DA2", "#F0E442": "#615C04" };
-const ON_DARK = { "#56B4E9": "#7CC8F5", "#A6761D": "#8F6A29", "#666666": "#C0C4C8" };
+// Okabe and Ito's hues, in a lightness in which no two of them, nor truth or fused, look alike to anybody: `.ci/web_view.py`
+// computes how they look without one kind of cones. The reports have those on light, too: a test holds that.
+const ON_LIGHT = ["#D55E00", "#009E73", "#DE8E06", "#4AA8E0", "#43325A", "#989DA2", "#615C04"];
+const ON_DARK = ["#D55E00", "#009E73", "#E69F00", "#7CC8F5", "#7E568F", "#C0C4C8", "#F0E442"];
 const NAMES = ["ground", "panel", "ink", "muted", "line", "road", "marking", "grid", "truth", "ours", "good", "warn", "bad"];
 
-/** Colours of the agents: further ones begin again, with another shape and dash. */
-export const N_COLOURS = AGENTS.length;
+/** Colours of the agents: further ones begin again, with another dash. */
+export const N_COLOURS = ON_LIGHT.length;
 
 export const palette = { agents: [] };
 
@@ -17,8 +16,8 @@ export function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) palette[name] = style.getPropertyValue(`--${name}`).trim();
   palette.isDark = isDark();
-  const swap = palette.isDark ? ON_DARK : ON_LIGHT;
-  palette.agents = AGENTS.map((colour) => swap[colour] ?? colour);
+  palette.tintOpacity = palette.isDark ? 0.35 : 0.7;
+  palette.agents = palette.isDark ? ON_DARK : ON_LIGHT;
 }
 
 export function isDark() {

@@ -1,20 +1,25 @@
 // For tests and for the curious: what is shown, and what it costs.
 
+import { tints } from "./classes.js";
 import { markOf } from "./marks.js";
 import { contributorsOf } from "./scene.js";
+import { STEP_MS } from "./series.js";
 import { OBJECT } from "./store.js";
 import { timing } from "./timing.js";
 
 export function probe(view) {
   const { store, scene, camera } = view;
   return {
+    tints,
+    /** How long the charts are, s. */
+    get chartSeconds() { return ((view.charts.span - 1) * STEP_MS) / 1000; },
     get stats() {
       return { ...timing(), memoryBytes: store.memoryBytes, skipped: store.skipped, held: store.held };
     },
     /** The list that is shown of each hub. */
     get shown() {
       return scene.panes.filter((pane) => pane.frame).map(({ hub, frame }) => ({
-        hub: hub.name, lineage: frame.lineage, sequence: frame.sequence, objects: frame.n, tracks: [...frame.tracks], restarts: hub.restarts,
+        hub: hub.name, lineage: frame.lineage, sequence: frame.sequence, objects: frame.n, tracks: [...frame.tracks], restarts: hub.restarts, keepsTracks: hub.keepsTracks,
       }));
     },
     get state() {
@@ -31,8 +36,8 @@ export function probe(view) {
     get agentPlaces() {
       const { view: projection, agents } = scene.panes[0];
       return agents.filter(({ frame }) => frame.pose).map(({ agent, frame }) => {
-        const { colour, shape, text } = markOf(agent.number);
-        return { name: agent.name, x: projection.x(frame.pose.x), y: projection.y(frame.pose.y), colour, shape, text, detections: frame.n };
+        const { colour, shape, text, dash } = markOf(agent);
+        return { name: agent.name, x: projection.x(frame.pose.x), y: projection.y(frame.pose.y), colour, shape, text, dash: dash.join(), detections: frame.n };
       });
     },
     /** Where an object of a picture is on the canvas, in pixels. */

@@ -1,8 +1,8 @@
 // Values of a chart at the pointer, at a finger, or at the place that the arrow keys move to.
 
-import { LAST_STEP, stepsBefore, valueAt, yOf } from "./charts.js";
+import { stepsBefore, valueAt, xOf, yOf } from "./charts.js";
 import { markNode } from "./marks.js";
-import { element, renew, svgElement } from "./nodes.js";
+import { element, lineSample, renew } from "./nodes.js";
 import { STEP_MS } from "./series.js";
 
 const REACH_PIXELS = 9;
@@ -35,12 +35,13 @@ export class Readout {
 
   #key(chart, event) {
     const back = this.charts.back ?? 0;
+    const last = this.charts.span - 1;
     const stride = event.shiftKey ? FAST : 1;
-    const to = { ArrowLeft: back + stride, ArrowRight: back - stride, Home: LAST_STEP, End: 0 }[event.key];
+    const to = { ArrowLeft: back + stride, ArrowRight: back - stride, Home: last, End: 0 }[event.key];
     if (event.key === "Enter") this.#seek();
     else if (event.key === "Escape") this.#hide();
     else if (to === undefined) return;
-    else this.#show(chart, Math.min(LAST_STEP, Math.max(0, to)));
+    else this.#show(chart, Math.min(last, Math.max(0, to)));
     // The same keys move the whole page through time elsewhere.
     event.stopPropagation();
     event.preventDefault();
@@ -81,8 +82,8 @@ export class Readout {
     const near = this.#nearest(chart, read);
     this.onHighlight(near?.line.agent?.name ?? null);
     renew(this.root, [
-      element("p", "", element("b", "", chart.caption), element("span", "", ` ${ago.toFixed(1)} s ago, ${clock}`)),
-      table(read, near, chart.digits),
+      element("p", "", element("b", "", chart.caption), element("span", "", ` ${ago.toFixed(1)}\u00a0s ago, ${clock}`)),
+      table(read, near, chart),
     ]);
     this.#place(chart);
   }
@@ -101,7 +102,7 @@ export class Readout {
     const canvas = chart.canvas.getBoundingClientRect();
     const { top } = chart.canvas.parentElement.getBoundingClientRect();
     const own = this.root.getBoundingClientRect();
-    const x = canvas.left + canvas.width * (1 - this.charts.back / LAST_STEP);
+    const x = canvas.left + xOf(chart, this.charts.back);
     const left = Math.min(innerWidth - own.width - 6, Math.max(6, x - own.width / 2));
     const above = top - own.height - 4;
     this.root.style.left = `${left}px`;
@@ -112,22 +113,15 @@ export class Readout {
 /** The step that is not over is left out of a chart. */
 const secondsAgo = (back) => ((back + 1) * STEP_MS) / 1000;
 
-function table(read, near, digits) {
+function table(read, near, { digits, isCount }) {
   const made = element("table");
   for (const { line, value } of read) {
     const row = made.insertRow();
     if (line === near?.line) row.className = "near";
     row.append(
-      element("td", "", line.agent ? markNode(line.agent.number) : sample(line), line.name),
-      element("td", "", Number.isFinite(value) ? value.toFixed(digits) : "–"),
+      element("td", "", line.agent ? markNode(line.agent) : lineSample(line), line.name),
+      element("td", "", Number.isFinite(value) ? value.toFixed(isCount ? 1 : digits) : "–"),
     );
   }
   return made;
-}
-
-/** How a line looks. */
-function sample({ colour, dash, isWide }) {
-  const svg = svgElement("svg", { class: "mark", width: 20, height: 20 });
-  svg.append(svgElement("line", { x1: 2, x2: 18, y1: 10, y2: 10, stroke: colour, "stroke-width": isWide ? 2.4 : 1.4, "stroke-dasharray": dash.join(" ") || "none" }));
-  return svg;
 }

@@ -1,8 +1,9 @@
 // The bird's-eye view: one picture for each hub that is shown, side by side.
 
-import { drawDetections, drawFlashes, drawMarks, drawViews } from "./agents.js";
-import { groups } from "./classes.js";
-import { BOLD, FONT, Labels, shortTrack } from "./labels.js";
+import { drawDetections, drawMarks, drawViews } from "./agents.js";
+import { groups, tints } from "./classes.js";
+import { hubStyle } from "./hubs.js";
+import { BOLD, FONT, Labels, drawPlate, shortTrack } from "./labels.js";
 import { layers } from "./layers.js";
 import { markOf } from "./marks.js";
 import { palette } from "./palette.js";
@@ -12,6 +13,9 @@ import { DETECTION, OBJECT, TRUTH, eachTrailPoint } from "./store.js";
 const TRAIL_MS = 6000;
 const FRESH_MS = 1000;
 const TRUTH_DASH = [6, 2];
+/** Width and height of the corners with the buttons and with the times of the script. */
+const ZOOM_PIXELS = [60, 150];
+const STATS_PIXELS = [210, 36];
 /** Beyond this number of objects in sight there are no labels but the selected one's. */
 const MOST_LABELS = 150;
 
@@ -34,8 +38,8 @@ export class Scene {
     this.canvas.height = Math.round(height * this.ratio);
   }
 
-  /** Draws the moment `time` for these hubs; returns whether something moves by itself. */
-  draw(time, hubs, { selection, highlighted }) {
+  /** Draws the moment `time` for these hubs, with the figures of `figuresAt`; returns whether something moves by itself. */
+  draw(time, hubs, { selection, highlighted, figuresAt }) {
     const { context, width, height } = this;
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.fillStyle = palette.ground;
@@ -46,20 +50,20 @@ export class Scene {
     this.moves = false;
     for (let k = 0; k < n; k += 1) {
       const box = isTall ? [0, (k * height) / n, width, height / n] : [(k * width) / n, 0, width / n, height];
-      this.#drawPane(new Projection(this.camera, ...box), hubs[k] ?? null, { time, selection, highlighted, isOneOfMany: n > 1 });
+      const view = new Projection(this.camera, ...box);
+      view.colour = hubStyle(k).colour;
+      this.#drawPane(view, hubs[k] ?? null, { time, figuresAt, selection, highlighted, isOneOfMany: n > 1 });
     }
     return this.moves;
   }
 
-  #drawPane(view, hub, { time, selection, highlighted, isOneOfMany }) {
+  #drawPane(view, hub, { time, figuresAt, selection, highlighted, isOneOfMany }) {
     const { context, labels } = this;
     const frame = hub?.frames.at(time) ?? null;
     const agents = this.#agentsAt(time);
     this.panes.push({ view, hub, frame, agents });
     labels.clear(view);
-    // Where the plates will be.
-    labels.take(view.left + 10, view.top + view.height - 38, 130, 28);
-    if (isOneOfMany) labels.take(view.left + 10, view.top + 10, 190, 24);
+    this.#reservePlates(view, isOneOfMany);
     context.save();
     context.beginPath();
     context.rect(view.left, view.top, view.width, view.height);
@@ -73,13 +77,23 @@ export class Scene {
     if (frame && layers.fused) this.#drawFused(view, hub, frame, time);
     const chosen = frame && selection?.hub === hub.name ? frame.tracks.indexOf(selection.track) : -1;
     if (chosen >= 0) this.#drawSelected(view, frame, chosen);
-    drawMarks(context, view, agents, { labels, highlighted, time });
     const events = this.store.events.filter((event) => event.hub === hub?.name);
-    if (drawFlashes(context, view, agents, { labels, events, time })) this.moves = true;
-    if (frame && layers.labels && layers.fused) this.#drawLabels(view, frame, chosen);
+    if (drawMarks(context, view, agents, { labels, highlighted, time, figuresAt, events })) this.moves = true;
+    if (frame && layers.labels && layers.fused) this.#drawLabels(view, hub, frame, chosen);
     this.#drawScale(view);
-    if (isOneOfMany) this.#drawTitle(view, hub);
+    if (isOneOfMany) this.#drawTitle(view, hub, figuresAt);
     context.restore();
+  }
+
+  /** No label lies under what stands on the map: scale, title, buttons and times of the script. */
+  #reservePlates({ left, top, width, height }, isOneOfMany) {
+    const { labels } = this;
+    const [right, bottom] = [left + width, top + height];
+    labels.reserve(left + 10, bottom - 38, 130, 28);
+    if (isOneOfMany) labels.reserve(left + 10, top + 10, 190, 24);
+    if (right < this.width) return;
+    if (top === 0) labels.reserve(right - ZOOM_PIXELS[0], 0, ...ZOOM_PIXELS);
+    if (bottom >= this.height) labels.reserve(right - STATS_PIXELS[0], bottom - STATS_PIXELS[1], ...STATS_PIXELS);
   }
 
   /** The agents that have sent something, with the newest frame at that time. */
@@ -143,9 +157,9 @@ export class Scene {
     context.beginPath();
     traceBoxes(context, view, truth, TRUTH);
     context.strokeStyle = palette.truth;
-    context.lineWidth = 2;
-    // Dashes tell it from the detections without colour.
-    context.setLineDash(TRUTH_DASH);
+    context.lineWidth = view.isCoarse ? 1.2 : 2;
+    // Dashes tell it from the detections without colour, where there is room for them.
+    context.setLineDash(view.isCoarse ? [] : TRUTH_DASH);
     context.stroke();
     context.setLineDash([]);
   }
@@ -160,9 +174,9 @@ export class Scene {
         if (view.sees(values[k + OBJECT.x], values[k + OBJECT.y], 20)) draw(k);
       }
     };
-    if (layers.covariance) {
+    if (layers.covariance && !view.isCoarse) {
       each((k) => traceEllipse(context, view, values[k + OBJECT.x], values[k + OBJECT.y], values[k + OBJECT.xx], values[k + OBJECT.xy], values[k + OBJECT.yy]));
-      context.fillStyle = palette.ours;
+      context.fillStyle = view.colour;
       context.globalAlpha = 0.22;
       context.fill();
       context.globalAlpha = 1;
@@ -170,7 +184,7 @@ export class Scene {
     this.#fillByClass(view, values);
     context.beginPath();
     traceBoxes(context, view, values, OBJECT);
-    context.strokeStyle = palette.ours;
+    context.strokeStyle = view.colour;
     context.lineWidth = 1.8;
     context.stroke();
     // Where the front is: from the middle to it.
@@ -187,16 +201,14 @@ export class Scene {
     if (layers.velocity) this.#drawVelocities(view, each, values);
   }
 
-  /** All boxes of a group of classes are one path. */
+  /** All boxes of a colour are one path. */
   #fillByClass(view, values) {
     const { context, store } = this;
-    const isOf = (place) => (k) => !layers.classes || store.groups[values[k + OBJECT.class]] === place;
-    for (let place = 0; place < (layers.classes ? groups.length : 1); place += 1) {
-      const colour = layers.classes ? groups[place].colour : null;
+    context.globalAlpha = layers.classes ? palette.tintOpacity : 0.25;
+    for (const colour of layers.classes ? tints : [view.colour]) {
       context.beginPath();
-      traceBoxes(context, view, values, OBJECT, isOf(place));
-      context.fillStyle = colour ?? palette.ours;
-      context.globalAlpha = colour ? 0.6 : 0.25;
+      traceBoxes(context, view, values, OBJECT, (k) => !layers.classes || groups[store.groups[values[k + OBJECT.class]]]?.colour === colour);
+      context.fillStyle = colour;
       context.fill();
     }
     context.globalAlpha = 1;
@@ -238,7 +250,7 @@ export class Scene {
       context.moveTo(view.x(frame.values[at + OBJECT.x]), view.y(frame.values[at + OBJECT.y]));
       eachTrailPoint(trail, time - TRAIL_MS, time, (x, y) => context.lineTo(view.x(x), view.y(y)));
     }
-    context.strokeStyle = palette.ours;
+    context.strokeStyle = view.colour;
     context.globalAlpha = 0.4;
     context.lineWidth = 2;
     context.stroke();
@@ -252,7 +264,7 @@ export class Scene {
     const [x, y, w, d, yaw] = [values[at + OBJECT.x], values[at + OBJECT.y], values[at + OBJECT.w], values[at + OBJECT.d], values[at + OBJECT.yaw]];
     for (const { agent, detection, pose } of contributorsOf(this.store, frame, chosen)) {
       if (!detection) continue;
-      context.strokeStyle = markOf(agent.number).colour;
+      context.strokeStyle = markOf(agent).colour;
       context.lineWidth = 2.5;
       context.beginPath();
       traceBox(context, view, detection.x, detection.y, detection.w, detection.d, detection.yaw);
@@ -273,18 +285,19 @@ export class Scene {
     context.stroke();
   }
 
-  #drawLabels(view, frame, chosen) {
+  #drawLabels(view, hub, frame, chosen) {
     const { store } = this;
     const { values } = frame;
     this.labels.use(FONT);
     const write = (k) => {
       const at = k * OBJECT.size;
-      // To the right of the box, however it is turned.
+      // Beside the box, however it is turned.
       const [w, d, yaw] = [values[at + OBJECT.w], values[at + OBJECT.d], values[at + OBJECT.yaw]];
-      const reach = (d * Math.abs(Math.cos(yaw)) + w * Math.abs(Math.sin(yaw))) / 2;
+      const reach = (cos, sin) => ((d * Math.abs(cos) + w * Math.abs(sin)) / 2) * view.scale;
       const letter = groups[store.groups[values[at + OBJECT.class]]]?.letter ?? "U";
-      this.labels.write(`${letter}${shortTrack(frame.tracks[k])}`, view.x(values[at + OBJECT.x]) + reach * view.scale + 3,
-        view.y(values[at + OBJECT.y]) - 4, k === chosen ? palette.ink : palette.ours);
+      this.labels.writeAround(`${hub.name} ${frame.tracks[k]}`, hub.keepsTracks ? letter + shortTrack(frame.tracks[k]) : letter,
+        [view.x(values[at + OBJECT.x]), view.y(values[at + OBJECT.y])],
+        [reach(Math.cos(yaw), Math.sin(yaw)), reach(Math.sin(yaw), Math.cos(yaw))], k === chosen ? palette.ink : view.colour);
     };
     if (chosen >= 0) write(chosen);
     if (view.scale < 1.5) return;
@@ -298,7 +311,7 @@ export class Scene {
   #drawScale(view) {
     const { context } = this;
     const metres = roundLength(110 / view.scale);
-    const text = metres >= 1000 ? `${metres / 1000} km` : `${metres} m`;
+    const text = metres >= 1000 ? `${metres / 1000}\u00a0km` : `${metres}\u00a0m`;
     const [x, y, length] = [view.left + 18, view.top + view.height - 18, metres * view.scale];
     this.labels.use(FONT);
     drawPlate(context, x - 8, y - 20, Math.max(length, this.labels.width(text) + 5) + 16, 28);
@@ -314,17 +327,17 @@ export class Scene {
   }
 
   /** Whose picture this is, with its line in the charts. */
-  #drawTitle(view, hub) {
+  #drawTitle(view, hub, figuresAt) {
     const { context } = this;
-    const isSecond = view.left > 0 || view.top > 0;
-    const error = hub.error.recent(this.store.now());
-    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)} m` : ""}${this.store.isGone(hub.name) ? "  ·  gone" : ""}`;
+    const { dash } = hubStyle(view.left > 0 || view.top > 0 ? 1 : 0);
+    const error = hub.error.recent(figuresAt);
+    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)}\u00a0m` : ""}${this.store.isGone(hub.name) ? "  ·  gone" : ""}`;
     this.labels.use(BOLD);
     const [x, y] = [view.left + 10, view.top + 10];
     drawPlate(context, x, y, this.labels.width(text) + 42, 24);
-    context.strokeStyle = palette.ours;
+    context.strokeStyle = view.colour;
     context.lineWidth = 2;
-    context.setLineDash(isSecond ? [5, 3] : []);
+    context.setLineDash(dash);
     context.beginPath();
     context.moveTo(x + 8, y + 12);
     context.lineTo(x + 27, y + 12);
@@ -336,16 +349,6 @@ export class Scene {
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);
     if (view.top > 0) context.fillRect(view.left, view.top, view.width, 1);
   }
-}
-
-/** A plate for a text: what is under it does not matter. */
-function drawPlate(context, x, y, width, height) {
-  context.fillStyle = palette.panel;
-  context.globalAlpha = 0.88;
-  context.beginPath();
-  context.roundRect(x, y, width, height, 5);
-  context.fill();
-  context.globalAlpha = 1;
 }
 
 /** Each measurement of an object: whose it is, and where it lies if its frame is still known. */

@@ -2,6 +2,9 @@
 
 export const STEP_MS = 250;
 export const POINTS = 240;
+const SECOND = 4;
+/** Steps after which a value is no longer that of now. */
+const RECENT = 12;
 
 export class Series {
   #sums = new Float64Array(POINTS);
@@ -22,10 +25,27 @@ export class Series {
     this.#counts[place] += weight;
   }
 
-  /** The mean of the step that is `back` steps before a time; NaN where nothing was added. */
+  /** The mean over the second that ends with the step that is `back` steps before a time; NaN where that step has nothing. */
   mean(time, back) {
-    const place = this.#placeOf(time, back);
-    return place < 0 ? NaN : this.#sums[place] / this.#counts[place];
+    if (this.#placeOf(time, back) < 0) return NaN;
+    let [sum, count] = [0, 0];
+    for (let k = 0; k < SECOND; k += 1) {
+      const place = this.#placeOf(time, back + k);
+      if (place < 0) continue;
+      sum += this.#sums[place];
+      count += this.#counts[place];
+    }
+    return sum / count;
+  }
+
+  /** The sum over the minute before a time. */
+  total(time) {
+    let sum = 0;
+    for (let back = 0; back < POINTS; back += 1) {
+      const place = this.#placeOf(time, back);
+      if (place >= 0) sum += this.#sums[place];
+    }
+    return sum;
   }
 
   /** The sum of that step, a second; 0 where nothing was added. */
@@ -40,14 +60,12 @@ export class Series {
     return this.#numbers[place] === number && this.#counts[place] > 0 ? place : -1;
   }
 
-  /** The mean of the last second. */
+  /** What is said to be the value at a time: the newest mean over a second, at most some seconds old. */
   recent(time) {
-    let sum = 0;
-    let count = 0;
-    for (let back = 0; back < 1000 / STEP_MS + 1; back += 1) {
+    for (let back = 1; back <= RECENT; back += 1) {
       const value = this.mean(time, back);
-      if (Number.isFinite(value)) { sum += value; count += 1; }
+      if (Number.isFinite(value)) return value;
     }
-    return count ? sum / count : NaN;
+    return NaN;
   }
 }

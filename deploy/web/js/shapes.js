@@ -3,7 +3,7 @@
 /** A view of the map: from metres to pixels of the canvas. */
 export class Projection {
   constructor(camera, left, top, width, height) {
-    Object.assign(this, { left, top, width, height, scale: camera.scale });
+    Object.assign(this, { left, top, width, height, scale: camera.scale, isCoarse: camera.isCoarse });
     this.midX = left + width / 2 - camera.x * camera.scale;
     this.midY = top + height / 2 + camera.y * camera.scale;
   }

@@ -17,6 +17,8 @@ export const TRUTH = { size: 9, id: 0, class: 1, x: 2, y: 3, w: 4, d: 5, yaw: 6,
 const MAX_STREAMS = 512;
 const TRAIL_POINTS = 300;
 const TRAIL_STEP_MS = 200;
+/** A track with more points has been there for more than a second. */
+const LASTING_POINTS = 5;
 const MAX_TRAILS = 4000;
 const MAX_EVENTS = 64;
 
@@ -50,12 +52,16 @@ class Hub {
     this.inHub = new Series();
     this.age = new Series();
     this.error = new Series();
-    /** By agent: frames that were refused, and NIS. */
+    /** By agent: frames that were refused, that came out of order, and NIS. */
     this.refusals = new Map();
+    this.lates = new Map();
     this.nis = new Map();
     this.counts = new Map();
     this.refusedBefore = new Map();
     this.restarts = 0;
+    /** Whether an object keeps its track from list to list, as its trails show since a time, ms. */
+    this.keepsTracks = true;
+    this.trailsSince = Infinity;
   }
 }
 
@@ -172,6 +178,7 @@ export class Store {
     if (last && last.lineage !== message.lineage) {
       hub.restarts += 1;
       hub.trails.clear();
+      hub.trailsSince = message.received;
     }
     const frame = fusedFrame(message, this.#originNear(message.objects.length ? message.objects.slice(1, 3) : null));
     hub.frames.push(frame);
@@ -203,7 +210,9 @@ export class Store {
         if (!this.paused) seriesOf(hub.refusals, name).add(message.received, n);
         agent.lastRefusedAt = agent.seen = message.received;
       }
-      if (late > before.late) this.#event({ hub: hub.name, agent: name, text: "out of order", level: "late", at: message.received });
+      if (!(late > before.late)) continue;
+      if (!this.paused) seriesOf(hub.lates, name).add(message.received, late - before.late);
+      this.#event({ hub: hub.name, agent: name, text: "out of order", level: "late", at: message.received });
     }
   }
 
@@ -379,6 +388,9 @@ function extendTrails(hub, frame) {
     trail.times[place] = frame.received;
     trail.n += 1;
   }
+  hub.trailsSince = Math.min(hub.trailsSince, frame.received);
+  const isJudged = frame.n > 0 && frame.received - hub.trailsSince > 2000;
+  if (isJudged) hub.keepsTracks = frame.tracks.some((track) => hub.trails.get(track)?.n > LASTING_POINTS);
   if (frame.sequence % 50 === 0) {
     for (const [track, trail] of hub.trails) if (trail.seen < frame.received - 60_000) hub.trails.delete(track);
   }

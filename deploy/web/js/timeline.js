@@ -74,7 +74,10 @@ export class Timeline {
     this.pauseButton.textContent = paused ? "Go on" : "Pause";
     this.pauseButton.setAttribute("aria-pressed", String(paused));
     if (document.activeElement !== this.slider || !paused) this.slider.value = String(Math.max(-SPAN_MS / 1000, seconds));
-    this.clock.textContent = paused ? `${seconds.toFixed(2).replace("-", "−")} s` : "live";
+    this.clock.textContent = paused ? `${seconds.toFixed(2).replace("-", "−")}\u00a0s` : "live";
     this.slider.setAttribute("aria-valuetext", this.clock.textContent);
+    // Filled is only what is kept.
+    const kept = Math.min(SPAN_MS, this.end - (this.hub?.frames.oldest?.received ?? this.end));
+    this.slider.style.setProperty("--from", `${(100 * (1 - kept / SPAN_MS)).toFixed(1)}%`);
   }
 }

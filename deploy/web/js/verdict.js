@@ -1,6 +1,8 @@
 // What matters first: is all well, and with what. And what to do where nothing can be shown.
 
 const STALE_MS = 3000;
+/** A number and its unit stay on one line. */
+const NBSP = "\u00a0";
 
 /** The state of the network in a word, its reason, and how bad it is. */
 export function verdict(store, hubs) {
@@ -48,28 +50,36 @@ function errors(store, hubs, time) {
   const alone = [...store.agents.values()].map((agent) => agent.error.recent(time)).filter(Number.isFinite);
   if (!alone.length || !hubs.some((hub) => Number.isFinite(hub.error.recent(time)))) return [];
   const mean = (alone.reduce((sum, each) => sum + each, 0) / alone.length).toFixed(2);
-  return [["error fused / one agent", hubs.map((hub) => `${fixed(hub.error.recent(time), 2)} / ${mean} m`)]];
+  return [["error fused / mean agent", hubs.map((hub) => `${fixed(hub.error.recent(time), 2)} / ${mean}${NBSP}m`)]];
 }
 
 const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 
 function seconds(ms) {
-  return `${Math.round(ms / 1000)} s`;
+  return `${Math.round(ms / 1000)}${NBSP}s`;
 }
 
 /** Name and values of what the header says: one value, or one of each hub that is shown. */
 export function facts(store, hubs, time) {
   const alive = [...store.agents.keys()].filter((name) => store.isAlive(name)).length;
   const ofEach = (value) => (hubs.length ? hubs.map(value) : ["–"]);
-  const inHub = ({ latency_ms: latency }) => `${fixed(latency.p50 ?? NaN, 1)} / ${fixed(latency.p95 ?? NaN, 1)} ms`;
+  const inHub = ({ latency_ms: latency }) => `${fixed(latency.p50 ?? NaN, 1)} / ${fixed(latency.p95 ?? NaN, 1)}${NBSP}ms`;
   return [
     [hubs.length > 1 ? "hubs" : "hub", ofEach((hub) => hub.name)],
     ["objects", ofEach((hub) => String(hub.frames.at(time)?.n ?? "–"))],
     ["agents alive", [`${alive} of ${store.agents.size}`]],
     ...errors(store, hubs, time),
     ["time in hub p50 / p95", ofEach((hub) => (hub.status ? inHub(hub.status) : "–"))],
-    ["refused", ofEach((hub) => (hub.status ? String(hub.status.agents.reduce((sum, agent) => sum + total(agent.refused), 0)) : "–"))],
+    [`refused in 60${NBSP}s`, ofEach((hub) => refused(hub, time))],
   ];
+}
+
+/** Frames that a hub has refused in the last minute, and since it started where that is another number. */
+function refused(hub, time) {
+  if (!hub.counts.size) return "–";
+  const recent = [...hub.refusals.values()].reduce((sum, series) => sum + series.total(time), 0);
+  const all = [...hub.counts.values()].reduce((sum, each) => sum + each.refused, 0);
+  return all > recent ? `${recent} (${all} in all)` : String(recent);
 }
 
 export function total(counts) {

@@ -1,5 +1,6 @@
 //! The colours of every figure: Okabe and Ito's, which colour-blind readers can distinguish. Truth is blue, the first agent
-//! vermilion, the second green; what is fused, and our method, has one colour everywhere.
+//! vermilion, the second green; what is fused, and our method, has one colour everywhere. Agents and classes have the colours of
+//! the live view (`deploy/web/js`), whose test computes how they look without one kind of cones.
 
 /// A colour, `#rrggbb`.
 pub(crate) type Colour = &'static str;
@@ -12,13 +13,13 @@ pub(crate) const TRUTH_FILL: Colour = "#d6e6f2";
 pub(crate) const OURS: Colour = "#b0467f";
 /// Agents in their order.
 pub(crate) const AGENTS: [Colour; 7] =
-    ["#d55e00", "#009e73", "#e69f00", "#56b4e9", "#a6761d", "#666666", "#f0e442"];
+    ["#d55e00", "#009e73", "#de8e06", "#4aa8e0", "#43325a", "#989da2", "#615c04"];
 /// Methods other than ours, and other series.
 pub(crate) const SERIES: [Colour; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#a6761d", "#222222", "#999999"];
 
-/// Insides of boxes by group of classes: cars, two-wheelers, people, what stands, the unknown. They are drawn light.
-pub(crate) const TINTS: [Colour; 5] = ["#56b4e9", "#f0e442", "#e69f00", "#666666", "#ffffff"];
+/// Insides of boxes by group of classes: cars, two-wheelers, people, what stands, the unknown. No line has such a colour.
+pub(crate) const TINTS: [Colour; 5] = ["#ddf0d1", "#8bf9f2", "#f4fa9e", "#96b691", "#ffffff"];
 /// The ground that vehicles use.
 pub(crate) const ROAD: Colour = "#d2d5da";
 
@@ -69,6 +70,16 @@ mod tests {
         let variants = ["ours", "ours-lag-0.5s", "single-1-ours", "single-ours"];
         assert!(variants.into_iter().all(is_of_ours));
         assert!(!["nms", "csba-wls", "colours", "yours-2"].into_iter().any(is_of_ours));
+    }
+
+    #[test]
+    fn agents_and_classes_have_the_colours_of_the_live_view() {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/web/js");
+        let read = |name: &str| std::fs::read_to_string(page.join(name)).unwrap().to_lowercase();
+        let list = |colours: &[Colour]| format!("\"{}\"", colours.join("\", \""));
+        assert!(read("palette.js").contains(&list(&AGENTS)), "agents");
+        // The unknown class has no colour there.
+        assert!(read("classes.js").contains(&list(&TINTS[..4])), "classes");
     }
 
     fn sources(folder: &Path) -> Vec<PathBuf> {

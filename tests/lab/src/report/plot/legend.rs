@@ -5,7 +5,7 @@ use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type};
 use v2x_common::sensor::SensorKind;
 
 /// How opaque the tint of a class is.
-pub(super) const TINT_OPACITY: f64 = 0.35;
+pub(super) const TINT_OPACITY: f64 = 0.6;
 /// How the legend shows a true object.
 pub(super) const TRUE_BOX: Key = Key::Box(Paint::line(TRUTH, 3.0));
 
@@ -55,13 +55,13 @@ pub(super) struct Place {
     pub(super) scale: f64,
 }
 
-/// A vehicle is an arrow head in the direction of its heading, a roadside unit is a diamond.
+/// A vehicle is an arrow head in the direction of its heading, a roadside unit is a square.
 pub(super) fn marker(sheet: &mut Sheet, (kind, colour): (SensorKind, Colour), place: &Place) {
     let Place { at: (x, y), yaw, scale } = *place;
     let (sin, cos) = libm::sincos(yaw);
     let shape: &[(f64, f64)] = match kind {
         SensorKind::Vehicle => &[(16.0, 0.0), (-11.0, 10.0), (-5.0, 0.0), (-11.0, -10.0)],
-        SensorKind::RoadsideUnit => &[(13.0, 0.0), (0.0, 13.0), (-13.0, 0.0), (0.0, -13.0)],
+        SensorKind::RoadsideUnit => &[(10.0, 10.0), (-10.0, 10.0), (-10.0, -10.0), (10.0, -10.0)],
     };
     let turned = |&(ahead, left): &(f64, f64)| {
         (x + scale * (ahead * cos - left * sin), y - scale * (ahead * sin + left * cos))
