@@ -11,7 +11,6 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
-use v2x_common::id::NetworkId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 use v2x_lab::loopback::hub_status;
@@ -31,7 +30,7 @@ pub(super) async fn feed(
     browsers: &Browsers,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
-    let Source { session, network, scene } = source;
+    let Source { session, network, hub, scene } = source;
     let (name, roads) =
         scene.as_ref().map_or((None, &[][..]), |scene| (Some(&*scene.name), &scene.roads[..]));
     send(browsers, Stream::Hello, &Message::Hello(Hello::new(*network, name, roads)));
@@ -45,12 +44,12 @@ pub(super) async fn feed(
     };
     say_connected(false);
     let subscription =
-        Subscription { network: *network, traffic: Traffic::Everything, hub: None, capacity: CAPACITY };
+        Subscription { network: *network, traffic: Traffic::Everything, hub: *hub, capacity: CAPACITY };
     let Some(consumer) = Consumer::connect(session, subscription, PATIENCE, shutdown).await? else {
         return Ok(());
     };
     say_connected(true);
-    let tokens = Tokens::subscribe(consumer.session(), *network).await;
+    let tokens = Tokens::subscribe(consumer.session(), *network, *hub).await;
     let mut tokens =
         tokens.map_err(|error| anyhow!("{error}")).context("subscribing to liveliness tokens")?;
     let hurry = Notify::new();
@@ -58,7 +57,7 @@ pub(super) async fn feed(
         () = shutdown.cancelled() => {}
         () = show_frames(&consumer, Picture::new(browsers, scene.as_ref()), &hurry) => {}
         () = show_presence(&mut tokens, browsers) => {}
-        () = show_status(consumer.session(), *network, browsers, &hurry) => {}
+        () = show_status(consumer.session(), source, browsers, &hurry) => {}
         followed = follow(source, consumer.session(), shutdown) => followed?,
     }
     drop(tokens);
@@ -96,7 +95,7 @@ async fn show_presence(tokens: &mut Tokens, browsers: &Browsers) {
 }
 
 /// Asks once a second, and sooner where frames were refused.
-async fn show_status(session: &Session, network: NetworkId, browsers: &Browsers, hurry: &Notify) {
+async fn show_status(session: &Session, source: &Source, browsers: &Browsers, hurry: &Notify) {
     let (mut tick, mut soonest) = (paced(STATUS_EVERY), paced(STATUS_SOONEST));
     loop {
         tokio::select! {
@@ -104,7 +103,7 @@ async fn show_status(session: &Session, network: NetworkId, browsers: &Browsers,
             () = hurry.notified() => {}
         }
         soonest.tick().await;
-        let (hubs, error) = match hub_status::query(session, network).await {
+        let (hubs, error) = match hub_status::query_of(session, source.network, source.hub).await {
             Ok(hubs) => (hubs, None),
             Err(error) => (Vec::new(), Some(error.to_string())),
         };
