@@ -131,6 +131,9 @@ class Network:
         self.start([self.v2x, *words, "--standby", *place])
         place += ["--zenoh-config", self.host_path("screen", "/etc/v2x/viewer/zenoh.json5")]
 
+        # Of this hub alone: its own keys are asked, and not those of all hubs.
+        place += ["--hub", words[words.index("--id") + 1] if "--id" in words else "hub"]
+
         def statuses():
             decoder, text = json.JSONDecoder(), self.tool(["status", "--json", *place]).lstrip()
             while text:

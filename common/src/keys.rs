@@ -179,7 +179,8 @@ impl Keys {
     /// Whether a key is one under which this hub answers, the one that publishes or one that stands by for it.
     pub fn is_status_of(&self, hub: &HubId, key: &str) -> bool {
         let standby = format!("v2x/{}/hub/{hub}~", self.network);
-        key == self.status(hub) || (key.starts_with(&standby) && key.ends_with("/status") && !key.contains('*'))
+        key == self.status(hub)
+            || (key.starts_with(&standby) && key.ends_with("/status") && !key.contains('*'))
     }
 
     /// Every hub's status, of those that stand by, too.
@@ -276,9 +277,11 @@ impl Topic {
     /// The hub that says it; `None` of what agents say.
     pub const fn hub(&self) -> Option<HubId> {
         match self {
-            Self::Fused(hub) | Self::Lagged(hub) | Self::Delta(hub) | Self::Tile(hub, _) | Self::Journal(hub) => {
-                Some(*hub)
-            }
+            Self::Fused(hub)
+            | Self::Lagged(hub)
+            | Self::Delta(hub)
+            | Self::Tile(hub, _)
+            | Self::Journal(hub) => Some(*hub),
             Self::Detections(_) | Self::Sensor(_) | Self::AgentAlive(_) | Self::Truth(_) => None,
         }
     }

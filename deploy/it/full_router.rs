@@ -8,7 +8,9 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Sender, channel};
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinHandle;
 use v2x_common::net::session::{self, SessionOptions};
 use zenoh::Session;
@@ -20,6 +22,8 @@ const NETWORK: &str = "fault-router";
 const MORE_THAN_QUEUES_HOLD: u64 = 64 << 20;
 /// Bytes of one message that fills queues.
 const LARGE: usize = 64 << 10;
+/// Bytes that come back over a slow link in a fiftieth of a second.
+const BYTES_BACK: usize = 1_000;
 /// The longest time between two lists, µs; a machine may be busy.
 const LONGEST_GAP_US: i64 = 3_000_000;
 /// Lists that a consumer gets meanwhile.
@@ -30,25 +34,43 @@ async fn client(endpoint: &str) -> anyhow::Result<Session> {
     session::open(session::client_config(&options)?).await
 }
 
-/// A consumer that has stood in its first sample since it came: its link is alive, and takes nothing.
-struct Blocked {
-    _session: Session,
-    _subscriber: Subscriber<()>,
-    /// Dropping it lets the consumer go on, so that it can leave.
-    _released: Sender<()>,
+/// A link to the router over which little comes back: its queue to whoever is behind it is always full.
+struct SlowLink {
+    endpoint: String,
+    relay: JoinHandle<anyhow::Result<()>>,
 }
 
-impl Blocked {
-    async fn at(endpoint: &str) -> anyhow::Result<Self> {
-        let _session = client(endpoint).await?;
-        let (_released, until) = channel::<()>();
-        let until = std::sync::Mutex::new(until);
-        let subscriber = _session.declare_subscriber("**").callback(move |_| {
-            // Nothing is ever sent: it ends when the sender does.
-            let _ = until.lock().map(|until| until.recv());
+impl SlowLink {
+    async fn to(router: &str) -> anyhow::Result<Self> {
+        let router = router.strip_prefix("tcp/").context("no TCP")?.to_owned();
+        let listener = TcpListener::bind("127.0.0.1:0").await?;
+        let endpoint = format!("tcp/{}", listener.local_addr()?);
+        let relay = tokio::spawn(async move {
+            let (consumer, _) = listener.accept().await?;
+            let (mut from_consumer, mut to_consumer) = consumer.into_split();
+            let (mut from_router, mut to_router) = TcpStream::connect(router).await?.into_split();
+            let there = async { tokio::io::copy(&mut from_consumer, &mut to_router).await };
+            let back = async {
+                let mut pace = tokio::time::interval(Duration::from_millis(20));
+                let mut buffer = [0; BYTES_BACK];
+                loop {
+                    pace.tick().await;
+                    match from_router.read(&mut buffer).await? {
+                        0 => return Ok(0),
+                        count => to_consumer.write_all(&buffer[..count]).await?,
+                    }
+                }
+            };
+            tokio::try_join!(there, back)?;
+            Ok(())
         });
-        let _subscriber = subscriber.await.map_err(|error| anyhow!("{error}"))?;
-        Ok(Self { _session, _subscriber, _released })
+        Ok(Self { endpoint, relay })
+    }
+}
+
+impl Drop for SlowLink {
+    fn drop(&mut self) {
+        self.relay.abort();
     }
 }
 
@@ -70,10 +92,11 @@ impl Flood {
         let sender = client(endpoint).await?;
         let sends = tokio::spawn(async move {
             let large = vec![7_u8; LARGE];
-            let mut pace = tokio::time::interval(std::time::Duration::from_millis(2));
+            let mut pace = tokio::time::interval(Duration::from_millis(2));
             loop {
                 pace.tick().await;
-                let put = sender.put("flood/large", large.clone()).congestion_control(CongestionControl::Drop);
+                let put =
+                    sender.put("flood/large", large.clone()).congestion_control(CongestionControl::Drop);
                 if put.await.is_err() {
                     return;
                 }
@@ -85,7 +108,7 @@ impl Flood {
     /// Until so much has passed the router from now on.
     async fn passes(&self, bytes: u64) -> anyhow::Result<()> {
         let until = self.passed.load(Ordering::Relaxed) + bytes;
-        let mut look = tokio::time::interval(std::time::Duration::from_millis(20));
+        let mut look = tokio::time::interval(Duration::from_millis(20));
         let passed = async {
             while self.passed.load(Ordering::Relaxed) < until {
                 look.tick().await;
@@ -124,7 +147,7 @@ async fn accepted(folder: &Path, at: &[&str]) -> anyhow::Result<[u64; 2]> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_router_whose_queues_to_blocked_and_stopped_consumers_are_full_is_a_fault_that_stops_no_agent_hub_or_consumer()
+async fn a_router_whose_queues_to_slow_and_stopped_consumers_are_full_is_a_fault_that_stops_no_agent_hub_or_consumer()
 -> anyhow::Result<()> {
     let folder = folder("fault-router")?;
     let (_router, router) = hub(&folder, "relay", &["--id", "relay"]).await?;
@@ -138,9 +161,11 @@ async fn a_router_whose_queues_to_blocked_and_stopped_consumers_are_full_is_a_fa
     let first = run(&folder, &[&watch[..], &["--count", "20"], &at[..]].concat()).await?;
     ensure!(first.code == Some(0), "{first:?}");
 
-    let _blocked = [Blocked::at(&router).await?, Blocked::at(&router).await?];
-    // It gets everything of the network, the flood included.
-    let stopped = V2x::start(&folder, &[&["check", "--duration", "600", "--json"], &at[..]].concat())?;
+    // They get everything, the flood included: one is slow, and one is stopped.
+    let slow = SlowLink::to(&router).await?;
+    let check = ["check", "--duration", "600", "--json", "--network", NETWORK, "--wait", "30", "--connect"];
+    let _slow = V2x::start(&folder, &[&check[..], &[&slow.endpoint]].concat())?;
+    let stopped = V2x::start(&folder, &[&check[..], &[&router]].concat())?;
     let flood = Flood::through(&router).await?;
     flood.passes(MORE_THAN_QUEUES_HOLD / 8).await?;
     send("STOP", stopped.process_id()?).await?;

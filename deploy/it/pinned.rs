@@ -26,7 +26,8 @@ impl Two {
         ensure!(_north.line().await?.contains("ready"));
         let two = Self { folder, network, endpoint, _up, _north };
         // Until its lists come.
-        let ending = run(&two.folder, &two.args(&["watch", "--json", "--count", "1", "--hub", "north"])).await?;
+        let ending =
+            run(&two.folder, &two.args(&["watch", "--json", "--count", "1", "--hub", "north"])).await?;
         ensure!(ending.code == Some(0), "{ending:#?}");
         Ok(two)
     }
@@ -48,8 +49,8 @@ fn recorded(path: &Path) -> anyhow::Result<(BTreeSet<String>, bool)> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_recording_of_one_hub_holds_its_lists_and_journal_alone_whoever_spoofs_another() -> anyhow::Result<()>
-{
+async fn a_recording_of_one_hub_holds_its_lists_and_journal_alone_whoever_spoofs_another()
+-> anyhow::Result<()> {
     let two = Two::start("pinned-record").await?;
     let north = BTreeSet::from(["north".to_owned()]);
     for command in [&["record", "a.mcap"][..], &["watch", "--record", "b.mcap"]] {
@@ -85,7 +86,10 @@ async fn the_live_view_of_one_hub_shows_no_other_hub_whoever_spoofs_another() ->
                 seen[1] += usize::from(!hubs.is_empty());
             }
             "presence" => {
-                assert!(message["hubs"] == serde_json::json!(["north"]) || message["hubs"] == serde_json::json!([]));
+                assert!(
+                    message["hubs"] == serde_json::json!(["north"])
+                        || message["hubs"] == serde_json::json!([])
+                );
                 seen[2] = 3;
             }
             _ => {}

@@ -321,7 +321,9 @@ fn a_clock_that_is_off_by_more_than_half_a_second_is_a_fault_of_the_agent_whatev
                 false => &[Code::ClockBehind, Code::ClockBehindOrLinkSlow],
             };
             let is_told = |one: &Finding| {
-                one.is_fault() && codes.contains(&one.code) && one.agent.is_some_and(|agent| agent.as_str() == "north")
+                one.is_fault()
+                    && codes.contains(&one.code)
+                    && one.agent.is_some_and(|agent| agent.as_str() == "north")
             };
             assert!(found.iter().any(is_told), "{offset_ms} ms, jitter {jitter_ms} ms: {found:#?}");
         }

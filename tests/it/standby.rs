@@ -1,12 +1,10 @@
 //! Two hubs of one name, of which one stands by.
 
+use crate::link::Link;
 use crate::support::{Lab, Watch, rests_on, signal};
 use anyhow::{Context, ensure};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
-use tokio::net::{TcpListener, TcpStream};
-use tokio::task::JoinSet;
-use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::TrackId;
@@ -198,59 +196,4 @@ async fn the_second_list_and_the_tiles_go_on_with_their_ids_after_a_standby_has_
     // And they go on.
     let from = next.sequence;
     lagged.until("more of the second list", |list| list.sequence >= from + 5).await.map(drop)
-}
-
-/// A link between two hubs that can be cut.
-struct Link {
-    locator: String,
-    is_cut: tokio::sync::watch::Sender<bool>,
-    _end: tokio_util::sync::DropGuard,
-}
-
-impl Link {
-    async fn to(hub: &str) -> anyhow::Result<Self> {
-        let hub = hub.strip_prefix("tcp/").context("no TCP")?.to_owned();
-        let listener = TcpListener::bind("127.0.0.1:0").await?;
-        let locator = format!("tcp/{}", listener.local_addr()?);
-        let (is_cut, cut) = tokio::sync::watch::channel(false);
-        let end = CancellationToken::new();
-        tokio::spawn(end.clone().run_until_cancelled_owned(relay(listener, hub, cut)));
-        Ok(Self { locator, is_cut, _end: end.drop_guard() })
-    }
-
-    /// Closes all connections, and those that are made from now on.
-    fn cut(&self) {
-        self.is_cut.send_replace(true);
-    }
-
-    fn mend(&self) {
-        self.is_cut.send_replace(false);
-    }
-}
-
-async fn relay(listener: TcpListener, hub: String, mut cut: tokio::sync::watch::Receiver<bool>) {
-    let mut connections = JoinSet::new();
-    loop {
-        tokio::select! {
-            Ok((mut here, _)) = listener.accept() => {
-                if *cut.borrow() {
-                    continue;
-                }
-                let hub = hub.clone();
-                connections.spawn(async move {
-                    if let Ok(mut there) = TcpStream::connect(hub).await {
-                        let _ = tokio::io::copy_bidirectional(&mut here, &mut there).await;
-                    }
-                });
-            }
-            changed = cut.changed() => {
-                if changed.is_err() {
-                    return;
-                }
-                if *cut.borrow() {
-                    connections.abort_all();
-                }
-            }
-        }
-    }
 }

@@ -69,12 +69,17 @@ async fn control_messages_are_accounted_for_by_what_became_of_them_and_no_fault_
     const BAD: u64 = 40;
     for _ in 0..BAD {
         for publisher in [&of_cam, &of_stranger] {
-            publisher.put("{\"revision\": \"x\"}").encoding(ENCODING_JSON).await.map_err(|error| anyhow!("{error}"))?;
+            publisher
+                .put("{\"revision\": \"x\"}")
+                .encoding(ENCODING_JSON)
+                .await
+                .map_err(|error| anyhow!("{error}"))?;
         }
     }
     let token = session.liveliness().declare_token(lab.keys().agent_alive(&cam)).await;
     let token = token.map_err(|error| anyhow!("{error}"))?;
-    let journal = session.get(lab.keys().journal(&HubId::new("hub")?)).await.map_err(|error| anyhow!("{error}"))?;
+    let journal =
+        session.get(lab.keys().journal(&HubId::new("hub")?)).await.map_err(|error| anyhow!("{error}"))?;
     ensure!(journal.recv_async().await.is_ok(), "the journal's start is answered");
     token.undeclare().await.map_err(|error| anyhow!("{error}"))?;
     let is_counted = |status: &HubStatus| {

@@ -110,9 +110,14 @@ impl Lab {
 
     /// An agent of the default scenario, `ego` or `rsu`.
     pub(crate) async fn agent(&self, id: &str, hub: &Hub) -> anyhow::Result<Child> {
+        self.agent_at(id, &hub.locator).await
+    }
+
+    /// The same, connected to an endpoint.
+    pub(crate) async fn agent_at(&self, id: &str, endpoint: &str) -> anyhow::Result<Child> {
         let options = AgentOptions {
             scenario: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/scenarios/crossing.toml"),
-            connect: hub.locator.clone(),
+            connect: endpoint.to_owned(),
             seed: 1,
             start: self.start,
         };

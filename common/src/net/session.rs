@@ -145,7 +145,8 @@ fn with_options(options: &[ZenohOption]) -> anyhow::Result<Config> {
 
 fn from_file(path: &Path) -> anyhow::Result<Config> {
     let named = || format!("Zenoh configuration {}", path.display());
-    let unreadable = |error: zenoh::Error| anyhow!("{}: {}", named(), tls::without_values(&error.to_string()));
+    let unreadable =
+        |error: zenoh::Error| anyhow!("{}: {}", named(), tls::without_values(&error.to_string()));
     let mut config = Config::from_file(path).map_err(unreadable)?;
     tls::check(&mut config, path.parent().unwrap_or(Path::new("."))).with_context(named)?;
     Ok(config)
@@ -331,7 +332,8 @@ mod tests {
     #[test]
     fn each_attempt_begins_with_another_endpoint_and_has_them_all() {
         let connect = ["tcp/127.0.0.1:1", "tcp/127.0.0.1:2", "tcp/127.0.0.1:3"].map(str::to_owned).to_vec();
-        let config = client_config(&SessionOptions { connect: connect.clone(), ..Default::default() }).unwrap();
+        let config =
+            client_config(&SessionOptions { connect: connect.clone(), ..Default::default() }).unwrap();
         let mut attempts = Attempts { config, count: 0, why: None };
         for k in 1..=4 {
             attempts.begin_with_the_next_endpoint();

@@ -8,8 +8,8 @@ use std::path::Path;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
-/// Connections of one flood: four times as many as Zenoh lets wait for a handshake at once.
-const CONNECTIONS: usize = 400;
+/// Connections of one flood: more than Zenoh lets wait for a handshake at once.
+const CONNECTIONS: usize = 240;
 /// The longest time between two lists meanwhile, µs; a machine may be busy.
 const LONGEST_GAP_US: i64 = 3_000_000;
 

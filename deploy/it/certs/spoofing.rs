@@ -143,7 +143,8 @@ async fn asks(session: &Session) -> anyhow::Result<()> {
 async fn none_of_thousands_of_spoofed_samples_under_tls_reaches_a_hub_or_a_consumer() -> anyhow::Result<()> {
     use std::sync::atomic::{AtomicU64, Ordering};
     let count = std::env::var("V2X_SPOOFS").ok().and_then(|text| text.parse().ok()).unwrap_or(SPOOFS);
-    let secured = Secured::start("spoof-many", &[["agent", "eve"], ["agent", "rsu"], ["viewer", "spy"]]).await?;
+    let secured =
+        Secured::start("spoof-many", &[["agent", "eve"], ["agent", "rsu"], ["viewer", "spy"]]).await?;
     let _agents = [secured.agent("ego")?, secured.agent("rsu")?];
     let watch = secured.watch().await?;
     watch.goes_on("ego").await?;

@@ -64,8 +64,11 @@ pub(super) fn believing(hubs: &[HubEntry]) -> Value {
             "id": own(hub), "permission": "deny", "flows": ["ingress"], "messages": SAYING,
             "key_exprs": [format!("v2x/*/hub/{}/**", hub.name)],
         }));
-        let others: Vec<_> =
-            hubs.iter().filter(|other| other.name != hub.name).map(|other| hub_common_name(other.name)).collect();
+        let others: Vec<_> = hubs
+            .iter()
+            .filter(|other| other.name != hub.name)
+            .map(|other| hub_common_name(other.name))
+            .collect();
         policies.push(json!({ "rules": [own(hub)], "subjects": others }));
     }
     let subjects: Vec<_> =
@@ -79,8 +82,8 @@ pub(super) fn believing(hubs: &[HubEntry]) -> Value {
     })
 }
 
-/// What a hub says on its keys. An answer is judged by the key that was asked, which may be that of several hubs.
-const SAYING: [&str; 4] = ["put", "delete", "declare_queryable", "liveliness_token"];
+/// What a hub says on its keys. An answer is judged by the key that was asked: one to a question for all hubs is let through.
+const SAYING: [&str; 5] = ["put", "delete", "reply", "declare_queryable", "liveliness_token"];
 
 fn rule(id: &str, flow: &str, messages: &[&str], keys: &[&str]) -> Value {
     json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys })

@@ -74,8 +74,12 @@ mod tests {
         wire::fused::encode(&list, &mut payload).unwrap();
         let mut lists = Lists::default();
         let mut under = |key: String| {
-            let entry =
-                Entry { received_at: Timestamp::EPOCH, key, encoding: String::new(), payload: payload.clone() };
+            let entry = Entry {
+                received_at: Timestamp::EPOCH,
+                key,
+                encoding: String::new(),
+                payload: payload.clone(),
+            };
             lists.handle(&entry).unwrap()
         };
         assert!(under(keys.fused(&north)).is_some());

@@ -229,7 +229,7 @@ impl Round {
             }
             accepted += statistics.accepted;
             for (reason, count) in &statistics.refused {
-                *refused.entry((*reason).to_owned()).or_default() += count;
+                *refused.entry(reason.to_string()).or_default() += count;
             }
         }
         assert_eq!((accepted, &refused), (self.report.accepted, &self.report.reasons));

@@ -80,7 +80,7 @@ fn fuzzed_frames_descriptions_and_lists_are_a_fault_that_costs_a_good_agent_noth
     println!("{} fuzzed messages, 0 panics: {all:?}", all.total());
     // What is right after a change says nothing, and what nobody reads to its end says little.
     if rounds >= FUZZ_ROUNDS {
-        assert!(all.refused > all.accepted && 20 * all.accepted > all.refused, "{all:?}");
+        assert!(all.refused > all.accepted && 30 * all.accepted > all.refused, "{all:?}");
         assert!(all.reasons.len() >= 4 && all.total() >= rounds * fuzzed::OF_ROUND, "{all:?}");
     }
 }

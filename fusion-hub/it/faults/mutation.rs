@@ -28,10 +28,10 @@ const VALUES: [&str; 18] = [
 /// Longer ones say nothing new.
 const LONGEST: usize = 20_000;
 
-/// Changes the bytes in one to five ways; `others` are right ones of which a part may be taken.
+/// Changes the bytes in one to three ways; `others` are right ones of which a part may be taken.
 pub(super) fn mutate(bytes: &mut Vec<u8>, is_json: bool, others: &[Vec<u8>], dice: &mut Dice) {
-    for _ in 0..1 + dice.below(5) {
-        if is_json && dice.happens(0.7) {
+    for _ in 0..1 + dice.below(3) {
+        if is_json && dice.happens(0.85) {
             change_value(bytes, dice);
         } else {
             change_bytes(bytes, others, dice);
@@ -75,20 +75,23 @@ fn change_bytes(bytes: &mut Vec<u8>, others: &[Vec<u8>], dice: &mut Dice) {
     }
 }
 
-/// Another value behind a colon, a comma or a bracket, or a key that comes twice.
+/// Another value in place of a number, a text or a word; or a key that comes twice.
 fn change_value(bytes: &mut Vec<u8>, dice: &mut Dice) {
-    let begins: Vec<_> = (0..bytes.len()).filter(|at| matches!(bytes[*at], b':' | b',' | b'[')).collect();
-    if begins.is_empty() {
+    let is_simple = |at: &usize| bytes.get(at + 1).is_some_and(|next| !matches!(next, b'{' | b'['));
+    let colons: Vec<_> = (0..bytes.len()).filter(|at| bytes[*at] == b':').filter(is_simple).collect();
+    if colons.is_empty() {
         return change_bytes(bytes, &[], dice);
     }
-    let begin = *dice.of(&begins) + 1;
+    let begin = *dice.of(&colons) + 1;
     let is_end = |byte: &u8| matches!(byte, b',' | b'}' | b']');
     let end = begin + bytes[begin..].iter().position(is_end).unwrap_or(bytes.len() - begin);
     if dice.happens(0.8) {
         bytes.splice(begin..end, dice.of(&VALUES).bytes());
-    } else {
-        let mut again = bytes[begin..end].to_vec();
-        again.push(b',');
-        bytes.splice(begin..begin, again);
+        return;
     }
+    // From the key's quotation mark to the end of the value.
+    let key = bytes[..begin - 1].iter().rposition(|byte| matches!(byte, b',' | b'{')).map_or(0, |at| at + 1);
+    let mut again = bytes[key..end].to_vec();
+    again.push(b',');
+    bytes.splice(key..key, again);
 }

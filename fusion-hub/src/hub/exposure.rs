@@ -35,7 +35,8 @@ fn denies(config: &Config) -> bool {
 
 /// Whether only this machine reaches an endpoint.
 fn is_local(endpoint: &str) -> bool {
-    endpoint.starts_with("unix") || Endpoint::read(endpoint).is_some_and(|endpoint| endpoint.is_of_this_machine())
+    endpoint.starts_with("unix")
+        || Endpoint::read(endpoint).is_some_and(|endpoint| endpoint.is_of_this_machine())
 }
 
 #[cfg(test)]

@@ -182,7 +182,10 @@ mod tests {
     fn nobody_who_listens_is_no_tls_refusal() {
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
         for protocol in ["tls", "tcp", "udp"] {
-            assert_eq!(refusal(&format!("{protocol}/{free}"), &TlsFiles::default(), clock::now() + OF_ONE), None);
+            assert_eq!(
+                refusal(&format!("{protocol}/{free}"), &TlsFiles::default(), clock::now() + OF_ONE),
+                None
+            );
         }
     }
 

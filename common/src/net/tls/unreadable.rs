@@ -96,7 +96,8 @@ mod tests {
 
     /// What is said of a configuration in a file with this ending.
     fn said(name: &str, text: &str) -> String {
-        let path: PathBuf = std::env::temp_dir().join(format!("v2x-unreadable-{}-{name}", std::process::id()));
+        let path: PathBuf =
+            std::env::temp_dir().join(format!("v2x-unreadable-{}-{name}", std::process::id()));
         std::fs::write(&path, text).unwrap();
         let error = Config::from_file(&path).expect_err(text).to_string();
         std::fs::remove_file(&path).unwrap();
@@ -141,6 +142,9 @@ mod tests {
     fn what_is_no_value_is_kept() {
         let said = without_values("Unsupported file type '.txt' (.json, .json5 and .yaml are supported)");
         assert!(said.contains(".txt") && said.contains("json5"), "{said}");
-        assert_eq!(without_values("No such file or directory (os error 2)"), "No such file or directory (os error 2)");
+        assert_eq!(
+            without_values("No such file or directory (os error 2)"),
+            "No such file or directory (os error 2)"
+        );
     }
 }

@@ -154,7 +154,10 @@ fn refused(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
         (label("kind", "query_of_another_hub"), control.queries_of_others),
         (label("kind", "dropped"), control.dropped),
     ];
-    out.counters(&plain("control_messages", "Messages beside detection frames, by what became of them"), kinds)?;
+    out.counters(
+        &plain("control_messages", "Messages beside detection frames, by what became of them"),
+        kinds,
+    )?;
     out.counters(&plain("samples_refused", "Samples of no agent that the hub can have"), samples)?;
     let zenoh = &status.refused_by_zenoh;
     let handshakes = zenoh.handshakes.iter().map(|(cause, count)| (label("cause", cause), *count));

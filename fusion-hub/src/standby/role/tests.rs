@@ -200,7 +200,12 @@ struct Pair {
 
 impl Pair {
     fn new() -> Self {
-        Self { period_ms: 50, roles: [role(7, 0), role(8, 0)], on_the_way: [Vec::new(), Vec::new()], now_ms: 0 }
+        Self {
+            period_ms: 50,
+            roles: [role(7, 0), role(8, 0)],
+            on_the_way: [Vec::new(), Vec::new()],
+            now_ms: 0,
+        }
     }
 
     /// With lists this often.
