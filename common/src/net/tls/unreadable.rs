@@ -118,7 +118,7 @@ mod tests {
             format!("{{ mode: \"{SECRET}\" }}"),
             format!("{{ connect: {{ endpoints: [\"tls#connect_private_key_base64={SECRET}\"] }} }}"),
             format!("{{ connect: {{ timeout_ms: \"{SECRET}\" }} }}"),
-            format!("{SECRET}"),
+            SECRET.to_owned(),
         ];
         for text in &unusable {
             let said = said("a.json5", text);
