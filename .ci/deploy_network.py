@@ -31,6 +31,7 @@ def check(report, v2x, compose):
             report.check("Zenoh's configurations", network.load_configurations)
             report.check("the compose file's network, as processes", lambda: exported.append(network.run()))
             report.check("spoofing through the router", network.spoof)
+            report.check("a standby behind the router", network.stand_by)
         finally:
             network.end()
     return exported[0] if exported else None
@@ -42,7 +43,7 @@ class Network:
     def __init__(self, v2x, compose, folder):
         self.v2x, self.services, self.folder = v2x, compose["services"], folder
         self.here = folder / "compose"
-        self.processes = []
+        self.processes, self.hub = [], None
         self.port, self.metrics = free_port(), free_port()
 
     def prepare(self):
@@ -79,7 +80,8 @@ class Network:
             words = self.command(name)
             if name == "hub":
                 words[words.index("--metrics") + 1] = f"127.0.0.1:{self.metrics}"
-            self.start([self.v2x, *words, "--connect", f"tls/127.0.0.1:{self.port}", *others])
+            started = self.start([self.v2x, *words, "--connect", f"tls/127.0.0.1:{self.port}", *others])
+            self.hub = started if name == "hub" else self.hub
         screen = self.host_path("screen", "/etc/v2x/viewer/zenoh.json5")
         place = ["--zenoh-config", screen, "--connect", f"tls/127.0.0.1:{self.port}"]
         self.tool(["watch", "--json", "--count", "10", *place])
@@ -120,6 +122,37 @@ class Network:
             subscriber.undeclare()
         expected = {key.format(rest) for rest in own.values()}
         assert seen == expected, f"arrived: {sorted(seen)}"
+
+    def stand_by(self):
+        """A second hub with the same certificate is seen as one that stands by, and takes over when the first one is gone."""
+        words = self.command("hub")
+        words[words.index("--metrics") + 1] = "127.0.0.1:0"
+        place = ["--connect", f"tls/127.0.0.1:{self.port}"]
+        self.start([self.v2x, *words, "--standby", *place])
+        place += ["--zenoh-config", self.host_path("screen", "/etc/v2x/viewer/zenoh.json5")]
+
+        # Of this hub alone: its own keys are asked, and not those of all hubs.
+        place += ["--hub", words[words.index("--id") + 1] if "--id" in words else "hub"]
+
+        def statuses():
+            decoder, text = json.JSONDecoder(), self.tool(["status", "--json", *place]).lstrip()
+            while text:
+                status, end = decoder.raw_decode(text)
+                yield status
+                text = text[end:].lstrip()
+
+        def until(what, found):
+            deadline = time.monotonic() + TIMEOUT_S
+            while not (status := next(filter(found, seen := list(statuses())), None)):
+                assert time.monotonic() < deadline, f"{what}: {[(one['lineage'], one.get('standby')) for one in seen]}"
+                time.sleep(0.2)
+            return status
+
+        follows = until("no standby", lambda one: one.get("standby") and one["standby"]["follows"] is not None and one["objects"] > 0)
+        self.hub.kill()
+        until("no takeover", lambda one: one["lineage"] == follows["lineage"] and one["standby"]["publishes"])
+        lists = [json.loads(line) for line in self.tool(["watch", "--json", "--count", "5", *place]).splitlines()]
+        assert {one["lineage"] for one in lists} == {follows["lineage"]}, "another hub's lists"
 
     def session(self, folder):
         """A client by the certificate of a folder. Zenoh looks for its files in the working folder."""

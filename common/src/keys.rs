@@ -182,6 +182,18 @@ impl Keys {
         format!("v2x/{}/hub/{hub}~{lineage:08x}/status", self.network)
     }
 
+    /// The status of each hub that stands by for this one.
+    pub fn all_standby_status(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}~$*/status", self.network)
+    }
+
+    /// Whether a key is one under which this hub answers, the one that publishes or one that stands by for it.
+    pub fn is_status_of(&self, hub: &HubId, key: &str) -> bool {
+        let standby = format!("v2x/{}/hub/{hub}~", self.network);
+        key == self.status(hub)
+            || (key.starts_with(&standby) && key.ends_with("/status") && !key.contains('*'))
+    }
+
     /// Every hub's status, of those that stand by, too.
     pub fn all_status(&self) -> String {
         format!("v2x/{}/hub/*/status", self.network)
@@ -292,6 +304,18 @@ impl Topic {
         }
     }
 
+    /// The hub that says it; `None` of what agents say.
+    pub const fn hub(&self) -> Option<HubId> {
+        match self {
+            Self::Fused(hub)
+            | Self::Lagged(hub)
+            | Self::Delta(hub)
+            | Self::Tile(hub, _)
+            | Self::Journal(hub) => Some(*hub),
+            Self::Detections(_) | Self::Sensor(_) | Self::AgentAlive(_) | Self::Truth(_) => None,
+        }
+    }
+
     /// The topic of what stands behind `fused/` in a hub's key.
     fn of_list(hub: HubId, chunks: &str) -> Option<Self> {
         match chunks.split_once('/') {
@@ -347,6 +371,20 @@ mod tests {
         assert_eq!(Topic::of(&keys.truth(&agent)), Some(Topic::Truth(agent)));
         assert_eq!(Topic::of("v2x/demo/agent/ego"), None);
         assert_eq!(Topic::of("v2x/demo/agent/ego/detections/x"), None);
+    }
+
+    #[test]
+    fn the_keys_of_a_hubs_status_are_those_of_no_other_hub() {
+        let keys = Keys::new(NetworkId::new("demo").unwrap());
+        let [hub, other] = ["hub", "hub-2"].map(|name| HubId::new(name).unwrap());
+        for key in [keys.status(&hub), keys.standby_status(&hub, 7)] {
+            assert!(keys.is_status_of(&hub, &key) && !keys.is_status_of(&other, &key), "{key}");
+        }
+        for key in [keys.all_status(), keys.all_standby_status(&hub), keys.fused(&hub)] {
+            assert!(!keys.is_status_of(&hub, &key), "{key}");
+        }
+        assert_eq!(Topic::of(&keys.fused(&hub)).and_then(|topic| topic.hub()), Some(hub));
+        assert_eq!(Topic::of(&keys.all_fused()).and_then(|topic| topic.hub()), None);
     }
 
     #[test]

@@ -168,6 +168,11 @@ impl Terminal {
     }
 }
 
+/// A port that was free a moment ago, for what cannot be asked which one it took.
+pub(crate) fn free_port() -> anyhow::Result<u16> {
+    Ok(std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
+}
+
 /// Runs `v2x` to its end.
 pub(crate) async fn run(folder: &Path, args: &[&str]) -> anyhow::Result<Ending> {
     V2x::start(folder, args)?.end().await

@@ -160,7 +160,7 @@ async fn view(folder: &Path) -> anyhow::Result<(V2x, String)> {
 }
 
 /// Host and port of the page, as it is printed.
-async fn address(v2x: &mut V2x) -> anyhow::Result<String> {
+pub(crate) async fn address(v2x: &mut V2x) -> anyhow::Result<String> {
     let line = v2x.stderr_line("live view: ").await?;
     let url = line.split_whitespace().find_map(|word| word.strip_prefix("http://"));
     Ok(url.context("no address")?.trim_end_matches('/').to_owned())
@@ -197,15 +197,15 @@ async fn opened(
 }
 
 /// The stream of events of one browser.
-struct Events(BufReader<TcpStream>);
+pub(crate) struct Events(BufReader<TcpStream>);
 
 impl Events {
-    async fn open(address: &str) -> anyhow::Result<Self> {
+    pub(crate) async fn open(address: &str) -> anyhow::Result<Self> {
         Ok(Self(BufReader::new(opened(address, "GET", "/events", &[("Host", address)]).await?)))
     }
 
     /// The next message. Lines of the chunked encoding are left out.
-    async fn next(&mut self) -> anyhow::Result<Value> {
+    pub(crate) async fn next(&mut self) -> anyhow::Result<Value> {
         loop {
             let mut line = String::new();
             let read = tokio::time::timeout(TIMEOUT, self.0.read_line(&mut line)).await;

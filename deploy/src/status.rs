@@ -91,10 +91,9 @@ async fn ask(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<
     let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(None);
     };
-    let statuses = v2x_lab::loopback::hub_status::query_all(&session, args.network).await;
+    let statuses = v2x_lab::loopback::hub_status::query_all(&session, args.network, args.hub).await;
     session::close(session).await?;
-    let mut statuses = statuses?;
-    statuses.retain(|status| args.hub.is_none_or(|hub| status.hub == hub));
+    let statuses = statuses?;
     if statuses.is_empty() {
         let who = args.hub.map_or_else(|| "no hub".to_owned(), |hub| format!("no hub {hub}"));
         bail!("{who} of network {} answered; is --network right?", args.network);

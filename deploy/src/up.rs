@@ -113,7 +113,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         let connect = vec![network.locator.clone()];
         let session = SessionOptions { connect, ..SessionOptions::default() };
         let scene = Some(Scene::new(run.scenario, run.seed, run.start));
-        site.serve(Source { session, network: args.network, scene })
+        site.serve(Source { session, network: args.network, hub: None, scene })
     });
     let exit = tokio::select! {
         error = network.first_exit() => Some(error),

@@ -32,10 +32,11 @@ name=$(jq -r --arg link "$link" '[.holders[] | select(.role == "viewer" and .nam
 [ -n "$name" ] || { echo "$0: no viewer $link in $certs, or it is revoked: v2x certs viewer $link" >&2; exit 1; }
 
 # The holder of the hub's certificate publishes as this hub and answers questions; Zenoh judges an answer by the key that was asked.
+# One that stands by for it has the same certificate, and answers under the hub's name with its own lineage behind a `~`.
 json "$of_router/zenoh.json5" | jq --arg hub "$hub" --arg name "$name" '
   .access_control.rules += [
     { id: "the hub publishes", permission: "allow", flows: ["ingress"],
-      messages: ["put", "declare_queryable", "liveliness_token"], key_exprs: ["v2x/*/hub/\($hub)/**"] },
+      messages: ["put", "declare_queryable", "liveliness_token"], key_exprs: ["v2x/*/hub/\($hub)/**", "v2x/*/hub/\($hub)~$*/status"] },
     { id: "the hub answers", permission: "allow", flows: ["ingress"], messages: ["reply"], key_exprs: ["v2x/*/hub/**"] },
     { id: "the hub is asked", permission: "allow", flows: ["egress"], messages: ["query"], key_exprs: ["v2x/*/hub/**"] }
   ]

@@ -340,6 +340,33 @@ fn a_clock_that_is_behind_is_told_from_a_slow_link() {
     assert_only(&ahead, Code::ClockAhead, "time_offset_ms = -1");
 }
 
+/// By more than Δmax: every frame is refused, or too late over a link that varies.
+#[test]
+fn a_clock_that_is_off_by_more_than_half_a_second_is_a_fault_of_the_agent_whatever_its_link_does() {
+    let by = |offset_ms: i64, jitter_ms: i64| {
+        found(move |frame| {
+            let late = if jitter_ms > 0 { frame.captured_ms / 100 * 37 % jitter_ms } else { 0 };
+            frame.captured_ms += offset_ms;
+            frame.delay_ms += late - offset_ms;
+        })
+    };
+    for jitter_ms in [0, 90, 400] {
+        for offset_ms in [600, 2_000, 3_600_000, -600, -2_000, -3_600_000] {
+            let found = by(offset_ms, jitter_ms);
+            let codes: &[Code] = match offset_ms > 0 {
+                true => &[Code::ClockAhead],
+                false => &[Code::ClockBehind, Code::ClockBehindOrLinkSlow],
+            };
+            let is_told = |one: &Finding| {
+                one.is_fault()
+                    && codes.contains(&one.code)
+                    && one.agent.is_some_and(|agent| agent.as_str() == "north")
+            };
+            assert!(found.iter().any(is_told), "{offset_ms} ms, jitter {jitter_ms} ms: {found:#?}");
+        }
+    }
+}
+
 #[test]
 fn stamps_of_another_unit_are_named() {
     let seconds =

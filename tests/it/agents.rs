@@ -1,6 +1,8 @@
 //! Agents that join, leave and return.
 
+use crate::link::Link;
 use crate::support::{Lab, health, rests_on, standing};
+use v2x_fusion_hub::hub::HubStatus;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_agent_that_joins_late_is_fused() -> anyhow::Result<()> {
@@ -56,4 +58,31 @@ async fn a_killed_agent_is_removed_and_returns_with_a_new_epoch() -> anyhow::Res
     let ego = standing(&status, "ego").expect("it is alive");
     assert_eq!(ego.refused.get("duplicate"), None, "a new epoch numbers its frames anew: {:?}", ego.refused);
     Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_agent_whose_link_is_lost_is_a_fault_of_its_own_and_it_is_fused_again_when_the_link_is_back()
+-> anyhow::Result<()> {
+    let lab = Lab::new("fault-link")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let link = Link::to(&hub.locator).await?;
+    let _agents = [lab.agent_at("ego", &link.locator).await?, lab.agent("rsu", &hub).await?];
+    watch.until("both are fused", |frame| rests_on(frame, "ego") && rests_on(frame, "rsu")).await?;
+    let accepted = |status: &HubStatus, id| standing(status, id).map_or(0, |agent| agent.accepted);
+
+    link.cut();
+    let is_gone = |status: &HubStatus| standing(status, "ego").is_some_and(|ego| !ego.alive);
+    let lost = watch.status_when("ego is missed", is_gone).await?;
+    let goes_on = |status: &HubStatus| accepted(status, "rsu") > accepted(&lost, "rsu") + 20;
+    let later = watch.status_when("rsu goes on", goes_on).await?;
+    assert_eq!(accepted(&later, "ego"), accepted(&lost, "ego"));
+
+    link.mend();
+    let is_back = |status: &HubStatus| {
+        standing(status, "ego").is_some_and(|ego| ego.alive)
+            && accepted(status, "ego") > accepted(&lost, "ego") + 20
+    };
+    watch.status_when("ego is fused again", is_back).await?;
+    watch.until("objects rest on it", |frame| rests_on(frame, "ego")).await.map(drop)
 }

@@ -8,6 +8,7 @@ mod folder;
 mod foreign;
 mod hub_restart;
 mod isolation;
+mod link;
 mod methods;
 mod offline;
 mod recorded;

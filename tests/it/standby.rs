@@ -1,16 +1,16 @@
 //! Two hubs of one name, of which one stands by.
 
+use crate::link::Link;
 use crate::support::{Lab, Watch, rests_on, signal};
 use anyhow::{Context, ensure};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
-use tokio::net::{TcpListener, TcpStream};
-use tokio::task::JoinSet;
-use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::TrackId;
+use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::{HubStatus, StandbyStatus};
+use v2x_lab::loopback::consumer::Traffic;
 
 /// Of the hubs that stand by, or that could.
 fn roles(statuses: &[HubStatus]) -> impl Iterator<Item = (&HubStatus, &StandbyStatus)> {
@@ -146,57 +146,54 @@ async fn two_standby_hubs_whose_link_was_lost_both_publish_and_then_the_one_with
     publishes_alone(&at_second, higher).await
 }
 
-/// A link between two hubs that can be cut.
-struct Link {
-    locator: String,
-    is_cut: tokio::sync::watch::Sender<bool>,
-    _end: tokio_util::sync::DropGuard,
-}
-
-impl Link {
-    async fn to(hub: &str) -> anyhow::Result<Self> {
-        let hub = hub.strip_prefix("tcp/").context("no TCP")?.to_owned();
-        let listener = TcpListener::bind("127.0.0.1:0").await?;
-        let locator = format!("tcp/{}", listener.local_addr()?);
-        let (is_cut, cut) = tokio::sync::watch::channel(false);
-        let end = CancellationToken::new();
-        tokio::spawn(end.clone().run_until_cancelled_owned(relay(listener, hub, cut)));
-        Ok(Self { locator, is_cut, _end: end.drop_guard() })
-    }
-
-    /// Closes all connections, and those that are made from now on.
-    fn cut(&self) {
-        self.is_cut.send_replace(true);
-    }
-
-    fn mend(&self) {
-        self.is_cut.send_replace(false);
-    }
-}
-
-async fn relay(listener: TcpListener, hub: String, mut cut: tokio::sync::watch::Receiver<bool>) {
-    let mut connections = JoinSet::new();
-    loop {
-        tokio::select! {
-            Ok((mut here, _)) = listener.accept() => {
-                if *cut.borrow() {
-                    continue;
-                }
-                let hub = hub.clone();
-                connections.spawn(async move {
-                    if let Ok(mut there) = TcpStream::connect(hub).await {
-                        let _ = tokio::io::copy_bidirectional(&mut here, &mut there).await;
-                    }
-                });
-            }
-            changed = cut.changed() => {
-                if changed.is_err() {
-                    return;
-                }
-                if *cut.borrow() {
-                    connections.abort_all();
-                }
-            }
+/// The ids of the tiles of one list, of the newest list before another hub's and of the first one after.
+async fn change_of_tiles(area: &Watch, lineage: u32) -> anyhow::Result<[BTreeSet<TrackId>; 2]> {
+    let mut lists: BTreeMap<(u32, u64), (Timestamp, BTreeSet<TrackId>)> = BTreeMap::new();
+    let mut stamps = Vec::new();
+    // Two lists of the next hub: all tiles of the first one have come then.
+    let mut of_next = BTreeSet::new();
+    area.until("the next hub's tiles come", |tile| {
+        let (_, ids) =
+            lists.entry((tile.lineage, tile.sequence)).or_insert_with(|| (tile.fused_at, BTreeSet::new()));
+        ids.extend(tile.objects.iter().map(|object| object.track));
+        stamps.push(tile.fused_at);
+        if tile.lineage != lineage {
+            of_next.insert(tile.sequence);
         }
-    }
+        of_next.len() == 2
+    })
+    .await?;
+    ensure!(stamps.is_sorted(), "stamps of tiles go back: {stamps:?}");
+    let last = lists.iter().rfind(|((of, _), _)| *of == lineage).context("no tile of the first hub")?;
+    let next = lists.iter().find(|((of, _), _)| *of != lineage).context("no tile of the next hub")?;
+    Ok([last.1.1.clone(), next.1.1.clone()])
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_second_list_and_the_tiles_go_on_with_their_ids_after_a_standby_has_taken_over()
+-> anyhow::Result<()> {
+    let lines = "lagged = { lag_ms = 500 }\ntiles = { latitude_deg = 48.137, longitude_deg = 11.575 }\n";
+    let lab = Lab::with_settings("standby-parts", lines)?;
+    let first = lab.standby("first", &[]).await?;
+    let second = lab.standby("second", &["--connect", &first.locator]).await?;
+    let _agents = [lab.agent("ego", &second).await?, lab.agent("rsu", &second).await?];
+    let live = lab.watch(&second).await?;
+    let lagged = lab.watch_lists(&second, Traffic::Lagged).await?;
+    // Munich, and a part of it that is larger than the crossing.
+    let area = lab.watch_lists(&second, Traffic::Area("120230002213".parse()?)).await?;
+    live.statuses_when("the second hub follows", is_followed).await?;
+    let before = lagged.until("the second list comes", |list| list.objects.len() >= 5).await?;
+    let of_first = live.next().await?.lineage;
+    ensure!(before.lineage == of_first, "both are of the first hub");
+    area.until("tiles come", |tile| tile.lineage == of_first && !tile.objects.is_empty()).await?;
+
+    signal(&first, "-KILL")?;
+    let (last, next) = change(&lagged, before).await?;
+    ensure_kept(&last, &next)?;
+    let [before, after] = change_of_tiles(&area, of_first).await?;
+    let kept = before.intersection(&after).count();
+    ensure!(!before.is_empty() && kept * 10 >= before.len() * 9, "{kept}: {before:?} {after:?}");
+    // And they go on.
+    let from = next.sequence;
+    lagged.until("more of the second list", |list| list.sequence >= from + 5).await.map(drop)
 }

@@ -1,8 +1,11 @@
 //! The status of a hub.
 
-use crate::support::{Lab, standing};
-use anyhow::Context;
+use crate::support::{Lab, foreign_session, matched_publisher, standing};
+use anyhow::{Context, anyhow, ensure};
 use serde_json::Value;
+use v2x_common::id::{AgentId, HubId};
+use v2x_common::wire::ENCODING_JSON;
+use v2x_fusion_hub::hub::HubStatus;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_status_query_answers_with_the_documented_fields() -> anyhow::Result<()> {
@@ -48,6 +51,51 @@ async fn the_status_query_answers_with_the_documented_fields() -> anyhow::Result
     }
     assert!(status["invalid_names"].as_array().is_some_and(Vec::is_empty), "{status:#}");
     assert_is_rsu(&status["agents"]);
+    Ok(())
+}
+
+/// Good, bad and left-out descriptions, tokens, and questions for both things that a hub can be asked.
+#[tokio::test(flavor = "multi_thread")]
+async fn control_messages_are_accounted_for_by_what_became_of_them_and_no_fault_of_one_hides_another()
+-> anyhow::Result<()> {
+    let lab = Lab::with_settings("control-counts", "only_agents = [\"rsu\", \"cam\"]\n")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let _rsu = lab.agent("rsu", &hub).await?;
+    let session = foreign_session(&hub).await?;
+    let [cam, stranger] = [AgentId::new("cam")?, AgentId::new("stranger")?];
+    let description = |agent| matched_publisher(&session, lab.keys().sensor(agent));
+    let (of_cam, of_stranger) = (description(&cam).await?, description(&stranger).await?);
+    const BAD: u64 = 40;
+    for _ in 0..BAD {
+        for publisher in [&of_cam, &of_stranger] {
+            publisher
+                .put("{\"revision\": \"x\"}")
+                .encoding(ENCODING_JSON)
+                .await
+                .map_err(|error| anyhow!("{error}"))?;
+        }
+    }
+    let token = session.liveliness().declare_token(lab.keys().agent_alive(&cam)).await;
+    let token = token.map_err(|error| anyhow!("{error}"))?;
+    let journal =
+        session.get(lab.keys().journal(&HubId::new("hub")?)).await.map_err(|error| anyhow!("{error}"))?;
+    ensure!(journal.recv_async().await.is_ok(), "the journal's start is answered");
+    token.undeclare().await.map_err(|error| anyhow!("{error}"))?;
+    let is_counted = |status: &HubStatus| {
+        let control = &status.control;
+        control.descriptions_refused == BAD
+            && control.descriptions_left_out == BAD
+            && control.descriptions > 0
+            // Of rsu, and of cam that came and went.
+            && control.liveliness >= 3
+    };
+    let status = watch.status_when("all of them are counted", is_counted).await?;
+    let control = status.control;
+    assert_eq!(control.received, control.accounted(), "{control:?}");
+    assert_eq!((control.dropped, control.queries_of_others), (0, 0), "{control:?}");
+    assert!(control.queries >= 2, "the journal, and this status: {control:?}");
+    assert_eq!(standing(&status, "cam").map(|cam| cam.descriptions_refused), Some(BAD));
     Ok(())
 }
 

@@ -51,8 +51,13 @@ impl Lab {
 
     /// A network whose hub uses this method.
     pub(crate) fn with_method(name: &str, method: &str) -> anyhow::Result<Self> {
+        Self::with_settings(name, &format!("method = {method:?}\n"))
+    }
+
+    /// A network whose hubs have these further lines in their table of settings.
+    pub(crate) fn with_settings(name: &str, lines: &str) -> anyhow::Result<Self> {
         let lab = Self::new(name)?;
-        let settings = format!("{SETTINGS}method = {method:?}\n");
+        let settings = format!("{SETTINGS}{lines}");
         std::fs::write(lab.folder.join("hub.toml"), settings).context("writing the hub's settings")?;
         Ok(lab)
     }
@@ -105,9 +110,14 @@ impl Lab {
 
     /// An agent of the default scenario, `ego` or `rsu`.
     pub(crate) async fn agent(&self, id: &str, hub: &Hub) -> anyhow::Result<Child> {
+        self.agent_at(id, &hub.locator).await
+    }
+
+    /// The same, connected to an endpoint.
+    pub(crate) async fn agent_at(&self, id: &str, endpoint: &str) -> anyhow::Result<Child> {
         let options = AgentOptions {
             scenario: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/scenarios/crossing.toml"),
-            connect: hub.locator.clone(),
+            connect: endpoint.to_owned(),
             seed: 1,
             start: self.start,
         };
@@ -126,9 +136,14 @@ impl Lab {
 
     /// A consumer of this network, connected to this hub.
     pub(crate) async fn watch(&self, hub: &Hub) -> anyhow::Result<Watch> {
+        self.watch_lists(hub, Traffic::Fused).await
+    }
+
+    /// The same of other lists.
+    pub(crate) async fn watch_lists(&self, hub: &Hub, traffic: Traffic) -> anyhow::Result<Watch> {
         let options = SessionOptions { connect: vec![hub.locator.clone()], ..Default::default() };
         let network = self.launcher.network();
-        let subscription = Subscription { network, traffic: Traffic::Fused, hub: None, capacity: CAPACITY };
+        let subscription = Subscription { network, traffic, hub: None, capacity: CAPACITY };
         let shutdown = CancellationToken::new();
         let consumer = Consumer::connect(&options, subscription, PATIENCE, &shutdown).await?;
         Ok(Watch { consumer: consumer.context("no shutdown was requested")?, keys: self.keys(), network })
@@ -182,7 +197,7 @@ impl Watch {
 
     /// The statuses of all hubs, of those that stand by, too.
     pub(crate) async fn statuses(&self) -> anyhow::Result<Vec<HubStatus>> {
-        Ok(hub_status::query_all(self.consumer.session(), self.network).await?)
+        Ok(hub_status::query_all(self.consumer.session(), self.network, None).await?)
     }
 
     /// The first statuses that fulfil a condition. They are queried after each fused frame.

@@ -1,6 +1,7 @@
 //! Network and operating system, for all programs of the project.
 
 pub mod address;
+pub mod endpoint;
 pub mod events;
 pub mod logging;
 pub mod queue;
@@ -17,7 +18,10 @@ pub fn exit_code(program: &str, outcome: anyhow::Result<impl Termination>) -> Ex
     match outcome {
         Ok(done) => done.report(),
         Err(error) => {
-            let _ = writeln!(std::io::stderr(), "{program}: {error:#}");
+            let message = format!("{program}: {error:#}\n");
+            // As in logs: what the error quotes may hold a secret of a configuration.
+            let message = tls::redacted(message.as_bytes()).unwrap_or_else(|| message.into_bytes());
+            let _ = std::io::stderr().write_all(&message);
             ExitCode::FAILURE
         }
     }

@@ -15,14 +15,26 @@ pub struct DropOldestQueue<T> {
 #[derive(Debug)]
 struct State<T> {
     items: VecDeque<T>,
+    received: u64,
     dropped: u64,
+}
+
+/// What has come into a queue, and where it is: `received` is what was taken out and the sum of the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QueueCounts {
+    /// Items that were put.
+    pub received: u64,
+    /// Items that wait.
+    pub waiting: u64,
+    /// Items that were dropped, the queue being full.
+    pub dropped: u64,
 }
 
 impl<T> DropOldestQueue<T> {
     /// Holds at most `capacity` items.
     pub fn new(capacity: usize) -> Self {
         // Not allocated for its capacity: memory use would grow for minutes while the buffer is first filled.
-        let state = State { items: VecDeque::new(), dropped: 0 };
+        let state = State { items: VecDeque::new(), received: 0, dropped: 0 };
         Self { state: Mutex::new(state), arrived: Notify::new(), capacity: capacity.max(1) }
     }
 
@@ -34,6 +46,7 @@ impl<T> DropOldestQueue<T> {
     /// Puts an item at the end, from any thread, without waiting.
     pub fn push(&self, item: T) {
         let mut state = self.lock();
+        state.received += 1;
         if state.items.len() >= self.capacity {
             state.items.pop_front();
             state.dropped += 1;
@@ -70,6 +83,12 @@ impl<T> DropOldestQueue<T> {
         self.lock().items.is_empty()
     }
 
+    /// What has come, at one moment.
+    pub fn counts(&self) -> QueueCounts {
+        let state = self.lock();
+        QueueCounts { received: state.received, waiting: state.items.len() as u64, dropped: state.dropped }
+    }
+
     /// Number of dropped items.
     pub fn dropped(&self) -> u64 {
         self.lock().dropped
@@ -88,6 +107,8 @@ mod tests {
         }
         assert_eq!((queue.try_pop(), queue.try_pop(), queue.try_pop()), (Some(3), Some(4), None));
         assert_eq!(queue.dropped(), 3);
+        queue.push(5);
+        assert_eq!(queue.counts(), QueueCounts { received: 6, waiting: 1, dropped: 3 });
     }
 
     #[tokio::test(flavor = "multi_thread")]

@@ -1,7 +1,8 @@
 //! Opening and closing a Zenoh session.
 
-use super::tls;
+use super::{endpoint, tls};
 use anyhow::{Context, anyhow};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -67,17 +68,45 @@ pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
         // Zenoh's own value: time for the link to the other router.
         set(&mut config, &("scouting/delay", "500".to_owned()))?;
     }
+    name_to_tls(&mut config)?;
     Ok(config)
 }
 
 /// An agent's or a consumer's configuration.
 pub fn client_config(options: &SessionOptions) -> anyhow::Result<Config> {
-    let Some(path) = &options.config else { return with_options(&client_options(&options.connect)) };
-    let mut config = from_file(path)?;
-    if !options.connect.is_empty() {
+    let mut config = match &options.config {
+        Some(path) => from_file(path)?,
+        None => with_options(&client_options(&options.connect))?,
+    };
+    if options.config.is_some() && !options.connect.is_empty() {
         set(&mut config, &connecting(&options.connect))?;
     }
+    name_to_tls(&mut config)?;
     Ok(config)
+}
+
+/// Endpoints to connect to as Zenoh's TLS takes them.
+fn name_to_tls(config: &mut Config) -> anyhow::Result<()> {
+    fn named(value: &mut Value) {
+        match value {
+            Value::String(endpoint) => *endpoint = endpoint::for_clients(endpoint).into_owned(),
+            Value::Array(values) => values.iter_mut().for_each(named),
+            Value::Object(modes) => modes.values_mut().for_each(named),
+            _ => {}
+        }
+    }
+    let mut endpoints = connect_endpoints(config);
+    let before = endpoints.clone();
+    named(&mut endpoints);
+    if endpoints == before { Ok(()) } else { set(config, &(CONNECT_ENDPOINTS, endpoints.to_string())) }
+}
+
+const CONNECT_ENDPOINTS: &str = "connect/endpoints";
+
+/// As Zenoh's configuration has them: a list, or one for each mode.
+fn connect_endpoints(config: &Config) -> Value {
+    let json = config.get_json(CONNECT_ENDPOINTS).unwrap_or_default();
+    serde_json::from_str(&json).unwrap_or_default()
 }
 
 const RETRY: &str = r#"{ "period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2 }"#;
@@ -116,7 +145,9 @@ fn with_options(options: &[ZenohOption]) -> anyhow::Result<Config> {
 
 fn from_file(path: &Path) -> anyhow::Result<Config> {
     let named = || format!("Zenoh configuration {}", path.display());
-    let mut config = Config::from_file(path).map_err(|error| anyhow!("{}: {error}", named()))?;
+    let unreadable =
+        |error: zenoh::Error| anyhow!("{}: {}", named(), tls::without_values(&error.to_string()));
+    let mut config = Config::from_file(path).map_err(unreadable)?;
     tls::check(&mut config, path.parent().unwrap_or(Path::new("."))).with_context(named)?;
     Ok(config)
 }
@@ -204,11 +235,38 @@ impl Attempts {
     async fn until_open(&mut self) -> Session {
         loop {
             match open(self.config.clone()).await {
-                Ok(session) => return session,
+                Ok(session) => match tls::why_not_believed(&session, &self.config).await {
+                    None => return session,
+                    Some(why) => self.leave(session, why).await,
+                },
                 Err(error) => self.note_failure(&error).await,
             }
+            self.begin_with_the_next_endpoint();
             tokio::time::sleep(Duration::from_millis(250)).await;
         }
+    }
+
+    /// Zenoh's clients do not go on to a second endpoint before the time for the first one is over, and that of the attempt is
+    /// over then.
+    fn begin_with_the_next_endpoint(&mut self) {
+        let Value::Array(mut endpoints) = connect_endpoints(&self.config) else { return };
+        if endpoints.len() > 1 {
+            endpoints.rotate_left(1);
+            // They were taken in another order.
+            let _ = set(&mut self.config, &(CONNECT_ENDPOINTS, Value::from(endpoints).to_string()));
+        }
+    }
+
+    /// Leaves a hub that is not believed.
+    async fn leave(&mut self, session: Session, why: String) {
+        if let Err(error) = close(session).await {
+            tracing::debug!(%error, "the session with a hub that is not believed");
+        }
+        if self.why.as_ref() != Some(&why) {
+            tracing::warn!("not believed, trying again: {why}");
+        }
+        self.why = Some(why);
+        self.count += 1;
     }
 
     async fn note_failure(&mut self, error: &anyhow::Error) {
@@ -262,6 +320,27 @@ mod tests {
         assert!(client.get_json("connect/endpoints").unwrap().contains("tcp/127.0.0.1:1"));
         assert!(client.get_json("connect/retry").unwrap().contains("100"));
         assert_eq!(client.get_json("scouting/multicast/enabled").unwrap(), "false");
+    }
+
+    #[test]
+    fn an_ipv6_address_is_given_to_zenohs_tls_without_brackets_and_to_tcp_with_them() {
+        let connect = ["tls/[::1]:7447", "tcp/[::1]:7447"].map(str::to_owned).to_vec();
+        let config = client_config(&SessionOptions { connect, ..Default::default() }).unwrap();
+        assert_eq!(connect_endpoints(&config), serde_json::json!(["tls/::1:7447", "tcp/[::1]:7447"]));
+    }
+
+    #[test]
+    fn each_attempt_begins_with_another_endpoint_and_has_them_all() {
+        let connect = ["tcp/127.0.0.1:1", "tcp/127.0.0.1:2", "tcp/127.0.0.1:3"].map(str::to_owned).to_vec();
+        let config =
+            client_config(&SessionOptions { connect: connect.clone(), ..Default::default() }).unwrap();
+        let mut attempts = Attempts { config, count: 0, why: None };
+        for k in 1..=4 {
+            attempts.begin_with_the_next_endpoint();
+            let endpoints = tls::endpoints(&attempts.config, "connect");
+            assert_eq!(endpoints[0], connect[k % 3]);
+            assert_eq!(endpoints.len(), 3);
+        }
     }
 
     #[test]

@@ -109,3 +109,100 @@ async fn an_agent_reads_lists_and_by_the_acl_not_what_other_agents_send() -> any
     assert!(of_others.try_recv().map_err(|error| anyhow!("{error}"))?.is_none());
     Ok(())
 }
+
+/// What marks a spoofed sample, whatever becomes of its payload.
+const MARK: &str = "spoof";
+/// So many attempts each time; more with `V2X_SPOOFS`.
+const SPOOFS: usize = 3_000;
+
+/// Keys under which somebody could speak for others, or for all, by one of many numbers.
+fn spoofed_key(n: usize) -> String {
+    let agent = ["ego", "rsu", "ghost", "*", "**", "e*"][n % 6].replace("e*", "e$*");
+    let hub = ["hub", "north", "*", "**"][n / 6 % 4];
+    let rest = [
+        format!("agent/{agent}/detections"),
+        format!("agent/{agent}/sensor"),
+        format!("agent/{agent}/alive"),
+        format!("sim/truth/{agent}"),
+        "sim/world".to_owned(),
+        format!("hub/{hub}/fused"),
+        format!("hub/{hub}/fused/json"),
+        format!("hub/{hub}/fused/lagged"),
+        format!("hub/{hub}/fused/delta"),
+        format!("hub/{hub}/fused/tile/1/2/0"),
+        format!("hub/{hub}/journal"),
+        format!("hub/{hub}/status"),
+        "**".to_owned(),
+    ];
+    let network = ["demo", "*"][n / 24 % 2];
+    format!("v2x/{network}/{}", rest[n / 48 % rest.len()])
+}
+
+/// Answers come after everything that was sent before the question, on the same link.
+async fn asks(session: &Session) -> anyhow::Result<()> {
+    let replies = session.get(keys().all_status()).await.map_err(|error| anyhow!("{error}"))?;
+    let answer = tokio::time::timeout(crate::support::TIMEOUT, replies.recv_async()).await;
+    answer.context("no answer")?.map(drop).map_err(|error| anyhow!("{error}"))
+}
+
+/// It prints how many there were.
+#[tokio::test(flavor = "multi_thread")]
+async fn none_of_thousands_of_spoofed_samples_under_tls_reaches_a_hub_or_a_consumer() -> anyhow::Result<()> {
+    use std::sync::atomic::{AtomicU64, Ordering};
+    let count = std::env::var("V2X_SPOOFS").ok().and_then(|text| text.parse().ok()).unwrap_or(SPOOFS);
+    let secured =
+        Secured::start("spoof-many", &[["agent", "eve"], ["agent", "rsu"], ["viewer", "spy"]]).await?;
+    let _agents = [secured.agent("ego")?, secured.agent("rsu")?];
+    let watch = secured.watch().await?;
+    watch.goes_on("ego").await?;
+    watch.goes_on("rsu").await?;
+    let screen = secured.session("viewer/screen").await?;
+    let accepted = std::sync::Arc::new(AtomicU64::new(0));
+    let counted = accepted.clone();
+    let everything = screen.declare_subscriber("**").callback(move |sample| {
+        let is_spoofed = sample.attachment().is_some_and(|mark| mark.to_bytes() == MARK.as_bytes());
+        counted.fetch_add(u64::from(is_spoofed), Ordering::Relaxed);
+    });
+    let _everything = everything.await.map_err(|error| anyhow!("{error}"))?;
+    let attackers = [secured.session("agent/eve").await?, secured.session("viewer/spy").await?];
+    let mut attempts = 0;
+    for n in 0..count {
+        for attacker in &attackers {
+            let key = spoofed_key(n);
+            let sent = if n % 10 == 9 {
+                attacker.delete(&key).attachment(MARK).await
+            } else {
+                attacker.put(&key, fake_detections()).encoding(ENCODING_JSON).attachment(MARK).await
+            };
+            sent.map_err(|error| anyhow!("{key}: {error}"))?;
+            attempts += 1;
+            if attempts % 200 == 0 {
+                asks(attacker).await?;
+            }
+        }
+    }
+    for attacker in &attackers {
+        asks(attacker).await?;
+    }
+    watch.goes_on("ego").await?;
+    watch.goes_on("rsu").await?;
+    asks(&screen).await?;
+    let status = watch.until("the hub knows of them", |status| status.refused_by_zenoh.messages > 0).await?;
+    let reached = accepted.load(Ordering::Relaxed);
+    println!(
+        "{attempts} spoofed samples under TLS, {reached} accepted; the hub denied {}, all others did not leave their sender",
+        status.refused_by_zenoh.messages
+    );
+    assert_eq!(reached, 0, "a consumer got some");
+    for agent in &status.agents {
+        assert!(["ego", "rsu"].contains(&agent.id.as_str()), "{} is an agent", agent.id);
+        assert!(agent.refused.is_empty(), "{}: {:?}", agent.id, agent.refused);
+    }
+    assert_eq!(status.refused_unnamed, 0, "{:?}", status.invalid_names);
+    for _ in 0..10 {
+        let list = watch.next().await?;
+        let far = list.objects.iter().find(|object| object.bev.x > 400.0 && object.bev.y > 400.0);
+        assert!(far.is_none() && list.lineage == status.lineage, "{far:?}");
+    }
+    Ok(())
+}

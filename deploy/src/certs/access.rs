@@ -48,6 +48,43 @@ pub(super) fn access_control(hub: &HubEntry, register: &Register) -> Value {
     })
 }
 
+/// The access control of a client: nothing is said to, or taken from, anybody but a hub of this authority, by the name in its
+/// certificate; and no hub speaks for another one of them.
+///
+/// A hub may pass on the lists of hubs that have no certificate of their own here: a router does.
+pub(super) fn believing(hubs: &[HubEntry]) -> Value {
+    let names: Vec<_> = hubs.iter().map(|hub| hub_common_name(hub.name)).collect();
+    let own = |hub: &HubEntry| format!("{} says", hub_common_name(hub.name));
+    let mut rules = vec![json!({
+        "id": "all", "permission": "allow", "flows": ["ingress", "egress"], "messages": EVERYTHING, "key_exprs": ["**"],
+    })];
+    let mut policies = vec![json!({ "rules": ["all"], "subjects": names })];
+    for hub in hubs.iter().filter(|_| hubs.len() > 1) {
+        rules.push(json!({
+            "id": own(hub), "permission": "deny", "flows": ["ingress"], "messages": SAYING,
+            "key_exprs": [format!("v2x/*/hub/{}/**", hub.name)],
+        }));
+        let others: Vec<_> = hubs
+            .iter()
+            .filter(|other| other.name != hub.name)
+            .map(|other| hub_common_name(other.name))
+            .collect();
+        policies.push(json!({ "rules": [own(hub)], "subjects": others }));
+    }
+    let subjects: Vec<_> =
+        names.iter().map(|name| json!({ "id": name, "cert_common_names": [name] })).collect();
+    json!({
+        "enabled": true,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    })
+}
+
+/// What a hub says on its keys. An answer is judged by the key that was asked: one to a question for all hubs is let through.
+const SAYING: [&str; 5] = ["put", "delete", "reply", "declare_queryable", "liveliness_token"];
+
 fn rule(id: &str, flow: &str, messages: &[&str], keys: &[&str]) -> Value {
     json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys })
 }
@@ -126,7 +163,15 @@ mod tests {
     use zenoh::key_expr::KeyExpr;
 
     fn holder(role: Role, name: &str) -> Holder {
-        Holder { role, name: name.to_owned(), generation: 1, truth: false, expires_at: 0, revoked: false }
+        Holder {
+            role,
+            name: name.to_owned(),
+            generation: 1,
+            truth: false,
+            expires_at: 0,
+            revoked: false,
+            connect: Vec::new(),
+        }
     }
 
     fn control(holders: Vec<Holder>) -> Value {
@@ -229,6 +274,39 @@ mod tests {
             control["subjects"].as_array().unwrap().iter().map(|subject| &subject["cert_common_names"]);
         let hubs: Vec<_> = names.filter(|names| names.to_string().contains("hub:")).collect();
         assert_eq!(hubs, [&json!(["hub:hub"])]);
+    }
+
+    #[test]
+    fn the_acl_of_a_client_believes_the_hubs_of_its_authority_each_for_itself() {
+        let hub = |name: &str| HubEntry {
+            name: HubId::new(name).unwrap(),
+            hosts: Vec::new(),
+            port: 7447,
+            expires_at: 0,
+        };
+        let denies = |control: &Value, subject: &str, key: &str| {
+            let of_subject = control["policies"].as_array().unwrap().iter();
+            let has = |list: &Value, item: &Value| list.as_array().unwrap().contains(item);
+            let of_subject = of_subject.filter(|policy| has(&policy["subjects"], &subject.into()));
+            let names: Vec<_> = of_subject.flat_map(|policy| policy["rules"].as_array().unwrap()).collect();
+            let key = KeyExpr::try_from(key).unwrap();
+            control["rules"].as_array().unwrap().iter().any(|rule| {
+                let on = KeyExpr::try_from(rule["key_exprs"][0].as_str().unwrap()).unwrap();
+                names.contains(&&rule["id"]) && rule["permission"] == "deny" && on.includes(&key)
+            })
+        };
+        let control = believing(&[hub("north"), hub("south")]);
+        assert!(allows(&control, "hub:north", "ingress", "put", "v2x/demo/hub/north/fused"));
+        assert!(allows(&control, "hub:north", "egress", "put", "v2x/demo/agent/ego/detections"));
+        assert!(!denies(&control, "hub:north", "v2x/demo/hub/north/fused"));
+        assert!(denies(&control, "hub:south", "v2x/demo/hub/north/fused"));
+        assert!(denies(&control, "hub:north", "v2x/demo/hub/south/fused/delta"));
+        assert!(!allows(&control, "agent:eve", "ingress", "put", "v2x/demo/hub/north/fused"));
+        // A router has the certificate, and passes on what a hub says that has none of its own.
+        let control = believing(&[hub("router")]);
+        assert!(allows(&control, "hub:router", "ingress", "put", "v2x/demo/hub/north/fused"));
+        assert!(!denies(&control, "hub:router", "v2x/demo/hub/north/fused"));
+        assert_eq!(control["subjects"].as_array().unwrap().len(), 1);
     }
 
     #[test]

@@ -96,7 +96,9 @@ pub(super) struct PlaceArgs {
 #[command(after_help = "\
 Examples:
   v2x certs agent ego
-  v2x certs agent rsu --days 30")]
+  v2x certs agent rsu --days 30
+  v2x certs agent rsu --connect 192.168.1.11 --connect 192.168.1.10
+                                       the hub that stands by first")]
 pub(super) struct AgentArgs {
     /// The agent's id, as in its keys and frames
     pub(super) name: AgentId,
@@ -106,6 +108,10 @@ pub(super) struct AgentArgs {
     /// Days for which its certificate is valid
     #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
     pub(super) days: f64,
+    /// Host of a hub it connects to; several: in this order [default: every one
+    /// of every hub]
+    #[arg(long, value_name = "ADDR", value_parser = host)]
+    pub(super) connect: Vec<String>,
     /// Replace the certificate and key that it has
     #[arg(long)]
     pub(super) renew: bool,
@@ -122,6 +128,10 @@ pub(super) struct ViewerArgs {
     /// Days for which its certificate is valid
     #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
     pub(super) days: f64,
+    /// Host of a hub it connects to; several: in this order [default: every one
+    /// of every hub]
+    #[arg(long, value_name = "ADDR", value_parser = host)]
+    pub(super) connect: Vec<String>,
     /// Replace the certificate and key that it has
     #[arg(long)]
     pub(super) renew: bool,
@@ -158,15 +168,16 @@ fn days(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Without protocol and port. Zenoh's TLS takes no IPv6 addresses, as `[::1]` is no name of a server.
+/// Without protocol and port; an IPv6 address with or without brackets.
 fn host(text: &str) -> Result<String, String> {
-    if text.parse::<Ipv6Addr>().is_ok() {
-        return Err("Zenoh's TLS takes no IPv6 address: give the hub a name, and that name here".to_owned());
+    let bare = text.strip_prefix('[').and_then(|text| text.strip_suffix(']')).unwrap_or(text);
+    if let Ok(ip) = bare.parse::<Ipv6Addr>() {
+        return Ok(ip.to_string());
     }
     let is_allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-');
     if text.is_empty() || !text.chars().all(is_allowed) {
         return Err(format!(
-            "{text:?} is no address or name such as 192.168.1.10, without protocol and port"
+            "{text:?} is no address or name such as 192.168.1.10 or 2001:db8::7, without protocol and port"
         ));
     }
     Ok(text.to_owned())
@@ -197,7 +208,10 @@ mod tests {
     #[test]
     fn a_host_of_certs_is_an_address_or_a_name_alone() {
         assert!(host("192.168.1.10").is_ok() && host("hub-1.local").is_ok());
-        for wrong in ["", "tls/10.0.0.1", "10.0.0.1:7447", "::1", "a b"] {
+        for ipv6 in ["2001:db8::7", "[2001:db8::7]", "2001:DB8:0::7"] {
+            assert_eq!(host(ipv6), Ok("2001:db8::7".to_owned()));
+        }
+        for wrong in ["", "tls/10.0.0.1", "10.0.0.1:7447", "[::1]:7447", "fe80::1%eth0", "a b"] {
             assert!(host(wrong).is_err(), "{wrong}");
         }
     }

@@ -96,24 +96,26 @@ struct Request {
     truth: bool,
     days: f64,
     renew: bool,
+    connect: Vec<String>,
 }
 
 impl From<&AgentArgs> for Request {
     fn from(args: &AgentArgs) -> Self {
-        let AgentArgs { name, truth, days, renew } = *args;
-        Self { role: Role::Agent, name: name.to_string(), truth, days, renew }
+        let AgentArgs { name, truth, days, ref connect, renew } = *args;
+        Self { role: Role::Agent, name: name.to_string(), truth, days, renew, connect: connect.clone() }
     }
 }
 
 impl From<&ViewerArgs> for Request {
     fn from(args: &ViewerArgs) -> Self {
-        let ViewerArgs { name, days, renew } = args;
-        Self { role: Role::Viewer, name: name.clone(), truth: false, days: *days, renew: *renew }
+        let ViewerArgs { name, days, connect, renew } = args;
+        let connect = connect.clone();
+        Self { role: Role::Viewer, name: name.clone(), truth: false, days: *days, renew: *renew, connect }
     }
 }
 
 fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
-    let Request { role, name, truth, days, renew } = request;
+    let Request { role, name, truth, days, renew, connect } = request;
     let mut register = Register::read(dir)?;
     refuse_edited(dir, &register)?;
     let authority = Authority::open(dir, &register.authority, register.expires_at)?;
@@ -124,6 +126,7 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
         truth: *truth,
         expires_at: 0,
         revoked: false,
+        connect: connect.clone(),
     };
     if let Some(known) = register.holder(*role, name) {
         if !known.revoked && !renew {
@@ -135,12 +138,16 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
         // A revoked certificate stays out: the new one has another common name.
         holder.generation = known.generation + u32::from(known.revoked);
         holder.truth |= known.truth && !known.revoked;
+        if connect.is_empty() {
+            holder.connect.clone_from(&known.connect);
+        }
     }
+    let config = configuration::of_client(&holder, &register)?;
     let identity = authority.issue(&holder.common_name(), &Purpose::Client, *days)?;
     holder.expires_at = identity.expires_at;
     let folder = folder_of(dir, &holder);
     write_identity(&folder, &authority, &identity)?;
-    files::replace(&folder.join(configuration::FILE), &configuration::of_client(&register)?)?;
+    files::replace(&folder.join(configuration::FILE), &config)?;
     say(&format!("{}: {role} {name}, valid until {}", folder.display(), day(holder.expires_at)));
     match register.holder(*role, name) {
         Some(known) => *known = holder,

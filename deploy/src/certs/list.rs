@@ -56,6 +56,7 @@ mod tests {
             truth: false,
             expires_at,
             revoked,
+            connect: Vec::new(),
         };
         let holders = vec![holder("good", 200, false), holder("old", 50, false), holder("bad", 200, true)];
         let register = Register { authority: "a".into(), expires_at: 1_000, hubs: Vec::new(), holders };

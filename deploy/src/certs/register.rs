@@ -25,7 +25,7 @@ pub(super) struct Register {
 #[serde(deny_unknown_fields)]
 pub(super) struct HubEntry {
     pub(super) name: HubId,
-    /// Addresses and DNS names of its certificate; clients connect to the first one.
+    /// Addresses and DNS names of its certificate; clients connect to the first one that answers.
     pub(super) hosts: Vec<String>,
     pub(super) port: u16,
     /// s since the Unix epoch.
@@ -69,6 +69,9 @@ pub(super) struct Holder {
     /// s since the Unix epoch.
     pub(super) expires_at: i64,
     pub(super) revoked: bool,
+    /// The hosts of hubs to which it connects, in this order; empty: all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) connect: Vec<String>,
 }
 
 impl Holder {

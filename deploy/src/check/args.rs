@@ -4,7 +4,7 @@ use anyhow::Context;
 use std::path::PathBuf;
 use std::time::Duration;
 use v2x_common::duration::parse_seconds;
-use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_fusion_hub::hub::{HubSettings, settings_of_file};
 
@@ -17,6 +17,7 @@ Examples:
   v2x check --connect tcp/192.168.1.10:7447
   v2x check --listen tcp/0.0.0.0:7447
                                   without a hub: in its place
+  v2x check --hub north           what that hub says, whoever else does
   v2x check --json | jq '.findings[] | .code'
 
 Exit code: 0 healthy, 1 degraded (or no connection), 2 wrong arguments,
@@ -37,6 +38,9 @@ pub(crate) struct CheckArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     zenoh_config: Option<PathBuf>,
+    /// Believe this hub alone [default: every hub]
+    #[arg(long, value_name = "NAME", conflicts_with = "listen")]
+    pub(super) hub: Option<HubId>,
     /// A file with the settings by which frames are read where no hub answers
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,

@@ -12,7 +12,7 @@ use std::sync::PoisonError;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
-use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::id::{AgentId, HubId, NetworkId};
 use v2x_common::net::session;
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::diagnosis::{Code, Finding, Transport};
@@ -49,7 +49,7 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
     let began_at = clock::now();
     say(&format!("listening to network {} for {:.0} s ...", args.network, duration.as_secs_f64()));
     listener.listen(&session, args.network, duration, shutdown).await?;
-    let statuses = ask(&session, args.network, began_at, shutdown).await;
+    let statuses = ask(&session, (args.network, args.hub), began_at, shutdown).await;
     let served = served_networks(&session).await;
     session::close(session).await?;
     let statuses = statuses?;
@@ -93,14 +93,14 @@ async fn open(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<
 /// The statuses of the hubs, once those have judged ten seconds of about this time: a hub looks at ten seconds at a time.
 async fn ask(
     session: &Session,
-    network: NetworkId,
+    (network, hub): (NetworkId, Option<HubId>),
     began_at: Timestamp,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Vec<HubStatus>> {
     let mut has_said = false;
     let first_asked_at = clock::now();
     loop {
-        let statuses = hub_status::query(session, network).await?;
+        let statuses = hub_status::query_of(session, network, hub).await?;
         let is_new = |status: &HubStatus| {
             status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
         };

@@ -156,7 +156,7 @@ impl Demo<'_> {
         }
         let session = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
         let scene = Some(Scene::new(&self.chosen.scenario, self.seed, start));
-        site.serve(Source { session, network: self.launcher.network(), scene })
+        site.serve(Source { session, network: self.launcher.network(), hub: None, scene })
     }
 
     /// Starts the hub and the consumer.

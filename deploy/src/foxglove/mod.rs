@@ -12,7 +12,7 @@ pub(crate) use server::serve;
 pub(crate) async fn serve(
     _: std::net::SocketAddr,
     _: &v2x_common::net::session::SessionOptions,
-    _: v2x_common::id::NetworkId,
+    _: (v2x_common::id::NetworkId, Option<v2x_common::id::HubId>),
     _: &tokio_util::sync::CancellationToken,
 ) -> anyhow::Result<()> {
     anyhow::bail!(

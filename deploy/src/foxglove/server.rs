@@ -9,7 +9,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Topic;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::{Entry, SCENE_SCHEMA, SCENE_SCHEMA_NAME, Scene, Scenes};
@@ -34,7 +34,7 @@ const MAX_CHANNELS: usize = 1024;
 pub(crate) async fn serve(
     address: SocketAddr,
     session: &SessionOptions,
-    network: NetworkId,
+    (network, hub): (NetworkId, Option<HubId>),
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
     let context = Context::new();
@@ -45,7 +45,7 @@ pub(crate) async fn serve(
         .await
         .with_context(|| format!("serving Foxglove's viewers at {address}; port 0 takes any free one"))?;
     announce(SocketAddr::new(address.ip(), server.port()));
-    let subscription = Subscription { network, traffic: Traffic::Everything, hub: None, capacity: CAPACITY };
+    let subscription = Subscription { network, traffic: Traffic::Everything, hub, capacity: CAPACITY };
     if let Some(consumer) = Consumer::connect(session, subscription, PATIENCE, shutdown).await? {
         let mut channels = Channels::new(context);
         let mut status = tokio::time::interval(STATUS_EVERY);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use v2x_common::clock;
 use v2x_common::duration::parse_seconds;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::RecordingOptions;
 use v2x_common::time::Span;
@@ -18,6 +18,7 @@ Examples:
   v2x record run.mcap --count 1000     until a thousand lists have come
   v2x record run.mcap --rotate-mb 500  run.mcap, run-2.mcap, …: each can be used
                                        by itself
+  v2x record run.mcap --hub north      lists and journal of that hub alone
   v2x replay run.mcap                  puts it on a network again
   lab retrack run.mcap                 computes the hub again, and compares bit
                                        by bit
@@ -35,6 +36,9 @@ pub(crate) struct RecordArgs {
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
+    /// Believe and record this hub alone [default: every hub]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) hub: Option<HubId>,
     /// End after this many fused frames
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,

@@ -36,7 +36,7 @@ pub(crate) async fn record(
     let file = RecordingFile::create(&args.file, args.options())?;
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
-    let subscription = Subscription { network: args.network, traffic, hub: None, capacity: WAITING };
+    let subscription = Subscription { network: args.network, traffic, hub: args.hub, capacity: WAITING };
     let connected = Consumer::connect(&options, subscription, timeout, shutdown).await;
     let Some(consumer) = connected.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(());

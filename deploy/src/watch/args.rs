@@ -52,7 +52,7 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
     /// Believe this hub alone [default: every hub]
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["record", "web", "foxglove"])]
+    #[arg(long, value_name = "NAME")]
     pub(crate) hub: Option<HubId>,
     /// Watch the second list, which is a lag behind, of a hub with the setting `lagged`
     #[arg(long, conflicts_with = "record")]
@@ -115,6 +115,7 @@ impl WatchArgs {
             network: self.network,
             connect: self.connect.clone(),
             zenoh_config: self.zenoh_config.clone(),
+            hub: self.hub,
             count: self.count,
             wait: self.wait,
             force: false,

@@ -24,7 +24,8 @@ pub(super) async fn show(
     });
     let scene = scene.transpose()?;
     site.announce();
-    let mut live = site.serve(Source { session: args.session_options(), network: args.network, scene });
+    let mut live =
+        site.serve(Source { session: args.session_options(), network: args.network, hub: args.hub, scene });
     tokio::select! {
         failed = live.failed() => failed,
         () = shutdown.cancelled() => live.end().await,

@@ -39,7 +39,7 @@ pub(crate) async fn run(args: &WatchArgs, shutdown: &CancellationToken) -> anyho
         return browser::show(args, address, shutdown).await;
     }
     if let Some(address) = args.foxglove.foxglove {
-        return foxglove::serve(address, &args.session_options(), args.network, shutdown).await;
+        return foxglove::serve(address, &args.session_options(), (args.network, args.hub), shutdown).await;
     }
     let traffic = args.traffic();
     if let Some(recording) = args.recording() {
@@ -105,7 +105,7 @@ impl Watch<'_> {
         if shutdown.is_cancelled() {
             return Ok(());
         }
-        let mut statuses = Statuses::ask(consumer, self.args.network);
+        let mut statuses = Statuses::ask(consumer, self.args.network, self.args.hub);
         let mut view = View::new(self.args.sort);
         let mut screen = Screen::open()?;
         let mut pace = tokio::time::interval(REDRAW);
@@ -139,7 +139,7 @@ impl Watch<'_> {
         shutdown: &CancellationToken,
     ) -> anyhow::Result<()> {
         self.wait_for_a_frame(consumer, shutdown).await?;
-        let mut statuses = Statuses::ask(consumer, self.args.network);
+        let mut statuses = Statuses::ask(consumer, self.args.network, self.args.hub);
         let mut view = View::new(self.args.sort);
         let mut pace = tokio::time::interval(REPRINT);
         while !self.is_done() {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 use tokio::sync::mpsc::{Receiver, channel};
 use tokio::task::JoinHandle;
-use v2x_common::id::NetworkId;
+use v2x_common::id::{HubId, NetworkId};
 use v2x_fusion_hub::hub::HubStatus;
 use v2x_lab::loopback::consumer::Consumer;
 use v2x_lab::loopback::hub_status;
@@ -19,12 +19,12 @@ pub(super) struct Statuses {
 
 impl Statuses {
     /// Begins to ask.
-    pub(super) fn ask(consumer: &Consumer, network: NetworkId) -> Self {
+    pub(super) fn ask(consumer: &Consumer, network: NetworkId, hub: Option<HubId>) -> Self {
         let (sender, answers) = channel(1);
         let session = consumer.session().clone();
         let questions = tokio::spawn(async move {
             loop {
-                match hub_status::query(&session, network).await {
+                match hub_status::query_of(&session, network, hub).await {
                     Ok(statuses) => {
                         if sender.send(statuses).await.is_err() {
                             return;

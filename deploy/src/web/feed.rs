@@ -12,7 +12,6 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
-use v2x_common::id::NetworkId;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
 use v2x_common::wire::Writings;
 use v2x_fusion_hub::hub::HubStatus;
@@ -34,7 +33,7 @@ pub(super) async fn feed(
     browsers: &Browsers,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
-    let Source { session, network, scene } = source;
+    let Source { session, network, hub, scene } = source;
     let (name, roads) =
         scene.as_ref().map_or((None, &[][..]), |scene| (Some(&*scene.name), &scene.roads[..]));
     send(browsers, Stream::Hello, &Message::Hello(Hello::new(*network, name, roads)));
@@ -48,12 +47,12 @@ pub(super) async fn feed(
     };
     say_connected(false);
     let subscription =
-        Subscription { network: *network, traffic: Traffic::Everything, hub: None, capacity: CAPACITY };
+        Subscription { network: *network, traffic: Traffic::Everything, hub: *hub, capacity: CAPACITY };
     let Some(consumer) = Consumer::connect(session, subscription, PATIENCE, shutdown).await? else {
         return Ok(());
     };
     say_connected(true);
-    let tokens = Tokens::subscribe(consumer.session(), *network).await;
+    let tokens = Tokens::subscribe(consumer.session(), *network, *hub).await;
     let mut tokens =
         tokens.map_err(|error| anyhow!("{error}")).context("subscribing to liveliness tokens")?;
     let (hurry, writings) = (Notify::new(), KnownWritings::default());
@@ -61,7 +60,7 @@ pub(super) async fn feed(
         () = shutdown.cancelled() => {}
         () = show_frames(&consumer, Picture::new(browsers, scene.as_ref(), &writings), &hurry) => {}
         () = show_presence(&mut tokens, browsers) => {}
-        () = show_status((consumer.session(), *network), browsers, &hurry, &writings) => {}
+        () = show_status((consumer.session(), source), browsers, &hurry, &writings) => {}
         followed = follow(source, consumer.session(), shutdown) => followed?,
     }
     drop(tokens);
@@ -100,7 +99,7 @@ async fn show_presence(tokens: &mut Tokens, browsers: &Browsers) {
 
 /// Asks once a second, and sooner where frames were refused.
 async fn show_status(
-    (session, network): (&Session, NetworkId),
+    (session, source): (&Session, &Source),
     browsers: &Browsers,
     hurry: &Notify,
     writings: &KnownWritings,
@@ -112,7 +111,7 @@ async fn show_status(
             () = hurry.notified() => {}
         }
         soonest.tick().await;
-        let (hubs, error) = match hub_status::query(session, network).await {
+        let (hubs, error) = match hub_status::query_of(session, source.network, source.hub).await {
             Ok(hubs) => (hubs, None),
             Err(error) => (Vec::new(), Some(error.to_string())),
         };

@@ -59,8 +59,11 @@ impl<'a> Picture<'a> {
             }
             Some(Topic::Fused(hub)) => {
                 let frame = wire::fused::decode(&entry.payload)?;
-                self.send_fused(&frame, entry);
-                return Ok(self.next(hub, &frame));
+                // Nobody is shown in the name of another hub.
+                if frame.hub == hub {
+                    self.send_fused(&frame, entry);
+                    return Ok(self.next(hub, &frame));
+                }
             }
             _ => {}
         }

@@ -29,8 +29,12 @@ struct Change {
 }
 
 impl Tokens {
-    /// Subscribes, and is told of those that are there already.
-    pub(super) async fn subscribe(session: &Session, network: NetworkId) -> zenoh::Result<Self> {
+    /// Subscribes, and is told of those that are there already; of one hub alone where one is given.
+    pub(super) async fn subscribe(
+        session: &Session,
+        network: NetworkId,
+        hub: Option<HubId>,
+    ) -> zenoh::Result<Self> {
         let keys = Keys::new(network);
         let changes = Arc::new(DropOldestQueue::new(CAPACITY));
         let declare = |expression: String, is_hub: bool| {
@@ -43,7 +47,7 @@ impl Tokens {
             })
         };
         let agents = declare(keys.all_agents_alive(), false);
-        let hubs = declare(keys.all_hubs_alive(), true);
+        let hubs = declare(hub.map_or_else(|| keys.all_hubs_alive(), |hub| keys.hub_alive(&hub)), true);
         let _subscribers = [agents.await?, hubs.await?];
         Ok(Self { changes, names: Default::default(), _subscribers })
     }

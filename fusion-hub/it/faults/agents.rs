@@ -108,6 +108,26 @@ impl Process {
         payload
     }
 
+    /// The frame that a sound process sends.
+    pub(super) fn right_frame(
+        &mut self,
+        objects: &[Object],
+        (now, since): (Timestamp, Span),
+        dice: &mut Dice,
+    ) -> Payload {
+        let detections = objects.iter().map(|object| object.detection(since, self.sigma_m, dice)).collect();
+        let frame = DetectionFrame {
+            id: FrameId { agent: self.agent, epoch: self.epoch, sequence: self.sequence },
+            captured_at: now,
+            sensor_pose: Some(Pose { x: 0.0, y: 0.0, yaw: 0.0 }),
+            sensor_revision: 1,
+            map_frame: None,
+            detections,
+        };
+        self.sequence += 1;
+        self.encoded(&frame)
+    }
+
     fn encoded(&self, frame: &DetectionFrame) -> Payload {
         let mut bytes = Vec::new();
         // What cannot be encoded is sent as nobody should send it.
@@ -123,23 +143,38 @@ impl Process {
     }
 
     pub(super) fn description(&self, dice: &mut Dice) -> Payload {
-        let description = SensorDescription {
-            revision: 1,
-            kind: *dice.of(&[SensorKind::RoadsideUnit, SensorKind::Vehicle]),
-            field_of_view: FieldOfView::omnidirectional(0.0, dice.between(20.0, 200.0)),
-            detection_probability: dice.between(0.5, 0.99),
-            clutter_per_m2: dice.between(0.0, 1e-3),
-            size_noise: None,
-            body: None,
-            accuracy: Accuracy { position_m: dice.between(0.01, 1.0), yaw_rad: 0.01, clock_s: 0.01 },
-            rate_hz: 10.0,
-        };
+        let description = described(dice);
         let mut bytes = Vec::new();
         wire::sensor::encode(&description, &mut bytes).expect("a legal description");
         if dice.happens(0.2) {
             damage(&mut bytes, dice);
         }
         Payload { bytes, is_json: false }
+    }
+
+    /// A sound one, in its codec.
+    pub(super) fn any_description(&self, dice: &mut Dice) -> Payload {
+        let (description, mut bytes) = (described(dice), Vec::new());
+        if self.is_json {
+            bytes = wire::json::encode_sensor(&description).expect("a legal description");
+        } else {
+            wire::sensor::encode(&description, &mut bytes).expect("a legal description");
+        }
+        Payload { bytes, is_json: self.is_json }
+    }
+}
+
+fn described(dice: &mut Dice) -> SensorDescription {
+    SensorDescription {
+        revision: 1,
+        kind: *dice.of(&[SensorKind::RoadsideUnit, SensorKind::Vehicle]),
+        field_of_view: FieldOfView::omnidirectional(0.0, dice.between(20.0, 200.0)),
+        detection_probability: dice.between(0.5, 0.99),
+        clutter_per_m2: dice.between(0.0, 1e-3),
+        size_noise: None,
+        body: None,
+        accuracy: Accuracy { position_m: dice.between(0.01, 1.0), yaw_rad: 0.01, clock_s: 0.01 },
+        rate_hz: 10.0,
     }
 }
 

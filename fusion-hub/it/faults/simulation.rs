@@ -16,12 +16,12 @@ use v2x_fusion_hub::hub::{Core, Handled, HubSettings};
 /// After so long without any frame a hub has forgotten all of them.
 const SILENCE: Span = Span::from_millis(60_000);
 /// A hub's state is no larger than this after a few seconds of five agents, bytes: buffers are used again, not given back.
-const MOST_REMEMBERED: usize = 4 << 20;
+pub(super) const MOST_REMEMBERED: usize = 4 << 20;
 /// A list at least so often.
 const TICK: Span = Span::from_millis(100);
 
 /// Settings that hubs run with: the default, and those which add to it or are something else.
-const SETTINGS: [&str; 8] = [
+pub(super) const SETTINGS: [&str; 8] = [
     "",
     "",
     "",
@@ -39,6 +39,7 @@ pub(super) struct Report {
     pub(super) accepted: u64,
     pub(super) refused: u64,
     pub(super) descriptions: u64,
+    pub(super) descriptions_refused: u64,
     pub(super) lists: u64,
     pub(super) objects: u64,
     pub(super) reasons: BTreeSet<String>,
@@ -52,6 +53,7 @@ impl Report {
         self.accepted += other.accepted;
         self.refused += other.refused;
         self.descriptions += other.descriptions;
+        self.descriptions_refused += other.descriptions_refused;
         self.lists += other.lists;
         self.objects += other.objects;
         self.reasons.extend(other.reasons.iter().cloned());
@@ -163,6 +165,9 @@ impl Simulation {
                 self.report.descriptions += 1;
                 let refused = self.core.handle_description(agent, &body(&payload)).is_err();
                 self.given.entry(agent).or_default().descriptions_refused += u64::from(refused);
+                self.report.descriptions_refused += u64::from(refused);
+                let record = self.core.engine().agents().record(&agent).expect("it is known by now");
+                assert!(refused || record.description.is_some(), "{agent}: a description was lost");
             }
             Event::QueueFull(agent, count) => {
                 self.core.note_queue_full(agent, count);
@@ -236,6 +241,6 @@ impl Simulation {
     }
 }
 
-fn body(payload: &Payload) -> Body<'_> {
+pub(super) fn body(payload: &Payload) -> Body<'_> {
     if payload.is_json { Body::Json(&payload.bytes) } else { Body::Postcard(&payload.bytes) }
 }

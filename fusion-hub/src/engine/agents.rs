@@ -214,6 +214,11 @@ impl AgentRegistry {
         Some((slot, record))
     }
 
+    /// Counts what is not a frame of an agent for which there is no room.
+    pub(super) const fn note_beyond_limit(&mut self) {
+        self.refused_beyond_limit += 1;
+    }
+
     /// Counts refusals for one reason.
     pub(super) fn note_refusals(&mut self, agent: AgentId, refusal: Refusal, count: u64, now: Timestamp) {
         match self.heard(agent, now) {

@@ -188,6 +188,8 @@ impl Engine {
             record.description = Some(description);
             record.sensor = sensor;
             self.registrar.describe(agent, description.accuracy, self.now);
+        } else {
+            self.agents.note_beyond_limit();
         }
         Ok(())
     }
@@ -214,6 +216,8 @@ impl Engine {
             record.statistics.descriptions_refused += 1;
             record.statistics.last_refused_description = Some(refusal.clone());
             record.statistics.last_refusal = Some(refusal);
+        } else {
+            self.agents.note_beyond_limit();
         }
     }
 

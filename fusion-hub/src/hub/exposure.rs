@@ -1,6 +1,6 @@
 //! Whether anybody on the network can publish as anybody.
 
-use std::net::IpAddr;
+use v2x_common::net::endpoint::Endpoint;
 use v2x_common::net::session;
 use zenoh::Config;
 
@@ -35,13 +35,8 @@ fn denies(config: &Config) -> bool {
 
 /// Whether only this machine reaches an endpoint.
 fn is_local(endpoint: &str) -> bool {
-    let Some((protocol, rest)) = endpoint.split_once('/') else { return false };
-    if protocol.starts_with("unix") {
-        return true;
-    }
-    let address = rest.split(['?', '#']).next().unwrap_or(rest);
-    let host = address.rsplit_once(':').map_or(address, |(host, _)| host).trim_matches(['[', ']']);
-    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+    endpoint.starts_with("unix")
+        || Endpoint::read(endpoint).is_some_and(|endpoint| endpoint.is_of_this_machine())
 }
 
 #[cfg(test)]

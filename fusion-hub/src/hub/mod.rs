@@ -8,6 +8,8 @@ mod agent_statuses;
 mod args;
 #[cfg(feature = "cli")]
 mod command;
+#[cfg(feature = "net")]
+mod control_counts;
 mod core;
 #[cfg(feature = "net")]
 mod delta_stream;
@@ -68,6 +70,8 @@ pub use crate::fusion::SettingsError;
 pub use args::{HubArgs, hub_table, settings_of_file};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
+#[cfg(feature = "net")]
+pub use control_counts::ControlCounts;
 pub use core::{Core, Handled};
 #[cfg(feature = "net")]
 pub use encoding::encode_list;

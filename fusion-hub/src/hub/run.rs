@@ -1,6 +1,7 @@
 //! The hub's loop: samples in, fused frames out.
 
 use super::access::Access;
+use super::control_counts::ControlCounts;
 use super::core::{Core, Handled};
 use super::error::HubError;
 use super::exposure;
@@ -143,6 +144,7 @@ struct Hub {
     publish_errors: u64,
     objects_withheld: u64,
     partial_lists: PartialLists,
+    control: ControlCounts,
     standby: Option<Standby>,
     buffer: Vec<u8>,
     monitor: Option<Monitor>,
@@ -195,6 +197,7 @@ impl Hub {
             publish_errors: 0,
             objects_withheld: 0,
             partial_lists,
+            control: ControlCounts::default(),
             standby,
             buffer: Vec::new(),
             monitor,
@@ -381,19 +384,32 @@ impl Hub {
                 let contents = received.contents();
                 let body = received.body(&contents);
                 self.journal.note(&Call::Description { agent, body });
-                // A refused one is counted and logged.
-                let _ = self.core.handle_description(agent, &body);
+                let is_heard = self.settings.listens_to(&agent);
+                // A refused one is counted by its agent and logged, too.
+                let count = match self.core.handle_description(agent, &body) {
+                    Ok(()) if is_heard => &mut self.control.descriptions,
+                    Ok(()) => &mut self.control.descriptions_left_out,
+                    Err(_) => &mut self.control.descriptions_refused,
+                };
+                *count += 1;
             }
-            Control::Alive(agent, is_alive) => self.roster.note(agent, is_alive),
-            Control::Idle(agent, rides_on, is_idle) => self.roster.note_idle(agent, rides_on, is_idle),
+            Control::Alive(agent, is_alive) => {
+                self.control.liveliness += 1;
+                self.roster.note(agent, is_alive);
+            }
+            Control::Idle(agent, rides_on, is_idle) => {
+                self.control.liveliness += 1;
+                self.roster.note_idle(agent, rides_on, is_idle);
+            }
             Control::StatusQuery(query, asked) => {
                 if let Some((key, json)) = self.status_answer(asked) {
                     answer(&query, key, json).await;
                 }
             }
             // The journal is that of the hub that publishes.
-            Control::JournalQuery(_) if !self.publishes() => {}
+            Control::JournalQuery(_) if !self.publishes() => self.control.queries_of_others += 1,
             Control::JournalQuery(query) => {
+                self.control.queries += 1;
                 self.journal.start(&self.core, clock::now());
                 self.journal.flush().await;
                 let lineage = self.settings.engine.lineage;

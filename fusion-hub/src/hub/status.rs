@@ -1,6 +1,7 @@
 //! A hub's status, as JSON.
 
 use crate::diagnosis::{Finding, Transport};
+use crate::hub::control_counts::ControlCounts;
 use crate::hub::health::Verdict;
 use crate::hub::recorder::Recorder;
 use crate::hub::unnamed::InvalidName;
@@ -46,7 +47,10 @@ pub struct HubStatus {
     pub publish_errors: u64,
     /// Samples dropped from a full queue.
     pub dropped_overload: u64,
-    /// Frames of agents beyond the hub's limit of agents.
+    /// Everything that arrived beside detection frames, and what became of it.
+    #[serde(default)]
+    pub control: ControlCounts,
+    /// Frames and descriptions of agents beyond the hub's limit of agents.
     pub refused_beyond_limit: u64,
     /// Samples under keys without a valid agent name.
     pub refused_unnamed: u64,

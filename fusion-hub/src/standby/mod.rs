@@ -4,6 +4,7 @@ mod names;
 mod nearest;
 #[cfg(feature = "net")]
 mod role;
+mod spent;
 
 pub(crate) use names::Names;
 #[cfg(feature = "net")]

@@ -1,6 +1,7 @@
 //! Under which ids a hub publishes its tracks: those that the hub before it gave to the same objects.
 
 use super::nearest::{Place, mutually_nearest};
+use super::spent::Spent;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::fused::FusedFrame;
@@ -13,8 +14,6 @@ const KEPT_WITHIN: f64 = 2.0;
 const COMPARABLE: Span = Span::from_millis(500);
 /// A track that is not listed for so long is deleted: the longest coast and the longest Δmax are 60 s each.
 const FORGOTTEN_AFTER: Span = Span::from_millis(150_000);
-/// Own ids that are not to be given again: with more of them the oldest are given up.
-const MAX_SPENT: usize = 65_536;
 
 /// The ids under which the tracks of this hub are published.
 ///
@@ -27,7 +26,7 @@ pub(crate) struct Names {
     /// The track of each such id.
     track_of: BTreeMap<TrackId, TrackId>,
     /// Own ids that another hub has given to something else.
-    spent: BTreeSet<TrackId>,
+    spent: Spent,
     /// Ids that were given in place of spent ones.
     n_fresh: u32,
     /// The own list that was made last while another hub published.
@@ -110,14 +109,14 @@ impl Names {
         if let Some(named) = self.of.get(&track) {
             return named.id;
         }
-        if !self.spent.contains(&track) && !self.track_of.contains_key(&track) {
+        if !self.spent.contains(track) && !self.track_of.contains_key(&track) {
             return track;
         }
         loop {
             // Tracks count up from 0: these count down.
             self.n_fresh += 1;
             let id = TrackId::new(track.lineage(), u32::MAX - self.n_fresh);
-            if !self.track_of.contains_key(&id) && !self.spent.contains(&id) {
+            if !self.track_of.contains_key(&id) && !self.spent.contains(id) {
                 self.name(track, id, at);
                 return id;
             }
@@ -144,11 +143,8 @@ impl Names {
         let own_ids = list.objects.iter().map(|object| object.track).filter(|id| id.lineage() == lineage);
         for id in own_ids {
             if self.track_of.get(&id) != Some(&id) {
-                self.spent.insert(id);
+                self.spent.note(id);
             }
-        }
-        while self.spent.len() > MAX_SPENT {
-            self.spent.pop_first();
         }
     }
 

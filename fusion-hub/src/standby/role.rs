@@ -14,9 +14,11 @@ const PAUSE: Span = Span::from_millis(150);
 const ARRIVES_WITHIN: Span = Span::from_millis(100);
 /// A hub that did not run for so long, while it published, may have been replaced.
 const REPLACED_AFTER: Span = Span::from_millis(1_000);
-/// Another hub that publishes on for so long has no rule by which it yields.
+/// Another hub that publishes on for so long has no rule by which it yields, or does not hear this one.
 const STUBBORN_AFTER: Span = Span::from_millis(2_000);
-/// Lists with longer pauses between them are not of a hub that publishes on.
+/// Where lists come more rarely, after so many of them.
+const STUBBORN_LISTS: i64 = 6;
+/// Lists with longer pauses between them are not of a hub that publishes on, where they do not come more rarely.
 const CONTINUOUS: Span = Span::from_millis(500);
 /// A hub that comes back within this was not gone: it has too much to do.
 const RARE: Span = Span::from_millis(1_000);
@@ -123,13 +125,15 @@ impl Role {
 
     /// Whether another hub publishes at `now` although this one does.
     pub(crate) fn has_rival(&self, now: Timestamp) -> bool {
-        matches!(self.state, State::Publishes { rival: Some((_, last)), .. } if now - last < CONTINUOUS)
+        matches!(self.state, State::Publishes { rival: Some((_, last)), .. } if now - last < self.continuous())
     }
 
     /// A list of a hub of this name was heard at `at`. Of two hubs that publish the one with the lower lineage yields, but one
     /// that has just started to one that has not; and also the other one where that does not.
     pub(crate) fn hear(&mut self, lineage: u32, at: Timestamp) -> Heard {
         let yields = self.yields_to(lineage, at);
+        let (continuous, stubborn_after) =
+            (self.continuous(), STUBBORN_AFTER.max(times(self.interval, STUBBORN_LISTS)));
         match &mut self.state {
             State::StandsBy(silence) if silence.follows.is_some_and(|(followed, _)| followed == lineage) => {
                 silence.hear(lineage, at);
@@ -149,9 +153,9 @@ impl Role {
                 Heard::Followed
             }
             State::Publishes { rival, replaced } => {
-                let since = rival.filter(|(_, last)| at - *last <= CONTINUOUS).map_or(at, |(since, _)| since);
+                let since = rival.filter(|(_, last)| at - *last <= continuous).map_or(at, |(since, _)| since);
                 *rival = Some((since, at));
-                let is_stubborn = lineage != self.lineage && at - since >= STUBBORN_AFTER;
+                let is_stubborn = lineage != self.lineage && at - since >= stubborn_after;
                 if yields || is_stubborn {
                     // Where its lists are merely rare, it is waited for them longer from now on.
                     let mean = match *replaced {
@@ -210,10 +214,15 @@ impl Role {
         }
     }
 
+    /// The longest pause between two lists of a hub that publishes on.
+    fn continuous(&self) -> Span {
+        CONTINUOUS.max(times(self.interval, SILENT_LISTS))
+    }
+
     /// After so long without a list it takes over.
     fn patience(&self) -> Span {
         let State::StandsBy(Silence { follows, is_new, .. }) = self.state else { return SILENCE };
-        let lists = |interval: Span| Span::from_nanos(interval.as_nanos().saturating_mul(SILENT_LISTS));
+        let lists = |interval: Span| times(interval, SILENT_LISTS);
         let by_settings = SILENCE.max(lists(self.interval));
         match follows {
             Some((_, interval)) if !is_new => by_settings.max(lists(interval)),
@@ -221,6 +230,10 @@ impl Role {
             _ => by_settings,
         }
     }
+}
+
+fn times(interval: Span, count: i64) -> Span {
+    Span::from_nanos(interval.as_nanos().saturating_mul(count))
 }
 
 /// The lineage of a hub that starts now: tenths of a second since the Unix epoch, cut to 32 bits. New at every start, for 13

@@ -5,10 +5,13 @@
 
 use super::credentials::TlsFiles;
 use super::reason::TlsRefusal;
+use crate::clock;
+use crate::net::endpoint::Endpoint;
+use crate::time::{Span, Timestamp};
 use rustls::pki_types::ServerName;
 use rustls::{ClientConfig, ClientConnection, Error, Stream};
 use serde_json::Value;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,20 +19,29 @@ use zenoh::Config;
 
 /// How long one step may take: a connection, an answer.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// How long all steps with one endpoint may take, whatever answers there, byte by byte.
+const OF_ONE: Span = Span::from_millis(2_500);
 /// Endpoints that are tried at most.
 const MAX_ENDPOINTS: usize = 4;
+/// And all endpoints, with the time to find the addresses of their names.
+const OF_ALL: Duration = Duration::from_secs(6);
 
 /// Why none of the endpoints of a configuration lets this client in; `None` where nothing speaks against it, or nobody
-/// listens there. It takes some seconds at most.
+/// listens there. It takes six seconds at most.
 pub async fn why_not_connected(config: Config) -> Option<String> {
-    tokio::task::spawn_blocking(move || {
+    let (done, answer) = tokio::sync::oneshot::channel();
+    // A thread of its own: the system takes its time to find that a name has no address, and the program may end meanwhile.
+    std::thread::spawn(move || {
         let files = TlsFiles::of(&config);
         let endpoints = endpoints(&config, "connect");
-        let refused = |endpoint: &String| refusal(endpoint, &files).map(|why| format!("{endpoint}: {why}"));
-        endpoints.iter().take(MAX_ENDPOINTS).find_map(refused)
-    })
-    .await
-    .ok()?
+        let refused = |endpoint: &String| {
+            let why = refusal(endpoint, &files, clock::now() + OF_ONE)?;
+            Some(format!("{endpoint}: {why}"))
+        };
+        // Nobody waits for the answer any more: that is no fault.
+        let _ = done.send(endpoints.iter().take(MAX_ENDPOINTS).find_map(refused));
+    });
+    tokio::time::timeout(OF_ALL, answer).await.ok()?.ok()?
 }
 
 /// The endpoints under `connect` or `listen`: a list, with or without lists of alternatives, or one for each mode, of which
@@ -55,23 +67,16 @@ pub(in crate::net) fn endpoints(config: &Config, part: &str) -> Vec<String> {
     endpoints
 }
 
-/// Protocol and address of an endpoint, without its metadata and settings.
-fn parts(endpoint: &str) -> Option<(&str, &str, &str)> {
-    let (protocol, rest) = endpoint.split_once('/')?;
-    let address = rest.split(['?', '#']).next()?;
-    let (host, _) = address.rsplit_once(':')?;
-    Some((protocol, address, host))
-}
-
-fn refusal(endpoint: &str, files: &TlsFiles) -> Option<TlsRefusal> {
-    let (protocol, address, host) = parts(endpoint)?;
+/// Until a time, at which it is as if nobody had said anything.
+fn refusal(endpoint: &str, files: &TlsFiles, until: Timestamp) -> Option<TlsRefusal> {
+    let Endpoint { protocol, address, host } = Endpoint::read(endpoint)?;
     let is_tls = match protocol {
         "tls" => true,
         "tcp" => false,
         _ => return None,
     };
     // Nobody listens: that is no refusal, and Zenoh tries again.
-    let socket = connected(address)?;
+    let socket = connected(address, until)?;
     if !is_tls {
         return speaks_tls(socket, host).then_some(TlsRefusal::Tls);
     }
@@ -85,12 +90,43 @@ fn refusal(endpoint: &str, files: &TlsFiles) -> Option<TlsRefusal> {
     }
 }
 
-fn connected(address: &str) -> Option<TcpStream> {
+fn connected(address: &str, until: Timestamp) -> Option<Limited> {
     let mut addresses = address.to_socket_addrs().ok()?;
-    let socket = addresses.find_map(|address| TcpStream::connect_timeout(&address, PATIENCE).ok())?;
-    socket.set_read_timeout(Some(PATIENCE)).ok()?;
-    socket.set_write_timeout(Some(PATIENCE)).ok()?;
-    Some(socket)
+    let socket = addresses.find_map(|address| {
+        let left = left(until).ok()?;
+        TcpStream::connect_timeout(&address, left).ok()
+    })?;
+    Some(Limited { socket, until })
+}
+
+/// The time that the next step has.
+fn left(until: Timestamp) -> io::Result<Duration> {
+    let left = u64::try_from((until - clock::now()).as_nanos()).unwrap_or(0);
+    if left == 0 { Err(ErrorKind::TimedOut.into()) } else { Ok(PATIENCE.min(Duration::from_nanos(left))) }
+}
+
+/// A connection that ends at a time: what comes byte by byte for ever does not hold its reader for ever.
+struct Limited {
+    socket: TcpStream,
+    until: Timestamp,
+}
+
+impl Read for Limited {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.socket.set_read_timeout(Some(left(self.until)?))?;
+        self.socket.read(buffer)
+    }
+}
+
+impl Write for Limited {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.socket.set_write_timeout(Some(left(self.until)?))?;
+        self.socket.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.socket.flush()
+    }
 }
 
 /// How a handshake failed.
@@ -101,7 +137,7 @@ enum Failure {
 }
 
 /// Shakes hands, and waits for a word against it.
-fn handshake(mut socket: TcpStream, host: &str, config: ClientConfig) -> Option<Failure> {
+fn handshake(mut socket: Limited, host: &str, config: ClientConfig) -> Option<Failure> {
     let connection = named(host).and_then(|name| ClientConnection::new(Arc::new(config), name));
     let mut connection = match connection {
         Ok(connection) => connection,
@@ -121,12 +157,12 @@ fn handshake(mut socket: TcpStream, host: &str, config: ClientConfig) -> Option<
 }
 
 fn named(host: &str) -> Result<ServerName<'static>, Error> {
-    let name = ServerName::try_from(host.trim_matches(['[', ']']).to_owned());
+    let name = ServerName::try_from(host.to_owned());
     name.map_err(|error| Error::General(format!("{host:?}: {error}")))
 }
 
 /// Whether an endpoint answers the beginning of a TLS handshake with TLS.
-fn speaks_tls(mut socket: TcpStream, host: &str) -> bool {
+fn speaks_tls(mut socket: Limited, host: &str) -> bool {
     let (Ok(name), Ok(config)) = (named(host), TlsFiles::default().client_config()) else { return false };
     let Ok(mut connection) = ClientConnection::new(Arc::new(config), name) else { return false };
     let mut hello = Vec::new();
@@ -143,17 +179,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_endpoint_is_read_without_its_metadata_and_settings() {
-        assert_eq!(parts("tls/10.0.0.1:7447?rel=1#so=2"), Some(("tls", "10.0.0.1:7447", "10.0.0.1")));
-        assert_eq!(parts("tcp/[::1]:7447"), Some(("tcp", "[::1]:7447", "[::1]")));
-        assert_eq!(parts("nonsense"), None);
-    }
-
-    #[test]
     fn nobody_who_listens_is_no_tls_refusal() {
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
         for protocol in ["tls", "tcp", "udp"] {
-            assert_eq!(refusal(&format!("{protocol}/{free}"), &TlsFiles::default()), None);
+            assert_eq!(
+                refusal(&format!("{protocol}/{free}"), &TlsFiles::default(), clock::now() + OF_ONE),
+                None
+            );
         }
+    }
+
+    #[test]
+    fn somebody_who_answers_a_tls_handshake_byte_by_byte_holds_the_diagnosis_no_longer_than_its_limit() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let endpoint = format!("tls/{}", listener.local_addr().unwrap());
+        let slow = std::thread::spawn(move || {
+            let (mut socket, _) = listener.accept().unwrap();
+            socket.write_all(&[22, 3, 3, 0x40, 0]).unwrap();
+            // The next byte of a record that never ends, for as long as somebody waits for it.
+            socket.set_read_timeout(Some(Duration::from_millis(5))).unwrap();
+            let is_there = |read: io::Result<usize>| match read {
+                Ok(count) => count > 0,
+                Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
+            };
+            while is_there(socket.read(&mut [0; 1024])) && socket.write_all(&[2]).is_ok() {}
+        });
+        let began_at = clock::now();
+        let limit = Span::from_millis(300);
+        let refused = refusal(&endpoint, &TlsFiles::default(), began_at + limit);
+        assert_eq!(refused, Some(TlsRefusal::NoTls));
+        let took = clock::now() - began_at;
+        assert!(took >= limit && took < Span::from_millis(20_000), "{took:?}");
+        slow.join().unwrap();
     }
 }

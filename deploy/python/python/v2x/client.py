@@ -296,7 +296,10 @@ class Consumer(_Client):
         for reply in self._session.get(self._key(f"hub/{self.hub}/status"), timeout=timeout_s):
             if reply.ok is not None:
                 status: dict[str, Any] = json.loads(reply.ok.payload.to_bytes())
-                statuses[str(reply.ok.key_expr).split("/")[3]] = status
+                name = str(reply.ok.key_expr).split("/")[3]
+                # Nobody answers in the name of another hub; one that stands by adds its lineage to the name.
+                if name.split("~")[0] == status.get("hub") and self.hub in ("*", status["hub"]):
+                    statuses[name] = status
         return statuses
 
     def agents(self, timeout_s: float = 2.0) -> list[str]:
@@ -311,6 +314,9 @@ class Consumer(_Client):
         stream._read = read
 
         def push(sample: zenoh.Sample) -> None:
+            # A put on a key with wildcards reaches subscribers of every hub.
+            if self.hub != "*" and str(sample.key_expr).split("/")[3] != self.hub:
+                return
             stream._push(str(sample.key_expr), sample.payload.to_bytes())
 
         stream._subscriber = self._session.declare_subscriber(self._key(f"hub/{self.hub}/{key}"), push)

@@ -144,6 +144,20 @@ fn refused(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
         (label("reason", "beyond_limit"), status.refused_beyond_limit),
     ];
     out.counter(&plain("samples_dropped", "Samples dropped from full queues"), status.dropped_overload)?;
+    let control = &status.control;
+    let kinds = [
+        (label("kind", "description"), control.descriptions),
+        (label("kind", "description_refused"), control.descriptions_refused),
+        (label("kind", "description_left_out"), control.descriptions_left_out),
+        (label("kind", "liveliness"), control.liveliness),
+        (label("kind", "query"), control.queries),
+        (label("kind", "query_of_another_hub"), control.queries_of_others),
+        (label("kind", "dropped"), control.dropped),
+    ];
+    out.counters(
+        &plain("control_messages", "Messages beside detection frames, by what became of them"),
+        kinds,
+    )?;
     out.counters(&plain("samples_refused", "Samples of no agent that the hub can have"), samples)?;
     let zenoh = &status.refused_by_zenoh;
     let handshakes = zenoh.handshakes.iter().map(|(cause, count)| (label("cause", cause), *count));

@@ -151,13 +151,18 @@ impl Hub {
     }
 
     /// The key and the status of the hub that publishes, or of one that stands by; only as what it is.
-    pub(super) fn status_answer(&self, asked: Asked) -> Option<(String, Vec<u8>)> {
+    pub(super) fn status_answer(&mut self, asked: Asked) -> Option<(String, Vec<u8>)> {
         let (keys, engine) = (Keys::new(self.network_id), &self.settings.engine);
         let key = match (asked, self.publishes()) {
             (Asked::Hub, true) => keys.status(&engine.hub),
             (Asked::Standby, false) => keys.standby_status(&engine.hub, engine.lineage),
-            _ => return None,
+            _ => {
+                self.control.queries_of_others += 1;
+                return None;
+            }
         };
+        // Before the answer is made, which holds it.
+        self.control.queries += 1;
         Some((key, serde_json::to_vec(&self.status()).unwrap_or_default()))
     }
 

@@ -27,6 +27,7 @@ impl Hub {
             frames_published: self.frames_published,
             publish_errors: self.publish_errors,
             dropped_overload: self.dropped(),
+            control: self.control.with(self.network.control.counts()),
             refused_beyond_limit: self.core.engine().agents().refused_beyond_limit(),
             refused_unnamed: self.network.unnamed.samples(),
             invalid_names: self.network.unnamed.names(),

@@ -194,11 +194,24 @@ struct Pair {
     roles: [Role; 2],
     on_the_way: [Vec<(i64, u32)>; 2],
     now_ms: i64,
+    /// Time between two lists.
+    period_ms: i64,
 }
 
 impl Pair {
     fn new() -> Self {
-        Self { roles: [role(7, 0), role(8, 0)], on_the_way: [Vec::new(), Vec::new()], now_ms: 0 }
+        Self {
+            period_ms: 50,
+            roles: [role(7, 0), role(8, 0)],
+            on_the_way: [Vec::new(), Vec::new()],
+            now_ms: 0,
+        }
+    }
+
+    /// With lists this often.
+    fn with_period(period_ms: i64) -> Self {
+        let role = |lineage| Role::new(lineage, Span::from_millis(period_ms), at(0));
+        Self { period_ms, roles: [role(7), role(8)], ..Self::new() }
     }
 
     fn step(&mut self, runs: [bool; 2], carries: [bool; 2]) {
@@ -212,7 +225,7 @@ impl Pair {
                 self.roles[i].hear(lineage, at(now_ms));
             }
             self.roles[i].decide(at(now_ms));
-            if self.roles[i].publishes() && now_ms % 50 == 0 && carries[i] {
+            if self.roles[i].publishes() && now_ms % self.period_ms == 0 && carries[i] {
                 self.on_the_way[1 - i].push((now_ms, self.roles[i].lineage));
             }
         }
@@ -245,6 +258,34 @@ proptest! {
         for _ in 0..300 {
             pair.step([true; 2], [true; 2]);
             prop_assert_eq!(publishes, [pair.roles[0].publishes(), pair.roles[1].publishes()]);
+        }
+    }
+
+    /// One hears the other and is not heard: whichever that is, however often lists come, and whoever has lost some of them.
+    #[test]
+    fn of_two_standby_hubs_of_which_one_link_carries_nothing_exactly_one_goes_on_to_publish(
+        period_ms in prop::sample::select(vec![50_i64, 100, 500, 1000, 2000]),
+        (first_hears, lost) in (any::<bool>(), prop::collection::vec(any::<bool>(), 64))
+    ) {
+        let mut pair = Pair::with_period(period_ms);
+        let steps = |periods: i64| (20 * periods * period_ms.max(100)) / 200;
+        (0..steps(10)).for_each(|_| pair.step([true; 2], [false; 2]));
+        prop_assert!(pair.roles.iter().all(Role::publishes), "nobody hears anybody");
+        let carries = |now_ms: i64| {
+            // No two lists one after the other are lost.
+            let place = usize::try_from(now_ms / period_ms).unwrap();
+            let is_lost = lost[place % 64] && !lost[(place + 63) % 64];
+            [!first_hears && !is_lost, first_hears && !is_lost]
+        };
+        for _ in 0..steps(30) {
+            let carried = carries(pair.now_ms + 10);
+            pair.step([true; 2], carried);
+        }
+        for _ in 0..steps(60) {
+            let carried = carries(pair.now_ms + 10);
+            pair.step([true; 2], carried);
+            let publishes = [pair.roles[0].publishes(), pair.roles[1].publishes()];
+            prop_assert_eq!(publishes, [!first_hears, first_hears], "the one that hears the other stands by");
         }
     }
 

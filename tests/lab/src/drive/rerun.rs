@@ -111,7 +111,7 @@ impl Hub {
     /// All that an agent had until now.
     fn innovations_of(&self, agent: &AgentId) -> Innovations {
         let record = self.core.engine().agents().record(agent);
-        record.map_or_else(Innovations::default, |record| record.statistics.innovations.clone())
+        record.map_or_else(Innovations::default, |record| record.statistics.innovations)
     }
 
     fn publish(&mut self, now: Timestamp) -> Result<(), WireError> {

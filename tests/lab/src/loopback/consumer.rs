@@ -6,7 +6,7 @@ use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::{HubId, NetworkId};
-use v2x_common::keys::Keys;
+use v2x_common::keys::{Keys, Topic};
 use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::recording::Entry;
@@ -84,14 +84,15 @@ impl Consumer {
         };
         let mut subscribers = Vec::new();
         for expression in expressions {
-            let expression = match hub {
-                Some(hub) => expression.replacen("/hub/*/", &format!("/hub/{hub}/"), 1),
-                None => expression,
-            };
+            let (expression, only) = of_hub(expression, hub);
             let queue = queue.clone();
             let subscriber = session
                 .declare_subscriber(expression.as_str())
-                .callback(move |sample| queue.push(stamped(&sample)))
+                .callback(move |sample| {
+                    if is_of(only, sample.key_expr()) {
+                        queue.push(stamped(&sample));
+                    }
+                })
                 .await
                 .map_err(|source| ConnectionError::Subscription { expression: expression.clone(), source })?;
             subscribers.push(subscriber);
@@ -142,11 +143,45 @@ fn everything(keys: &Keys) -> Vec<String> {
     vec![keys.all_fused(), keys.all_detections(), keys.all_sensors(), keys.all_truth()]
 }
 
+/// The expression for one hub alone, and that hub, where it is one of what hubs say.
+fn of_hub(expression: String, hub: Option<HubId>) -> (String, Option<HubId>) {
+    const ALL: &str = "/hub/*/";
+    match hub.filter(|_| expression.contains(ALL)) {
+        Some(hub) => (expression.replacen(ALL, &format!("/hub/{hub}/"), 1), Some(hub)),
+        None => (expression, None),
+    }
+}
+
+/// Whether what comes under a key is of the one hub. A put on a key with wildcards reaches subscribers of all hubs.
+fn is_of(only: Option<HubId>, key: &str) -> bool {
+    only.is_none_or(|hub| Topic::of(key).and_then(|topic| topic.hub()) == Some(hub))
+}
+
 fn stamped(sample: &Sample) -> Entry {
     Entry {
         received_at: clock::now(),
         key: sample.key_expr().to_string(),
         encoding: sample.encoding().to_string(),
         payload: sample.payload().to_bytes().into_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_consumer_of_one_hub_takes_nothing_that_another_hub_or_a_wildcard_says() {
+        let keys = Keys::new(NetworkId::new("demo").unwrap());
+        let [north, south] = ["north", "south"].map(|name| HubId::new(name).unwrap());
+        let (expression, only) = of_hub(keys.all_fused(), Some(north));
+        assert_eq!((expression, only), (keys.fused(&north), Some(north)));
+        assert!(is_of(only, &keys.fused(&north)) && is_of(only, &keys.delta(&north)));
+        for other in [keys.fused(&south), keys.all_fused(), "v2x/demo/hub/**".to_owned()] {
+            assert!(!is_of(only, &other), "{other}");
+        }
+        let (expression, only) = of_hub(keys.all_detections(), Some(north));
+        assert_eq!((expression, only), (keys.all_detections(), None));
+        assert!(is_of(None, &keys.fused(&south)));
     }
 }

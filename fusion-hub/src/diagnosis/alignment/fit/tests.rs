@@ -135,7 +135,7 @@ fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
     let snapshots: Vec<Snapshot> =
         (0..10).map(|_| [Sighting::new(None, row(0.0)), Sighting::new(None, row(10.0))]).collect();
     assert_eq!(fit(&snapshots), Fit::Apart { without_pose: [true, true] });
-    let pose = v2x_common::geometry::Pose { x: 0.0, y: -20.0, yaw: 0.0 };
+    let pose = Pose { x: 0.0, y: -20.0, yaw: 0.0 };
     let with_poses: Vec<Snapshot> = (0..10)
         .map(|_| [Sighting::new(Some(pose), row(0.0)), Sighting::new(Some(pose), row(10.0))])
         .collect();

@@ -114,7 +114,7 @@ impl Pair {
         while followed < 10 {
             let list = self.next(standby).await?;
             let session = self.hubs[standby].consumer.session();
-            let statuses = hub_status::query_all(session, self.network).await?;
+            let statuses = hub_status::query_all(session, self.network, None).await?;
             let follower =
                 statuses.iter().filter_map(|status| status.standby.as_ref()).find(|one| !one.publishes);
             let objects = list.frame.objects.len();
