@@ -354,6 +354,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_an_agent_rides_on_is_one_chunk_of_its_key_whatever_its_name() {
+        let keys = Keys::new(NetworkId::new("n").unwrap());
+        let ego = AgentId::new("ego").unwrap();
+        for (name, chunk) in [("veh 7", "veh 7"), ("a/b*c", "a_b_c"), ("", "_"), ("x\n\u{1b}[1m", "x__[1m")] {
+            assert_eq!(idle_of(&keys.agent_idle(&ego, name)), Some((ego, chunk.to_owned())));
+        }
+        assert_eq!(
+            keys.agent_idle(&ego, &"x".repeat(1000)).len(),
+            "v2x/n/agent/ego/idle/".len() + MOST_CHARS
+        );
+        for other in [
+            "v2x/n/agent/ego/alive",
+            "v2x/n/agent/ego/idle/a/b",
+            "v2x/n/agent/ego/idle",
+            "v2x/n/agent/?/idle/a",
+        ] {
+            assert_eq!(idle_of(other), None, "{other}");
+        }
+    }
+
+    #[test]
     fn the_topic_of_a_key_is_the_one_that_the_key_was_made_for() {
         let keys = Keys::new(NetworkId::new("demo").unwrap());
         let agent = AgentId::new("ego").unwrap();

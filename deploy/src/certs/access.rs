@@ -231,6 +231,9 @@ mod tests {
         }
         assert!(allows(&control, "agent:ego", "ingress", "liveliness_token", &keys.agent_alive(&ego)));
         assert!(!allows(&control, "viewers", "ingress", "liveliness_token", &keys.agent_alive(&ego)));
+        let idle = |agent| keys.agent_idle(agent, "veh 7");
+        assert!(allows(&control, "agent:ego", "ingress", "liveliness_token", &idle(&ego)));
+        assert!(!allows(&control, "agent:ego", "ingress", "liveliness_token", &idle(&rsu)));
     }
 
     #[test]
