@@ -10,13 +10,15 @@ const START_MS: i64 = 1_790_000_000_000;
 
 /// Width and depth that a hub publishes of a car after three seconds; `size` writes that part of each report.
 fn published(settings: &str, size: impl Fn(i64) -> String) -> (f64, f64) {
-    let mut core = Core::new(HubSettings::from_table(settings.parse().unwrap()).unwrap(), Engine::new);
+    let table = settings.parse().expect("a table");
+    let mut core = Core::new(HubSettings::from_table(table).expect("settings"), Engine::new);
+    let cam = AgentId::new("cam").expect("a name");
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     for k in 0..30 {
         let stamp = (START_MS + 100 * k) * 1000;
         let car = format!(r#"{{"class": "car", "x": {}, "y": 3, "yaw": 0{}}}"#, k, size(k));
         let json = format!(r#"{{"captured_at": {stamp}, "detections": [{car}]}}"#);
-        core.handle_frame(AgentId::new("cam").unwrap(), at(100 * k + 20), &Body::Json(json.as_bytes()));
+        core.handle_frame(cam, at(100 * k + 20), &Body::Json(json.as_bytes()));
     }
     let [car] = &core.fused(at(2_930)).objects[..] else { panic!("one car") };
     (car.bev.w, car.bev.d)

@@ -106,7 +106,7 @@ impl RecordingFile {
     }
 
     /// For its scenes: from now on agents write so.
-    pub fn read_by(&mut self, writings: Writings) {
+    pub fn read_by(&mut self, writings: &Writings) {
         self.scenes.iter_mut().for_each(|scenes| scenes.read_by(writings.clone()));
     }
 

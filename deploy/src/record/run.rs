@@ -51,7 +51,7 @@ pub(crate) async fn record(
     if let Ok(hubs) = hub_status::query(consumer.session(), args.network).await
         && let Some(hub) = hubs.first()
     {
-        recorder.file.read_by(Writings::new(hub.writings.clone()));
+        recorder.file.read_by(&Writings::new(hub.writings.clone()));
     }
     let recorded = recorder.follow(&consumer, shutdown).await;
     let dropped = consumer.dropped();

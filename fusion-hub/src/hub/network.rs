@@ -208,13 +208,7 @@ impl Network {
                 Err(_) => {}
             }
         });
-        let queue = control.clone();
-        let idle = session.liveliness().declare_subscriber(keys.all_agents_idle()).history(true);
-        let idle = idle.callback(move |sample| {
-            if let Some((agent, rides_on)) = keys::idle_of(sample.key_expr().as_str()) {
-                queue.push(Control::Idle(agent, rides_on, sample.kind() == SampleKind::Put));
-            }
-        });
+        let idle = follow_idle(session, keys, control.clone()).await?;
         let standby_status = standby.map(|lineage| (keys.standby_status(hub, lineage), Asked::Standby));
         let statuses = [Some((keys.status(hub), Asked::Hub)), standby_status];
         let mut queryables = Vec::new();
@@ -239,11 +233,26 @@ impl Network {
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
             twin,
-            _subscribers: [detections.await?, sensors.await?, roster.await?, idle.await?, lists_of_others],
+            _subscribers: [detections.await?, sensors.await?, roster.await?, idle, lists_of_others],
             _queryables: queryables,
             session: session.clone(),
             declared,
             alive: None,
         })
     }
+}
+
+/// Queues who becomes idle, and who no longer is.
+async fn follow_idle(
+    session: &Session,
+    keys: &Keys,
+    queue: Arc<DropOldestQueue<Control>>,
+) -> zenoh::Result<Subscriber<()>> {
+    let idle = session.liveliness().declare_subscriber(keys.all_agents_idle()).history(true);
+    let idle = idle.callback(move |sample| {
+        if let Some((agent, rides_on)) = keys::idle_of(sample.key_expr().as_str()) {
+            queue.push(Control::Idle(agent, rides_on, sample.kind() == SampleKind::Put));
+        }
+    });
+    idle.await
 }

@@ -83,7 +83,7 @@ pub async fn serve(
     let recording = setup.record.clone().map(|(path, options)| RecordingFile::create(&path, options));
     let mut recording = recording.transpose()?;
     if let Some(file) = &mut recording {
-        file.read_by(Writings::new(setup.settings.writings()));
+        file.read_by(&Writings::new(setup.settings.writings()));
     }
     if let Some(warning) = exposure::warning(&config) {
         tracing::warn!("{warning}");
