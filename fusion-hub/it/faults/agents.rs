@@ -4,7 +4,7 @@ use super::dice::Dice;
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
 use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
-use v2x_common::geometry::{BevBox, Pose};
+use v2x_common::geometry::{BevBox, Pose, wrap_angle};
 use v2x_common::id::{AgentId, FrameId, MapFrame};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
 use v2x_common::time::{Span, Timestamp};
@@ -115,7 +115,12 @@ impl Process {
         (now, since): (Timestamp, Span),
         dice: &mut Dice,
     ) -> Payload {
-        let detections = objects.iter().map(|object| object.detection(since, self.sigma_m, dice)).collect();
+        let sound = |object: &Object| {
+            let mut detection = object.detection(since, self.sigma_m, dice);
+            detection.bev.yaw = wrap_angle(detection.bev.yaw);
+            detection
+        };
+        let detections = objects.iter().map(sound).collect();
         let frame = DetectionFrame {
             id: FrameId { agent: self.agent, epoch: self.epoch, sequence: self.sequence },
             captured_at: now,
@@ -125,7 +130,13 @@ impl Process {
             detections,
         };
         self.sequence += 1;
-        self.encoded(&frame)
+        let mut bytes = Vec::new();
+        let encoded = match self.is_json {
+            true => wire::json::encode_detections(&frame).map(|json| bytes = json),
+            false => wire::detections::encode(&frame, &mut bytes),
+        };
+        encoded.unwrap_or_else(|error| panic!("{error}: {frame:?}"));
+        Payload { bytes, is_json: self.is_json }
     }
 
     fn encoded(&self, frame: &DetectionFrame) -> Payload {
