@@ -33,7 +33,7 @@ IS_TELLING = """(() => {
     const canvas = document.getElementById('canvas');
     const isInside = x > 120 && y > 90 && x < canvas.clientWidth - 120 && y < canvas.clientHeight - 90;
     const isApart = window.v2x.agentPlaces.every((place) => Math.hypot(place.x - x, place.y - y) > 60);
-    return isInside && isApart && Number(/speed m\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
+    return isInside && isApart && Number(/speed\\sm\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
 })()"""
 
 
