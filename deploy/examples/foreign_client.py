@@ -6,6 +6,7 @@ config.insert_json5("mode", '"client"')
 config.insert_json5("connect/endpoints", json.dumps(sys.argv[1:] or ["tcp/127.0.0.1:7447"]))
 with zenoh.open(config) as session:
     show = lambda sample: print(json.loads(sample.payload.to_string())["objects"], flush=True)
+    # Every hub; with the name of one in place of `*` that one alone is believed.
     fused = session.declare_subscriber("v2x/demo/hub/*/fused/json", show)
     camera = session.declare_publisher("v2x/demo/agent/camera/detections")
     for tenth in range(50):
