@@ -1,6 +1,6 @@
 //! The detections of a scene as a table.
 
-use crate::data::detection_log::COLUMNS;
+use crate::data::detection_columns::COLUMNS;
 use crate::data::observation::{AgentReport, Protocol};
 use crate::data::scene::Scene;
 use crate::data::seconds;

@@ -3,6 +3,8 @@
 pub(crate) mod conditions;
 pub(crate) mod csv_table;
 pub(crate) mod dataset;
+pub(crate) mod detection_columns;
+#[cfg(feature = "lab")]
 pub(crate) mod detection_log;
 pub(crate) mod exported;
 #[cfg(test)]

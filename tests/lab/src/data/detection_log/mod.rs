@@ -10,6 +10,7 @@ pub(crate) use remarks::{Dropped, Remarks};
 pub(crate) use survey::{SensorSurvey, Survey};
 
 use crate::data::csv_table::{CsvError, CsvTable};
+use crate::data::detection_columns::COLUMNS;
 use row::{Content, OPTIONAL_COLUMNS, Optional, Report};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
@@ -19,10 +20,6 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::reported::{RawHeadings, Reported};
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubSettings;
-
-/// Required columns.
-pub(crate) const COLUMNS: [&str; 14] =
-    ["t_arr", "t", "sensor_id", "class", "x", "y", "w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
 
 /// A log has no boot epochs.
 const EPOCH: u64 = 1;
