@@ -33,9 +33,7 @@ async fn the_demo_runs_four_processes_passes_and_writes_its_report() -> anyhow::
     let page = std::fs::read_to_string(folder.join("run/report.html"))?;
     let place = |text: &str| page.find(text).unwrap_or(usize::MAX);
     assert!(place("class=\"verdict good\"") < place("<table>"), "the verdict comes first");
-    for part in
-        ["Errors over time", "NEES/2", "captured → at the consumer", "NIS/2", "Key frames", "worst moment"]
-    {
+    for part in ["Errors over time", "NEES/2", "hub → consumer", "NIS/2", "Key frames", "worst moment"] {
         assert!(page.contains(part), "{part} is missing");
     }
     assert!(

@@ -187,6 +187,8 @@ impl Agent {
                 }
             } else {
                 counts.frames_without_world += 1;
+                // Whether it would be there nobody knows.
+                self.is_idle = false;
             }
             next += 1;
         }

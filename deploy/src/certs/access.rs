@@ -62,7 +62,7 @@ pub(super) fn believing(hubs: &[HubEntry]) -> Value {
     for hub in hubs.iter().filter(|_| hubs.len() > 1) {
         rules.push(json!({
             "id": own(hub), "permission": "deny", "flows": ["ingress"], "messages": SAYING,
-            "key_exprs": [format!("v2x/*/hub/{}/**", hub.name)],
+            "key_exprs": [format!("v2x/*/hub/{}/**", hub.name), format!("v2x/*/hub/{}~$*/**", hub.name)],
         }));
         let others: Vec<_> = hubs
             .iter()

@@ -14,7 +14,6 @@ use v2x_common::keys::Topic;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::{Entry, SCENE_SCHEMA, SCENE_SCHEMA_NAME, Scene, Scenes};
 use v2x_common::time::{Span, Timestamp};
-use v2x_common::wire::Writings;
 use v2x_common::{schemas, wire};
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 use v2x_lab::loopback::hub_status;
@@ -55,10 +54,8 @@ pub(crate) async fn serve(
                 biased;
                 () = shutdown.cancelled() => break,
                 _ = status.tick() => {
-                    if let Ok(hubs) = hub_status::query(consumer.session(), network).await
-                        && let Some(hub) = hubs.first()
-                    {
-                        channels.scenes.read_by(Writings::new(hub.writings.clone()));
+                    if let Ok(Some(writings)) = hub_status::writings(consumer.session(), network, hub).await {
+                        channels.scenes.read_by(writings);
                     }
                 }
                 entry = consumer.next() => channels.show(&entry),

@@ -11,7 +11,6 @@ use v2x_common::clock;
 use v2x_common::net::events;
 use v2x_common::recording::{Entry, RecordingFile};
 use v2x_common::time::Timestamp;
-use v2x_common::wire::Writings;
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 use v2x_lab::loopback::hub_status;
 
@@ -48,10 +47,8 @@ pub(crate) async fn record(
     let journals = Journals::default();
     let mut recorder = Recorder { args, file, journals, counts: Counts::default(), began_at };
     // A hub says how agents write; where none answers, scenes show what they send.
-    if let Ok(hubs) = hub_status::query(consumer.session(), args.network).await
-        && let Some(hub) = hubs.first()
-    {
-        recorder.file.read_by(&Writings::new(hub.writings.clone()));
+    if let Ok(Some(writings)) = hub_status::writings(consumer.session(), args.network, args.hub).await {
+        recorder.file.read_by(&writings);
     }
     let recorded = recorder.follow(&consumer, shutdown).await;
     let dropped = consumer.dropped();

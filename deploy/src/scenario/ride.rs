@@ -46,7 +46,9 @@ impl Stay<'_> {
 
     fn worth(&self) -> f64 {
         let way = (self.way_m / LONG_WAY_M).min(1.0);
-        way * (self.seconds() - WAITING * self.from.as_secs_f64())
+        let worth = self.seconds() - WAITING * self.from.as_secs_f64();
+        // Of what comes late, too, that is better which moves more.
+        if worth > 0.0 { way * worth } else { worth / way.max(1e-3) }
     }
 }
 

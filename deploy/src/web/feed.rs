@@ -14,7 +14,6 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
 use v2x_common::wire::Writings;
-use v2x_fusion_hub::hub::HubStatus;
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
 use v2x_lab::loopback::hub_status;
 use zenoh::Session;
@@ -115,16 +114,16 @@ async fn show_status(
             Ok(hubs) => (hubs, None),
             Err(error) => (Vec::new(), Some(error.to_string())),
         };
-        // What the first hub says that says anything; what was known holds where none answers.
-        note_writings(writings, hubs.first());
+        // What was known holds where none answers.
+        note_writings(writings, hub_status::writings_of(&hubs));
         send(browsers, Stream::Status, &Message::Status(Status { hubs: &hubs, error }));
     }
 }
 
-fn note_writings(known: &KnownWritings, hub: Option<&HubStatus>) {
+fn note_writings(known: &KnownWritings, writings: Option<Writings>) {
     let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
-    match hub {
-        Some(hub) => *known = Some(Writings::new(hub.writings.clone())),
+    match writings {
+        Some(writings) => *known = Some(writings),
         None => drop(known.get_or_insert_default()),
     }
 }

@@ -55,23 +55,28 @@ fn publishes(kind: &Denied) -> bool {
 
 fn denied(who: &str, count: u64, kind: &Denied) -> Finding {
     let Denied { action, key, .. } = kind;
-    let agent = who.strip_prefix("agent:").and_then(|name| AgentId::new(name).ok());
+    // A certificate that was issued again has its generation behind the name.
+    let name = who.strip_prefix("agent:").map(|name| name.split_once('/').map_or(name, |(name, _)| name));
+    let agent = name.and_then(|name| AgentId::new(name).ok());
     let says =
         format!("the access control denied {count} messages of {who} lately, such as {action} on `{key}`");
     let own = agent.map(|agent| format!("/agent/{agent}/"));
-    let change = match own {
-        Some(own) if !key.contains(&own) => {
+    let change = match &own {
+        Some(own) if !key.contains(own) => {
             "Its certificate is for another name than the one under which it publishes: give it `--id` of the \
              certificate, or a certificate of that name by `v2x certs agent NAME`; if neither is meant, it claims to be \
              another agent: `v2x certs revoke`"
         }
         Some(_) => {
-            "The rules are older than this version or than the agent: each `v2x certs agent` or `revoke` writes them anew"
+            "Its certificate was revoked or replaced, and it still runs; or the hub's configuration was written before the \
+             agent's: `v2x certs list` shows both"
         }
         None => "A role with that right is given by `v2x certs agent NAME` or `v2x certs viewer NAME`",
     };
     // What nobody has let in may try what it likes: that is no fault of the network.
-    let severity = if agent.is_some() && publishes(kind) { Severity::Fault } else { Severity::Note };
+    let is_own = own.as_ref().is_some_and(|own| key.contains(own));
+    let is_fault = agent.is_some() && publishes(kind) && !is_own;
+    let severity = if is_fault { Severity::Fault } else { Severity::Note };
     Finding { code: Code::RefusedByZenoh, severity, agent, says, change: change.to_owned() }
 }
 

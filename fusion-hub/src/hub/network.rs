@@ -202,6 +202,10 @@ impl Network {
         let roster = session.liveliness().declare_subscriber(keys.any_agents_alive()).history(true);
         let roster = roster.callback(move |sample| {
             let is_alive = sample.kind() == SampleKind::Put;
+            // What an agent rides on may be called `alive`, too.
+            if keys::idle_of(sample.key_expr().as_str()).is_some() {
+                return;
+            }
             match keys::agent_of(sample.key_expr().as_str()) {
                 Ok(agent) => queue.push(Control::Alive(agent, is_alive)),
                 Err(invalid) if is_alive => nameless.note(&invalid, true),

@@ -79,6 +79,16 @@ impl Measurement {
         self.size_law[dimension].is_none() && self.relative_variance[dimension] > NEARLY_EXACT
     }
 
+    /// Whether the standard deviations of width and depth are the same share of both: what a hub assumes where none is stated, and
+    /// what a detector states whose errors grow with the size. Others are in metres.
+    #[inline]
+    pub fn is_size_sigma_a_share(&self) -> bool {
+        /// Shares are held in single precision.
+        const ROUNDING: f64 = 1e-5;
+        let [width, depth] = self.relative_variance;
+        (width - depth).abs() <= ROUNDING * depth
+    }
+
     /// What was reported of width (0) or depth (1), m, with the variance of its factor before the cut, and the
     /// cut.
     #[inline]

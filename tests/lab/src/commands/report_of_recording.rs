@@ -39,9 +39,10 @@ pub(super) fn page_of(path: &Path) -> anyhow::Result<String> {
         recorded.lists.clone_from(&again.lists);
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let agents: Vec<_> = again.agents.iter().map(|(agent, _)| *agent).collect();
     let moments = telling_lists(&recorded.lists).into_iter().map(|(what, list)| {
         let frames = frames_near(&given, settings.clone(), list.frame.fused_at);
-        recorded_scene(format!("{name}: {what}"), list, &frames, &recorded)
+        recorded_scene(format!("{name}: {what}"), list, &frames, (&agents, &recorded))
     });
     let moments: Vec<_> = moments.collect();
     Ok(recording_page(&RecordingPage {

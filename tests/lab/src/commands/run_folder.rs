@@ -186,6 +186,8 @@ impl RunFolder {
         let scenario = Scenario::load(self.scenario())?;
         let simulation = Simulation::new(&scenario, record.seed, record.start()?);
         let scored = score_of(&simulation, &record, &log)?;
+        self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
+        self.write("report.md", &report_md(&scored.summary))?;
         let scene = |moment| {
             let scene = simulation.with_truth(|truth| scene_at(moment, &scored, &log, truth));
             scene.map(|scene| BevScene { roads: simulation.roads(), ..scene })
@@ -197,7 +199,10 @@ impl RunFolder {
         let nis = record.hub.iter().flat_map(|hub| &hub.agents);
         let nis = nis.filter_map(|agent| Some((agent.id, agent.nis_per_dof?))).collect();
         let moments: Vec<_> = typical.into_iter().chain(scene(Moment::Worst)).collect();
-        let again = self.again()?;
+        let again = self.again().unwrap_or_else(|error| {
+            tracing::warn!("the report has no NIS over time: {error:#}");
+            Rerun::default()
+        });
         let page = RunPage {
             scored: &scored,
             log: &log,
@@ -207,8 +212,6 @@ impl RunFolder {
             commit: self.commit(),
         };
         self.write("report.html", &run_page(&page))?;
-        self.write("summary.json", &serde_json::to_string_pretty(&scored.summary)?)?;
-        self.write("report.md", &report_md(&scored.summary))?;
         Ok(scored.summary)
     }
 

@@ -58,10 +58,12 @@ pub(crate) fn rerun(given: &HubInputs, settings: HubSettings) -> Result<Rerun, W
         }
         lookout.look_until(&mut hub.core, input.at);
     }
+    let end = given.inputs.last().map_or(first.at, |last| last.at);
+    let found = lookout.end(&mut hub.core, end);
     let agents = hub.core.engine().agents().iter();
     let mut agents: Vec<_> = agents.map(|(agent, record)| (*agent, record.statistics.clone())).collect();
     agents.sort_by_key(|(agent, _)| *agent);
-    Ok(Rerun { lists: hub.lists, innovations: hub.innovations, agents, found: lookout.end() })
+    Ok(Rerun { lists: hub.lists, innovations: hub.innovations, agents, found })
 }
 
 /// A frame that arrived longer before or after a time shows nothing of it.

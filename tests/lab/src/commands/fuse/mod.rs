@@ -49,6 +49,7 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let scorer = args.truth.as_deref().map(|path| read_truth(path, args.truth_region)).transpose()?;
     let file = open(&args.detections)?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
+    let listened = settings.clone();
     let mut log = DetectionLog::by(file, &args.detections, settings)?;
     let positions =
         [("--range", args.sensor.range.is_some()), ("--accuracy", !args.sensor.accuracy.is_empty())];
@@ -69,7 +70,9 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let outcome = replay.run(&mut log, &mut sink, |arrival, n_bytes| {
         survey.add(arrival);
         let Arrival { received_at, frame, reported } = arrival;
-        diagnosis.borrow_mut().note_frame(&Observation { frame, reported, received_at: *received_at });
+        if listened.listens_to(&frame.id.agent) {
+            diagnosis.borrow_mut().note_frame(&Observation { frame, reported, received_at: *received_at });
+        }
         progress.update(kib(n_bytes), kib(size));
     });
     progress.end();

@@ -134,7 +134,8 @@ impl Report {
 /// An agent whose positions are relative to its own pose must have one, with a heading.
 fn own_pose(row: &Row<'_>, sensor: &AgentId) -> Result<(), CsvError> {
     let columns = [SENSOR_COLUMNS[0], SENSOR_COLUMNS[1], SENSOR_YAW_COLUMN];
-    match columns.into_iter().find(|column| row.text(column).is_empty()) {
+    let is_number = |column: &&str| row.text(column).parse().is_ok_and(f64::is_finite);
+    match columns.into_iter().find(|column| !is_number(column)) {
         None => Ok(()),
         Some(column) => Err(row.wrong(
             column,

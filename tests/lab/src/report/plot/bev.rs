@@ -28,6 +28,9 @@ const LEGEND: Rect = Rect { x: 970.0, y: 650.0, w: 510.0, h: 400.0 };
 /// The side of a panel on a page, px: its text can be read where the page is 400 px wide.
 const SIDE: u32 = 620;
 
+/// Most lines of the grid in each direction.
+const MOST_LINES: f64 = 60.0;
+
 /// Half of the side of the enlarged region, m.
 const DETAIL_HALF_M: f64 = 12.0;
 /// What stands above the enlarged region.
@@ -284,7 +287,11 @@ fn road(sheet: &mut Sheet, view: &Viewport, road: &Road) {
     }
 }
 
-fn grid(sheet: &mut Sheet, view: &Viewport, step_m: f64) {
+fn grid(sheet: &mut Sheet, view: &Viewport, mut step_m: f64) {
+    // An agent that is far away by mistake must not make the picture enormous.
+    while 2.0 * view.half_m > MOST_LINES * step_m {
+        step_m *= 10.0;
+    }
     let paint = Paint { opacity: 0.6, ..Paint::line(FAINT, 1.0) };
     let first = |low: f64| libm::ceil(low / step_m) * step_m;
     let Rect { x: left, y: top, w, h } = view.panel;

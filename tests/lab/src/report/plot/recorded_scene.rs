@@ -23,20 +23,20 @@ pub(crate) fn telling_lists(lists: &[ReceivedFused]) -> Vec<(&'static str, &Rece
     words.into_iter().filter_map(|(words, list)| Some((words, list?))).collect()
 }
 
-/// The scene of a list.
+/// The scene of a list, with all agents of the recording.
 pub(crate) fn recorded_scene(
     title: String,
     list: &ReceivedFused,
     frames: &BTreeMap<AgentId, DetectionFrame>,
-    recorded: &RecordedLists,
+    (agents, recorded): (&[AgentId], &RecordedLists),
 ) -> BevScene {
     let frame = &list.frame;
     // In the order of the other figures of the page, so that an agent has one colour.
-    let agents = frame.agents.iter().map(|health| {
-        let of_agent = frames.get(&health.agent);
-        let described = recorded.descriptions.get(&health.agent);
+    let agents = agents.iter().map(|agent| {
+        let of_agent = frames.get(agent);
+        let described = recorded.descriptions.get(agent);
         SceneAgent {
-            id: health.agent,
+            id: *agent,
             kind: described.map(|description| description.kind),
             pose: of_agent.and_then(|frame| frame.sensor_pose),
             detections: of_agent
@@ -83,22 +83,15 @@ mod tests {
 
     #[test]
     fn an_agent_without_a_frame_near_the_time_is_named_without_detections() {
-        let mut list = list(100, 1);
-        list.frame.agents = vec![health("ego")];
-        let scene = recorded_scene("run".to_owned(), &list, &BTreeMap::new(), &RecordedLists::default());
+        let list = list(100, 1);
+        let scene = recorded_scene(
+            "run".to_owned(),
+            &list,
+            &BTreeMap::new(),
+            (&[agent("ego")], &RecordedLists::default()),
+        );
         assert_eq!((scene.agents.len(), scene.fused.len(), scene.truth.len()), (1, 1, 0));
         assert_eq!(busiest_spot(&scene, 12.0), (scene.fused[0].bev.x, scene.fused[0].bev.y));
         assert!(scene.agents[0].detections.is_empty() && scene.agents[0].offset.is_none());
-    }
-
-    fn health(name: &str) -> v2x_common::fused::AgentHealth {
-        v2x_common::fused::AgentHealth {
-            agent: agent(name),
-            epoch: 1,
-            newest_captured_at: v2x_common::time::Timestamp::EPOCH,
-            accepted: 1,
-            refused: 0,
-            out_of_sequence: 0,
-        }
     }
 }
