@@ -27,6 +27,8 @@ const LISTS_APART: Span = Span::from_millis(100);
 const SLOT: Span = Span::from_millis(410);
 const FIRST_PART: Span = Span::from_millis(110);
 const MAX_OF_SLOT: u32 = 24;
+/// Who is not in a window that has lasted so long is not heard any more.
+const STILL_HEARD: Span = Span::from_millis(4_000);
 /// Frames whose stamps are further from their arrival are compared with nothing.
 const COMPARED_WITHIN: Span = Span::from_millis(5_000);
 /// Slots that late frames may belong to.
@@ -40,6 +42,7 @@ pub struct Survey {
     ended: Option<Window>,
     /// Beginning of the window that was judged last.
     judged_since: Option<Timestamp>,
+    looked_at: Option<Timestamp>,
     moving: Moving,
     samples: Samples,
     findings: Vec<Finding>,
@@ -89,6 +92,7 @@ impl Survey {
         if self.current.since.is_none() {
             self.current.begin(around, now);
         }
+        self.looked_at = Some(now);
         self.current.note_idle(around);
         let since = self.current.since.unwrap_or(now);
         // The next one begins when the last one is judged: pairs of many agents are not compared within ten seconds.
@@ -146,10 +150,14 @@ impl Survey {
         &self.findings
     }
 
-    /// How an agent's frames arrive, in the time that the findings are of; of this window for who was not there then.
+    /// How an agent's frames arrive, in the time that the findings are of; of this window for who was not there then. `None` of one
+    /// that has not been heard for some seconds.
     pub fn transport(&self, agent: &AgentId) -> Option<Transport> {
-        let of = |window: &Window| Transport::of(&window.agents.get(agent)?.arrivals);
-        self.judged.get(agent).copied().or_else(|| of(&self.current))
+        let lasted = self.current.since.zip(self.looked_at).map(|(since, at)| at - since);
+        let is_heard =
+            lasted.is_none_or(|lasted| lasted < STILL_HEARD) || self.current.agents.contains_key(agent);
+        let judged = self.judged.get(agent).filter(|_| is_heard).copied();
+        judged.or_else(|| Transport::of(&self.current.agents.get(agent)?.arrivals))
     }
 }
 
@@ -252,6 +260,12 @@ mod tests {
         let missing = survey.transport(&agent).and_then(|one| one.missing).expect("a share");
         assert!(gaps.says.contains(&format!("({:.0} %)", 100.0 * missing)), "{gaps} {missing}");
         assert!((missing - 0.25).abs() < 0.02, "{missing}");
+        // It ends, and its figures with the next window.
+        for second in 30..46_i64 {
+            let at = Timestamp::EPOCH + Span::from_millis(1_000_000 + 1_000 * second);
+            survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at);
+        }
+        assert!(survey.transport(&agent).is_none());
     }
 
     #[test]

@@ -29,10 +29,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
         of_agent.filter(|(_, fit)| matches!(fit, Fit::Changed { .. })).count()
     };
     let mut told = Vec::new();
-    findings.extend(window.fits.iter().filter_map(|(pair, fit)| match fit {
-        Fit::Apart { without_pose } => Some(apart(*pair, *without_pose)),
-        _ => None,
-    }));
+    findings.extend(apart(window));
     for (pair, fit) in &window.fits {
         let Fit::Changed { whose, change, share } = fit else { continue };
         let votes = pair.map(|agent| match change {
@@ -64,24 +61,39 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
     findings
 }
 
-/// Two agents whose objects are never at one place, which cannot be explained without a pose.
-fn apart(pair: [AgentId; 2], without_pose: [bool; 2]) -> Finding {
-    let [first, second] = pair;
-    let (agent, whose) = match without_pose {
-        [true, false] => (Some(first), format!("{first} gives")),
-        [false, true] => (Some(second), format!("{second} gives")),
-        _ => (None, format!("{first} and {second} give")),
+/// Agents without a pose whose objects are never where anybody else sees some, one note for all of them.
+fn apart(window: &Window) -> Option<Finding> {
+    let of = |agent: AgentId| window.fits.iter().filter(move |(pair, _)| pair.contains(&agent));
+    let lacks_pose = |agent: AgentId| {
+        of(agent).any(|(pair, fit)| match fit {
+            Fit::Apart { without_pose } => {
+                pair.iter().zip(without_pose).any(|(of, lacks)| *of == agent && *lacks)
+            }
+            _ => false,
+        })
     };
+    let shares_none =
+        |agent: AgentId| of(agent).all(|(_, fit)| matches!(fit, Fit::Apart { .. } | Fit::Unknown));
+    let agents = window.agents.keys().copied();
+    let alone: Vec<AgentId> = agents.filter(|agent| lacks_pose(*agent) && shares_none(*agent)).collect();
+    let agent = match &alone[..] {
+        [] => return None,
+        [agent] => Some(*agent),
+        _ => None,
+    };
+    let names: Vec<_> = alone.iter().map(AgentId::to_string).collect();
     let says = format!(
-        "the objects of {first} and of {second} are never at the same place, in the same area, and {whose} no `sensor_pose`: \
-         whether positions are relative to a sensor cannot be told"
+        "{} {} no `sensor_pose`, and the objects that it reports are never where another agent reports some, in the same area: \
+         whether positions are relative to a sensor cannot be told",
+        names.join(", "),
+        if agent.is_some() { "gives" } else { "(each of them) gives" }
     );
     let name = agent.map_or_else(|| "NAME".to_owned(), |agent| agent.to_string());
     let change = format!(
         "If they are, write `frame = \"sensor\"` with the sensor's `pose` under `[hub.agents.{name}]`, or send `sensor_pose` and \
-         write `frame = \"ego\"`. If the two see different places, nothing is wrong"
+         write `frame = \"ego\"`. If each sees a place of its own, nothing is wrong"
     );
-    Finding { code: Code::SensorFrame, severity: Severity::Note, agent, says, change }
+    Some(Finding { code: Code::SensorFrame, severity: Severity::Note, agent, says, change })
 }
 
 struct Pair {
