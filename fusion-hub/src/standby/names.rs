@@ -12,6 +12,8 @@ use v2x_common::time::{Span, Timestamp};
 const KEPT_WITHIN: f64 = 2.0;
 /// The own list and that of the other hub are for about the same time; with others nothing is compared.
 const COMPARABLE: Span = Span::from_millis(500);
+/// So long after the last list of the other hub its objects are looked for among own ones that have no name.
+const LOOKED_FOR: Span = Span::from_millis(1000);
 /// A track that is not listed for so long is deleted: the longest coast and the longest Δmax are 60 s each.
 const FORGOTTEN_AFTER: Span = Span::from_millis(150_000);
 
@@ -32,6 +34,8 @@ pub(crate) struct Names {
     /// The own list that was made last while another hub published.
     at: Option<Timestamp>,
     own: Vec<Place>,
+    /// The last list of the other hub.
+    heard: Option<(Timestamp, Vec<Place>)>,
     #[serde(skip)]
     renamed: Option<FusedFrame>,
 }
@@ -66,6 +70,7 @@ impl Names {
         };
         let own: Vec<_> = self.own.iter().map(|place| place.after(after)).collect();
         let theirs: Vec<_> = list.objects.iter().map(Place::of).collect();
+        self.heard = Some((list.fused_at, theirs.clone()));
         let places: BTreeMap<TrackId, &Place> = theirs.iter().map(|place| (place.track, place)).collect();
         let mut kept = BTreeSet::new();
         let mut open = Vec::new();
@@ -93,6 +98,7 @@ impl Names {
 
     /// The list under the ids that are published, in their order.
     pub(crate) fn renamed<'a>(&'a mut self, list: &'a FusedFrame) -> &'a FusedFrame {
+        self.look_for_heard(list);
         if self.of.is_empty() && self.spent.is_empty() {
             return list;
         }
@@ -103,6 +109,28 @@ impl Names {
         }
         renamed.objects.sort_by_key(|object| object.track);
         self.renamed.insert(renamed)
+    }
+
+    /// After a takeover: what the other hub listed last may have a track here only now, or another one than before.
+    fn look_for_heard(&mut self, list: &FusedFrame) {
+        let Some((heard_at, heard)) = self.heard.take() else { return };
+        let after = list.fused_at - heard_at;
+        if after > LOOKED_FOR {
+            return;
+        }
+        let is_named = |track: &TrackId| self.of.contains_key(track);
+        let own: Vec<_> = list.objects.iter().filter(|object| !is_named(&object.track)).collect();
+        let own: Vec<_> = own.into_iter().map(|object| Place::of(object).after(-after)).collect();
+        let listed: BTreeSet<TrackId> = list.objects.iter().map(|object| object.track).collect();
+        let is_missing = |place: &&Place| match self.track_of.get(&place.track) {
+            Some(own) => !listed.contains(own),
+            None => !listed.contains(&place.track) || is_named(&place.track),
+        };
+        let missing: Vec<_> = heard.iter().filter(is_missing).copied().collect();
+        for (i, j) in mutually_nearest(&own, &missing) {
+            self.name(own[i].track, missing[j].track, list.fused_at);
+        }
+        self.heard = Some((heard_at, heard));
     }
 
     fn id_of(&mut self, track: TrackId, at: Timestamp) -> TrackId {

@@ -62,6 +62,25 @@ fn a_standby_publishes_what_the_other_hub_had_listed_under_its_ids_and_new_track
 }
 
 #[test]
+fn what_a_standby_tracks_only_after_a_takeover_has_the_id_under_which_the_other_hub_listed_it_last() {
+    let mut names = Names::default();
+    names.note_own(&list(0, &[(own(0), 0.0, 0.0), (own(1), 50.0, 0.0)]));
+    names.follow(&list(0, &[(other(7), 50.0, 0.0), (other(8), 0.0, 0.0), (other(9), 90.0, 0.0)]), OWN);
+    // Of one it has a track only now, of another a new one in place of the one before.
+    let after = list(400, &[(own(0), 4.0, 0.0), (own(5), 54.0, 0.0), (own(6), 94.0, 0.0)]);
+    let expected = [(other(7), 54.0), (other(8), 4.0), (other(9), 94.0)];
+    assert_eq!(published(&mut names, &after), expected);
+    // Long afterwards, or elsewhere, an object is another one.
+    let mut names = Names::default();
+    names.note_own(&list(0, &[(own(0), 0.0, 0.0)]));
+    names.follow(&list(0, &[(other(8), 0.0, 0.0), (other(9), 90.0, 0.0)]), OWN);
+    let elsewhere = list(400, &[(own(0), 4.0, 0.0), (own(6), 97.0, 0.0)]);
+    assert_eq!(published(&mut names, &elsewhere), [(other(8), 4.0), (own(6), 97.0)]);
+    let late = list(1100, &[(own(0), 11.0, 0.0), (own(6), 101.0, 0.0)]);
+    assert_eq!(published(&mut names, &late), [(other(8), 11.0), (own(6), 101.0)]);
+}
+
+#[test]
 fn without_another_hub_the_list_of_a_standby_is_as_it_is() {
     let mut names = Names::default();
     let list = list(0, &[(own(0), 0.0, 0.0)]);
