@@ -37,7 +37,7 @@ impl ImmState {
             }
             let (reported, variance, lower) = z.reported_size(dimension);
             if z.is_averaged(dimension) {
-                size.average(reported, variance, z.is_size_sigma_a_share());
+                size.average(reported, variance);
             } else {
                 size.update(reported, variance, lower);
             }
@@ -88,7 +88,7 @@ impl AsMut<Imm> for ImmState {
 fn size_of(z: &Measurement, dimension: usize) -> SizeEvidence {
     let (reported, variance, lower) = z.reported_size(dimension);
     if z.is_averaged(dimension) {
-        SizeEvidence::of_average(reported, variance, z.is_size_sigma_a_share())
+        SizeEvidence::of_average(reported, variance)
     } else {
         SizeEvidence::initial(reported, variance, lower)
     }

@@ -5,10 +5,10 @@
 //! the likelihood of all reports together is exp(−(A/s² − 2B/s)/2)/sⁿ for s ≤ min(z/lower), with
 //! A = Σ z²/σ², B = Σ z/σ²: four numbers that add up in any order without loss.
 //!
-//! By the law reports that differ by less than their σ are rather of a smaller object. Where nobody declares the law, σ is
-//! assumed or a guess, and this would make exact reports of a car too small by 4 % (σ = 0.2) or 17 % (0.5). Such reports are
-//! averaged. The weight of a report must not depend on what it reports, or the mean is not the size: where σ is the same share of
-//! width and depth it is 1/σ² of that share, where σ is in metres it is that of metres. ln s is normal about the mean's logarithm.
+//! By the law reports that differ by less than their σ are rather of a smaller object. Where a share of the size is assumed because
+//! nobody states an error, this would make exact reports of a car too small by 4 % (σ = 0.2) or 17 % (0.5). Such reports are averaged:
+//! the weight of one does not depend on what it reports, and ln s is normal about the mean's logarithm with the variance 1/Σ 1/σ².
+//! Errors that are stated in metres are read by the law, too: weighed by their share, a mean would favour what is reported too large.
 
 use super::Size;
 use serde::{Deserialize, Serialize};
@@ -40,9 +40,7 @@ pub struct SizeEvidence {
     /// Largest size (m) that could have been reported so small.
     most: f64,
     /// Reports without a law whose σ is a share of the size: Σ 1/σ², and Σ z/σ² in m.
-    shares: (f64, f64),
-    /// Reports without a law whose σ is in metres: Σ 1/σ² in m⁻², and Σ z/σ² in m⁻¹.
-    metres: (f64, f64),
+    averaged: (f64, f64),
 }
 
 /// A normal distribution of the logarithm of a size in metres.
@@ -78,22 +76,14 @@ impl SizeEvidence {
         initial
     }
 
-    /// The evidence of a first report `z` (m) with relative variance `variance` whose law nobody declares; its σ is a share of the
-    /// size, or in metres.
-    pub fn of_average(z: f64, variance: f64, is_share: bool) -> Self {
+    /// The evidence of a first report `z` (m) with relative variance `variance` whose law nobody declares.
+    pub fn of_average(z: f64, variance: f64) -> Self {
         let mut initial = Self::NONE;
-        initial.average(z, variance, is_share);
+        initial.average(z, variance);
         initial
     }
 
-    const NONE: Self = Self {
-        squares: 0.0,
-        sum: 0.0,
-        count: 0.0,
-        most: f64::INFINITY,
-        shares: (0.0, 0.0),
-        metres: (0.0, 0.0),
-    };
+    const NONE: Self = Self { squares: 0.0, sum: 0.0, count: 0.0, most: f64::INFINITY, averaged: (0.0, 0.0) };
 
     /// Adds a report.
     pub fn update(&mut self, z: f64, variance: f64, lower: f64) {
@@ -106,15 +96,9 @@ impl SizeEvidence {
     }
 
     /// Adds a report whose law nobody declares.
-    pub fn average(&mut self, z: f64, variance: f64, is_share: bool) {
-        let variance = if is_share { variance } else { variance * z * z };
-        // Of a size of which nothing is known.
-        if !variance.is_finite() {
-            return;
-        }
+    pub fn average(&mut self, z: f64, variance: f64) {
         let weight = 1.0 / variance;
-        let sums = if is_share { &mut self.shares } else { &mut self.metres };
-        *sums = (sums.0 + weight, sums.1 + z * weight);
+        self.averaged = (self.averaged.0 + weight, self.averaged.1 + z * weight);
     }
 
     /// Adds a report of unknown correlation with the others, which is all evidence of its own: of one quantity,
@@ -137,18 +121,8 @@ impl SizeEvidence {
 
     /// What the averaged reports say; `None` without any.
     fn mean(&self) -> Option<LogNormal> {
-        let (weight, sum) = self.shares;
-        let shares =
-            (weight > 0.0).then(|| LogNormal { mean_ln: libm::log(sum / weight), variance_ln: 1.0 / weight });
-        let (weight, sum) = self.metres;
-        let metres = (weight > 0.0).then(|| {
-            let mean = sum / weight;
-            LogNormal { mean_ln: libm::log(mean), variance_ln: 1.0 / (weight * mean * mean) }
-        });
-        match (shares, metres) {
-            (Some(shares), Some(metres)) => Some(shares.and(&metres)),
-            (shares, metres) => shares.or(metres),
-        }
+        let (weight, sum) = self.averaged;
+        (weight > 0.0).then(|| LogNormal { mean_ln: libm::log(sum / weight), variance_ln: 1.0 / weight })
     }
 
     /// Without the bound: 1/w for the positive root of A w² − B w − n.
@@ -165,8 +139,7 @@ impl SizeEvidence {
     fn information_at(&self, size: f64) -> f64 {
         let w = 1.0 / size;
         // Where nothing bounds the size this is A w² + n.
-        let by_law = (2.0 * self.squares * w * w - self.sum * w).max(self.count);
-        by_law + self.shares.0 + self.metres.0 * size * size
+        (2.0 * self.squares * w * w - self.sum * w).max(self.count) + self.averaged.0
     }
 
     /// The likeliest size (m) and its variance (m²): what gates need, without a prior.
@@ -452,10 +425,10 @@ mod tests {
     #[test]
     fn reports_whose_law_nobody_declares_are_averaged_whatever_their_sigma() {
         for (sigma, scatter) in [(0.2, 0.0), (0.5, 0.0), (0.2, 0.1), (0.2, 0.2)] {
-            let mut evidence = SizeEvidence::of_average(4.5 * (1.0 + scatter), sigma * sigma, true);
+            let mut evidence = SizeEvidence::of_average(4.5 * (1.0 + scatter), sigma * sigma);
             for n in 1..40 {
                 let factor = 1.0 + if n % 2 == 0 { scatter } else { -scatter };
-                evidence.average(4.5 * factor, sigma * sigma, true);
+                evidence.average(4.5 * factor, sigma * sigma);
             }
             let size = evidence.estimate(None).size();
             assert!((size.mean - 4.5).abs() < 1e-9 && (evidence.likeliest() - 4.5).abs() < 1e-9, "{size:?}");
@@ -464,36 +437,10 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_reports_whose_sigma_is_in_metres_is_the_size_however_they_scatter() {
-        for (sigma_m, scatter) in [(0.9, 0.2), (0.4, 0.2), (0.45, 0.3)] {
-            let mut evidence = SizeEvidence::NONE;
-            for n in 0..40 {
-                let z = 4.5 * (1.0 + if n % 2 == 0 { scatter } else { -scatter });
-                evidence.average(z, (sigma_m / z) * (sigma_m / z), false);
-            }
-            let size = evidence.estimate(None).size();
-            assert!((size.mean - 4.5).abs() < 1e-9 && (evidence.likeliest() - 4.5).abs() < 1e-9, "{size:?}");
-            assert!((size.variance / (sigma_m * sigma_m / 40.0) - 1.0).abs() < 1e-9, "{size:?}");
-            assert!((evidence.roughly().variance / size.variance - 1.0).abs() < 1e-9);
-        }
-        // A size of which nothing is known says nothing.
-        let mut unknown = SizeEvidence::of_average(4.5, 0.04, true);
-        unknown.average(0.0, f64::INFINITY, false);
-        assert_eq!(unknown, SizeEvidence::of_average(4.5, 0.04, true));
-    }
-
-    #[test]
-    fn reports_in_metres_and_in_shares_add_up_by_their_accuracy() {
-        let mut both = SizeEvidence::of_average(4.0, 0.04, true);
-        both.average(5.0, 0.0004, false);
-        assert!((both.likeliest() - 5.0).abs() < 0.02, "{}", both.likeliest());
-    }
-
-    #[test]
     fn reports_with_a_law_and_without_one_add_up() {
         let mut both = SizeEvidence::initial(4.6, 0.04, 0.1);
-        both.average(4.4, 0.04, true);
-        let prior = SizeEvidence::of_average(4.4, 0.04, true).estimate(None);
+        both.average(4.4, 0.04);
+        let prior = SizeEvidence::of_average(4.4, 0.04).estimate(None);
         assert_eq!(both.estimate(None), SizeEvidence::initial(4.6, 0.04, 0.1).estimate(Some(&prior)));
         let [least, most] = [SizeEvidence::initial(4.6, 0.04, 0.1).likeliest(), 4.4];
         assert!(least.min(most) < both.likeliest() && both.likeliest() < least.max(most));

@@ -72,17 +72,18 @@ impl Measurement {
         of_axis(0) + of_axis(1)
     }
 
-    /// Whether width (0) or depth (1) is to be averaged: nobody declares its law, and it is not so accurate that the law does
-    /// not matter.
+    /// Whether width (0) or depth (1) is to be averaged: its error is a share of the size, nobody declares its law, and it is not so
+    /// accurate that the law does not matter.
     #[inline]
     pub fn is_averaged(&self, dimension: usize) -> bool {
-        self.size_law[dimension].is_none() && self.relative_variance[dimension] > NEARLY_EXACT
+        let is_coarse = self.relative_variance[dimension] > NEARLY_EXACT;
+        is_coarse && self.size_law[dimension].is_none() && self.is_size_sigma_a_share()
     }
 
     /// Whether the standard deviations of width and depth are the same share of both: what a hub assumes where none is stated, and
     /// what a detector states whose errors grow with the size. Others are in metres.
     #[inline]
-    pub fn is_size_sigma_a_share(&self) -> bool {
+    fn is_size_sigma_a_share(&self) -> bool {
         /// Shares are held in single precision.
         const ROUNDING: f64 = 1e-5;
         let [width, depth] = self.relative_variance;
