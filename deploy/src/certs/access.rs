@@ -39,13 +39,7 @@ pub(super) fn access_control(hub: &HubEntry, register: &Register) -> Value {
         subjects.push(json!({ "id": "viewers", "cert_common_names": viewers }));
         policies.push(json!({ "rules": ["all-asked", "all-given"], "subjects": ["viewers"] }));
     }
-    json!({
-        "enabled": true,
-        "default_permission": "deny",
-        "rules": rules,
-        "subjects": subjects,
-        "policies": policies,
-    })
+    denying_else(&rules, &subjects, &policies)
 }
 
 /// The access control of a client: nothing is said to, or taken from, anybody but a hub of this authority, by the name in its
@@ -73,6 +67,11 @@ pub(super) fn believing(hubs: &[HubEntry]) -> Value {
     }
     let subjects: Vec<_> =
         names.iter().map(|name| json!({ "id": name, "cert_common_names": [name] })).collect();
+    denying_else(&rules, &subjects, &policies)
+}
+
+/// An access control that denies what no rule permits.
+fn denying_else(rules: &[Value], subjects: &[Value], policies: &[Value]) -> Value {
     json!({
         "enabled": true,
         "default_permission": "deny",

@@ -198,20 +198,7 @@ impl Network {
                 queue.push(Control::Description(received));
             }
         });
-        let (queue, nameless) = (control.clone(), unnamed.clone());
-        let roster = session.liveliness().declare_subscriber(keys.any_agents_alive()).history(true);
-        let roster = roster.callback(move |sample| {
-            let is_alive = sample.kind() == SampleKind::Put;
-            // What an agent rides on may be called `alive`, too.
-            if keys::idle_of(sample.key_expr().as_str()).is_some() {
-                return;
-            }
-            match keys::agent_of(sample.key_expr().as_str()) {
-                Ok(agent) => queue.push(Control::Alive(agent, is_alive)),
-                Err(invalid) if is_alive => nameless.note(&invalid, true),
-                Err(_) => {}
-            }
-        });
+        let roster = follow_roster(session, keys, (control.clone(), unnamed.clone())).await?;
         let idle = follow_idle(session, keys, control.clone()).await?;
         let standby_status = standby.map(|lineage| (keys.standby_status(hub, lineage), Asked::Standby));
         let statuses = [Some((keys.status(hub), Asked::Hub)), standby_status];
@@ -237,13 +224,35 @@ impl Network {
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
             twin,
-            _subscribers: [detections.await?, sensors.await?, roster.await?, idle, lists_of_others],
+            _subscribers: [detections.await?, sensors.await?, roster, idle, lists_of_others],
             _queryables: queryables,
             session: session.clone(),
             declared,
             alive: None,
         })
     }
+}
+
+/// Queues who is alive, and who no longer is; notes names that are not valid.
+async fn follow_roster(
+    session: &Session,
+    keys: &Keys,
+    (queue, nameless): (Arc<DropOldestQueue<Control>>, Arc<Unnamed>),
+) -> zenoh::Result<Subscriber<()>> {
+    let roster = session.liveliness().declare_subscriber(keys.any_agents_alive()).history(true);
+    let roster = roster.callback(move |sample| {
+        let is_alive = sample.kind() == SampleKind::Put;
+        // What an agent rides on may be called `alive`, too.
+        if keys::idle_of(sample.key_expr().as_str()).is_some() {
+            return;
+        }
+        match keys::agent_of(sample.key_expr().as_str()) {
+            Ok(agent) => queue.push(Control::Alive(agent, is_alive)),
+            Err(invalid) if is_alive => nameless.note(&invalid, true),
+            Err(_) => {}
+        }
+    });
+    roster.await
 }
 
 /// Queues who becomes idle, and who no longer is.
