@@ -118,17 +118,27 @@ impl Names {
         if after > LOOKED_FOR {
             return;
         }
-        let is_named = |track: &TrackId| self.of.contains_key(track);
-        let own: Vec<_> = list.objects.iter().filter(|object| !is_named(&object.track)).collect();
-        let own: Vec<_> = own.into_iter().map(|object| Place::of(object).after(-after)).collect();
         let listed: BTreeSet<TrackId> = list.objects.iter().map(|object| object.track).collect();
-        let is_missing = |place: &&Place| match self.track_of.get(&place.track) {
-            Some(own) => !listed.contains(own),
-            None => !listed.contains(&place.track) || is_named(&place.track),
-        };
-        let missing: Vec<_> = heard.iter().filter(is_missing).copied().collect();
-        for (i, j) in mutually_nearest(&own, &missing) {
-            self.name(own[i].track, missing[j].track, list.fused_at);
+        // Until nothing near is left over: the same list has the same ids when it is made again.
+        loop {
+            let is_named = |track: &TrackId| self.of.contains_key(track);
+            let own = list.objects.iter().filter(|object| !is_named(&object.track));
+            let own: Vec<_> = own.map(|object| Place::of(object).after(-after)).collect();
+            let is_missing = |place: &&Place| match self.track_of.get(&place.track) {
+                Some(own) => !listed.contains(own),
+                None => {
+                    let id = place.track;
+                    !listed.contains(&id) || is_named(&id) || self.spent.contains(id)
+                }
+            };
+            let missing: Vec<_> = heard.iter().filter(is_missing).copied().collect();
+            let pairs = mutually_nearest(&own, &missing);
+            if pairs.is_empty() {
+                break;
+            }
+            for (i, j) in pairs {
+                self.name(own[i].track, missing[j].track, list.fused_at);
+            }
         }
         self.heard = Some((heard_at, heard));
     }

@@ -81,6 +81,18 @@ fn what_a_standby_tracks_only_after_a_takeover_has_the_id_under_which_the_other_
 }
 
 #[test]
+fn a_list_that_a_standby_makes_again_after_a_takeover_has_the_same_ids() {
+    let mut names = Names::default();
+    let mine = list(0, &[(own(0), 6.5, 1.09), (own(2), 6.76, 0.5), (own(4), 0.0, 0.0)]);
+    names.note_own(&mine);
+    // The own id that the other hub has given to something else is one of those that are looked for.
+    names.follow(&list(0, &[(other(0), 6.72, 0.0), (own(4), 5.71, 0.2)]), OWN);
+    let first = published(&mut names, &mine);
+    assert_eq!(published(&mut names, &mine), first);
+    assert_eq!(first[..2], [(other(0), 6.76), (own(4), 6.5)]);
+}
+
+#[test]
 fn without_another_hub_the_list_of_a_standby_is_as_it_is() {
     let mut names = Names::default();
     let list = list(0, &[(own(0), 0.0, 0.0)]);
