@@ -1,13 +1,13 @@
 //! Recording, computing again, and replaying, by whole processes.
 
-use crate::support::{V2x, folder, run, up_with};
+use crate::support::{TIMEOUT, V2x, folder, run, up_with};
 use anyhow::{Context, ensure};
 use std::path::Path;
 use std::process::Command;
 use v2x_common::keys::Topic;
 use v2x_common::recording::{Entry, Recording};
 use v2x_common::wire;
-use v2x_lab::commands::{RetrackArgs, retrack};
+use v2x_lab::commands::{ReportArgs, RetrackArgs, report, retrack};
 
 /// The crossing over links that reorder heavily, with an agent whose clock and pose err, so that registration corrects them.
 fn hard_scenario(folder: &Path) -> anyhow::Result<()> {
@@ -34,7 +34,7 @@ fn late_share(entries: &[Entry]) -> anyhow::Result<f64> {
 }
 
 /// Whether the recording is computed again to the same bits.
-fn is_identical(path: &Path) -> anyhow::Result<bool> {
+pub(crate) fn is_identical(path: &Path) -> anyhow::Result<bool> {
     #[derive(clap::Parser)]
     struct Retrack {
         #[command(flatten)]
@@ -42,6 +42,55 @@ fn is_identical(path: &Path) -> anyhow::Result<bool> {
     }
     let args = <Retrack as clap::Parser>::try_parse_from([Path::new("retrack"), path])?;
     Ok(retrack(&args.args)? == std::process::ExitCode::SUCCESS)
+}
+
+/// Until the hub corrects an agent's clock.
+async fn wait_for_registration(folder: &Path, endpoint: &str) -> anyhow::Result<()> {
+    let waited = async {
+        loop {
+            let status = ["status", "--json", "--network", "recording", "--connect", endpoint];
+            let status = run(folder, &status).await?.stdout;
+            let status: serde_json::Value = serde_json::from_str(&status)?;
+            let agents = status.pointer("/0/agents").or(status.pointer("/agents"));
+            let agents = agents.and_then(|agents| agents.as_array()).context("a status has agents")?;
+            let applied = |agent: &serde_json::Value| agent["registration"]["applied_clock_ms"].as_f64();
+            if agents.iter().filter_map(applied).any(|ms| ms.abs() > 5.0) {
+                return anyhow::Ok(());
+            }
+        }
+    };
+    tokio::time::timeout(TIMEOUT, waited).await.context("no clock is corrected")?
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_recording_of_a_network_that_is_up_is_scored_by_the_scenario_in_it_wherever_it_lies()
+-> anyhow::Result<()> {
+    let folder = folder("recording-scored")?;
+    let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", "scored", "--out", "run"];
+    let mut up = V2x::start(&folder, &[&args[..], &["--record", "run.mcap"]].concat())?;
+    let line = up.stderr_line(" is up: hub at ").await?;
+    let endpoint = line.split_whitespace().find(|word| word.starts_with("tcp/")).context("no endpoint")?;
+    // Scoring begins two seconds after all agents are there.
+    let endpoint = endpoint.trim_end_matches(',');
+    let lists = ["watch", "--json", "--count", "120", "--network", "scored", "--connect", endpoint];
+    ensure!(run(&folder, &lists).await?.code == Some(0));
+    interrupt(&up)?;
+    let ending = up.end().await?;
+    ensure!(ending.code == Some(0), "{ending:#?}");
+    std::fs::create_dir(folder.join("elsewhere"))?;
+    let path = folder.join("elsewhere/kept.mcap");
+    std::fs::rename(folder.join("run.mcap"), &path)?;
+    std::fs::remove_dir_all(folder.join("run"))?;
+    #[derive(clap::Parser)]
+    struct Report {
+        #[command(flatten)]
+        args: ReportArgs,
+    }
+    let args = <Report as clap::Parser>::try_parse_from([Path::new("report"), &path])?;
+    report(&args.args)?;
+    let page = std::fs::read_to_string(path.with_extension("html"))?;
+    ensure!(page.contains("class=\"verdict") && page.contains("Errors over time"), "it is not scored");
+    Ok(())
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -53,6 +102,7 @@ async fn a_network_that_is_joined_in_the_middle_is_computed_again_and_replayed_i
     // The recorder joins once there are objects.
     let there = ["watch", "--json", "--count", "100", "--network", "recording", "--connect", &endpoint];
     ensure!(run(&folder, &there).await?.code == Some(0));
+    wait_for_registration(&folder, &endpoint).await?;
     let record = ["record", "run.mcap", "--count", "300", "--network", "recording", "--connect", &endpoint];
     let ending = run(&folder, &record).await?;
     ensure!(ending.code == Some(0) && ending.stderr.contains("with the journal"), "{ending:#?}");

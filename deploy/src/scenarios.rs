@@ -58,6 +58,31 @@ impl Chosen {
         folder.write("scenario.toml", &with_paths(&self.text, new))
     }
 
+    /// The files of the folder of a run that its world needs, by their names there; none where SUMO drives it, whose world is known
+    /// afterwards.
+    pub(crate) fn belongings(&self, folder: &RunFolder) -> anyhow::Result<Vec<String>> {
+        let mut names = Vec::new();
+        if self.scenario.sumo.is_some() {
+            return Ok(names);
+        }
+        names.push("scenario.toml".to_owned());
+        for ScenarioFile { key, .. } in &self.scenario.files {
+            let prefix = format!("world-{key}");
+            let entries =
+                std::fs::read_dir(folder.path()).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+            for entry in entries.with_context(|| format!("reading {}", folder.path().display()))? {
+                let Ok(name) = entry.file_name().into_string() else { continue };
+                let is_tables = name == prefix && entry.path().is_dir();
+                if is_tables {
+                    names.extend(TABLES.map(|table| format!("{name}/{table}.json")));
+                } else if name.strip_prefix(&prefix).is_some_and(|rest| rest.starts_with('.')) {
+                    names.push(name);
+                }
+            }
+        }
+        Ok(names)
+    }
+
     /// Where the world of a run is recorded, if SUMO drives it.
     pub(crate) fn sumo<'a>(&'a self, folder: &RunFolder) -> Option<(&'a Sumo, PathBuf)> {
         self.scenario.sumo.as_ref().map(|sumo| (sumo, folder.path().join(RECORDED_WORLD)))

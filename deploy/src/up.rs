@@ -1,9 +1,10 @@
 //! `v2x up`: a whole network until Ctrl-C.
 
 use crate::network::{AgentsOfRun, FinalReports, Network, STARTING_SUMO, end_consumer};
-use crate::scenarios;
+use crate::scenarios::{self, Chosen};
 use crate::web::{Scene, Site, Source, WebArgs};
 use anyhow::{Context, anyhow, bail};
+use std::convert::Infallible;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -91,15 +92,22 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         seed: args.seed.unwrap_or(chosen.scenario.seed),
         start: chosen.start(now),
     };
+    let belongings = belongings(&chosen, &folder, &run)?;
     let start = async {
         let network = Network::start_hub(&launcher, &args.hub_options(&file)).await?;
         let recorder = match &args.record {
-            Some(file) => Some(start_recorder(&launcher, &network.locator, (file, args.force)).await?),
+            Some(file) => {
+                let mut options =
+                    vec![file.display().to_string(), "--connect".to_owned(), network.locator.clone()];
+                options.extend(args.force.then(|| "--force".to_owned()));
+                options.extend(belongings.clone());
+                Some(launcher.start("recorder", "record", &options).await?.0)
+            }
             None => None,
         };
         Ok::<_, ChildError>((network, recorder))
     };
-    let (mut network, recorder) = tokio::select! {
+    let (mut network, mut recorder) = tokio::select! {
         started = start => started?,
         () = shutdown.cancelled() => return Ok(()),
     };
@@ -118,6 +126,7 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
     let exit = tokio::select! {
         error = network.first_exit() => Some(error),
         () = shutdown.cancelled() => None,
+        never = say_if_recording_ends(recorder.as_mut()) => match never {},
     };
     if let Some(live) = live {
         live.end().await?;
@@ -149,17 +158,33 @@ fn say_up(scenario: &Scenario, locator: &str, (folder, network): (&RunFolder, Ne
     ));
 }
 
-/// A recorder of the whole network; a file of this name is overwritten where that is said.
-async fn start_recorder(
-    launcher: &Launcher,
-    locator: &str,
-    (file, overwrites): (&Path, bool),
-) -> Result<Child, ChildError> {
-    let mut args = vec![file.display().to_string(), "--connect".to_owned(), locator.to_owned()];
-    if overwrites {
-        args.push("--force".to_owned());
+/// Options of the recorder: what makes a run of its recording, which can be scored later, and elsewhere.
+fn belongings(chosen: &Chosen, folder: &RunFolder, run: &AgentsOfRun<'_>) -> anyhow::Result<Vec<String>> {
+    let mut options = Vec::new();
+    for name in chosen.belongings(folder)? {
+        options.extend(["--attach".to_owned(), format!("{name}={}", folder.path().join(&name).display())]);
     }
-    Ok(launcher.start("recorder", "record", &args).await?.0)
+    if options.is_empty() {
+        return Ok(options);
+    }
+    let facts = [
+        ("seed", run.seed.to_string()),
+        ("start_us", run.start.as_micros().to_string()),
+        ("processes", (run.scenario.agents.len() + 2).to_string()),
+    ];
+    options
+        .extend(facts.into_iter().flat_map(|(key, value)| ["--fact".to_owned(), format!("{key}={value}")]));
+    Ok(options)
+}
+
+/// Says it where the recording ends before the network does.
+async fn say_if_recording_ends(recorder: Option<&mut Child>) -> Infallible {
+    if let Some(recorder) = recorder {
+        while recorder.next_event().await.is_some() {}
+        let error = recorder.ended_before("asked to end").await;
+        print_line(&format!("NOT RECORDED from here on, the network goes on: {error}"));
+    }
+    std::future::pending().await
 }
 
 fn print_line(text: &str) {

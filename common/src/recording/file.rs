@@ -3,9 +3,12 @@
 use super::entry::Entry;
 use super::mcap_writer::McapWriter;
 use super::scene::Scenes;
+use crate::id::HubId;
+use crate::keys::Topic;
 use crate::time::{Span, Timestamp};
 use crate::wire::Writings;
-use std::collections::BTreeMap;
+use crate::wire::journal::{Batch, Item};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -58,6 +61,8 @@ pub struct RecordingOptions {
     pub scene_interval: Option<Span>,
     /// What the recording says of itself.
     pub facts: BTreeMap<String, String>,
+    /// Files that belong to it, by name: the scenario of a simulated network, for example. Each file of the recording has them.
+    pub attachments: BTreeMap<String, Vec<u8>>,
 }
 
 impl Default for RecordingOptions {
@@ -68,6 +73,7 @@ impl Default for RecordingOptions {
             rotate_after: None,
             scene_interval: Some(Span::from_millis(200)),
             facts: BTreeMap::new(),
+            attachments: BTreeMap::new(),
         }
     }
 }
@@ -92,6 +98,8 @@ struct Part {
     began_at: Option<Timestamp>,
     flushed_at: Timestamp,
     bytes: u64,
+    /// Hubs whose settings it has.
+    hubs: BTreeSet<HubId>,
 }
 
 impl RecordingFile {
@@ -131,6 +139,7 @@ impl RecordingFile {
         part.began_at.get_or_insert(entry.received_at);
         part.writer.write(entry).map_err(|cause| part.error(cause))?;
         part.bytes += entry.payload.len() as u64 + ENTRY_OVERHEAD;
+        self.write_settings(entry)?;
         self.write_scene(entry)?;
         if entry.received_at - self.part.flushed_at >= FLUSHED_EVERY {
             self.flush(entry.received_at)?;
@@ -171,6 +180,28 @@ impl RecordingFile {
         Ok(true)
     }
 
+    /// Where the journal of a hub starts: the hub's settings as metadata, for whoever reads no journals.
+    fn write_settings(&mut self, entry: &Entry) -> Result<(), FileError> {
+        let Some(Topic::Journal(hub)) = Topic::of(&entry.key) else { return Ok(()) };
+        let part = &mut self.part;
+        if part.hubs.contains(&hub) {
+            return Ok(());
+        }
+        let Ok(batch) = Batch::decode(&entry.payload) else { return Ok(()) };
+        let mut items = batch.items().flatten();
+        let start = items.find_map(|item| if let Item::Start(start) = item { Some(start) } else { None });
+        let Some(start) = start else { return Ok(()) };
+        part.hubs.insert(hub);
+        let facts = [
+            ("hub", hub.to_string()),
+            ("version", start.version.to_owned()),
+            ("commit", start.commit.to_owned()),
+            ("settings", start.settings.to_owned()),
+        ];
+        let facts = facts.map(|(key, value)| (key.to_owned(), value)).into();
+        part.writer.write_facts("v2x.hub", facts).map_err(|cause| part.error(cause))
+    }
+
     fn write_scene(&mut self, entry: &Entry) -> Result<(), FileError> {
         // What cannot be read has no scene; the recording holds it all the same.
         let Some(scene) = self.scenes.as_mut().and_then(|scenes| scenes.of(entry)) else { return Ok(()) };
@@ -199,9 +230,9 @@ impl Part {
             _ => FileError::Create { path: path.clone(), cause },
         })?;
         let out = BufWriter::with_capacity(1 << 16, file);
-        let writer = McapWriter::new(out, &options.facts)
+        let writer = McapWriter::new(out, &options.facts, &options.attachments)
             .map_err(|cause| FileError::Write { path: path.clone(), cause })?;
-        Ok(Self { path, writer, began_at: None, flushed_at: Timestamp::MIN, bytes: 0 })
+        Ok(Self { path, writer, began_at: None, flushed_at: Timestamp::MIN, bytes: 0, hubs: BTreeSet::new() })
     }
 
     fn finish(&mut self) -> Result<(), FileError> {
@@ -279,11 +310,16 @@ mod tests {
         let path = folder.0.join("run.mcap");
         let entries: Vec<_> = (0..50).map(entry).collect();
         let facts = BTreeMap::from([("commit".to_owned(), "abc".to_owned())]);
-        let options = RecordingOptions { facts: facts.clone(), ..RecordingOptions::default() };
+        let attachments = BTreeMap::from([("scenario.toml".to_owned(), b"name = 'a'".to_vec())]);
+        let options = RecordingOptions {
+            facts: facts.clone(),
+            attachments: attachments.clone(),
+            ..RecordingOptions::default()
+        };
         record(&path, options, &entries).finish().unwrap();
         let mut recording = Recording::open(&path).unwrap();
         assert_eq!(recording.next().unwrap().unwrap(), entries[0]);
-        assert_eq!(recording.facts(), facts);
+        assert_eq!((recording.facts(), recording.attachments()), (facts, attachments));
         let (read, error) = read(&path);
         assert_eq!((read, error.is_none()), (entries, true));
     }

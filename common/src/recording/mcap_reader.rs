@@ -20,6 +20,7 @@ pub(super) struct McapReader<R> {
     channels: BTreeMap<u16, Source>,
     /// What the recording says of itself.
     facts: BTreeMap<String, String>,
+    attachments: BTreeMap<String, Vec<u8>>,
     n_read: usize,
     is_ended: bool,
 }
@@ -40,6 +41,7 @@ impl<R: Read> McapReader<R> {
             reader: LinearReader::new_with_options(options),
             channels: BTreeMap::new(),
             facts: BTreeMap::new(),
+            attachments: BTreeMap::new(),
             n_read: 0,
             is_ended: false,
         }
@@ -48,6 +50,11 @@ impl<R: Read> McapReader<R> {
     /// What the recording says of itself, as far as it was read.
     pub(super) const fn facts(&self) -> &BTreeMap<String, String> {
         &self.facts
+    }
+
+    /// The files that belong to it, as far as it was read.
+    pub(super) const fn attachments(&self) -> &BTreeMap<String, Vec<u8>> {
+        &self.attachments
     }
 
     /// The next sample; `None` at the end.
@@ -71,6 +78,9 @@ impl<R: Read> McapReader<R> {
                         }
                         Record::Metadata(metadata) if metadata.name == "v2x" => {
                             self.facts = metadata.metadata;
+                        }
+                        Record::Attachment { header, data, .. } => {
+                            self.attachments.insert(header.name, data.into_owned());
                         }
                         Record::Message { header, data } => {
                             if let Some(entry) = entry(&self.channels, &header, &data) {

@@ -8,7 +8,8 @@ use crate::time::Timestamp;
 use crate::wire::{ENCODING_JSON, is_json};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{McapResult, WriteOptions, Writer};
+use mcap::{Attachment, McapResult, WriteOptions, Writer};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -37,16 +38,35 @@ struct ChannelKind<'a> {
 struct Schema<'a>(&'a str, &'a str, &'a str);
 
 impl<W: Write> McapWriter<W> {
-    pub(super) fn new(out: W, facts: &BTreeMap<String, String>) -> McapResult<Self> {
+    pub(super) fn new(
+        out: W,
+        facts: &BTreeMap<String, String>,
+        attachments: &BTreeMap<String, Vec<u8>>,
+    ) -> McapResult<Self> {
         let options = WriteOptions::new()
             .compression(None)
             .chunk_size(Some(CHUNK_BYTES))
             // A chunk is written whole: a recorder that is killed leaves no half one with a wrong length.
             .disable_seeking(true)
             .library(concat!("v2x ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options.create(NoSeek::new(out))?;
-        writer.write_metadata(&Metadata { name: "v2x".into(), metadata: facts.clone() })?;
-        Ok(Self { writer, channels: BTreeMap::new() })
+        let writer = options.create(NoSeek::new(out))?;
+        let mut writer = Self { writer, channels: BTreeMap::new() };
+        writer.write_facts("v2x", facts.clone())?;
+        for (name, data) in attachments {
+            writer.writer.attach(&Attachment {
+                log_time: 0,
+                create_time: 0,
+                name: name.clone(),
+                media_type: media_type(name).to_owned(),
+                data: Cow::Borrowed(data),
+            })?;
+        }
+        Ok(writer)
+    }
+
+    /// Writes metadata of this name.
+    pub(super) fn write_facts(&mut self, name: &str, facts: BTreeMap<String, String>) -> McapResult<()> {
+        self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata: facts })
     }
 
     /// Appends a sample.
@@ -98,6 +118,17 @@ impl<W: Write> McapWriter<W> {
     /// Writes the index and the end.
     pub(super) fn finish(&mut self) -> McapResult<()> {
         self.writer.finish().map(drop)
+    }
+}
+
+/// By the end of a file's name.
+fn media_type(name: &str) -> &'static str {
+    match name.rsplit_once('.') {
+        Some((_, "toml")) => "application/toml",
+        Some((_, "csv")) => "text/csv",
+        Some((_, "xml")) => "application/xml",
+        Some((_, "json")) => ENCODING_JSON,
+        _ => "application/octet-stream",
     }
 }
 

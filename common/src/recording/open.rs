@@ -60,6 +60,14 @@ impl<R: Read> Recording<R> {
             Reader::Legacy(_) => BTreeMap::new(),
         }
     }
+
+    /// The files that belong to the recording by name, as far as it was read: all of them, once a sample was.
+    pub fn attachments(&self) -> BTreeMap<String, Vec<u8>> {
+        match &self.reader {
+            Reader::Mcap(reader) => reader.attachments().clone(),
+            Reader::Legacy(_) => BTreeMap::new(),
+        }
+    }
 }
 
 impl<R: Read> Iterator for Recording<R> {

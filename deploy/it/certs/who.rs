@@ -1,14 +1,20 @@
 //! Who may take part changes while a hub runs.
 
 use super::network::{Secured, accepted, agent, certs, config_of};
+use crate::recording::is_identical;
+use crate::support::{V2x, send};
 use std::collections::BTreeSet;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_running_hub_follows_new_and_revoked_certs_and_keeps_its_objects() -> anyhow::Result<()> {
+async fn a_running_hub_follows_new_and_revoked_certs_keeps_its_objects_and_is_recorded_through_that()
+-> anyhow::Result<()> {
     let secured = Secured::start("certs-followed", &[]).await?;
     let _ego = secured.agent("ego")?;
     let watch = secured.watch().await?;
     let lineage = watch.until("ego is there", |status| accepted(status, "ego") > 20).await?.lineage;
+    let screen = config_of("viewer/screen");
+    let record = ["record", "run.mcap", "--zenoh-config", &screen, "--connect", &secured.endpoint];
+    let recorder = V2x::start(&secured.folder, &record)?;
     let before: BTreeSet<_> = watch.next().await?.objects.iter().map(|object| object.track).collect();
     assert!(!before.is_empty());
 
@@ -27,6 +33,13 @@ async fn a_running_hub_follows_new_and_revoked_certs_and_keeps_its_objects() -> 
     assert_eq!(after.lineage, lineage, "the hub was not restarted");
     let now: BTreeSet<_> = watch.next().await?.objects.iter().map(|object| object.track).collect();
     assert!(before.intersection(&now).count() > 0, "objects keep their ids: {before:?}, {now:?}");
+    send("INT", recorder.process_id()?).await?;
+    let ending = recorder.end().await?;
+    assert_eq!(ending.code, Some(0), "{ending:#?}");
+    assert!(
+        is_identical(&secured.folder.join("run.mcap"))?,
+        "lists while the session was closed are in a gap"
+    );
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! The command line of the recorder.
 
+use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use v2x_common::clock;
@@ -57,6 +58,12 @@ pub(crate) struct RecordArgs {
     /// Scenes a second for Foxglove's viewers of each list and agent; 0 for none
     #[arg(long, default_value_t = 5.0, value_name = "HZ")]
     pub(crate) scene_hz: f64,
+    /// A file that belongs to the recording, as NAME=PATH
+    #[arg(long, hide = true, value_parser = named)]
+    pub(crate) attach: Vec<(String, String)>,
+    /// What the recording says of itself, as KEY=VALUE
+    #[arg(long, hide = true, value_parser = named)]
+    pub(crate) fact: Vec<(String, String)>,
     /// Print life-cycle events as JSON lines on standard output
     #[arg(long, hide = true)]
     pub(crate) events: bool,
@@ -76,16 +83,33 @@ impl RecordArgs {
     }
 
     /// How the file is written.
-    pub(crate) fn options(&self) -> RecordingOptions {
+    ///
+    /// # Errors
+    /// Where what belongs to it cannot be read.
+    pub(crate) fn options(&self) -> anyhow::Result<RecordingOptions> {
         let is_wanted = self.scene_hz.is_finite() && self.scene_hz > 0.0;
-        RecordingOptions {
+        let mut facts = facts(self.network);
+        facts.extend(self.fact.iter().cloned());
+        let mut attachments = BTreeMap::new();
+        for (name, path) in &self.attach {
+            let data = std::fs::read(path).with_context(|| format!("reading {path}"))?;
+            attachments.insert(name.clone(), data);
+        }
+        Ok(RecordingOptions {
             overwrite: self.force,
             rotate_bytes: self.rotate_mb.map(|megabytes| megabytes.saturating_mul(1_000_000)),
             rotate_after: self.rotate_min.map(|minutes| Span::from_millis(i64::from(minutes) * 60_000)),
             scene_interval: is_wanted.then(|| Span::from_secs_f64(1.0 / self.scene_hz)),
-            facts: facts(self.network),
-        }
+            facts,
+            attachments,
+        })
     }
+}
+
+/// A pair `NAME=VALUE`.
+fn named(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').ok_or("it is no NAME=VALUE")?;
+    Ok((pair.0.to_owned(), pair.1.to_owned()))
 }
 
 /// What a recording says of itself.

@@ -6,6 +6,7 @@ use super::journals::Journals;
 use anyhow::Context;
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
+use tokio::time::MissedTickBehavior;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::net::events;
@@ -32,7 +33,7 @@ pub(crate) async fn record(
     traffic: Traffic,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
-    let file = RecordingFile::create(&args.file, args.options())?;
+    let file = RecordingFile::create(&args.file, args.options()?)?;
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
     let subscription = Subscription { network: args.network, traffic, hub: args.hub, capacity: WAITING };
@@ -71,6 +72,8 @@ impl Recorder<'_> {
 
     async fn follow(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {
         let mut tick = tokio::time::interval(TICK);
+        // After a slow disk samples come first, not the ticks that it has cost.
+        tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut n_ticks = 0_u32;
         while !self.is_done() {
             tokio::select! {

@@ -122,6 +122,8 @@ impl WatchArgs {
             rotate_mb: None,
             rotate_min: None,
             scene_hz: 0.0,
+            attach: Vec::new(),
+            fact: Vec::new(),
             events: self.events,
             exit_with_stdin: self.exit_with_stdin,
         })

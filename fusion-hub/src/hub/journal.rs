@@ -62,15 +62,21 @@ impl Journal {
     /// Goes on with a publisher of another session. Its subscribers ask for a start again.
     pub(super) fn rejoin(&mut self, stream: OnDemand) {
         self.stream = stream;
-        self.is_streamed = false;
+        self.end_stream();
+    }
+
+    /// Nobody follows the stream any more. Calls that nobody records leave a gap in the numbers: whoever comes later, or again, has
+    /// to begin with a start.
+    fn end_stream(&mut self) {
+        if std::mem::take(&mut self.is_streamed) && !self.is_wanted() {
+            self.next += 1;
+        }
     }
 
     /// Another hub publishes from now on, and its journal is the one that subscribers get.
     pub(super) async fn withdraw(&mut self) {
         self.flush().await;
-        if std::mem::take(&mut self.is_streamed) && !self.is_wanted() {
-            self.next += 1;
-        }
+        self.end_stream();
     }
 
     /// Whether anybody records.
@@ -170,12 +176,8 @@ impl Journal {
 
     /// Sends what was noted.
     pub(super) async fn flush(&mut self) {
-        if self.is_streamed && !self.stream.is_wanted() {
-            self.is_streamed = false;
-            if !self.is_wanted() {
-                // Calls that nobody records leave a gap in the numbers.
-                self.next += 1;
-            }
+        if !self.stream.is_wanted() {
+            self.end_stream();
         }
         if self.n_batched == 0 {
             return;

@@ -8,6 +8,7 @@ mod fuse;
 pub mod help;
 mod load;
 mod process_time;
+mod recorded_run;
 mod remarks;
 mod report;
 mod report_of_recording;

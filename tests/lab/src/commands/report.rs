@@ -1,5 +1,6 @@
 //! `lab report`: one page of a recorded run, or of any recording.
 
+use crate::commands::recorded_run::RecordedRun;
 use crate::commands::report_of_recording::page_of;
 use crate::commands::run_folder::RunFolder;
 use crate::report::output::print;
@@ -8,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// Write one page of a recording: verdict, errors over time, latencies, agents, key frames
 ///
-/// A run has ground truth: it is scored, and the page begins with the verdict. Of
-/// any other recording the page begins with what looks wrong, in the sentences of
+/// A run has ground truth: it is scored, and the page begins with the verdict; so
+/// is a recording of `v2x up --record`. Of any other recording the page begins with what looks wrong, in the sentences of
 /// v2x check. The page holds everything that it shows: it can be sent, printed, and
 /// opened without a network.
 #[derive(Clone, Debug, clap::Args)]
@@ -38,11 +39,22 @@ pub fn report(args: &ReportArgs) -> anyhow::Result<()> {
     } else {
         let out = args.out.clone().unwrap_or_else(|| args.path.with_extension("html"));
         ensure!(out != args.path, "--out {} is the recording itself", out.display());
-        let html = page_of(&args.path)?;
+        let html = scored_page(&args.path)?.map_or_else(|| page_of(&args.path), Ok)?;
         std::fs::write(&out, html).with_context(|| format!("writing {}", out.display()))?;
         out
     };
     print(&format!("{}\n", page.display())).context("writing the page's path")
+}
+
+/// Of a recording that holds its scenario, with its truth; `None` of any other one.
+fn scored_page(recording: &Path) -> anyhow::Result<Option<String>> {
+    let Some(run) = RecordedRun::unpack(recording)? else { return Ok(None) };
+    if let Err(error) = run.folder().score() {
+        tracing::warn!("the recording has a scenario and cannot be scored by it: {error:#}");
+        return Ok(None);
+    }
+    let page = run.folder().path().join("report.html");
+    std::fs::read_to_string(&page).map(Some).with_context(|| format!("reading {}", page.display()))
 }
 
 /// Of a run, with its truth.

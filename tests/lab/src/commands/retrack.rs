@@ -100,6 +100,10 @@ fn to_text(found: &BTreeMap<HubId, Journalled>) -> String {
     for (hub, journalled) in found {
         let Journalled { identical, different, not_recorded, not_journalled, calls, gaps, .. } = journalled;
         let _ = match different {
+            None if *gaps > 0 => {
+                let all = identical + not_journalled;
+                writeln!(text, "hub {hub}: identical in {identical} of {all} lists; the journal has gaps")
+            }
             None => writeln!(text, "hub {hub}: identical ({identical} lists, {calls} calls of the core)"),
             Some(difference) => {
                 writeln!(text, "hub {hub}: DIFFERENT: {difference} ({identical} lists are identical)")

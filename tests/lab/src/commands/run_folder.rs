@@ -9,6 +9,7 @@
 //! | `logs/` | the log of each process |
 //! | `summary.json`, `report.html`, `report.md`, `bev.svg` | the score |
 
+use crate::commands::recorded_run::RecordedRun;
 use crate::commands::run_place::{About, RUNS, new_folder, write_about};
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
@@ -71,6 +72,8 @@ impl RunRecord {
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    /// Where it is, if not in the folder.
+    recording: Option<PathBuf>,
     // Locked as long as the run goes on.
     _about: Option<File>,
 }
@@ -94,7 +97,12 @@ impl RunFolder {
             }
         }
         let about = Some(write_about(&path, scenario)?);
-        Ok(Self { path, _about: about })
+        Ok(Self { path, recording: None, _about: about })
+    }
+
+    /// The folder of a run whose recording is elsewhere.
+    pub(super) fn of_recording(path: &Path, recording: &Path) -> Self {
+        Self { path: path.to_owned(), recording: Some(recording.to_owned()), _about: None }
     }
 
     /// Path of the folder.
@@ -119,6 +127,9 @@ impl RunFolder {
 
     /// Path of the recording that is there: of a run of an earlier version it has the format of that.
     fn recorded(&self) -> PathBuf {
+        if let Some(recording) = &self.recording {
+            return recording.clone();
+        }
         let before = self.path.join(RECORDING_BEFORE);
         if !self.recording().exists() && before.exists() { before } else { self.recording() }
     }
@@ -163,7 +174,7 @@ impl RunFolder {
             "{} is no folder of a run that ended: it has no run.json; `v2x demo` makes one, `v2x runs` lists them",
             folder.display()
         );
-        Ok(Self { path: folder.to_owned(), _about: None })
+        Ok(Self { path: folder.to_owned(), recording: None, _about: None })
     }
 
     /// The hub's settings in the scenario of the folder.
@@ -279,6 +290,12 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
 /// Scores a recorded run again and prints the summary. Where the hub's settings were changed since, its frames are put through
 /// these.
 pub(crate) fn rescore(path: &Path, json: bool) -> anyhow::Result<()> {
+    if !RunFolder::is_run(path)
+        && path.is_file()
+        && let Some(run) = RecordedRun::unpack(path)?
+    {
+        return print_summary(&run.folder().score()?, json);
+    }
     let folder = RunFolder::open(path)?;
     let given = hub_inputs(folder.recording_of_run()?)?;
     let summary = match folder.has_other_settings(&given)? {

@@ -3,10 +3,15 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
+use std::sync::Arc;
 use std::time::Duration;
-use tokio::io::{AsyncBufReadExt, BufReader, Lines};
+use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{ChildStdin, ChildStdout, Command};
+use tokio::task::JoinSet;
+use v2x_common::net::queue::DropOldestQueue;
 
+/// Events that may wait for whoever asks for them; of more of them the oldest are dropped.
+const WAITING: usize = 256;
 /// Time for a child to end after it was asked to.
 const END_PATIENCE: Duration = Duration::from_secs(5);
 
@@ -65,7 +70,10 @@ pub struct Child {
     process: tokio::process::Child,
     // Closing this pipe asks the child to end. The system closes it if this process dies.
     stdin: Option<ChildStdin>,
-    events: Lines<BufReader<ChildStdout>>,
+    /// `None` is the end of them.
+    events: Arc<DropOldestQueue<Option<Value>>>,
+    /// Ends with this value.
+    _reader: JoinSet<()>,
 }
 
 impl Child {
@@ -89,8 +97,11 @@ impl Child {
         let mut process = command.spawn().map_err(io_error)?;
         let stdin = process.stdin.take();
         let stdout = process.stdout.take().ok_or_else(|| io_error(std::io::ErrorKind::BrokenPipe.into()))?;
-        let events = BufReader::new(stdout).lines();
-        Ok(Self { name: name.to_owned(), log, process, stdin, events })
+        let events = Arc::new(DropOldestQueue::new(WAITING));
+        // Read whether anybody asks or not: a child whose pipe is full would stand still.
+        let mut reader = JoinSet::new();
+        reader.spawn(read_events(stdout, events.clone()));
+        Ok(Self { name: name.to_owned(), log, process, stdin, events, _reader: reader })
     }
 
     /// Name of the child.
@@ -103,14 +114,13 @@ impl Child {
         self.process.id()
     }
 
-    /// The next event, or `None` after the last one. Cancel-safe.
+    /// The next event, or `None` after the last one. Cancel-safe. Of a child that nobody has asked for long only the newest are there.
     pub async fn next_event(&mut self) -> Option<Value> {
-        loop {
-            let line = self.events.next_line().await.ok().flatten()?;
-            if let Ok(event) = serde_json::from_str(&line) {
-                return Some(event);
-            }
+        let event = self.events.pop().await;
+        if event.is_none() {
+            self.events.push(None);
         }
+        event
     }
 
     /// Waits for an event of this kind and skips others.
@@ -179,5 +189,37 @@ impl Child {
     pub async fn kill(mut self) -> Result<(), ChildError> {
         let name = self.name.clone();
         self.process.kill().await.map_err(|source| ChildError::Io { name, source })
+    }
+}
+
+/// Puts the events of a child into a queue, to the end of its output.
+async fn read_events(stdout: ChildStdout, events: Arc<DropOldestQueue<Option<Value>>>) {
+    let mut output = BufReader::new(stdout);
+    let mut line = Vec::new();
+    while output.read_until(b'\n', &mut line).await.is_ok_and(|read| read > 0) {
+        if let Ok(event) = serde_json::from_slice(&line) {
+            events.push(Some(event));
+        }
+        line.clear();
+    }
+    events.push(None);
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_child_that_tells_more_than_anybody_reads_goes_on_and_its_last_words_are_kept() {
+        // Far more than a pipe holds, 64 KiB.
+        let script = r#"i=0; while [ $i -lt 4000 ]; do echo '{"event":"progress","text":"0123456789012345678901234567890"}'; i=$((i+1)); done; echo '{"event":"stopped"}'"#;
+        let args = ["-c".to_owned(), script.to_owned()];
+        let mut child = Child::start("teller", Path::new("/bin/sh"), &args, None).unwrap();
+        let ended = tokio::time::timeout(Duration::from_secs(60), child.process.wait()).await;
+        assert!(ended.expect("it waits for its reader").unwrap().success());
+        let last_words = child.expect_event("stopped", Duration::from_secs(60)).await.unwrap();
+        assert_eq!(last_words["event"], "stopped");
+        assert_eq!(child.next_event().await, None);
+        assert_eq!(child.next_event().await, None, "and so it stays");
     }
 }

@@ -19,11 +19,10 @@ use std::collections::BTreeSet;
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
 
-const NO_TRUTH: &str =
-    "Not scored: whether positions are right is judged in the folder of a run alone, which has the scenario.";
+const NO_TRUTH: &str = "Not scored: whether positions are right is judged by the scenario alone, which this recording does not have.";
 
 const NOTES: [&str; 5] = [
-    "**Nothing is scored**: that needs the scenario, which the folder of a run has (`lab report FOLDER`). Whether positions are right \
+    "**Nothing is scored**: that needs the scenario, which a recording of `v2x up --record` and the folder of a run have. Whether positions are right \
      is not said here; `lab fuse --truth` scores a log by a truth of yours.",
     "**NIS/2**: squared distance of an agent's detections from what the hub expects of them, over what both covariances promise, \
      for each degree of freedom. 1 is right; more says that the agent states too small errors, or that something else is wrong \

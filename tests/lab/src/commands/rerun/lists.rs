@@ -69,7 +69,7 @@ pub(super) fn text(now: &Counts, then: &Counts, is_json: bool) -> anyhow::Result
         row(&format!("{agent}: accepted"), accepted.to_string(), then_accepted.to_string());
         row(&format!("{agent}: refused"), refused.to_string(), then_refused.to_string());
     }
-    text += "The recording has no truth to score by; the folder of a v2x demo has.\n";
+    text += "Not scored: the recording has no scenario; one of v2x up --record and the folder of v2x demo have.\n";
     Ok(text)
 }
 

@@ -3,6 +3,7 @@
 mod lists;
 
 use self::lists::Counts;
+use crate::commands::recorded_run::RecordedRun;
 use crate::commands::run_folder::{RunFolder, print_summary};
 use crate::data::hub_inputs::hub_inputs;
 use crate::data::recorded_lists::recorded_lists;
@@ -23,10 +24,10 @@ Examples:
         with its [hub] table
   lab rerun run.mcap --method nms --lists nms.jsonl
         of any recording; what the hub publishes then
-The folder of a run has its truth: there the score is printed. Of another
-recording the numbers of lists, objects and frames are printed, beside those of
-the recorded hub. What was recorded stays as it is. Latency within the hub is
-not measured: nothing runs live.")]
+The folder of a run has its truth, and so has a recording of v2x up --record:
+there the score is printed. Of another recording the numbers of lists, objects
+and frames are printed, beside those of the recorded hub. What was recorded
+stays as it is. Latency within the hub is not measured: nothing runs live.")]
 pub struct RerunArgs {
     /// The folder of a run that v2x demo recorded, or any recording
     #[arg(value_name = "FOLDER|FILE")]
@@ -52,9 +53,17 @@ pub struct RerunArgs {
 pub fn rerun(args: &RerunArgs) -> anyhow::Result<()> {
     if !RunFolder::is_run(&args.path) {
         ensure!(args.path.is_file(), "{} is no recording, and no folder of a run", args.path.display());
-        return of_recording(args, &args.path);
+        let Some(run) = RecordedRun::unpack(&args.path)? else { return of_recording(args, &args.path) };
+        return of_run(args, run.folder()).or_else(|error| {
+            tracing::warn!("the recording has a scenario and cannot be scored by it: {error:#}");
+            of_recording(args, &args.path)
+        });
     }
-    let folder = RunFolder::open(&args.path)?;
+    of_run(args, &RunFolder::open(&args.path)?)
+}
+
+/// Of a run, with its truth.
+fn of_run(args: &RerunArgs, folder: &RunFolder) -> anyhow::Result<()> {
     let (summary, published) = folder.rescored_with(settings(args, || folder.settings())?)?;
     if let Some(lists) = &args.lists {
         lists::write(&published, lists)?;
