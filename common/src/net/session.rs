@@ -38,6 +38,9 @@ pub fn hub_options(listen: &[String]) -> Vec<ZenohOption> {
     options.extend([
         ("mode", "\"router\"".to_owned()),
         ("transport/unicast", r#"{ "max_sessions": 1024 }"#.to_owned()),
+        // Journals are sent with this priority. Two places of 64 KiB, Zenoh's default, are full as soon as the sending thread has to
+        // wait for a processor for a millisecond; places are allocated when they are used.
+        ("transport/link/tx/queue/size/data", "16".to_owned()),
         // A router sleeps for it before it is open, also where it scouts for nobody.
         ("scouting/delay", "0".to_owned()),
         listening(listen),

@@ -23,7 +23,22 @@ impl OnDemand {
         key: String,
         encoding: &'static str,
     ) -> zenoh::Result<Self> {
-        let publisher = declare_publisher(session, key, encoding).await?;
+        Self::of(declare_publisher(session, key, encoding).await?).await
+    }
+
+    /// Of what is of use as a whole only: it waits behind the newest lists, in a longer queue for each consumer
+    /// (`v2x_common::net::session::hub_options`), before any of it is dropped.
+    pub(super) async fn declare_whole(
+        session: &Session,
+        key: String,
+        encoding: &'static str,
+    ) -> zenoh::Result<Self> {
+        let publisher = session.declare_publisher(key).encoding(encoding);
+        let publisher = publisher.congestion_control(CongestionControl::Drop).priority(Priority::Data);
+        Self::of(publisher.await?).await
+    }
+
+    async fn of(publisher: Publisher<'static>) -> zenoh::Result<Self> {
         let is_wanted = Arc::new(AtomicBool::new(false));
         let wanted = is_wanted.clone();
         publisher

@@ -168,7 +168,7 @@ impl Hub {
         let network = Network::declare(session, &keys, declared).await;
         let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
         let partial_lists = PartialLists::new(settings.tiles);
-        let stream = OnDemand::declare(session, keys.journal(&hub), ENCODING_POSTCARD).await;
+        let stream = OnDemand::declare_whole(session, keys.journal(&hub), ENCODING_POSTCARD).await;
         let stream = stream.map_err(|cause| HubError::Declare { hub, cause })?;
         let core = Core::new(settings.clone(), engine);
         let journal = Journal::new(stream, recording.map(Recorder::begin), keys, &core);
@@ -262,7 +262,8 @@ impl Hub {
         self.roster.begin_anew();
         let joined = async {
             self.network.rejoin(&session, &keys).await?;
-            self.journal.rejoin(OnDemand::declare(&session, keys.journal(&hub), ENCODING_POSTCARD).await?);
+            self.journal
+                .rejoin(OnDemand::declare_whole(&session, keys.journal(&hub), ENCODING_POSTCARD).await?);
             zenoh::Result::Ok(())
         };
         joined.await.map_err(|cause| HubError::Declare { hub, cause })?;
