@@ -9,7 +9,6 @@
 //! | `logs/` | the log of each process |
 //! | `summary.json`, `report.html`, `report.md`, `bev.svg` | the score |
 
-use crate::commands::recorded_run::RecordedRun;
 use crate::commands::run_place::{About, RUNS, new_folder, write_about};
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
@@ -290,12 +289,6 @@ fn percentiles(quantiles: &Quantiles) -> Option<Percentiles> {
 /// Scores a recorded run again and prints the summary. Where the hub's settings were changed since, its frames are put through
 /// these.
 pub(crate) fn rescore(path: &Path, json: bool) -> anyhow::Result<()> {
-    if !RunFolder::is_run(path)
-        && path.is_file()
-        && let Some(run) = RecordedRun::unpack(path)?
-    {
-        return print_summary(&run.folder().score()?, json);
-    }
     let folder = RunFolder::open(path)?;
     let given = hub_inputs(folder.recording_of_run()?)?;
     let summary = match folder.has_other_settings(&given)? {

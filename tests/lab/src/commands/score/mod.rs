@@ -7,7 +7,8 @@ pub(crate) mod files;
 pub use args::ScoreArgs;
 
 use crate::commands::export::manifest::{Fingerprint, Manifest};
-use crate::commands::run_folder::rescore;
+use crate::commands::recorded_run::RecordedRun;
+use crate::commands::run_folder::{RunFolder, print_summary, rescore};
 use crate::commands::score::files::{export_folder, fused_files};
 use crate::commands::tables::{Detectors, RowArgs, TablesArgs, tables_of};
 use crate::data::conditions::Conditions;
@@ -52,6 +53,10 @@ fn score_run(args: &ScoreArgs) -> anyhow::Result<()> {
     let is_plain = args.export.is_none() && args.inputs.is_none() && args.rows == RowArgs::default();
     ensure!(is_plain, "options about tables need --name; without it, a recorded run is scored again");
     match args.paths.as_slice() {
+        [file] if file.is_file() && !RunFolder::is_run(file) => match RecordedRun::unpack(file)? {
+            Some(run) => print_summary(&run.folder().score()?, args.json),
+            None => rescore(file, args.json),
+        },
         [folder] => rescore(folder, args.json),
         paths => bail!("{} paths; without --name, one folder of a recorded run is scored", paths.len()),
     }
