@@ -10,6 +10,7 @@ mod args;
 mod command;
 #[cfg(feature = "net")]
 mod control_counts;
+mod control_queue;
 mod core;
 #[cfg(feature = "net")]
 mod delta_stream;
@@ -54,10 +55,13 @@ mod standby;
 #[cfg(feature = "net")]
 mod status;
 #[cfg(feature = "net")]
+mod system_clock;
 mod tile_lists;
 mod tile_settings;
 #[cfg(feature = "net")]
 mod timing;
+mod token_changes;
+mod told_changes;
 #[cfg(feature = "net")]
 mod turns;
 #[cfg(feature = "net")]
