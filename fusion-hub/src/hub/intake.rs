@@ -26,7 +26,7 @@ enum Payload {
 
 impl Received {
     /// Stamps a sample under an agent's key with the hub's clock; an error where the agent's name is not valid.
-    pub(super) fn stamp(sample: Sample) -> Result<Self, InvalidAgent> {
+    pub(super) fn stamp(sample: &Sample) -> Result<Self, InvalidAgent> {
         let received_at = clock::now();
         let agent = keys::agent_of(sample.key_expr().as_str())?;
         let bytes = sample.payload().len();

@@ -21,7 +21,7 @@ use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::query::{Query, Queryable};
-use zenoh::sample::SampleKind;
+use zenoh::sample::{Sample, SampleKind};
 
 /// How long all tokens have for their answer. The hub waits.
 const TOKENS_WITHIN: Duration = Duration::from_millis(200);
@@ -184,17 +184,19 @@ impl Network {
         // The callbacks run on Zenoh's threads: they only stamp and enqueue.
         let named = {
             let unnamed = unnamed.clone();
-            move |sample| Received::stamp(sample).inspect_err(|invalid| unnamed.note(invalid, false)).ok()
+            move |sample: &Sample| {
+                Received::stamp(sample).inspect_err(|invalid| unnamed.note(invalid, false)).ok()
+            }
         };
         let (queue, stamp) = (frames.clone(), named.clone());
         let detections = session.declare_subscriber(keys.any_detections()).callback(move |sample| {
-            if let Some(received) = stamp(sample) {
+            if let Some(received) = stamp(&sample) {
                 queue.push((received.agent, received.received_at), received.bytes(), received);
             }
         });
         let (queue, stamp) = (control.clone(), named);
         let sensors = session.declare_subscriber(keys.any_sensors()).callback(move |sample| {
-            if let Some(received) = stamp(sample) {
+            if let Some(received) = stamp(&sample) {
                 queue.push(Control::Description(received));
             }
         });
