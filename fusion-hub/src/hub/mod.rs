@@ -10,6 +10,7 @@ mod args;
 mod command;
 #[cfg(feature = "net")]
 mod control_counts;
+#[cfg(feature = "net")]
 mod control_queue;
 mod core;
 #[cfg(feature = "net")]
@@ -56,11 +57,14 @@ mod standby;
 mod status;
 #[cfg(feature = "net")]
 mod system_clock;
+#[cfg(feature = "net")]
 mod tile_lists;
 mod tile_settings;
 #[cfg(feature = "net")]
 mod timing;
+#[cfg(feature = "net")]
 mod token_changes;
+#[cfg(feature = "net")]
 mod told_changes;
 #[cfg(feature = "net")]
 mod turns;

@@ -45,7 +45,7 @@ fn words(by: Span, step: Span) -> String {
     )
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cli"))]
 mod tests {
     use super::*;
     use crate::engine::Engine;
