@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn as_long_as_nobody_sets_the_systems_clock_both_agree() {
+    fn without_a_fault_of_the_systems_clock_both_agree() {
         assert!(step().abs() < Span::from_millis(100), "{:?}", step());
     }
 }

@@ -11,7 +11,7 @@ use tokio::net::TcpStream;
 const DOCUMENT: &str = include_str!("../docs/metrics.md");
 
 #[tokio::test(flavor = "multi_thread")]
-async fn health_and_the_ready_file_say_what_a_hub_is_in() -> anyhow::Result<()> {
+async fn health_and_the_ready_file_say_what_a_hub_is_in_with_and_without_a_fault() -> anyhow::Result<()> {
     let folder = folder("monitoring-health")?;
     let file = folder.join("ready.json");
     std::fs::write(&file, "of an earlier hub")?;
@@ -85,7 +85,7 @@ async fn every_documented_metric_is_exported_and_no_other() -> anyhow::Result<()
 }
 
 #[tokio::test]
-async fn a_taken_address_of_metrics_is_an_error_that_says_what_to_do() -> anyhow::Result<()> {
+async fn a_taken_address_of_metrics_is_a_fault_that_says_what_to_do() -> anyhow::Result<()> {
     let taken = std::net::TcpListener::bind("127.0.0.1:0")?;
     let address = taken.local_addr()?.to_string();
     let ending = run(Path::new("."), &["hub", "--listen", "tcp/127.0.0.1:0", "--metrics", &address]).await?;

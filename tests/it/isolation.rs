@@ -52,7 +52,28 @@ async fn each_sees_only_its_own(first: &Watch, second: &Watch) -> anyhow::Result
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_second_hub_of_one_name_does_not_begin_and_lists_in_its_name_are_told() -> anyhow::Result<()> {
+async fn a_second_hub_of_one_name_that_joins_by_its_zenoh_configuration_is_a_fault_and_does_not_begin()
+-> anyhow::Result<()> {
+    let lab = Lab::new("one-name-configured")?;
+    let hub = lab.hub().await?;
+    let config = lab.folder().join("joining.json5");
+    // As `v2x certs` writes it: a hub alone waits for nobody.
+    let text = format!(
+        "{{ mode: \"router\", listen: {{ endpoints: [\"tcp/127.0.0.1:0\"] }}, connect: {{ endpoints: [{:?}] }}, \
+         scouting: {{ delay: 0, multicast: {{ enabled: false }} }} }}",
+        hub.locator
+    );
+    std::fs::write(&config, text)?;
+    assert!(lab.hub_configured_by(&config).await.is_err(), "it is held off");
+    let log = std::fs::read_to_string(lab.folder().join("joined-hub.log"))?;
+    let words = format!("already runs in this network, at {}", hub.locator);
+    assert!(log.contains(&words), "{words:?} is not in {log}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_second_hub_of_one_name_is_a_fault_and_does_not_begin_and_lists_in_its_name_are_told()
+-> anyhow::Result<()> {
     let lab = Lab::new("one-name")?;
     let hub = lab.hub().await?;
     let refused = lab.hub_joined_to(&hub).await;

@@ -98,6 +98,12 @@ impl Lab {
         Ok(self.launcher.start("joined-hub", "hub", &args).await?.0)
     }
 
+    /// A hub whose Zenoh configuration says whom it joins. Its log has another name, too.
+    pub(crate) async fn hub_configured_by(&self, config: &Path) -> anyhow::Result<Child> {
+        let args = ["--zenoh-config".to_owned(), config.display().to_string()];
+        Ok(self.launcher.start("joined-hub", "hub", &args).await?.0)
+    }
+
     /// A hub that stands by, with these further arguments. Its log has this name.
     pub(crate) async fn standby(&self, name: &str, args: &[&str]) -> anyhow::Result<Hub> {
         let settings = self.folder.join("hub.toml").display().to_string();

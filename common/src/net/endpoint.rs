@@ -1,7 +1,9 @@
 //! Endpoints of Zenoh, as people and configurations write them: `tls/192.168.1.10:7447`, `tcp/[::1]:7447#so_sndbuf=9`.
 
+use serde_json::Value;
 use std::borrow::Cow;
 use std::net::{IpAddr, Ipv6Addr};
+use zenoh::Config;
 
 /// An endpoint without what may follow its address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,67 @@ pub fn for_clients(endpoint: &str) -> Cow<'_, str> {
     if is_bracketed { endpoint.replacen(['[', ']'], "", 2).into() } else { endpoint.into() }
 }
 
+/// What stands in place of a secret.
+pub(super) const REDACTED: &str = "[redacted]";
+
+/// The settings behind an endpoint, such as `#listen_private_key_file=key.pem;so_sndbuf=9`.
+fn settings(endpoint: &str) -> impl Iterator<Item = (&str, &str)> {
+    let (_, settings) = endpoint.split_once('#').unwrap_or_default();
+    settings.split(';').filter_map(|setting| setting.split_once('='))
+}
+
+/// Whether the value of a setting is a secret itself.
+fn is_secret(key: &str) -> bool {
+    !key.ends_with("_file") && ["private_key", "password", "secret"].iter().any(|word| key.contains(word))
+}
+
+/// The secrets that stand in an endpoint.
+pub(super) fn secrets(endpoint: &str) -> impl Iterator<Item = &str> {
+    settings(endpoint).filter(|(key, _)| is_secret(key)).map(|(_, value)| value)
+}
+
+/// The files with private keys that an endpoint names.
+pub(super) fn private_key_files(endpoint: &str) -> impl Iterator<Item = &str> {
+    settings(endpoint).filter(|(key, _)| key.ends_with("private_key_file")).map(|(_, value)| value)
+}
+
+/// An endpoint for people and logs: without the private keys that may stand in it.
+pub fn shown(endpoint: &str) -> Cow<'_, str> {
+    let mut shown = Cow::Borrowed(endpoint);
+    for secret in secrets(endpoint).filter(|secret| !secret.is_empty()) {
+        shown = shown.replace(&format!("={secret}"), &format!("={REDACTED}")).into();
+    }
+    shown
+}
+
+/// Endpoints for people and logs, as [`shown`].
+pub fn all_shown(endpoints: &[String]) -> String {
+    endpoints.iter().map(|endpoint| shown(endpoint)).collect::<Vec<_>>().join(", ")
+}
+
+/// The endpoints under `connect` or `listen`: a list, with or without lists of alternatives, or one for each mode, of which
+/// the configuration has one (a client listens nowhere by itself).
+pub fn of_config(config: &Config, part: &str) -> Vec<String> {
+    fn collect(value: &Value, mode: &str, endpoints: &mut Vec<String>) {
+        match value {
+            Value::String(endpoint) => endpoints.push(endpoint.clone()),
+            Value::Array(values) => values.iter().for_each(|value| collect(value, mode, endpoints)),
+            Value::Object(modes) => {
+                if let Some(value) = modes.get(mode) {
+                    collect(value, mode, endpoints);
+                }
+            }
+            _ => {}
+        }
+    }
+    let mode = config.get_json("mode").ok().and_then(|json| serde_json::from_str(&json).ok());
+    let mode: String = mode.unwrap_or_else(|| "peer".to_owned());
+    let json = config.get_json(&format!("{part}/endpoints")).unwrap_or_default();
+    let mut endpoints = Vec::new();
+    collect(&serde_json::from_str(&json).unwrap_or_default(), &mode, &mut endpoints);
+    endpoints
+}
+
 /// A host and a port as an address: that of IPv6 is in brackets.
 pub fn address(host: &str, port: u16) -> String {
     if host.parse::<Ipv6Addr>().is_ok() { format!("[{host}]:{port}") } else { format!("{host}:{port}") }
@@ -68,6 +131,19 @@ mod tests {
         }
         assert_eq!(address("2001:db8::7", 7447), "[2001:db8::7]:7447");
         assert_eq!(address("hub.example", 7447), "hub.example:7447");
+    }
+
+    #[test]
+    fn an_endpoint_is_shown_without_the_private_tls_key_that_stands_in_it() {
+        let given =
+            "tls/[::]:7447#listen_private_key_base64=AbC=;enable_mtls=true;connect_private_key_raw=x y";
+        let expected = "tls/[::]:7447#listen_private_key_base64=[redacted];enable_mtls=true;connect_private_key_raw=[redacted]";
+        assert_eq!(shown(given), expected);
+        assert_eq!(secrets(given).collect::<Vec<_>>(), ["AbC=", "x y"]);
+        let named = "tls/h:1?rel=1#listen_private_key_file=key.pem;listen_certificate_base64=AA";
+        assert_eq!(shown(named), named, "a file is no secret, nor is a certificate");
+        assert_eq!(private_key_files(named).collect::<Vec<_>>(), ["key.pem"]);
+        assert_eq!(shown("tcp/127.0.0.1:7447"), "tcp/127.0.0.1:7447");
     }
 
     #[test]

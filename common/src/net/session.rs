@@ -15,8 +15,11 @@ pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 const CONNECT_TIMEOUT_MS: u64 = 2_000;
 /// How long a session may take to close.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
-/// Largest message of fragments, bytes: far above any frame, far below Zenoh's 1 GiB.
-const MAX_MESSAGE_BYTES: u64 = 16 << 20;
+/// Largest message of fragments that a client takes, bytes: any list, or a journal's start; far below Zenoh's 1 GiB.
+const MAX_MESSAGE_OF_CLIENT: u64 = 16 << 20;
+/// Largest message of fragments that a hub takes, bytes: the largest payload that it reads (4 MiB), and some more, so that what
+/// is too large is counted. Zenoh keeps a buffer of this size for each of 16 channels of a session.
+pub const MAX_MESSAGE_OF_HUB: u64 = 5 << 20;
 
 /// The network options of a command line.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +37,7 @@ pub type ZenohOption = (&'static str, String);
 
 /// The options of a hub: router mode, so that agents need no other router.
 pub fn hub_options(listen: &[String]) -> Vec<ZenohOption> {
-    let mut options = common_options();
+    let mut options = common_options(MAX_MESSAGE_OF_HUB);
     options.extend([
         ("mode", "\"router\"".to_owned()),
         ("transport/unicast", r#"{ "max_sessions": 1024 }"#.to_owned()),
@@ -50,13 +53,14 @@ pub fn hub_options(listen: &[String]) -> Vec<ZenohOption> {
 
 /// The options of an agent or a consumer: a client of one of the endpoints.
 pub fn client_options(connect: &[String]) -> Vec<ZenohOption> {
-    let mut options = common_options();
+    let mut options = common_options(MAX_MESSAGE_OF_CLIENT);
     options.extend([("mode", "\"client\"".to_owned()), connecting(connect)]);
     options
 }
 
 /// A hub's configuration.
 pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
+    [&options.listen, &options.connect].into_iter().for_each(|given| tls::conceal_endpoints(given));
     let mut config = match &options.config {
         Some(path) => from_file(path)?,
         None => with_options(&hub_options(&options.listen))?,
@@ -68,15 +72,24 @@ pub fn hub_config(options: &SessionOptions) -> anyhow::Result<Config> {
         let connect = endpoints(&options.connect);
         let json = format!(r#"{{ "endpoints": {connect}, "timeout_ms": -1, "retry": {RETRY} }}"#);
         set(&mut config, &("connect", json))?;
+    }
+    if joins_others(&config) && config.get_json("scouting/delay").is_ok_and(|delay| delay == "0") {
         // Zenoh's own value: time for the link to the other router.
         set(&mut config, &("scouting/delay", "500".to_owned()))?;
     }
+    tls::check_endpoints(&config)?;
     name_to_tls(&mut config)?;
     Ok(config)
 }
 
+/// Whether a hub of this configuration connects to other routers, so that others may be there before it.
+pub fn joins_others(config: &Config) -> bool {
+    !endpoint::of_config(config, "connect").is_empty()
+}
+
 /// An agent's or a consumer's configuration.
 pub fn client_config(options: &SessionOptions) -> anyhow::Result<Config> {
+    tls::conceal_endpoints(&options.connect);
     let mut config = match &options.config {
         Some(path) => from_file(path)?,
         None => with_options(&client_options(&options.connect))?,
@@ -84,6 +97,7 @@ pub fn client_config(options: &SessionOptions) -> anyhow::Result<Config> {
     if options.config.is_some() && !options.connect.is_empty() {
         set(&mut config, &connecting(&options.connect))?;
     }
+    tls::check_endpoints(&config)?;
     name_to_tls(&mut config)?;
     Ok(config)
 }
@@ -114,7 +128,7 @@ fn connect_endpoints(config: &Config) -> Value {
 
 const RETRY: &str = r#"{ "period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2 }"#;
 
-fn common_options() -> Vec<ZenohOption> {
+fn common_options(max_message: u64) -> Vec<ZenohOption> {
     vec![
         // Multicast is missing in containers, and would connect separate networks on one machine.
         ("scouting/multicast/enabled", "false".to_owned()),
@@ -123,7 +137,7 @@ fn common_options() -> Vec<ZenohOption> {
         ("queries_default_timeout", "2000".to_owned()),
         ("transport/link/tx/lease", "3000".to_owned()),
         ("transport/link/tx/keep_alive", "4".to_owned()),
-        ("transport/link/rx/max_message_size", MAX_MESSAGE_BYTES.to_string()),
+        ("transport/link/rx/max_message_size", max_message.to_string()),
     ]
 }
 
@@ -160,12 +174,15 @@ fn endpoints(given: &[String]) -> String {
 }
 
 fn set(config: &mut Config, (key, json): &ZenohOption) -> anyhow::Result<()> {
-    config.insert_json5(key, json).map_err(|error| anyhow!("Zenoh option {key} = {json}: {error}"))
+    let quoted =
+        |error| anyhow!("{}", tls::without_secrets(&format!("Zenoh option {key} = {json}: {error}")));
+    config.insert_json5(key, json).map_err(quoted)
 }
 
-/// The endpoints on which a hub of this configuration listens, as they were given.
+/// The endpoints on which a hub of this configuration listens, as they were given: private keys can stand in them
+/// ([`endpoint::shown`]).
 pub fn listen_endpoints(config: &Config) -> Vec<String> {
-    tls::endpoints(config, "listen")
+    endpoint::of_config(config, "listen")
 }
 
 /// Opens a session; one attempt.
@@ -174,7 +191,8 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
     // deadline, shutdown and the end of the process independent of that.
     let (done, opened) = tokio::sync::oneshot::channel();
     std::thread::spawn(move || done.send(zenoh::open(config).wait()));
-    opened.await.context("opening the Zenoh session panicked")?.map_err(|error| anyhow!("{error}"))
+    let quoted = |error: zenoh::Error| anyhow!("{}", tls::without_secrets(&error.to_string()));
+    opened.await.context("opening the Zenoh session panicked")?.map_err(quoted)
 }
 
 /// Opens a session in place of one that was closed: where a free port was asked for, on the port that the other one had. The
@@ -333,14 +351,14 @@ mod tests {
     }
 
     #[test]
-    fn each_attempt_begins_with_another_endpoint_and_has_them_all() {
+    fn each_attempt_begins_with_another_endpoint_so_that_a_standby_is_found() {
         let connect = ["tcp/127.0.0.1:1", "tcp/127.0.0.1:2", "tcp/127.0.0.1:3"].map(str::to_owned).to_vec();
         let config =
             client_config(&SessionOptions { connect: connect.clone(), ..Default::default() }).unwrap();
         let mut attempts = Attempts { config, count: 0, why: None };
         for k in 1..=4 {
             attempts.begin_with_the_next_endpoint();
-            let endpoints = tls::endpoints(&attempts.config, "connect");
+            let endpoints = endpoint::of_config(&attempts.config, "connect");
             assert_eq!(endpoints[0], connect[k % 3]);
             assert_eq!(endpoints.len(), 3);
         }

@@ -38,7 +38,7 @@ pub struct ZenohRefusals {
     pub handshakes: BTreeMap<String, u64>,
     /// Messages that the access control denied.
     pub messages: u64,
-    /// Of these the first 64 kinds: who wanted what.
+    /// Of these at most 64 kinds, who wanted what, of one name at most 8: those that matter most, and of them the newest.
     pub denied: Vec<Denied>,
 }
 
@@ -73,6 +73,46 @@ impl ZenohRefusals {
             parts.push(format!("messages denied by the access control: {}", self.messages));
         }
         (!parts.is_empty()).then(|| parts.join("; "))
+    }
+}
+
+impl Denied {
+    fn is_same(&self, other: &Self) -> bool {
+        (&self.who, &self.action, &self.key) == (&other.who, &other.action, &other.key)
+    }
+
+    /// What would have been taken in as somebody's is worth more than what would have been sent, and that more than what would
+    /// have been read.
+    fn weight(&self) -> u8 {
+        let is_of_somebody = || ["/agent/", "/hub/"].iter().any(|role| self.key.contains(role));
+        match self.action.as_str() {
+            "Put" if is_of_somebody() => 3,
+            "Put" => 2,
+            "Delete" | "Reply" | "Liveliness Token" => 1,
+            _ => 0,
+        }
+    }
+}
+
+impl ZenohRefusals {
+    /// Counts a denied message. Where there is no room for another kind, the one that matters least gives way, if it matters
+    /// no more: nobody fills the list with what is harmless, and none fills it for others.
+    fn note(&mut self, denied: Denied) {
+        self.messages += 1;
+        if let Some(kind) = self.denied.iter_mut().find(|kind| kind.is_same(&denied)) {
+            kind.count += 1;
+            return;
+        }
+        let of_same = |kind: &Denied| kind.who == denied.who;
+        let is_full_of_same = self.denied.iter().filter(|kind| of_same(kind)).count() >= MAX_KINDS_OF_ONE;
+        if is_full_of_same || self.denied.len() >= MAX_KINDS {
+            let mine = self.denied.iter().enumerate().filter(|(_, kind)| !is_full_of_same || of_same(kind));
+            // The first of several: the oldest.
+            let least = mine.min_by_key(|(_, kind)| kind.weight());
+            let Some((place, _)) = least.filter(|(_, kind)| kind.weight() <= denied.weight()) else { return };
+            self.denied.remove(place);
+        }
+        self.denied.push(denied);
     }
 }
 
@@ -233,18 +273,8 @@ fn note_intercepted(message: &str) {
     }
     let Some((session, action, key)) = NEWEST.take() else { return };
     with_state(|State { refusals, names }| {
-        refusals.messages += 1;
         let who = names.get(&session).map_or(session.as_str(), String::as_str);
-        let is_same = |kind: &&mut Denied| kind.who == who && kind.action == action && kind.key == key;
-        if let Some(kind) = refusals.denied.iter_mut().find(is_same) {
-            kind.count += 1;
-        } else if refusals.denied.iter().filter(|kind| kind.who == who).count() < MAX_KINDS_OF_ONE {
-            // The oldest makes room: nobody fills the list for others.
-            if refusals.denied.len() >= MAX_KINDS {
-                refusals.denied.remove(0);
-            }
-            refusals.denied.push(Denied { who: who.to_owned(), action, key, count: 1 });
-        }
+        refusals.note(Denied { who: who.to_owned(), action, key, count: 1 });
     });
 }
 
@@ -271,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_peer_writes_reaches_no_terminal_as_it_is_and_one_peer_fills_no_list() {
+    fn a_flood_by_one_peer_fills_no_list_and_what_it_writes_reaches_no_terminal_as_it_is() {
         assert_eq!(printable("v2x/\u{1b}[2J\n/x"), "v2x/\u{fffd}[2J\u{fffd}/x");
         for k in 0..1000 {
             note_decision(&format!(
@@ -285,7 +315,32 @@ mod tests {
     }
 
     #[test]
-    fn a_denied_message_is_counted_with_its_name_when_it_is_stopped() {
+    fn what_is_harmless_hides_no_spoof_of_another_agent_from_the_acls_findings() {
+        let kind = |action: &str, key: &str| Denied {
+            who: "agent:eve".to_owned(),
+            action: action.to_owned(),
+            key: key.to_owned(),
+            count: 1,
+        };
+        let spoof = kind("Put", "v2x/demo/agent/ego/detections");
+        let mut refusals = ZenohRefusals::default();
+        (0..8).for_each(|k| refusals.note(kind("Declare Subscriber", &format!("v2x/{k}"))));
+        refusals.note(spoof.clone());
+        for k in 0..100 {
+            refusals.note(kind("Declare Subscriber", &format!("v2x/more/{k}")));
+            refusals.note(kind("Put", &format!("elsewhere/{k}")));
+        }
+        refusals.note(spoof.clone());
+        let found = refusals.denied.iter().find(|kind| kind.is_same(&spoof));
+        assert_eq!(found.map(|kind| kind.count), Some(2), "{:?}", refusals.denied);
+        assert_eq!((refusals.denied.len(), refusals.messages), (MAX_KINDS_OF_ONE, 210));
+        // Of what matters as much the newest is kept.
+        (0..20).for_each(|k| refusals.note(kind("Put", &format!("v2x/demo/agent/a{k}/detections"))));
+        assert!(refusals.denied.last().is_some_and(|kind| kind.key.contains("/a19/")));
+    }
+
+    #[test]
+    fn a_message_that_the_acl_denies_is_counted_with_its_name_when_it_is_stopped() {
         let on = "v2x/t/agent/rsu/detections";
         let who = "9c on Interface(lo)+CertCommonName(agent:eve)+Transport(Tls)+9c";
         note_decision(&format!("{who} is unauthorized to Put (ingress) on {on}"));

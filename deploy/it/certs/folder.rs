@@ -59,6 +59,29 @@ async fn certs_overwrites_nothing_in_silence() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn renewed_certs_of_a_hub_keep_its_hosts_and_port_and_its_configuration_is_never_empty()
+-> anyhow::Result<()> {
+    let folder = support::folder("certs-renew")?;
+    certs(&folder, &["init", "--host", "10.0.0.1", "--host", "hub.example", "--port", "7448"]).await?;
+    let config = folder.join("certs/hub/hub/zenoh.json5");
+    let (before, written_at) = (std::fs::read_to_string(&config)?, std::fs::metadata(&config)?.modified()?);
+    // Whoever has opened it before reads it whole, whatever becomes of the command: it is replaced, not emptied.
+    let opened = std::fs::File::open(&config)?;
+    let said = certs(&folder, &["hub", "hub", "--renew"]).await?.stderr;
+    assert!(said.contains("10.0.0.1, hub.example, port 7448"), "{said}");
+    assert_eq!(std::io::read_to_string(opened)?, before);
+    assert_eq!(std::fs::read_to_string(&config)?, before);
+    assert_ne!(std::fs::metadata(&config)?.modified()?, written_at, "a running hub learns of it");
+    let said = certs(&folder, &["hub", "hub", "--renew", "--host", "10.0.0.2", "--drop", "10.0.0.1"]).await?;
+    assert!(said.stderr.contains("dropped: 10.0.0.1"), "{said:?}");
+    assert!(said.stderr.contains("at 10.0.0.2, hub.example, port 7448"), "{said:?}");
+    let listed = certs(&folder, &["list", "--json"]).await?.stdout;
+    let listed: serde_json::Value = serde_json::from_str(&listed)?;
+    assert_eq!(listed["hubs"][0]["hosts"], serde_json::json!(["10.0.0.2", "hub.example"]));
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn certs_list_says_who_may_take_part_and_until_when() -> anyhow::Result<()> {
     let folder = support::folder("certs-list")?;
     certs(&folder, &["init", "--name", "north", "--days", "30"]).await?;

@@ -151,6 +151,26 @@ async fn certs_whose_private_key_is_in_the_configuration_do_not_reach_the_logs()
     Ok(())
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_whose_private_key_is_in_an_endpoint_do_not_reach_logs_nor_errors() -> anyhow::Result<()> {
+    const SECRET: &str = "LS0tLS1CRUdJTiBQUklWQVRFIEtFWS0tLS0t";
+    let folder = support::folder("certs-endpoint")?;
+    let listen = format!(
+        "tls/0.0.0.0:0#enable_mtls=true;listen_private_key_base64={SECRET};listen_certificate_base64=AAAA"
+    );
+    let ending = support::run(&folder, &["hub", "--listen", &listen, "--log", "trace"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:?}");
+    assert!(ending.stderr.contains("listen_private_key_base64=[redacted]"), "{ending:?}");
+    let connect = listen.replace("listen_", "connect_").replace("0.0.0.0:0", "127.0.0.1:1");
+    let client =
+        support::run(&folder, &["status", "--wait", "1", "--connect", &connect, "--log", "trace"]).await?;
+    assert!(client.code == Some(1) && client.stderr.contains("Config"), "{client:?}");
+    for ending in [ending, client] {
+        assert!(!ending.stderr.contains(SECRET) && !ending.stdout.contains(SECRET), "{ending:?}");
+    }
+    Ok(())
+}
+
 #[cfg(unix)]
 #[tokio::test(flavor = "multi_thread")]
 async fn certs_whose_private_key_everybody_can_read_are_refused() -> anyhow::Result<()> {

@@ -3,7 +3,9 @@
 use super::network::{Secured, accepted, agent, certs, config_of};
 use crate::recording::is_identical;
 use crate::support::{V2x, send};
+use anyhow::ensure;
 use std::collections::BTreeSet;
+use v2x_fusion_hub::hub::HubStatus;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_running_hub_follows_new_and_revoked_certs_keeps_its_objects_and_is_recorded_through_that()
@@ -71,4 +73,29 @@ async fn a_running_hub_keeps_its_acl_where_the_new_one_cannot_be_used() -> anyho
         watch.goes_on("ego").await?;
     }
     Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_that_come_after_their_configuration_are_followed_without_another_change_and_it_shows_until_then()
+-> anyhow::Result<()> {
+    let secured = Secured::start("certs-late", &[]).await?;
+    let _ego = secured.agent("ego")?;
+    let watch = secured.watch().await?;
+    watch.goes_on("ego").await?;
+    let folder = secured.folder.join("certs/hub/hub");
+    let (file, late) = (secured.folder.join(config_of("hub/hub")), folder.join("late.pem"));
+    let text = std::fs::read_to_string(&file)?;
+    let renewed =
+        text.replace("\"listen_certificate\": \"certificate.pem\"", "\"listen_certificate\": \"late.pem\"");
+    ensure!(renewed != text, "{text}");
+    std::fs::write(&late, "half of it")?;
+    std::fs::write(&file, renewed)?;
+    let is_behind = |status: &HubStatus| {
+        status.findings.iter().any(|finding| finding.is_fault() && finding.says.contains("is not followed"))
+    };
+    watch.until("it shows that the configuration is not followed", is_behind).await?;
+    watch.goes_on("ego").await?;
+    std::fs::copy(folder.join("certificate.pem"), &late)?;
+    watch.until("it is followed", |status| !is_behind(status)).await?;
+    watch.goes_on("ego").await
 }

@@ -67,15 +67,21 @@ pub(super) struct InitArgs {
 #[command(after_help = "\
 Examples:
   v2x certs hub south --host 192.168.1.11
-  v2x certs hub hub --host hub.example --renew   with another address")]
+  v2x certs hub hub --renew                      with the addresses it has
+  v2x certs hub hub --host hub.example --renew   with a further address
+  v2x certs hub hub --drop 10.0.0.7 --renew      without one of them")]
 pub(super) struct HubArgs {
     /// Name of the hub
     pub(super) name: HubId,
     #[command(flatten)]
     pub(super) place: PlaceArgs,
-    /// Replace the certificate, key and configuration that it has
+    /// Replace the certificate, key and configuration that it has; its
+    /// addresses and port stay
     #[arg(long)]
     pub(super) renew: bool,
+    /// Address or DNS name that the hub no longer has, or several
+    #[arg(long, value_name = "ADDR", value_parser = host, requires = "renew")]
+    pub(super) drop: Vec<String>,
 }
 
 /// Where a hub is.
@@ -84,9 +90,9 @@ pub(super) struct PlaceArgs {
     /// Address or DNS name of the hub, or several [default: this machine]
     #[arg(long, value_name = "ADDR", value_parser = host)]
     pub(super) host: Vec<String>,
-    /// Its port
-    #[arg(long, default_value_t = 7447)]
-    pub(super) port: u16,
+    /// Its port [default: 7447]
+    #[arg(long)]
+    pub(super) port: Option<u16>,
     /// Days for which its certificate is valid
     #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
     pub(super) days: f64,

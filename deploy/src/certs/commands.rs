@@ -43,7 +43,8 @@ fn init(dir: &Path, args: &InitArgs) -> anyhow::Result<()> {
     let expires_at = authority::make(dir, &name, args.authority_days)?;
     say(&format!("{}: an authority, valid until {}", dir.display(), day(expires_at)));
     let mut register = Register { authority: name, expires_at, hubs: Vec::new(), holders: Vec::new() };
-    issue_hub(dir, &mut register, args.name, &args.place)?;
+    let hosts = hosts_of(&[], &args.place.host, &[])?;
+    issue_hub(dir, &mut register, Place::new(args.name, hosts, &args.place, None))?;
     say("keep authority-key.pem to yourself: whoever has it can make certificates for anybody");
     say(&format!("next: v2x certs --dir {} agent NAME, for each agent", dir.display()));
     Ok(())
@@ -56,32 +57,73 @@ fn add_hub(dir: &Path, args: &HubArgs) -> anyhow::Result<()> {
     if folder.exists() && !args.renew {
         bail!("{} exists; give --renew to replace its certificate and key", folder.display());
     }
+    let former = register.hubs.iter().find(|hub| hub.name == args.name).cloned();
+    let known = former.as_ref().map_or(&[][..], |hub| &hub.hosts[..]);
+    let hosts = hosts_of(known, &args.place.host, &args.drop)?;
+    if !args.drop.is_empty() {
+        say(&format!(
+            "dropped: {}; clients that know the hub by that alone need --renew",
+            args.drop.join(", ")
+        ));
+    }
     register.hubs.retain(|hub| hub.name != args.name);
-    issue_hub(dir, &mut register, args.name, &args.place)
+    issue_hub(dir, &mut register, Place::new(args.name, hosts, &args.place, former.as_ref()))
+}
+
+/// The addresses of a hub: those that it is given, then those that it had, but for those that are dropped. Clients try them in
+/// this order.
+fn hosts_of(former: &[String], given: &[String], dropped: &[String]) -> anyhow::Result<Vec<String>> {
+    const OWN: [&str; 2] = ["127.0.0.1", "localhost"];
+    if let Some(unknown) = dropped.iter().find(|host| !former.contains(host)) {
+        bail!("--drop {unknown}: the hub has {}", former.join(", "));
+    }
+    let former = former.iter().filter(|host| !given.contains(host) && !dropped.contains(host));
+    let hosts: Vec<_> = given.iter().chain(former).cloned().collect();
+    match &hosts[..] {
+        [] if !dropped.is_empty() => {
+            bail!("--drop leaves the hub without an address: give it another one by --host")
+        }
+        [] => Ok(OWN.map(str::to_owned).to_vec()),
+        _ => Ok(hosts),
+    }
+}
+
+/// Where a hub is to be, and for how long.
+struct Place {
+    name: HubId,
+    hosts: Vec<String>,
+    port: u16,
+    days: f64,
+}
+
+impl Place {
+    const PORT: u16 = 7447;
+
+    /// A port that is not given is the one that the hub had.
+    fn new(name: HubId, hosts: Vec<String>, given: &PlaceArgs, former: Option<&HubEntry>) -> Self {
+        let port = given.port.or(former.map(|hub| hub.port)).unwrap_or(Self::PORT);
+        Self { name, hosts, port, days: given.days }
+    }
 }
 
 /// Makes a hub's certificate, and its configuration.
-fn issue_hub(dir: &Path, register: &mut Register, name: HubId, place: &PlaceArgs) -> anyhow::Result<()> {
+fn issue_hub(dir: &Path, register: &mut Register, place: Place) -> anyhow::Result<()> {
+    let Place { name, hosts, port, days } = place;
     let authority = Authority::open(dir, &register.authority, register.expires_at)?;
-    let hosts = match &place.host[..] {
-        [] => ["127.0.0.1", "localhost"].map(str::to_owned).to_vec(),
-        hosts => hosts.to_vec(),
-    };
-    let identity = authority.issue(&register::hub_common_name(name), &Purpose::Hub(&hosts), place.days)?;
+    let identity = authority.issue(&register::hub_common_name(name), &Purpose::Hub(&hosts), days)?;
     let folder = dir.join("hub").join(name.as_str());
     write_identity(&folder, &authority, &identity)?;
     let expires_at = identity.expires_at;
     say(&format!(
-        "{}: the hub {name} at {}, valid until {}",
+        "{}: the hub {name} at {}, port {port}, valid until {}",
         folder.display(),
         hosts.join(", "),
         day(expires_at)
     ));
-    register.hubs.push(HubEntry { name, hosts, port: place.port, expires_at });
+    register.hubs.push(HubEntry { name, hosts, port, expires_at });
     register.write(dir)?;
     // Also where its text is as before: by it a hub that runs learns of its new certificate.
-    files::replace(&folder.join(configuration::FILE), "")?;
-    write_hub_configurations(dir, register)?;
+    write_hub_configurations(dir, register, Some(name))?;
     say(&format!(
         "start it: v2x hub --id {name} --zenoh-config {}",
         folder.join(configuration::FILE).display()
@@ -154,7 +196,7 @@ fn add_holder(dir: &Path, request: &Request) -> anyhow::Result<()> {
         None => register.holders.push(holder),
     }
     register.write(dir)?;
-    write_hub_configurations(dir, &register)?;
+    write_hub_configurations(dir, &register, None)?;
     let option = format!("--zenoh-config {}", folder.join(configuration::FILE).display());
     let command = match role {
         Role::Agent => format!("agent --scenario FILE --id {name}"),
@@ -172,7 +214,7 @@ fn revoke(dir: &Path, name: &str) -> anyhow::Result<()> {
     holder.revoked = true;
     let (role, name) = (holder.role, holder.name.clone());
     register.write(dir)?;
-    write_hub_configurations(dir, &register)?;
+    write_hub_configurations(dir, &register, None)?;
     say(&format!(
         "{role} {name} is revoked: hubs that run with the configuration in {} follow within some seconds; copy it to those on \
          other machines",
@@ -196,13 +238,14 @@ fn hub_file(dir: &Path, hub: &HubEntry) -> PathBuf {
     dir.join("hub").join(hub.name.as_str()).join(configuration::FILE)
 }
 
-/// Writes those that change; a hub that runs leaves its network for a moment when its own does. One that cannot be written
+/// Writes those that change, and that of this hub; a hub that runs leaves its network for a moment when its own does. One that cannot be written
 /// keeps none of the others from it.
-fn write_hub_configurations(dir: &Path, register: &Register) -> anyhow::Result<()> {
+fn write_hub_configurations(dir: &Path, register: &Register, renewed: Option<HubId>) -> anyhow::Result<()> {
     let mut failed = None;
     for hub in &register.hubs {
         let (path, text) = (hub_file(dir, hub), configuration::of_hub(hub, register)?);
-        if std::fs::read_to_string(&path).is_ok_and(|known| known == text) {
+        let is_same = || std::fs::read_to_string(&path).is_ok_and(|known| known == text);
+        if renewed != Some(hub.name) && is_same() {
             continue;
         }
         if let Err(error) = files::replace(&path, &text) {
@@ -245,4 +288,26 @@ fn refuse_edited(dir: &Path, register: &Register) -> anyhow::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(hosts: &[&str]) -> Vec<String> {
+        hosts.iter().map(|host| (*host).to_owned()).collect()
+    }
+
+    #[test]
+    fn renewed_certs_of_a_hub_keep_its_addresses_and_lose_only_what_is_dropped_by_name() {
+        let hosts = |former: &[&str], given: &[&str], dropped: &[&str]| {
+            hosts_of(&names(former), &names(given), &names(dropped)).map_err(|error| error.to_string())
+        };
+        assert_eq!(hosts(&[], &[], &[]), Ok(names(&["127.0.0.1", "localhost"])));
+        assert_eq!(hosts(&["a", "b"], &[], &[]), Ok(names(&["a", "b"])));
+        assert_eq!(hosts(&["a", "b"], &["c", "b"], &[]), Ok(names(&["c", "b", "a"])));
+        assert_eq!(hosts(&["a", "b"], &["c"], &["a"]), Ok(names(&["c", "b"])));
+        assert!(hosts(&["a", "b"], &[], &["x"]).unwrap_err().contains("has a, b"));
+        assert!(hosts(&["a"], &[], &["a"]).unwrap_err().contains("--host"));
+    }
 }

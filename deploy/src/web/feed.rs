@@ -12,6 +12,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
+use v2x_common::net::endpoint;
 use v2x_common::net::session::DEFAULT_ENDPOINT;
 use v2x_common::wire::Writings;
 use v2x_lab::loopback::consumer::{Consumer, Subscription, Traffic};
@@ -38,7 +39,8 @@ pub(super) async fn feed(
     send(browsers, Stream::Hello, &Message::Hello(Hello::new(*network, name, roads)));
     let endpoints = match &session.connect[..] {
         [] => vec![DEFAULT_ENDPOINT.to_owned()],
-        given => given.to_vec(),
+        // It is for browsers: no private keys.
+        given => given.iter().map(|endpoint| endpoint::shown(endpoint).into_owned()).collect(),
     };
     let say_connected = |connected| {
         let message = Message::Connection(Connection { connected, endpoints: &endpoints });

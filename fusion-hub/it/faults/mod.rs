@@ -11,8 +11,10 @@ mod simulation;
 
 use simulation::{Report, run, sizes_over};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use v2x_common::clock;
 
-/// So many schedules each time; more with `V2X_FAULT_SCHEDULES`, from another seed on with `V2X_FAULT_SEED`.
+/// So many schedules each time; more with `V2X_FAULT_SCHEDULES`, from another seed on with `V2X_FAULT_SEED`. With `--nocapture`
+/// it prints how many there are in a minute.
 const SCHEDULES: u64 = 600;
 /// So many rounds of a thousand fuzzed messages.
 const FUZZ_ROUNDS: u64 = 60;
@@ -61,8 +63,13 @@ fn run_seeds<T: Default + Send>(
 #[test]
 fn after_any_fault_nothing_is_lost_uncounted_and_every_list_is_sound() {
     let count = from_environment("V2X_FAULT_SCHEDULES", SCHEDULES);
+    let begun_at = clock::now();
     let all = run_seeds(("V2X_FAULT_SCHEDULES", count), run, Report::add);
-    println!("{count} schedules: {all:?}");
+    let seconds = (clock::now() - begun_at).as_secs_f64();
+    println!(
+        "{count} schedules in {seconds:.1} s, {:.0} a minute: {all:?}",
+        60.0 * f64::from(u32::try_from(count).unwrap_or(u32::MAX)) / seconds
+    );
     // A simulation in which nothing happens would find nothing.
     if count >= SCHEDULES {
         assert!(2 * all.accepted > all.frames && all.refused > 10_000 && all.objects > all.lists, "{all:?}");

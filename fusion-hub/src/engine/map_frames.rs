@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_names_a_frame_first_cannot_shut_out_those_who_agree_on_another_one() {
+    fn whoever_spoofs_a_map_frame_first_cannot_shut_out_those_who_agree_on_another_one() {
         let mut frames = MapFrames::new(None);
         assert_eq!(noted(&mut frames, "spoof", "nowhere", 0), Some(frame("nowhere")));
         assert_eq!(noted(&mut frames, "ego", "munich", 10), Some(frame("nowhere")), "one against one");
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn one_agent_that_names_another_frame_changes_nothing_as_long_as_others_hold_to_theirs() {
+    fn one_agent_that_spoofs_another_frame_changes_nothing_as_long_as_others_hold_to_theirs() {
         let mut frames = MapFrames::new(None);
         for ms in (0..10_000).step_by(100) {
             assert_eq!(noted(&mut frames, "ego", "munich", ms), Some(frame("munich")));
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_configured_frame_is_not_voted_on() {
+    fn a_configured_frame_is_not_voted_on_whoever_spoofs_another_one() {
         let mut frames = MapFrames::new(Some(frame("munich")));
         for agent in ["a", "b", "c"] {
             assert_eq!(noted(&mut frames, agent, "berlin", 0), Some(frame("munich")));
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn votes_are_bounded() {
+    fn a_flood_of_votes_is_bounded() {
         let mut frames = MapFrames::new(None);
         for k in 0..3_000 {
             noted(&mut frames, &format!("agent-{k}"), "munich", k);

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_that_is_started_again_is_taken_at_once_also_while_old_frames_arrive() {
+    fn after_a_restart_an_agent_is_taken_at_once_also_while_old_frames_arrive() {
         let mut frames: Vec<_> = (0..20).map(|k| (1, 100 * k, 100 * k + 20)).collect();
         for k in 20..40 {
             frames.push((2, 100 * k, 100 * k + 20));
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_processes_the_second_one_is_held_off_until_the_first_one_has_ended() {
+    fn a_second_process_of_one_name_is_a_fault_and_is_held_off_until_the_first_one_has_ended() {
         let both: Vec<_> =
             (0..30).flat_map(|k| [(1, 100 * k, 100 * k + 20), (2, 100 * k + 50, 100 * k + 70)]).collect();
         let found = taken(&both);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn three_processes_are_one_and_two_that_are_held_off() {
+    fn three_processes_of_one_name_are_one_and_two_faults_that_are_held_off() {
         let all: Vec<_> = (0..30)
             .flat_map(|k| (0..3_i64).map(move |p| (1 + p as u64, 100 * k + 30 * p, 100 * k + 30 * p + 20)))
             .collect();

@@ -86,7 +86,7 @@ fn the_first_named_map_frame_holds_where_the_hub_names_none() {
 }
 
 #[test]
-fn a_map_frame_on_which_more_agents_agree_replaces_the_first_one() {
+fn a_map_frame_that_somebody_spoofs_first_gives_way_to_one_on_which_more_agents_agree() {
     let named = |agent: &str, name: &str, sequence| {
         let mut frame = frame(agent, sequence, 0);
         frame.map_frame = Some(MapFrame::new(name).unwrap());
@@ -102,7 +102,7 @@ fn a_map_frame_on_which_more_agents_agree_replaces_the_first_one() {
 }
 
 #[test]
-fn a_system_clock_that_was_set_stops_neither_agents_that_follow_it_nor_others() {
+fn a_fault_of_the_system_clock_stops_neither_agents_that_follow_it_nor_others() {
     for step_ms in [-3_600_000, -5_000, 5_000, 3_600_000] {
         let mut engine = engine();
         assert_eq!(admit(&mut engine, &frame("follows", 0, 0), at(10)), Ok(false));
@@ -120,7 +120,7 @@ fn a_system_clock_that_was_set_stops_neither_agents_that_follow_it_nor_others() 
 }
 
 #[test]
-fn an_agent_that_is_silent_for_good_makes_room_for_a_new_one() {
+fn after_a_flood_of_names_an_agent_that_is_silent_for_good_makes_room_for_a_new_one() {
     let mut engine = engine();
     for agent in 0..MAX_AGENTS {
         admit(&mut engine, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
@@ -150,7 +150,7 @@ fn memory_is_bounded_against_many_agents_and_many_frames() {
 }
 
 #[test]
-fn sequence_numbers_that_somebody_has_used_up_silence_an_agent_no_longer_than_delta_max() {
+fn spoofed_sequence_numbers_silence_an_agent_no_longer_than_delta_max() {
     let mut engine = engine();
     admit(&mut engine, &frame("ego", 0, 0), at(0)).unwrap();
     for forged in 1..=1000 {
@@ -167,7 +167,7 @@ fn sequence_numbers_that_somebody_has_used_up_silence_an_agent_no_longer_than_de
 }
 
 #[test]
-fn names_of_which_no_frame_is_ever_accepted_lock_nobody_out() {
+fn a_flood_of_names_of_which_no_frame_is_ever_accepted_locks_nobody_out() {
     let mut engine = engine();
     admit(&mut engine, &frame("ego", 0, 0), at(0)).unwrap();
     let flood = |engine: &mut Engine, round: usize| {

@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_strangers_try_and_what_is_only_read_is_a_note() {
+    fn what_the_acl_denies_to_strangers_and_what_is_only_read_is_a_note() {
         for (who, action, key) in [
             ("eve", "Put", "v2x/demo/agent/ego/detections"),
             ("agent:eve", "Declare Subscriber", "v2x/demo/agent/*/detections"),

@@ -1,6 +1,6 @@
 //! Whether anybody on the network can publish as anybody.
 
-use v2x_common::net::endpoint::Endpoint;
+use v2x_common::net::endpoint::{self, Endpoint};
 use v2x_common::net::session;
 use zenoh::Config;
 
@@ -24,7 +24,7 @@ pub(super) fn warning(config: &Config) -> Option<String> {
     } else {
         return None;
     };
-    let at = if open.is_empty() { secured } else { open }.join(", ");
+    let at = endpoint::all_shown(if open.is_empty() { &secured } else { &open });
     Some(format!("{who} {at} can publish as any agent and any hub, and read everything; {ADVICE}"))
 }
 
@@ -73,6 +73,11 @@ mod tests {
         let allowing = r#"{ listen: { endpoints: ["tls/0.0.0.0:1"] }, transport: { link: { tls: { enable_mtls: true } } },
              access_control: { enabled: true, default_permission: "allow" } }"#;
         assert!(warning_of(allowing).unwrap().contains("every holder"));
+        let with_key =
+            warning_of(r#"{ listen: { endpoints: ["tls/0.0.0.0:1#listen_private_key_base64=c2VjcmV0"] } }"#);
+        assert!(
+            with_key.is_some_and(|words| words.contains("tls/0.0.0.0:1#") && !words.contains("c2VjcmV0"))
+        );
         let by_endpoint = r#"{ listen: { endpoints: ["tls/0.0.0.0:1#enable_mtls=false"] }, transport: { link: { tls: { enable_mtls: true } } } }"#;
         assert!(warning_of(by_endpoint).unwrap().contains("everybody"));
     }

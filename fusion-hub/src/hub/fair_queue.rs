@@ -136,6 +136,12 @@ impl<T> FairQueue<T> {
         std::mem::take(&mut self.lock().dropped)
     }
 
+    /// How many frames wait, and how many were dropped.
+    pub(super) fn counts(&self) -> (u64, u64) {
+        let shares = self.lock();
+        (shares.n_waiting as u64, shares.dropped_total)
+    }
+
     /// All dropped frames.
     pub(super) fn dropped(&self) -> u64 {
         self.lock().dropped_total
@@ -270,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_whose_frames_cost_much_gets_no_more_time_than_each_other_one() {
+    fn a_flood_of_frames_that_cost_much_gets_no_more_time_than_each_other_agent() {
         let mut shares = shares(QueueLimits::DEFAULT);
         let (mut work, mut frames) = (HashMap::new(), HashMap::new());
         // A second of 20 ms, in which everybody sends more than there is time for.

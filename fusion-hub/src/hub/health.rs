@@ -51,6 +51,8 @@ pub(super) struct Seen<'a> {
     pub(super) invalid_names: Vec<InvalidName>,
     /// The lineage of another hub of this name.
     pub(super) twin: Option<u32>,
+    /// Whether the Zenoh configuration in its file is not the one in force.
+    pub(super) is_access_behind: bool,
     /// By Zenoh, since the start.
     pub(super) refused_by_zenoh: ZenohRefusals,
 }
@@ -98,6 +100,11 @@ impl Health {
         }
         self.dropped = seen.dropped;
         findings.extend(self.denials.findings(seen.refused_by_zenoh.clone(), now));
+        if seen.is_access_behind {
+            let says = "the Zenoh configuration was written anew and is not followed: who was revoked in it is still let in";
+            let change = "The hub's log says why; it tries again by itself";
+            findings.push(Finding::of_network(Code::RefusedByZenoh, says, change));
+        }
         for InvalidName { name, reason, .. } in &seen.invalid_names {
             let says = format!("nothing of agent {name:?} is used: {reason}");
             findings.push(Finding::of_network(Code::InvalidName, says, "Give it another name"));

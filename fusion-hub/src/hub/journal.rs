@@ -9,6 +9,7 @@ use super::recorder::Recorder;
 use v2x_common::clock;
 use v2x_common::id::HubId;
 use v2x_common::keys::Keys;
+use v2x_common::net::session::MAX_MESSAGE_OF_HUB;
 use v2x_common::recording::Entry;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::version;
@@ -36,6 +37,8 @@ pub(super) struct Journal {
     batch: Vec<u8>,
     n_batched: u64,
     next: u64,
+    /// Whether it was said that batches are larger than what others pass on.
+    is_told: bool,
 }
 
 impl Journal {
@@ -52,6 +55,7 @@ impl Journal {
             batch: Vec::new(),
             n_batched: 0,
             next: 0,
+            is_told: false,
         };
         if journal.recorder.is_some() {
             journal.write_start(core);
@@ -191,6 +195,14 @@ impl Journal {
                 encoding: ENCODING_POSTCARD.to_owned(),
                 payload: batch.clone(),
             });
+        }
+        if self.is_streamed && batch.len() as u64 >= MAX_MESSAGE_OF_HUB && !self.is_told {
+            self.is_told = true;
+            tracing::warn!(
+                bytes = batch.len(),
+                "the start of the journal is too large for other hubs and routers to pass on: record at this hub, by its own \
+                 option --record or connected to it"
+            );
         }
         if self.is_streamed
             && let Err(error) = self.stream.put(batch).await

@@ -10,6 +10,8 @@ mod args;
 mod command;
 #[cfg(feature = "net")]
 mod control_counts;
+#[cfg(feature = "net")]
+mod control_queue;
 mod core;
 #[cfg(feature = "net")]
 mod delta_stream;
@@ -54,10 +56,16 @@ mod standby;
 #[cfg(feature = "net")]
 mod status;
 #[cfg(feature = "net")]
+mod system_clock;
+#[cfg(feature = "net")]
 mod tile_lists;
 mod tile_settings;
 #[cfg(feature = "net")]
 mod timing;
+#[cfg(feature = "net")]
+mod token_changes;
+#[cfg(feature = "net")]
+mod told_changes;
 #[cfg(feature = "net")]
 mod turns;
 #[cfg(feature = "net")]

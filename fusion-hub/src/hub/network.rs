@@ -1,46 +1,30 @@
 //! The hub's declarations on the network.
 
+use super::control_queue::{Asked, Control, ControlQueue};
 use super::encoding::encode_list;
 use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::on_demand::{OnDemand, Parts, declare_publisher};
+use super::token_changes::Token;
 use super::twin::{self, Twin};
 use super::unnamed::Unnamed;
 use anyhow::anyhow;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Duration;
 use v2x_common::fused::FusedFrame;
-use v2x_common::id::{AgentId, HubId};
+use v2x_common::id::HubId;
 use v2x_common::keys::{self, Keys};
-use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::query::{Query, Queryable};
-use zenoh::sample::SampleKind;
+use zenoh::sample::{Sample, SampleKind};
 
-/// Descriptions, liveliness changes and queries that may wait.
-const CONTROL_QUEUE: usize = 4096;
-/// Samples and queries that are not detection frames.
-pub(super) enum Control {
-    Description(Received),
-    Alive(AgentId, bool),
-    /// What an agent rides on is not in the world, or no longer so.
-    Idle(AgentId, String, bool),
-    StatusQuery(Query, Asked),
-    /// A recorder asks for a start of the journal.
-    JournalQuery(Query),
-}
-
-/// Whose status is asked for: one query can ask for both.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Asked {
-    /// Of the hub that publishes.
-    Hub,
-    /// Of this hub as one that stands by.
-    Standby,
-}
+/// How long all tokens have for their answer. The hub waits.
+const TOKENS_WITHIN: Duration = Duration::from_millis(200);
 
 /// What the declarations are for.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +81,7 @@ pub(super) struct Network {
     /// Detection frames.
     pub(super) frames: Arc<FairQueue<Received>>,
     /// Everything else.
-    pub(super) control: Arc<DropOldestQueue<Control>>,
+    pub(super) control: Arc<ControlQueue>,
     /// Fused frames.
     pub(super) fused: List,
     /// The second list, which is a lag behind.
@@ -120,7 +104,7 @@ pub(super) struct Network {
 /// What the subscribers fill.
 struct Queues {
     frames: Arc<FairQueue<Received>>,
-    control: Arc<DropOldestQueue<Control>>,
+    control: Arc<ControlQueue>,
     unnamed: Arc<Unnamed>,
 }
 
@@ -128,7 +112,7 @@ impl Network {
     pub(super) async fn declare(session: &Session, keys: &Keys, declared: Declared) -> zenoh::Result<Self> {
         let queues = Queues {
             frames: Arc::new(FairQueue::new(QueueLimits::DEFAULT)),
-            control: Arc::new(DropOldestQueue::new(CONTROL_QUEUE)),
+            control: Arc::new(ControlQueue::new()),
             unnamed: Arc::new(Unnamed::default()),
         };
         let mut network = Self::declare_with(session, keys, declared, queues).await?;
@@ -145,12 +129,28 @@ impl Network {
             control: self.control.clone(),
             unnamed: self.unnamed.clone(),
         };
+        // Tokens that went meanwhile are not told.
+        self.control.doubt_tokens();
         let is_alive = self.alive.is_some();
         *self = Self::declare_with(session, keys, self.declared, queues).await?;
         if is_alive {
             self.announce(keys).await?;
         }
         Ok(())
+    }
+
+    /// All tokens of agents that there are. What changes meanwhile is in the queue.
+    pub(super) async fn tokens(&self, keys: &Keys) -> anyhow::Result<BTreeSet<Token>> {
+        let mut tokens = BTreeSet::new();
+        for all in [keys.any_agents_alive(), keys.all_agents_idle()] {
+            let replies = self.session.liveliness().get(all).timeout(TOKENS_WITHIN).await;
+            let replies = replies.map_err(|error| anyhow!("{error}"))?;
+            while let Ok(reply) = replies.recv_async().await {
+                let sample = reply.into_result().map_err(|error| anyhow!("{error}"))?;
+                tokens.extend(token_of(sample.key_expr().as_str()));
+            }
+        }
+        Ok(tokens)
     }
 
     /// Says that this hub is the one that publishes under its name.
@@ -184,17 +184,19 @@ impl Network {
         // The callbacks run on Zenoh's threads: they only stamp and enqueue.
         let named = {
             let unnamed = unnamed.clone();
-            move |sample| Received::stamp(sample).inspect_err(|invalid| unnamed.note(invalid, false)).ok()
+            move |sample: &Sample| {
+                Received::stamp(sample).inspect_err(|invalid| unnamed.note(invalid, false)).ok()
+            }
         };
         let (queue, stamp) = (frames.clone(), named.clone());
         let detections = session.declare_subscriber(keys.any_detections()).callback(move |sample| {
-            if let Some(received) = stamp(sample) {
+            if let Some(received) = stamp(&sample) {
                 queue.push((received.agent, received.received_at), received.bytes(), received);
             }
         });
         let (queue, stamp) = (control.clone(), named);
         let sensors = session.declare_subscriber(keys.any_sensors()).callback(move |sample| {
-            if let Some(received) = stamp(sample) {
+            if let Some(received) = stamp(&sample) {
                 queue.push(Control::Description(received));
             }
         });
@@ -233,11 +235,19 @@ impl Network {
     }
 }
 
+/// The token of a key; `None` where the agent's name is not valid.
+fn token_of(key: &str) -> Option<Token> {
+    match keys::idle_of(key) {
+        Some((agent, rides_on)) => Some(Token::idle(agent, rides_on)),
+        None => keys::agent_of(key).ok().map(Token::alive),
+    }
+}
+
 /// Queues who is alive, and who no longer is; notes names that are not valid.
 async fn follow_roster(
     session: &Session,
     keys: &Keys,
-    (queue, nameless): (Arc<DropOldestQueue<Control>>, Arc<Unnamed>),
+    (queue, nameless): (Arc<ControlQueue>, Arc<Unnamed>),
 ) -> zenoh::Result<Subscriber<()>> {
     let roster = session.liveliness().declare_subscriber(keys.any_agents_alive()).history(true);
     let roster = roster.callback(move |sample| {
@@ -247,7 +257,7 @@ async fn follow_roster(
             return;
         }
         match keys::agent_of(sample.key_expr().as_str()) {
-            Ok(agent) => queue.push(Control::Alive(agent, is_alive)),
+            Ok(agent) => queue.push_token(Token::alive(agent), is_alive),
             Err(invalid) if is_alive => nameless.note(&invalid, true),
             Err(_) => {}
         }
@@ -259,13 +269,47 @@ async fn follow_roster(
 async fn follow_idle(
     session: &Session,
     keys: &Keys,
-    queue: Arc<DropOldestQueue<Control>>,
+    queue: Arc<ControlQueue>,
 ) -> zenoh::Result<Subscriber<()>> {
     let idle = session.liveliness().declare_subscriber(keys.all_agents_idle()).history(true);
     let idle = idle.callback(move |sample| {
         if let Some((agent, rides_on)) = keys::idle_of(sample.key_expr().as_str()) {
-            queue.push(Control::Idle(agent, rides_on, sample.kind() == SampleKind::Put));
+            queue.push_token(Token::idle(agent, rides_on), sample.kind() == SampleKind::Put);
         }
     });
     idle.await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::id::{AgentId, NetworkId};
+    use v2x_common::net::session::{self, SessionOptions};
+
+    /// Reads until the tokens are these: a client is not told when the hub has its token.
+    async fn until(network: &Network, keys: &Keys, expected: &BTreeSet<Token>) {
+        let read = async { while network.tokens(keys).await.ok().as_ref() != Some(expected) {} };
+        tokio::time::timeout(Duration::from_secs(60), read).await.expect("the tokens are read");
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn after_a_flood_all_tokens_that_there_are_can_be_read_again() {
+        let listen = vec!["tcp/127.0.0.1:0".to_owned()];
+        let options = SessionOptions { listen, ..SessionOptions::default() };
+        let session = session::open(session::hub_config(&options).unwrap()).await.unwrap();
+        let (keys, ego) = (Keys::new(NetworkId::new("tokens").unwrap()), AgentId::new("ego").unwrap());
+        let declared = Declared { hub: HubId::new("hub").unwrap(), has_lagged: false, standby: None };
+        let network = Network::declare(&session, &keys, declared).await.unwrap();
+
+        let connect = session::locators(&session).await;
+        let options = SessionOptions { connect, ..SessionOptions::default() };
+        let client = session::open(session::client_config(&options).unwrap()).await.unwrap();
+        let token = |key| client.liveliness().declare_token(key);
+        let alive = token(keys.agent_alive(&ego)).await.unwrap();
+        let _idle = token(keys.agent_idle(&ego, "veh 1")).await.unwrap();
+        let of_idle = Token::idle(ego, "veh 1".to_owned());
+        until(&network, &keys, &[Token::alive(ego), of_idle.clone()].into()).await;
+        alive.undeclare().await.unwrap();
+        until(&network, &keys, &[of_idle].into()).await;
+    }
 }

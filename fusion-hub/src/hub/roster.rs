@@ -1,24 +1,40 @@
 //! Which agents are alive.
 
+use super::token_changes::Token;
+use super::told_changes::ToldChanges;
 use crate::diagnosis::Tokens;
 use crate::engine::{Engine, MAX_AGENTS};
+use std::collections::BTreeSet;
 use v2x_common::id::AgentId;
-use v2x_common::time::Span;
+use v2x_common::time::{Span, Timestamp};
 
 /// An agent of which something has arrived within this is alive, with a liveliness token or without.
 const ALIVE_BY_TRAFFIC: Span = Span::from_millis(5_000);
+/// All tokens are read again this often at most.
+const READ_EVERY: Span = Span::from_millis(10_000);
 
 /// The agents' liveliness tokens; of at most [`MAX_AGENTS`].
 #[derive(Debug, Default)]
 pub(super) struct Roster {
     tokens: Tokens,
     beyond_limit: u64,
+    told: ToldChanges,
+    /// Whether changes of tokens were lost.
+    is_doubtful: bool,
+    /// When all of them were read last.
+    read_at: Option<Timestamp>,
 }
 
 impl Roster {
-    /// Notes that an agent's token appeared or went. Beyond the limit tokens are only counted: any client can declare
-    /// some.
-    pub(super) fn note(&mut self, agent: AgentId, is_alive: bool) {
+    /// Notes that a token appeared or went. Beyond the limit tokens are only counted: any client can declare some.
+    pub(super) fn note(&mut self, token: &Token, is_there: bool) {
+        match &token.rides_on {
+            None => self.note_alive(token.agent, is_there),
+            Some(rides_on) => self.note_idle(token.agent, rides_on, is_there),
+        }
+    }
+
+    fn note_alive(&mut self, agent: AgentId, is_alive: bool) {
         let alive = &mut self.tokens.alive;
         if is_alive && !alive.contains(&agent) {
             if alive.len() >= MAX_AGENTS {
@@ -27,22 +43,51 @@ impl Roster {
                 return;
             }
             alive.insert(agent);
-            tracing::info!(%agent, "agent joined");
+            self.told.tell(agent, "agent joined", None);
         } else if !is_alive && alive.remove(&agent) {
-            tracing::info!(%agent, "agent left");
+            self.told.tell(agent, "agent left", None);
         }
     }
 
-    /// Notes that what an agent rides on is not in the world, or no longer so.
-    pub(super) fn note_idle(&mut self, agent: AgentId, rides_on: String, is_idle: bool) {
+    /// What an agent rides on is not in the world, or no longer so.
+    fn note_idle(&mut self, agent: AgentId, rides_on: &str, is_idle: bool) {
         let idle = &mut self.tokens.idle;
-        if is_idle && (idle.len() < MAX_AGENTS || idle.contains_key(&agent)) {
-            tracing::info!(%agent, rides_on, "agent is idle");
-            idle.insert(agent, rides_on);
-        } else if !is_idle && idle.get(&agent) == Some(&rides_on) {
-            tracing::info!(%agent, rides_on, "agent is no longer idle");
+        let known = idle.get(&agent).map(String::as_str);
+        if is_idle && known != Some(rides_on) && (idle.len() < MAX_AGENTS || known.is_some()) {
+            idle.insert(agent, rides_on.to_owned());
+            self.told.tell(agent, "agent is idle", Some(rides_on));
+        } else if !is_idle && known == Some(rides_on) {
             idle.remove(&agent);
+            self.told.tell(agent, "agent is no longer idle", Some(rides_on));
         }
+    }
+
+    /// Whether all tokens are to be read again at `now`, because changes of some were lost, now or before.
+    pub(super) fn is_to_be_read(&mut self, are_lost: bool, now: Timestamp) -> bool {
+        self.is_doubtful |= are_lost;
+        let is_due = self.is_doubtful && self.read_at.is_none_or(|at| now - at >= READ_EVERY);
+        if is_due {
+            self.read_at = Some(now);
+        }
+        is_due
+    }
+
+    /// Takes in which tokens there are.
+    pub(super) fn renew(&mut self, there: &BTreeSet<Token>) {
+        let alive = self.tokens.alive.iter().map(|agent| Token::alive(*agent));
+        let idle = self.tokens.idle.iter().map(|(agent, rides_on)| Token::idle(*agent, rides_on.clone()));
+        let gone: Vec<_> = alive.chain(idle).filter(|token| !there.contains(token)).collect();
+        gone.iter().for_each(|token| self.note(token, false));
+        // Those for which there is no room were counted when they appeared.
+        let beyond_limit = self.beyond_limit;
+        there.iter().for_each(|token| self.note(token, true));
+        self.beyond_limit = beyond_limit;
+        self.is_doubtful = false;
+    }
+
+    /// Says once a minute what was not logged one by one.
+    pub(super) fn tell(&mut self, now: Timestamp) {
+        self.told.sum_up(now);
     }
 
     /// Whether an agent holds its token, or sends: programs that are not ours may have none.
@@ -78,14 +123,36 @@ mod tests {
     use v2x_common::time::Timestamp;
 
     #[test]
-    fn liveliness_tokens_are_bounded_and_counted_beyond_the_limit() {
+    fn a_flood_of_liveliness_tokens_is_bounded_and_counted_beyond_the_limit() {
         let mut roster = Roster::default();
         let agent = |k: usize| AgentId::new(&format!("a{k}")).unwrap();
-        (0..MAX_AGENTS + 7).for_each(|k| roster.note(agent(k), true));
+        (0..MAX_AGENTS + 7).for_each(|k| roster.note(&Token::alive(agent(k)), true));
         assert_eq!((roster.tokens().alive.len(), roster.beyond_limit()), (MAX_AGENTS, 7));
-        roster.note(agent(0), false);
-        roster.note(agent(MAX_AGENTS), true);
+        roster.note(&Token::alive(agent(0)), false);
+        roster.note(&Token::alive(agent(MAX_AGENTS)), true);
         assert!(roster.tokens().alive.contains(&agent(MAX_AGENTS)), "a place became free");
+    }
+
+    #[test]
+    fn a_flood_in_which_changes_of_liveliness_were_lost_is_healed_by_reading_all_of_them_again() {
+        let mut roster = Roster::default();
+        let [left, stays, idle] = ["left", "stays", "idle"].map(|name| AgentId::new(name).unwrap());
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+        for agent in [left, stays, idle] {
+            roster.note(&Token::alive(agent), true);
+        }
+        roster.note(&Token::idle(idle, "veh 1".to_owned()), true);
+        assert!(!roster.is_to_be_read(false, at(0)), "nothing was lost");
+        assert!(roster.is_to_be_read(true, at(1000)));
+        assert!(
+            !roster.is_to_be_read(false, at(2000)) && roster.is_to_be_read(false, at(11_000)),
+            "it failed"
+        );
+        let new = AgentId::new("new").unwrap();
+        roster.renew(&[stays, idle, new].map(Token::alive).into());
+        assert_eq!(roster.tokens().alive, [stays, idle, new].into());
+        assert!(roster.tokens().idle.is_empty());
+        assert!(!roster.is_to_be_read(false, at(60_000)));
     }
 
     #[test]

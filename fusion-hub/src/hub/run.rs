@@ -2,6 +2,7 @@
 
 use super::access::Access;
 use super::control_counts::ControlCounts;
+use super::control_queue::Control;
 use super::core::{Core, Handled};
 use super::error::HubError;
 use super::exposure;
@@ -9,7 +10,7 @@ use super::health::{Health, Seen};
 use super::intake::Received;
 use super::journal::Journal;
 use super::monitor::Monitor;
-use super::network::{Control, Declared, Network, answer};
+use super::network::{Declared, Network, answer};
 use super::on_demand::OnDemand;
 use super::partial_lists::PartialLists;
 use super::recorder::Recorder;
@@ -17,6 +18,7 @@ use super::roster::Roster;
 use super::settings::HubSettings;
 use super::standby::Standby;
 use super::status::HubStatus;
+use super::system_clock::SystemClock;
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
 use super::twin;
@@ -28,6 +30,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
+use v2x_common::net::endpoint;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::zenoh_refusals;
 use v2x_common::recording::{RecordingFile, RecordingOptions};
@@ -38,14 +41,13 @@ use v2x_common::wire::journal::Call;
 use zenoh::{Config, Session};
 
 mod following;
+mod liveliness;
 mod told;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// A hub whose loop takes no step for so long did not run: it takes one a second by itself.
 const HELD_UP: Span = Span::from_millis(2_000);
-/// A step of the system's clock from which on it is one; less is how exactly two clocks are read.
-const CLOCK_STEP_NOTED: Span = Span::from_millis(20);
 /// A list that is due waits for so long at most for the frames that are there.
 const DRAINED_FOR: Span = Span::from_millis(5);
 
@@ -77,8 +79,19 @@ pub async fn serve(
     engine: impl FnOnce(EngineConfig) -> Engine,
     on_ready: impl FnOnce(HubId, &[String]),
 ) -> Result<HubStatus, HubError> {
-    let config =
-        session::hub_config(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
+    serve_by(setup, shutdown, engine, on_ready, clock::step).await
+}
+
+/// The same with another way to read how far the system's clock is ahead.
+pub(super) async fn serve_by(
+    setup: HubSetup,
+    shutdown: CancellationToken,
+    engine: impl FnOnce(EngineConfig) -> Engine,
+    on_ready: impl FnOnce(HubId, &[String]),
+    read_clock: fn() -> Span,
+) -> Result<HubStatus, HubError> {
+    let access = Access::new(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
+    let config = access.in_force().clone();
     // Made first: without it nothing is to begin.
     let recording = setup.record.clone().map(|(path, options)| RecordingFile::create(&path, options));
     let mut recording = recording.transpose()?;
@@ -88,13 +101,12 @@ pub async fn serve(
     if let Some(warning) = exposure::warning(&config) {
         tracing::warn!("{warning}");
     }
-    let endpoints = session::listen_endpoints(&config).join(", ");
-    let access = Access::new(setup.session.clone(), config.clone());
+    let endpoints = endpoint::all_shown(&session::listen_endpoints(&config));
     // Alone it is the router, and nobody is there before it.
-    let connects_to = setup.session.connect.clone();
+    let joins_others = session::joins_others(&config);
     let mut session =
         session::open(config).await.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
-    if !connects_to.is_empty()
+    if joins_others
         && !setup.settings.standby
         && let Some(other) =
             twin::running(&session, &Keys::new(setup.network), &setup.settings.engine.hub).await
@@ -102,6 +114,7 @@ pub async fn serve(
         return Err(HubError::Twin { hub: other.hub, locators: other.locators.join(" ") });
     }
     let mut hub = Hub::declare((setup, access), engine, &session, recording).await?;
+    hub.system_clock = SystemClock::new(read_clock);
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");
     hub.show(true);
     on_ready(hub.settings.engine.hub, &hub.locators);
@@ -133,8 +146,7 @@ struct Hub {
     network: Network,
     locators: Vec<String>,
     started_at: Timestamp,
-    /// How far the system's clock is ahead of the hub's timeline.
-    clock_step: Span,
+    system_clock: SystemClock,
     /// When its loop took its last step.
     ran_at: Timestamp,
     objects: usize,
@@ -189,7 +201,7 @@ impl Hub {
             network,
             locators: session::locators(session).await,
             started_at,
-            clock_step: Span::ZERO,
+            system_clock: SystemClock::new(clock::step),
             ran_at: started_at,
             objects: 0,
             listed_at: None,
@@ -221,7 +233,7 @@ impl Hub {
                 () = shutdown.cancelled() => return Ok(None),
                 _ = check.tick() => {
                     self.check().await;
-                    if let Some(config) = self.access.changed() {
+                    if let Some(config) = self.access.changed(clock::now()) {
                         return Ok(Some(config));
                     }
                 }
@@ -319,19 +331,10 @@ impl Hub {
         self.core.note_held_up(now, lasted);
     }
 
-    /// Whether somebody has set the system's clock. The hub's own timeline goes on.
+    /// Notes that somebody has set the system's clock. The hub's own timeline goes on.
     fn check_clock(&mut self) {
-        let step = clock::step();
-        if (step - self.clock_step).abs() < CLOCK_STEP_NOTED {
-            return;
-        }
-        let by_ms = (step - self.clock_step).as_millis_f64();
-        tracing::warn!(
-            "the system's clock was set by {by_ms:.0} ms: this hub's stamps go on as before, {:.0} ms off it, until it is \
-             started again; agents are understood by either clock",
-            -step.as_millis_f64()
-        );
-        self.clock_step = step;
+        let Some((step, words)) = self.system_clock.was_set() else { return };
+        tracing::warn!("{words}");
         self.journal.note(&Call::ClockStep { step });
         self.core.note_clock_step(step);
     }
@@ -349,9 +352,11 @@ impl Hub {
             dropped: self.dropped(),
             invalid_names: self.network.unnamed.names(),
             twin: self.network.twin.lineage(clock::now()).filter(|_| self.has_rival()),
+            is_access_behind: self.access.is_behind(),
             refused_by_zenoh: zenoh_refusals(),
         };
         self.health.check(&mut self.core, &seen, clock::now());
+        self.heal_roster(clock::now()).await;
         self.access.tell_refusals(clock::now());
         self.journal.flush().await;
         self.show(true);
@@ -360,8 +365,7 @@ impl Hub {
     fn handle_frame(&mut self, received: &Received) {
         let begun_at = clock::now();
         let Received { agent, received_at, .. } = *received;
-        let contents = received.contents();
-        let body = received.body(&contents);
+        let body = received.body();
         self.journal.note(&Call::Frame { agent, received_at, body });
         match self.core.handle_frame(agent, received_at, &body) {
             Handled::Accepted { frame, out_of_sequence } => {
@@ -382,8 +386,7 @@ impl Hub {
         match event {
             Control::Description(received) => {
                 let agent = received.agent;
-                let contents = received.contents();
-                let body = received.body(&contents);
+                let body = received.body();
                 self.journal.note(&Call::Description { agent, body });
                 let is_heard = self.settings.listens_to(&agent);
                 // A refused one is counted by its agent and logged, too.
@@ -394,14 +397,7 @@ impl Hub {
                 };
                 *count += 1;
             }
-            Control::Alive(agent, is_alive) => {
-                self.control.liveliness += 1;
-                self.roster.note(agent, is_alive);
-            }
-            Control::Idle(agent, rides_on, is_idle) => {
-                self.control.liveliness += 1;
-                self.roster.note_idle(agent, rides_on, is_idle);
-            }
+            Control::Token(change) => self.note_token(&change),
             Control::StatusQuery(query, asked) => {
                 if let Some((key, json)) = self.status_answer(asked) {
                     answer(&query, key, json).await;

@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn neither_queries_nor_frames_starve_the_other() {
+    fn a_flood_of_queries_starves_no_frames_nor_the_reverse() {
         let [frames, control] = counts(300, 3000);
         assert!((9..=11).contains(&(frames / control)), "{frames} {control}");
         let [frames, control] = counts(3000, 300);

@@ -121,7 +121,7 @@ mod tests {
     use v2x_common::fused::FusedFrame;
 
     #[test]
-    fn another_hubs_list_is_told_of_while_it_comes_and_rubbish_is_not() {
+    fn a_list_that_spoofs_this_hub_is_told_of_while_it_comes_and_rubbish_is_not() {
         let twin = Twin::default();
         let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
         twin.note(b"rubbish", at(0));

@@ -63,7 +63,7 @@ mod tests {
     use v2x_common::keys::agent_of;
 
     #[test]
-    fn names_are_listed_with_the_reason_and_their_number_and_length_are_bounded() {
+    fn a_flood_of_names_is_listed_with_the_reason_and_bounded_in_number_and_length() {
         let unnamed = Unnamed::default();
         let invalid = |name: &str| agent_of(&format!("v2x/n/agent/{name}/alive")).unwrap_err();
         unnamed.note(&invalid("cam/north"), false);

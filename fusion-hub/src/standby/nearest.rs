@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn only_objects_that_are_the_nearest_to_each_other_are_paired() {
+    fn a_standby_pairs_only_objects_that_are_the_nearest_to_each_other() {
         let first = [place(0, 0.0, 0.01), place(1, 0.6, 0.01), place(2, 50.0, 0.01)];
         let second = [place(0, 51.5, 0.01), place(1, 0.5, 0.01)];
         assert_eq!(mutually_nearest(&first, &second), [(1, 1)], "0 is near it, too, and 2 is 1.5 m off");
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_moves_on_with_its_velocity() {
+    fn a_place_that_a_standby_looks_at_moves_on_with_its_velocity() {
         assert!(
             place(0, 0.0, 0.0).after(Span::from_millis(-100)).within(&place(0, -1.0, 0.0), 1e-9).is_some()
         );

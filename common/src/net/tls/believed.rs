@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_believed_is_said_with_both_names_and_what_to_do() {
+    fn a_cert_that_is_not_believed_is_named_with_both_names_and_what_to_do() {
         let believed = BTreeSet::from(["hub:north".to_owned()]);
         let said = words("tls/10.0.0.1:7447", "hub:south", &believed);
         for part in ["tls/10.0.0.1:7447", "\"hub:south\"", "hub:north alone", "--renew"] {

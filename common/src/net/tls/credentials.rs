@@ -1,6 +1,7 @@
 //! The credentials of a Zenoh configuration: what this build would ignore is refused, files are found and kept private.
 
 use super::secrets::conceal;
+use crate::net::endpoint;
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use rustls::{ClientConfig, RootCertStore};
@@ -51,10 +52,10 @@ pub enum CredentialError {
         subject: String,
     },
     /// A file cannot be read.
-    #[error("{TLS}/{key}: {}: {source}", path.display())]
+    #[error("{key}: {}: {source}", path.display())]
     Unreadable {
         /// The key of the configuration.
-        key: &'static str,
+        key: String,
         /// The file.
         path: PathBuf,
         /// Why not.
@@ -62,12 +63,12 @@ pub enum CredentialError {
     },
     /// Anybody on this machine can read a private key.
     #[error(
-        "{TLS}/{key}: every user of this machine can read the private key {0} (mode {mode:03o}): chmod 600 {0}",
+        "{key}: every user of this machine can read the private key {0} (mode {mode:03o}): chmod 600 {0}",
         path.display()
     )]
     Exposed {
         /// The key of the configuration.
-        key: &'static str,
+        key: String,
         /// The file.
         path: PathBuf,
         /// Its permissions.
@@ -96,7 +97,7 @@ pub fn check(config: &mut Config, folder: &Path) -> Result<(), CredentialError> 
         let place = format!("{TLS}/{key}");
         let Some(named) = text(config, &place) else { continue };
         let path = found(folder, Path::new(&named));
-        check_file(key, &path)?;
+        check_file(&place, &path, KEYS.contains(&key))?;
         if let Some(path) = path.to_str().filter(|path| *path != named) {
             // A text is always a value of this key.
             let _ = config.insert_json5(&place, &format!("{path:?}"));
@@ -111,13 +112,31 @@ fn found(folder: &Path, named: &Path) -> PathBuf {
     if named.is_relative() && !beside.exists() && named.exists() { named.to_owned() } else { beside }
 }
 
-fn check_file(key: &'static str, path: &Path) -> Result<(), CredentialError> {
-    let unreadable = |source| CredentialError::Unreadable { key, path: path.to_owned(), source };
+/// From now on the secrets in these endpoints are left out of everything that is logged.
+pub(in crate::net) fn conceal_endpoints(endpoints: &[String]) {
+    endpoints.iter().flat_map(|endpoint| endpoint::secrets(endpoint)).for_each(conceal);
+}
+
+/// Holds back the secrets that stand in the endpoints of a configuration, and refuses files that others can read.
+pub(in crate::net) fn check_endpoints(config: &Config) -> Result<(), CredentialError> {
+    for part in ["listen", "connect"] {
+        let endpoints = endpoint::of_config(config, part);
+        conceal_endpoints(&endpoints);
+        for file in endpoints.iter().flat_map(|endpoint| endpoint::private_key_files(endpoint)) {
+            check_file(&format!("{part}/endpoints: private_key_file"), Path::new(file), true)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_file(key: &str, path: &Path, is_private: bool) -> Result<(), CredentialError> {
+    let unreadable =
+        |source| CredentialError::Unreadable { key: key.to_owned(), path: path.to_owned(), source };
     let file = std::fs::File::open(path).map_err(unreadable)?;
-    if KEYS.contains(&key) {
+    if is_private {
         let mode = mode_of(&file.metadata().map_err(unreadable)?);
         if mode & 0o004 != 0 {
-            return Err(CredentialError::Exposed { key, path: path.to_owned(), mode });
+            return Err(CredentialError::Exposed { key: key.to_owned(), path: path.to_owned(), mode });
         }
         if mode & 0o040 != 0 {
             tracing::warn!(
@@ -217,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_user_name_or_password_that_zenoh_would_ignore_is_refused() {
+    fn a_user_name_or_password_that_zenoh_would_ignore_in_place_of_a_cert_is_refused() {
         let message =
             refused(r#"{ transport: { auth: { usrpwd: { user: "ego", password: "letmein-77" } } } }"#);
         assert!(message.contains("usrpwd/user") && message.contains("v2x certs init"), "{message}");
@@ -250,6 +269,25 @@ mod tests {
         assert!(check_at(0o644).unwrap_err().to_string().contains("chmod 600"));
         std::fs::remove_dir_all(&folder).unwrap();
         assert!(check_at_missing(json5, &folder).contains("key.pem"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_private_tls_key_that_an_endpoint_names_and_everybody_can_read_is_refused() {
+        use std::os::unix::fs::PermissionsExt;
+        let key = std::env::temp_dir().join(format!("v2x-endpoint-key-{}.pem", std::process::id()));
+        std::fs::write(&key, "secret").unwrap();
+        let check_at = |part: &str, mode: u32| {
+            std::fs::set_permissions(&key, std::fs::Permissions::from_mode(mode)).unwrap();
+            let endpoint = format!("tls/127.0.0.1:1#{part}_private_key_file={}", key.display());
+            check_endpoints(&config(&format!("{{ {part}: {{ endpoints: [{endpoint:?}] }} }}")))
+        };
+        for part in ["listen", "connect"] {
+            assert!(check_at(part, 0o600).is_ok());
+            let refused = check_at(part, 0o644).unwrap_err().to_string();
+            assert!(refused.contains("chmod 600") && refused.contains(part), "{refused}");
+        }
+        std::fs::remove_file(&key).unwrap();
     }
 
     #[cfg(unix)]

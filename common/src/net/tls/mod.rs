@@ -9,8 +9,8 @@ mod unreadable;
 
 pub(super) use believed::why_not_believed;
 pub use credentials::{CredentialError, check};
-pub(super) use probe::endpoints;
+pub(super) use credentials::{check_endpoints, conceal_endpoints};
 pub use probe::why_not_connected;
 pub use reason::TlsRefusal;
-pub(super) use secrets::redacted;
+pub(super) use secrets::{redacted, without_secrets};
 pub(super) use unreadable::without_values;

@@ -6,11 +6,10 @@
 use super::credentials::TlsFiles;
 use super::reason::TlsRefusal;
 use crate::clock;
-use crate::net::endpoint::Endpoint;
+use crate::net::endpoint::{self, Endpoint, shown};
 use crate::time::{Span, Timestamp};
 use rustls::pki_types::ServerName;
 use rustls::{ClientConfig, ClientConnection, Error, Stream};
-use serde_json::Value;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::Arc;
@@ -33,38 +32,15 @@ pub async fn why_not_connected(config: Config) -> Option<String> {
     // A thread of its own: the system takes its time to find that a name has no address, and the program may end meanwhile.
     std::thread::spawn(move || {
         let files = TlsFiles::of(&config);
-        let endpoints = endpoints(&config, "connect");
+        let endpoints = endpoint::of_config(&config, "connect");
         let refused = |endpoint: &String| {
             let why = refusal(endpoint, &files, clock::now() + OF_ONE)?;
-            Some(format!("{endpoint}: {why}"))
+            Some(format!("{}: {why}", shown(endpoint)))
         };
         // Nobody waits for the answer any more: that is no fault.
         let _ = done.send(endpoints.iter().take(MAX_ENDPOINTS).find_map(refused));
     });
     tokio::time::timeout(OF_ALL, answer).await.ok()?.ok()?
-}
-
-/// The endpoints under `connect` or `listen`: a list, with or without lists of alternatives, or one for each mode, of which
-/// the configuration has one (a client listens nowhere by itself).
-pub(in crate::net) fn endpoints(config: &Config, part: &str) -> Vec<String> {
-    fn collect(value: &Value, mode: &str, endpoints: &mut Vec<String>) {
-        match value {
-            Value::String(endpoint) => endpoints.push(endpoint.clone()),
-            Value::Array(values) => values.iter().for_each(|value| collect(value, mode, endpoints)),
-            Value::Object(modes) => {
-                if let Some(value) = modes.get(mode) {
-                    collect(value, mode, endpoints);
-                }
-            }
-            _ => {}
-        }
-    }
-    let mode = config.get_json("mode").ok().and_then(|json| serde_json::from_str(&json).ok());
-    let mode: String = mode.unwrap_or_else(|| "peer".to_owned());
-    let json = config.get_json(&format!("{part}/endpoints")).unwrap_or_default();
-    let mut endpoints = Vec::new();
-    collect(&serde_json::from_str(&json).unwrap_or_default(), &mode, &mut endpoints);
-    endpoints
 }
 
 /// Until a time, at which it is as if nobody had said anything.

@@ -1,9 +1,8 @@
 //! Secrets of configurations never reach the logs, whoever writes them: Zenoh logs its whole configuration at the level debug.
 
+use crate::net::endpoint::REDACTED;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What stands in a log in place of a secret.
-const REDACTED: &str = "[redacted]";
 /// Shorter ones would take other words with them.
 const SHORTEST: usize = 4;
 
@@ -40,12 +39,18 @@ pub(in crate::net) fn redacted(message: &[u8]) -> Option<Vec<u8>> {
     Some(found.fold(text.to_owned(), |text, secret| text.replace(secret, REDACTED)).into_bytes())
 }
 
+/// A text, such as an error of Zenoh that quotes endpoints, without secrets.
+pub(in crate::net) fn without_secrets(text: &str) -> String {
+    let redacted = redacted(text.as_bytes()).and_then(|bytes| String::from_utf8(bytes).ok());
+    redacted.unwrap_or_else(|| text.to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_concealed_secret_is_left_out_of_a_message_as_it_is_and_as_it_is_quoted() {
+    fn a_concealed_secret_of_tls_is_left_out_of_a_message_as_it_is_and_as_it_is_quoted() {
         conceal("pass\"word-7");
         let message = format!("user a, {} and {:?}", "pass\"word-7", "pass\"word-7");
         let shown = |message: &str| String::from_utf8(redacted(message.as_bytes()).unwrap()).unwrap();

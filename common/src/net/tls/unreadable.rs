@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_a_configuration_names_key_and_place_and_quotes_no_secret() {
+    fn an_error_of_a_tls_configuration_names_key_and_place_and_quotes_no_secret() {
         let usrpwd = |inner: &str| format!("{{\n transport: {{ auth: {{ usrpwd: {{ {inner} }} }} }}\n}}");
         let unusable = [
             usrpwd(&format!("user: \"ego\", password: \"{SECRET}\" secret: 1")),
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_and_yaml_are_quoted_no_more_than_texts() {
+    fn numbers_and_yaml_of_a_tls_configuration_are_quoted_no_more_than_texts() {
         let said_of = said("c.json5", "{ transport: { auth: { usrpwd: { password: 314159 } } } }");
         assert!(!said_of.contains("314159"), "{said_of}");
         let said_of = said("d.yaml", &format!("transport:\n  auth:\n    usrpwd: {SECRET}\n"));
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_value_is_kept() {
+    fn what_is_no_value_of_a_tls_configuration_is_kept() {
         let said = without_values("Unsupported file type '.txt' (.json, .json5 and .yaml are supported)");
         assert!(said.contains(".txt") && said.contains("json5"), "{said}");
         assert_eq!(

@@ -17,7 +17,7 @@ use v2x_common::{clock, version};
 const PREFIX: &str = "v2x_hub";
 
 /// Everything as OpenMetrics; `None` before the hub is ready.
-pub(super) fn exposition(monitor: &Monitor) -> Result<Option<String>, fmt::Error> {
+pub(in crate::hub) fn exposition(monitor: &Monitor) -> Result<Option<String>, fmt::Error> {
     let Some(snapshot) = monitor.newest() else { return Ok(None) };
     let mut registry = Registry::with_prefix(PREFIX);
     registry.register_collector(Box::new(Exported { snapshot, now: clock::now() }));

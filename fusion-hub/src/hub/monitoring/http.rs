@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn before_a_hub_is_ready_it_is_alive_and_neither_ready_nor_healthy() {
+    fn after_a_restart_a_hub_is_alive_and_neither_ready_nor_healthy_until_it_shows_itself() {
         let monitor = Monitor::default();
         let status = |path| answer(&Method::GET, path, &monitor).status().as_u16();
         assert_eq!(["/livez", "/readyz", "/healthz", "/metrics", "/"].map(status), [200, 503, 503, 503, 404]);

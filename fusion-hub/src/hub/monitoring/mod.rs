@@ -1,6 +1,6 @@
 //! A hub as supervisors and monitoring systems see it: metrics and health over HTTP, and a file that says that it is ready.
 
-mod exported;
+pub(super) mod exported;
 mod http;
 pub mod metrics;
 mod of_agents;

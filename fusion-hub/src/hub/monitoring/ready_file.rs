@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ready_file_of_a_hub_that_runs_is_left_to_it_and_that_of_an_earlier_one_is_removed() {
+    fn at_a_restart_the_ready_file_of_a_hub_that_runs_is_left_to_it_and_that_of_an_earlier_one_is_removed() {
         let path = std::env::temp_dir().join(format!("v2x-ready-{}.json", std::process::id()));
         std::fs::write(&path, "of an earlier hub").unwrap();
         let mut running = ReadyFile::claim(&path).unwrap();

@@ -4,8 +4,8 @@
 //! when there are no more (`crate::standby`).
 
 use super::Hub;
+use crate::hub::control_queue::Asked;
 use crate::hub::error::HubError;
-use crate::hub::network::Asked;
 use crate::hub::standby::Standby;
 use crate::hub::status::StandbyStatus;
 use crate::standby::Heard;

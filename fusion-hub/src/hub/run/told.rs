@@ -20,7 +20,7 @@ impl Hub {
             lineage: self.settings.engine.lineage,
             started_at: self.started_at.as_micros(),
             now: clock::now().as_micros(),
-            clock_step_ms: self.clock_step.as_millis_f64(),
+            clock_step_ms: self.system_clock.step.as_millis_f64(),
             locators: self.locators.clone(),
             tracks: counts.tracks,
             objects: self.objects,

@@ -116,7 +116,7 @@ fn ids_that_a_standby_follows_stay_when_objects_pass_each_other_and_move_when_th
 }
 
 #[test]
-fn a_track_that_the_other_hub_begins_anew_has_the_new_id_and_the_old_one_comes_never_back() {
+fn at_a_standby_a_track_that_the_other_hub_begins_anew_has_the_new_id_and_the_old_one_comes_never_back() {
     let mut names = Names::default();
     let here = [(own(0), 0.0, 0.0)];
     names.note_own(&list(0, &here));

@@ -78,7 +78,7 @@ fn a_standby_that_did_not_run_waits_for_what_was_sent_meanwhile() {
 }
 
 #[test]
-fn of_two_active_hubs_the_one_with_the_lower_lineage_yields() {
+fn of_two_active_standby_hubs_the_one_with_the_lower_lineage_yields() {
     let (mut lower, mut higher) = (leader(2), leader(3));
     assert_eq!(higher.hear(2, at(2410)), Heard::Ignored);
     assert!(higher.has_rival(at(2410)) && !higher.has_rival(at(3000)));
@@ -142,14 +142,14 @@ fn a_standby_that_gives_way_to_one_of_its_own_lineage_follows_it() {
 }
 
 #[test]
-fn an_active_hub_yields_to_one_that_publishes_on_by_no_rule() {
+fn an_active_standby_yields_to_a_hub_that_publishes_on_by_no_rule() {
     let mut role = leader(3);
     let yields = (2500..9000).step_by(100).find(|ms| role.hear(1, at(*ms)) == Heard::Yields);
     assert_eq!(yields, Some(4500));
 }
 
 #[test]
-fn a_hub_that_was_stopped_while_it_published_looks_whether_it_was_replaced() {
+fn a_standby_that_was_stopped_while_it_published_looks_whether_it_was_replaced() {
     let mut alone = leader(2);
     assert!(alone.decide(at(7400)) && !alone.publishes());
     assert_eq!(first_change(&mut alone, 7410, 9000), Some(7700), "it was not");
