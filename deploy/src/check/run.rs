@@ -2,6 +2,7 @@
 
 use super::CheckArgs;
 use super::listener::{Listener, served_networks};
+use super::unserved;
 use crate::health;
 use crate::output;
 use anyhow::Context;
@@ -56,9 +57,14 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
     let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner);
     let mut findings = strays.findings(&served);
     if statuses.is_empty() {
+        let asked =
+            unserved::Asked { network: args.network, hub: args.hub, stands_in: !args.listen.is_empty() };
+        findings.extend(unserved::finding(&asked, &served, listener.frames));
         findings.extend(listener.core.findings().iter().cloned());
     }
     findings.extend(statuses.iter().flat_map(|status| status.findings.iter().cloned()));
+    findings.extend(statuses.iter().filter_map(|status| outdated(status, began_at)));
+    findings.extend(statuses.iter().filter_map(without_objects));
     // A hub that hears nobody is explained by those who publish elsewhere; and it names invalid names itself.
     let is_explained = |one: &Finding| {
         one.code == Code::NoAgents
@@ -101,11 +107,8 @@ async fn ask(
     let first_asked_at = clock::now();
     loop {
         let statuses = hub_status::query_of(session, network, hub).await?;
-        let is_new = |status: &HubStatus| {
-            status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
-        };
         let is_late = clock::now() - first_asked_at >= HUB_JUDGES_WITHIN;
-        if statuses.iter().all(is_new) || is_late || shutdown.is_cancelled() {
+        if statuses.iter().all(|status| is_new(status, began_at)) || is_late || shutdown.is_cancelled() {
             return Ok(statuses);
         }
         if !has_said {
@@ -117,6 +120,49 @@ async fn ask(
             () = tokio::time::sleep(Duration::from_millis(500)) => {}
         }
     }
+}
+
+/// Whether the hub has judged ten seconds of about this time.
+fn is_new(status: &HubStatus, began_at: Timestamp) -> bool {
+    status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
+}
+
+/// What a hub says is of a time before this command, or of no whole ten seconds yet.
+fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
+    if is_new(status, began_at) {
+        return None;
+    }
+    let hub = status.hub;
+    let says = match status.judged_since {
+        Some(since) => format!(
+            "what hub {hub} says is of ten seconds that began {:.0} s before this command: it has judged none since",
+            (began_at.as_micros() - since).max(0) as f64 * 1e-6
+        ),
+        None => format!("hub {hub} has not judged whole ten seconds yet: what it says is of less"),
+    };
+    let change = "Ask again in a minute; a hub that has no time for its frames judges late, too";
+    Some(Finding::of_network(Code::Outdated, says, change).as_note())
+}
+
+/// A hub that knows agents, and has no object to publish.
+fn without_objects(status: &HubStatus) -> Option<Finding> {
+    /// Objects are gone by then whose agents send nothing any more.
+    const SILENT_S: f64 = 2.0;
+    let is_said = status.findings.iter().any(|one| one.code == Code::NoAgents);
+    let newest = status.agents.iter().filter_map(|agent| agent.newest_captured_at).max()?;
+    if is_said || status.objects > 0 {
+        return None;
+    }
+    let age_s = (status.now - newest) as f64 * 1e-6;
+    let says = match age_s > SILENT_S {
+        true => format!("hub {} has no object: the newest frame was captured {age_s:.0} s ago", status.hub),
+        false => format!("hub {} has no object, though frames come", status.hub),
+    };
+    let change = match age_s > SILENT_S {
+        true => "Has the replay, or the agents' program, ended? What is said above is of the time before",
+        false => "Do the agents see anything? An object is published once several detections confirm it",
+    };
+    Some(Finding::of_network(Code::NoAgents, says, change).as_note())
 }
 
 /// The agent that was asked for, where nobody has heard of it.
