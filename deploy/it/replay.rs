@@ -1,6 +1,6 @@
 //! `v2x replay` of what foreign agents have sent as JSON.
 
-use crate::support::{V2x, folder, run, send};
+use crate::support::{TIMEOUT, V2x, folder, run, send};
 use anyhow::{Context, ensure};
 use serde_json::Value;
 use std::path::Path;
@@ -11,6 +11,9 @@ use v2x_common::recording::{Entry, RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
 
+const DESCRIPTION: &str = r#"{"revision": 1, "kind": "roadside-unit", "detection_probability": 0.9, "clutter_per_m2": 0,
+    "rate_hz": 20, "accuracy": {"position_m": 0, "yaw_rad": 0, "clock_s": 0},
+    "field_of_view": {"range_min_m": 0, "range_max_m": 80, "azimuth_rad": 0, "width_rad": 6.283}}"#;
 /// Frames of the recording, 50 ms apart.
 const FRAMES: i64 = 40;
 
@@ -27,7 +30,7 @@ fn record(path: &Path, frame: fn(i64, Timestamp) -> String) -> anyhow::Result<()
             payload: payload.into_bytes(),
         })
     };
-    write(begun_at, keys.sensor(&agent), r#"{"revision": 1}"#.into())?;
+    write(begun_at, keys.sensor(&agent), DESCRIPTION.into())?;
     for number in 0..FRAMES {
         let captured_at = begun_at + Span::from_millis(50 * number);
         write(captured_at + Span::from_millis(20), keys.detections(&agent), frame(number, captured_at))?;
@@ -69,14 +72,15 @@ async fn frames_as_json_are_taken_by_a_hub_of_today_and_again_at_each_round() ->
     let (_hub, endpoint) = hub(&folder).await?;
     let args = ["replay", "run.mcap", "--network", "again", "--speed", "4", "--loop", "--connect", &endpoint];
     let replay = V2x::start(&folder, &args)?;
-    let deadline = tokio::time::Instant::now() + crate::support::TIMEOUT;
-    let camera = loop {
-        let camera = camera(&folder, &endpoint).await?;
-        if camera["accepted"].as_i64().is_some_and(|accepted| accepted > 3 * FRAMES) {
-            break camera;
+    let awaited = async {
+        loop {
+            let camera = camera(&folder, &endpoint).await?;
+            if camera["accepted"].as_i64().is_some_and(|accepted| accepted > 3 * FRAMES) {
+                return anyhow::Ok(camera);
+            }
         }
-        ensure!(tokio::time::Instant::now() < deadline, "the hub takes too few: {camera:#}");
     };
+    let camera = tokio::time::timeout(TIMEOUT, awaited).await.context("the hub takes too few")??;
     let refused = camera["refused"].as_object().context("refused")?;
     ensure!(refused.is_empty(), "{camera:#}");
     ensure!(camera["sensor"]["revision"] == 1, "{camera:#}");

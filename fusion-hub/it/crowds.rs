@@ -21,7 +21,7 @@ fn at(ms: i64) -> Timestamp {
 }
 
 fn name(n: usize) -> AgentId {
-    AgentId::new(&format!("a{n:02}")).unwrap()
+    AgentId::new(&format!("a{n:02}")).expect("a name")
 }
 
 /// Place and velocity of the cars at a time, s.
@@ -77,7 +77,7 @@ fn list(ms: i64) -> FusedFrame {
         object
     });
     FusedFrame {
-        hub: HubId::new("hub").unwrap(),
+        hub: HubId::new("hub").expect("a name"),
         lineage: 1,
         sequence: ms.unsigned_abs(),
         fused_at: at(ms),
@@ -90,7 +90,7 @@ fn list(ms: i64) -> FusedFrame {
 
 /// The faults that are found each second, of so many agents of which one writes its frames wrongly.
 fn faults(n: usize, wrong: usize, write: impl Fn(&mut DetectionFrame)) -> Vec<(i64, Vec<Finding>)> {
-    let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
+    let engine = Engine::new(EngineConfig::new(HubId::new("hub").expect("a name"), 1));
     let (tokens, mut survey, mut found) = (Tokens::default(), Survey::default(), Vec::new());
     let reported = Reported { has_sequence: false, ..Reported::default() };
     for k in 0..DURATION_S * 10 {

@@ -127,6 +127,11 @@ fn is_new(status: &HubStatus, began_at: Timestamp) -> bool {
     status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
 }
 
+#[expect(clippy::cast_precision_loss, reason = "for people")]
+fn seconds(micros: i64) -> f64 {
+    micros as f64 * 1e-6
+}
+
 /// What a hub says is of a time before this command, or of no whole ten seconds yet.
 fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
     if is_new(status, began_at) {
@@ -136,7 +141,7 @@ fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
     let says = match status.judged_since {
         Some(since) => format!(
             "what hub {hub} says is of ten seconds that began {:.0} s before this command: it has judged none since",
-            (began_at.as_micros() - since).max(0) as f64 * 1e-6
+            seconds((began_at.as_micros() - since).max(0))
         ),
         None => format!("hub {hub} has not judged whole ten seconds yet: what it says is of less"),
     };
@@ -153,7 +158,7 @@ fn without_objects(status: &HubStatus) -> Option<Finding> {
     if is_said || status.objects > 0 {
         return None;
     }
-    let age_s = (status.now - newest) as f64 * 1e-6;
+    let age_s = seconds(status.now - newest);
     let says = match age_s > SILENT_S {
         true => format!("hub {} has no object: the newest frame was captured {age_s:.0} s ago", status.hub),
         false => format!("hub {} has no object, though frames come", status.hub),

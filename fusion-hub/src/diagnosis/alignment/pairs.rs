@@ -87,7 +87,7 @@ impl Edge {
     }
 
     /// In the order in which they are taken.
-    fn cmp(&self, other: &Self) -> Ordering {
+    fn order(&self, other: &Self) -> Ordering {
         let rank = |edge: &Self| edge.before.unwrap_or(usize::MAX);
         rank(self).cmp(&rank(other)).then(self.apart_m.total_cmp(&other.apart_m))
     }
@@ -103,7 +103,7 @@ fn edges(places: &[Place], before: &[[AgentId; 2]]) -> Vec<Edge> {
             edges.push(Edge { ends: [j, k], apart_m: apart_m(a, b), before });
         }
     }
-    edges.sort_by(Edge::cmp);
+    edges.sort_by(Edge::order);
     edges
 }
 

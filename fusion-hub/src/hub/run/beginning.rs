@@ -15,7 +15,7 @@ pub(super) fn recording(setup: &HubSetup) -> Result<Option<RecordingFile>, HubEr
     let Some((path, options)) = setup.record.clone() else { return Ok(None) };
     let mut file = RecordingFile::create(&path, options)?;
     if file.path() != path {
-        tracing::warn!(file = %file.path().display(), "{} is there and stays: the recording goes on beside it", path.display());
+        tracing::warn!(file = %file.path().display(), "files of this recording are there and stay: it goes on beside them");
     }
     file.read_by(&Writings::new(setup.settings.writings()));
     Ok(Some(file))
