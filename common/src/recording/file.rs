@@ -448,7 +448,9 @@ mod tests {
         assert_eq!(file.path(), folder.0.join("run-8.mcap"));
         // Somebody else's file comes in the way.
         std::fs::write(folder.0.join("run-9.mcap"), "mine").unwrap();
-        entries.iter().for_each(|entry| drop(file.write(entry).unwrap()));
+        for entry in &entries {
+            file.write(entry).unwrap();
+        }
         file.finish().unwrap();
         let all: Vec<_> =
             [8, 10, 11].iter().flat_map(|n| read(&folder.0.join(format!("run-{n}.mcap"))).0).collect();

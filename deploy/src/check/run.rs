@@ -244,3 +244,51 @@ fn say(line: &str) {
         let _ = writeln!(err, "{line}");
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    /// A hub whose only agent's newest frame was captured so many seconds ago.
+    fn status(objects: u32, age_s: i64, more: &Value) -> HubStatus {
+        let quantiles = json!({ "p50": null, "p95": null, "p99": null, "max": null, "count": 0 });
+        let agent = json!({
+            "id": "cam1", "alive": true, "accepted": 9, "synchronous": 0, "out_of_sequence": 0, "ahead_of_time": 0,
+            "refused": {}, "last_refusal": null, "unmapped_classes": 0, "descriptions_refused": 0, "nis_per_dof": null,
+            "newest_captured_at": 100_000_000 - age_s * 1_000_000, "sensor": null,
+        });
+        let mut status = json!({
+            "hub": "hub", "network": "demo", "version": "0", "lineage": 1, "started_at": 0, "now": 100_000_000, "locators": [],
+            "tracks": 0, "objects": objects, "frames_published": 0, "publish_errors": 0, "dropped_overload": 0,
+            "refused_beyond_limit": 0, "refused_unnamed": 0, "births_refused": 0, "merges": 0, "objects_withheld": 0,
+            "invalid_names": [], "latency_ms": quantiles, "compute_ms": quantiles, "memory_bytes": null, "agents": [agent],
+        });
+        for (key, value) in more.as_object().into_iter().flatten() {
+            status[key] = value.clone();
+        }
+        serde_json::from_value(status).unwrap()
+    }
+
+    #[test]
+    fn a_hub_without_objects_after_its_agents_have_ended_is_not_passed_over() {
+        let none = json!({});
+        let note = without_objects(&status(0, 7, &none)).unwrap();
+        assert!(!note.is_fault() && note.says.contains("captured 7 s ago"), "{note}");
+        assert!(without_objects(&status(0, 0, &none)).unwrap().says.contains("though frames come"));
+        assert_eq!(without_objects(&status(3, 7, &none)), None);
+        let said = json!({ "findings": [Finding::of_network(Code::NoAgents, "none", "")] });
+        assert_eq!(without_objects(&status(0, 7, &said)), None, "the hub says it itself");
+    }
+
+    #[test]
+    fn findings_of_an_earlier_time_are_said_to_be_of_it() {
+        let began_at = Timestamp::EPOCH + Span::from_millis(100_000);
+        let since = |s: i64| json!({ "judged_since": s * 1_000_000 });
+        assert_eq!(outdated(&status(1, 0, &since(96)), began_at), None);
+        let note = outdated(&status(1, 0, &since(60)), began_at).unwrap();
+        assert!(!note.is_fault() && note.says.contains("began 40 s before this command"), "{note}");
+        let note = outdated(&status(1, 0, &json!({})), began_at).unwrap();
+        assert!(note.says.contains("has not judged whole ten seconds"), "{note}");
+    }
+}

@@ -66,11 +66,15 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent));
         of_agent.into_iter().any(|(_, fit)| matches!(fit, Fit::Changed { .. }))
     };
+    // Shifted by a lane, what moves is compared with what comes the other way.
+    let shifted = findings.iter().filter(|one| one.code == Code::Offset && one.is_fault());
+    let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
     findings.retain(|one| {
         let Some(agent) = one.agent else { return true };
         let places_are_wrong = has_one(agent, &PLACES);
         let is_consequence = (places_are_wrong
             && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
+            || (shifted.contains(&agent) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent)) && SIGMAS.contains(&one.code))
             || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code))
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
