@@ -90,6 +90,17 @@ fn list(ms: i64) -> FusedFrame {
 
 /// The faults that are found each second, of so many agents of which one writes its frames wrongly.
 fn faults(n: usize, wrong: usize, write: impl Fn(&mut DetectionFrame)) -> Vec<(i64, Vec<Finding>)> {
+    let mut found = findings((n, wrong), write, list);
+    found.iter_mut().for_each(|(_, findings)| findings.retain(Finding::is_fault));
+    found
+}
+
+/// All that is found each second; `list` is what the hub publishes.
+fn findings(
+    (n, wrong): (usize, usize),
+    write: impl Fn(&mut DetectionFrame),
+    list: impl Fn(i64) -> FusedFrame,
+) -> Vec<(i64, Vec<Finding>)> {
     let engine = Engine::new(EngineConfig::new(HubId::new("hub").expect("a name"), 1));
     let (tokens, mut survey, mut found) = (Tokens::default(), Survey::default(), Vec::new());
     let reported = Reported { has_sequence: false, ..Reported::default() };
@@ -99,7 +110,7 @@ fn faults(n: usize, wrong: usize, write: impl Fn(&mut DetectionFrame)) -> Vec<(i
             // Each has a phase of its own, so that they arrive in one order always.
             let ms = 100 * k + (agent as i64 * 37) % 100;
             let mut frame = frame(agent, ms);
-            if agent == wrong {
+            if agent == wrong || wrong == usize::MAX {
                 write(&mut frame);
             }
             let received_at = at(ms + 20);
@@ -108,8 +119,7 @@ fn faults(n: usize, wrong: usize, write: impl Fn(&mut DetectionFrame)) -> Vec<(i
         if k % 10 == 9 {
             survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k + 120));
             if survey.judged_since().is_some() {
-                let faults = survey.findings().iter().filter(|one| one.is_fault()).cloned();
-                found.push((k / 10, faults.collect()));
+                found.push((k / 10, survey.findings().to_vec()));
             }
         }
     }
@@ -165,4 +175,21 @@ fn an_agent_in_the_frame_of_its_sensor_is_found_among_twenty() {
         let is_it = |one: &Finding| one.code == Code::SensorFrame && one.agent == Some(name(7));
         assert!(faults.iter().any(is_it), "at {second} s: {faults:#?}");
     }
+}
+
+#[test]
+fn a_shift_is_a_note_as_long_as_nobody_knows_how_fast_the_objects_move() {
+    // Objects without velocities, as of a hub that has just begun.
+    let unknown = |ms: i64| FusedFrame { objects: Vec::new(), ..list(ms) };
+    let only_one_road = |frame: &mut DetectionFrame| {
+        frame.detections.retain(|one| one.bev.yaw.abs() < 0.1);
+        let behind_s = if frame.id.agent == name(1) { 0.25 } else { 0.0 };
+        frame.detections.iter_mut().for_each(|one| one.bev.x += 9.0 * behind_s);
+    };
+    // Both write so, by their names.
+    let found = findings((2, usize::MAX), only_one_road, unknown);
+    let offsets: Vec<_> =
+        found.iter().flat_map(|(_, all)| all).filter(|one| one.code == Code::Offset).collect();
+    assert!(!offsets.is_empty() && offsets.iter().all(|one| !one.is_fault()), "{offsets:#?}");
+    assert!(offsets[0].says.contains("whether places differ, or clocks"), "{}", offsets[0]);
 }

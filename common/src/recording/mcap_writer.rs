@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn json_without_an_encoding_is_labelled_as_json_and_what_is_none_on_the_same_key_is_not() {
         let mut file = Vec::new();
-        let mut writer = McapWriter::new(&mut file, &BTreeMap::new()).unwrap();
+        let mut writer = McapWriter::new(&mut file, &BTreeMap::new(), &BTreeMap::new()).unwrap();
         let entry = |encoding: &str, payload: &[u8]| Entry {
             received_at: Timestamp::EPOCH,
             key: "v2x/demo/agent/cam/detections".into(),
