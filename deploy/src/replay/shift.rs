@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn what_cannot_be_shifted_says_why() {
         for (payload, encoding, why) in [
-            (&[1, 2, 3][..], wire::ENCODING_POSTCARD, "version"),
+            (&[1, 2, 3][..], wire::ENCODING_POSTCARD, "payload kind"),
             (b"{", wire::ENCODING_JSON, "JSON"),
             (br#"{"detections":[]}"#, wire::ENCODING_JSON, "captured_at is missing"),
             (br#"{"captured_at":1.5,"detections":[]}"#, wire::ENCODING_JSON, "captured_at is 1.5"),
