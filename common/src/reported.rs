@@ -2,6 +2,9 @@
 
 use crate::conventions::{AngleUnit, Conventions, YawConvention};
 
+/// The largest heading of degrees that are wrapped, with a margin for rounding.
+const MOST_DEGREES: f64 = 360.5;
+
 /// Headings as they are written, in radians by the agent's conventions, before whole turns are taken away.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RawHeadings {
@@ -9,6 +12,8 @@ pub struct RawHeadings {
     pub n: u64,
     /// Those beyond a whole turn of 2π.
     pub beyond_a_turn: u64,
+    /// Those beyond a whole turn of 360, with a margin for rounding.
+    pub beyond_360: u64,
     /// The largest magnitude, rad.
     pub largest: f64,
 }
@@ -19,6 +24,7 @@ impl RawHeadings {
         if yaw.is_finite() {
             self.n += 1;
             self.beyond_a_turn += u64::from(yaw.abs() > std::f64::consts::TAU);
+            self.beyond_360 += u64::from(yaw.abs() > MOST_DEGREES);
             self.largest = self.largest.max(yaw.abs());
         }
     }
@@ -27,6 +33,7 @@ impl RawHeadings {
     pub fn merge(&mut self, other: &Self) {
         self.n += other.n;
         self.beyond_a_turn += other.beyond_a_turn;
+        self.beyond_360 += other.beyond_360;
         self.largest = self.largest.max(other.largest);
     }
 }

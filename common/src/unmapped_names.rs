@@ -44,6 +44,17 @@ impl UnmappedNames {
         self.total
     }
 
+    /// What was counted since then.
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Self {
+        let count = |name: &str| before.names.get(name).copied().unwrap_or(0);
+        let since = self.names.iter().map(|(name, all)| (name, all.saturating_sub(count(name))));
+        Self {
+            total: self.total.saturating_sub(before.total),
+            names: since.filter(|(_, n)| *n > 0).map(|(name, n)| (name.clone(), n)).collect(),
+        }
+    }
+
     /// The names that are kept, in alphabetical order, each with the number of its detections.
     pub fn names(&self) -> impl Iterator<Item = (&str, u64)> {
         self.names.iter().map(|(name, count)| (name.as_str(), *count))
@@ -66,6 +77,10 @@ mod tests {
         assert_eq!(names.total(), 3 + 2 * MAX_UNMAPPED_NAMES as u64);
         assert_eq!(names.names().count(), MAX_UNMAPPED_NAMES);
         assert!(names.names().any(|one| one == ("spaceship", 2)));
+        let before = names.clone();
+        names.add("spaceship");
+        assert_eq!(names.since(&before).total(), 1);
+        assert!(names.since(&before).names().eq([("spaceship", 1)]));
         assert_eq!(more.names().map(|(name, _)| name.chars().count()).max(), Some(MAX_CHARACTERS));
     }
 }

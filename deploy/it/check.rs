@@ -159,3 +159,51 @@ async fn an_agent_whose_vehicle_is_not_in_the_world_is_idle_and_that_is_no_fault
     assert!(table.stdout.lines().any(|line| line.starts_with("ego") && line.contains("idle")), "{table:#?}");
     Ok(())
 }
+
+/// A car on a road, as JSON.
+fn car(now_us: i64) -> String {
+    let x = (now_us / 100_000) % 100;
+    format!(
+        r#"{{"captured_at": {now_us}, "detections": [{{"class": "car", "x": {x}, "y": 3, "yaw": 0, "w": 1.8, "d": 4.5}}]}}"#
+    )
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn frames_of_a_network_that_no_hub_serves_are_a_fault_that_names_the_network_of_the_hub()
+-> anyhow::Result<()> {
+    let folder = folder("check-unserved")?;
+    let mut hub =
+        V2x::start(&folder, &["hub", "--network", "north", "--listen", "tcp/127.0.0.1:0", "--events"])?;
+    let ready: Value = serde_json::from_str(&hub.line().await?)?;
+    let endpoint = ready["locators"][0].as_str().context("no endpoint")?.to_owned();
+    let check = ["check", "--duration", "1.5s", "--connect", &endpoint];
+    // A network that is spelt wrongly: no frame, but there is a hub.
+    let mistyped = run(&folder, &[&check[..], &["--network", "nroth"]].concat()).await?;
+    assert_eq!(mistyped.code, Some(1), "{mistyped:#?}");
+    assert!(mistyped.stdout.replace("\n       ", " ").contains("Use `--network north`"), "{mistyped:#?}");
+    let _agent = Detector::start(&endpoint, "v2x/demo/agent/cam1/detections", car).await?;
+    let frames = run(&folder, &[&check[..], &["--json"]].concat()).await?;
+    assert_eq!(frames.code, Some(1), "{frames:#?}");
+    let found = findings(&frames)?;
+    assert!(found.contains(&("no-hub".to_owned(), None)), "{frames:#?}");
+    assert!(frames.stdout.contains("nobody fuses the"), "{frames:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn without_a_hub_or_with_a_port_in_use_the_error_is_one_sentence() -> anyhow::Result<()> {
+    let folder = folder("check-errors")?;
+    let none = run(&folder, &["check", "--connect", "tcp/127.0.0.1:1", "--wait", "0.5"]).await?;
+    let taken = std::net::TcpListener::bind("127.0.0.1:0")?;
+    let endpoint = format!("tcp/{}", taken.local_addr()?);
+    let in_use = run(&folder, &["check", "--listen", &endpoint, "--duration", "0.5"]).await?;
+    assert!(in_use.stderr.contains("cannot listen on"), "{in_use:#?}");
+    for ending in [none, in_use] {
+        assert_eq!(ending.code, Some(1), "{ending:#?}");
+        let is_raw =
+            |line: &&str| line.contains(" WARN ") || line.contains("zenoh::") || line.contains(".rs:");
+        let raw: Vec<_> = ending.stderr.lines().filter(is_raw).collect();
+        assert!(raw.is_empty(), "{raw:#?}");
+    }
+    Ok(())
+}

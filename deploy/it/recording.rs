@@ -1,6 +1,6 @@
 //! Recording, computing again, and replaying, by whole processes.
 
-use crate::support::{TIMEOUT, V2x, folder, run, up_with};
+use crate::support::{TIMEOUT, V2x, folder, run, send, up_with};
 use anyhow::{Context, ensure};
 use std::path::Path;
 use std::process::Command;
@@ -159,5 +159,57 @@ async fn a_replay_of_no_recording_and_a_recording_without_a_journal_say_what_is_
     ensure!(run(&folder, &[&args[..], &["--connect", &endpoint]].concat()).await?.code == Some(0));
     let error = format!("{:#}", is_identical(&folder.join("delta.mcap")).err().context("it has no journal")?);
     ensure!(error.contains("nothing to compare") && error.contains("v2x record"), "{error}");
+    Ok(())
+}
+
+/// The hub's own recording that goes on with the next number, whatever the hub before left.
+async fn hub_that_records(folder: &Path) -> anyhow::Result<V2x> {
+    let args =
+        ["hub", "--network", "again", "--listen", "tcp/127.0.0.1:0", "--events", "--record", "run.mcap"];
+    let mut hub = V2x::start(folder, &[&args[..], &["--rotate-mb", "500", "--rotate-min", "60"]].concat())?;
+    hub.line().await?;
+    Ok(hub)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_hub_that_crashed_is_started_again_by_the_same_command_and_its_recording_goes_on_beside()
+-> anyhow::Result<()> {
+    let folder = folder("recording-restarted")?;
+    let first = hub_that_records(&folder).await?;
+    send("KILL", first.process_id()?).await?;
+    first.end().await?;
+    let left = std::fs::read(folder.join("run.mcap"))?;
+    let second = hub_that_records(&folder).await?;
+    interrupt(&second)?;
+    let ending = second.end().await?;
+    ensure!(ending.code == Some(0), "{ending:#?}");
+    ensure!(ending.stderr.contains("run-2.mcap") && ending.stderr.contains("goes on beside"), "{ending:#?}");
+    ensure!(std::fs::read(folder.join("run.mcap"))? == left, "what the first one left was changed");
+    entries(&folder.join("run-2.mcap"))?;
+    // Without files that rotate nothing else was asked for.
+    let args = ["hub", "--network", "again", "--listen", "tcp/127.0.0.1:0", "--record", "run.mcap"];
+    let refused = run(&folder, &args).await?;
+    ensure!(refused.code == Some(1) && refused.stderr.contains("exists"), "{refused:#?}");
+    // A hub that cannot begin leaves no file behind, however often it is tried.
+    let taken = std::net::TcpListener::bind("127.0.0.1:0")?;
+    let endpoint = format!("tcp/{}", taken.local_addr()?);
+    let args = ["hub", "--listen", &endpoint, "--record", "run.mcap", "--rotate-mb", "500"];
+    let refused = run(&folder, &args).await?;
+    ensure!(refused.code == Some(1) && !folder.join("run-3.mcap").exists(), "{refused:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_recording_ends_after_its_duration() -> anyhow::Result<()> {
+    let folder = folder("recording-duration")?;
+    let (_up, endpoint) = up_with(&folder, "crossing", "recording-duration").await?;
+    let args =
+        ["record", "run.mcap", "--duration", "2s", "--network", "recording-duration", "--connect", &endpoint];
+    let ending = run(&folder, &args).await?;
+    ensure!(ending.code == Some(0) && ending.stderr.contains("recorded "), "{ending:#?}");
+    let recorded = entries(&folder.join("run.mcap"))?;
+    let (first, last) = (recorded.first().context("empty")?, recorded.last().context("empty")?);
+    let lasted_s = (last.received_at - first.received_at).as_secs_f64();
+    ensure!((1.0..4.0).contains(&lasted_s), "{lasted_s} s");
     Ok(())
 }

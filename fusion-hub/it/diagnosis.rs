@@ -16,33 +16,33 @@ const DURATION_MS: i64 = 24_000;
 
 /// A frame of one agent, before it is written.
 #[derive(Clone, Debug)]
-struct Frame {
-    agent: &'static str,
-    captured_ms: i64,
+pub(crate) struct Frame {
+    pub(crate) agent: &'static str,
+    pub(crate) captured_ms: i64,
     /// From capture to arrival.
-    delay_ms: i64,
-    sequence: u64,
-    epoch: u64,
-    pose: Pose,
-    detections: Vec<Detection>,
-    is_lost: bool,
+    pub(crate) delay_ms: i64,
+    pub(crate) sequence: u64,
+    pub(crate) epoch: u64,
+    pub(crate) pose: Pose,
+    pub(crate) detections: Vec<Detection>,
+    pub(crate) is_lost: bool,
     /// Added to the written frame last.
-    more: Value,
+    pub(crate) more: Value,
 }
 
 #[derive(Clone, Debug)]
-struct Detection {
-    class: &'static str,
-    x: f64,
-    y: f64,
-    w: f64,
-    d: f64,
-    yaw: f64,
-    sigma_m: Option<f64>,
+pub(crate) struct Detection {
+    pub(crate) class: &'static str,
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) w: f64,
+    pub(crate) d: f64,
+    pub(crate) yaw: f64,
+    pub(crate) sigma_m: Option<f64>,
 }
 
 /// Two cameras over a crossing. `edit` makes the second one's frames wrong.
-fn world(k: i64, agent: &'static str) -> Frame {
+pub(crate) fn world(k: i64, agent: &'static str) -> Frame {
     let pose = match agent {
         "north" => Pose { x: 12.0, y: 26.0, yaw: -1.8 },
         _ => Pose { x: -25.0, y: -14.0, yaw: 0.5 },
@@ -85,7 +85,7 @@ fn world(k: i64, agent: &'static str) -> Frame {
 }
 
 /// About standard normal, the same in each run: the sum of twelve uniform numbers of a hash.
-fn noise(seed: u64, n: u64, which: u64) -> f64 {
+pub(crate) fn noise(seed: u64, n: u64, which: u64) -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (n << 32) ^ (which << 56) ^ 0x51;
     let mut sum = -6.0;
     for _ in 0..12 {
@@ -121,7 +121,7 @@ impl Frame {
 }
 
 /// What is found with these settings where the frames of `north` are edited; `extra` gives further frames.
-fn findings_of(
+pub(crate) fn findings_of(
     settings: &str,
     edit: impl Fn(&mut Frame),
     extra: impl Fn(i64) -> Option<Frame>,
@@ -154,7 +154,12 @@ fn findings_with(
 }
 
 /// What a core finds in frames in their order of arrival; `describe` is called once a second.
-fn run(core: &mut Core, frames: Vec<Frame>, tokens: &Tokens, describe: impl Fn(&mut Core)) -> Vec<Finding> {
+pub(crate) fn run(
+    core: &mut Core,
+    frames: Vec<Frame>,
+    tokens: &Tokens,
+    describe: impl Fn(&mut Core),
+) -> Vec<Finding> {
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     let (mut next_list, mut next_look) = (0, 0);
     for frame in frames {
@@ -173,11 +178,11 @@ fn run(core: &mut Core, frames: Vec<Frame>, tokens: &Tokens, describe: impl Fn(&
     core.findings().to_vec()
 }
 
-fn found(edit: impl Fn(&mut Frame)) -> Vec<Finding> {
+pub(crate) fn found(edit: impl Fn(&mut Frame)) -> Vec<Finding> {
     findings_of("", edit, |_| None)
 }
 
-fn each(frame: &mut Frame, edit: impl Fn(&mut Detection)) {
+pub(crate) fn each(frame: &mut Frame, edit: impl Fn(&mut Detection)) {
     frame.detections.iter_mut().for_each(edit);
 }
 

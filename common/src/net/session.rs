@@ -191,8 +191,33 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
     // deadline, shutdown and the end of the process independent of that.
     let (done, opened) = tokio::sync::oneshot::channel();
     std::thread::spawn(move || done.send(zenoh::open(config).wait()));
-    let quoted = |error: zenoh::Error| anyhow!("{}", tls::without_secrets(&error.to_string()));
-    opened.await.context("opening the Zenoh session panicked")?.map_err(quoted)
+    let opened = opened.await.context("opening the Zenoh session panicked")?;
+    opened.map_err(|error| anyhow!("{}", without_places(&tls::without_secrets(&error.to_string()))))
+}
+
+/// An error of Zenoh without the places in its code (` at /…/tcp.rs:61.`), which help nobody who reads it.
+fn without_places(error: &str) -> String {
+    let is_place = |word: &str| {
+        let place = word.trim_end_matches([']', ')', ',', '.', ';']);
+        place.rsplit_once(":").is_some_and(|(file, line)| {
+            file.ends_with(".rs") && !line.is_empty() && line.bytes().all(|byte| byte.is_ascii_digit())
+        })
+    };
+    let mut kept: Vec<&str> = Vec::new();
+    for word in error.split(' ') {
+        if !is_place(word) {
+            kept.push(word);
+            continue;
+        }
+        if kept.last() == Some(&"at") {
+            kept.pop();
+        }
+        // What closed after the place still does.
+        if word.trim_end_matches('.').ends_with(']') {
+            kept.push("]");
+        }
+    }
+    kept.join(" ").replace(" ]", "]")
 }
 
 /// Opens a session in place of one that was closed: where a free port was asked for, on the port that the other one had. The
@@ -362,6 +387,17 @@ mod tests {
             assert_eq!(endpoints[0], connect[k % 3]);
             assert_eq!(endpoints.len(), 3);
         }
+    }
+
+    #[test]
+    fn errors_of_zenoh_are_told_without_places_in_its_code() {
+        let error = "Can not listen on tcp/127.0.0.1:1: [127.0.0.1:1: Address in use (os error 98) at /x/index-1/commons/src/tcp.rs:61.] at \
+                     /x/tcp-1.10.2/src/unicast.rs:338.";
+        assert_eq!(
+            without_places(error),
+            "Can not listen on tcp/127.0.0.1:1: [127.0.0.1:1: Address in use (os error 98)]"
+        );
+        assert_eq!(without_places("somebody is at home: 12:30"), "somebody is at home: 12:30");
     }
 
     #[test]

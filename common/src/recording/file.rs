@@ -56,6 +56,8 @@ pub struct RecordingOptions {
     /// The next file begins when one has this many bytes; never where it is `None`.
     pub rotate_bytes: Option<u64>,
     /// The next file begins when one is this old; never where it is `None`.
+    ///
+    /// A recording of several files goes on beside those that are there, with the number after the last one.
     pub rotate_after: Option<Span>,
     /// Least time between two scenes of a topic for Foxglove's viewers; no scenes where it is `None`.
     pub scene_interval: Option<Span>,
@@ -78,13 +80,20 @@ impl Default for RecordingOptions {
     }
 }
 
+impl RecordingOptions {
+    /// Whether it goes on beside files that are there.
+    const fn goes_on(&self) -> bool {
+        !self.overwrite && (self.rotate_bytes.is_some() || self.rotate_after.is_some())
+    }
+}
+
 /// A recording that is being written.
 pub struct RecordingFile {
     first_path: PathBuf,
     options: RecordingOptions,
     part: Part,
     /// The number of the file, from 1.
-    n_parts: u32,
+    number: u32,
     /// Where scenes are wanted.
     scenes: Option<Scenes>,
     /// Bytes of the files before.
@@ -103,14 +112,18 @@ struct Part {
 }
 
 impl RecordingFile {
-    /// Makes the first file.
+    /// Makes the first file: where a recording of several files is not to overwrite anything, the one after those that are there.
     ///
     /// # Errors
-    /// Where it exists and is not to be overwritten, or cannot be made.
+    /// Where it exists and is neither to be overwritten nor one of several, or cannot be made.
     pub fn create(path: &Path, options: RecordingOptions) -> Result<Self, FileError> {
-        let part = Part::create(path.to_owned(), &options)?;
+        let (part, number) = if options.goes_on() {
+            Part::create_after(path, last_number(path) + 1, &options)?
+        } else {
+            (Part::create(path.to_owned(), &options)?, 1)
+        };
         let scenes = options.scene_interval.map(Scenes::new);
-        Ok(Self { first_path: path.to_owned(), options, part, n_parts: 1, scenes, bytes_before: 0 })
+        Ok(Self { first_path: path.to_owned(), options, part, number, scenes, bytes_before: 0 })
     }
 
     /// For its scenes: from now on agents write so.
@@ -156,6 +169,14 @@ impl RecordingFile {
         self.part.writer.flush().map_err(|cause| self.part.error(cause))
     }
 
+    /// Takes a recording back of which nothing was written: whoever is started again and again leaves no empty files.
+    pub fn discard(self) {
+        if self.bytes() == 0 {
+            // Where it cannot be deleted, an empty recording stays, which harms nobody.
+            let _ = std::fs::remove_file(&self.part.path);
+        }
+    }
+
     /// Ends the recording.
     ///
     /// # Errors
@@ -174,8 +195,7 @@ impl RecordingFile {
         }
         self.part.finish()?;
         self.bytes_before += self.part.bytes;
-        self.n_parts += 1;
-        self.part = Part::create(numbered(&self.first_path, self.n_parts), &self.options)?;
+        (self.part, self.number) = Part::create_after(&self.first_path, self.number + 1, &self.options)?;
         self.scenes.iter_mut().for_each(Scenes::clear);
         Ok(true)
     }
@@ -217,6 +237,20 @@ impl RecordingFile {
 const ENTRY_OVERHEAD: u64 = 47;
 
 impl Part {
+    /// The file of this number, or of the next one that is free where it exists and is not to be overwritten.
+    fn create_after(
+        first: &Path,
+        mut number: u32,
+        options: &RecordingOptions,
+    ) -> Result<(Self, u32), FileError> {
+        loop {
+            match Self::create(numbered(first, number), options) {
+                Err(FileError::Exists(_)) if number < u32::MAX => number += 1,
+                made => return Ok((made?, number)),
+            }
+        }
+    }
+
     fn create(path: PathBuf, options: &RecordingOptions) -> Result<Self, FileError> {
         let mut open = OpenOptions::new();
         open.write(true);
@@ -244,14 +278,38 @@ impl Part {
     }
 }
 
-/// The name of a later file: `run-2.mcap` after `run.mcap`.
+/// The name of a file by its number: `run.mcap`, and `run-2.mcap` after it.
 fn numbered(first: &Path, number: u32) -> PathBuf {
+    if number == 1 {
+        return first.to_owned();
+    }
     let stem = first.file_stem().unwrap_or_default().to_string_lossy();
     let name = match first.extension() {
         Some(extension) => format!("{stem}-{number}.{}", extension.to_string_lossy()),
         None => format!("{stem}-{number}"),
     };
     first.with_file_name(name)
+}
+
+/// The largest number of the files that are there; 0 where there is none. Gaps are not filled: later files have larger numbers.
+fn last_number(first: &Path) -> u32 {
+    let folder = match first.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let Some(stem) = first.file_stem().map(|stem| stem.to_string_lossy()) else { return 0 };
+    // What cannot be listed is found when the file is made.
+    let names = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    let number = |name: &std::ffi::OsStr| {
+        let name = Path::new(name);
+        let of_name = name.file_stem()?.to_str()?;
+        let number = match of_name.strip_prefix(&*stem)? {
+            "" => 1,
+            rest => rest.strip_prefix('-')?.parse().ok()?,
+        };
+        (name.extension() == first.extension()).then_some(number)
+    };
+    names.filter_map(|name| number(&name)).max().unwrap_or(0).min(u32::MAX - 1)
 }
 
 #[cfg(test)]
@@ -376,6 +434,57 @@ mod tests {
         let overwrite = RecordingOptions { overwrite: true, ..RecordingOptions::default() };
         record(&path, overwrite, &[entry(0)]).finish().unwrap();
         assert_eq!(read(&path).0.len(), 1);
+    }
+
+    #[test]
+    fn a_recording_of_several_files_goes_on_after_those_that_are_there_and_touches_none_of_them() {
+        let folder = Folder::new("goes-on");
+        let path = folder.0.join("run.mcap");
+        let by_size = || RecordingOptions { rotate_bytes: Some(5000), ..RecordingOptions::default() };
+        let names = ["run.mcap", "run-2.mcap", "run-7.mcap", "run-x.mcap", "run-9.txt"];
+        names.iter().for_each(|name| std::fs::write(folder.0.join(name), "mine").unwrap());
+        let entries: Vec<_> = (0..100).map(entry).collect();
+        let mut file = RecordingFile::create(&path, by_size()).unwrap();
+        assert_eq!(file.path(), folder.0.join("run-8.mcap"));
+        // Somebody else's file comes in the way.
+        std::fs::write(folder.0.join("run-9.mcap"), "mine").unwrap();
+        for entry in &entries {
+            file.write(entry).unwrap();
+        }
+        file.finish().unwrap();
+        let all: Vec<_> =
+            [8, 10, 11].iter().flat_map(|n| read(&folder.0.join(format!("run-{n}.mcap"))).0).collect();
+        assert_eq!(all, entries);
+        for name in names.iter().chain(&["run-9.mcap"]) {
+            assert_eq!(std::fs::read_to_string(folder.0.join(name)).unwrap(), "mine", "{name}");
+        }
+    }
+
+    #[test]
+    fn a_recording_that_never_began_leaves_no_file() {
+        let folder = Folder::new("discarded");
+        let path = folder.0.join("run.mcap");
+        RecordingFile::create(&path, RecordingOptions::default()).unwrap().discard();
+        assert!(!path.exists());
+        record(&path, RecordingOptions::default(), &[entry(0)]).discard();
+        assert!(path.exists());
+    }
+
+    #[test]
+    fn a_leftover_in_the_way_of_a_later_file_ends_no_recording() {
+        let folder = Folder::new("leftover");
+        let path = folder.0.join("run.mcap");
+        let by_age =
+            RecordingOptions { rotate_after: Some(Span::from_millis(60)), ..RecordingOptions::default() };
+        let mut file = RecordingFile::create(&path, by_age).unwrap();
+        std::fs::write(folder.0.join("run-2.mcap"), "mine").unwrap();
+        for entry in (0..100).map(entry) {
+            file.write(&entry).unwrap();
+        }
+        assert_eq!(file.path(), folder.0.join("run-3.mcap"));
+        file.finish().unwrap();
+        assert_eq!(read(&folder.0.join("run-3.mcap")).0.len(), 40);
+        assert_eq!(std::fs::read_to_string(folder.0.join("run-2.mcap")).unwrap(), "mine");
     }
 
     #[test]

@@ -23,14 +23,16 @@ const CHUNK_BYTES: u64 = 1 << 20;
 /// Writes an MCAP file.
 pub(super) struct McapWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
-    /// By key and encoding: the channel, and the number of its next message.
-    channels: BTreeMap<(String, String), (u16, u32)>,
+    /// By key, Zenoh encoding and whether it is JSON: the channel, and the number of its next message.
+    channels: BTreeMap<(String, String, bool), (u16, u32)>,
 }
 
 /// What kind of messages a channel has.
 struct ChannelKind<'a> {
     topic: &'a str,
     encoding: &'a str,
+    /// As hubs see it: a sample can have no encoding.
+    is_json: bool,
     schema: Schema<'a>,
 }
 
@@ -71,11 +73,12 @@ impl<W: Write> McapWriter<W> {
 
     /// Appends a sample.
     pub(super) fn write(&mut self, entry: &Entry) -> McapResult<()> {
-        let json = is_json(&entry.encoding, &entry.payload);
+        let is_json = is_json(&entry.encoding, &entry.payload);
         let kind = ChannelKind {
             topic: &entry.key,
             encoding: &entry.encoding,
-            schema: schema_of(Topic::of(&entry.key), json),
+            is_json,
+            schema: schema_of(Topic::of(&entry.key), is_json),
         };
         self.append(&kind, entry.received_at, &entry.payload)
     }
@@ -83,7 +86,7 @@ impl<W: Write> McapWriter<W> {
     /// Appends a message of Foxglove's schema `SceneUpdate`.
     pub(super) fn write_scene(&mut self, topic: &str, at: Timestamp, json: &[u8]) -> McapResult<()> {
         let schema = Schema(SCENE_SCHEMA_NAME, "jsonschema", SCENE_SCHEMA);
-        self.append(&ChannelKind { topic, encoding: ENCODING_JSON, schema }, at, json)
+        self.append(&ChannelKind { topic, encoding: ENCODING_JSON, is_json: true, schema }, at, json)
     }
 
     fn append(&mut self, kind: &ChannelKind<'_>, at: Timestamp, payload: &[u8]) -> McapResult<()> {
@@ -95,15 +98,15 @@ impl<W: Write> McapWriter<W> {
 
     /// The channel, and the number of its next message.
     fn channel(&mut self, kind: &ChannelKind<'_>) -> McapResult<(u16, u32)> {
-        let ChannelKind { topic, encoding, schema: Schema(name, language, text) } = kind;
-        let key = ((*topic).to_owned(), (*encoding).to_owned());
+        let ChannelKind { topic, encoding, is_json, schema: Schema(name, language, text) } = kind;
+        let key = ((*topic).to_owned(), (*encoding).to_owned(), *is_json);
         if let Some((channel, next)) = self.channels.get_mut(&key) {
             let sequence = *next;
             *next = next.wrapping_add(1);
             return Ok((*channel, sequence));
         }
         let schema = self.writer.add_schema(name, language, text.as_bytes())?;
-        let message_encoding = if *encoding == ENCODING_JSON { "json" } else { POSTCARD };
+        let message_encoding = if *is_json { "json" } else { POSTCARD };
         let metadata = BTreeMap::from([(ZENOH_ENCODING.to_owned(), (*encoding).to_owned())]);
         let channel = self.writer.add_channel(schema, topic, message_encoding, &metadata)?;
         self.channels.insert(key, (channel, 1));
@@ -146,4 +149,34 @@ fn schema_of(topic: Option<Topic>, is_json: bool) -> Schema<'static> {
         Some(Topic::AgentAlive(_)) | None => ("v2x.Other", r#"{"type":"object"}"#),
     };
     if is_json && !json.is_empty() { Schema(name, "jsonschema", json) } else { Schema(name, "", "") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_without_an_encoding_is_labelled_as_json_and_what_is_none_on_the_same_key_is_not() {
+        let mut file = Vec::new();
+        let mut writer = McapWriter::new(&mut file, &BTreeMap::new(), &BTreeMap::new()).unwrap();
+        let entry = |encoding: &str, payload: &[u8]| Entry {
+            received_at: Timestamp::EPOCH,
+            key: "v2x/demo/agent/cam/detections".into(),
+            encoding: encoding.into(),
+            payload: payload.to_vec(),
+        };
+        for (encoding, payload) in [
+            ("zenoh/bytes", &b"{}"[..]),
+            ("zenoh/bytes", &[1, 2]),
+            ("text/json", b"{}"),
+            ("zenoh/string", b"{"),
+        ] {
+            writer.write(&entry(encoding, payload)).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        let messages = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap);
+        let labels: Vec<_> = messages.map(|one| one.channel.message_encoding.clone()).collect();
+        assert_eq!(labels, ["json", POSTCARD, "json", "json"]);
+    }
 }

@@ -1,5 +1,7 @@
 """The client against a real hub, the hub's fixture, and a recording of what passed between them."""
 
+import gc
+import json
 import os
 import subprocess
 import sys
@@ -10,7 +12,7 @@ import pytest
 
 import v2x
 from v2x import testing
-from v2x.client import Agent, Consumer, NoHub
+from v2x.client import Agent, Consumer, NoHub, Stream
 from v2x.messages import Detection, DetectionFrame, FieldOfView, FusedFrame, SensorDescription
 from v2x.recording import Recording
 
@@ -246,3 +248,28 @@ def test_the_fixtures_are_found_by_pytest_without_a_conftest(tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_stream_that_nobody_holds_ends_and_leaves_no_subscriber(hub, patience):
+    with Consumer(connect=hub.locator) as consumer:
+        for _ in range(3):
+            for _ in consumer.frames(timeout=patience):
+                break
+        gc.collect()
+        assert len(consumer._streams) == 0
+        # One that is held goes on after a loop, too.
+        stream = consumer.frames(timeout=patience)
+        for _ in stream:
+            break
+        assert isinstance(stream.next(timeout=patience), FusedFrame) and len(consumer._streams) == 1
+
+
+def test_what_cannot_be_read_ends_no_stream():
+    stream = Stream(lambda _, message: FusedFrame.from_json(message), timeout=0.1)
+    hub = {"hub": "hub", "lineage": 1, "sequence": "1", "fused_at": 5}
+    for payload in (b"{", b"[]", b"{}", b'{"objects": 7}', json.dumps(hub).encode()):
+        stream._mailbox.push("v2x/demo/hub/hub/fused/json", payload)
+    with pytest.raises(TimeoutError):
+        for _ in stream:
+            pass
+    assert stream.unreadable >= 4 and stream.last_error

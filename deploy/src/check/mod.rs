@@ -4,6 +4,7 @@ mod args;
 mod listener;
 mod run;
 mod strays;
+mod unserved;
 
 pub(crate) use args::CheckArgs;
 pub(crate) use run::run;

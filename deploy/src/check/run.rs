@@ -2,6 +2,7 @@
 
 use super::CheckArgs;
 use super::listener::{Listener, served_networks};
+use super::unserved;
 use crate::health;
 use crate::output;
 use anyhow::Context;
@@ -56,9 +57,14 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
     let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner);
     let mut findings = strays.findings(&served);
     if statuses.is_empty() {
+        let asked =
+            unserved::Asked { network: args.network, hub: args.hub, stands_in: !args.listen.is_empty() };
+        findings.extend(unserved::finding(&asked, &served, listener.frames));
         findings.extend(listener.core.findings().iter().cloned());
     }
     findings.extend(statuses.iter().flat_map(|status| status.findings.iter().cloned()));
+    findings.extend(statuses.iter().filter_map(|status| outdated(status, began_at)));
+    findings.extend(statuses.iter().filter_map(without_objects));
     // A hub that hears nobody is explained by those who publish elsewhere; and it names invalid names itself.
     let is_explained = |one: &Finding| {
         one.code == Code::NoAgents
@@ -101,11 +107,8 @@ async fn ask(
     let first_asked_at = clock::now();
     loop {
         let statuses = hub_status::query_of(session, network, hub).await?;
-        let is_new = |status: &HubStatus| {
-            status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
-        };
         let is_late = clock::now() - first_asked_at >= HUB_JUDGES_WITHIN;
-        if statuses.iter().all(is_new) || is_late || shutdown.is_cancelled() {
+        if statuses.iter().all(|status| is_new(status, began_at)) || is_late || shutdown.is_cancelled() {
             return Ok(statuses);
         }
         if !has_said {
@@ -117,6 +120,54 @@ async fn ask(
             () = tokio::time::sleep(Duration::from_millis(500)) => {}
         }
     }
+}
+
+/// Whether the hub has judged ten seconds of about this time.
+fn is_new(status: &HubStatus, began_at: Timestamp) -> bool {
+    status.judged_since.is_some_and(|since| since >= (began_at - SAME_TIME).as_micros())
+}
+
+#[expect(clippy::cast_precision_loss, reason = "for people")]
+fn seconds(micros: i64) -> f64 {
+    micros as f64 * 1e-6
+}
+
+/// What a hub says is of a time before this command, or of no whole ten seconds yet.
+fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
+    if is_new(status, began_at) {
+        return None;
+    }
+    let hub = status.hub;
+    let says = match status.judged_since {
+        Some(since) => format!(
+            "what hub {hub} says is of ten seconds that began {:.0} s before this command: it has judged none since",
+            seconds((began_at.as_micros() - since).max(0))
+        ),
+        None => format!("hub {hub} has not judged whole ten seconds yet: what it says is of less"),
+    };
+    let change = "Ask again in a minute; a hub that has no time for its frames judges late, too";
+    Some(Finding::of_network(Code::Outdated, says, change).as_note())
+}
+
+/// A hub that knows agents, and has no object to publish.
+fn without_objects(status: &HubStatus) -> Option<Finding> {
+    /// Objects are gone by then whose agents send nothing any more.
+    const SILENT_S: f64 = 2.0;
+    let is_said = status.findings.iter().any(|one| one.code == Code::NoAgents);
+    let newest = status.agents.iter().filter_map(|agent| agent.newest_captured_at).max()?;
+    if is_said || status.objects > 0 {
+        return None;
+    }
+    let age_s = seconds(status.now - newest);
+    let says = match age_s > SILENT_S {
+        true => format!("hub {} has no object: the newest frame was captured {age_s:.0} s ago", status.hub),
+        false => format!("hub {} has no object, though frames come", status.hub),
+    };
+    let change = match age_s > SILENT_S {
+        true => "Has the replay, or the agents' program, ended? What is said above is of the time before",
+        false => "Do the agents see anything? An object is published once several detections confirm it",
+    };
+    Some(Finding::of_network(Code::NoAgents, says, change).as_note())
 }
 
 /// The agent that was asked for, where nobody has heard of it.
@@ -191,5 +242,53 @@ fn say(line: &str) {
     if err.is_terminal() {
         // A closed standard error is no fault of the check.
         let _ = writeln!(err, "{line}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    /// A hub whose only agent's newest frame was captured so many seconds ago.
+    fn status(objects: u32, age_s: i64, more: &Value) -> HubStatus {
+        let quantiles = json!({ "p50": null, "p95": null, "p99": null, "max": null, "count": 0 });
+        let agent = json!({
+            "id": "cam1", "alive": true, "accepted": 9, "synchronous": 0, "out_of_sequence": 0, "ahead_of_time": 0,
+            "refused": {}, "last_refusal": null, "unmapped_classes": 0, "descriptions_refused": 0, "nis_per_dof": null,
+            "newest_captured_at": 100_000_000 - age_s * 1_000_000, "sensor": null,
+        });
+        let mut status = json!({
+            "hub": "hub", "network": "demo", "version": "0", "lineage": 1, "started_at": 0, "now": 100_000_000, "locators": [],
+            "tracks": 0, "objects": objects, "frames_published": 0, "publish_errors": 0, "dropped_overload": 0,
+            "refused_beyond_limit": 0, "refused_unnamed": 0, "births_refused": 0, "merges": 0, "objects_withheld": 0,
+            "invalid_names": [], "latency_ms": quantiles, "compute_ms": quantiles, "memory_bytes": null, "agents": [agent],
+        });
+        for (key, value) in more.as_object().into_iter().flatten() {
+            status[key] = value.clone();
+        }
+        serde_json::from_value(status).unwrap()
+    }
+
+    #[test]
+    fn a_hub_without_objects_after_its_agents_have_ended_is_not_passed_over() {
+        let none = json!({});
+        let note = without_objects(&status(0, 7, &none)).unwrap();
+        assert!(!note.is_fault() && note.says.contains("captured 7 s ago"), "{note}");
+        assert!(without_objects(&status(0, 0, &none)).unwrap().says.contains("though frames come"));
+        assert_eq!(without_objects(&status(3, 7, &none)), None);
+        let said = json!({ "findings": [Finding::of_network(Code::NoAgents, "none", "")] });
+        assert_eq!(without_objects(&status(0, 7, &said)), None, "the hub says it itself");
+    }
+
+    #[test]
+    fn findings_of_an_earlier_time_are_said_to_be_of_it() {
+        let began_at = Timestamp::EPOCH + Span::from_millis(100_000);
+        let since = |s: i64| json!({ "judged_since": s * 1_000_000 });
+        assert_eq!(outdated(&status(1, 0, &since(96)), began_at), None);
+        let note = outdated(&status(1, 0, &since(60)), began_at).unwrap();
+        assert!(!note.is_fault() && note.says.contains("began 40 s before this command"), "{note}");
+        let note = outdated(&status(1, 0, &json!({})), began_at).unwrap();
+        assert!(note.says.contains("has not judged whole ten seconds"), "{note}");
     }
 }

@@ -4,6 +4,7 @@ use serde::de::IgnoredAny;
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::id::NetworkId;
 use v2x_common::keys;
+use v2x_common::wire;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
 /// Keys that are kept: they come from outside.
@@ -15,8 +16,19 @@ const MAX_BYTES: usize = 256 << 10;
 #[derive(Debug)]
 pub(super) struct Strays {
     network: NetworkId,
-    /// Each with its number of samples, and whether one of them looks like a frame of detections.
-    keys: BTreeMap<String, (u64, bool)>,
+    /// Each with its number of samples, and the most that one of them looks like.
+    keys: BTreeMap<String, (u64, Looks)>,
+}
+
+/// What a payload, or a key, looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Looks {
+    /// Nothing of ours.
+    Foreign,
+    /// Detections in whatever format; there are many programs that detect something.
+    LikeDetections,
+    /// Ours.
+    Ours,
 }
 
 /// What a key is to a network.
@@ -42,28 +54,31 @@ impl Strays {
             return;
         }
         let has_room = self.keys.len() < MAX_KEYS;
-        if let Some((count, looks_like_frames)) = self.keys.get_mut(key) {
+        if let Some((count, looks)) = self.keys.get_mut(key) {
             *count += 1;
-            *looks_like_frames = *looks_like_frames || is_like_frame(payload);
+            if *looks < Looks::Ours {
+                *looks = looks_of_payload(payload).max(*looks);
+            }
         } else if has_room {
-            self.keys.insert(key.to_owned(), (1, is_like_frame(payload)));
+            self.keys.insert(key.to_owned(), (1, looks_of_payload(payload).max(looks_of_key(key))));
         }
     }
 
     /// What is wrong with them; `served` are the networks that have a hub.
     pub(super) fn findings(&self, served: &BTreeSet<NetworkId>) -> Vec<Finding> {
         let network = self.network;
-        let findings =
-            self.keys.iter().filter_map(|(key, (count, looks_like_frames))| match place(key, network) {
-                Place::Own => None,
-                Place::OtherNetwork(other) => {
-                    let is_served = NetworkId::new(other).is_ok_and(|other| served.contains(&other));
-                    (!is_served).then(|| other_network(key, other, network, *count))
-                }
-                Place::Nobody => {
-                    (*looks_like_frames || resembles(key)).then(|| wrong_key(key, network, *count))
-                }
-            });
+        let findings = self.keys.iter().filter_map(|(key, (count, looks))| match place(key, network) {
+            Place::Own => None,
+            Place::OtherNetwork(other) => {
+                let is_served = NetworkId::new(other).is_ok_and(|other| served.contains(&other));
+                (!is_served).then(|| other_network(key, other, network, *count))
+            }
+            Place::Nobody => match looks {
+                Looks::Foreign => None,
+                Looks::LikeDetections => Some(wrong_key(key, network, *count).as_note()),
+                Looks::Ours => Some(wrong_key(key, network, *count)),
+            },
+        });
         findings.collect()
     }
 }
@@ -104,21 +119,36 @@ fn place(key: &str, network: NetworkId) -> Place<'_> {
     }
 }
 
-/// Whether a key seems to be meant for us.
-fn resembles(key: &str) -> bool {
+/// A key with our first chunk, or with the chunks of an agent, is nearly ours; one whose last chunk speaks of detections may be.
+fn looks_of_key(key: &str) -> Looks {
     let folded = key.to_lowercase();
-    ["v2x", "detection", "bev"].iter().any(|word| folded.contains(word))
+    let chunks: Vec<_> = folded.split('/').collect();
+    let speaks_of_them = |chunk: &str| matches!(chunk, "detections" | "detection" | "bev");
+    let last = chunks.last().copied().unwrap_or_default();
+    match chunks[..] {
+        ["v2x", _, ..] => Looks::Ours,
+        [.., "agent" | "agents", _, what] if speaks_of_them(what) => Looks::Ours,
+        _ if speaks_of_them(last) => Looks::LikeDetections,
+        _ => Looks::Foreign,
+    }
 }
 
-/// Whether a payload is a JSON object that looks like a frame of detections.
-fn is_like_frame(payload: &[u8]) -> bool {
-    let is_object = payload.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{');
-    if !is_object || payload.len() > MAX_BYTES {
-        return false;
+/// What is compact and can be read is ours, and JSON with the fields that each frame has, whether the rest of it can be read or not.
+fn looks_of_payload(payload: &[u8]) -> Looks {
+    if payload.len() > MAX_BYTES {
+        return Looks::Foreign;
+    }
+    if payload.iter().find(|byte| !byte.is_ascii_whitespace()) != Some(&b'{') {
+        let is_frame = wire::detections::decode_as_sent(payload).is_ok();
+        return if is_frame { Looks::Ours } else { Looks::Foreign };
     }
     let fields: BTreeMap<String, IgnoredAny> = serde_json::from_slice(payload).unwrap_or_default();
-    fields.contains_key("detections")
-        || (fields.contains_key("captured_at") && fields.contains_key("objects"))
+    let has = |field: &str| fields.contains_key(field);
+    match has("detections") || has("objects") {
+        true if has("captured_at") => Looks::Ours,
+        true if has("detections") => Looks::LikeDetections,
+        _ => Looks::Foreign,
+    }
 }
 
 #[cfg(test)]
@@ -142,8 +172,39 @@ mod tests {
             ("v2x/other/agent/cam/detections", "{}"),
             ("weather/today", "{\"rain\": 1, \"objects\": []}"),
             ("robot/pose", "no json"),
+            ("robot/intrusion_detection/state", "{\"armed\": true}"),
+            ("maps/v2x_sites", "{}"),
+            ("line/bevel", "7"),
         ];
         assert_eq!(findings(&sound, &["demo", "other"]), []);
+    }
+
+    #[test]
+    fn what_other_programs_detect_is_no_fault() {
+        let foreign = [
+            ("factory/bottles/detections", "{\"bottles\": 3}"),
+            ("yolo/out", "{\"detections\": [{\"label\": \"cat\"}]}"),
+        ];
+        let found = findings(&foreign, &["demo"]);
+        assert!(found.len() == 2 && found.iter().all(|one| !one.is_fault()), "{found:#?}");
+    }
+
+    #[test]
+    fn a_frame_in_the_compact_format_under_any_key_is_a_fault() {
+        use v2x_common::detection::DetectionFrame;
+        use v2x_common::id::{AgentId, FrameId};
+        use v2x_common::time::Timestamp;
+        let id = FrameId { agent: AgentId::new("cam").unwrap(), epoch: 1, sequence: 1 };
+        let mut payload = Vec::new();
+        wire::detections::encode(&DetectionFrame::empty(id, Timestamp::EPOCH), &mut payload).unwrap();
+        let mut strays = Strays::new(NetworkId::new("demo").unwrap());
+        strays.note("cameras/north", &payload);
+        strays.note("cameras/south", &payload[..payload.len() - 1]);
+        let found = strays.findings(&BTreeSet::new());
+        assert!(
+            found.len() == 1 && found[0].is_fault() && found[0].says.contains("cameras/north"),
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -17,8 +17,10 @@ Examples:
   v2x record run.mcap                  until Ctrl-C: frames, lists, truth, and
                                        the journals of the hubs
   v2x record run.mcap --count 1000     until a thousand lists have come
+  v2x record run.mcap --duration 30s   for half a minute
   v2x record run.mcap --rotate-mb 500  run.mcap, run-2.mcap, …: each can be used
-                                       by itself
+                                       by itself; where they are there,
+                                       with the next number
   v2x record run.mcap --hub north      lists and journal of that hub alone
   v2x replay run.mcap                  puts it on a network again
   lab retrack run.mcap                 computes the hub again, and compares bit
@@ -26,7 +28,7 @@ Examples:
 Foxglove and Lichtblick show such a file as it is: add the topics that end with
 /scene to a 3D panel.")]
 pub(crate) struct RecordArgs {
-    /// The file to write
+    /// The file to write; one that exists is refused, unless files rotate: then the next number is taken
     pub(crate) file: PathBuf,
     /// The network to record
     #[arg(long, default_value = "demo")]
@@ -43,6 +45,9 @@ pub(crate) struct RecordArgs {
     /// End after this many fused frames
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,
+    /// End after so long
+    #[arg(long, value_name = "DURATION", value_parser = parse_seconds)]
+    pub(crate) duration: Option<f64>,
     /// How long to wait for a hub
     #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,

@@ -34,6 +34,9 @@ pub(crate) async fn record(
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
     let file = RecordingFile::create(&args.file, args.options()?)?;
+    if file.path() != args.file {
+        tracing::info!(file = %file.path().display(), "recording; files that are there stay");
+    }
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
     let subscription = Subscription { network: args.network, traffic, hub: args.hub, capacity: WAITING };
@@ -67,7 +70,9 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     fn is_done(&self) -> bool {
+        let lasted_s = (clock::now() - self.began_at).as_secs_f64();
         self.args.count.is_some_and(|count| self.counts.fused_frames >= count)
+            || self.args.duration.is_some_and(|duration_s| lasted_s >= duration_s)
     }
 
     async fn follow(&mut self, consumer: &Consumer, shutdown: &CancellationToken) -> anyhow::Result<()> {

@@ -1,7 +1,7 @@
 //! The loop of the replay.
 
 use super::args::ReplayArgs;
-use super::shift::Shift;
+use super::shift::{NotShifted, Shift};
 use anyhow::{Context, anyhow, bail};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -32,6 +32,10 @@ pub(crate) async fn run(args: &ReplayArgs, shutdown: &CancellationToken) -> anyh
     drop(alive);
     session::close(session).await?;
     replayed?;
+    let kept = sent.keeping_stamps;
+    if kept > 0 {
+        tracing::warn!("{kept} of {} frames kept their old stamps", sent.frames);
+    }
     tracing::info!(
         frames = sent.frames,
         agents = sent.agents.len(),
@@ -59,6 +63,10 @@ struct Sent {
     agents: BTreeSet<AgentId>,
     /// By how much a message was sent later than it should have been, at most.
     latest: Span,
+    /// Frames that could not be shifted.
+    keeping_stamps: u64,
+    /// Whose frames they are: said once of each.
+    refused_agents: BTreeSet<AgentId>,
 }
 
 impl Replay<'_> {
@@ -68,6 +76,11 @@ impl Replay<'_> {
             let is_ended = self.once(shutdown).await?;
             if self.sent.frames == sent_before {
                 bail!("there are no frames of agents after --from {} s", self.args.from);
+            }
+            if self.sent.keeping_stamps >= self.sent.frames && !self.args.keep_stamps {
+                bail!(
+                    "no frame of the recording could be shifted to today, so that a hub refuses all of them"
+                );
             }
             if !is_ended || !self.args.is_loop {
                 return Ok(());
@@ -123,7 +136,11 @@ impl Replay<'_> {
         if let Topic::Detections(agent) | Topic::Sensor(agent) = topic {
             self.join(agent, &key).await?;
         }
-        let payload = if self.args.keep_stamps { entry.payload.clone() } else { shift.payload(entry) };
+        let shifted = if self.args.keep_stamps { Ok(entry.payload.clone()) } else { shift.payload(entry) };
+        let payload = shifted.unwrap_or_else(|why| {
+            self.note_kept(topic, &why);
+            entry.payload.clone()
+        });
         self.session
             .put(key, payload)
             .encoding(entry.encoding.as_str())
@@ -137,6 +154,17 @@ impl Replay<'_> {
             self.sent.latest = self.sent.latest.max(clock::now() - due);
         }
         Ok(())
+    }
+
+    /// A frame, or its truth, could not be shifted.
+    fn note_kept(&mut self, topic: Topic, why: &NotShifted) {
+        let Topic::Detections(agent) = topic else { return };
+        self.sent.keeping_stamps += 1;
+        if self.sent.refused_agents.insert(agent) {
+            tracing::warn!(
+                "a frame of {agent} is sent with its old stamps, and a hub refuses it: {why}; further ones are counted"
+            );
+        }
     }
 
     /// The agent is alive as long as the replay runs.

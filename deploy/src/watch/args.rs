@@ -116,6 +116,7 @@ impl WatchArgs {
             connect: self.connect.clone(),
             zenoh_config: self.zenoh_config.clone(),
             hub: self.hub,
+            duration: None,
             count: self.count,
             wait: self.wait,
             force: false,

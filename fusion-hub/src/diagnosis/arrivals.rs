@@ -105,6 +105,11 @@ impl Arrivals {
         self.epochs.push(epoch);
     }
 
+    /// From the first frame to the last one.
+    pub(super) fn lasted(&self) -> Span {
+        self.received.map_or(Span::ZERO, |(from, to)| to - from)
+    }
+
     /// Frames per second; `None` of less than a few.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub(super) fn rate_hz(&self) -> Option<f64> {

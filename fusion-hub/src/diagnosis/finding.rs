@@ -72,6 +72,10 @@ pub enum Code {
     InvalidName,
     /// No agent sends anything.
     NoAgents,
+    /// No hub serves the network: nobody fuses its frames.
+    NoHub,
+    /// What a hub says is of an earlier time.
+    Outdated,
     /// Two hubs use one name.
     TwoHubs,
     /// The hub has not enough time for what arrives.
@@ -90,6 +94,8 @@ impl Code {
                 | Self::WrongNetwork
                 | Self::InvalidName
                 | Self::NoAgents
+                | Self::NoHub
+                | Self::Outdated
                 | Self::Overload
                 | Self::Silent
         )
@@ -140,6 +146,17 @@ impl Finding {
     /// Of the network as a whole.
     pub fn of_network(code: Code, says: impl Into<String>, change: impl Into<String>) -> Self {
         Self { code, severity: Severity::Fault, agent: None, says: says.into(), change: change.into() }
+    }
+
+    /// Whose it is and what is seen, without what to change.
+    pub fn in_short(&self) -> String {
+        self.agent.map_or_else(|| self.says.clone(), |agent| format!("{agent}: {}", self.says))
+    }
+
+    /// The same, as what is worth knowing.
+    #[must_use]
+    pub fn as_note(self) -> Self {
+        Self { severity: Severity::Note, ..self }
     }
 
     /// Whether it makes a network degraded.

@@ -7,7 +7,7 @@ use super::judge;
 use super::observation::Observation;
 use super::window::{Surroundings, Window};
 use crate::engine::Refusal;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
@@ -26,7 +26,9 @@ const LISTS_APART: Span = Span::from_millis(100);
 /// agent's frames are among them.
 const SLOT: Span = Span::from_millis(410);
 const FIRST_PART: Span = Span::from_millis(110);
-const MAX_OF_SLOT: u32 = 24;
+const MAX_OF_SLOT: usize = 24;
+/// Agents of which it is known that they send: each of them has a place in a slot, or in one after the other.
+const MAX_SAMPLED: usize = 256;
 /// Who is not in a window that has lasted so long is not heard any more.
 const STILL_HEARD: Span = Span::from_millis(4_000);
 /// Frames whose stamps are further from their arrival are compared with nothing.
@@ -46,6 +48,8 @@ pub struct Survey {
     moving: Moving,
     samples: Samples,
     findings: Vec<Finding>,
+    /// The pairs of agents that were compared last.
+    pairs: Vec<[AgentId; 2]>,
     /// Of the window that was judged last.
     judged: BTreeMap<AgentId, Transport>,
 }
@@ -58,7 +62,7 @@ impl Survey {
         agent.writing.note(seen);
         // By stamps from anywhere nothing is compared.
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
-        if is_of_now && self.samples.takes(seen.frame.captured_at) {
+        if is_of_now && self.samples.takes(seen.frame.captured_at, seen.frame.id.agent) {
             agent.headings.note(seen, &self.moving);
             if !seen.reported.as_degrees.is_empty() {
                 agent.headings_as_degrees.note_as_degrees(seen, &self.moving);
@@ -100,7 +104,7 @@ impl Survey {
             let mut next = Window::default();
             next.begin(around, now);
             let mut ended = std::mem::replace(&mut self.current, next);
-            ended.end(around);
+            ended.end(around, &self.pairs);
             self.ended = Some(ended);
         }
         if let Some(ended) = &mut self.ended {
@@ -124,7 +128,7 @@ impl Survey {
         if self.judged_since.is_some() && is_short {
             return;
         }
-        self.current.end(around);
+        self.current.end(around, &self.pairs);
         self.current.fit_some(usize::MAX);
         let current = std::mem::take(&mut self.current);
         self.judge(&current, around);
@@ -137,6 +141,7 @@ impl Survey {
         let transports = transports.filter_map(|(agent, one)| Some((*agent, Transport::of(&one.arrivals)?)));
         self.judged = transports.collect();
         self.findings = judge::findings(window, around);
+        self.pairs.clone_from(&window.pairs);
         self.judged_since = window.since;
     }
 
@@ -164,22 +169,64 @@ impl Survey {
 /// Which frames are compared.
 #[derive(Clone, Debug, Default)]
 struct Samples {
+    /// Who sends, with the last slot of each.
+    agents: BTreeMap<AgentId, Timestamp>,
     /// Frames taken, by slot.
-    taken: BTreeMap<Timestamp, u32>,
+    taken: BTreeMap<Timestamp, Taken>,
+}
+
+/// Of one slot.
+#[derive(Clone, Debug, Default)]
+struct Taken {
+    agents: BTreeSet<AgentId>,
+    /// Frames beyond the first of each agent.
+    more: usize,
 }
 
 impl Samples {
-    fn takes(&mut self, captured_at: Timestamp) -> bool {
+    fn takes(&mut self, captured_at: Timestamp, agent: AgentId) -> bool {
         let slot = captured_at.floor_to(SLOT);
         if captured_at - slot >= FIRST_PART {
+            return false;
+        }
+        self.note(agent, slot);
+        if !self.has_turn(agent, slot) {
             return false;
         }
         if self.taken.len() >= N_SLOTS && !self.taken.contains_key(&slot) {
             self.taken.pop_first();
         }
         let taken = self.taken.entry(slot).or_default();
-        *taken += 1;
-        *taken <= MAX_OF_SLOT
+        if taken.agents.len() < MAX_OF_SLOT && taken.agents.insert(agent) {
+            return true;
+        }
+        // What others may need is left for them.
+        let spare = MAX_OF_SLOT.saturating_sub(self.agents.len().max(taken.agents.len()));
+        let is_one_more = taken.agents.contains(&agent) && taken.more < spare;
+        taken.more += usize::from(is_one_more);
+        is_one_more
+    }
+
+    /// Notes that an agent sends; who has not sent for some slots is forgotten at the next one.
+    fn note(&mut self, agent: AgentId, slot: Timestamp) {
+        if !self.taken.contains_key(&slot) {
+            self.agents.retain(|_, last| slot - *last <= STILL_HEARD);
+        }
+        if self.agents.len() < MAX_SAMPLED || self.agents.contains_key(&agent) {
+            self.agents.insert(agent, slot);
+        }
+    }
+
+    /// Where there are more agents than places in a slot, those of one slot follow those of the last one in their order by name.
+    fn has_turn(&self, agent: AgentId, slot: Timestamp) -> bool {
+        let n = self.agents.len();
+        if n <= MAX_OF_SLOT {
+            return true;
+        }
+        let Ok(slot_number) = usize::try_from(slot.as_nanos() / SLOT.as_nanos()) else { return false };
+        let first = slot_number.wrapping_mul(MAX_OF_SLOT) % n;
+        let place = self.agents.range(..agent).count();
+        (place + n - first) % n < MAX_OF_SLOT
     }
 }
 
@@ -270,23 +317,36 @@ mod tests {
 
     #[test]
     fn each_agents_frames_are_among_the_samples_and_their_number_is_bounded() {
-        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
-        let taken = |frames: &mut dyn Iterator<Item = i64>| {
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(1_000_000 + ms);
+        let agent = |n: i64| AgentId::new(&format!("a{n}")).unwrap();
+        let taken = |frames: &mut dyn Iterator<Item = (i64, i64)>| {
             let mut samples = Samples::default();
-            frames.filter(|ms| samples.takes(at(*ms))).count()
+            let mut taken = BTreeMap::<i64, usize>::new();
+            for (ms, n) in frames.filter(|(ms, n)| samples.takes(at(*ms), agent(*n))) {
+                assert!(ms >= 0);
+                *taken.entry(n).or_default() += 1;
+            }
+            taken
         };
         // 10 Hz, and once in two seconds at any phase.
-        assert!(taken(&mut (0..100).map(|k| 100 * k)) >= 24);
+        assert!(taken(&mut (0..100).map(|k| (100 * k, 0)))[&0] >= 24);
         for phase in (0..2000).step_by(50) {
-            assert!(taken(&mut (0..20).map(|k| 2000 * k + phase)) >= 2, "phase {phase}");
+            assert!(taken(&mut (0..20).map(|k| (2000 * k + phase, 0)))[&0] >= 2, "phase {phase}");
         }
-        let crowd = taken(&mut (0..100).flat_map(|k| (0..1000).map(move |_| 100 * k)));
-        assert!(crowd <= 25 * MAX_OF_SLOT as usize, "{crowd}");
+        // In one order at one time: nobody is always too late.
+        for n in [20, 30, 60] {
+            let each = taken(&mut (0..100).flat_map(|k| (0..n).map(move |n| (100 * k, n))));
+            let least = each.values().min().copied().unwrap_or_default();
+            assert!(each.len() == usize::try_from(n).unwrap() && least >= 8, "{n} agents: {each:?}");
+        }
+        let crowd = taken(&mut (0..100).flat_map(|k| (0..1000).map(move |n| (100 * k, n))));
+        let crowd: usize = crowd.values().sum();
+        assert!(crowd <= 25 * MAX_OF_SLOT, "{crowd}");
         // Stamps from anywhere.
         let mut samples = Samples::default();
         for k in 0..10_000 {
-            samples.takes(at(k * 997_003));
+            samples.takes(at(k * 997_003), agent(k));
         }
-        assert!(samples.taken.len() <= N_SLOTS);
+        assert!(samples.taken.len() <= N_SLOTS && samples.agents.len() <= MAX_SAMPLED);
     }
 }

@@ -5,10 +5,11 @@ use super::alignment::fit::{Fit, fit};
 use super::arrivals::Arrivals;
 use super::headings::Headings;
 use super::writing::Writing;
-use crate::engine::{AgentRecord, Engine, Refusal};
+use crate::engine::{AgentRecord, Engine, Label, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
+use v2x_common::unmapped_names::UnmappedNames;
 
 /// An agent of which nothing has arrived for so long has left.
 const HEARD_WITHIN: Span = Span::from_millis(10_000);
@@ -48,10 +49,11 @@ pub(super) struct AgentSurvey {
 }
 
 /// Counts of the engine.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
-    pub(super) dropped: u64,
-    pub(super) unmapped: u64,
+    /// Impossible detections by field and cause.
+    pub(super) dropped: BTreeMap<(Label, Label), u64>,
+    pub(super) unmapped: UnmappedNames,
     pub(super) descriptions_refused: u64,
 }
 
@@ -59,9 +61,23 @@ impl Counts {
     pub(super) fn of(record: &AgentRecord) -> Self {
         let statistics = &record.statistics;
         Self {
-            dropped: statistics.dropped.total(),
-            unmapped: statistics.unmapped_classes.total(),
+            dropped: statistics.dropped.by_cause.clone(),
+            unmapped: statistics.unmapped_classes.clone(),
             descriptions_refused: statistics.descriptions_refused,
+        }
+    }
+
+    /// What was counted since then.
+    pub(super) fn since(self, before: &Self) -> Self {
+        let known = |cause: &(Label, Label)| before.dropped.get(cause).copied().unwrap_or(0);
+        let dropped = self.dropped.into_iter().map(|(cause, all)| {
+            let known = known(&cause);
+            (cause, all.saturating_sub(known))
+        });
+        Self {
+            dropped: dropped.filter(|(_, n)| *n > 0).collect(),
+            unmapped: self.unmapped.since(&before.unmapped),
+            descriptions_refused: self.descriptions_refused.saturating_sub(before.descriptions_refused),
         }
     }
 }
@@ -79,8 +95,9 @@ pub(super) struct Window {
     pub(super) agents: BTreeMap<AgentId, AgentSurvey>,
     pub(super) snapshots: Snapshots,
     pub(super) fits: BTreeMap<[AgentId; 2], Fit>,
-    /// Pairs that are not compared yet.
-    pub(super) to_fit: Vec<[AgentId; 2]>,
+    /// Pairs to compare, and how many of them are left: the last ones are the first to be compared.
+    pub(super) pairs: Vec<[AgentId; 2]>,
+    pub(super) n_to_fit: usize,
 }
 
 impl Window {
@@ -97,12 +114,13 @@ impl Window {
         }
     }
 
-    /// Ends it: nothing is gathered any more, and pairs are to be compared.
-    pub(super) fn end(&mut self, around: &Surroundings<'_>) {
+    /// Ends it: nothing is gathered any more, and pairs are to be compared, those of the window before where that goes.
+    pub(super) fn end(&mut self, around: &Surroundings<'_>, before: &[[AgentId; 2]]) {
         self.is_over = true;
         self.alive.retain(|agent| around.tokens.alive.contains(agent));
         self.note_idle(around);
-        self.to_fit = self.snapshots.pairs().copied().collect();
+        self.pairs = self.snapshots.pairs(before);
+        self.n_to_fit = self.pairs.len();
     }
 
     /// Notes who is idle now.
@@ -124,13 +142,13 @@ impl Window {
     /// Compares some of the pairs that are left; whether none is.
     pub(super) fn fit_some(&mut self, most: usize) -> bool {
         for _ in 0..most {
-            let Some(pair) = self.to_fit.pop() else { break };
-            if let Some(snapshots) = self.snapshots.of(&pair) {
-                let found = fit(snapshots);
-                tracing::debug!(?pair, snapshots = snapshots.len(), ?found, "compared");
-                self.fits.insert(pair, found);
-            }
+            let Some(pair) = self.n_to_fit.checked_sub(1).and_then(|n| self.pairs.get(n)) else { break };
+            self.n_to_fit -= 1;
+            let snapshots = self.snapshots.of(pair);
+            let found = fit(&snapshots);
+            tracing::debug!(?pair, snapshots = snapshots.len(), ?found, "compared");
+            self.fits.insert(*pair, found);
         }
-        self.to_fit.is_empty()
+        self.n_to_fit == 0
     }
 }

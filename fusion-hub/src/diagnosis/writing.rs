@@ -1,16 +1,24 @@
 //! How an agent writes its numbers: unit of headings, order of sizes, unit of positions, stated errors.
 
 use super::observation::Observation;
-use v2x_common::class::ClassGroup;
+use v2x_common::class::{Class, ClassGroup};
 use v2x_common::conventions::YawConvention;
-use v2x_common::detection::MAX_COORDINATE_M;
+use v2x_common::detection::{Detection, MAX_COORDINATE_M};
 use v2x_common::reported::RawHeadings;
 
 /// Detections in degrees of longitude and latitude lie this close together, in what is read as metres: 5 km.
 pub(super) const DEGREES_APART: f64 = 0.05;
 
+/// Boxes of an unknown class are taken for vehicles, whichever side is the longer one, by their sides, m.
+const LONG_M: (f64, f64) = (3.0, 20.0);
+const SHORT_M: (f64, f64) = (1.4, 3.2);
+/// Three objects or more at one place are no boxes of one car; of two it is not known.
+pub(super) const SEVERAL: usize = 3;
+/// Frames of fewer objects of which the middle is kept.
+const MAX_MIDDLES: usize = 128;
+
 /// Of one agent.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Writing {
     pub(super) headings: RawHeadings,
     pub(super) detections: u64,
@@ -18,13 +26,17 @@ pub(super) struct Writing {
     pub(super) sigma_is_set: bool,
     pub(super) vehicles: u64,
     pub(super) wide_vehicles: u64,
-    /// Frames of several detections, and those of them whose detections all lie within [`DEGREES_APART`].
+    /// Frames of three detections or more, and those of them whose detections all lie within [`DEGREES_APART`].
     pub(super) several: u64,
     pub(super) several_at_one_place: u64,
     /// The least and the largest x and y, m.
     pub(super) extent: Option<[(f64, f64); 2]>,
     sum: [f64; 2],
     n: u64,
+    /// The middles of frames of one or two detections, with their number.
+    middles: Vec<([f64; 2], usize)>,
+    /// Stated standard deviations of positions, m: their sum and number.
+    sigma: (f64, u64),
     pub(super) yaw: YawConvention,
     pub(super) sizes_swapped: bool,
 }
@@ -37,7 +49,12 @@ impl Writing {
         self.without_sigma += seen.reported.without_sigma;
         self.sigma_is_set = seen.reported.sigma_is_set;
         (self.yaw, self.sizes_swapped) = (seen.reported.yaw, seen.reported.sizes_swapped);
-        let vehicles = detections.iter().filter(|one| one.class.group() == ClassGroup::FourWheeled);
+        let sigma = detections.iter().map(|one| one.covariance.position);
+        let sigma = sigma.map(|one| libm::sqrt(f64::midpoint(one.xx, one.yy))).filter(|one| one.is_finite());
+        for sigma_m in sigma {
+            self.sigma = (self.sigma.0 + sigma_m, self.sigma.1 + 1);
+        }
+        let vehicles = detections.iter().filter(|one| is_vehicle(one));
         for vehicle in vehicles {
             self.vehicles += 1;
             self.wide_vehicles += u64::from(vehicle.bev.w > vehicle.bev.d);
@@ -53,7 +70,11 @@ impl Writing {
         }
         let Some(here) = here else { return };
         widen(&mut self.extent, here);
-        if detections.len() > 1 {
+        if detections.len() < SEVERAL && self.middles.len() < MAX_MIDDLES {
+            let middle = here.map(|(least, most)| f64::midpoint(least, most));
+            self.middles.push((middle, detections.len()));
+        }
+        if detections.len() >= SEVERAL {
             self.several += 1;
             self.several_at_one_place +=
                 u64::from(here.iter().all(|(least, most)| most - least < DEGREES_APART));
@@ -64,6 +85,31 @@ impl Writing {
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub(super) fn middle(&self) -> Option<[f64; 2]> {
         (self.n > 0).then(|| self.sum.map(|sum| sum / self.n as f64))
+    }
+
+    /// The mean standard deviation of its positions, m.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn mean_sigma_m(&self) -> Option<f64> {
+        let (sum, n) = self.sigma;
+        (n > 0).then(|| sum / n as f64)
+    }
+
+    /// How far the one or two objects that it sees moved steadily, by its numbers; `None` of what stands, or moves otherwise. The
+    /// noise of what stands goes to and fro, and an estimate that settles slows down.
+    pub(super) fn steady_motion(&self) -> Option<f64> {
+        const STEPS: usize = 8;
+        const STRAIGHT: f64 = 0.8;
+        const HALVES: f64 = 2.5;
+        let (n, number) = (self.middles.len(), self.middles.first()?.1);
+        if n < 2 * STEPS || self.middles.iter().any(|(_, of)| *of != number) {
+            return None;
+        }
+        let at = |step: usize| self.middles[step * (n - 1) / STEPS].0;
+        let between = |a: usize, b: usize| libm::hypot(at(b)[0] - at(a)[0], at(b)[1] - at(a)[1]);
+        let length: f64 = (0..STEPS).map(|step| between(step, step + 1)).sum();
+        let (whole, first, second) = (between(0, STEPS), between(0, STEPS / 2), between(STEPS / 2, STEPS));
+        let is_steady = whole >= STRAIGHT * length && first <= HALVES * second && second <= HALVES * first;
+        (is_steady && whole > 0.0).then_some(whole)
     }
 
     /// How far its detections lie apart along x and along y.
@@ -77,6 +123,18 @@ impl Writing {
             let within = |(least, most): (f64, f64), limit: f64| least >= -limit && most <= limit;
             (within(x, 180.0) && within(y, 90.0)) || (within(x, 90.0) && within(y, 180.0))
         })
+    }
+}
+
+fn is_vehicle(one: &Detection) -> bool {
+    match one.class.group() {
+        ClassGroup::FourWheeled => true,
+        _ if one.class == Class::Unknown => {
+            let (w, d) = (one.bev.w, one.bev.d);
+            let within = |value: f64, (least, most): (f64, f64)| (least..=most).contains(&value);
+            within(w.max(d), LONG_M) && within(w.min(d), SHORT_M)
+        }
+        _ => false,
     }
 }
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::RecordingOptions;
+use v2x_common::time::Span;
 use v2x_common::version;
 
 /// Fuse the detections of all agents into one list of objects, and publish it.
@@ -29,7 +30,8 @@ Examples:
                                      http://127.0.0.1:9464/metrics
   v2x hub --record run.mcap --rotate-mb 500
                                      with a recording that `lab retrack`
-                                     computes again
+                                     computes again; started again, it goes on
+                                     with the next number
 The program fusion-hub is the same hub alone.")]
 pub struct HubArgs {
     /// The network to serve; hubs and agents of other networks are ignored
@@ -53,12 +55,16 @@ pub struct HubArgs {
     /// A Zenoh configuration file that replaces our defaults; it is followed when written anew
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
-    /// Record all that arrives and is published, and the journal, into an MCAP file
+    /// Record all that arrives and is published, and the journal, into an MCAP file; one that exists is refused, unless files
+    /// rotate: then the next number is taken
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Begin a further file (FILE-2, FILE-3, …) after so many megabytes
     #[arg(long, value_name = "MB", requires = "record", value_parser = clap::value_parser!(u64).range(1..))]
     pub rotate_mb: Option<u64>,
+    /// Begin a further file after so many minutes
+    #[arg(long, value_name = "MIN", requires = "record", value_parser = clap::value_parser!(u32).range(1..))]
+    pub rotate_min: Option<u32>,
     /// Overwrite the recording if there is one of this name
     #[arg(long, requires = "record")]
     pub force: bool,
@@ -103,6 +109,7 @@ impl HubArgs {
         let options = RecordingOptions {
             overwrite: self.force,
             rotate_bytes: self.rotate_mb.map(|megabytes| megabytes.saturating_mul(1_000_000)),
+            rotate_after: self.rotate_min.map(|minutes| Span::from_millis(i64::from(minutes) * 60_000)),
             facts: facts.map(|(key, value)| (key.to_owned(), value)).into(),
             ..RecordingOptions::default()
         };

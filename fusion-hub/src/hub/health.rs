@@ -69,17 +69,16 @@ impl Health {
         core.look(seen.roster.tokens(), now);
         let mut findings = core.findings().to_vec();
         findings.extend(self.of_hub(core, seen, now));
-        let key = |finding: &Finding| (finding.code, of_whom(finding));
-        let faults = |findings: &[Finding]| -> BTreeMap<_, _> {
+        fn faults(findings: &[Finding]) -> BTreeMap<(Code, String), &Finding> {
             let faults = findings.iter().filter(|one| one.is_fault());
-            faults.map(|one| (key(one), one.to_string())).collect()
-        };
-        let (before, after) = (faults(&self.findings), faults(&findings));
-        for (key, words) in after.iter().filter(|(key, _)| !before.contains_key(key)) {
-            tracing::warn!(finding = key.0.name(), "{words}");
+            faults.map(|one| ((one.code, of_whom(one)), one)).collect()
         }
-        for (code, of) in before.keys().filter(|key| !after.contains_key(key)) {
-            tracing::info!(finding = code.name(), of, "no longer found");
+        let (before, after) = (faults(&self.findings), faults(&findings));
+        for (key, one) in after.iter().filter(|(key, _)| !before.contains_key(key)) {
+            tracing::warn!(finding = key.0.name(), "{one}");
+        }
+        for (key, one) in before.iter().filter(|(key, _)| !after.contains_key(key)) {
+            tracing::info!(finding = key.0.name(), "no longer found: {}", one.in_short());
         }
         self.findings = findings;
     }

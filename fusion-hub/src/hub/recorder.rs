@@ -35,6 +35,7 @@ struct State {
 impl Recorder {
     /// Writes into this file from now on.
     pub(super) fn begin(file: RecordingFile) -> Self {
+        tracing::info!(file = %file.path().display(), "recording");
         let (queue, samples) = sync_channel(WAITING);
         let state = Arc::new(State::default());
         let shared = state.clone();
@@ -92,6 +93,7 @@ fn write_all(mut file: RecordingFile, samples: &Receiver<Entry>, state: &State) 
         match samples.recv_timeout(FLUSHED_EVERY) {
             Ok(entry) => {
                 if file.write(&entry)? {
+                    tracing::info!(file = %file.path().display(), "a further file of the recording begins");
                     state.wants_start.store(true, Ordering::Relaxed);
                 }
             }

@@ -21,7 +21,6 @@ use super::status::HubStatus;
 use super::system_clock::SystemClock;
 use super::timing::Timing;
 use super::turns::{Turn, Turns};
-use super::twin;
 use crate::engine::{Engine, EngineConfig, PublishMode, Schedule};
 use crate::standby::lineage_at;
 use std::path::PathBuf;
@@ -30,16 +29,15 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::keys::Keys;
-use v2x_common::net::endpoint;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::zenoh_refusals;
 use v2x_common::recording::{RecordingFile, RecordingOptions};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::ENCODING_POSTCARD;
-use v2x_common::wire::Writings;
 use v2x_common::wire::journal::Call;
 use zenoh::{Config, Session};
 
+mod beginning;
 mod following;
 mod liveliness;
 mod told;
@@ -93,26 +91,17 @@ pub(super) async fn serve_by(
     let access = Access::new(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
     let config = access.in_force().clone();
     // Made first: without it nothing is to begin.
-    let recording = setup.record.clone().map(|(path, options)| RecordingFile::create(&path, options));
-    let mut recording = recording.transpose()?;
-    if let Some(file) = &mut recording {
-        file.read_by(&Writings::new(setup.settings.writings()));
-    }
+    let recording = beginning::recording(&setup)?;
     if let Some(warning) = exposure::warning(&config) {
         tracing::warn!("{warning}");
     }
-    let endpoints = endpoint::all_shown(&session::listen_endpoints(&config));
-    // Alone it is the router, and nobody is there before it.
-    let joins_others = session::joins_others(&config);
-    let mut session =
-        session::open(config).await.map_err(|error| HubError::Listen { endpoints, cause: error.into() })?;
-    if joins_others
-        && !setup.settings.standby
-        && let Some(other) =
-            twin::running(&session, &Keys::new(setup.network), &setup.settings.engine.hub).await
-    {
-        return Err(HubError::Twin { hub: other.hub, locators: other.locators.join(" ") });
-    }
+    let mut session = match beginning::join(&setup, config).await {
+        Ok(session) => session,
+        Err(error) => {
+            recording.into_iter().for_each(RecordingFile::discard);
+            return Err(error);
+        }
+    };
     let mut hub = Hub::declare((setup, access), engine, &session, recording).await?;
     hub.system_clock = SystemClock::new(read_clock);
     tracing::info!(hub = %hub.settings.engine.hub, network = %hub.network_id, locators = ?hub.locators, "hub is ready");

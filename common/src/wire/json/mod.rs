@@ -18,3 +18,4 @@ pub use detections::{decode_detections_by, encode_detections};
 pub use fused::{decode_fused, encode_fused};
 pub use partial::{PartialDetection, PartialSigma, ReportDefaults};
 pub use sensor::{decode_sensor, encode_sensor};
+pub use values::decode_value;

@@ -166,6 +166,15 @@ impl<'de> Deserialize<'de> for Id64 {
     }
 }
 
+/// Any JSON, of which the caller changes a part: numbers that are not finite, as Python writes them, are texts with
+/// their names, which the readers of frames understand.
+///
+/// # Errors
+/// Where it is no JSON.
+pub fn decode_value(bytes: &[u8]) -> Result<serde_json::Value, WireError> {
+    parse(bytes).or_else(|error| with_quoted_words(bytes).map_or(Err(error), |quoted| parse(&quoted)))
+}
+
 pub(super) fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, WireError> {
     serde_json::from_slice(bytes).map_err(|error| WireError::Json(error.to_string()))
 }

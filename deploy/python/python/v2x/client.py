@@ -18,6 +18,7 @@ import json
 import re
 import threading
 import time
+import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
@@ -170,26 +171,55 @@ class Agent(_Client):
         super().close()
 
 
-class Stream(Generic[T]):
-    """Messages as they arrive. Iterate over it, or call `next`; close it, or the consumer, to end."""
+class _Mailbox:
+    """What waits for the reader of a stream. The subscriber knows it alone, so that a stream nobody holds ends."""
 
-    def __init__(self, timeout: float | None) -> None:
-        self._waiting: deque[tuple[str, bytes]] = deque()
-        self._arrived = threading.Condition()
-        self._timeout = timeout
-        self._closed = False
-        self._subscriber: Any = None
-        self._read: Callable[[str, dict[str, Any]], T | None]
-        #: Messages that were dropped because they waited for too long.
+    def __init__(self) -> None:
+        self.waiting: deque[tuple[str, bytes]] = deque()
+        self.arrived = threading.Condition()
+        self.closed = False
         self.dropped = 0
 
-    def _push(self, key: str, payload: bytes) -> None:
-        with self._arrived:
-            if len(self._waiting) >= MAX_WAITING:
-                self._waiting.popleft()
+    def push(self, key: str, payload: bytes) -> None:
+        with self.arrived:
+            if len(self.waiting) >= MAX_WAITING:
+                self.waiting.popleft()
                 self.dropped += 1
-            self._waiting.append((key, payload))
-            self._arrived.notify_all()
+            self.waiting.append((key, payload))
+            self.arrived.notify_all()
+
+    def close(self) -> None:
+        with self.arrived:
+            self.closed = True
+            self.arrived.notify_all()
+
+
+class Stream(Generic[T]):
+    """Messages as they arrive. Iterate over it, or call `next`. It ends with `close`, with the consumer, and when nobody holds
+    it any more, as after `for frame in consumer.frames(): break`.
+
+    What cannot be read is left out: it is counted in `unreadable`, and `last_error` says why.
+    """
+
+    def __init__(self, read: Callable[[str, dict[str, Any]], T | None], timeout: float | None) -> None:
+        self._mailbox = _Mailbox()
+        self._timeout = timeout
+        self._read = read
+        self._undeclare: Callable[[], Any] = lambda: None
+        #: Messages that could not be read.
+        self.unreadable = 0
+        #: Why the last one of them could not be.
+        self.last_error: str | None = None
+
+    @property
+    def dropped(self) -> int:
+        """Messages that were dropped because they waited for too long."""
+        return self._mailbox.dropped
+
+    def _begin(self, subscriber: Any) -> None:
+        """It is fed by this subscriber, which ends with it."""
+        self._undeclare = weakref.finalize(self, _undeclare, subscriber)
+        self._undeclare.atexit = False
 
     def wait_until_fed(self, timeout_s: float = 10.0) -> bool:
         """Waits for the first message, without taking it. False after `timeout_s`.
@@ -197,32 +227,37 @@ class Stream(Generic[T]):
         A hub publishes JSON only while it knows of a subscriber; what it published before that is not repeated. A list comes
         ten times a second by default, with or without objects.
         """
-        with self._arrived:
-            return self._arrived.wait_for(lambda: self._waiting or self._closed, timeout_s) and not self._closed
+        box = self._mailbox
+        with box.arrived:
+            return box.arrived.wait_for(lambda: bool(box.waiting) or box.closed, timeout_s) and not box.closed
 
     def next(self, timeout: float | None = None) -> T:
         """The next message. A `TimeoutError` after `timeout` seconds without one; `None`: however long it takes."""
         deadline = None if timeout is None else time.monotonic() + timeout
+        box = self._mailbox
         while True:
-            with self._arrived:
-                while not self._waiting:
-                    if self._closed:
+            with box.arrived:
+                while not box.waiting:
+                    if box.closed:
                         raise EOFError("the stream is closed")
                     left = None if deadline is None else deadline - time.monotonic()
-                    if left is not None and left <= 0 or not self._arrived.wait(left):
+                    if left is not None and left <= 0 or not box.arrived.wait(left):
                         raise TimeoutError(f"no message in {timeout} s")
-                key, payload = self._waiting.popleft()
-            message = self._read(key, json.loads(payload))
+                key, payload = box.waiting.popleft()
+            try:
+                message = self._read(key, json.loads(payload))
+            except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+                # Whoever may publish may publish anything: the next one is as good as without it.
+                self.unreadable += 1
+                self.last_error = f"{key}: {type(error).__name__}: {error}"
+                continue
             if message is not None:
                 return message
 
     def close(self) -> None:
         """Ends it."""
-        with self._arrived:
-            was_closed, self._closed = self._closed, True
-            self._arrived.notify_all()
-        if not was_closed and self._subscriber is not None:
-            self._subscriber.undeclare()
+        self._mailbox.close()
+        self._undeclare()
 
     def __enter__(self) -> Self:
         return self
@@ -256,7 +291,7 @@ class Consumer(_Client):
             _check_name("hub", hub)
         super().__init__(network, connect, config, patience_s)
         self.hub = hub
-        self._streams: list[Stream[Any]] = []
+        self._streams: weakref.WeakSet[Stream[Any]] = weakref.WeakSet()
 
     def frames(self, timeout: float | None = None) -> Stream[FusedFrame]:
         """Every fused frame: the whole list, with the agents' health and what is new in it.
@@ -310,24 +345,32 @@ class Consumer(_Client):
     def _stream(
         self, key: str, read: Callable[[str, dict[str, Any]], T | None], timeout: float | None
     ) -> Stream[T]:
-        stream: Stream[T] = Stream(timeout)
-        stream._read = read
+        stream = Stream(read, timeout)
+        mailbox, hub = stream._mailbox, self.hub
 
         def push(sample: zenoh.Sample) -> None:
             # A put on a key with wildcards reaches subscribers of every hub.
-            if self.hub != "*" and str(sample.key_expr).split("/")[3] != self.hub:
+            if hub != "*" and str(sample.key_expr).split("/")[3] != hub:
                 return
-            stream._push(str(sample.key_expr), sample.payload.to_bytes())
+            mailbox.push(str(sample.key_expr), sample.payload.to_bytes())
 
-        stream._subscriber = self._session.declare_subscriber(self._key(f"hub/{self.hub}/{key}"), push)
-        self._streams.append(stream)
+        stream._begin(self._session.declare_subscriber(self._key(f"hub/{self.hub}/{key}"), push))
+        self._streams.add(stream)
         return stream
 
     def close(self) -> None:
         """Leaves the network, and ends its streams."""
-        for stream in self._streams:
+        for stream in list(self._streams):
             stream.close()
         super().close()
+
+
+def _undeclare(subscriber: Any) -> None:
+    try:
+        subscriber.undeclare()
+    except zenoh.ZError:
+        # The session was closed before it.
+        pass
 
 
 def _check_name(what: str, name: str) -> None:

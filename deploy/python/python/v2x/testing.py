@@ -15,12 +15,15 @@ import shutil
 import subprocess
 import tempfile
 import threading
+import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import pytest
+
+from .engine import _plain
 
 #: How long a hub may take to start, and to end, s.
 PATIENCE_S = 20.0
@@ -46,8 +49,8 @@ def binary() -> str:
 class Hub:
     """A hub on a free port of this machine, as a process. It ends with `close`, and when this process ends.
 
-    `config` are its settings: the `[hub]` table as a dict, or the text of a settings file. `record` is an MCAP file for all that
-    arrives and is published.
+    `config` are its settings, as `v2x.Engine` takes them: the `[hub]` table as a dict or as TOML text, or either with a table
+    `hub`. `record` is an MCAP file for all that arrives and is published.
     """
 
     def __init__(
@@ -64,7 +67,7 @@ class Hub:
         command = [program, "hub", "--network", network, "--listen", "tcp/127.0.0.1:0", "--events", "--exit-with-stdin"]
         if config is not None:
             settings = Path(self._folder.name) / "hub.toml"
-            settings.write_text(config if isinstance(config, str) else _toml({"hub": config}), encoding="utf-8")
+            settings.write_text(_settings(config), encoding="utf-8")
             command += ["--config", str(settings)]
         if record is not None:
             command += ["--record", os.fspath(record)]
@@ -128,12 +131,60 @@ class Hub:
         self.close()
 
 
-def _toml(table: Mapping[str, Any], path: tuple[str, ...] = ()) -> str:
-    """A dict as TOML: numbers, texts, booleans, lists of these, and tables."""
-    here = [f"{json.dumps(key)} = {json.dumps(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
-    text = f"[{'.'.join(map(json.dumps, path))}]\n" if path else ""
-    text += "".join(line + "\n" for line in here)
-    return text + "".join(_toml(value, (*path, key)) for key, value in table.items() if isinstance(value, Mapping))
+def _settings(config: str | Mapping[str, Any]) -> str:
+    """The text of a settings file."""
+    if isinstance(config, str):
+        try:
+            table: Any = tomllib.loads(config)
+        except tomllib.TOMLDecodeError:
+            # The hub says what is wrong, and where.
+            return config
+        return config if "hub" in table else _toml({"hub": table})
+    # Tuples, numbers of NumPy and keys that are no texts become what they are for the engine.
+    table = json.loads(json.dumps(config, default=_plain))
+    return _toml({"hub": table.get("hub", table)})
+
+
+def _toml(table: Mapping[str, Any]) -> str:
+    """A dict as TOML: numbers, texts, booleans, lists and tables."""
+    return "".join(f"{_text(key)} = {_value(value, key)}\n" for key, value in table.items())
+
+
+def _value(value: Any, path: str) -> str:
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    # `nan` and `inf` are TOML's words, too.
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, Mapping):
+        inner = (f"{_text(key)} = {_value(one, f'{path}.{key}')}" for key, one in value.items())
+        return "{ " + ", ".join(inner) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value(one, f"{path}[{n}]") for n, one in enumerate(value)) + "]"
+    if value is None:
+        raise ValueError(f"{path} is None: there is no such value in TOML; leave the key out")
+    raise TypeError(f"{path} is a {type(value).__name__}, which no setting is")
+
+
+def _text(text: str) -> str:
+    # As in JSON, but for characters beyond 16 bits, which JSON may write in two parts, and for one control character.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _close_all(hubs: list[Hub]) -> None:
+    """Ends all of them, whatever any of them does."""
+    errors = []
+    for one in reversed(hubs):
+        try:
+            one.close()
+        except HubError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise ExceptionGroup(f"{len(errors)} hubs did not end cleanly", errors)
 
 
 @pytest.fixture
@@ -146,8 +197,7 @@ def hub_factory() -> Iterator[Callable[..., Hub]]:
         return hubs[-1]
 
     yield start
-    for one in reversed(hubs):
-        one.close()
+    _close_all(hubs)
 
 
 @pytest.fixture

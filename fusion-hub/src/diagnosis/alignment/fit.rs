@@ -32,6 +32,11 @@ const MOST_SHARE_APART: f64 = 0.2;
 const ONE_AREA_M: f64 = 150.0;
 /// Clocks are known to agree from this standard deviation on, s.
 const CLOCKS_SIGMA_S: f64 = 0.03;
+/// The time between two agents is known from this standard deviation on, as far as a shift of place is not one of time, s.
+const TIME_SIGMA_S: f64 = 0.15;
+/// What is this near to where it was a snapshot before stands, m; and so large a share of the detections.
+const STANDS_M: f64 = 1.0;
+const STANDS_SHARE: f64 = 0.7;
 /// Prior standard deviations of a shift (m), a turn (rad), a time (s).
 const PRIOR: [f64; 4] = [5.0, 5.0, 0.3, 0.7];
 /// Errors of a difference beside those that are stated, m.
@@ -57,6 +62,8 @@ pub(in crate::diagnosis) enum Fit {
         change: Change,
         /// Share of the detections that it explains.
         share: f64,
+        /// What moves shows the time between the two, or nothing moves; otherwise a shift can be one of time.
+        is_time_known: bool,
     },
     /// Nothing brings them together, though both report objects not far from each other all the time, and somebody's frames
     /// have no pose of a sensor: by the places in the pair.
@@ -88,7 +95,7 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
         }
         // Most objects agree as they are, so that the frames do: what is left is of those that move.
         if share(as_is.pairs, possible) >= MIN_SHARE && near.is_sure(possible) {
-            return Fit::Changed { whose: 1, change: Change::Rigid(near.told()), share: near_share };
+            return near.changed(snapshots, possible);
         }
     }
     let large = LARGE.iter().flat_map(|change| [0, 1].map(|whose| (whose, *change)));
@@ -98,7 +105,7 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
         is_clear(explained, &as_is, possible, MIN_RATIO_LARGE)
             && beats_chance(explained, snapshots, *whose, change)
     }) {
-        return Fit::Changed { whose, change, share: share(explained.pairs, possible) };
+        return Fit::Changed { whose, change, share: share(explained.pairs, possible), is_time_known: true };
     }
     let refined = beginnings(snapshots).into_iter().filter_map(|begin| refine(snapshots, begin));
     let best = refined.max_by_key(|refined| refined.explained.pairs);
@@ -108,10 +115,20 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
     }
     let is_found = is_clear(&best.explained, &as_is, possible, MIN_RATIO_SMALL) || best.is_sure(possible);
     if is_found && beats_chance(&best.explained, snapshots, 1, &Change::Rigid(best.change)) {
-        let change = Change::Rigid(best.told());
-        return Fit::Changed { whose: 1, change, share: share(best.explained.pairs, possible) };
+        return best.changed(snapshots, possible);
     }
     apart(snapshots, &as_is, possible)
+}
+
+/// Whether most of what the first one reports is where it was a snapshot before.
+fn stands(snapshots: &[Snapshot]) -> bool {
+    let (mut stand, mut all) = (0, 0);
+    for (before, after) in snapshots.iter().zip(snapshots.iter().skip(1)) {
+        all += after[0].spots.len() as u64;
+        let stays = |spot: &&Spot| nearest(spot, &before[0].spots, Some(STANDS_M)).is_some();
+        stand += after[0].spots.iter().filter(stays).count() as u64;
+    }
+    all > 0 && share(stand, all) >= STANDS_SHARE
 }
 
 /// Of what no change brings together.
@@ -266,6 +283,16 @@ impl Refined {
             && self.explained.pairs >= MIN_PAIRS
             && self.explained.places.len() >= MIN_PLACES
             && share(self.explained.pairs, possible) >= 1.5 * MIN_SHARE
+    }
+
+    /// The fit that it is.
+    fn changed(&self, snapshots: &[Snapshot], possible: u64) -> Fit {
+        Fit::Changed {
+            whose: 1,
+            change: Change::Rigid(self.told()),
+            share: share(self.explained.pairs, possible),
+            is_time_known: self.sigma[3] <= TIME_SIGMA_S || stands(snapshots),
+        }
     }
 
     /// The parameters that are worth telling.

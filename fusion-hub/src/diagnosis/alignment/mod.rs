@@ -1,31 +1,31 @@
 //! Whether two agents report the same objects at the same places.
 //!
-//! Of pairs of agents, frames that were captured at one time are kept: a few of each pair. [`fit`] looks for the change of
-//! one agent's positions that brings most of them onto those of the other one.
+//! Some frames of each agent are kept, and of a bounded number of pairs of agents those that were captured at one time are
+//! compared: [`fit`] looks for the change of one agent's positions that brings most of them onto those of the other one.
 
 pub(super) mod change;
 pub(super) mod fit;
+mod pairs;
 
 use super::headings::Moving;
 use super::observation::Observation;
-use std::collections::{BTreeMap, VecDeque};
+use pairs::Place;
+use std::collections::BTreeMap;
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Frames captured within this are of one time: half the interval of 10 Hz, and some jitter.
 const AT_ONE_TIME: Span = Span::from_millis(60);
-/// Frames of an agent that wait for late ones of others.
-const N_RECENT: usize = 8;
-/// Pairs of frames of two agents that are kept, this far apart, until they hold so many detections.
+/// Frames that are kept of one agent, and of all.
+const MAX_SIGHTINGS: usize = 96;
+const MAX_ALL_SIGHTINGS: usize = 2048;
+/// Pairs of frames of two agents that are compared, this far apart, until they hold so many detections.
 const MAX_SNAPSHOTS: usize = 48;
 const ENOUGH_SPOTS: usize = 400;
 const APART: Span = Span::from_millis(300);
 /// Detections of a frame that are kept.
 const MAX_SPOTS: usize = 32;
-/// Pairs of agents that are compared in one window, and partners of each agent among them.
-const MAX_PAIRS: usize = 20;
-const MAX_PARTNERS: usize = 5;
 
 /// A detection moves as the nearest object within this: an agent whose clock is off by a third of a second is off by it, m.
 const MOVED_M: f64 = 4.0;
@@ -52,61 +52,68 @@ pub(super) struct Sighting {
 /// Two agents' detections of one time.
 pub(super) type Snapshot = [Sighting; 2];
 
-/// The newest frames of each agent, and what is kept of pairs.
+/// Frames of each agent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Snapshots {
-    recent: BTreeMap<AgentId, VecDeque<Sighting>>,
-    pairs: BTreeMap<[AgentId; 2], Vec<Snapshot>>,
+    of_agents: BTreeMap<AgentId, Vec<Sighting>>,
+    n: usize,
 }
 
 impl Snapshots {
     pub(super) fn note(&mut self, seen: &Observation<'_>, moving: &Moving) {
-        let agent = seen.frame.id.agent;
-        let sighting = Sighting::of(seen, moving);
-        if sighting.spots.is_empty() {
+        if self.n >= MAX_ALL_SIGHTINGS {
             return;
         }
-        for (other, theirs) in self.recent.iter().filter(|(other, _)| **other != agent) {
-            let off = |theirs: &&Sighting| (theirs.captured_at - sighting.captured_at).abs();
-            let nearest = theirs.iter().min_by_key(off).filter(|theirs| off(theirs) <= AT_ONE_TIME);
-            let Some(theirs) = nearest else { continue };
-            let (pair, snapshot) = if agent < *other {
-                ([agent, *other], [&sighting, theirs])
-            } else {
-                ([*other, agent], [theirs, &sighting])
-            };
-            if is_wanted(&self.pairs, &pair, sighting.captured_at) {
-                let [first, second] = snapshot;
-                let snapshot = [first.clone(), second.at_time_of(first)];
-                self.pairs.entry(pair).or_default().push(snapshot);
+        let of_agent = self.of_agents.entry(seen.frame.id.agent).or_default();
+        if of_agent.len() >= MAX_SIGHTINGS {
+            return;
+        }
+        let sighting = Sighting::of(seen, moving);
+        if !sighting.spots.is_empty() {
+            of_agent.push(sighting);
+            self.n += 1;
+        }
+    }
+
+    /// The pairs of agents to compare, those first that are compared in any case; as far as it can be those of `before`.
+    pub(super) fn pairs(&self, before: &[[AgentId; 2]]) -> Vec<[AgentId; 2]> {
+        let places: Vec<_> = self.of_agents.iter().filter_map(|(agent, seen)| place(*agent, seen)).collect();
+        pairs::choose(&places, before)
+    }
+
+    /// Frames of two agents that were captured at one time.
+    pub(super) fn of(&self, [first, second]: &[AgentId; 2]) -> Vec<Snapshot> {
+        let of_agent = |agent| {
+            let mut all: Vec<_> = self.of_agents.get(agent).into_iter().flatten().collect();
+            all.sort_by_key(|sighting: &&Sighting| sighting.captured_at);
+            all
+        };
+        let (firsts, seconds) = (of_agent(first), of_agent(second));
+        let (mut snapshots, mut spots): (Vec<Snapshot>, usize) = (Vec::new(), 0);
+        for sighting in firsts {
+            let is_later =
+                snapshots.last().is_none_or(|[last, _]| sighting.captured_at - last.captured_at >= APART);
+            let off = |theirs: &&&Sighting| (theirs.captured_at - sighting.captured_at).abs();
+            let theirs = seconds.iter().min_by_key(off).filter(|theirs| off(theirs) <= AT_ONE_TIME);
+            if let Some(theirs) = theirs.filter(|_| is_later) {
+                spots += sighting.spots.len();
+                snapshots.push([sighting.clone(), theirs.at_time_of(sighting)]);
+            }
+            if snapshots.len() >= MAX_SNAPSHOTS || spots >= ENOUGH_SPOTS {
+                break;
             }
         }
-        let recent = self.recent.entry(agent).or_default();
-        if recent.len() >= N_RECENT {
-            recent.pop_front();
-        }
-        recent.push_back(sighting);
-    }
-
-    /// The pairs of which anything is kept.
-    pub(super) fn pairs(&self) -> impl Iterator<Item = &[AgentId; 2]> {
-        self.pairs.keys()
-    }
-
-    /// What is kept of a pair.
-    pub(super) fn of(&self, pair: &[AgentId; 2]) -> Option<&[Snapshot]> {
-        self.pairs.get(pair).map(Vec::as_slice)
+        snapshots
     }
 }
 
-fn is_wanted(pairs: &BTreeMap<[AgentId; 2], Vec<Snapshot>>, pair: &[AgentId; 2], at: Timestamp) -> bool {
-    if let Some(known) = pairs.get(pair) {
-        let is_later = known.last().is_none_or(|[last, _]| (at - last.captured_at).abs() >= APART);
-        let spots: usize = known.iter().map(|[first, _]| first.spots.len()).sum();
-        return known.len() < MAX_SNAPSHOTS && spots < ENOUGH_SPOTS && is_later;
-    }
-    let partners = |agent: &AgentId| pairs.keys().filter(|pair| pair.contains(agent)).count();
-    pairs.len() < MAX_PAIRS && pair.iter().any(|agent| partners(agent) < MAX_PARTNERS)
+/// Where an agent is, and where the objects are that it reports.
+fn place(agent: AgentId, seen: &[Sighting]) -> Option<Place> {
+    let spots = seen.iter().flat_map(|sighting| &sighting.spots);
+    let (sum, n) =
+        spots.fold(([0.0; 2], 0_u32), |(sum, n), spot| ([sum[0] + spot.at[0], sum[1] + spot.at[1]], n + 1));
+    let sensor = seen.last()?.pose.map(|pose| [pose.x, pose.y]);
+    Some(Place { agent, sensor, objects: sum.map(|sum| sum / f64::from(n.max(1))) })
 }
 
 impl Sighting {

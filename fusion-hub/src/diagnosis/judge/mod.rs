@@ -66,11 +66,15 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent));
         of_agent.into_iter().any(|(_, fit)| matches!(fit, Fit::Changed { .. }))
     };
+    // Shifted by a lane, what moves is compared with what comes the other way.
+    let shifted = findings.iter().filter(|one| one.code == Code::Offset && one.is_fault());
+    let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
     findings.retain(|one| {
         let Some(agent) = one.agent else { return true };
         let places_are_wrong = has_one(agent, &PLACES);
         let is_consequence = (places_are_wrong
             && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
+            || (shifted.contains(&agent) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent)) && SIGMAS.contains(&one.code))
             || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code))
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
@@ -103,6 +107,9 @@ fn merge_overload(window: &Window, findings: &mut Vec<Finding>) {
     findings.push(Finding::of_network(Code::Overload, says, change));
 }
 
+/// Objects that are shifted by this may be taken for those of another lane, m.
+const LANE_M: f64 = 2.0;
+
 /// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree with as many
 /// as they differ from, `None` where nothing that moves is shared. Where a pair differs, the one whose frames have taken longer is
 /// behind.
@@ -119,7 +126,10 @@ fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
         }
         match fit {
             Fit::Agree { clocks: true } => agree += 1,
-            Fit::Changed { change: Change::Rigid(Rigid { earlier_s, .. }), .. } if *earlier_s != 0.0 => {
+            // Where objects are shifted by a lane, too, what is left along the motion is no clock: the shift is told with it.
+            Fit::Changed { change: Change::Rigid(Rigid { earlier_s, by_m: [x, y], .. }), .. }
+                if *earlier_s != 0.0 && libm::hypot(*x, *y) < LANE_M =>
+            {
                 differ += 1;
                 // Objects of the second agent that were there earlier are of a later time than they are said to be.
                 let [first, second] = [0, 1].map(|k| delay(&pair[k]));

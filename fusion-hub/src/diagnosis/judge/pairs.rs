@@ -28,14 +28,20 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
         let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(agent));
         of_agent.filter(|(_, fit)| matches!(fit, Fit::Changed { .. })).count()
     };
+    // Of two that differ, the one that agrees with a third one is right.
+    let agrees = |agent: &AgentId| {
+        let mut of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(agent));
+        usize::from(of_agent.any(|(_, fit)| matches!(fit, Fit::Agree { .. })))
+    };
+    let votes_of = |agent: &AgentId| 10 * differs(agent) + 1 - agrees(agent);
     let mut told = Vec::new();
     findings.extend(apart(window));
     for (pair, fit) in &window.fits {
-        let Fit::Changed { whose, change, share } = fit else { continue };
+        let Fit::Changed { whose, change, share, is_time_known } = fit else { continue };
         let votes = pair.map(|agent| match change {
-            Change::Rigid(_) => differs(&agent),
+            Change::Rigid(_) => votes_of(&agent),
             // Mirrored twice is as before: whose headings do not go with the motion has the wrong axes.
-            Change::OfMap(_) => 100 * usize::from(known.headings.contains(&agent)) + differs(&agent),
+            Change::OfMap(_) => 1000 * usize::from(known.headings.contains(&agent)) + votes_of(&agent),
             _ => 0,
         });
         let is_open = matches!(change, Change::Rigid(_) | Change::OfMap(_));
@@ -47,7 +53,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
             continue;
         }
         told.push((agent, kind));
-        let one = Pair { agent, other, share: *share };
+        let one = Pair { agent, other, share: *share, is_time_known: *is_time_known };
         findings.extend(match change {
             // The change is that of the second one.
             Change::Rigid(rigid) => {
@@ -100,11 +106,13 @@ struct Pair {
     agent: AgentId,
     other: AgentId,
     share: f64,
+    /// A shift of their objects cannot be one of time.
+    is_time_known: bool,
 }
 
 impl Pair {
     fn large(&self, change: Change, is_undecided: bool) -> Finding {
-        let Self { agent, other, share } = self;
+        let Self { agent, other, share, .. } = self;
         let setting = |line: &str| format!("write `{line}` under `[hub.agents.{agent}]`");
         let as_seen = format!("({:.0} % of the objects in common with {other})", 100.0 * share);
         let (code, says, change) = match change {
@@ -165,7 +173,8 @@ impl Pair {
         if turn_rad != 0.0 {
             parts.push(format!("turned by {:+.1}° against", -turn_rad.to_degrees()));
         }
-        let severity = match parts.is_empty() && earlier_s.abs() < GRAVE_S {
+        let is_open = earlier_s == 0.0 && !self.is_time_known;
+        let severity = match is_open || parts.is_empty() && earlier_s.abs() < GRAVE_S {
             true => Severity::Note,
             false => Severity::Fault,
         };
@@ -175,9 +184,13 @@ impl Pair {
         if parts.is_empty() {
             return None;
         }
-        let Self { agent, other, share } = self;
+        let Self { agent, other, share, .. } = self;
+        let but = match is_open {
+            true => "; how fast they move is not known well enough to say whether places differ, or clocks",
+            false => "",
+        };
         let says = format!(
-            "the objects of {agent} lie {} those of {other} ({:.0} % of what both see)",
+            "the objects of {agent} lie {} those of {other} ({:.0} % of what both see){but}",
             parts.join(", "),
             100.0 * share
         );

@@ -3,12 +3,22 @@
 use super::super::finding::{Code, Finding};
 use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
+use v2x_common::time::Span;
 
 /// Refusals of a reason that are told: so many, and such a share of the frames.
 const MIN_REFUSED: u64 = 3;
 const REFUSED_SHARE: f64 = 0.02;
 /// Refusals that are told as two processes of one name.
 const TOLD_ELSEWHERE: [&str; 2] = ["duplicate", "held_off"];
+/// Of an agent that the settings leave out.
+const LEFT_OUT: &str = "not_listened_to";
+/// Detections that are odd are a fault from so many on, and from such a share on; fewer are worth a note.
+const MIN_ODD: u64 = 3;
+const ODD_SHARE: f64 = 0.02;
+/// Most names of classes that are listed.
+const MOST_LISTED: usize = 8;
+/// Innovations that were gathered in less say little: at first tracks are not known well.
+const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
 /// Factors on stated standard deviations that are told.
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
@@ -18,6 +28,7 @@ const MIN_INNOVATIONS: u64 = 100;
 
 pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     let mut findings = refused(one);
+    findings.extend(left_out(one));
     findings.extend(dropped(one));
     findings.extend(unknown_classes(one));
     findings.extend(description(one));
@@ -36,6 +47,7 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
         count >= MIN_REFUSED
             && count as f64 >= REFUSED_SHARE * frames as f64
             && !TOLD_ELSEWHERE.contains(&reason)
+            && reason != LEFT_OUT
     };
     let told = survey.refused.iter().filter(|(reason, (count, _))| is_told(reason, *count));
     told.map(|(reason, (count, last))| {
@@ -56,6 +68,14 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     .collect()
 }
 
+/// An agent that is there, and that the hub's settings leave out on purpose.
+fn left_out(one: &One<'_>) -> Option<Finding> {
+    let (count, _) = one.survey.refused.get(LEFT_OUT)?;
+    let says = format!("{count} frames of it are left out ({LEFT_OUT}), as the hub's settings say");
+    let change = "If it is to take part, name it in `only_agents` of the hub's configuration";
+    Some(one.note(Code::FramesRefused, says, change))
+}
+
 /// What to do about frames that are refused.
 fn remedy(reason: &str) -> &'static str {
     match reason {
@@ -69,7 +89,6 @@ fn remedy(reason: &str) -> &'static str {
         "too_early" => "Its clock is ahead: set it (chrony, PTP)",
         "map_frame_mismatch" => "Send positions in the hub's map frame, with its name or with none",
         "agent_mismatch" => "The name in the payload and in the key must be the same; JSON may leave it out",
-        "not_listened_to" => "`only_agents` of the hub's configuration leaves it out",
         "no_sensor_pose" => {
             "Send `sensor_pose` with each frame, or set the hub's `frame` for this agent to `map` or `sensor`"
         }
@@ -88,42 +107,69 @@ fn remedy(reason: &str) -> &'static str {
     }
 }
 
-fn since(one: &One<'_>, count: impl Fn(&Counts) -> u64) -> u64 {
-    let record = one.around.engine.agents().record(&one.agent);
-    record.map_or(0, |record| count(&Counts::of(record)).saturating_sub(count(&one.survey.before)))
+/// What the engine has counted of it in this window.
+fn since(one: &One<'_>) -> Option<Counts> {
+    let record = one.around.engine.agents().record(&one.agent)?;
+    Some(Counts::of(record).since(&one.survey.before))
+}
+
+/// The most frequent ones first.
+fn sorted<T: Ord>(counts: impl Iterator<Item = (T, u64)>) -> Vec<(T, u64)> {
+    let mut counts: Vec<_> = counts.collect();
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    counts
+}
+
+/// Detections of one kind that are odd: a single one of many makes no network worse.
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn odd(one: &One<'_>, code: Code, count: u64, (says, change): (String, String)) -> Finding {
+    let all = one.survey.writing.detections;
+    let is_grave = count >= MIN_ODD && count as f64 >= ODD_SHARE * all as f64;
+    if is_grave { one.fault(code, says, change) } else { one.note(code, says, change) }
 }
 
 fn dropped(one: &One<'_>) -> Option<Finding> {
-    let count = since(one, |counts| counts.dropped);
     let record = one.around.engine.agents().record(&one.agent)?;
-    let dropped = &record.statistics.dropped;
+    let dropped = sorted(since(one)?.dropped.into_iter());
+    let count: u64 = dropped.iter().map(|(_, count)| count).sum();
     (count > 0).then(|| {
         let causes: Vec<_> =
-            dropped.by_cause.iter().map(|((field, cause), count)| format!("{field} {cause}: {count}")).collect();
-        let last = dropped.last.as_ref().map(|last| format!("; the newest: {last}")).unwrap_or_default();
-        let says = format!("{count} detections with impossible values are dropped ({}){last}", causes.join(", "));
+            dropped.iter().map(|((field, cause), count)| format!("{field} {cause}: {count}")).collect();
+        let last = record.statistics.dropped.last.as_ref();
+        let last = last.map(|last| format!("; the newest: {last}")).unwrap_or_default();
+        let says = format!(
+            "{count} of {} detections have impossible values and are dropped ({}){last}",
+            one.survey.writing.detections,
+            causes.join(", ")
+        );
         let change = "The rest of their frames is used. Longitudes, pixels or projected coordinates instead of metres in the \
                       map frame give such values";
-        one.fault(Code::ImpossibleDetections, says, change)
+        odd(one, Code::ImpossibleDetections, count, (says, change.to_owned()))
     })
 }
 
 fn unknown_classes(one: &One<'_>) -> Option<Finding> {
-    let count = since(one, |counts| counts.unmapped);
-    let record = one.around.engine.agents().record(&one.agent)?;
+    let unmapped = since(one)?.unmapped;
+    let count = unmapped.total();
     (count > 0).then(|| {
-        let names: Vec<_> = record.statistics.unmapped_classes.names().collect();
-        let list: Vec<_> = names.iter().take(8).map(|(name, count)| format!("{name:?} {count}")).collect();
-        let says = format!("{count} detections are of classes that are not known ({})", list.join(", "));
+        let names = sorted(unmapped.names());
+        let list: Vec<_> =
+            names.iter().take(MOST_LISTED).map(|(name, count)| format!("{name:?} {count}")).collect();
+        let more = if names.len() > MOST_LISTED { ", …" } else { "" };
+        let says = format!(
+            "{count} of {} detections are of classes that are not known ({}{more})",
+            one.survey.writing.detections,
+            list.join(", ")
+        );
         let first = names.first().map_or("name", |(name, _)| name);
         let setting = one.setting(&format!("classes = {{ {first:?} = \"car\" }}"));
         let change = format!("They are fused as `unknown`. Write {setting}, with the class that it is");
-        one.fault(Code::UnknownClasses, says, change)
+        odd(one, Code::UnknownClasses, count, (says, change))
     })
 }
 
 fn description(one: &One<'_>) -> Option<Finding> {
-    let count = since(one, |counts| counts.descriptions_refused);
+    let count = since(one)?.descriptions_refused;
     let record = one.around.engine.agents().record(&one.agent)?;
     (count > 0).then(|| {
         let last = record.statistics.last_refused_description.as_ref();
@@ -138,7 +184,11 @@ fn description(one: &One<'_>) -> Option<Finding> {
 fn stated_errors(one: &One<'_>) -> Option<Finding> {
     let engine = one.around.engine;
     let record = engine.agents().record(&one.agent)?;
-    if record.statistics.innovations.count < MIN_INNOVATIONS || one.survey.arrivals.frames < MIN_VALUES {
+    let arrivals = &one.survey.arrivals;
+    let is_enough = record.statistics.innovations.count >= MIN_INNOVATIONS
+        && arrivals.frames >= MIN_VALUES
+        && arrivals.lasted() >= INNOVATIONS_FOR;
+    if !is_enough {
         return None;
     }
     let learnt = engine.learnt(&one.agent).map(|learnt| learnt.sigma_factor).filter(|factor| *factor != 1.0);
@@ -155,10 +205,19 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     };
     let says =
         format!("the {whose} standard deviations of its positions are too {word}, by a factor of {times:.1}");
-    let change = match is_default {
-        true => format!("Write {}, as large as its errors are", one.setting("sigma_position_m = …")),
-        false => {
-            "Send those that its errors have; the hub corrects them as far as it has learnt them".to_owned()
+    let mean_m = one.survey.writing.mean_sigma_m();
+    let change = match (is_default, mean_m) {
+        (true, Some(mean_m)) => {
+            format!("Write {}", one.setting(&format!("sigma_position_m = {:.2}", factor * mean_m)))
+        }
+        (true, None) => format!("Write {}, as large as its errors are", one.setting("sigma_position_m = …")),
+        (false, mean_m) => {
+            let mean = mean_m
+                .map(|mean_m| format!(": {:.2} m instead of {mean_m:.2} m in the mean", factor * mean_m));
+            format!(
+                "Send {factor:.2} times as large ones{}; the hub corrects them as far as it has learnt them",
+                mean.unwrap_or_default()
+            )
         }
     };
     Some(one.fault(code, says, change))

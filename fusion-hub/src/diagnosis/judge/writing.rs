@@ -11,17 +11,19 @@ use v2x_common::geometry::wrap_angle;
 /// Share of headings beyond a whole turn from which they are no radians: radians that are not wrapped exceed a turn rarely,
 /// and by little.
 const DEGREES_SHARE: f64 = 0.3;
-/// The largest heading of radians that are not wrapped, rad; and of degrees, with a margin for rounding.
+/// The largest heading of radians that are not wrapped, rad.
 const MOST_RADIANS: f64 = 15.0;
-const MOST_DEGREES: f64 = 360.5;
+/// Degrees that are not wrapped exceed a turn rarely; where more do, what moves must show that they are degrees.
+const BEYOND_360_SHARE: f64 = 0.5;
 /// Share of vehicles that are wider than long from which width and depth are swapped.
 const SWAPPED_SHARE: f64 = 0.8;
 /// Share of detections without standard deviations from which it is told.
 const MISSING_SHARE: f64 = 0.5;
 /// Share of the frames with several objects in which these are at one place, as degrees are.
 const AT_ONE_PLACE: f64 = 0.95;
-/// A single object in degrees moves by less: 500 m.
-const ONE_OBJECT_APART: f64 = 0.005;
+/// One or two objects in degrees move by less and by more: 500 m, and 2 m.
+const FEW_OBJECTS_APART: f64 = 0.005;
+const FEW_OBJECTS_MOVE: f64 = 2e-5;
 /// Headings are turned by a constant angle from this on, rad; and it is a quarter or a half turn within this.
 const TURNED_RAD: f64 = 0.15;
 const QUARTER_WITHIN_RAD: f64 = 0.35;
@@ -40,12 +42,13 @@ fn is_share(part: u64, of: u64, least: f64) -> bool {
 
 fn degrees(one: &One<'_>) -> Option<Finding> {
     let Writing { headings, yaw, .. } = &one.survey.writing;
+    // All that is to be changed at once: what moves shows where they count from, and in which direction.
+    let verdict = one.survey.headings_as_degrees.verdict();
     let is_degrees = is_share(headings.beyond_a_turn, headings.n, DEGREES_SHARE)
-        && (MOST_RADIANS..=MOST_DEGREES).contains(&headings.largest);
+        && headings.largest >= MOST_RADIANS
+        && (verdict.is_some() || !is_share(headings.beyond_360, headings.n, BEYOND_360_SHARE));
     is_degrees.then(|| {
         let read = YawConvention { unit: AngleUnit::Deg, ..*yaw };
-        // All that is to be changed at once: what moves shows where they count from, and in which direction.
-        let verdict = one.survey.headings_as_degrees.verdict();
         let found = verdict.and_then(|verdict| convention_of(&read, verdict));
         let more = match (found, verdict) {
             (Some(found), _) if found != read => {
@@ -167,14 +170,18 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
     let writing = &one.survey.writing;
     let [x, y] = writing.extent?;
     let spread = writing.spread()?;
-    // Of several objects, or of one that moves: noise and traffic are larger than this.
+    // Boxes of several objects do not lie within each other. What one or two boxes show that lie near zero is only told where
+    // they move, for what is parked stays at its place, too.
     let is_geodetic = writing.can_be_degrees()
         && match writing.several >= MIN_VALUES {
             true => {
                 is_share(writing.several_at_one_place, writing.several, AT_ONE_PLACE)
                     && spread < DEGREES_APART
             }
-            false => writing.detections >= 2 * MIN_VALUES && spread > 0.0 && spread < ONE_OBJECT_APART,
+            false => {
+                spread < FEW_OBJECTS_APART
+                    && writing.steady_motion().is_some_and(|moved| moved >= FEW_OBJECTS_MOVE)
+            }
         };
     is_geodetic.then(|| {
         let says = format!(

@@ -28,10 +28,13 @@ pub(super) enum Of {
 
 pub(super) fn headline(summary: &Summary) -> String {
     format!(
-        "{}, seed {}: {} processes, {:.1} s of which {:.1} s scored, {} fused frames, match radius {:.2} m",
+        "{}, seed {}: {}, {:.1} s of which {:.1} s scored, {} fused frames, match radius {:.2} m",
         summary.scenario,
         summary.seed,
-        summary.processes,
+        match summary.processes {
+            1 => "1 process".to_owned(),
+            n => format!("{n} processes"),
+        },
         summary.duration_s,
         summary.scored_s,
         summary.fused.metrics.frames,

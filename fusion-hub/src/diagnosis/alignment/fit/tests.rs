@@ -88,7 +88,11 @@ fn positions_from_the_sensor_and_mirrored_ones_are_told_apart() {
 
 fn rigid(fit: Fit) -> Rigid {
     match fit {
-        Fit::Changed { whose: 1, change: Change::Rigid(rigid), share } if share > 0.5 => rigid,
+        Fit::Changed { whose: 1, change: Change::Rigid(rigid), share, is_time_known: true }
+            if share > 0.5 =>
+        {
+            rigid
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -146,4 +150,29 @@ fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
 fn agents_that_see_different_objects_say_nothing() {
     let elsewhere = fit_of(|[x, y], _| [1.7 * x + 3.0 * libm::sin(y), 0.4 * y + 11.0 * libm::cos(x)]);
     assert_eq!(elsewhere, Fit::Unknown);
+}
+
+#[test]
+fn a_shift_of_what_moves_at_an_unknown_speed_may_be_one_of_time_and_of_what_stands_it_is_none() {
+    let of = |moves_by_m: f64, apart: f64| {
+        let sighting = |step: u32, by_m: f64| {
+            let spots = (0..12_i32).map(|k| {
+                let (column, row) = (k % 4, k / 4);
+                let x =
+                    17.0 * f64::from(column) + 3.1 * f64::from(row * column) + moves_by_m * f64::from(step);
+                Spot { at: [x + by_m, 9.0 * f64::from(row)], velocity: [0.0; 2], variance: 0.25 }
+            });
+            Sighting::new(None, spots.collect())
+        };
+        let snapshots: Vec<Snapshot> =
+            (0..10).map(|step| [sighting(step, 0.0), sighting(step, apart)]).collect();
+        fit(&snapshots)
+    };
+    for (moves_by_m, is_known) in [(0.0, true), (4.5, false)] {
+        let found = of(moves_by_m, 1.2);
+        assert!(
+            matches!(found, Fit::Changed { change: Change::Rigid(_), is_time_known, .. } if is_time_known == is_known),
+            "{moves_by_m}: {found:?}"
+        );
+    }
 }

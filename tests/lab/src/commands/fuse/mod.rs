@@ -83,7 +83,8 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let truth = sink.scorer.as_ref().map(TruthScorer::score);
     let mut diagnosis = diagnosis.into_inner();
     diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
-    let warnings = without_effect(&log).into_iter().chain(warnings(diagnosis.findings())).collect();
+    let told = unknown_classes(&log).into_iter().chain(warnings(diagnosis.findings()));
+    let warnings = without_effect(&log).into_iter().chain(told).collect();
     let report = Report { fused_rows, truth, warnings, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }
@@ -128,6 +129,20 @@ fn without_effect<R: std::io::Read>(log: &DetectionLog<R>) -> Vec<String> {
     let others = log.settings().agents.keys().filter(|agent| !sensors.contains(agent));
     let words = others.map(|agent| {
         format!("[hub.agents.{agent}] has no effect: the sensors of the log are {}", names.join(", "))
+    });
+    words.collect()
+}
+
+/// Which line says what an unknown class is, for each sensor with the most frequent name of it.
+fn unknown_classes<R: std::io::Read>(log: &DetectionLog<R>) -> Vec<String> {
+    let of_sensors = log.remarks().unmapped_of();
+    let words = of_sensors.filter_map(|(sensor, names)| {
+        let (name, _) = names.names().max_by_key(|(_, count)| *count)?;
+        Some(format!(
+            "{sensor}: {} detections of unknown classes are fused as `unknown`. Write `classes = {{ {name:?} = \"car\" }}` under \
+             `[hub.agents.{sensor}]` in the file of --hub-config, with the class that it is",
+            names.total()
+        ))
     });
     words.collect()
 }

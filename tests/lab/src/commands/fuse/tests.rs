@@ -163,9 +163,16 @@ fn a_sensor_in_degrees_with_swapped_sizes_and_an_unknown_class_is_named() {
     let report = run(&folder.args(&log, None)).unwrap();
     let text = report.text();
     assert!(text.contains("unknown classes     30 detections: flivver 30"), "{text}");
-    for expected in ["left: its headings", "right: its headings", "right: 30 of 30 vehicles are wider"] {
+    for expected in [
+        "left: its headings",
+        "right: its headings",
+        "right: 30 of 30 vehicles are wider",
+        "left: 30 of 30 vehicles are wider",
+        "left: 30 detections of unknown classes",
+    ] {
         assert!(report.warnings.iter().any(|one| one.starts_with(expected)), "{:?}", report.warnings);
     }
+    assert!(text.contains("`classes = { \"flivver\" = \"car\" }` under `[hub.agents.left]`"), "{text}");
     assert_eq!(report.by_sensor.len(), 2);
     assert!((report.by_sensor[0].rate_hz.unwrap() - 10.0).abs() < 1e-9);
 }

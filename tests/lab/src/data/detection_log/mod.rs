@@ -123,7 +123,7 @@ impl<R: Read> DetectionLog<R> {
     fn sort_in(&mut self, report: Report) {
         let Report { line, received_at, captured_at, sensor, pose, content, reported, unmapped } = report;
         if let Some(name) = unmapped {
-            self.remarks.unmapped.add(&name);
+            self.remarks.note_unmapped(sensor, &name);
         }
         let is_its =
             |arrival: &Arrival| arrival.frame.id.agent == sensor && arrival.frame.captured_at == captured_at;

@@ -29,6 +29,8 @@ pub(crate) struct Remarks {
     dropped: BTreeMap<(AgentId, &'static str, &'static str), Dropped>,
     /// Unknown class names.
     pub unmapped: UnmappedNames,
+    /// The same of each sensor that has any.
+    unmapped_of: BTreeMap<AgentId, UnmappedNames>,
 }
 
 impl Remarks {
@@ -37,6 +39,16 @@ impl Remarks {
         let first =
             || Dropped { sensor, field, cause, count: 0, first_line: line, first: invalid.to_string() };
         self.dropped.entry((sensor, field, cause)).or_insert_with(first).count += 1;
+    }
+
+    pub(super) fn note_unmapped(&mut self, sensor: AgentId, name: &str) {
+        self.unmapped.add(name);
+        self.unmapped_of.entry(sensor).or_default().add(name);
+    }
+
+    /// Unknown class names of each sensor that has any.
+    pub(crate) fn unmapped_of(&self) -> impl Iterator<Item = (&AgentId, &UnmappedNames)> {
+        self.unmapped_of.iter()
     }
 
     /// The dropped detections, by sensor, field and cause.
