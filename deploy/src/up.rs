@@ -73,6 +73,24 @@ impl UpArgs {
     }
 }
 
+impl UpArgs {
+    /// Starts the hub, and the recorder where one is wanted.
+    async fn start(
+        &self,
+        launcher: &Launcher,
+        config: &Path,
+        belongings: Vec<String>,
+    ) -> Result<(Network, Option<Child>), ChildError> {
+        let network = Network::start_hub(launcher, &self.hub_options(config)).await?;
+        let Some(file) = &self.record else { return Ok((network, None)) };
+        let mut options = vec![file.display().to_string(), "--connect".to_owned(), network.locator.clone()];
+        options.extend(self.force.then(|| "--force".to_owned()));
+        options.extend(belongings);
+        let (recorder, _) = launcher.start("recorder", "record", &options).await?;
+        Ok((network, Some(recorder)))
+    }
+}
+
 /// Runs the network until shutdown, or until one of its processes ends.
 pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &CancellationToken) -> anyhow::Result<()> {
     let chosen = scenarios::choose_in(&args.scenario, args.world.as_ref())?;
@@ -93,22 +111,8 @@ pub(crate) async fn run(args: &UpArgs, log_filter: &str, shutdown: &Cancellation
         start: chosen.start(now),
     };
     let belongings = belongings(&chosen, &folder, &run)?;
-    let start = async {
-        let network = Network::start_hub(&launcher, &args.hub_options(&file)).await?;
-        let recorder = match &args.record {
-            Some(file) => {
-                let mut options =
-                    vec![file.display().to_string(), "--connect".to_owned(), network.locator.clone()];
-                options.extend(args.force.then(|| "--force".to_owned()));
-                options.extend(belongings.clone());
-                Some(launcher.start("recorder", "record", &options).await?.0)
-            }
-            None => None,
-        };
-        Ok::<_, ChildError>((network, recorder))
-    };
     let (mut network, mut recorder) = tokio::select! {
-        started = start => started?,
+        started = args.start(&launcher, &file, belongings) => started?,
         () = shutdown.cancelled() => return Ok(()),
     };
     let world = chosen.sumo(&folder).inspect(|_| print_line(STARTING_SUMO));
