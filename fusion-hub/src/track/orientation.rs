@@ -44,7 +44,7 @@ const REPORT_WEIGHT: f64 = 0.1;
 /// What motion can bring about at most. All reports together count as one that errs independently.
 const MOST_BY_MOTION: f64 = 5.0;
 /// Evidence of motion in a second, at the speed at which it counts in full, m/s.
-const MOTION_PER_S: f64 = 10.0;
+const MOTION_PER_S: f64 = 30.0;
 const FULL_SPEED_MPS: f64 = 1.5;
 /// A single report is no evidence of motion for longer than this, s: it may be of another object.
 const MOST_AT_ONCE_S: f64 = 0.1;
