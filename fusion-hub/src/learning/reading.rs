@@ -98,12 +98,13 @@ impl LearntSensor {
         let profile =
             self.profile.unwrap_or_else(|| DetectionCounts::default().profile(prior.profile, RANGE_BINS));
         let interval_s = self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S);
+        let has_scores = self.scores != ScoreModel::Ignored;
         let [least, most] = BIRTH_ODDS;
-        let (least, clutter_share) =
-            if self.scores == ScoreModel::Ignored { (least, 1.0) } else { (most, OBJECTS_OVER_CLUTTER) };
+        let least = if has_scores { most } else { least };
+        let over_clutter = if has_scores { OBJECTS_OVER_CLUTTER } else { 1.0 };
         let model = DetectionModel {
             profile,
-            clutter_per_m2: clutter_share * prior.clutter_per_m2,
+            clutter_per_m2: over_clutter * prior.clutter_per_m2,
             birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
             interval_s,
             persistence: Persistence::by_rate(interval_s),

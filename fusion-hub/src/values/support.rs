@@ -175,6 +175,24 @@ mod tests {
     }
 
     #[test]
+    fn a_miss_by_a_sensor_that_hardly_ever_misses_says_no_more_than_one_at_four_fifths() {
+        let [a, _] = agents();
+        let scores = ScoreModel::logistic(-0.85, 2.0);
+        // Detected in every other frame only, at a middling score.
+        let after = |probability: f64| {
+            let mut support = Support::default();
+            for frame in 0..20 {
+                support.note_detection(a, at(2 * frame), scores.evidence(0.35));
+                support.note_missed(a, at(2 * frame + 1), probability);
+            }
+            support
+        };
+        assert_eq!(after(0.99), after(0.8));
+        assert!(after(0.99).is_for_a_real_object());
+        assert_ne!(after(0.5), after(0.8));
+    }
+
+    #[test]
     fn the_last_frame_of_each_agent_is_remembered() {
         let [a, b] = agents();
         let mut support = Support::default();
