@@ -9,6 +9,7 @@ mod detectors;
 mod diagnosis;
 mod false_alarms;
 mod faults;
+mod first_frames;
 mod fuzz_corpus;
 mod lag;
 mod late_data;

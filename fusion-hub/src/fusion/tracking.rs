@@ -91,12 +91,7 @@ impl<F: Filter> Tracking<F> {
         }
         let declared = FrameReading { model, coverage };
         let Some(learner) = &mut self.learner else { return self.at_birth(declared, is_described) };
-        let source = FrameSource {
-            agent,
-            captured_at: frame.captured_at,
-            pose: frame.sensor_pose,
-            declared: is_described.then_some(declared),
-        };
+        let source = FrameSource { agent, frame, declared: is_described.then_some(declared) };
         let mut reading = learner.read(&source, &Prior::of(&sensor.model()), agents);
         if !self.config.tracker.association.turned_headings {
             reading.model.headings = HeadingLaw::AsReported;

@@ -16,7 +16,7 @@ use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS,
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::covariance::Covariance2;
-use v2x_common::geometry::Pose;
+use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, TrackId};
 use v2x_common::time::{Span, Timestamp};
 
@@ -74,11 +74,9 @@ struct AgentLearning {
 
 /// A frame of an agent, as far as it decides how the frame is read.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FrameSource {
+pub(crate) struct FrameSource<'a> {
     pub(crate) agent: AgentSlot,
-    pub(crate) captured_at: Timestamp,
-    /// Pose of the sensor.
-    pub(crate) pose: Option<Pose>,
+    pub(crate) frame: &'a DetectionFrame,
     /// How it is read by what the agent declares; `None` where it declares nothing.
     pub(crate) declared: Option<FrameReading>,
 }
@@ -89,20 +87,24 @@ impl Learner {
     }
 
     /// How a frame is read.
-    pub(crate) fn read(&mut self, source: &FrameSource, prior: &Prior, agents: &AgentNames) -> FrameReading {
-        let FrameSource { agent, captured_at, pose, declared } = *source;
-        let settled = Epoch::of(captured_at - self.delta_max - SETTLED);
+    pub(crate) fn read(
+        &mut self,
+        source: &FrameSource<'_>,
+        prior: &Prior,
+        agents: &AgentNames,
+    ) -> FrameReading {
+        let FrameSource { agent, frame, declared } = *source;
+        let settled = Epoch::of(frame.captured_at - self.delta_max - SETTLED);
         let known = self.agent(agent, agents.name(agent));
         known.is_described = declared.is_some();
         known.prior = declared.map_or(prior.profile, |reading| ProfilePrior {
             probability: reading.model.profile.probability(0.0),
             correlation: 0.0,
         });
-        let nothing = LearntSensor::default();
-        let learnt = known.as_of(settled).unwrap_or(&nothing);
+        let learnt = known.as_of(settled).copied().unwrap_or_default().or_shown_by(frame);
         match declared {
             Some(declared) => learnt.described(&declared),
-            None => learnt.undescribed(prior, pose),
+            None => learnt.undescribed(prior, frame.sensor_pose),
         }
     }
 

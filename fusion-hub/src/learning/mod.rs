@@ -6,6 +6,7 @@
 //! learnt, and how each frame is read, is a function of the evidence and not of the order in which it arrived, as long as
 //! the assignments are.
 
+mod by_frame;
 mod class_counts;
 mod detection_counts;
 mod epoch;

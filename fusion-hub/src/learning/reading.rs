@@ -1,9 +1,9 @@
 //! How a frame is read as evidence, by what its agent declares and by what was learnt of it.
 
-use super::detection_counts::ProfilePrior;
+use super::detection_counts::{DetectionCounts, ProfilePrior};
 use crate::values::{
     ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PoseErrors,
-    PositionErrors, ScoreModel,
+    PositionErrors, RANGE_BINS, ScoreModel,
 };
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::Pose;
@@ -13,8 +13,12 @@ use v2x_common::sensor::FieldOfView;
 const UNKNOWN_INTERVAL_S: f64 = 0.28;
 /// Correlation of successive frames of an undescribed sensor, until it is learnt.
 const UNDESCRIBED_CORRELATION: f64 = 0.5;
-/// Odds of a new object that an undescribed agent's detection has at least and at most.
+/// Odds of a new object that an undescribed agent's detection has at least and at most. Where scores are read, their odds are
+/// those of a detection that nothing else is known of, and nothing else reduces them.
 const BIRTH_ODDS: [f64; 2] = [0.05, 1.0];
+/// The odds of a score hold how many detections are false. What remains of the density of false detections is that of
+/// objects: some twenty within 50 m, 2.5 times the density of false detections that is assumed.
+const OBJECTS_OVER_CLUTTER: f64 = 2.5;
 
 /// What is assumed of an agent that describes no sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,13 +95,16 @@ impl LearntSensor {
 
     /// Reads a frame of an agent that describes no sensor, from a pose where that is known.
     pub(super) fn undescribed(&self, prior: &Prior, pose: Option<Pose>) -> FrameReading {
-        let ProfilePrior { probability, .. } = prior.profile;
-        let profile = self.profile.unwrap_or(DetectionProfile::uniform(probability));
+        let profile =
+            self.profile.unwrap_or_else(|| DetectionCounts::default().profile(prior.profile, RANGE_BINS));
         let interval_s = self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S);
+        let has_scores = self.scores != ScoreModel::Ignored;
         let [least, most] = BIRTH_ODDS;
+        let least = if has_scores { most } else { least };
+        let over_clutter = if has_scores { OBJECTS_OVER_CLUTTER } else { 1.0 };
         let model = DetectionModel {
             profile,
-            clutter_per_m2: prior.clutter_per_m2,
+            clutter_per_m2: over_clutter * prior.clutter_per_m2,
             birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
             interval_s,
             persistence: Persistence::by_rate(interval_s),
@@ -127,6 +134,7 @@ impl LearntSensor {
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("learning.undescribed_correlation", UNDESCRIBED_CORRELATION.to_string()),
-        ("learning.birth_odds", format!("{BIRTH_ODDS:?}")),
+        ("learning.birth_odds", format!("{BIRTH_ODDS:?}, with scores the most")),
+        ("learning.objects_over_clutter", OBJECTS_OVER_CLUTTER.to_string()),
     ]
 }

@@ -44,10 +44,13 @@ const REPORT_WEIGHT: f64 = 0.1;
 /// What motion can bring about at most. All reports together count as one that errs independently.
 const MOST_BY_MOTION: f64 = 5.0;
 /// Evidence of motion in a second, at the speed at which it counts in full, m/s.
-const MOTION_PER_S: f64 = 10.0;
+const MOTION_PER_S: f64 = 30.0;
 const FULL_SPEED_MPS: f64 = 1.5;
-/// A single report is no evidence of motion for longer than this, s: it may be of another object.
-const MOST_AT_ONCE_S: f64 = 0.1;
+/// The most that a single report says of motion, for it may be of another object: that is less likely where it comes so soon, s, after
+/// the report before.
+const MOST_AT_ONCE: f64 = 1.0;
+const MOST_AT_ONCE_SOON: f64 = 3.0;
+const SOON_S: f64 = 0.25;
 /// The track turns round where the evidence is against its front by this much.
 const TURN_ROUND: f64 = -1.0;
 
@@ -310,7 +313,8 @@ impl Orientation {
     fn weigh_motion(&mut self, front: f64, course: &Course, dt_s: f64) {
         let along = libm::cos(angle_difference(front, course.yaw));
         let full = ((course.speed - LEAST_SPEED_MPS) / FULL_SPEED_MPS).clamp(0.0, 1.0);
-        let evidence = MOTION_PER_S * dt_s.abs().min(MOST_AT_ONCE_S) * full * along;
+        let most = if dt_s.abs() <= SOON_S { MOST_AT_ONCE_SOON } else { MOST_AT_ONCE };
+        let evidence = (MOTION_PER_S * dt_s.abs()).min(most) * full * along;
         let by_motion = f64::from(self.by_motion) + evidence;
         self.by_motion = single(by_motion.clamp(-MOST_BY_MOTION, MOST_BY_MOTION));
     }
@@ -426,7 +430,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         (
             "orientation.front",
             format!(
-                "reports {REPORT_WEIGHT}, motion {MOTION_PER_S}/s at {FULL_SPEED_MPS} m/s beyond that, {MOST_AT_ONCE_S} s at once, {MOST_BY_MOTION} at most, turned below {TURN_ROUND}"
+                "reports {REPORT_WEIGHT}, motion {MOTION_PER_S}/s at {FULL_SPEED_MPS} m/s beyond that, at once {MOST_AT_ONCE_SOON} within {SOON_S} s and {MOST_AT_ONCE} later, {MOST_BY_MOTION} at most, turned below {TURN_ROUND}"
             ),
         ),
         ("orientation.doubt", format!("{IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}")),

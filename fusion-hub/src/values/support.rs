@@ -18,6 +18,9 @@ const AVERAGED_OVER_S: f32 = 1.0;
 const GHOST_SHARE: f64 = 0.4;
 /// ln of a real object's share over that of a false one: what a detection is worth.
 const LN_ODDS_OF_DETECTION: f64 = 0.916_290_731_874_155;
+/// Objects differ, and one that is hard to see is missed more often than the mean: no miss says more than at this probability of a
+/// detection.
+const MOST_PROBABILITY: f64 = 0.8;
 /// What a real object has in advance.
 const IN_ADVANCE: f32 = 0.0;
 /// Weight of an agent's evidence at its first frame.
@@ -71,6 +74,7 @@ impl Support {
     /// Notes a frame that covered the object and held no detection of it, where that has this probability (of a
     /// detection).
     pub fn note_missed(&mut self, agent: AgentSlot, at: Timestamp, probability: f64) {
+        let probability = probability.min(MOST_PROBABILITY);
         self.note(agent, at, (false, libm::log((1.0 - probability) / (1.0 - GHOST_SHARE * probability))));
     }
 
@@ -118,6 +122,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("support.averaged_over_s", AVERAGED_OVER_S.to_string()),
         ("support.ghost_share", GHOST_SHARE.to_string()),
+        ("support.most_probability", MOST_PROBABILITY.to_string()),
         ("support.in_advance", IN_ADVANCE.to_string()),
         ("support.most_against", MOST_AGAINST.to_string()),
     ]
@@ -167,6 +172,24 @@ mod tests {
             support.note_missed(b, at(frame), 0.999);
         }
         assert!(support.is_for_a_real_object());
+    }
+
+    #[test]
+    fn a_miss_by_a_sensor_that_hardly_ever_misses_says_no_more_than_one_at_four_fifths() {
+        let [a, _] = agents();
+        let scores = ScoreModel::logistic(-0.85, 2.0);
+        // Detected in every other frame only, at a middling score.
+        let after = |probability: f64| {
+            let mut support = Support::default();
+            for frame in 0..20 {
+                support.note_detection(a, at(2 * frame), scores.evidence(0.35));
+                support.note_missed(a, at(2 * frame + 1), probability);
+            }
+            support
+        };
+        assert_eq!(after(0.99), after(0.8));
+        assert!(after(0.99).is_for_a_real_object());
+        assert_ne!(after(0.5), after(0.8));
     }
 
     #[test]
