@@ -81,7 +81,13 @@ mod tests {
     #[test]
     fn the_first_frame_of_an_agent_has_a_view_and_scores_that_count() {
         let first = frame(&[(10.0, 0.9), (20.0, 0.5), (30.0, 0.15), (40.0, 0.7), (48.0, 0.3)], Some(SENSOR));
-        let reading = LearntSensor::default().or_shown_by(&first).undescribed(&prior(), Some(SENSOR));
+        let nothing = LearntSensor::default();
+        let birth_odds = nothing.birth_odds(&prior());
+        let reading = nothing.or_shown_by(&first).undescribed(&prior(), Some(SENSOR), birth_odds);
+        assert!(
+            reading.model.birth_odds < 0.5,
+            "its score says what it is worth, and not yet that it is a new object"
+        );
         let coverage = reading.coverage.unwrap();
         assert!(coverage.covers([SENSOR.x, SENSOR.y + 60.0], 0.0), "beyond what it detected");
         assert!(!coverage.covers([SENSOR.x, SENSOR.y + 90.0], 0.0), "but not far beyond");

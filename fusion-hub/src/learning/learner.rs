@@ -101,10 +101,11 @@ impl Learner {
             probability: reading.model.profile.probability(0.0),
             correlation: 0.0,
         });
-        let learnt = known.as_of(settled).copied().unwrap_or_default().or_shown_by(frame);
+        let learnt = known.as_of(settled).copied().unwrap_or_default();
+        let read = learnt.or_shown_by(frame);
         match declared {
-            Some(declared) => learnt.described(&declared),
-            None => learnt.undescribed(prior, frame.sensor_pose),
+            Some(declared) => read.described(&declared),
+            None => read.undescribed(prior, frame.sensor_pose, learnt.birth_odds(prior)),
         }
     }
 

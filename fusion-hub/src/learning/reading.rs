@@ -13,7 +13,7 @@ use v2x_common::sensor::FieldOfView;
 const UNKNOWN_INTERVAL_S: f64 = 0.28;
 /// Correlation of successive frames of an undescribed sensor, until it is learnt.
 const UNDESCRIBED_CORRELATION: f64 = 0.5;
-/// Odds of a new object that an undescribed agent's detection has at least and at most. Where scores are read, their odds are
+/// Odds of a new object that an undescribed agent's detection has at least and at most. Where its scores are learnt, their odds are
 /// those of a detection that nothing else is known of, and nothing else reduces them.
 const BIRTH_ODDS: [f64; 2] = [0.05, 1.0];
 /// The odds of a score hold how many detections are false. What remains of the density of false detections is that of
@@ -93,19 +93,26 @@ impl LearntSensor {
         reading
     }
 
-    /// Reads a frame of an agent that describes no sensor, from a pose where that is known.
-    pub(super) fn undescribed(&self, prior: &Prior, pose: Option<Pose>) -> FrameReading {
+    /// Odds of a new object that a detection of an agent that describes no sensor has: cautious until its scores are learnt, which
+    /// then say it.
+    pub(super) fn birth_odds(&self, prior: &Prior) -> f64 {
+        let [least, most] = BIRTH_ODDS;
+        let least = if self.scores == ScoreModel::Ignored { least } else { most };
+        (prior.birth_odds_per_s * self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S)).clamp(least, most)
+    }
+
+    /// Reads a frame of an agent that describes no sensor, from a pose where that is known; with the odds of
+    /// [`Self::birth_odds`].
+    pub(super) fn undescribed(&self, prior: &Prior, pose: Option<Pose>, birth_odds: f64) -> FrameReading {
         let profile =
             self.profile.unwrap_or_else(|| DetectionCounts::default().profile(prior.profile, RANGE_BINS));
         let interval_s = self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S);
         let has_scores = self.scores != ScoreModel::Ignored;
-        let [least, most] = BIRTH_ODDS;
-        let least = if has_scores { most } else { least };
         let over_clutter = if has_scores { OBJECTS_OVER_CLUTTER } else { 1.0 };
         let model = DetectionModel {
             profile,
             clutter_per_m2: over_clutter * prior.clutter_per_m2,
-            birth_odds: (prior.birth_odds_per_s * interval_s).clamp(least, most),
+            birth_odds,
             interval_s,
             persistence: Persistence::by_rate(interval_s),
             scores: self.scores,
@@ -134,7 +141,7 @@ impl LearntSensor {
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("learning.undescribed_correlation", UNDESCRIBED_CORRELATION.to_string()),
-        ("learning.birth_odds", format!("{BIRTH_ODDS:?}, with scores the most")),
+        ("learning.birth_odds", format!("{BIRTH_ODDS:?}, with learnt scores the most")),
         ("learning.objects_over_clutter", OBJECTS_OVER_CLUTTER.to_string()),
     ]
 }
