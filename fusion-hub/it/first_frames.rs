@@ -55,11 +55,19 @@ fn is_at(objects: &[FusedObject], [x, y]: [f64; 2]) -> bool {
 fn what_a_new_agent_reports_with_low_scores_is_not_published_beside_what_scores_high() {
     let ghost = [-20.0, 10.0];
     let lists = lists(12, |_| [parked(0.8), vec![car(ghost, 0.0, 0.12)]].concat());
-    assert!(lists[0].is_empty(), "one report of an agent that nothing is known of is a candidate");
     for (k, objects) in lists.iter().enumerate() {
         assert!(!is_at(objects, ghost), "after frame {k}");
         assert!(k == 0 || objects.len() == LANES.len(), "{} cars after frame {k}", objects.len());
     }
+}
+
+#[test]
+fn one_report_of_an_agent_that_nothing_is_known_of_is_a_candidate_unless_its_score_is_high() {
+    let low = || vec![car([-20.0, 10.0], 0.0, 0.12)];
+    let first = |detections: Vec<Detection>| lists(1, |_| detections.clone())[0].len();
+    assert_eq!(first(parked(1.0)), 0, "scores that are all the same say nothing");
+    assert_eq!(first([parked(0.5), low()].concat()), 0, "a middling score");
+    assert_eq!(first([parked(0.9), low()].concat()), LANES.len());
 }
 
 #[test]
