@@ -91,11 +91,11 @@ pub(super) async fn serve_by(
     let access = Access::new(&setup.session).map_err(|error| HubError::Configuration(error.into()))?;
     let config = access.in_force().clone();
     // Made first: without it nothing is to begin.
-    let recording = beginning::recording(&setup)?;
+    let recording = beginning::recording(setup.record.clone(), &setup.settings)?;
     if let Some(warning) = exposure::warning(&config) {
         tracing::warn!("{warning}");
     }
-    let mut session = match beginning::join(&setup, config).await {
+    let mut session = match beginning::join(setup.network, &setup.settings, config).await {
         Ok(session) => session,
         Err(error) => {
             recording.into_iter().for_each(RecordingFile::discard);
