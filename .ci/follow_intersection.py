@@ -190,6 +190,8 @@ class Follower:
 
 
 def main():
+    # A shell's background job ignores Ctrl-C, and so would all that is started here.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as folder:
         follower = Follower(pathlib.Path(sys.argv[1]), pathlib.Path(folder))
         begin = time.monotonic()
