@@ -53,11 +53,10 @@ fn innermost(error: &mcap::McapError) -> String {
 pub struct RecordingOptions {
     /// Whether a file of the same name is overwritten.
     pub overwrite: bool,
-    /// The next file begins when one has this many bytes; never where it is `None`.
+    /// The next file begins when one has this many bytes; never where it is `None`. A recording of several files goes on beside
+    /// those that are there, with the number after the last one.
     pub rotate_bytes: Option<u64>,
     /// The next file begins when one is this old; never where it is `None`.
-    ///
-    /// A recording of several files goes on beside those that are there, with the number after the last one.
     pub rotate_after: Option<Span>,
     /// Least time between two scenes of a topic for Foxglove's viewers; no scenes where it is `None`.
     pub scene_interval: Option<Span>,
