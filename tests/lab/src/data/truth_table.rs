@@ -14,6 +14,11 @@ use v2x_common::time::{Span, Timestamp};
 pub(crate) const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
 /// A row within this time is used without interpolation.
 pub(crate) const TOLERANCE: Span = Span::from_millis(1);
+/// Whether an object moves is told by its rows so far before and after: labels of parked cars jump by decimetres from row to
+/// row, and the velocities that were made of them by metres per second.
+const AROUND: Span = Span::from_millis(500);
+/// Rows that are nearer to each other say nothing of it.
+const LEAST_APART: Span = Span::from_millis(300);
 
 /// One row of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +58,9 @@ pub(crate) struct Moment {
     pub objects: Vec<TrueObject>,
     /// Velocity of each object where it is known, m/s.
     pub velocities: Vec<Option<(f64, f64)>>,
+    /// Mean speed of each object along the straight line from half a second before to half a second after, m/s; by its velocity
+    /// where the rows are too rare.
+    pub speeds: Vec<Option<f64>>,
 }
 
 impl Truth {
@@ -119,6 +127,7 @@ impl Truth {
             let (id, class) = (life.id, life.class);
             moment.objects.push(TrueObject { id, class, bev, velocity: velocity.unwrap_or_default() });
             moment.velocities.push(velocity);
+            moment.speeds.push(life.speed(now).or_else(|| velocity.map(|(x, y)| libm::hypot(x, y))));
         }
         moment
     }
@@ -158,6 +167,18 @@ impl Life {
             Some(before) if (nearest.at - now).abs() > TOLERANCE => between(&before, &after, now),
             _ => nearest,
         }
+    }
+
+    /// The mean speed around a time by the rows alone, m/s; none where they are too near to each other.
+    fn speed(&self, now: Timestamp) -> Option<f64> {
+        let (before, after) = self.samples.split_at(self.place);
+        let first = before.iter().rev().take_while(|row| now - row.at <= AROUND + TOLERANCE).last();
+        let first = first.or_else(|| after.first())?;
+        let last = after.iter().take_while(|row| row.at - now <= AROUND + TOLERANCE).last();
+        let last = last.or_else(|| before.last())?;
+        let apart = last.at - first.at;
+        let distance = first.bev.pose().distance_to(last.bev.x, last.bev.y);
+        (apart >= LEAST_APART).then(|| distance / apart.as_secs_f64())
     }
 }
 
@@ -211,6 +232,22 @@ mod tests {
         assert!((bev.yaw - (3.1 + turned / 4.0)).abs() < 1e-12, "{}", bev.yaw);
         let end = truth.at(at_ms(1000));
         assert_eq!((end.objects[0].bev.yaw, end.velocities[0]), (-3.1, Some((8.0, 0.0))));
+    }
+
+    #[test]
+    fn a_parked_object_whose_labels_jump_has_no_speed_and_rare_rows_have_that_of_their_velocity() {
+        let mut rows: String = (0..11)
+            .map(|k| format!("{},parked,car,{},0,2,0,2,4,0\n", 0.1 * f64::from(k), 0.2 * f64::from(k % 2)))
+            .collect();
+        rows.push_str(
+            "0,drives,car,0,9,0,0,2,4,0\n0.5,drives,car,4,9,0,0,2,4,0\n1,drives,car,8,9,0,0,2,4,0\n",
+        );
+        rows.push_str("0,rare,car,0,20,3,4,2,4,0\n5,rare,car,0,20,3,4,2,4,0\n");
+        let mut truth = truth(&rows).unwrap();
+        let speeds: Vec<f64> = truth.at(at_ms(500)).speeds.into_iter().flatten().collect();
+        // Parked, driving, and of rows five seconds apart.
+        let off: Vec<f64> = speeds.iter().zip([0.0, 8.0, 5.0]).map(|(speed, right)| speed - right).collect();
+        assert!(off.len() == 3 && off.iter().all(|off| off.abs() < 1e-9), "{speeds:?}");
     }
 
     #[test]

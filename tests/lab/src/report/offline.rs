@@ -201,7 +201,7 @@ impl TruthScore {
         let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 1);
         writeln!(
             out,
-            "  headings turned by more than 90° {} %   moving (above 1 m/s): median {}°, turned {} %",
+            "  headings turned by more than 90° {} %   moving (above 1 m/s over a second): median {}°, turned {} %",
             percent(h.turned_share),
             figure(h.moving_heading_median_deg, 2),
             percent(h.moving_turned_share)

@@ -25,7 +25,7 @@ pub(super) struct Headings {
 pub(crate) struct HeadingScore {
     /// Share of the boxes whose heading errs by more than 90°.
     pub turned_share: Option<f64>,
-    /// Matched boxes of objects above 1 m/s.
+    /// Matched boxes of objects above 1 m/s, by the truth's places in the second around.
     pub moving_boxes: u64,
     /// The same share of the moving ones.
     pub moving_turned_share: Option<f64>,
@@ -34,12 +34,12 @@ pub(crate) struct HeadingScore {
 }
 
 impl Headings {
-    /// Adds a matched box. An object of unknown velocity (m/s) is not taken as moving.
-    pub(super) fn add(&mut self, estimate: &BevBox, truth: &BevBox, velocity: Option<(f64, f64)>) {
+    /// Adds a matched box. An object of unknown speed (m/s) is not taken as moving.
+    pub(super) fn add(&mut self, estimate: &BevBox, truth: &BevBox, speed: Option<f64>) {
         let error_rad = BoxError::between(estimate, truth).yaw.abs();
         self.matched += 1;
         self.turned += u64::from(error_rad > FRAC_PI_2);
-        if velocity.is_some_and(|(x, y)| libm::hypot(x, y) > MOVING_MPS) {
+        if speed.is_some_and(|speed| speed > MOVING_MPS) {
             self.moving_rad.push(error_rad);
         }
     }
@@ -72,9 +72,9 @@ mod tests {
     #[test]
     fn turned_boxes_are_a_share_and_the_median_is_of_moving_objects_only() {
         let mut headings = Headings::default();
-        let (drives, stands) = (Some((0.0, 1.1)), Some((0.9, 0.0)));
-        for (rad, velocity) in [(0.1, drives), (-0.2, drives), (3.1, drives), (3.0, stands), (0.5, None)] {
-            headings.add(&turned_by(rad), &turned_by(0.0), velocity);
+        let (drives, stands) = (Some(1.1), Some(0.9));
+        for (rad, speed) in [(0.1, drives), (-0.2, drives), (3.1, drives), (3.0, stands), (0.5, None)] {
+            headings.add(&turned_by(rad), &turned_by(0.0), speed);
         }
         let score = headings.score();
         assert_eq!((score.turned_share, score.moving_boxes), (Some(2.0 / 5.0), 3));

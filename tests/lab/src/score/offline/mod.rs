@@ -127,7 +127,7 @@ impl TruthScorer {
             let Outcome::Matched(place) = *outcome else { continue };
             let error = |(x, y)| libm::hypot(fused.velocity.0 - x, fused.velocity.1 - y);
             velocity.add(there.velocities[place].map(error));
-            self.headings.add(&fused.bev, &truth[place].bev, there.velocities[place]);
+            self.headings.add(&fused.bev, &truth[place].bev, there.speeds[place]);
         }
         self.velocity.add(velocity.mean());
         let known = there.velocities.iter().map(|velocity| velocity.map(|(x, y)| [x, y]));
