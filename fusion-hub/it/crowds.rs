@@ -1,6 +1,6 @@
 //! Of many agents at one crossing, the one that is wrong is found, by whichever name, and is found as long as it is wrong.
 
-use crate::diagnosis::noise;
+use crate::diagnosis::crossing::noise;
 use std::f64::consts::{PI, TAU};
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};

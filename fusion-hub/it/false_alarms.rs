@@ -1,6 +1,6 @@
 //! What looks odd and is none, what is on purpose, and what hid behind something else.
 
-use crate::diagnosis::{Detection, Frame, each, findings_of, found, noise, run, world};
+use crate::diagnosis::crossing::{Detection, Frame, each, findings_of, found, noise, run, world};
 use serde_json::json;
 use std::f64::consts::FRAC_PI_2;
 use v2x_fusion_hub::Engine;

@@ -1,0 +1,92 @@
+//! Two processes of one name, missing and rare frames, idle agents, overload, and refused descriptions.
+
+use super::crossing::{DURATION_MS, assert_only, findings_of, findings_with, found, run, world};
+use v2x_common::id::AgentId;
+use v2x_common::wire::journal::Body;
+use v2x_fusion_hub::Engine;
+use v2x_fusion_hub::diagnosis::{Code, Tokens};
+use v2x_fusion_hub::hub::{Core, HubSettings};
+
+#[test]
+fn two_processes_with_one_name_are_noticed_with_epochs_and_without() {
+    let second = |k: i64, epoch: u64| {
+        let mut frame = world(k, "south");
+        frame.agent = "north";
+        frame.captured_ms += 40;
+        frame.epoch = epoch;
+        Some(frame)
+    };
+    assert_only(&findings_of("", |_| {}, |k| second(k, 2)), Code::TwoProcesses, "two starts of this agent");
+    let same = findings_of("", |frame| frame.sequence += 1_000_000, |k| second(k, 1));
+    assert!(same.iter().any(|one| one.code == Code::TwoProcesses && one.says.contains("jumps")), "{same:#?}");
+    // Started again once is no second process.
+    let restarted = found(|frame| frame.epoch = if frame.captured_ms > 15_000 { 2 } else { 1 });
+    assert_eq!(restarted, []);
+}
+
+#[test]
+fn gaps_rates_jitter_and_silence_are_told() {
+    let lossy = found(|frame| frame.is_lost = frame.sequence % 5 < 2);
+    assert_only(&lossy, Code::Gaps, "missing by their sequence numbers");
+    let jittery = found(|frame| frame.delay_ms += if frame.sequence % 3 == 0 { 400 } else { 0 });
+    assert!(jittery.iter().any(|one| one.code == Code::Jitter && !one.is_fault()), "{jittery:#?}");
+    let silent = found(|frame| frame.is_lost = true);
+    assert_only(&silent, Code::Silent, "v2x/NETWORK/agent/NAME/detections");
+}
+
+#[test]
+fn an_agent_whose_vehicle_is_not_in_the_world_is_idle_and_not_silent() {
+    let idle = |is_there: fn(i64) -> bool| {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let frames = (0..DURATION_MS / 100).flat_map(|k| [world(k, "south"), world(k, "north")]);
+        let frames = frames.filter(|frame| frame.agent == "south" || is_there(frame.captured_ms));
+        let mut frames: Vec<_> = frames.collect();
+        frames.sort_by_key(|frame| frame.captured_ms + frame.delay_ms);
+        let [north, south] = ["north", "south"].map(|name| AgentId::new(name).expect("a name"));
+        let tokens = Tokens { alive: [north, south].into(), idle: [(north, "veh 7".to_owned())].into() };
+        run(&mut core, frames, &tokens, |_| {})
+    };
+    for is_there in [(|_| false) as fn(i64) -> bool, |ms| !(4_000..9_000).contains(&(ms % 10_000))] {
+        let findings = idle(is_there);
+        let [one] = &findings[..] else { panic!("{findings:#?}") };
+        assert_eq!((one.code, one.is_fault()), (Code::Idle, false));
+        assert!(one.says.contains("it rides on veh 7, which is not in the world now"), "{one}");
+    }
+}
+
+#[test]
+fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
+    let north = AgentId::new("north").unwrap();
+    let overloaded = findings_with("", |core| core.note_queue_full(north, 20), |_| {}, |_| None);
+    assert_only(&overloaded, Code::Overload, "lack of time");
+    // Of many agents it is one finding.
+    let all = ["north", "south", "east", "west"].map(|name| AgentId::new(name).unwrap());
+    let of_all = |core: &mut Core| all.iter().for_each(|agent| core.note_queue_full(*agent, 20));
+    let findings = findings_with("", of_all, |_| {}, |_| None);
+    let [one] = &findings[..] else { panic!("{findings:#?}") };
+    assert!(one.code == Code::Overload && one.says.contains("4 agents (east, north, south, west)"), "{one}");
+}
+
+#[test]
+fn a_refused_description_and_a_rate_below_the_declared_one_are_told() {
+    let north = AgentId::new("north").unwrap();
+    let described = |json: &str| {
+        findings_with(
+            "",
+            |core| drop(core.handle_description(north, &Body::Json(json.as_bytes()))),
+            |_| {},
+            |_| None,
+        )
+    };
+    let text = |probability: f64, rate_hz: f64| {
+        format!(
+            r#"{{"revision": 0, "kind": "roadside-unit", "accuracy": {{"position_m": 0, "yaw_rad": 0, "clock_s": 0}}, "field_of_view": {{"range_min_m": 0, "range_max_m": 80, "azimuth_rad": 0, "width_rad": 6.283}},
+                "detection_probability": {probability}, "clutter_per_m2": 0.0, "rate_hz": {rate_hz}}}"#
+        )
+    };
+    assert_only(&described(&text(7.0, 10.0)), Code::DescriptionRefused, "detection_probability");
+    let slow = described(&text(0.9, 30.0));
+    assert!(slow.iter().any(|one| one.code == Code::RateLow && !one.is_fault()), "{slow:#?}");
+    let sound = described(&text(0.9, 10.0));
+    assert!(sound.iter().all(|one| one.code != Code::RateLow && !one.is_fault()), "{sound:#?}");
+}

@@ -1,0 +1,67 @@
+//! Clocks that are off, slow links, and stamps in another unit.
+
+use super::crossing::{START_MS, assert_only, found};
+use serde_json::json;
+use v2x_fusion_hub::diagnosis::{Code, Finding};
+
+#[test]
+fn a_clock_that_is_behind_is_told_from_a_slow_link() {
+    let behind = found(|frame| {
+        frame.captured_ms -= 300;
+        frame.delay_ms += 300;
+    });
+    assert_only(&behind, Code::ClockBehind, "time_offset_ms = ");
+    let words = behind[0].to_string();
+    let by_ms: f64 = words
+        .split("time_offset_ms = ")
+        .nth(1)
+        .and_then(|rest| rest.split('`').next())
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!((by_ms - 300.0).abs() < 30.0, "{words}");
+    let slow = found(|frame| frame.delay_ms += 300);
+    assert!(slow.iter().all(|one| !one.is_fault()), "{slow:#?}");
+    assert!(slow.iter().any(|one| one.code == Code::LinkSlow), "{slow:#?}");
+    let ahead = found(|frame| {
+        frame.captured_ms += 150;
+        frame.delay_ms -= 150;
+    });
+    assert_only(&ahead, Code::ClockAhead, "time_offset_ms = -1");
+}
+
+/// By more than Δmax: every frame is refused, or too late over a link that varies.
+#[test]
+fn a_clock_that_is_off_by_more_than_half_a_second_is_a_fault_of_the_agent_whatever_its_link_does() {
+    let by = |offset_ms: i64, jitter_ms: i64| {
+        found(move |frame| {
+            let late = if jitter_ms > 0 { frame.captured_ms / 100 * 37 % jitter_ms } else { 0 };
+            frame.captured_ms += offset_ms;
+            frame.delay_ms += late - offset_ms;
+        })
+    };
+    for jitter_ms in [0, 90, 400] {
+        for offset_ms in [600, 2_000, 3_600_000, -600, -2_000, -3_600_000] {
+            let found = by(offset_ms, jitter_ms);
+            let codes: &[Code] = match offset_ms > 0 {
+                true => &[Code::ClockAhead],
+                false => &[Code::ClockBehind, Code::ClockBehindOrLinkSlow],
+            };
+            let is_told = |one: &Finding| {
+                one.is_fault()
+                    && codes.contains(&one.code)
+                    && one.agent.is_some_and(|agent| agent.as_str() == "north")
+            };
+            assert!(found.iter().any(is_told), "{offset_ms} ms, jitter {jitter_ms} ms: {found:#?}");
+        }
+    }
+}
+
+#[test]
+fn stamps_of_another_unit_are_named() {
+    let seconds =
+        found(|frame| frame.more = json!({ "captured_at": (START_MS + frame.captured_ms) as f64 * 1e-3 }));
+    assert_only(&seconds, Code::TimeUnit, "time.time_ns() // 1000");
+    let millis = found(|frame| frame.more = json!({ "captured_at": START_MS + frame.captured_ms }));
+    assert_only(&millis, Code::TimeUnit, "milliseconds");
+}

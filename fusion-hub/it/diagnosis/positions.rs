@@ -1,0 +1,106 @@
+//! Positions in another frame, or that disagree with those of another agent.
+
+use super::crossing::{Frame, assert_only, each, found};
+use serde_json::json;
+use v2x_common::geometry::{Pose, wrap_angle};
+use v2x_fusion_hub::diagnosis::{Code, Finding};
+
+#[test]
+fn degrees_of_longitude_and_latitude_are_named() {
+    let geodetic = found(|frame| {
+        each(frame, |one| (one.x, one.y) = (11.575 + one.x / 74_400.0, 48.137 + one.y / 111_200.0));
+    });
+    assert_only(&geodetic, Code::Geodetic, "frame = \"wgs84\"");
+}
+
+#[test]
+fn positions_from_the_sensor_mirrored_and_swapped_ones_are_named() {
+    let relative = |frame: &mut Frame, sign: f64| {
+        let pose = frame.pose;
+        each(frame, |one| {
+            let bearing = pose.bearing_to(one.x, one.y);
+            let range = pose.distance_to(one.x, one.y);
+            (one.x, one.y) = (range * libm::cos(bearing), sign * range * libm::sin(bearing));
+            one.yaw = wrap_angle(one.yaw - pose.yaw);
+        });
+    };
+    let has = |findings: Vec<Finding>, code: Code, words: &str| {
+        let is_it =
+            |one: &Finding| one.code == code && one.agent.is_some_and(|agent| agent.as_str() == "north");
+        assert!(findings.iter().any(|one| is_it(one) && one.to_string().contains(words)), "{findings:#?}");
+    };
+    has(found(|frame| relative(frame, 1.0)), Code::SensorFrame, "frame = \"ego\"");
+    has(found(|frame| relative(frame, -1.0)), Code::SensorFrame, "y to the right");
+    has(
+        found(|frame| each(frame, |one| (one.x, one.y) = (one.y, one.x))),
+        Code::Axes,
+        "x is north and y is east",
+    );
+    has(found(|frame| each(frame, |one| one.y = -one.y)), Code::Axes, "y points south");
+}
+
+#[test]
+fn positions_in_a_sensors_frame_without_a_pose_are_told_as_what_cannot_be_told() {
+    let relative = |only: usize| {
+        found(move |frame| {
+            let pose = frame.pose;
+            each(frame, |one| {
+                let (sin, cos) = libm::sincos(pose.yaw);
+                let (x, y) = (one.x - pose.x, one.y - pose.y);
+                (one.x, one.y, one.yaw) =
+                    (x * cos + y * sin, y * cos - x * sin, wrap_angle(one.yaw - pose.yaw));
+            });
+            frame.detections.truncate(only);
+            frame.more = json!({ "sensor_pose": null });
+        })
+    };
+    // Of all objects, and of one alone.
+    for only in [usize::MAX, 1] {
+        let findings = relative(only);
+        let told = findings.iter().find(|one| one.code == Code::SensorFrame);
+        let told = told.unwrap_or_else(|| panic!("{only}: {findings:#?}"));
+        assert!(!told.is_fault() && told.says.contains("north gives no `sensor_pose`"), "{told}");
+        assert!(
+            told.change.contains("`frame = \"sensor\"`") && told.change.contains("[hub.agents.north]"),
+            "{told}"
+        );
+    }
+    // Who sees the same gives none either, and is right.
+    let right = found(|frame| frame.more = json!({ "sensor_pose": null }));
+    assert_eq!(right, []);
+}
+
+#[test]
+fn a_shift_and_a_turn_between_agents_are_told_in_metres_and_degrees() {
+    let shifted = found(|frame| each(frame, |one| (one.x, one.y) = (one.x + 2.0, one.y - 3.0)));
+    let offset: Vec<_> = shifted.iter().filter(|one| one.code == Code::Offset).collect();
+    let [one] = offset[..] else { panic!("{shifted:#?}") };
+    // Of two agents nobody knows which one is wrong.
+    assert_eq!(one.agent, None);
+    assert!(
+        one.says.contains("objects of south lie -2.0") || one.says.contains("objects of south lie -1.9"),
+        "{one}"
+    );
+    let turned = found(|frame| {
+        let pose = frame.pose;
+        let (sin, cos) = libm::sincos(0.12);
+        each(frame, |one| {
+            let (x, y) = (one.x - pose.x, one.y - pose.y);
+            (one.x, one.y) = (pose.x + x * cos - y * sin, pose.y + x * sin + y * cos);
+            one.yaw = wrap_angle(one.yaw + 0.12);
+        });
+    });
+    assert!(
+        turned.iter().any(|one| one.code == Code::Offset && one.says.contains("turned by")),
+        "{turned:#?}"
+    );
+}
+
+#[test]
+fn positions_far_from_everybody_are_told() {
+    let utm = found(|frame| {
+        each(frame, |one| (one.x, one.y) = (one.x + 691_000.0, one.y + 5_334_000.0));
+        frame.pose = Pose { x: frame.pose.x + 691_000.0, y: frame.pose.y + 5_334_000.0, ..frame.pose };
+    });
+    assert_only(&utm, Code::FarAway, "UTM");
+}
