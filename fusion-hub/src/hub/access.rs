@@ -13,8 +13,8 @@ use v2x_common::net::zenoh_refusals::{ZenohRefusals, zenoh_refusals};
 use v2x_common::time::{Span, Timestamp};
 use zenoh::{Config, Session};
 
-/// What Zenoh refuses is told no more often than this.
-const TOLD_EVERY: Span = Span::from_millis(10_000);
+/// What Zenoh refuses is logged no more often than this.
+const LOGGED_EVERY: Span = Span::from_millis(10_000);
 
 /// Time between two attempts to join the network again.
 const AGAIN_AFTER: Duration = Duration::from_secs(1);
@@ -39,8 +39,9 @@ pub(super) struct Access {
     /// When what Zenoh did not take is tried again, and how long it waits then.
     again_at: Option<Timestamp>,
     retry_after: Span,
-    told: ZenohRefusals,
-    told_at: Timestamp,
+    /// The counts that were logged last, and when.
+    logged: ZenohRefusals,
+    logged_at: Timestamp,
 }
 
 impl Access {
@@ -62,8 +63,8 @@ impl Access {
             refused: None,
             again_at: None,
             retry_after: FIRST_RETRY_AFTER,
-            told: ZenohRefusals::default(),
-            told_at: Timestamp::MIN,
+            logged: ZenohRefusals::default(),
+            logged_at: Timestamp::MIN,
         })
     }
 
@@ -93,7 +94,7 @@ impl Access {
                 }
                 Some(config)
             }
-            // Perhaps files that it names are on their way: it is looked at again, and told once.
+            // Files that it names may not be there yet: it is read again, and the error is logged once.
             Err(error) => {
                 self.note_refused(format!(
                     "the Zenoh configuration was written anew, but is not followed: {error:#}"
@@ -119,7 +120,7 @@ impl Access {
         self.retry_after = (self.retry_after + self.retry_after).min(RETRY_AFTER_AT_MOST);
     }
 
-    /// Opens a session in place of one that was closed: with another configuration, or with the former one where Zenoh does
+    /// Opens a session in place of one that was closed: with another configuration, or with the previous one where Zenoh does
     /// not take that. Tries again until one of them is taken (certificates may be on their way, the port still in use), or until
     /// shutdown (`None`).
     pub(super) async fn reopen(
@@ -141,7 +142,9 @@ impl Access {
             }
             match session::open_in_place(self.in_force.clone(), locators).await {
                 Ok(session) => return Some(session),
-                Err(error) => tracing::error!("nor the former one; trying again: {error:#}"),
+                Err(error) => tracing::error!(
+                    "no session with the previous configuration either; trying again: {error:#}"
+                ),
             }
             tokio::select! {
                 () = shutdown.cancelled() => {}
@@ -152,12 +155,12 @@ impl Access {
     }
 
     /// Warns of what Zenoh has refused since the last warning.
-    pub(super) fn tell_refusals(&mut self, now: Timestamp) {
-        if now - self.told_at < TOLD_EVERY {
+    pub(super) fn log_refusals(&mut self, now: Timestamp) {
+        if now - self.logged_at < LOGGED_EVERY {
             return;
         }
         let refusals = zenoh_refusals();
-        if refusals != self.told {
+        if refusals != self.logged {
             let words = refusals.in_words().unwrap_or_default();
             let newest = refusals.denied.last();
             let example = newest.map(|kind| format!(" (such as {}: {} {})", kind.who, kind.action, kind.key));
@@ -165,8 +168,8 @@ impl Access {
                 "since the start {words}{}; `v2x status` has them all",
                 example.unwrap_or_default()
             );
-            self.told = refusals;
-            self.told_at = now;
+            self.logged = refusals;
+            self.logged_at = now;
         }
     }
 }

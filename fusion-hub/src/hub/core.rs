@@ -258,9 +258,9 @@ impl Core {
         self.names.count()
     }
 
-    /// Looks for what is wrong with the agents, once in a second or so.
-    pub fn look(&mut self, tokens: &Tokens, now: Timestamp) {
-        self.survey.look(&Surroundings { engine: &self.engine, tokens }, now);
+    /// Judges what is wrong with the agents. To be called about once a second.
+    pub fn diagnose(&mut self, tokens: &Tokens, now: Timestamp) {
+        self.survey.diagnose(&Surroundings { engine: &self.engine, tokens }, now);
     }
 
     /// The same of everything since the last ten seconds were over, at the end of a listening time.

@@ -6,7 +6,7 @@ use v2x_common::id::AgentId;
 use v2x_common::net::zenoh_refusals::{Denied, ZenohRefusals};
 use v2x_common::time::{Span, Timestamp};
 
-/// What was refused within this, and up to twice as long ago, is told.
+/// What was refused within this, and up to twice as long ago, is reported.
 const LATELY: Span = Span::from_millis(10_000);
 
 /// What Zenoh had refused some time ago.

@@ -1,4 +1,4 @@
-//! Whether all is well: what is found of the agents and of the hub itself, told once when it begins and once when it ends.
+//! Whether all is well: findings about the agents and the hub itself, each of them logged once when it begins and once when it ends.
 
 use super::core::Core;
 use super::denials::Denials;
@@ -12,7 +12,7 @@ use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
 const PATIENCE: Span = Span::from_millis(5_000);
-/// What was dropped is told of for so long.
+/// Dropped frames are reported for so long.
 const OVERLOADED_FOR: Span = Span::from_millis(10_000);
 
 /// All in all.
@@ -64,9 +64,9 @@ fn of_whom(finding: &Finding) -> String {
 }
 
 impl Health {
-    /// Looks at everything; warns of each fault when it begins, and says when it has ended.
+    /// Checks the agents and the hub; warns of each fault when it begins, and says when it has ended.
     pub(super) fn check(&mut self, core: &mut Core, seen: &Seen<'_>, now: Timestamp) {
-        core.look(seen.roster.tokens(), now);
+        core.diagnose(seen.roster.tokens(), now);
         let mut findings = core.findings().to_vec();
         findings.extend(self.of_hub(core, seen, now));
         fn faults(findings: &[Finding]) -> BTreeMap<(Code, String), &Finding> {

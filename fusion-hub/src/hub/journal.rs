@@ -37,8 +37,8 @@ pub(super) struct Journal {
     batch: Vec<u8>,
     n_batched: u64,
     next: u64,
-    /// Whether it was said that batches are larger than what others pass on.
-    is_told: bool,
+    /// Whether the hub has warned of a batch that is larger than what other hubs and routers pass on.
+    has_warned: bool,
 }
 
 impl Journal {
@@ -55,7 +55,7 @@ impl Journal {
             batch: Vec::new(),
             n_batched: 0,
             next: 0,
-            is_told: false,
+            has_warned: false,
         };
         if journal.recorder.is_some() {
             journal.write_start(core);
@@ -196,8 +196,8 @@ impl Journal {
                 payload: batch.clone(),
             });
         }
-        if self.is_streamed && batch.len() as u64 >= MAX_MESSAGE_OF_HUB && !self.is_told {
-            self.is_told = true;
+        if self.is_streamed && batch.len() as u64 >= MAX_MESSAGE_OF_HUB && !self.has_warned {
+            self.has_warned = true;
             tracing::warn!(
                 bytes = batch.len(),
                 "the start of the journal is too large for other hubs and routers to pass on: record at this hub, by its own \

@@ -6,6 +6,8 @@ mod access;
 mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
+#[cfg(feature = "net")]
+mod change_log;
 #[cfg(feature = "cli")]
 mod command;
 #[cfg(feature = "net")]
@@ -64,8 +66,6 @@ mod tile_settings;
 mod timing;
 #[cfg(feature = "net")]
 mod token_changes;
-#[cfg(feature = "net")]
-mod told_changes;
 #[cfg(feature = "net")]
 mod turns;
 #[cfg(feature = "net")]

@@ -129,7 +129,7 @@ impl Network {
             control: self.control.clone(),
             unnamed: self.unnamed.clone(),
         };
-        // Tokens that went meanwhile are not told.
+        // Zenoh does not report tokens that went meanwhile.
         self.control.doubt_tokens();
         let is_alive = self.alive.is_some();
         *self = Self::declare_with(session, keys, self.declared, queues).await?;
@@ -286,7 +286,7 @@ mod tests {
     use v2x_common::id::{AgentId, NetworkId};
     use v2x_common::net::session::{self, SessionOptions};
 
-    /// Reads until the tokens are these: a client is not told when the hub has its token.
+    /// Reads until the tokens are these: a client gets no notice when the hub has its token.
     async fn until(network: &Network, keys: &Keys, expected: &BTreeSet<Token>) {
         let read = async { while network.tokens(keys).await.ok().as_ref() != Some(expected) {} };
         tokio::time::timeout(Duration::from_secs(60), read).await.expect("the tokens are read");

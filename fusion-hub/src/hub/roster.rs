@@ -1,7 +1,7 @@
 //! Which agents are alive.
 
+use super::change_log::ChangeLog;
 use super::token_changes::Token;
-use super::told_changes::ToldChanges;
 use crate::diagnosis::Tokens;
 use crate::engine::{Engine, MAX_AGENTS};
 use std::collections::BTreeSet;
@@ -18,7 +18,7 @@ const READ_EVERY: Span = Span::from_millis(10_000);
 pub(super) struct Roster {
     tokens: Tokens,
     beyond_limit: u64,
-    told: ToldChanges,
+    changes: ChangeLog,
     /// Whether changes of tokens were lost.
     is_doubtful: bool,
     /// When all of them were read last.
@@ -43,9 +43,9 @@ impl Roster {
                 return;
             }
             alive.insert(agent);
-            self.told.tell(agent, "agent joined", None);
+            self.changes.log(agent, "agent joined", None);
         } else if !is_alive && alive.remove(&agent) {
-            self.told.tell(agent, "agent left", None);
+            self.changes.log(agent, "agent left", None);
         }
     }
 
@@ -55,10 +55,10 @@ impl Roster {
         let known = idle.get(&agent).map(String::as_str);
         if is_idle && known != Some(rides_on) && (idle.len() < MAX_AGENTS || known.is_some()) {
             idle.insert(agent, rides_on.to_owned());
-            self.told.tell(agent, "agent is idle", Some(rides_on));
+            self.changes.log(agent, "agent is idle", Some(rides_on));
         } else if !is_idle && known == Some(rides_on) {
             idle.remove(&agent);
-            self.told.tell(agent, "agent is no longer idle", Some(rides_on));
+            self.changes.log(agent, "agent is no longer idle", Some(rides_on));
         }
     }
 
@@ -85,9 +85,9 @@ impl Roster {
         self.is_doubtful = false;
     }
 
-    /// Says once a minute what was not logged one by one.
-    pub(super) fn tell(&mut self, now: Timestamp) {
-        self.told.sum_up(now);
+    /// Logs once a minute how many changes were not logged one by one.
+    pub(super) fn sum_up(&mut self, now: Timestamp) {
+        self.changes.sum_up(now);
     }
 
     /// Whether an agent holds its token, or sends: programs that are not ours may have none.

@@ -40,7 +40,7 @@ use zenoh::{Config, Session};
 mod beginning;
 mod following;
 mod liveliness;
-mod told;
+mod own_status;
 
 /// How often the statistics of the agents are checked.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -328,7 +328,7 @@ impl Hub {
         self.core.note_clock_step(step);
     }
 
-    /// Counts the frames for which there was no time, and looks for what is wrong.
+    /// Counts the frames for which there was no time, and judges what is wrong.
     async fn check(&mut self) {
         self.check_held_up();
         for (agent, count) in self.network.frames.take_dropped() {
@@ -346,7 +346,7 @@ impl Hub {
         };
         self.health.check(&mut self.core, &seen, clock::now());
         self.heal_roster(clock::now()).await;
-        self.access.tell_refusals(clock::now());
+        self.access.log_refusals(clock::now());
         self.journal.flush().await;
         self.show(true);
     }

@@ -18,8 +18,8 @@ pub(super) struct Standby {
     pub(super) compared_at: Timestamp,
     /// Sequence numbers and stamps of the lists that it published last.
     published: VecDeque<(u64, Timestamp)>,
-    /// Whether it was said that the other hub's clock is another.
-    pub(super) told_of_clock: bool,
+    /// Whether the hub has warned that the other hub's clock differs from its own.
+    pub(super) has_warned_of_clock: bool,
     pub(super) takeovers: u64,
     pub(super) yielded: u64,
 }
@@ -36,7 +36,7 @@ impl Standby {
             newest: None,
             compared_at: Timestamp::MIN,
             published: VecDeque::new(),
-            told_of_clock: false,
+            has_warned_of_clock: false,
             takeovers: 0,
             yielded: 0,
         })

@@ -64,7 +64,7 @@ mod tests {
     const PATIENCE: Duration = Duration::from_secs(60);
 
     #[test]
-    fn a_fault_of_the_system_clock_is_told_once_with_its_step_and_smaller_ones_are_not() {
+    fn a_fault_of_the_system_clock_is_reported_once_with_its_step_and_smaller_ones_are_not() {
         static STEP_US: AtomicI64 = AtomicI64::new(0);
         let mut clock = SystemClock::new(|| Span::from_micros(STEP_US.load(Ordering::Relaxed)));
         let mut set_to = |ms: i64| {

@@ -1,8 +1,9 @@
 //! Another hub that publishes under this hub's name. Consumers would get the lists of both in turn.
 //!
 //! A hub that joins a network in which one of its name answers does not begin. Two that come together later, because their
-//! routers are joined, are told. Neither of them yields: without certificates anybody can claim the name of a hub, and would
-//! silence it so. Only a hub that was told to stand by for another one follows its lists (`run/following.rs`).
+//! routers are joined, report each other as a finding. Neither of them yields: without certificates anybody can claim the name of
+//! a hub, and could silence it that way. Only a hub that is started to stand by follows the lists of another one
+//! (`run/following.rs`).
 
 use super::limits::MAX_BYTES;
 use super::status::HubStatus;
@@ -22,8 +23,8 @@ use zenoh::sample::Locality;
 const ANSWER_WITHIN: Duration = Duration::from_millis(500);
 /// A list is looked into this often at most: anybody can publish some.
 const LOOKED_AT_EVERY: Span = Span::from_millis(500);
-/// It is told of for so long after its last list.
-const TOLD_FOR: Span = Span::from_millis(5_000);
+/// Another hub is reported for so long after its last list.
+const REPORTED_FOR: Span = Span::from_millis(5_000);
 
 /// Of lists that come faster those between are left out by a hub that follows them.
 const FOLLOWED_EVERY: Span = Span::from_millis(20);
@@ -81,7 +82,7 @@ impl Twin {
     /// The lineage of another hub of this name, while it publishes.
     pub(super) fn lineage(&self, now: Timestamp) -> Option<u32> {
         let heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        heard.other.filter(|(_, at)| now - *at < TOLD_FOR).map(|(lineage, _)| lineage)
+        heard.other.filter(|(_, at)| now - *at < REPORTED_FOR).map(|(lineage, _)| lineage)
     }
 }
 
@@ -121,7 +122,7 @@ mod tests {
     use v2x_common::fused::FusedFrame;
 
     #[test]
-    fn a_list_that_spoofs_this_hub_is_told_of_while_it_comes_and_rubbish_is_not() {
+    fn a_list_that_spoofs_this_hub_is_reported_while_it_comes_and_rubbish_is_not() {
         let twin = Twin::default();
         let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
         twin.note(b"rubbish", at(0));

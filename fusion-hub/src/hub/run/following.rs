@@ -17,7 +17,7 @@ use v2x_common::wire::journal::Call;
 
 /// Objects are compared with those of the other hub no more often than this.
 const COMPARED_EVERY: Span = Span::from_millis(90);
-/// The times of two lists may differ by so much; of clocks that differ by more it is told.
+/// Where the times of two lists differ by more than this, the hub warns that the clocks differ.
 const CLOCKS_ALIKE: Span = Span::from_millis(300);
 /// Stamps go on after those of the other hub where its clock is ahead by no more than this.
 const CLOCKS_WITHIN: Span = Span::from_millis(1_000);
@@ -33,7 +33,7 @@ impl Hub {
         self.standby.as_ref().is_none_or(|standby| standby.role.has_rival(clock::now()))
     }
 
-    /// When it is to look at what it has heard.
+    /// When it decides again by the lists that it has heard.
     pub(super) fn standby_deadline(&self) -> Timestamp {
         self.standby.as_ref().map_or(Timestamp::MAX, |standby| standby.role.next_deadline())
     }
@@ -65,8 +65,8 @@ impl Hub {
             match standby.role.hear(list.lineage, at) {
                 Heard::Followed => {
                     let differ = list.fused_at + self.settings.engine.fusion.lag() - at;
-                    if differ.abs() > CLOCKS_ALIKE && !standby.told_of_clock {
-                        standby.told_of_clock = true;
+                    if differ.abs() > CLOCKS_ALIKE && !standby.has_warned_of_clock {
+                        standby.has_warned_of_clock = true;
                         tracing::warn!(
                             "the lists of hub lineage {:08x} come with stamps that are {:.0} ms off this hub's clock: set the \
                              clocks (chrony, PTP), or ids are not kept when this hub takes over",
@@ -118,7 +118,7 @@ impl Hub {
     async fn stand_by(&mut self) -> Result<(), HubError> {
         let Some(standby) = &mut self.standby else { return Ok(()) };
         standby.yielded += 1;
-        standby.told_of_clock = false;
+        standby.has_warned_of_clock = false;
         match standby.role.follows() {
             Some(lineage) => {
                 self.partial_lists.forget();

@@ -13,7 +13,7 @@ impl Hub {
 
     /// Reads all tokens again where changes were lost: otherwise who has left would be alive for ever.
     pub(super) async fn heal_roster(&mut self, now: Timestamp) {
-        self.roster.tell(now);
+        self.roster.sum_up(now);
         if !self.roster.is_to_be_read(self.network.control.take_lost_tokens(), now) {
             return;
         }

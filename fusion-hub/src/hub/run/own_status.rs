@@ -1,4 +1,4 @@
-//! What a hub tells of itself.
+//! The status of the hub itself, and its display where a monitor watches.
 
 use super::Hub;
 use crate::engine::PublishMode;
