@@ -117,7 +117,7 @@ fn findings(
             survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at });
         }
         if k % 10 == 9 {
-            survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k + 120));
+            survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k + 120));
             if survey.judged_since().is_some() {
                 found.push((k / 10, survey.findings().to_vec()));
             }

@@ -1,4 +1,4 @@
-//! What looks odd and is none, what is on purpose, and what hid behind something else.
+//! Odd frames that are no fault, settings on purpose, and faults that another fault hid.
 
 use crate::diagnosis::crossing::{Detection, Frame, each, findings_of, found, noise, run, world};
 use serde_json::json;
@@ -101,7 +101,7 @@ fn what_is_parked_near_the_origin_is_no_longitude_and_latitude() {
 }
 
 #[test]
-fn one_car_that_moves_in_degrees_is_told() {
+fn one_car_that_moves_in_degrees_is_reported() {
     let moving = found(only(&|frame| {
         let along = 9.0 * (frame.captured_ms as f64) * 1e-3 + 0.3 * noise(frame.sequence, 1, 0);
         vec![(11.575 + along / 74_400.0, 48.137 + 0.3 * noise(frame.sequence, 1, 1) / 111_200.0)]
@@ -133,7 +133,7 @@ fn degrees_that_are_not_wrapped_are_degrees() {
 }
 
 #[test]
-fn swapped_sizes_are_told_behind_an_unknown_class() {
+fn swapped_sizes_are_reported_behind_an_unknown_class() {
     let findings = found(|frame| {
         each(frame, |one| (one.class, one.w, one.d) = ("Fahrzeug", one.d, one.w));
     });

@@ -116,7 +116,7 @@ fn an_agent_at_the_other_end_of_the_world_does_not_silence_others() {
 }
 
 /// The ids of three cars at 8 m/s before and after a while in which the hub did not run.
-fn ids_around_a_gap(is_told: bool) -> [Vec<v2x_common::id::TrackId>; 2] {
+fn ids_around_a_gap(is_noted: bool) -> [Vec<v2x_common::id::TrackId>; 2] {
     let mut engine = engine();
     let mut ids: Vec<Vec<_>> = Vec::new();
     let mut second_of = |engine: &mut Engine, from_ms: i64| {
@@ -134,7 +134,7 @@ fn ids_around_a_gap(is_told: bool) -> [Vec<v2x_common::id::TrackId>; 2] {
     };
     second_of(&mut engine, 0);
     second_of(&mut engine, 1000);
-    if is_told {
+    if is_noted {
         engine.note_held_up(at(6_900), v2x_common::time::Span::from_millis(5_000));
     }
     // As a hub does that goes on: its list is due first.

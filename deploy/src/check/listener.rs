@@ -23,7 +23,7 @@ use zenoh::sample::Sample;
 const EVERYTHING_FOR: Duration = Duration::from_secs(3);
 /// Frames that may wait.
 const WAITING: usize = 4096;
-/// How often the core makes a list, and how often it looks at what it has.
+/// How often the core makes a list, and how often it judges what it has.
 const LIST_EVERY: Duration = Duration::from_millis(100);
 const LISTS_TO_A_LOOK: u32 = 10;
 
@@ -96,7 +96,7 @@ impl Listener {
                     ticks += 1;
                     if ticks.is_multiple_of(LISTS_TO_A_LOOK) {
                         self.tokens = agents_tokens(session, network).await;
-                        self.core.look(&self.tokens, clock::now());
+                        self.core.diagnose(&self.tokens, clock::now());
                     }
                 }
                 () = queue.wait() => {

@@ -25,7 +25,7 @@ fn two_processes_with_one_name_are_noticed_with_epochs_and_without() {
 }
 
 #[test]
-fn gaps_rates_jitter_and_silence_are_told() {
+fn gaps_jitter_and_silence_are_reported() {
     let lossy = found(|frame| frame.is_lost = frame.sequence % 5 < 2);
     assert_only(&lossy, Code::Gaps, "missing by their sequence numbers");
     let jittery = found(|frame| frame.delay_ms += if frame.sequence % 3 == 0 { 400 } else { 0 });
@@ -68,7 +68,7 @@ fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
 }
 
 #[test]
-fn a_refused_description_and_a_rate_below_the_declared_one_are_told() {
+fn a_refused_description_and_a_rate_below_the_declared_one_are_reported() {
     let north = AgentId::new("north").unwrap();
     let described = |json: &str| {
         findings_with(

@@ -5,7 +5,7 @@ use serde_json::json;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
 #[test]
-fn a_clock_that_is_behind_is_told_from_a_slow_link() {
+fn a_clock_that_is_behind_is_distinguished_from_a_slow_link() {
     let behind = found(|frame| {
         frame.captured_ms -= 300;
         frame.delay_ms += 300;
@@ -47,12 +47,12 @@ fn a_clock_that_is_off_by_more_than_half_a_second_is_a_fault_of_the_agent_whatev
                 true => &[Code::ClockAhead],
                 false => &[Code::ClockBehind, Code::ClockBehindOrLinkSlow],
             };
-            let is_told = |one: &Finding| {
+            let is_reported = |one: &Finding| {
                 one.is_fault()
                     && codes.contains(&one.code)
                     && one.agent.is_some_and(|agent| agent.as_str() == "north")
             };
-            assert!(found.iter().any(is_told), "{offset_ms} ms, jitter {jitter_ms} ms: {found:#?}");
+            assert!(found.iter().any(is_reported), "{offset_ms} ms, jitter {jitter_ms} ms: {found:#?}");
         }
     }
 }

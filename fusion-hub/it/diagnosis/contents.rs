@@ -11,7 +11,7 @@ fn swapped_sizes_are_named() {
 }
 
 #[test]
-fn missing_and_false_standard_deviations_are_told() {
+fn missing_and_false_standard_deviations_are_reported() {
     let missing = found(|frame| each(frame, |one| one.sigma_m = None));
     assert!(missing.iter().any(|one| one.code == Code::SigmaMissing && !one.is_fault()), "{missing:#?}");
     let set = "[agents.north]\nsigma_position_m = 0.35";
@@ -24,7 +24,7 @@ fn missing_and_false_standard_deviations_are_told() {
 }
 
 #[test]
-fn unknown_classes_impossible_values_and_refusals_are_told_with_their_names() {
+fn unknown_classes_impossible_values_and_refusals_are_reported_with_their_names() {
     let ufo = found(|frame| each(frame, |one| one.class = "Fahrzeug"));
     assert_only(&ufo, Code::UnknownClasses, "classes = { \"Fahrzeug\" = \"car\" }");
     let impossible = found(|frame| frame.detections[0].w = -1.0);

@@ -161,17 +161,17 @@ pub(crate) fn run(
     describe: impl Fn(&mut Core),
 ) -> Vec<Finding> {
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
-    let (mut next_list, mut next_look) = (0, 0);
+    let (mut next_list, mut next_diagnosis) = (0, 0);
     for frame in frames {
         let now = frame.captured_ms + frame.delay_ms;
         while next_list <= now {
             core.fused(at(next_list));
             next_list += 50;
         }
-        while next_look <= now {
+        while next_diagnosis <= now {
             describe(core);
-            core.look(tokens, at(next_look));
-            next_look += 1000;
+            core.diagnose(tokens, at(next_diagnosis));
+            next_diagnosis += 1000;
         }
         core.handle_frame(AgentId::new(frame.agent).expect("a name"), at(now), &Body::Json(&frame.json()));
     }

@@ -9,8 +9,8 @@ use v2x_fusion_hub::diagnosis::Code;
 fn headings_in_degrees_are_named_with_the_line_that_says_so() {
     let degrees = |frame: &mut Frame| each(frame, |one| one.yaw = one.yaw.to_degrees().rem_euclid(360.0));
     assert_only(&found(degrees), Code::Degrees, "`yaw = { unit = \"deg\" }` under `[hub.agents.north]`");
-    let told = findings_of("[agents.north]\nyaw = { unit = \"deg\" }", degrees, |_| None);
-    assert_eq!(told, [], "a hub that is told so finds nothing");
+    let declared = findings_of("[agents.north]\nyaw = { unit = \"deg\" }", degrees, |_| None);
+    assert_eq!(declared, [], "a hub whose settings declare it finds nothing");
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn compass_headings_in_degrees_are_named_with_all_that_has_to_change_at_once() {
         };
         let setting = format!("yaw = {{ unit = \"deg\", {words} }}");
         assert_only(&found(write), Code::Degrees, &format!("`{setting}` under `[hub.agents.north]`"));
-        let told = findings_of(&format!("[agents.north]\n{setting}"), write, |_| None);
-        assert_eq!(told, []);
+        let declared = findings_of(&format!("[agents.north]\n{setting}"), write, |_| None);
+        assert_eq!(declared, []);
     }
 }

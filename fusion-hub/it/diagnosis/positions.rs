@@ -40,7 +40,7 @@ fn positions_from_the_sensor_mirrored_and_swapped_ones_are_named() {
 }
 
 #[test]
-fn positions_in_a_sensors_frame_without_a_pose_are_told_as_what_cannot_be_told() {
+fn positions_in_a_sensors_frame_without_a_pose_are_a_note_that_this_cannot_be_determined() {
     let relative = |only: usize| {
         found(move |frame| {
             let pose = frame.pose;
@@ -57,12 +57,12 @@ fn positions_in_a_sensors_frame_without_a_pose_are_told_as_what_cannot_be_told()
     // Of all objects, and of one alone.
     for only in [usize::MAX, 1] {
         let findings = relative(only);
-        let told = findings.iter().find(|one| one.code == Code::SensorFrame);
-        let told = told.unwrap_or_else(|| panic!("{only}: {findings:#?}"));
-        assert!(!told.is_fault() && told.says.contains("north gives no `sensor_pose`"), "{told}");
+        let note = findings.iter().find(|one| one.code == Code::SensorFrame);
+        let note = note.unwrap_or_else(|| panic!("{only}: {findings:#?}"));
+        assert!(!note.is_fault() && note.says.contains("north gives no `sensor_pose`"), "{note}");
         assert!(
-            told.change.contains("`frame = \"sensor\"`") && told.change.contains("[hub.agents.north]"),
-            "{told}"
+            note.change.contains("`frame = \"sensor\"`") && note.change.contains("[hub.agents.north]"),
+            "{note}"
         );
     }
     // Who sees the same gives none either, and is right.
@@ -71,11 +71,11 @@ fn positions_in_a_sensors_frame_without_a_pose_are_told_as_what_cannot_be_told()
 }
 
 #[test]
-fn a_shift_and_a_turn_between_agents_are_told_in_metres_and_degrees() {
+fn a_shift_and_a_turn_between_agents_are_reported_in_metres_and_degrees() {
     let shifted = found(|frame| each(frame, |one| (one.x, one.y) = (one.x + 2.0, one.y - 3.0)));
     let offset: Vec<_> = shifted.iter().filter(|one| one.code == Code::Offset).collect();
     let [one] = offset[..] else { panic!("{shifted:#?}") };
-    // Of two agents nobody knows which one is wrong.
+    // With two agents it is unknown which one is wrong.
     assert_eq!(one.agent, None);
     assert!(
         one.says.contains("objects of south lie -2.0") || one.says.contains("objects of south lie -1.9"),
@@ -97,7 +97,7 @@ fn a_shift_and_a_turn_between_agents_are_told_in_metres_and_degrees() {
 }
 
 #[test]
-fn positions_far_from_everybody_are_told() {
+fn positions_far_from_all_others_are_reported() {
     let utm = found(|frame| {
         each(frame, |one| (one.x, one.y) = (one.x + 691_000.0, one.y + 5_334_000.0));
         frame.pose = Pose { x: frame.pose.x + 691_000.0, y: frame.pose.y + 5_334_000.0, ..frame.pose };

@@ -79,7 +79,7 @@ pub(super) fn is_positive_definite(upper: &[f64; 10]) -> bool {
 }
 
 #[test]
-fn positive_definite_is_told_from_what_is_not() {
+fn positive_definite_matrices_are_distinguished_from_others() {
     assert!(is_positive_definite(&[1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0, 4.0]));
     assert!(is_positive_definite(&[2.0, 0.5, 0.9, 0.0, 2.0, 0.0, 0.9, 3.0, 0.1, 4.0]));
     assert!(

@@ -215,7 +215,7 @@ impl Simulation {
         }
         if self.report.lists.is_multiple_of(16) {
             let alive = self.given.keys().copied().collect();
-            self.core.look(&Tokens { alive, ..Tokens::default() }, now);
+            self.core.diagnose(&Tokens { alive, ..Tokens::default() }, now);
         }
     }
 

@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_of_two_processes_under_one_name_is_told_from_a_restart() {
+    fn a_fault_of_two_processes_under_one_name_is_distinguished_from_a_restart() {
         let (mut restarted, mut two) = (Arrivals::default(), Arrivals::default());
         for k in 0..20 {
             note(&mut restarted, (u64::from(k >= 10), k % 10), 100 * i64::try_from(k).unwrap(), 0.0);

@@ -34,7 +34,7 @@ impl Moving {
         );
     }
 
-    /// When it was last told of a list.
+    /// The time of the list that it has taken in last.
     pub(super) const fn at(&self) -> Option<Timestamp> {
         self.at
     }
@@ -174,7 +174,7 @@ mod tests {
     const CROSSING: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
 
     #[test]
-    fn a_constant_turn_and_a_clockwise_sense_are_told_apart_where_roads_cross() {
+    fn a_constant_turn_and_a_clockwise_sense_are_distinguished_where_roads_cross() {
         let is = |found: Option<Verdict>, expected: Verdict| match (found, expected) {
             (Some(Verdict::Turned(a)), Verdict::Turned(b))
             | (Some(Verdict::Clockwise(a)), Verdict::Clockwise(b)) => (a - b).abs() < 0.1,

@@ -1,7 +1,7 @@
 //! What is probably wrong with what agents send, as the numbers show it: in sentences that say what to change.
 //!
 //! A [`Survey`] takes in every frame that arrives and every list that is published, and gathers statistics over ten seconds;
-//! [`Survey::look`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
+//! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
 //! - `arrivals`, `writing`, `headings`, `alignment`: statistics, each of one kind.

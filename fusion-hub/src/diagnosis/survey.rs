@@ -16,7 +16,7 @@ use v2x_common::time::{Span, Timestamp};
 const WINDOW: Span = Span::from_millis(10_000);
 /// A window of less says little by itself.
 const WINDOW_SAYS: Span = Span::from_millis(5_000);
-/// Pairs of agents that are compared in one look: some milliseconds.
+/// Pairs of agents that are compared in one call: some milliseconds.
 const FITS_AT_ONCE: usize = 1;
 /// A list is looked at this often at most.
 const LISTS_APART: Span = Span::from_millis(100);
@@ -44,7 +44,7 @@ pub struct Survey {
     ended: Option<Window>,
     /// Beginning of the window that was judged last.
     judged_since: Option<Timestamp>,
-    looked_at: Option<Timestamp>,
+    diagnosed_at: Option<Timestamp>,
     moving: Moving,
     samples: Samples,
     findings: Vec<Finding>,
@@ -91,12 +91,12 @@ impl Survey {
         }
     }
 
-    /// Looks at what was gathered, once in a second or so: at a whole window where there is one.
-    pub fn look(&mut self, around: &Surroundings<'_>, now: Timestamp) {
+    /// Judges what was gathered, a whole window where there is one. To be called about once a second.
+    pub fn diagnose(&mut self, around: &Surroundings<'_>, now: Timestamp) {
         if self.current.since.is_none() {
             self.current.begin(around, now);
         }
-        self.looked_at = Some(now);
+        self.diagnosed_at = Some(now);
         self.current.note_idle(around);
         let since = self.current.since.unwrap_or(now);
         // The next one begins when the last one is judged: pairs of many agents are not compared within ten seconds.
@@ -117,7 +117,7 @@ impl Survey {
         }
     }
 
-    /// Looks at everything that was gathered since the last whole window, at the end of a listening time.
+    /// Judges everything that was gathered since the last whole window, at the end of a listening time.
     pub fn conclude(&mut self, around: &Surroundings<'_>) {
         if let Some(mut ended) = self.ended.take() {
             ended.fit_some(usize::MAX);
@@ -158,7 +158,7 @@ impl Survey {
     /// How an agent's frames arrive, in the time that the findings are of; of this window for who was not there then. `None` of one
     /// that has not been heard for some seconds.
     pub fn transport(&self, agent: &AgentId) -> Option<Transport> {
-        let lasted = self.current.since.zip(self.looked_at).map(|(since, at)| at - since);
+        let lasted = self.current.since.zip(self.diagnosed_at).map(|(since, at)| at - since);
         let is_heard =
             lasted.is_none_or(|lasted| lasted < STILL_HEARD) || self.current.agents.contains_key(agent);
         let judged = self.judged.get(agent).filter(|_| is_heard).copied();
@@ -271,7 +271,8 @@ mod tests {
                 });
             }
             if k % 10 == 0 {
-                survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k.cast_signed()));
+                survey
+                    .diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k.cast_signed()));
             }
         }
         assert!(
@@ -300,7 +301,7 @@ mod tests {
                 survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at: at });
             }
             if k % 10 == 0 {
-                survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at);
+                survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at);
             }
         }
         let gaps = survey.findings().iter().find(|one| one.code == Code::Gaps).expect("gaps");
@@ -310,7 +311,7 @@ mod tests {
         // It ends, and its figures with the next window.
         for second in 30..46_i64 {
             let at = Timestamp::EPOCH + Span::from_millis(1_000_000 + 1_000 * second);
-            survey.look(&Surroundings { engine: &engine, tokens: &tokens }, at);
+            survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at);
         }
         assert!(survey.transport(&agent).is_none());
     }

@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lasts_is_told_from_what_changes_with_each_frame() {
+    fn errors_that_last_are_distinguished_from_those_that_change_with_each_frame() {
         let lasting = counts((0..200).map(|_| 0.4)).lasting_variance();
         assert!((lasting - 2.0 * 0.16).abs() < 0.01, "{lasting}");
         let alternating = counts((0..200).map(|k| if k % 2 == 0 { 0.5 } else { -0.5 }));

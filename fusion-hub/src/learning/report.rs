@@ -3,9 +3,9 @@
 use crate::values::{ClassLaw, DetectionProfile, HeadingLaw, RANGE_BIN_M, RANGE_BINS, ScoreModel};
 use serde::{Deserialize, Serialize};
 
-/// Shares of turned headings and of right classes that are worth telling.
-const TURNED_WORTH_TELLING: f64 = 0.03;
-const CLASSES_WORTH_TELLING: f64 = 0.9;
+/// Turned headings are reported from this share on, classes where the share of right ones is lower.
+const MIN_TURNED: f64 = 0.03;
+const MIN_CLASSES_RIGHT: f64 = 0.9;
 
 /// What is learnt of an agent's sensor from what it and others report: to be held against what the agent declares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,10 +98,10 @@ impl LearntSensorReport {
     /// Whether somebody should know of it: the sensor is not as it declares, or as a good one is.
     pub fn is_remarkable(&self, is_described: bool) -> bool {
         (is_described && self.overrules_declared)
-            || self.turned_headings >= TURNED_WORTH_TELLING
+            || self.turned_headings >= MIN_TURNED
             || self.heading_offset_deg != 0.0
             || self.sigma_factor != 1.0
-            || self.class_right < CLASSES_WORTH_TELLING
+            || self.class_right < MIN_CLASSES_RIGHT
     }
 
     /// In words: what is worth knowing, beside the declared detection probability where there is one.
@@ -118,7 +118,7 @@ impl LearntSensorReport {
         if let Some(range_m) = self.range_m {
             words.push(format!("within {range_m:.0} m"));
         }
-        if self.turned_headings >= TURNED_WORTH_TELLING {
+        if self.turned_headings >= MIN_TURNED {
             words.push(format!("{:.0} % of headings turned round", 100.0 * self.turned_headings));
         }
         if self.heading_offset_deg != 0.0 {
@@ -133,7 +133,7 @@ impl LearntSensorReport {
         if let Some(score) = self.even_score {
             words.push(format!("a score of {score:.2} is real in one case of two"));
         }
-        if self.class_right < CLASSES_WORTH_TELLING {
+        if self.class_right < MIN_CLASSES_RIGHT {
             words.push(format!("classes right in {:.0} %", 100.0 * self.class_right));
         }
         words.join(", ")
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_learnt_is_told_in_words_beside_what_is_declared() {
+    fn what_is_learnt_is_reported_in_words_beside_what_is_declared() {
         let turned = HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5 };
         let words = report(&turned, true).in_words(Some(0.95));
         for part in [

@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn who_tells_no_sensor_pose_or_describes_nothing_is_not_registered() {
+    fn an_agent_without_a_sensor_pose_or_a_description_is_not_registered() {
         let mut registrar = Registrar::new(Registration::Correct);
         registrar.describe(name(0), VEHICLE, at(0));
         let id = FrameId { agent: name(0), epoch: 1, sequence: 1 };

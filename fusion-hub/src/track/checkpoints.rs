@@ -213,7 +213,7 @@ mod tests {
         Timestamp::EPOCH + Span::from_micros(us)
     }
 
-    /// An estimate that can be told from others by the position.
+    /// An estimate whose position distinguishes it from others.
     fn snapshot(x: f64) -> Snapshot<State> {
         let model = DetectionModel::default();
         let frame =

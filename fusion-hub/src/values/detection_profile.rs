@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Ranges are told apart by this much, m.
+/// Width of a bin of ranges, m.
 pub const RANGE_BIN_M: f64 = 10.0;
-/// Ranges that are told apart; the last one holds everything beyond.
+/// Number of bins of ranges; the last one holds everything beyond.
 pub const RANGE_BINS: usize = 16;
 
 /// Detection probabilities of one sensor.

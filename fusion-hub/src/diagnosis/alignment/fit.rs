@@ -43,8 +43,8 @@ const PRIOR: [f64; 4] = [5.0, 5.0, 0.3, 0.7];
 const UNSTATED_M: f64 = 0.3;
 /// Standard deviations from which on a parameter is not zero.
 const SURE: f64 = 5.0;
-/// Least parameters that are told: m, rad, s.
-const WORTH_TELLING: [f64; 4] = [0.75, 0.75, 0.03, 0.08];
+/// Smallest parameters that are reported: m, m, rad, s.
+const MIN_REPORTED: [f64; 4] = [0.75, 0.75, 0.03, 0.08];
 
 /// How two agents' detections go together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -262,14 +262,14 @@ impl Refined {
         [x, y, turn_rad, earlier_s]
     }
 
-    fn is_told(&self, k: usize) -> bool {
+    fn is_reported(&self, k: usize) -> bool {
         let value = self.parameters()[k].abs();
-        value >= WORTH_TELLING[k] && value >= SURE * self.sigma[k]
+        value >= MIN_REPORTED[k] && value >= SURE * self.sigma[k]
     }
 
-    /// Nothing of it is worth telling.
+    /// No parameter is large and certain enough to be reported.
     fn is_small(&self) -> bool {
-        (0..4).all(|k| !self.is_told(k))
+        (0..4).all(|k| !self.is_reported(k))
     }
 
     /// What moves shows the time between the two.
@@ -289,15 +289,15 @@ impl Refined {
     fn changed(&self, snapshots: &[Snapshot], possible: u64) -> Fit {
         Fit::Changed {
             whose: 1,
-            change: Change::Rigid(self.told()),
+            change: Change::Rigid(self.reported()),
             share: share(self.explained.pairs, possible),
             is_time_known: self.sigma[3] <= TIME_SIGMA_S || stands(snapshots),
         }
     }
 
-    /// The parameters that are worth telling.
-    fn told(&self) -> Rigid {
-        let kept = |k: usize| if self.is_told(k) { self.parameters()[k] } else { 0.0 };
+    /// The change with the parameters that are reported; the others are zero.
+    fn reported(&self) -> Rigid {
+        let kept = |k: usize| if self.is_reported(k) { self.parameters()[k] } else { 0.0 };
         Rigid { by_m: [kept(0), kept(1)], turn_rad: kept(2), earlier_s: kept(3) }
     }
 }

@@ -19,9 +19,9 @@ const WRONG_S: f64 = 0.15;
 const MOST_OFFSET: Span = Span::from_millis(60_000);
 /// A clock error that objects show is the cause of a delay from this share on.
 const CAUSE_SHARE: f64 = 0.5;
-/// Shares of missing frames that are told, and that are a fault.
+/// Shares of missing frames from which they are reported, and from which they are a fault.
 const GAPS: (f64, f64) = (0.05, 0.3);
-/// Share of the declared rate below which it is told.
+/// A rate below this share of the declared one is reported.
 const LOW_RATE: f64 = 0.6;
 /// Times of transport that vary by more, s.
 const JITTER_S: f64 = 0.1;

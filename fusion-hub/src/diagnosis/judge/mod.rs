@@ -126,7 +126,7 @@ fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
         }
         match fit {
             Fit::Agree { clocks: true } => agree += 1,
-            // Where objects are shifted by a lane, too, what is left along the motion is no clock: the shift is told with it.
+            // Where objects are shifted by a lane, too, a rest along the motion is no clock error: it is reported with the shift.
             Fit::Changed { change: Change::Rigid(Rigid { earlier_s, by_m: [x, y], .. }), .. }
                 if *earlier_s != 0.0 && libm::hypot(*x, *y) < LANE_M =>
             {

@@ -34,7 +34,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
         usize::from(of_agent.any(|(_, fit)| matches!(fit, Fit::Agree { .. })))
     };
     let votes_of = |agent: &AgentId| 10 * differs(agent) + 1 - agrees(agent);
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     findings.extend(apart(window));
     for (pair, fit) in &window.fits {
         let Fit::Changed { whose, change, share, is_time_known } = fit else { continue };
@@ -49,16 +49,17 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
         let whose = if is_open { usize::from(votes[0] <= votes[1]) } else { *whose };
         let (agent, other) = (pair[whose], pair[1 - whose]);
         let kind = std::mem::discriminant(change);
-        if told.contains(&(agent, kind)) {
+        if reported.contains(&(agent, kind)) {
             continue;
         }
-        told.push((agent, kind));
+        reported.push((agent, kind));
         let one = Pair { agent, other, share: *share, is_time_known: *is_time_known };
         findings.extend(match change {
             // The change is that of the second one.
             Change::Rigid(rigid) => {
-                let clock_is_told = pair.iter().any(|agent| known.clocks.contains(agent));
-                let rigid = Rigid { earlier_s: if clock_is_told { 0.0 } else { rigid.earlier_s }, ..*rigid };
+                let clock_is_reported = pair.iter().any(|agent| known.clocks.contains(agent));
+                let rigid =
+                    Rigid { earlier_s: if clock_is_reported { 0.0 } else { rigid.earlier_s }, ..*rigid };
                 one.offset(&if whose == 1 { rigid } else { rigid.reversed() }, is_undecided)
             }
             large => Some(one.large(*large, is_undecided)),
@@ -90,7 +91,7 @@ fn apart(window: &Window) -> Option<Finding> {
     let names: Vec<_> = alone.iter().map(AgentId::to_string).collect();
     let says = format!(
         "{} {} no `sensor_pose`, and the objects that it reports are never where another agent reports some, in the same area: \
-         whether positions are relative to a sensor cannot be told",
+         whether positions are relative to a sensor cannot be determined",
         names.join(", "),
         if agent.is_some() { "gives" } else { "(each of them) gives" }
     );

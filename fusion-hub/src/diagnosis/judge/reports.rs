@@ -5,11 +5,11 @@ use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
 use v2x_common::time::Span;
 
-/// Refusals of a reason that are told: so many, and such a share of the frames.
+/// Refusals of one reason are reported from this number and this share of the frames on.
 const MIN_REFUSED: u64 = 3;
 const REFUSED_SHARE: f64 = 0.02;
-/// Refusals that are told as two processes of one name.
-const TOLD_ELSEWHERE: [&str; 2] = ["duplicate", "held_off"];
+/// Refusals that are reported as two processes of one name.
+const REPORTED_ELSEWHERE: [&str; 2] = ["duplicate", "held_off"];
 /// Of an agent that the settings leave out.
 const LEFT_OUT: &str = "not_listened_to";
 /// Detections that are odd are a fault from so many on, and from such a share on; fewer are worth a note.
@@ -19,7 +19,7 @@ const ODD_SHARE: f64 = 0.02;
 const MOST_LISTED: usize = 8;
 /// Innovations that were gathered in less say little: at first tracks are not known well.
 const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
-/// Factors on stated standard deviations that are told.
+/// Factors on stated standard deviations are reported outside this range.
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
 const NIS: (f64, f64) = (0.25, 4.0);
@@ -43,14 +43,14 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     // What is refused before it is decoded is no observation.
     let heard = survey.arrivals.frames;
     let frames = heard.max(refused);
-    let is_told = |reason: &str, count: u64| {
+    let is_reported = |reason: &str, count: u64| {
         count >= MIN_REFUSED
             && count as f64 >= REFUSED_SHARE * frames as f64
-            && !TOLD_ELSEWHERE.contains(&reason)
+            && !REPORTED_ELSEWHERE.contains(&reason)
             && reason != LEFT_OUT
     };
-    let told = survey.refused.iter().filter(|(reason, (count, _))| is_told(reason, *count));
-    told.map(|(reason, (count, last))| {
+    let reported = survey.refused.iter().filter(|(reason, (count, _))| is_reported(reason, *count));
+    reported.map(|(reason, (count, last))| {
         let code = match *reason {
             "wrong_time_unit" => Code::TimeUnit,
             "queue_full" => Code::Overload,

@@ -17,7 +17,7 @@ const MOST_RADIANS: f64 = 15.0;
 const BEYOND_360_SHARE: f64 = 0.5;
 /// Share of vehicles that are wider than long from which width and depth are swapped.
 const SWAPPED_SHARE: f64 = 0.8;
-/// Share of detections without standard deviations from which it is told.
+/// Share of detections without standard deviations from which this is reported.
 const MISSING_SHARE: f64 = 0.5;
 /// Share of the frames with several objects in which these are at one place, as degrees are.
 const AT_ONE_PLACE: f64 = 0.95;
@@ -31,7 +31,7 @@ const QUARTER_WITHIN_RAD: f64 = 0.35;
 pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     let degrees = degrees(one);
     let headings = if degrees.is_some() { None } else { headings(one) };
-    // Boxes whose heading is a quarter turn off may be boxes with swapped sizes, and the other way round: both are told.
+    // Boxes whose heading is a quarter turn off may be boxes with swapped sizes, and the other way round: both are reported.
     [degrees, headings, swapped_sizes(one), geodetic(one), sigma_missing(one)].into_iter().flatten().collect()
 }
 
@@ -170,8 +170,8 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
     let writing = &one.survey.writing;
     let [x, y] = writing.extent?;
     let spread = writing.spread()?;
-    // Boxes of several objects do not lie within each other. What one or two boxes show that lie near zero is only told where
-    // they move, for what is parked stays at its place, too.
+    // Boxes of several objects do not lie within each other. What one or two boxes near zero show is only reported
+    // where they move, because what is parked stays at its place, too.
     let is_geodetic = writing.can_be_degrees()
         && match writing.several >= MIN_VALUES {
             true => {

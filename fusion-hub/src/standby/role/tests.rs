@@ -149,7 +149,7 @@ fn an_active_standby_yields_to_a_hub_that_publishes_on_by_no_rule() {
 }
 
 #[test]
-fn a_standby_that_was_stopped_while_it_published_looks_whether_it_was_replaced() {
+fn a_standby_that_was_stopped_while_it_published_checks_whether_it_was_replaced() {
     let mut alone = leader(2);
     assert!(alone.decide(at(7400)) && !alone.publishes());
     assert_eq!(first_change(&mut alone, 7410, 9000), Some(7700), "it was not");
@@ -160,13 +160,13 @@ fn a_standby_that_was_stopped_while_it_published_looks_whether_it_was_replaced()
 }
 
 #[test]
-fn a_standby_with_the_lineage_of_the_active_hub_is_told() {
+fn a_standby_with_the_lineage_of_the_active_hub_is_an_error() {
     assert_eq!(role(2, 0).hear(2, at(5)), Heard::SameLineage);
     // Once it has heard another hub, it is somebody who wants to end it.
     assert_eq!(follower(2).hear(2, at(2010)), Heard::Ignored);
     let mut leader = leader(2);
     assert!((2400..9000).step_by(100).all(|ms| leader.hear(2, at(ms)) == Heard::Ignored));
-    assert!(leader.has_rival(at(9000)), "it is told");
+    assert!(leader.has_rival(at(9000)), "it reports the rival");
 }
 
 /// What happens to two hubs, for so many steps of 10 ms.

@@ -6,7 +6,7 @@ use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::diagnosis::{Code, Finding, Tokens};
 use v2x_fusion_hub::hub::Core;
 
-/// The live hub looks as often.
+/// The live hub judges its agents as often.
 const EVERY: Span = Span::from_millis(1000);
 
 /// What it finds is of a window as long as this.
@@ -23,25 +23,25 @@ pub(crate) struct Found {
     pub last: Timestamp,
 }
 
-/// Looks once a second.
+/// The findings of a core that is asked once a second.
 #[derive(Debug)]
-pub(super) struct Lookout {
+pub(super) struct FoundOverTime {
     next: Timestamp,
     found: BTreeMap<(Code, Option<AgentId>, String), Found>,
 }
 
-impl Lookout {
+impl FoundOverTime {
     pub(super) fn new(start: Timestamp) -> Self {
         Self { next: start + EVERY, found: BTreeMap::new() }
     }
 
-    /// Looks at all times until `now` that are due. A gap in the recording is looked at once.
-    pub(super) fn look_until(&mut self, core: &mut Core, now: Timestamp) {
+    /// Lets the core judge what it was given until `now`, where that is due: once after a gap in the recording.
+    pub(super) fn diagnose_until(&mut self, core: &mut Core, now: Timestamp) {
         if self.next > now {
             return;
         }
         // Tokens are no part of a recording: whoever sends is alive.
-        core.look(&Tokens::default(), now);
+        core.diagnose(&Tokens::default(), now);
         self.note(core, now);
         self.next = now + EVERY;
     }

@@ -2,7 +2,7 @@
 
 use crate::data::hub_inputs::{HubInput, HubInputs};
 use crate::data::run_log::ReceivedFused;
-use crate::drive::found::{Found, Lookout};
+use crate::drive::found::{Found, FoundOverTime};
 use std::collections::BTreeMap;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
@@ -42,7 +42,7 @@ pub(crate) fn rerun(given: &HubInputs, settings: HubSettings) -> Result<Rerun, W
     let schedule = Schedule::new(settings.publish, first.at);
     let core = Core::new(settings, Engine::new);
     let mut hub = Hub { core, schedule, lists: Vec::new(), innovations: Vec::new(), buffer: Vec::new() };
-    let mut lookout = Lookout::new(first.at);
+    let mut found = FoundOverTime::new(first.at);
     for input in &given.inputs {
         while hub.schedule.is_due(input.at) {
             hub.publish(hub.schedule.next_deadline().min(input.at))?;
@@ -56,10 +56,10 @@ pub(crate) fn rerun(given: &HubInputs, settings: HubSettings) -> Result<Rerun, W
         if hub.schedule.is_due(input.at) {
             hub.publish(input.at)?;
         }
-        lookout.look_until(&mut hub.core, input.at);
+        found.diagnose_until(&mut hub.core, input.at);
     }
     let end = given.inputs.last().map_or(first.at, |last| last.at);
-    let found = lookout.end(&mut hub.core, end);
+    let found = found.end(&mut hub.core, end);
     let agents = hub.core.engine().agents().iter();
     let mut agents: Vec<_> = agents.map(|(agent, record)| (*agent, record.statistics.clone())).collect();
     agents.sort_by_key(|(agent, _)| *agent);

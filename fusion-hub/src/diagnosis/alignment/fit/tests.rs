@@ -69,7 +69,7 @@ fn agents_that_agree_within_their_errors_agree() {
 }
 
 #[test]
-fn positions_from_the_sensor_and_mirrored_ones_are_told_apart() {
+fn positions_from_the_sensor_and_mirrored_ones_are_distinguished() {
     assert_eq!(large(fit_of(|at, _| relative(at))), Some((1, Change::FromSensor(Axes::Ours))));
     let right = fit_of(|at, _| {
         let [ahead, left] = relative(at);
@@ -121,7 +121,7 @@ fn a_turn_about_the_sensor_is_found() {
 }
 
 #[test]
-fn a_clock_that_is_behind_is_told_from_a_shift_where_roads_cross() {
+fn a_clock_that_is_behind_is_distinguished_from_a_shift_where_roads_cross() {
     for behind_s in [0.15, 0.3, 0.8] {
         // Its stamps are of an earlier time than its positions.
         let late = rigid(fit_of(|at, velocity| [0, 1].map(|axis| at[axis] + behind_s * velocity[axis])));
