@@ -84,7 +84,7 @@ fn new_place() -> anyhow::Result<PathBuf> {
     Ok(place)
 }
 
-/// What the recorder was told of the run.
+/// The run, by the facts that the recording holds.
 fn record(facts: &BTreeMap<String, String>, duration_s: f64) -> anyhow::Result<RunRecord> {
     let number = |key: &str| {
         let Some(text) = facts.get(key) else { bail!("the recording has a scenario and no {key}") };

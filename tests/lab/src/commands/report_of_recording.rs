@@ -3,7 +3,7 @@
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recorded_lists::recorded_lists;
 use crate::drive::rerun::{frames_near, rerun};
-use crate::report::plot::recorded_scene::{recorded_scene, telling_lists};
+use crate::report::plot::recorded_scene::{recorded_scene, typical_and_busiest};
 use crate::report::recording_page::{RecordingPage, recording_page};
 use anyhow::{Context, ensure};
 use std::path::Path;
@@ -40,7 +40,7 @@ pub(super) fn page_of(path: &Path) -> anyhow::Result<String> {
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let agents: Vec<_> = again.agents.iter().map(|(agent, _)| *agent).collect();
-    let moments = telling_lists(&recorded.lists).into_iter().map(|(what, list)| {
+    let moments = typical_and_busiest(&recorded.lists).into_iter().map(|(what, list)| {
         let frames = frames_near(&given, settings.clone(), list.frame.fused_at);
         recorded_scene(format!("{name}: {what}"), list, &frames, (&agents, &recorded))
     });

@@ -14,8 +14,8 @@ use v2x_common::time::{Span, Timestamp};
 pub(crate) const COLUMNS: [&str; 10] = ["t", "object_id", "class", "x", "y", "vx", "vy", "w", "d", "yaw"];
 /// A row within this time is used without interpolation.
 pub(crate) const TOLERANCE: Span = Span::from_millis(1);
-/// Whether an object moves is told by its rows so far before and after: labels of parked cars jump by decimetres from row to
-/// row, and the velocities that were made of them by metres per second.
+/// The rows within this time before and after show whether an object moves: labels of parked cars jump by decimetres from row
+/// to row, and the velocities that were made of them by metres per second.
 const AROUND: Span = Span::from_millis(500);
 /// Rows that are nearer to each other say nothing of it.
 const LEAST_APART: Span = Span::from_millis(300);

@@ -210,11 +210,11 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn a_child_that_tells_more_than_anybody_reads_goes_on_and_its_last_words_are_kept() {
+    async fn a_child_that_prints_more_than_anybody_reads_goes_on_and_its_last_events_are_kept() {
         // Far more than a pipe holds, 64 KiB.
         let script = r#"i=0; while [ $i -lt 4000 ]; do echo '{"event":"progress","text":"0123456789012345678901234567890"}'; i=$((i+1)); done; echo '{"event":"stopped"}'"#;
         let args = ["-c".to_owned(), script.to_owned()];
-        let mut child = Child::start("teller", Path::new("/bin/sh"), &args, None).unwrap();
+        let mut child = Child::start("printer", Path::new("/bin/sh"), &args, None).unwrap();
         let ended = tokio::time::timeout(Duration::from_secs(60), child.process.wait()).await;
         assert!(ended.expect("it waits for its reader").unwrap().success());
         let last_words = child.expect_event("stopped", Duration::from_secs(60)).await.unwrap();

@@ -1,7 +1,7 @@
 //! A self-contained HTML page: no scripts, external style sheets or pictures. It is read on a telephone, in the dark, and on
 //! paper.
 
-use crate::report::plot::pieces::{Layout, Pieces};
+use crate::report::plot::figure_parts::{FigureParts, Layout};
 use crate::report::plot::sheet::Sheet;
 use crate::report::table::escaped;
 use jiff::Timestamp;
@@ -85,8 +85,8 @@ fn boxed(class: &str, word: &str, reasons: &[String]) -> String {
 
 /// A figure: its panels side by side as far as they can be read there, and one legend. With links to its files, if it has
 /// some.
-pub(crate) fn figure(pieces: &Pieces, file: Option<&str>) -> String {
-    let Pieces { title, subtitle, panels, legend, layout } = pieces;
+pub(crate) fn figure(parts: &FigureParts, file: Option<&str>) -> String {
+    let FigureParts { title, subtitle, panels, legend, layout } = parts;
     let class = match layout {
         Layout::Columns => "panels",
         Layout::LargeColumns => "panels large",
@@ -142,14 +142,14 @@ mod tests {
     #[test]
     fn a_figure_has_its_panels_one_legend_and_links_to_its_files() {
         let panel = |caption: &str| (caption.to_owned(), Sheet::labelled((300, 200), "error"));
-        let pieces = Pieces {
+        let parts = FigureParts {
             title: "Error".to_owned(),
             subtitle: "a < b".to_owned(),
             panels: vec![panel("mATE"), panel("")],
             legend: vec![(Sheet::new(30, 20), "ours".to_owned())],
             layout: Layout::Columns,
         };
-        let html = figure(&pieces, Some("error"));
+        let html = figure(&parts, Some("error"));
         assert_eq!(html.matches("<svg ").count(), 2 + 1, "{html}");
         assert_eq!(html.matches("role=\"img\" aria-label=\"error\"").count(), 2);
         for part in [
@@ -161,7 +161,7 @@ mod tests {
         ] {
             assert!(html.contains(part), "{part} in {html}");
         }
-        assert!(!figure(&pieces, None).contains("href"));
+        assert!(!figure(&parts, None).contains("href"));
     }
 
     #[test]

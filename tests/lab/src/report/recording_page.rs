@@ -6,7 +6,7 @@ use crate::drive::found::Found;
 use crate::drive::rerun::Rerun;
 use crate::report::page::{Section, beside, figure, notes, page, remark_html, verdict_html};
 use crate::report::palette::OURS;
-use crate::report::plot::bev::bev_pieces;
+use crate::report::plot::bev::bev_parts;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
 use crate::report::plot::scene::BevScene;
 use crate::report::run_curves::{
@@ -57,16 +57,16 @@ pub(crate) fn recording_page(run: &RecordingPage<'_>) -> String {
     let top = format!("{}<p>{}{commit}</p>\n", findings(run), escaped(&headline(run)));
     let (start, end) = span(lists);
     let ages = ages_ms(lists, start, end);
-    let moments: String = run.moments.iter().map(|scene| figure(&bev_pieces(scene), None)).collect();
+    let moments: String = run.moments.iter().map(|scene| figure(&bev_parts(scene), None)).collect();
     let sections = [
         ("agents", "Agents", agents(run).html(&[])),
         ("moments", "Key frames", moments),
-        ("curves", "Objects and consistency over time", figure(&over_time(run).pieces(), None)),
+        ("curves", "Objects and consistency over time", figure(&over_time(run).parts(), None)),
         (
             "time",
             "Latency",
             beside(
-                &figure(&latencies(lists.iter(), ages.clone()).pieces(), None),
+                &figure(&latencies(lists.iter(), ages.clone()).parts(), None),
                 &spans(lists, ages).html(&[]),
             ),
         ),

@@ -5,7 +5,7 @@ use crate::drive::rerun::FrameInnovations;
 use crate::report::markdown::EXPLANATIONS;
 use crate::report::page::{Section, beside, figure, notes, page, verdict_html};
 use crate::report::palette::OURS;
-use crate::report::plot::bev::bev_pieces;
+use crate::report::plot::bev::bev_parts;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
 use crate::report::plot::scene::BevScene;
 use crate::report::run_curves::{HUB_TO_CONSUMER, coloured, latencies, means, nis_over_time, style};
@@ -50,13 +50,13 @@ pub(crate) fn run_page(run: &RunPage<'_>) -> String {
         escaped(&commit),
         escaped(&tracks(summary))
     );
-    let moments: String = run.moments.iter().map(|scene| figure(&bev_pieces(scene), None)).collect();
+    let moments: String = run.moments.iter().map(|scene| figure(&bev_parts(scene), None)).collect();
     let sections = [
         ("common", "Objects that all agents cover", accuracy(summary, Of::Common).html(&["fused"])),
         ("everything", "Everything that each covers", accuracy(summary, Of::Everything).html(&["fused"])),
         ("moments", "Key frames", moments),
-        ("errors", "Errors over time", figure(&errors(run).pieces(), None)),
-        ("time", "Latency", beside(&figure(&latencies_of(run).pieces(), None), &spans(run).html(&[]))),
+        ("errors", "Errors over time", figure(&errors(run).parts(), None)),
+        ("time", "Latency", beside(&figure(&latencies_of(run).parts(), None), &spans(run).html(&[]))),
         ("agents", "Agents", agents(run).html(&[])),
         ("meaning", "What the figures mean", notes(explanations())),
     ];

@@ -83,8 +83,8 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let truth = sink.scorer.as_ref().map(TruthScorer::score);
     let mut diagnosis = diagnosis.into_inner();
     diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
-    let told = unknown_classes(&log).into_iter().chain(warnings(diagnosis.findings()));
-    let warnings = without_effect(&log).into_iter().chain(told).collect();
+    let found = unknown_classes(&log).into_iter().chain(warnings(diagnosis.findings()));
+    let warnings = without_effect(&log).into_iter().chain(found).collect();
     let report = Report { fused_rows, truth, warnings, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }

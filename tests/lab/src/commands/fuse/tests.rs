@@ -337,8 +337,8 @@ fn what_a_log_leaves_out_is_assumed_by_the_settings_of_the_hub() {
     assert_eq!((report.detections, report.dropped_detections.len()), (20, 0));
     // The noise formula written out: 0.1 m + 0.02 of the distance.
     let written = |x: f64| format!("car,{x},0,,,,{0},{0},,,,0,0", 0.1 + 0.02 * x);
-    let (_, told) = fused_by(&folder, &van(&header, written, 0.0), "[hub]\n").unwrap();
-    assert_eq!(assumed, told);
+    let (_, stated) = fused_by(&folder, &van(&header, written, 0.0), "[hub]\n").unwrap();
+    assert_eq!(assumed, stated);
     let (_, others) = fused_by(&folder, &van(&header, bare, 0.0), "[hub]\n").unwrap();
     assert_ne!(assumed, others);
     // A row that was cut off is no row with empty cells.

@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(names, expected);
         let page = html::html(&tables, &figures);
         // Each panel is a drawing of its own; a picture clips within its own.
-        let panels: usize = figures.iter().map(|figure| figure.pieces.panels.len()).sum();
+        let panels: usize = figures.iter().map(|figure| figure.parts.panels.len()).sum();
         assert_eq!(page.matches("role=\"img\"").count(), panels);
         assert_eq!(page.matches("<svg x=").count(), methods.len());
         for link in [

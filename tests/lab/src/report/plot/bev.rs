@@ -7,11 +7,11 @@ use crate::report::palette::{
     AGENTS, BAND, Colour, FAINT, INK, MUTED, OURS as FUSED, PAPER, ROAD, TRUTH, TRUTH_FILL,
 };
 use crate::report::plot::classes::{GROUPS, group_name, tint, word};
+use crate::report::plot::figure_parts::{FigureParts, Layout};
 use crate::report::plot::labels::{Label, Labels};
 use crate::report::plot::legend::{
     Key, Place, TINT_OPACITY, TRUE_BOX, arrow, font, legend_rows, marker, swatches,
 };
-use crate::report::plot::pieces::{Layout, Pieces};
 use crate::report::plot::scene::BevScene;
 use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type};
 use v2x_agent::world::{Road, RoadKind};
@@ -50,14 +50,14 @@ pub(crate) fn bev_sheet(scene: &BevScene) -> Sheet {
     sheet
 }
 
-/// The picture in pieces: the whole, the enlarged region, the legend.
-pub(crate) fn bev_pieces(scene: &BevScene) -> Pieces {
+/// The parts of the picture: the whole, the enlarged region, the legend.
+pub(crate) fn bev_parts(scene: &BevScene) -> FigureParts {
     let place = Rect { x: 1.0, y: 1.0, w: f64::from(SIDE) - 2.0, h: f64::from(SIDE) - 2.0 };
     let new = |what: &str| Sheet::labelled((SIDE, SIDE), &format!("{}: {what}", scene.title));
     let (mut whole, mut enlarged) = (new("from above"), new(ENLARGED));
     overview(&mut whole, scene, place);
     let words = detail(&mut enlarged, scene, place);
-    Pieces {
+    FigureParts {
         title: scene.title.clone(),
         subtitle: scene.subtitle.clone(),
         panels: vec![(String::new(), whole), (enlarged_words(scene).to_owned(), enlarged)],

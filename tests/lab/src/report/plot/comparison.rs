@@ -2,8 +2,8 @@
 
 use crate::report::palette::{AGENTS, Colour, INK, OURS, TRUTH, TRUTH_FILL, is_of_ours};
 use crate::report::plot::bev::{Pen, Viewport, busiest_spot, panel_in};
+use crate::report::plot::figure_parts::{FigureParts, Layout};
 use crate::report::plot::legend::{Key, font, legend_row, swatches};
-use crate::report::plot::pieces::{Layout, Pieces};
 use crate::report::plot::scene::BevScene;
 use crate::report::plot::sheet::{Paint, Rect, Sheet};
 
@@ -17,7 +17,7 @@ const PICTURE: f64 = 540.0;
 /// Half of the width of what is shown, m: of a pedestrian a box is left.
 const HALF_M: f64 = 32.0;
 /// Size of a picture on a page, px: what is in it can be seen where the page is 400 px wide.
-const PIECE: (u32, u32) = (760, 420);
+const PICTURE_SIZE: (u32, u32) = (760, 420);
 const PEN: Pen = Pen { grid_m: 10.0, thin: 1.8, thick: 2.8, has_words: false, has_tints: false };
 
 /// The pictures to be compared. All have the same truth and agents.
@@ -56,16 +56,16 @@ impl Comparison {
     }
 
     /// The pictures, each a drawing of its own.
-    pub(crate) fn pieces(&self) -> Pieces {
-        let (width, height) = (f64::from(PIECE.0) - 2.0, f64::from(PIECE.1) - 2.0);
+    pub(crate) fn parts(&self) -> FigureParts {
+        let (width, height) = (f64::from(PICTURE_SIZE.0) - 2.0, f64::from(PICTURE_SIZE.1) - 2.0);
         let view = self.view(Rect { x: 1.0, y: 1.0, w: width, h: height });
         let picture = |(method, scene): &(String, BevScene)| {
             let caption = title(method, scene, &view);
-            let mut sheet = Sheet::labelled(PIECE, &format!("{}: {caption}", self.title));
+            let mut sheet = Sheet::labelled(PICTURE_SIZE, &format!("{}: {caption}", self.title));
             panel_in(&mut sheet, scene, (&view, colour(method)), &PEN);
             (caption, sheet)
         };
-        Pieces {
+        FigureParts {
             title: self.title.clone(),
             subtitle: self.subtitle.clone(),
             panels: self.scenes.iter().map(picture).collect(),
@@ -148,10 +148,10 @@ mod tests {
         let at = |text: &str| svg.find(text).unwrap();
         assert!(at("nms: here") < at("ours: here"), "one above the other");
         assert_eq!(svg.matches("<svg ").count(), 1 + 2);
-        let pieces = comparison.pieces();
-        let captions: Vec<&str> = pieces.panels.iter().map(|(caption, _)| caption.as_str()).collect();
+        let parts = comparison.parts();
+        let captions: Vec<&str> = parts.panels.iter().map(|(caption, _)| caption.as_str()).collect();
         assert_eq!(captions, ["nms: here 3 boxes of 2 objects", "ours: here 2 boxes of 2 objects"]);
-        assert_eq!(pieces.legend.len(), 1 + 2, "truth and the methods");
+        assert_eq!(parts.legend.len(), 1 + 2, "truth and the methods");
         assert!(comparison.sheet().pdf().starts_with(b"%PDF"));
     }
 }

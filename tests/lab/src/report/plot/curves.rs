@@ -2,8 +2,8 @@
 
 use crate::report::palette::{Colour, FAINT, INK, MUTED, PAPER};
 use crate::report::plot::dots::text;
+use crate::report::plot::figure_parts::{FigureParts, Layout};
 use crate::report::plot::marker::Marker;
-use crate::report::plot::pieces::{Layout, Pieces};
 use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, corners};
 use crate::report::plot::ticks::{Ticks, ticks};
 
@@ -13,7 +13,7 @@ const GAP: f64 = 62.0;
 const LEFT: f64 = 62.0;
 const TOP: f64 = 76.0;
 /// Above and below a panel that is a drawing of its own.
-const PIECE_TOP: f64 = 26.0;
+const SINGLE_TOP: f64 = 26.0;
 const BOTTOM: f64 = 46.0;
 const CHARACTER: f64 = 6.6;
 const LEGEND_LINE: f64 = 19.0;
@@ -121,9 +121,9 @@ impl CurvePlot {
     }
 
     /// The panels, each a drawing of its own.
-    pub(crate) fn pieces(&self) -> Pieces {
-        let area = Rect { x: LEFT - 6.0, y: PIECE_TOP, w: PANEL_WIDTH, h: PANEL_HEIGHT };
-        let size = ((LEFT + PANEL_WIDTH + 12.0) as u32, (PIECE_TOP + PANEL_HEIGHT + BOTTOM) as u32);
+    pub(crate) fn parts(&self) -> FigureParts {
+        let area = Rect { x: LEFT - 6.0, y: SINGLE_TOP, w: PANEL_WIDTH, h: PANEL_HEIGHT };
+        let size = ((LEFT + PANEL_WIDTH + 12.0) as u32, (SINGLE_TOP + PANEL_HEIGHT + BOTTOM) as u32);
         let panel = |panel: &Panel| {
             let mut sheet = Sheet::labelled(size, &format!("{}: {}", self.title, panel.label));
             self.draw(&mut sheet, panel, area);
@@ -134,7 +134,7 @@ impl CurvePlot {
             style.key(&mut mark, (2.0, 8.0));
             (mark, style.name.clone())
         };
-        Pieces {
+        FigureParts {
             title: self.title.clone(),
             subtitle: self.subtitle.clone(),
             panels: self.panels.iter().map(panel).collect(),
@@ -417,7 +417,7 @@ mod tests {
         plot.panels[0].curves.push(other);
         plot.styles[0].is_first = true;
         plot.styles.push(Style { colour: MUTED, ..style("other") });
-        let svg = plot.pieces().panels[0].1.svg();
+        let svg = plot.parts().panels[0].1.svg();
         let (thick, thin) =
             ("stroke=\"#222222\" stroke-width=\"2.8\"", "stroke=\"#666666\" stroke-width=\"1.6\"");
         assert!(svg.find(thick).unwrap() > svg.rfind(thin).unwrap(), "{svg}");
@@ -455,11 +455,11 @@ mod tests {
     }
 
     #[test]
-    fn every_panel_is_a_piece_with_one_legend_for_all() {
+    fn every_panel_is_a_drawing_of_its_own_with_one_legend_for_all() {
         let mut plot = plot(&[0.1, 0.2]);
         plot.panels.push(plot.panels[0].clone());
-        let pieces = plot.pieces();
-        assert_eq!((pieces.panels.len(), pieces.legend.len()), (2, 1));
-        assert!(pieces.panels.iter().all(|(_, sheet)| sheet.width < 420 && !sheet.label.is_empty()));
+        let parts = plot.parts();
+        assert_eq!((parts.panels.len(), parts.legend.len()), (2, 1));
+        assert!(parts.panels.iter().all(|(_, sheet)| sheet.width < 420 && !sheet.label.is_empty()));
     }
 }

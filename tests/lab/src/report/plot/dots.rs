@@ -1,8 +1,8 @@
 //! Dot plots: for each category and series a mean with its spread, in panels side by side.
 
 use crate::report::palette::{BAND, Colour, FAINT, INK, MUTED, OURS, PAPER, is_ours};
+use crate::report::plot::figure_parts::{FigureParts, Layout};
 use crate::report::plot::marker::Marker;
-use crate::report::plot::pieces::{Layout, Pieces};
 use crate::report::plot::sheet::{Anchor, Paint, Rect, Sheet, Type, corners};
 use crate::report::plot::ticks::ticks;
 
@@ -45,7 +45,7 @@ const TOP: f64 = 66.0;
 const CHARACTER: f64 = 6.6;
 
 /// Width of a panel that is a drawing of its own.
-const PIECE_WIDTH: f64 = 230.0;
+const SINGLE_WIDTH: f64 = 230.0;
 /// Below the panels.
 const BOTTOM: f64 = 46.0;
 
@@ -68,13 +68,13 @@ impl DotPlot {
     }
 
     /// The panels, each a drawing of its own.
-    pub(crate) fn pieces(&self) -> Pieces {
+    pub(crate) fn parts(&self) -> FigureParts {
         let (left, height, top) = (self.left() - 12.0, self.height(), 8.0);
-        let size = ((left + PIECE_WIDTH + 14.0).ceil() as u32, (top + height + BOTTOM).ceil() as u32);
+        let size = ((left + SINGLE_WIDTH + 14.0).ceil() as u32, (top + height + BOTTOM).ceil() as u32);
         let panel = |panel: &Panel| {
             let mut sheet = Sheet::labelled(size, &format!("{}: {}", self.title, panel.label));
             self.names(&mut sheet, (left, top));
-            let area = Rect { x: left, y: top, w: PIECE_WIDTH, h: height };
+            let area = Rect { x: left, y: top, w: SINGLE_WIDTH, h: height };
             panel.draw(&mut sheet, area, (&self.series, &self.categories));
             (String::new(), sheet)
         };
@@ -83,7 +83,7 @@ impl DotPlot {
             key(&mut mark, (8.0, 8.0), colour);
             (mark, name)
         };
-        Pieces {
+        FigureParts {
             title: self.title.clone(),
             subtitle: String::new(),
             panels: self.panels.iter().map(panel).collect(),
@@ -239,9 +239,9 @@ mod tests {
         // Three dots and two in the legend; three diamonds and one in the legend.
         assert_eq!(svg.matches("Z\" stroke=\"#222222\"").count(), 4);
         assert!(svg.contains("<title>N1, ours: mATE (m) 0.500 ± 0.100; the paper's 0.600</title>"), "{svg}");
-        let pieces = plot.pieces();
-        let legend: Vec<&str> = pieces.legend.iter().map(|(_, name)| name.as_str()).collect();
-        assert_eq!((pieces.panels.len(), legend), (1, vec!["ours", "theirs", "the paper's"]));
-        assert!(pieces.panels[0].1.svg().contains(">N3<"), "every piece has the names of its rows");
+        let parts = plot.parts();
+        let legend: Vec<&str> = parts.legend.iter().map(|(_, name)| name.as_str()).collect();
+        assert_eq!((parts.panels.len(), legend), (1, vec!["ours", "theirs", "the paper's"]));
+        assert!(parts.panels[0].1.svg().contains(">N3<"), "every panel has the names of its rows");
     }
 }

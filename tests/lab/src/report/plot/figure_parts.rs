@@ -1,4 +1,4 @@
-//! A figure in pieces, for a page that arranges them by its width: panels, each a drawing of its own, and one legend.
+//! The parts of a figure, for a page that arranges them by its width: panels, each a drawing of its own, and one legend.
 
 use crate::report::plot::sheet::Sheet;
 
@@ -13,9 +13,9 @@ pub(crate) enum Layout {
     Rows,
 }
 
-/// A figure in pieces.
+/// The parts of a figure.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pieces {
+pub(crate) struct FigureParts {
     /// Its heading.
     pub title: String,
     /// What holds for all of it.

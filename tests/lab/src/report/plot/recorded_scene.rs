@@ -9,7 +9,7 @@ use v2x_common::id::AgentId;
 
 /// The list with the median number of objects, nearest to the middle of the recording, and the one with the most; with what is
 /// said of them. One where both are the same list, none where all are empty.
-pub(crate) fn telling_lists(lists: &[ReceivedFused]) -> Vec<(&'static str, &ReceivedFused)> {
+pub(crate) fn typical_and_busiest(lists: &[ReceivedFused]) -> Vec<(&'static str, &ReceivedFused)> {
     let count = |list: &ReceivedFused| list.frame.objects.len();
     let mut counts: Vec<usize> = lists.iter().map(count).filter(|count| *count > 0).collect();
     counts.sort_unstable();
@@ -72,13 +72,13 @@ mod tests {
     }
 
     #[test]
-    fn the_telling_lists_are_the_typical_one_and_the_busiest() {
+    fn one_list_is_typical_and_another_one_is_the_busiest() {
         let lists: Vec<_> = (0..).zip([0, 2, 2, 3, 2, 7, 0]).map(|(k, n)| list(100 * k, n)).collect();
-        let chosen = telling_lists(&lists);
+        let chosen = typical_and_busiest(&lists);
         let counts: Vec<usize> = chosen.iter().map(|(_, list)| list.frame.objects.len()).collect();
         assert_eq!(counts, [2, 7]);
-        assert_eq!(telling_lists(&lists[1..3]).len(), 1, "one where both are the same");
-        assert!(telling_lists(&lists[..1]).is_empty());
+        assert_eq!(typical_and_busiest(&lists[1..3]).len(), 1, "one where both are the same");
+        assert!(typical_and_busiest(&lists[..1]).is_empty());
     }
 
     #[test]

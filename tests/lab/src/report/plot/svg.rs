@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_appears_as_near_as_it_is_told() {
+    fn a_text_appears_within_the_given_distance() {
         let mut sheet = Sheet::new(10, 10);
         sheet.hover((5.0, 5.0), 2.5, "0.3 m".to_owned());
         assert!(sheet.svg().contains(r#"r="2.5" fill="none" pointer-events="all"><title>0.3 m</title>"#));

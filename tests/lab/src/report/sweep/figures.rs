@@ -21,7 +21,7 @@ const DASHES: [f64; 4] = [0.0, 7.0, 4.0, 2.0];
 /// A quantity and its label.
 type Quantity = (&'static str, fn(&Row) -> Option<(f64, f64)>, Top);
 
-/// What the curves of one place in a list look like.
+/// Dash and marker of the curves at one place in a list.
 const fn line(place: usize) -> (f64, Marker) {
     (DASHES[place % DASHES.len()], Marker::ALL[place % Marker::ALL.len()])
 }
@@ -284,9 +284,9 @@ mod tests {
         let rows: Vec<Row> = (0..12).map(row).collect();
         let families = families(&rows);
         let styles = styles(&families);
-        let looks: Vec<_> = styles.iter().map(|style| (style.dash.to_bits(), style.marker)).collect();
-        for (place, look) in looks.iter().enumerate() {
-            assert!(!looks[..place].contains(look), "{place}: {look:?}");
+        let drawn: Vec<_> = styles.iter().map(|style| (style.dash.to_bits(), style.marker)).collect();
+        for (place, one) in drawn.iter().enumerate() {
+            assert!(!drawn[..place].contains(one), "{place}: {one:?}");
         }
         assert_eq!((styles[3].name.as_str(), styles[3].is_first), ("ours, loss 3", true));
         assert_eq!(constants(&families), "Δmax 500 ms, virtual time");

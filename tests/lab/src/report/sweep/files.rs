@@ -47,7 +47,7 @@ fn html(rows: &[Row], figures: &[Figure], command: &str) -> String {
         verdict(rows),
         escaped(command),
     );
-    let plots = figures.iter().map(|Figure { name, plot }| figure(&plot.pieces(), Some(name))).collect();
+    let plots = figures.iter().map(|Figure { name, plot }| figure(&plot.parts(), Some(name))).collect();
     let mut sections = vec![
         Section::new("methods", "What is compared", methods(rows).html(&MARKED)),
         Section::new("figures", "Figures", plots),

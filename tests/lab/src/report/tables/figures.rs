@@ -3,7 +3,7 @@
 use crate::data::noise::Shape;
 use crate::report::palette::{Colour, SERIES, of_methods};
 use crate::report::plot::dots::{Dot, DotPlot, Panel};
-use crate::report::plot::pieces::Pieces;
+use crate::report::plot::figure_parts::FigureParts;
 use crate::report::plot::sheet::Sheet;
 use crate::report::tables::kind::Table;
 use crate::report::tables::moment;
@@ -22,7 +22,7 @@ pub(crate) struct Figure {
     pub(crate) name: String,
     pub(crate) sheet: Sheet,
     /// The same for a page.
-    pub(crate) pieces: Pieces,
+    pub(crate) parts: FigureParts,
 }
 
 /// All figures, by table.
@@ -39,7 +39,7 @@ pub(crate) fn figures(tables: &Tables) -> Vec<Figure> {
             Table::Fig5 => figures.extend(tables.shown.iter().map(|shown| {
                 let name = format!("{}-{}", table.stem(), shown.setting.noise.name());
                 let comparison = moment::comparison(shown, text::heading(blocks[0]));
-                Figure { table, name, sheet: comparison.sheet(), pieces: comparison.pieces() }
+                Figure { table, name, sheet: comparison.sheet(), parts: comparison.parts() }
             })),
             Table::Robustness => {
                 let noise = |block: &&Block| block.setting.noise;
@@ -59,7 +59,7 @@ pub(crate) fn kinds(tables: &Tables) -> Vec<Table> {
 }
 
 fn figure(block: &Block, name: String, plot: &DotPlot) -> Figure {
-    Figure { table: block.table, name, sheet: plot.sheet(), pieces: plot.pieces() }
+    Figure { table: block.table, name, sheet: plot.sheet(), parts: plot.parts() }
 }
 
 fn dot(row: &Row, metric: usize) -> Option<Dot> {

@@ -33,7 +33,7 @@ fn section(tables: &Tables, kind: Table, figures: &[Figure]) -> Section {
     let title = kind.title();
     let name = title.split(':').next().unwrap_or_default().to_owned();
     let of_kind = figures.iter().filter(|one| one.table == kind);
-    let mut page: String = of_kind.map(|one| figure(&one.pieces, Some(&one.name))).collect();
+    let mut page: String = of_kind.map(|one| figure(&one.parts, Some(&one.name))).collect();
     for block in tables.blocks.iter().filter(|block| block.table == kind) {
         page += &format!("<h3>{}</h3>\n", escaped(&text::heading(block)));
         page += &text::table(tables, block, (Subset::All, Counting::Table)).html(&MARKED);

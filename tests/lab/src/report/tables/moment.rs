@@ -28,7 +28,7 @@ pub(crate) fn which(shown: &Shown) -> String {
         format!("{} and {}", name(shown.methods.first()), name(shown.methods.last()))
     };
     let why = match &shown.moment {
-        Moment::Telling => {
+        Moment::LargestDifference => {
             format!(": of {of} keyframes the one in which {} differ most (by GOSPA)", methods())
         }
         Moment::Typical => format!(": {} differ as in the median of {of} keyframes (by GOSPA)", methods()),

@@ -1,5 +1,5 @@
-//! One keyframe under several methods, for the paper's qualitative figure: the one that is asked for, or one that says
-//! how the methods differ.
+//! One keyframe under several methods, for the paper's qualitative figure: a given one, or one that is chosen by how much the
+//! methods differ in it.
 
 use crate::data::fused_box::FusedBox;
 use crate::data::noise::Realisation;
@@ -26,7 +26,7 @@ const TRIAL: u32 = 0;
 pub enum Moment {
     /// The one with the largest difference between the first and the last method, in GOSPA.
     #[default]
-    Telling,
+    LargestDifference,
     /// The one with the median difference.
     Typical,
     /// This keyframe of this scene, counted from 0.
@@ -41,7 +41,7 @@ pub enum Moment {
 impl fmt::Display for Moment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Telling => f.write_str("telling"),
+            Self::LargestDifference => f.write_str("telling"),
             Self::Typical => f.write_str("typical"),
             Self::Keyframe { scene, frame } => write!(f, "{scene}:{frame}"),
         }
@@ -58,7 +58,7 @@ impl FromStr for Moment {
 
     fn from_str(text: &str) -> Result<Self, NoMoment> {
         match text {
-            "telling" => Ok(Self::Telling),
+            "telling" => Ok(Self::LargestDifference),
             "typical" => Ok(Self::Typical),
             _ => {
                 let parts = text.rsplit_once(':').filter(|(scene, _)| !scene.is_empty());
@@ -215,7 +215,7 @@ impl Plan {
         let rated = parallel::map(scenes.len(), self.threads, work, |_, _| {})?;
         let mut rated: Vec<Rated> = rated.into_iter().flatten().collect();
         rated.sort_by(|a, b| b.difference_m().total_cmp(&a.difference_m()));
-        let place = if *moment == Moment::Telling { 0 } else { rated.len() / 2 };
+        let place = if *moment == Moment::LargestDifference { 0 } else { rated.len() / 2 };
         rated.get(place).map(|one| (one.scene, one.frame)).ok_or(ShowError::Empty)
     }
 
@@ -278,16 +278,16 @@ mod tests {
     }
 
     #[test]
-    fn the_telling_moment_differs_more_than_the_typical_one_and_than_any_other() {
-        let telling = shown(&Moment::Telling).unwrap();
+    fn the_moment_of_the_largest_difference_differs_more_than_the_typical_one_and_than_any_other() {
+        let largest = shown(&Moment::LargestDifference).unwrap();
         let typical = shown(&Moment::Typical).unwrap();
-        assert!(difference_m(&telling) > difference_m(&typical));
+        assert!(difference_m(&largest) > difference_m(&typical));
         let n_keyframes = [3, 40].map(|place| synthetic::scene(place).keyframes.len());
-        assert_eq!(telling.of, n_keyframes.iter().sum::<usize>());
+        assert_eq!(largest.of, n_keyframes.iter().sum::<usize>());
         for frame in [0, 7, 20] {
-            let scene = telling.scene.clone();
+            let scene = largest.scene.clone();
             let other = shown(&Moment::Keyframe { scene, frame }).unwrap();
-            assert!(difference_m(&other) <= difference_m(&telling));
+            assert!(difference_m(&other) <= difference_m(&largest));
         }
     }
 

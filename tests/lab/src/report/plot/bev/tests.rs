@@ -61,9 +61,9 @@ fn svg_of(scene: &BevScene) -> String {
 fn elements(xml: &str) -> std::collections::BTreeMap<String, usize> {
     let mut open = Vec::new();
     let mut counts = std::collections::BTreeMap::new();
-    for piece in xml.split('<').skip(1) {
-        let (tag, text) = piece.split_once('>').expect("every tag is closed");
-        assert!(!text.contains('>') && tag.matches('"').count() % 2 == 0, "{piece}");
+    for element in xml.split('<').skip(1) {
+        let (tag, text) = element.split_once('>').expect("every tag is closed");
+        assert!(!text.contains('>') && tag.matches('"').count() % 2 == 0, "{element}");
         let name = tag.trim_start_matches('/').split([' ', '/', '\n']).next().unwrap().to_owned();
         if tag.starts_with('/') {
             assert_eq!(open.pop(), Some(name));
@@ -220,14 +220,14 @@ fn markings_are_drawn_over_surfaces_and_wide_enough_to_be_seen() {
 }
 
 #[test]
-fn the_pieces_are_the_whole_the_enlarged_part_and_a_legend_of_the_same_rows() {
+fn the_parts_are_the_whole_the_enlarged_region_and_a_legend_of_the_same_rows() {
     let scene = scene();
-    let pieces = bev_pieces(&scene);
-    let captions: Vec<&str> = pieces.panels.iter().map(|(caption, _)| caption.as_str()).collect();
+    let parts = bev_parts(&scene);
+    let captions: Vec<&str> = parts.panels.iter().map(|(caption, _)| caption.as_str()).collect();
     assert_eq!(captions, ["", ENLARGED]);
-    for (_, panel) in &pieces.panels {
+    for (_, panel) in &parts.panels {
         elements(&panel.svg());
     }
     let sheet = svg_of(&scene);
-    assert!(pieces.legend.len() > 5 && pieces.legend.iter().all(|(_, text)| sheet.contains(text.as_str())));
+    assert!(parts.legend.len() > 5 && parts.legend.iter().all(|(_, text)| sheet.contains(text.as_str())));
 }
