@@ -63,7 +63,7 @@ async fn a_sound_network_is_healthy_and_a_wrong_detector_and_a_wrong_key_are_nam
     let _wrong = Detector::start(&endpoint, "v2x/check/agent/cam1/detections", degrees).await?;
     let _astray = Detector::start(&endpoint, "v2x/chekc/agent/cam2/detections", degrees).await?;
     let _foreign = Detector::start(&endpoint, "cameras/north", degrees).await?;
-    // The hub looks at ten seconds at a time.
+    // The hub judges ten seconds at a time.
     let has_begun = |found: &[(String, Option<String>)]| found.iter().any(|(code, _)| code == "degrees");
     let found = loop {
         let ending = run(&folder, &[&check[..], &["--json", "--duration", "4"]].concat()).await?;

@@ -53,8 +53,8 @@ async fn a_full_disk_is_a_fault_that_ends_the_recording_says_so_and_ends_no_hub(
     let mut hub = V2x::start(&folder, &[&hub[..], &["--record", "full.mcap", "--force"]].concat())?;
     let line = hub.stderr_line("hub is ready").await?;
     let locator = line.split('"').nth(1).context("an endpoint")?.to_owned();
-    let told = hub.stderr_line("the recording ends here; the hub goes on").await?;
-    ensure!(told.contains("No space left"), "{told}");
+    let warning = hub.stderr_line("the recording ends here; the hub goes on").await?;
+    ensure!(warning.contains("No space left"), "{warning}");
     let network = ["--network", "fault-disk", "--connect", &locator];
     let watched = run(&folder, &[&["watch", "--json", "--count", "20"], &network[..]].concat()).await?;
     ensure!(watched.code == Some(0) && watched.stdout.lines().count() == 20, "{watched:?}");
@@ -68,8 +68,8 @@ async fn a_full_disk_is_a_fault_that_ends_the_recording_says_so_and_ends_no_hub(
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_frozen_agent_is_a_fault_of_its_own_that_is_told_and_over_when_it_runs_again() -> anyhow::Result<()>
-{
+async fn a_frozen_agent_is_a_fault_of_its_own_that_is_reported_and_ends_when_it_runs_again()
+-> anyhow::Result<()> {
     let folder = folder("fault-frozen")?;
     let mut hub = V2x::start(&folder, &["hub", "--listen", "tcp/127.0.0.1:0", "--network", "fault-frozen"])?;
     let line = hub.stderr_line("hub is ready").await?;

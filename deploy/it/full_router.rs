@@ -108,10 +108,10 @@ impl Flood {
     /// Until so much has passed the router from now on.
     async fn passes(&self, bytes: u64) -> anyhow::Result<()> {
         let until = self.passed.load(Ordering::Relaxed) + bytes;
-        let mut look = tokio::time::interval(Duration::from_millis(20));
+        let mut poll = tokio::time::interval(Duration::from_millis(20));
         let passed = async {
             while self.passed.load(Ordering::Relaxed) < until {
-                look.tick().await;
+                poll.tick().await;
             }
         };
         let passed = tokio::time::timeout(TIMEOUT, passed).await;

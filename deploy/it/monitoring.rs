@@ -50,10 +50,9 @@ async fn every_documented_metric_is_exported_and_no_other() -> anyhow::Result<()
     let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", "metrics", "--out", "run"];
     let mut up = V2x::start(&folder, &[&args[..], &["--metrics", "0", "--log-format", "json"]].concat())?;
     up.stderr_line("crossing is up").await?;
-    let log = folder.join("run/logs/hub.log");
-    let told = std::fs::read_to_string(&log)?;
-    let told = told.lines().find(|line| line.contains("metrics and health at")).context("the address")?;
-    let line: Value = serde_json::from_str(told).with_context(|| format!("a line of JSON: {told}"))?;
+    let log = std::fs::read_to_string(folder.join("run/logs/hub.log"))?;
+    let line = log.lines().find(|line| line.contains("metrics and health at")).context("the address")?;
+    let line: Value = serde_json::from_str(line).with_context(|| format!("a line of JSON: {line}"))?;
     let address = address(line["fields"]["message"].as_str().context("its message")?)?;
     let text = until("frames of both agents in lists", || async {
         let (_, text) = get(&address, "/metrics").await?;
@@ -93,7 +92,7 @@ async fn a_taken_address_of_metrics_is_a_fault_that_says_what_to_do() -> anyhow:
     Ok(())
 }
 
-/// Of the line that tells it.
+/// The address in the line that reports it.
 fn address(line: &str) -> anyhow::Result<String> {
     let address = line.split("http://").nth(1).and_then(|rest| rest.strip_suffix("/metrics"));
     Ok(address.with_context(|| format!("an address in {line:?}"))?.to_owned())

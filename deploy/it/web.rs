@@ -49,7 +49,7 @@ async fn another_host_name_or_origin_is_refused() -> anyhow::Result<()> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_network_is_told_in_well_formed_messages_and_ctrl_c_ends_it() -> anyhow::Result<()> {
+async fn a_network_is_shown_in_well_formed_messages_and_ctrl_c_ends_it() -> anyhow::Result<()> {
     let folder = folder("web-up")?;
     let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", "web-up", "--out", "run"];
     let mut up = V2x::start(&folder, &[&args[..], &["--web", "0"]].concat())?;
@@ -60,7 +60,7 @@ async fn a_network_is_told_in_well_formed_messages_and_ctrl_c_ends_it() -> anyho
     while !kinds.iter().all(|kind| seen.contains_key(*kind)) {
         let message = events.next().await?;
         let kind = message["t"].as_str().context("a message has a kind")?.to_owned();
-        // What comes before all agents are there is not worth a look.
+        // The first lists have no objects, because not all agents are there yet.
         if kind != "fused" || message["objects"].as_array().is_some_and(|objects| !objects.is_empty()) {
             seen.insert(kind, message);
         }

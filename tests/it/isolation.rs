@@ -72,7 +72,7 @@ async fn a_second_hub_of_one_name_that_joins_by_its_zenoh_configuration_is_a_fau
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_second_hub_of_one_name_is_a_fault_and_does_not_begin_and_lists_in_its_name_are_told()
+async fn a_second_hub_of_one_name_is_a_fault_and_does_not_begin_and_lists_in_its_name_are_reported()
 -> anyhow::Result<()> {
     let lab = Lab::new("one-name")?;
     let hub = lab.hub().await?;
@@ -87,13 +87,13 @@ async fn a_second_hub_of_one_name_is_a_fault_and_does_not_begin_and_lists_in_its
     let session = foreign_session(&hub).await?;
     let mut list = Vec::new();
     wire::fused::encode(&FusedFrame { lineage: 7, ..own.clone() }, &mut list)?;
-    let is_told = |status: &HubStatus| {
+    let is_reported = |status: &HubStatus| {
         // Again and again: a list is looked into only now and then.
         let put = session.put(lab.keys().fused(&own.hub), list.clone());
         assert!(put.wait().is_ok());
         status.findings.iter().any(|finding| finding.code == Code::TwoHubs)
     };
-    let status = watch.status_when("the other list is told", is_told).await?;
+    let status = watch.status_when("the other list is reported", is_reported).await?;
     assert_eq!((status.verdict, status.lineage), (Verdict::Degraded, own.lineage));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Who is not let in, and whether it is told why.
+//! Clients that a hub refuses, and whether they say why.
 
 use super::network::{Secured, certs, config_of, hub};
 use crate::support::{self, Ending};
@@ -85,7 +85,7 @@ async fn tls_refuses_no_certificate_a_wrong_authority_and_an_expired_one_says_wh
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn tls_tells_a_hub_of_another_address_an_impostor_and_one_without_tls_apart() -> anyhow::Result<()> {
+async fn tls_distinguishes_a_hub_of_another_address_an_impostor_and_one_without_tls() -> anyhow::Result<()> {
     let folder = support::folder("tls-wrong-hub")?;
     certs(&folder, &["init", "--host", "10.255.0.1"]).await?;
     certs(&folder, &["viewer", "screen"]).await?;

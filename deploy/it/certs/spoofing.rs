@@ -62,11 +62,11 @@ async fn an_agent_that_spoofs_others_is_denied_by_the_acl_and_the_rest_goes_on()
             && eve_denied(status, "Liveliness Token", &keys().agent_alive(&ghost))
     });
     let status = counted.await?;
-    let is_told = |status: &HubStatus| {
+    let is_reported = |status: &HubStatus| {
         let of_eve = |one: &&Finding| one.agent.is_some_and(|agent| agent.as_str() == "eve");
         status.findings.iter().filter(of_eve).any(|one| one.code == Code::RefusedByZenoh && one.is_fault())
     };
-    watch.until("it is a finding that names eve", is_told).await?;
+    watch.until("it is a finding that names eve", is_reported).await?;
     let names: Vec<_> = status.agents.iter().map(|agent| agent.id.as_str()).collect();
     assert_eq!(names, ["ego"], "neither eve nor a ghost is an agent");
     assert!(status.agents[0].refused.is_empty(), "{:?}", status.agents[0].refused);

@@ -38,7 +38,6 @@ struct Group {
 #[derive(Deserialize)]
 struct Rows {
     truth: Vec<(u32, usize, f64, f64)>,
-    #[serde(rename = "told")]
     reported: Vec<(u64, usize, f64, f64, f64)>,
 }
 

@@ -36,7 +36,7 @@ HOTA_FIELDS = ["HOTA", "DetA", "AssA", "LocA", "DetRe", "DetPr", "AssRe", "AssPr
 NUSCENES = ["amota", "amotp", "motar", "mota", "motp", "recall", "tp", "fp", "fn", "ids", "frag"]
 
 
-# --- Sequences. A scene is a list of instants (truth, told): truth has rows [id, category, x, y], told has rows
+# --- Sequences. A scene is a list of instants (truth, reported): truth has rows [id, category, x, y], reported has rows
 # [track, category, score, x, y]. Scores are multiples of 1/64, so that their sums are exact in any order.
 
 
@@ -53,7 +53,7 @@ def a_scene(rng, n_instants, n_objects, arena_m, sigma_m):
                         "track": number + 1, "lost": 0, "score": float(rng.integers(20, 64))})
     next_track, clutter, scene = 100, [], []
     for instant in range(n_instants):
-        truth, told = [], []
+        truth, reported = [], []
         present = [one for one in objects if instant in one["life"] and instant not in one["hidden"]]
         rng.shuffle(present)
         if len(present) > 1 and rng.uniform() < 0.15:
@@ -72,7 +72,7 @@ def a_scene(rng, n_instants, n_objects, arena_m, sigma_m):
             at = one["at"] + rng.normal(0, sigma_m * (4 if rng.uniform() < 0.06 else 1), 2)
             category = int(rng.integers(0, 4)) if rng.uniform() < 0.04 else one["category"]
             score = float(np.clip(one["score"] + rng.integers(-6, 7), 1, 64)) / 64
-            told.append([one["track"], category, score, *(round(float(v), 3) for v in at)])
+            reported.append([one["track"], category, score, *(round(float(v), 3) for v in at)])
         if rng.uniform() < 0.25:
             clutter.append([next_track, int(rng.integers(0, 5)), float(rng.integers(5, 40)) / 64,
                             rng.uniform(-arena_m, arena_m, 2), int(rng.integers(1, 6))])
@@ -80,9 +80,9 @@ def a_scene(rng, n_instants, n_objects, arena_m, sigma_m):
         for one in clutter:
             if one[4] > 0:
                 one[4] -= 1
-                told.append([*one[:3], *(round(float(v), 3) for v in one[3] + rng.normal(0, 0.3, 2))])
-        rng.shuffle(told)
-        scene.append((truth, told))
+                reported.append([*one[:3], *(round(float(v), 3) for v in one[3] + rng.normal(0, 0.3, 2))])
+        rng.shuffle(reported)
+        scene.append((truth, reported))
     return scene
 
 
@@ -95,21 +95,21 @@ def gaps():
         return [round(x, 3), round(y, 3)]
     scene = []
     for k in range(12):
-        truth, told = [], []
+        truth, reported = [], []
         if k not in (4, 5, 6):
             truth.append([1, 0, *at(0.5 * k, 0.01 * k)])
-        told.append([7, 0, 0.75, *at(0.5 * k + 0.11, 0.3)])
+        reported.append([7, 0, 0.75, *at(0.5 * k + 0.11, 0.3)])
         truth.append([2, 0, *at(0.4 * k, 10.0)])
         if k not in (3, 4, 8):
-            told.append([8 if k < 8 else 9, 0, 0.5, *at(0.4 * k, 10.2 + 0.013 * k)])
+            reported.append([8 if k < 8 else 9, 0, 0.5, *at(0.4 * k, 10.2 + 0.013 * k)])
         truth.append([3, 1, *at(20.0, 0.3 * k)])
-        if k not in (5,):  # a hole of one, and the replacement for a while of the track by another one, still told
-            told.append([10, 1, 0.875, *at(20.3 if k < 7 else 22.5, 0.3 * k)])
+        if k not in (5,):  # a hole of one, and the replacement for a while of the track by another one, still reported
+            reported.append([10, 1, 0.875, *at(20.3 if k < 7 else 22.5, 0.3 * k)])
         if k >= 7:
-            told.append([11, 1, 0.25, *at(20.2, 0.3 * k + 0.1)])
+            reported.append([11, 1, 0.25, *at(20.2, 0.3 * k + 0.1)])
         if k in (0, 9):
-            told.append([12, 3, 0.625, *at(-30.0 + k, 4.0)])  # filled in between by the devkit
-        scene.append((truth, told))
+            reported.append([12, 3, 0.625, *at(-30.0 + k, 4.0)])  # filled in between by the devkit
+        scene.append((truth, reported))
     return scene
 
 
@@ -118,7 +118,7 @@ def edges():
     near = ([1, 0, 0.0, 0.0], [7, 0, 0.5, 0.2, 0.0])
     objects = [[[9, 0, 100.0, 0.0]], [[4, 0, 100.5, 0.0], [9, 0, 110.0, 0.0]], [], [[4, 0, 111.9, 0.0], [9, 0, 102.0, 0.0]]]
     tracks = [[20, 0, 0.75, 100.0, 0.1], [20, 0, 0.75, 100.5, 0.3], [20, 0, 0.75, 106.7, 0.2], [20, 0, 0.75, 150.0, 0.0]]
-    return [([near[0], *truth], [near[1], told]) for truth, told in zip(objects, tracks)]
+    return [([near[0], *truth], [near[1], reported]) for truth, reported in zip(objects, tracks)]
 
 
 def groups(rng):
@@ -129,14 +129,14 @@ def groups(rng):
     yield "precise", [a_scene(rng, 12, 5, 20.0, 0.05) for _ in range(2)]
     short = a_scene(rng, 6, 4, 6.0, 0.4)
     silent = [(truth, []) for truth, _ in a_scene(rng, 4, 3, 6.0, 0.4)]
-    haunted = [([], told) for _, told in a_scene(rng, 4, 3, 6.0, 0.4)]
+    haunted = [([], reported) for _, reported in a_scene(rng, 4, 3, 6.0, 0.4)]
     blinking = [frame if k % 3 else ([], []) for k, frame in enumerate(a_scene(rng, 9, 4, 6.0, 0.4))]
-    elsewhere = [(truth, [[track, category, score, x + 60.0, y] for track, category, score, x, y in told])
-                 for truth, told in short]
+    elsewhere = [(truth, [[track, category, score, x + 60.0, y] for track, category, score, x, y in reported])
+                 for truth, reported in short]
     yield "special", [short, silent, haunted, blinking, [([], [])] * 3, elsewhere, gaps()]
     yield "gaps alone", [gaps()]
     yield "edges", [edges()]
-    yield "nothing told", [silent]
+    yield "nothing reported", [silent]
     yield "nothing true", [haunted]
     yield "nothing near", [elsewhere]
 
@@ -158,11 +158,11 @@ def by_motmetrics(scenes):
     """Each scene, and all as one: the library's own combination loses motp where a scene has no match."""
     accumulators = [motmetrics.MOTAccumulator(auto_id=True) for _ in range(len(scenes) + 1)]
     for place, scene in enumerate(scenes):
-        for truth, told in scene:
-            distances = np.linalg.norm(points(truth)[:, None] - points(told)[None], axis=2)
+        for truth, reported in scene:
+            distances = np.linalg.norm(points(truth)[:, None] - points(reported)[None], axis=2)
             distances[distances >= GATE_M] = np.nan
             for accumulator in (accumulators[place], accumulators[-1]):
-                accumulator.update(*([1000 * place + row[0] for row in rows] for rows in (truth, told)), distances)
+                accumulator.update(*([1000 * place + row[0] for row in rows] for rows in (truth, reported)), distances)
     host = motmetrics.metrics.create()
     tables = [host.compute(accumulator, metrics=CLEAR + IDENTITY, name="it") for accumulator in accumulators]
     return [{name: number(table.loc["it", name]) for name in CLEAR + IDENTITY} for table in tables]
@@ -178,8 +178,8 @@ def by_trackeval(scenes, zero_m):
             "num_gt_ids": len(ids[0]), "num_tracker_ids": len(ids[1]), "gt_ids": names[0], "tracker_ids": names[1],
             "num_gt_dets": sum(map(len, names[0])), "num_tracker_dets": sum(map(len, names[1])),
             "similarity_scores": [
-                _BaseDataset._calculate_euclidean_similarity(points(truth), points(told), zero_distance=zero_m)
-                for truth, told in scene],
+                _BaseDataset._calculate_euclidean_similarity(points(truth), points(reported), zero_distance=zero_m)
+                for truth, reported in scene],
         })
     results = [*by_scene.values(), metric.combine_sequences(by_scene)]
     return [{field: number(np.mean(result[field])) for field in HOTA_FIELDS} for result in results]
@@ -256,7 +256,7 @@ def main():
     for name, scenes in groups(rng):
         found.append({
             "name": name,
-            "scenes": [[{"truth": truth, "told": told} for truth, told in scene] for scene in scenes],
+            "scenes": [[{"truth": truth, "reported": reported} for truth, reported in scene] for scene in scenes],
             "motmetrics": by_motmetrics(scenes),
             "hota": {str(zero_m): by_trackeval(scenes, zero_m) for zero_m in (4.0, 2.0)},
             "nuscenes": by_nuscenes(scenes),
