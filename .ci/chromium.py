@@ -99,12 +99,12 @@ class Browser:
         """The first true value of an expression, which is tried at every drawn frame."""
         poll = f"""new Promise((done) => {{
             const end = performance.now() + {patience_s * 1000};
-            const look = () => {{
+            const attempt = () => {{
                 let value = null;
                 try {{ value = {expression}; }} catch (error) {{ value = null; }}
-                if (value || performance.now() > end) done(value); else setTimeout(look, 20);
+                if (value || performance.now() > end) done(value); else setTimeout(attempt, 20);
             }};
-            look();
+            attempt();
         }})"""
         value = self.run(poll)
         assert value, f"{what}: not within {patience_s} s; the page says {self.run('document.body.innerText')[:400]!r}; {self.complaints}"

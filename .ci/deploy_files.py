@@ -100,7 +100,7 @@ def check_container(report):
         known = {"ARG", "FROM", "RUN", "WORKDIR", "COPY", "ENV", "SHELL", "LABEL", "USER", "EXPOSE", "HEALTHCHECK", "ENTRYPOINT", "CMD"}
         assert {instruction for instruction, _ in instructions} <= known, "an instruction that is not known here"
         assert last("FROM") == "scratch", "the last stage has more than the program"
-        assert re.fullmatch(r"[1-9]\d*:[1-9]\d*", last("USER")), "root runs it, or a user that Kubernetes cannot tell from root"
+        assert re.fullmatch(r"[1-9]\d*:[1-9]\d*", last("USER")), "root runs it, or a user that Kubernetes cannot distinguish from root"
         toolchain = re.search(r'channel = "(.+)"', (ROOT / "rust-toolchain.toml").read_text())[1]
         assert f"RUST={toolchain}" in [text for instruction, text in instructions if instruction == "ARG"], f"not {toolchain}"
         assert "org.opencontainers.image.licenses" in last("LABEL") and "/livez" in last("HEALTHCHECK")

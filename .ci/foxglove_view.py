@@ -1,4 +1,4 @@
-"""Looks at a running network as Foxglove does: over its WebSocket, scenes and lists.
+"""Reads a running network as Foxglove does: over its WebSocket, scenes and lists.
 
 Usage: foxglove_view.py V2X, where V2X was built with --features foxglove. Needs the package websockets.
 """

@@ -93,7 +93,7 @@ class Checker:
         """What is run in place of a command; None where it takes too long or needs what is not here."""
         command, rest = words[1] if len(words) > 1 else "", words[2:]
         if "--web" in rest:
-            # It ends with Ctrl-C only: .ci/web_view.py looks at it.
+            # It ends with Ctrl-C only: .ci/web_view.py tests it.
             return None
         if command == "demo":
             return replaced(words, "--duration", "4s")

@@ -61,12 +61,12 @@ for one, other, expected in (
 
 
 def difference(one, other):
-    """The smallest distance of two colours (CIEDE2000), whoever looks; and who."""
+    """The smallest distance of two colours (CIEDE2000) over all kinds of sight, and the kind that has it."""
     return min((ciede2000(*(cielab(times(matrix, linear(colour))) for colour in (one, other))), sight) for sight, matrix in SIGHTS.items())
 
 
 def least_difference(colours, others=None):
-    """The smallest distance of two of these colours, or of one of them and one of others; who looks, and which."""
+    """The smallest distance of two of these colours, or of one of them and one of others, with the kind of sight and the colours."""
     pairs = itertools.combinations(colours, 2) if others is None else itertools.product(colours, others)
     return min((*difference(one, other), one, other) for one, other in pairs)
 

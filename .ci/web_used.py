@@ -76,11 +76,11 @@ def follow_fastest(browser):
     browser.wait("window.v2x.state.following", "following by the key f", 5)
     before = browser.run(CAMERA)
     return browser.run(f"""new Promise((done) => {{
-        const end = performance.now() + 1500, look = () => {{
+        const end = performance.now() + 1500, poll = () => {{
             const c = {CAMERA}, hasMoved = Math.hypot(c.x - {before['x']}, c.y - {before['y']}) > 1;
-            if (hasMoved || performance.now() > end) done(hasMoved ? {json.dumps(fastest)} : null); else setTimeout(look, 20);
+            if (hasMoved || performance.now() > end) done(hasMoved ? {json.dumps(fastest)} : null); else setTimeout(poll, 20);
         }};
-        look();
+        poll();
     }})""")
 
 
@@ -368,7 +368,7 @@ PIXELS = """(() => {
 
 
 def check_ten_agents(browser, v2x, folder, screenshots):
-    """Ten agents are told apart in the map, the list and the charts, by colour alone or without any, in light and dark."""
+    """Ten agents can be distinguished in the map, the list and the charts, by colour alone or without any, in light and dark."""
     with open(folder / "ten.log", "w") as log:
         process = subprocess.Popen([v2x, "up", "ten-agents", "--web", "0", "--listen", "tcp/127.0.0.1:0"], stderr=log, cwd=folder)
     try:

@@ -24,7 +24,7 @@ README_SIZE = (1280, 840)
 README_QUALITY = 82
 
 # A car in motion that both agents see, in the picture and not an agent itself.
-IS_TELLING = """(() => {
+IS_GOOD_EXAMPLE = """(() => {
     const {selection, contributors} = window.v2x.state;
     const text = document.getElementById('selected-body').innerText;
     const k = window.v2x.shown[0].tracks.indexOf(selection?.track);
@@ -53,12 +53,12 @@ def check_widths(browser, folder):
     browser.size(1280, 800)
 
 
-def select_telling(browser):
+def select_example(browser):
     """Selects an object of which the panel has much to say, if there is one."""
     for _ in range(200):
         browser.key("n", "n")
         browser.run("new Promise((done) => setTimeout(done, 50))")
-        if browser.run(IS_TELLING):
+        if browser.run(IS_GOOD_EXAMPLE):
             break
     browser.run("new Promise((done) => setTimeout(done, 400))")
 
@@ -74,7 +74,7 @@ def readme_picture(browser, network, path):
     browser.run("new Promise((done) => setTimeout(done, 40_000))")
     for _ in range(2):
         browser.key("+", "+")
-    select_telling(browser)
+    select_example(browser)
     browser.picture(path, "webp", quality=README_QUALITY)
     size = pathlib.Path(path).stat().st_size
     assert size <= 300_000, f"{size} bytes"
@@ -107,7 +107,7 @@ def check_all(browser, network, folder):
     check_widths(browser, folder)
     if folder:
         browser.size(1920, 1080)
-        select_telling(browser)
+        select_example(browser)
         browser.picture(folder / "view-selected.png")
         browser.key("Escape")
         browser.size(1280, 800)

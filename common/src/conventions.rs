@@ -1,5 +1,5 @@
 //! How an agent writes its frames, where that is not as this project does: frame of coordinates, headings, order of sizes,
-//! names of classes, clock. A receiver that is told so converts what it reads.
+//! names of classes, clock. A receiver that knows this converts what it reads.
 
 use crate::class::Class;
 use crate::covariance::{Covariance2, Velocity};

@@ -350,7 +350,7 @@ fn of_data_set(name: &str) -> Option<Class> {
         "taxi" | "parkedvehicle" => Class::Car,
         "priorityvehicle" => Class::Ambulance,
         "train" => Class::BendyBus,
-        // INTERACTION does not tell them apart.
+        // INTERACTION does not distinguish them.
         "pedestrian/bicycle" => Class::Adult,
         "default_vehtype" | "passenger" | "private" | "evehicle" | "hov" | "custom1" | "custom2" => {
             Class::Car

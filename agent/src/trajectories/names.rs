@@ -1,4 +1,4 @@
-//! One name for each object where its program tells objects of different kinds apart, as SUMO does.
+//! One name for each object, also where a program gives objects of different kinds the same id, as SUMO does.
 
 use std::borrow::Cow;
 use std::collections::HashMap;

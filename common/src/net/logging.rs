@@ -11,8 +11,8 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer};
 
-/// The default filter: the life cycle of our own programs, and warnings of other crates. Handshakes that `zenoh_link_tls`
-/// refuses are counted and told by the hub, once in a while.
+/// The default filter: the life cycle of our own programs, and warnings of other crates. The hub counts the
+/// handshakes that `zenoh_link_tls` refuses, and logs their number every ten seconds at most.
 pub const DEFAULT_FILTER: &str =
     "warn,zenoh_link_tls=error,v2x=info,v2x_agent=info,v2x_fusion_hub=info,v2x_lab=info,v2x_common=info";
 

@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_zenoh_are_told_without_places_in_its_code() {
+    fn errors_of_zenoh_are_reported_without_places_in_its_code() {
         let error = "Can not listen on tcp/127.0.0.1:1: [127.0.0.1:1: Address in use (os error 98) at /x/index-1/commons/src/tcp.rs:61.] at \
                      /x/tcp-1.10.2/src/unicast.rs:338.";
         assert_eq!(

@@ -259,7 +259,7 @@ fn note_decision(message: &str) {
             state.names.insert(denial.session.to_owned(), printable(name));
         });
     }
-    // What the hub does not tell a client that may not know it is no refusal.
+    // What the hub does not send to a client that may not receive it is no refusal.
     let newest = denial
         .action
         .strip_suffix(" (ingress)")

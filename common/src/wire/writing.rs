@@ -1,4 +1,4 @@
-//! The frames of an agent that has conventions of its own, for whoever is told of them by a hub.
+//! The frames of an agent that has conventions of its own, for a reader that has these conventions from a hub.
 
 use super::json::{self, ReportDefaults};
 use super::{WireError, detections, is_json};

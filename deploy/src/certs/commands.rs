@@ -57,8 +57,8 @@ fn add_hub(dir: &Path, args: &HubArgs) -> anyhow::Result<()> {
     if folder.exists() && !args.renew {
         bail!("{} exists; give --renew to replace its certificate and key", folder.display());
     }
-    let former = register.hubs.iter().find(|hub| hub.name == args.name).cloned();
-    let known = former.as_ref().map_or(&[][..], |hub| &hub.hosts[..]);
+    let registered = register.hubs.iter().find(|hub| hub.name == args.name).cloned();
+    let known = registered.as_ref().map_or(&[][..], |hub| &hub.hosts[..]);
     let hosts = hosts_of(known, &args.place.host, &args.drop)?;
     if !args.drop.is_empty() {
         say(&format!(
@@ -67,18 +67,18 @@ fn add_hub(dir: &Path, args: &HubArgs) -> anyhow::Result<()> {
         ));
     }
     register.hubs.retain(|hub| hub.name != args.name);
-    issue_hub(dir, &mut register, Place::new(args.name, hosts, &args.place, former.as_ref()))
+    issue_hub(dir, &mut register, Place::new(args.name, hosts, &args.place, registered.as_ref()))
 }
 
 /// The addresses of a hub: those that it is given, then those that it had, but for those that are dropped. Clients try them in
 /// this order.
-fn hosts_of(former: &[String], given: &[String], dropped: &[String]) -> anyhow::Result<Vec<String>> {
+fn hosts_of(registered: &[String], given: &[String], dropped: &[String]) -> anyhow::Result<Vec<String>> {
     const OWN: [&str; 2] = ["127.0.0.1", "localhost"];
-    if let Some(unknown) = dropped.iter().find(|host| !former.contains(host)) {
-        bail!("--drop {unknown}: the hub has {}", former.join(", "));
+    if let Some(unknown) = dropped.iter().find(|host| !registered.contains(host)) {
+        bail!("--drop {unknown}: the hub has {}", registered.join(", "));
     }
-    let former = former.iter().filter(|host| !given.contains(host) && !dropped.contains(host));
-    let hosts: Vec<_> = given.iter().chain(former).cloned().collect();
+    let kept = registered.iter().filter(|host| !given.contains(host) && !dropped.contains(host));
+    let hosts: Vec<_> = given.iter().chain(kept).cloned().collect();
     match &hosts[..] {
         [] if !dropped.is_empty() => {
             bail!("--drop leaves the hub without an address: give it another one by --host")
@@ -100,8 +100,8 @@ impl Place {
     const PORT: u16 = 7447;
 
     /// A port that is not given is the one that the hub had.
-    fn new(name: HubId, hosts: Vec<String>, given: &PlaceArgs, former: Option<&HubEntry>) -> Self {
-        let port = given.port.or(former.map(|hub| hub.port)).unwrap_or(Self::PORT);
+    fn new(name: HubId, hosts: Vec<String>, given: &PlaceArgs, registered: Option<&HubEntry>) -> Self {
+        let port = given.port.or(registered.map(|hub| hub.port)).unwrap_or(Self::PORT);
         Self { name, hosts, port, days: given.days }
     }
 }
@@ -300,8 +300,8 @@ mod tests {
 
     #[test]
     fn renewed_certs_of_a_hub_keep_its_addresses_and_lose_only_what_is_dropped_by_name() {
-        let hosts = |former: &[&str], given: &[&str], dropped: &[&str]| {
-            hosts_of(&names(former), &names(given), &names(dropped)).map_err(|error| error.to_string())
+        let hosts = |registered: &[&str], given: &[&str], dropped: &[&str]| {
+            hosts_of(&names(registered), &names(given), &names(dropped)).map_err(|error| error.to_string())
         };
         assert_eq!(hosts(&[], &[], &[]), Ok(names(&["127.0.0.1", "localhost"])));
         assert_eq!(hosts(&["a", "b"], &[], &[]), Ok(names(&["a", "b"])));

@@ -48,7 +48,7 @@ mod tests {
     use crate::certs::register::Role;
 
     #[test]
-    fn expired_and_revoked_certs_are_told_apart() {
+    fn expired_and_revoked_certs_are_distinguished() {
         let holder = |name: &str, expires_at, revoked| Holder {
             role: Role::Agent,
             name: name.to_owned(),

@@ -96,7 +96,7 @@ async fn open(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<
     )
 }
 
-/// The statuses of the hubs, once those have judged ten seconds of about this time: a hub looks at ten seconds at a time.
+/// The statuses of the hubs, once those have judged ten seconds of about this time: a hub judges ten seconds at a time.
 async fn ask(
     session: &Session,
     (network, hub): (NetworkId, Option<HubId>),
@@ -112,7 +112,7 @@ async fn ask(
             return Ok(statuses);
         }
         if !has_said {
-            say("the hub looks at ten seconds at a time: some seconds more ...");
+            say("the hub judges ten seconds at a time: some seconds more ...");
             has_said = true;
         }
         tokio::select! {

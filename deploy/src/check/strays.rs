@@ -16,13 +16,13 @@ const MAX_BYTES: usize = 256 << 10;
 #[derive(Debug)]
 pub(super) struct Strays {
     network: NetworkId,
-    /// Each with its number of samples, and the most that one of them looks like.
-    keys: BTreeMap<String, (u64, Looks)>,
+    /// Each with its number of samples, and the greatest resemblance of one of them.
+    keys: BTreeMap<String, (u64, Resemblance)>,
 }
 
-/// What a payload, or a key, looks like.
+/// How much a payload, or a key, resembles one of ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Looks {
+enum Resemblance {
     /// Nothing of ours.
     Foreign,
     /// Detections in whatever format; there are many programs that detect something.
@@ -54,29 +54,30 @@ impl Strays {
             return;
         }
         let has_room = self.keys.len() < MAX_KEYS;
-        if let Some((count, looks)) = self.keys.get_mut(key) {
+        if let Some((count, resemblance)) = self.keys.get_mut(key) {
             *count += 1;
-            if *looks < Looks::Ours {
-                *looks = looks_of_payload(payload).max(*looks);
+            if *resemblance < Resemblance::Ours {
+                *resemblance = resemblance_of_payload(payload).max(*resemblance);
             }
         } else if has_room {
-            self.keys.insert(key.to_owned(), (1, looks_of_payload(payload).max(looks_of_key(key))));
+            self.keys
+                .insert(key.to_owned(), (1, resemblance_of_payload(payload).max(resemblance_of_key(key))));
         }
     }
 
     /// What is wrong with them; `served` are the networks that have a hub.
     pub(super) fn findings(&self, served: &BTreeSet<NetworkId>) -> Vec<Finding> {
         let network = self.network;
-        let findings = self.keys.iter().filter_map(|(key, (count, looks))| match place(key, network) {
+        let findings = self.keys.iter().filter_map(|(key, (count, resemblance))| match place(key, network) {
             Place::Own => None,
             Place::OtherNetwork(other) => {
                 let is_served = NetworkId::new(other).is_ok_and(|other| served.contains(&other));
                 (!is_served).then(|| other_network(key, other, network, *count))
             }
-            Place::Nobody => match looks {
-                Looks::Foreign => None,
-                Looks::LikeDetections => Some(wrong_key(key, network, *count).as_note()),
-                Looks::Ours => Some(wrong_key(key, network, *count)),
+            Place::Nobody => match resemblance {
+                Resemblance::Foreign => None,
+                Resemblance::LikeDetections => Some(wrong_key(key, network, *count).as_note()),
+                Resemblance::Ours => Some(wrong_key(key, network, *count)),
             },
         });
         findings.collect()
@@ -120,34 +121,34 @@ fn place(key: &str, network: NetworkId) -> Place<'_> {
 }
 
 /// A key with our first chunk, or with the chunks of an agent, is nearly ours; one whose last chunk speaks of detections may be.
-fn looks_of_key(key: &str) -> Looks {
+fn resemblance_of_key(key: &str) -> Resemblance {
     let folded = key.to_lowercase();
     let chunks: Vec<_> = folded.split('/').collect();
     let speaks_of_them = |chunk: &str| matches!(chunk, "detections" | "detection" | "bev");
     let last = chunks.last().copied().unwrap_or_default();
     match chunks[..] {
-        ["v2x", _, ..] => Looks::Ours,
-        [.., "agent" | "agents", _, what] if speaks_of_them(what) => Looks::Ours,
-        _ if speaks_of_them(last) => Looks::LikeDetections,
-        _ => Looks::Foreign,
+        ["v2x", _, ..] => Resemblance::Ours,
+        [.., "agent" | "agents", _, what] if speaks_of_them(what) => Resemblance::Ours,
+        _ if speaks_of_them(last) => Resemblance::LikeDetections,
+        _ => Resemblance::Foreign,
     }
 }
 
 /// What is compact and can be read is ours, and JSON with the fields that each frame has, whether the rest of it can be read or not.
-fn looks_of_payload(payload: &[u8]) -> Looks {
+fn resemblance_of_payload(payload: &[u8]) -> Resemblance {
     if payload.len() > MAX_BYTES {
-        return Looks::Foreign;
+        return Resemblance::Foreign;
     }
     if payload.iter().find(|byte| !byte.is_ascii_whitespace()) != Some(&b'{') {
         let is_frame = wire::detections::decode_as_sent(payload).is_ok();
-        return if is_frame { Looks::Ours } else { Looks::Foreign };
+        return if is_frame { Resemblance::Ours } else { Resemblance::Foreign };
     }
     let fields: BTreeMap<String, IgnoredAny> = serde_json::from_slice(payload).unwrap_or_default();
     let has = |field: &str| fields.contains_key(field);
     match has("detections") || has("objects") {
-        true if has("captured_at") => Looks::Ours,
-        true if has("detections") => Looks::LikeDetections,
-        _ => Looks::Foreign,
+        true if has("captured_at") => Resemblance::Ours,
+        true if has("detections") => Resemblance::LikeDetections,
+        _ => Resemblance::Foreign,
     }
 }
 
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn another_network_a_misspelt_key_a_foreign_key_and_a_name_are_told_apart() {
+    fn another_network_a_misspelt_key_a_foreign_key_and_a_name_are_distinguished() {
         let cases = [
             ("v2x/dmeo/agent/cam/detections", "", Code::WrongNetwork, "--network dmeo"),
             ("v2x/demo/agent/cam/detection", "", Code::WrongKey, "agent/NAME/detections"),

@@ -10,8 +10,8 @@ use v2x_common::clock;
 
 /// After this time without an answer, and again after it, the log says what is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Of a jump in time, so much is asked for at once, s: each answer is soon there.
-const PIECE_S: f64 = 1.0;
+/// A jump in time is made in steps of this length, s, so that each answer comes soon.
+const MAX_STEP_S: f64 = 1.0;
 /// Time between two words on a jump.
 const PROGRESS: Duration = Duration::from_secs(10);
 /// Time to connect.
@@ -61,7 +61,7 @@ impl Client {
                 said_at = clock::now();
                 tracing::info!(time_s, begin_s, "SUMO goes to the world's first time");
             }
-            self.step(begin_s.min(time_s + PIECE_S)).await?;
+            self.step(begin_s.min(time_s + MAX_STEP_S)).await?;
         }
     }
 

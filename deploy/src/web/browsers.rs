@@ -37,7 +37,7 @@ impl Browsers {
         Events(mailbox)
     }
 
-    /// Whether nobody looks: then no frame needs to be written.
+    /// Whether no browser is connected: then no frame needs to be written.
     pub(super) fn is_empty(&self) -> bool {
         let mut state = self.lock();
         state.mailboxes.retain(|mailbox| mailbox.strong_count() > 0);
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn who_comes_later_is_told_the_state_and_not_old_frames() {
+    fn a_later_browser_gets_the_state_and_no_old_frames() {
         let browsers = Browsers::default();
         let hub = v2x_common::id::HubId::new("hub").unwrap();
         browsers.send(Stream::Hello, "1");

@@ -29,7 +29,7 @@ struct Change {
 }
 
 impl Tokens {
-    /// Subscribes, and is told of those that are there already; of one hub alone where one is given.
+    /// Subscribes, and receives those that are there already; only those of one hub where one is given.
     pub(super) async fn subscribe(
         session: &Session,
         network: NetworkId,

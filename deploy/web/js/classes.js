@@ -1,4 +1,4 @@
-// Classes, each with a letter, and the colour of its group. The letter alone is enough: no colour has to be told from another one.
+// Classes, each with a letter, and the colour of its group. The letter alone is enough: no colour has to be distinguished from another one.
 
 /**
  * Cars, two-wheelers, people, and what stands. Neither an agent, nor truth, nor what is fused has such a colour, for any kind of

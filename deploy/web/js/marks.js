@@ -1,4 +1,4 @@
-// How agents are told apart: by number, colour and, where colours begin again, dash, the same on the map, in the panel and in the charts.
+// How agents are distinguished: by number, colour and, where colours begin again, dash, the same on the map, in the panel and in the charts.
 
 import { svgElement } from "./nodes.js";
 import { N_COLOURS, palette } from "./palette.js";

@@ -32,7 +32,7 @@ export function probe(view) {
         contributors: k < 0 ? [] : contributorsOf(store, pane.frame, k).map(({ agent, detection }) => ({ agent: agent.name, isDrawn: detection !== null })),
       };
     },
-    /** Where the agents are in the first picture, in pixels, how they are told apart, and how much each reports. */
+    /** Where the agents are in the first picture, in pixels, how they are distinguished, and how much each reports. */
     get agentPlaces() {
       const { view: projection, agents } = scene.panes[0];
       return agents.filter(({ frame }) => frame.pose).map(({ agent, frame }) => {

@@ -30,7 +30,7 @@ pub(in crate::scenario) struct TomlAgent {
     pub(in crate::scenario) field_of_view: TomlFieldOfView,
     pub(in crate::scenario) detection_probability: Option<f64>,
     pub(in crate::scenario) clutter_per_frame: Option<f64>,
-    // The alias is its former name.
+    // The alias is its previous name.
     #[serde(alias = "self_report", default)]
     pub(in crate::scenario) accuracy: TomlAccuracy,
     pub(in crate::scenario) sensing_ms: Option<TomlSensing>,
