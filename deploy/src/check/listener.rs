@@ -25,7 +25,7 @@ const EVERYTHING_FOR: Duration = Duration::from_secs(3);
 const WAITING: usize = 4096;
 /// How often the core makes a list, and how often it judges what it has.
 const LIST_EVERY: Duration = Duration::from_millis(100);
-const LISTS_TO_A_LOOK: u32 = 10;
+const LISTS_TO_A_DIAGNOSIS: u32 = 10;
 
 /// A sample of an agent with its time of arrival.
 struct Heard {
@@ -94,7 +94,7 @@ impl Listener {
                 () = &mut is_enough, if everything.is_some() => everything = None,_ = tick.tick() => {
                     self.core.fused(clock::now());
                     ticks += 1;
-                    if ticks.is_multiple_of(LISTS_TO_A_LOOK) {
+                    if ticks.is_multiple_of(LISTS_TO_A_DIAGNOSIS) {
                         self.tokens = agents_tokens(session, network).await;
                         self.core.diagnose(&self.tokens, clock::now());
                     }

@@ -33,7 +33,7 @@ const NOBODY: u8 = 3;
 #[derive(Serialize)]
 struct Report<'a> {
     network: NetworkId,
-    /// The hubs that say what they found; without one this program has looked itself.
+    /// The hubs that say what they found; without one, the findings are those of this program.
     hubs: Vec<&'a HubStatus>,
     /// Of the agents that this program heard.
     heard: Vec<(AgentId, Transport)>,

@@ -18,7 +18,7 @@ const WINDOW: Span = Span::from_millis(10_000);
 const WINDOW_SAYS: Span = Span::from_millis(5_000);
 /// Pairs of agents that are compared in one call: some milliseconds.
 const FITS_AT_ONCE: usize = 1;
-/// A list is looked at this often at most.
+/// A list is taken in this often at most.
 const LISTS_APART: Span = Span::from_millis(100);
 
 /// Frames whose detections are compared with objects and with each other, which costs: those captured in the first part of
@@ -150,7 +150,7 @@ impl Survey {
         self.judged_since
     }
 
-    /// What was found when it last looked.
+    /// The findings of the last diagnosis.
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }

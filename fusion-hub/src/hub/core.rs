@@ -268,7 +268,7 @@ impl Core {
         self.survey.conclude(&Surroundings { engine: &self.engine, tokens });
     }
 
-    /// What was found when it last looked.
+    /// The findings of the last diagnosis.
     pub fn findings(&self) -> &[Finding] {
         self.survey.findings()
     }
