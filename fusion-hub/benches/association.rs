@@ -62,6 +62,7 @@ fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<PredictedMeasurement
             yaw,
             yaw_variance: 0.005,
             report_probability: 0.5,
+            by_positions: None,
         });
     }
     for place in (1..count).rev() {

@@ -64,6 +64,7 @@ impl Truth {
             heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         }
     }
 }

@@ -50,6 +50,7 @@ fn measurement(rng: &mut ChaCha8Rng, class: Class, origin: f64) -> Measurement {
         heading: v2x_common::detection::HeadingKind::Known,
         velocity,
         is_track: unit(rng) < 0.1,
+        since_last_s: f64::INFINITY,
     }
 }
 

@@ -3,11 +3,11 @@
 use super::class_cost::is_confusable;
 use super::config::{AssociationConfig, AssociationCost, ClassRule, EUCLIDEAN_REACH_M};
 use super::gate::Separation;
-use super::gate::{distance2, for_gate, track_for_gate};
+use super::gate::{distance2, for_gate, place_for_gate, track_for_gate};
 use super::grid::{Grid, Pairs, Spot};
 use crate::values::Measurement;
-use crate::values::PredictedMeasurement;
 use crate::values::overlap::Footprint;
+use crate::values::{ExpectedPlace, PredictedMeasurement};
 use v2x_common::covariance::Covariance2;
 use v2x_common::geometry::BevBox;
 
@@ -94,13 +94,26 @@ impl Candidates {
         match config.cost {
             AssociationCost::Csba | AssociationCost::Likelihood => {
                 let spread = |p: &Covariance2| [p.xx, p.yy];
+                let by_positions = config.turned_headings;
+                let reach = |track: &PredictedMeasurement| match &track.by_positions {
+                    Some(other) if by_positions => reach_of_both(track, other, config.gate),
+                    _ => spread(&track_for_gate(track)),
+                };
                 self.place(
                     measurements.iter().map(|z| (z.position, spread(&for_gate(z)))),
-                    expected.iter().map(|track| (track.position, spread(&track_for_gate(track)))),
+                    expected.iter().map(|track| (track.position, reach(track))),
                 );
                 self.gather(config.gate, |_, track, place| {
                     let (z, track) = pair(track, place);
-                    fits_class(z, track) & Separation::to_gate(z, track).is_within(config.gate)
+                    let is_near = Separation::to_gate(z, track).is_within(config.gate);
+                    let is_elsewhere = || {
+                        by_positions
+                            && track
+                                .by_positions
+                                .as_ref()
+                                .is_some_and(|other| Separation::to_gate_of(z, other).is_within(config.gate))
+                    };
+                    fits_class(z, track) & (is_near || is_elsewhere())
                 });
             }
             AssociationCost::Iou => {
@@ -171,4 +184,16 @@ impl Candidates {
             }
         }
     }
+}
+
+/// The spread about a track's place that holds another place and its spread, too, m².
+fn reach_of_both(track: &PredictedMeasurement, other: &ExpectedPlace, gate: f64) -> [f64; 2] {
+    let own = track_for_gate(track);
+    let others = place_for_gate(other);
+    let off = |axis: usize| {
+        let off_m = other.position[axis] - track.position[axis];
+        off_m * off_m / gate
+    };
+    // (a + b)² ≤ 2 (a² + b²).
+    [own.xx.max(2.0 * (others.xx + off(0))), own.yy.max(2.0 * (others.yy + off(1)))]
 }

@@ -65,6 +65,7 @@ mod tests {
             heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         }
     }
 
@@ -79,6 +80,7 @@ mod tests {
             yaw: 0.0,
             yaw_variance: 0.01,
             report_probability: 0.5,
+            by_positions: None,
         }
     }
 

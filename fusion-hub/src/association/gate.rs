@@ -1,7 +1,7 @@
 //! The gate: which pairs are candidates.
 
 use crate::values::Measurement;
-use crate::values::PredictedMeasurement;
+use crate::values::{ExpectedPlace, PredictedMeasurement};
 use v2x_common::covariance::Covariance2;
 
 /// A measurement's variance along an axis counts for no more than this in the gate, m²: one that is less certain than 6 m is
@@ -21,6 +21,11 @@ pub(super) fn track_for_gate(track: &PredictedMeasurement) -> Covariance2 {
     limited(&track.gate_covariance, MOST_OF_TRACK_IN_GATE)
 }
 
+/// The same of a place by positions alone, m².
+pub(super) fn place_for_gate(place: &ExpectedPlace) -> Covariance2 {
+    limited(&place.covariance, MOST_OF_TRACK_IN_GATE)
+}
+
 fn limited(covariance: &Covariance2, limit: f64) -> Covariance2 {
     let most = covariance.xx.max(covariance.yy);
     if most > limit { covariance.scaled(limit / most) } else { *covariance }
@@ -38,17 +43,27 @@ pub(super) struct Separation {
 impl Separation {
     /// Of a report from where its track is expected.
     pub(super) fn of(z: &Measurement, track: &PredictedMeasurement) -> Self {
-        Self::by(&track.position_covariance, &z.r, z, track)
+        Self::by(&track.position_covariance, &z.r, z, track.position)
     }
 
     /// The same by the covariance for gates.
     pub(super) fn to_gate(z: &Measurement, track: &PredictedMeasurement) -> Self {
-        Self::by(&track_for_gate(track), &for_gate(z), z, track)
+        Self::by(&track_for_gate(track), &for_gate(z), z, track.position)
     }
 
-    fn by(p: &Covariance2, r: &Covariance2, z: &Measurement, track: &PredictedMeasurement) -> Self {
-        let dx = z.position[0] - track.position[0];
-        let dy = z.position[1] - track.position[1];
+    /// Of a report from where positions alone expect its track.
+    pub(super) fn of_place(z: &Measurement, place: &ExpectedPlace) -> Self {
+        Self::by(&place.covariance, &z.r, z, place.position)
+    }
+
+    /// The same by the covariances for gates.
+    pub(super) fn to_gate_of(z: &Measurement, place: &ExpectedPlace) -> Self {
+        Self::by(&place_for_gate(place), &for_gate(z), z, place.position)
+    }
+
+    fn by(p: &Covariance2, r: &Covariance2, z: &Measurement, position: [f64; 2]) -> Self {
+        let dx = z.position[0] - position[0];
+        let dy = z.position[1] - position[1];
         let (xx, xy, yy) = (p.xx + r.xx, p.xy + r.xy, p.yy + r.yy);
         Self { scaled: dx * dx * yy - 2.0 * dx * dy * xy + dy * dy * xx, determinant: xx * yy - xy * xy }
     }

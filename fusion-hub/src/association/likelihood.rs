@@ -8,7 +8,7 @@ use super::config::{AssociationConfig, ClassRule};
 use super::csba::dimension_distance2;
 use super::gate::Separation;
 use crate::values::Measurement;
-use crate::values::PredictedMeasurement;
+use crate::values::{ExpectedPlace, PredictedMeasurement};
 use std::f64::consts::{FRAC_PI_2, PI};
 use v2x_common::geometry::angle_difference;
 
@@ -30,11 +30,18 @@ pub fn report_cost(probability: f64) -> f64 {
 /// probabilities, about.
 const REVERSED_COST: f64 = 7.8;
 const SWAPPED_COST: f64 = 10.0;
+/// What it costs that an object does not move along its heading, which one in fifty does; nothing, where that is not known: from this variance on, rad².
+const SIDEWAYS_COST: f64 = 7.8;
+const UNKNOWN_HEADING: f64 = 1.0;
 
 /// The cost of a pair; of the settings, how headings and classes err counts. The position's density has its constant 2 ln 2π left out.
 pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, config: &AssociationConfig) -> f64 {
     let separation = Separation::of(z, track);
     let position = separation.mahalanobis2() + libm::log(separation.determinant);
+    let position = match &track.by_positions {
+        Some(place) if config.turned_headings => position.min(sideways_cost(z, track, place)),
+        _ => position,
+    };
     let turn = angle_difference(z.yaw, track.yaw);
     let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
     let size = dimension_distance2(z, track).min(CUE_CAP);
@@ -48,6 +55,13 @@ pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, config: &Associa
         return position + turned_cost(z, track, turn.abs(), size).min(cues);
     }
     position + cues
+}
+
+/// The cost of a position where the track does not move along its heading.
+fn sideways_cost(z: &Measurement, track: &PredictedMeasurement, place: &ExpectedPlace) -> f64 {
+    let separation = Separation::of_place(z, place);
+    let of_heading = if track.yaw_variance < UNKNOWN_HEADING { SIDEWAYS_COST } else { 0.0 };
+    separation.mahalanobis2() + libm::log(separation.determinant) + of_heading
 }
 
 /// The cost of heading and size, where the heading is turned.
@@ -68,6 +82,11 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("association.cue_cap", CUE_CAP.to_string()),
         ("association.cost_alone", COST_ALONE.to_string()),
-        ("association.turned_headings", format!("reversed {REVERSED_COST}, swapped {SWAPPED_COST}")),
+        (
+            "association.turned_headings",
+            format!(
+                "reversed {REVERSED_COST}, swapped {SWAPPED_COST}, sideways {SIDEWAYS_COST} (below {UNKNOWN_HEADING} rad2)"
+            ),
+        ),
     ]
 }

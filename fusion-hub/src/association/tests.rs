@@ -33,6 +33,7 @@ fn measurement(extent: f64) -> impl Strategy<Value = Measurement> {
             heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         },
     )
 }
@@ -48,6 +49,7 @@ fn expected(z: &Measurement) -> PredictedMeasurement {
         yaw: z.yaw,
         yaw_variance: z.yaw_variance,
         report_probability: 0.5,
+        by_positions: None,
     }
 }
 
@@ -204,6 +206,7 @@ fn a_track_of_low_existence_loses_its_report_only_to_a_competing_track() {
         heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
+        since_last_s: f64::INFINITY,
     };
     let track = |x: f64, existence: f64| PredictedMeasurement {
         position: [x, 0.0],
@@ -240,6 +243,7 @@ fn car_at(position: [f64; 2]) -> Measurement {
         heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
+        since_last_s: f64::INFINITY,
     }
 }
 

@@ -47,6 +47,7 @@ fn expected(z: &Measurement, other: &Measurement) -> PredictedMeasurement {
         yaw: z.yaw,
         yaw_variance: z.yaw_variance,
         report_probability: 0.5,
+        by_positions: None,
     }
 }
 

@@ -20,6 +20,7 @@ pub(super) fn report(x: f64, y: f64) -> Report {
             yaw_variance: 0.01,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         },
         score: 1.0,
     }

@@ -3,6 +3,7 @@
 //! (ω A⁻¹ + (1 − ω) B⁻¹)⁻¹ is never less than the true error for any ω and any correlation (Julier & Uhlmann
 //! 1997). It is what an ordinary update gives with A / ω for the prior and B / (1 − ω) for the report.
 
+use crate::values::Measurement;
 use v2x_common::covariance::Covariance2;
 
 /// The weight ω in [0, 1] of `a` against `b`, both positive definite, that makes the determinant of the fused
@@ -22,6 +23,19 @@ pub fn intersection_weight(a: &Covariance2, b: &Covariance2) -> f64 {
         std::cmp::Ordering::Less => 0.0,
         _ => 1.0,
     }
+}
+
+/// Errors of an agent's own track are independent again after so long, s.
+const INDEPENDENT_AFTER_S: f64 = 1.0;
+/// The greatest weight of what is known.
+const GREATEST_WEIGHT: f64 = 0.99;
+
+/// The weight ω of what is known, with this covariance of the position, against a report of an agent's own track: the better of
+/// both counts, but a report no more than the time since the one before brings about. With the weight of a single fusion at each
+/// of many reports in a second, the velocity, which no report holds, would be lost.
+pub(super) fn weight_against_track(known: &Covariance2, z: &Measurement) -> f64 {
+    let share = (z.since_last_s / INDEPENDENT_AFTER_S).min(1.0);
+    intersection_weight(known, &z.r).max(1.0 / (1.0 + share)).min(GREATEST_WEIGHT)
 }
 
 /// The inverse.

@@ -3,8 +3,7 @@
 use super::imm::{self, Imm, Inflation, Moments, Move, Place};
 use super::size_evidence::{LogNormal, SizeEvidence};
 use super::size_priors::TrackSizePriors;
-use super::state::GREATEST_WEIGHT;
-use super::{Course, Due, Filter, Heading, Holds, Motion, PoseEstimate, Size, intersection_weight};
+use super::{Course, Due, Filter, Heading, Holds, Motion, PoseEstimate, Size, weight_against_track};
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
 use serde::{Deserialize, Serialize};
@@ -56,6 +55,7 @@ impl ImmState {
             yaw: place.yaw,
             yaw_variance: place.yaw_variance,
             report_probability: 0.5,
+            by_positions: None,
         }
     }
 
@@ -64,8 +64,7 @@ impl ImmState {
         if !z.is_track {
             return Inflation::NONE;
         }
-        let weight = intersection_weight(&self.motion.place().position_covariance, &z.r);
-        let weight = weight.clamp(0.5, GREATEST_WEIGHT);
+        let weight = weight_against_track(&self.motion.place().position_covariance, z);
         Inflation { prior: 1.0 / weight, report: 1.0 / (1.0 - weight) }
     }
 }
@@ -251,6 +250,7 @@ mod tests {
             heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track,
+            since_last_s: f64::INFINITY,
         }
     }
 

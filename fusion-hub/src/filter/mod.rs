@@ -20,6 +20,7 @@ mod state;
 mod together;
 
 pub use intersection::intersection_weight;
+use intersection::weight_against_track;
 pub use kinematic::{Cross, Kinematic};
 pub use manoeuvring::ImmState;
 pub use params::MotionParams;

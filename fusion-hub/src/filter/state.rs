@@ -3,8 +3,8 @@
 use super::size_evidence::SizeEvidence;
 use super::size_priors::TrackSizePriors;
 use super::{
-    Course, Filter, Heading, Kinematic, Motion, MotionParams, PoseEstimate, Size, intersection_weight,
-    smoothing,
+    Course, Filter, Heading, Kinematic, Motion, MotionParams, PoseEstimate, Size, smoothing,
+    weight_against_track,
 };
 use crate::values::PredictedMeasurement;
 use crate::values::{Measurement, PositionInnovation};
@@ -17,11 +17,6 @@ use v2x_common::time::Timestamp;
 
 /// Standard deviation of the turn rate, which a random-walk heading does not estimate, rad/s: everyday traffic.
 const TURN_RATE: f64 = 0.2;
-
-/// Greatest weight of the state in covariance intersection: at 1 the measurement would have no information
-/// left. The least is one half. Any weight is consistent, but a measured position gives no information of
-/// the velocity, which the state would lose with its weight.
-pub(super) const GREATEST_WEIGHT: f64 = 0.99;
 
 /// The state [x y vx vy w d θ] of one object at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +38,7 @@ impl State {
     /// covariance intersection (Julier & Uhlmann 1997) is consistent for any correlation.
     fn intersect(&mut self, z: &Measurement) -> PositionInnovation {
         let innovation = self.kinematic.innovation(z.position, &z.r);
-        let weight = intersection_weight(&self.kinematic.pp, &z.r).clamp(0.5, GREATEST_WEIGHT);
+        let weight = weight_against_track(&self.kinematic.pp, z);
         let of_report = 1.0 / (1.0 - weight);
         self.kinematic.inflate(1.0 / weight);
         self.kinematic.update_position(z.position, &z.r.scaled(of_report));
@@ -147,6 +142,7 @@ impl Filter for State {
             yaw: self.heading.mean,
             yaw_variance: self.heading.variance,
             report_probability: 0.5,
+            by_positions: None,
         }
     }
 
@@ -227,6 +223,7 @@ mod tests {
             heading: v2x_common::detection::HeadingKind::Known,
             velocity: Some(Velocity { x: 3.0, y: 0.0, covariance: Covariance2::isotropic(0.4) }),
             is_track,
+            since_last_s: f64::INFINITY,
         }
     }
 

@@ -59,6 +59,7 @@ fn measurements() -> impl Strategy<Value = Measurement> {
                 covariance: Covariance2::isotropic(sigma),
             }),
             is_track,
+            since_last_s: f64::INFINITY,
         })
 }
 

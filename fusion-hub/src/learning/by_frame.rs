@@ -15,6 +15,7 @@ impl LearntSensor {
             self.scores = scores_of(frame);
         }
         self.view_m = self.view_m.or_else(|| view_m_of(frame));
+        self.detects |= !frame.detections.is_empty();
         self
     }
 }
@@ -115,6 +116,7 @@ mod tests {
             let learnt = LearntSensor {
                 view_m: Some(view_m),
                 scores: ScoreModel::logistic(-0.5, 1.5),
+                detects: true,
                 ..LearntSensor::default()
             };
             prop_assert_eq!(learnt.or_shown_by(&frame(&detections, Some(SENSOR))), learnt);

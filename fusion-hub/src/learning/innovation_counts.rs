@@ -128,10 +128,14 @@ impl InnovationCounts {
         }
         let [least, most] = SCALE_LIMITS;
         let overall = libm::exp(self.logarithms / (UNITS * self.all) - MEAN_LN);
-        let scale = overall + (overall - 1.0) * self.predicted / self.declared;
+        let share = self.predicted / self.declared;
+        // A prediction that is made of reports is wrong with them, and by the same factor; so far as it is right, it is no error of theirs.
+        let scale = if overall < 1.0 { overall } else { overall + (overall - 1.0) * share };
         let scale = scale.clamp(least, most);
         let is_wrong = libm::log(scale).abs() > WRONG_BY;
-        if !is_wrong || (self.is_coloured() && scale < 1.0) { 1.0 } else { scale }
+        // Where most of the difference is expected of the prediction, it says little of the reports.
+        let is_known = share <= scale.max(1.0);
+        if !is_wrong || !is_known || (self.is_coloured() && scale < 1.0) { 1.0 } else { scale }
     }
 }
 
@@ -186,6 +190,20 @@ mod tests {
         let scale = |sigma: f64| errors(sigma).variance_scale();
         assert_eq!(scale(libm::sqrt(0.3)), 1.0);
         assert!((scale(libm::sqrt(1.05)) - 4.0).abs() < 0.2, "{}", scale(libm::sqrt(1.05)));
-        assert!((scale(libm::sqrt(0.1)) - 0.2).abs() < 0.05, "{}", scale(libm::sqrt(0.1)));
+        // The prediction is too uncertain with the reports: no more than what all is too large by.
+        assert!((scale(libm::sqrt(0.1)) - 0.33).abs() < 0.05, "{}", scale(libm::sqrt(0.1)));
+    }
+
+    #[test]
+    fn where_most_is_expected_of_the_prediction_declared_variances_stay() {
+        for size in [0.05, 0.3, 1.0, 1.6] {
+            let mut counts = InnovationCounts::default();
+            for second in 0..400 {
+                let at = Timestamp::EPOCH + Span::from_millis(1000 * second);
+                let own = Innovation { at, difference: [size, size], predicted: 1.0, declared: 0.05 };
+                counts.add(&own, None);
+            }
+            assert_eq!(counts.variance_scale(), 1.0, "{size}");
+        }
     }
 }

@@ -38,6 +38,8 @@ const INNOVATIONS_EVERY: i64 = 32;
 /// track another one.
 const KNOWN_WELL_FRAMES: f64 = 2000.0;
 const SAMPLED_EVERY: i64 = 4;
+/// An agent that has not detected anything for so long may be dead.
+const DETECTS_FOR: Span = Span::from_millis(5000);
 /// An object counts as missed where it is inside of the view by this much, m.
 const VIEW_MARGIN_M: f64 = 2.0;
 
@@ -68,6 +70,8 @@ struct AgentLearning {
     classes: ClassCounts,
     scores: ScoreCounts,
     innovations: InnovationCounts,
+    /// When it last detected something that is there.
+    detected_at: Option<Timestamp>,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
 }
@@ -257,6 +261,7 @@ impl Learner {
                 Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
             );
         }
+        self.follow(memory, place, (frame, position), true);
         self.ask(memory, place, (frame, position), true);
         if let Some(pose) = frame.pose.filter(|_| frame.model.scores != ScoreModel::Ignored) {
             memory.note_score(
@@ -274,6 +279,9 @@ impl Learner {
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
             known.classes.add(compared);
+        }
+        if let Some(known) = self.agents.get_mut(frame.agent.index()) {
+            known.detected_at = known.detected_at.max(Some(item.captured_at));
         }
         for WaitingMiss { agent, range_bin, before } in memory.waiting.drain(..) {
             if let Some(known) = self.agents.get_mut(agent.index()) {
@@ -344,6 +352,24 @@ impl Learner {
         }
     }
 
+    /// What a frame says of its own agent's last detection of a track, where it covers the place.
+    fn follow(
+        &mut self,
+        memory: &mut TrackMemory,
+        place: usize,
+        (frame, position): (&StoredFrame, [f64; 2]),
+        is_detected: bool,
+    ) {
+        let Some(scored) = memory.take_followed(place) else { return };
+        let Some(coverage) = &frame.coverage else { return };
+        let profile = &coverage.profile;
+        let range_m = coverage.range_for_profile(position);
+        let again = profile.given(range_m, Some(true));
+        if let Some(known) = self.agents.get_mut(frame.agent.index()) {
+            known.scores.add_followed(&scored, frame.captured_at, again, is_detected);
+        }
+    }
+
     /// What a frame says of other agents' last detections of a track, where it covers the place.
     fn ask(
         &mut self,
@@ -379,6 +405,7 @@ impl Learner {
         if coverage.covers(position, VIEW_MARGIN_M) {
             let place = memory.place_of(frame.agent);
             let before = memory.note(place, false);
+            self.follow(memory, place, (frame, position), false);
             self.ask(memory, place, (frame, position), false);
             let range_bin = range_bin(coverage.range_to(position));
             memory.wait(WaitingMiss { agent: frame.agent, range_bin, before });
@@ -434,6 +461,7 @@ impl AgentLearning {
             },
             classes: self.classes.law(),
             scores: self.scores.model(),
+            detects: self.detected_at.is_some_and(|at| by.begin() - at < DETECTS_FOR),
         };
         let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);
         while self.learnt.get(1).is_some_and(|(next, _)| *next <= oldest) {
@@ -453,6 +481,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
         ("learning.memory_s", format!("{MEMORY_S}, of late {RECENT_S}")),
         ("learning.persistent_reports", PERSISTENT_REPORTS.to_string()),
+        ("learning.detects_for_s", DETECTS_FOR.as_secs_f64().to_string()),
         (
             "learning.turns",
             format!(

@@ -13,6 +13,10 @@ use v2x_common::sensor::FieldOfView;
 const UNKNOWN_INTERVAL_S: f64 = 0.28;
 /// Correlation of successive frames of an undescribed sensor, until it is learnt.
 const UNDESCRIBED_CORRELATION: f64 = 0.5;
+/// What an agent that detects nothing at all misses counts as one miss in so long, s, with this detection probability at most: it
+/// may be dead, and others may be slow.
+const SILENT_FOR_S: f64 = 2.0;
+const SILENT: f64 = 0.8;
 /// Odds of a new object that an undescribed agent's detection has at least and at most. Where its scores are learnt, their odds are
 /// those of a detection that nothing else is known of, and nothing else reduces them.
 const BIRTH_ODDS: [f64; 2] = [0.05, 1.0];
@@ -62,6 +66,8 @@ pub(crate) struct LearntSensor {
     pub(super) classes: ClassLaw,
     /// How its scores are read.
     pub(super) scores: ScoreModel,
+    /// Whether it has detected something lately that is there.
+    pub(super) detects: bool,
 }
 
 /// How a frame is read.
@@ -71,6 +77,12 @@ pub(crate) struct FrameReading {
     pub(crate) model: DetectionModel,
     /// What it covers; `None` where its missed detections do not count.
     pub(crate) coverage: Option<Coverage>,
+}
+
+/// How the misses of an agent that detects nothing are read, with this time between its frames.
+fn silent(profile: &DetectionProfile, interval_s: f64) -> DetectionProfile {
+    let share = (interval_s / SILENT_FOR_S).min(1.0);
+    profile.map(|probability| probability.min(SILENT) * share)
 }
 
 impl LearntSensor {
@@ -86,9 +98,13 @@ impl LearntSensor {
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
             reading.model.persistence = Persistence::by_rate(declared.model.interval_s);
-            if let Some(coverage) = &mut reading.coverage {
-                coverage.profile = profile;
-            }
+        }
+        if let Some(coverage) = &mut reading.coverage {
+            coverage.profile = if self.detects {
+                reading.model.profile
+            } else {
+                silent(&reading.model.profile, declared.model.interval_s)
+            };
         }
         reading
     }
@@ -143,5 +159,6 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ("learning.undescribed_correlation", UNDESCRIBED_CORRELATION.to_string()),
         ("learning.birth_odds", format!("{BIRTH_ODDS:?}, with learnt scores the most")),
         ("learning.objects_over_clutter", OBJECTS_OVER_CLUTTER.to_string()),
+        ("learning.silent", format!("{SILENT} in {SILENT_FOR_S} s")),
     ]
 }

@@ -2,8 +2,14 @@
 //!
 //! What one agent reports another one reports, too, as often as it detects objects there, if it is real; and hardly ever if it
 //! is not. The share of the expected detections is the probability of being real. Only an agent that stands elsewhere is asked:
-//! from one place the same things look like objects. Before anybody is there, scores are read by one law for all; the scores of
-//! the best detections shift it, as a detector whose best ones score low is seldom one that detects nothing.
+//! from one place the same things look like objects.
+//!
+//! Where nobody stands elsewhere, the agent's own next frame tells: it holds a real object again as often as the agent detects one that
+//! it has just detected, and a false one with [`FALSE_AGAIN`] of that. This needs no second viewpoint and no scale: the scores of the
+//! same detections under any increasing function are read alike.
+//!
+//! Before either is known, scores are read by one law for all; the scores of the best detections shift it, as a detector whose best
+//! ones score low is seldom one that detects nothing.
 
 use crate::values::{SCORE_BANDS, ScoreBand, ScoreModel, logit};
 use serde::{Deserialize, Serialize};
@@ -17,6 +23,18 @@ const NEUTRAL_LN: f64 = -0.847_297_860_387_203_7;
 const BEST_LN: f64 = 0.4;
 /// The law of all has the weight of so many expected detections in each band.
 const PRIOR: f64 = 30.0;
+/// Successive frames are independent evidence after so long, s; further apart they are not compared.
+const INDEPENDENT_AFTER_S: f64 = 0.5;
+const FOLLOWED_AFTER_AT_MOST: Span = Span::from_millis(2500);
+/// Scores whose calibration differs by less than this, ln, over all bands that are known say nothing.
+const UNINFORMATIVE_LN: f64 = 0.7;
+/// What is false is detected again with this share of the probability of a real object: .57-.69 of four detectors with the lowest scores
+/// of real traffic.
+const FALSE_AGAIN: f64 = 0.6;
+/// The law of all has the weight of so many expected detections against the agent's own next frames, which tell no false object that
+/// persists: with them alone the probability of being real is at most this.
+const PRIOR_OF_OWN: f64 = 10.0;
+const MOST_BY_OWN: f64 = 0.9;
 /// Probabilities of being real are at least and at most this.
 const REAL: [f64; 2] = [0.02, 0.95];
 /// Frames further apart are not compared, and sensors nearer to each other.
@@ -33,6 +51,9 @@ pub(super) struct ScoreCounts {
     /// Detections of others that are expected if all is real, and those that there were, by band.
     expected: [f64; SCORE_BANDS],
     detected: [f64; SCORE_BANDS],
+    /// The same of the agent's own next frames, beyond what is expected if nothing is real.
+    own_expected: [f64; SCORE_BANDS],
+    own_detected: [f64; SCORE_BANDS],
     /// Sum of ln of the odds of the best score of each frame, and their number.
     best: (f64, f64),
     /// The least and the greatest score.
@@ -44,6 +65,8 @@ impl Default for ScoreCounts {
         Self {
             expected: [0.0; SCORE_BANDS],
             detected: [0.0; SCORE_BANDS],
+            own_expected: [0.0; SCORE_BANDS],
+            own_detected: [0.0; SCORE_BANDS],
             best: (0.0, 0.0),
             range: (f64::INFINITY, f64::NEG_INFINITY),
         }
@@ -95,9 +118,30 @@ impl ScoreCounts {
         self.detected[band.index()] += if witness.is_detected { UNITS } else { 0.0 };
     }
 
+    /// Counts what the agent's own next frame says of a detection: whether it holds it again, which it does with this probability if
+    /// it is real.
+    pub(super) fn add_followed(
+        &mut self,
+        scored: &Scored,
+        at: Timestamp,
+        probability: f64,
+        is_detected: bool,
+    ) {
+        let apart = at - scored.at;
+        if apart <= Span::ZERO || apart > FOLLOWED_AFTER_AT_MOST {
+            return;
+        }
+        let weight = UNITS * (apart.as_secs_f64() / INDEPENDENT_AFTER_S).min(1.0);
+        let by_chance = FALSE_AGAIN * probability;
+        let detected = if is_detected { 1.0 } else { 0.0 };
+        self.own_expected[scored.band.index()] += libm::round(weight * (probability - by_chance));
+        self.own_detected[scored.band.index()] += libm::round(weight * (detected - by_chance));
+    }
+
     /// Lets what was counted fade.
     pub(super) fn scale(&mut self, factor: f64) {
-        for sums in [&mut self.expected, &mut self.detected] {
+        let Self { expected, detected, own_expected, own_detected, .. } = self;
+        for sums in [expected, detected, own_expected, own_detected] {
             sums.iter_mut().for_each(|sum| *sum *= factor);
         }
         self.best.0 *= factor;
@@ -123,19 +167,51 @@ impl ScoreCounts {
         }
         let neutral = self.neutral_ln();
         let centres = ScoreBand::centres();
+        let by_law: [f64; SCORE_BANDS] =
+            centres.map(|centre| 1.0 / (1.0 + libm::exp(-SLOPE * (centre - neutral))));
+        let share = |detected: f64, expected: f64, (before, weight): (f64, f64)| {
+            ((detected / UNITS).max(0.0) + weight * before) / (expected / UNITS + weight)
+        };
         let by_band: [f64; SCORE_BANDS] = std::array::from_fn(|band| {
-            let by_law = 1.0 / (1.0 + libm::exp(-SLOPE * (centres[band] - neutral)));
-            let (expected, detected) = (self.expected[band] / UNITS, self.detected[band] / UNITS);
-            (detected + PRIOR * by_law) / (expected + PRIOR)
+            let mut by_own =
+                share(self.own_detected[band], self.own_expected[band], (by_law[band], PRIOR_OF_OWN));
+            if self.own_expected[band] >= UNITS {
+                by_own = by_own.min(MOST_BY_OWN);
+            }
+            share(self.detected[band], self.expected[band], (by_own, PRIOR))
         });
-        let counts = self.expected.map(|expected| expected / UNITS + PRIOR);
+        let known = self.known();
+        let counts = known.map(|known| known + PRIOR);
         #[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
         let ln_odds = std::array::from_fn(|band| {
-            let by_law = SLOPE * (centres[band] - neutral);
             // What nobody confirmed or disputed is read by the law itself: its tails are no probabilities of a count.
-            if self.expected[band] < UNITS { by_law as f32 } else { ln_odds_of(by_band[band]) as f32 }
+            if known[band] < 1.0 {
+                (SLOPE * (centres[band] - neutral)) as f32
+            } else {
+                ln_odds_of(by_band[band]) as f32
+            }
         });
-        ScoreModel::Calibrated { ln_odds: increasing(ln_odds, counts) }
+        let ln_odds = increasing(ln_odds, counts);
+        if self.are_uninformative(&ln_odds) {
+            ScoreModel::Ignored
+        } else {
+            ScoreModel::Calibrated { ln_odds }
+        }
+    }
+
+    /// What is known of each band, in expected detections.
+    fn known(&self) -> [f64; SCORE_BANDS] {
+        std::array::from_fn(|band| (self.expected[band] + self.own_expected[band]) / UNITS)
+    }
+
+    /// Whether what is well known of several bands is all the same.
+    fn are_uninformative(&self, ln_odds: &[f32; SCORE_BANDS]) -> bool {
+        let known = self.known();
+        let well_known =
+            || ln_odds.iter().zip(known).filter(|(_, known)| *known > PRIOR).map(|(ln, _)| f64::from(*ln));
+        let (least, most) =
+            (well_known().fold(f64::INFINITY, f64::min), well_known().fold(f64::NEG_INFINITY, f64::max));
+        well_known().count() > 1 && most - least < UNINFORMATIVE_LN
     }
 }
 
@@ -173,7 +249,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![(
         "learning.score",
         format!(
-            "slope {SLOPE} about ln odds {NEUTRAL_LN} where the best have {BEST_LN}; weight {PRIOR}, real {REAL:?}"
+            "slope {SLOPE} about ln odds {NEUTRAL_LN} where the best have {BEST_LN}; weight {PRIOR}, real {REAL:?}; own frames {INDEPENDENT_AFTER_S} s apart, weight {PRIOR_OF_OWN}, false again {FALSE_AGAIN}, at most {MOST_BY_OWN}; all the same within {UNINFORMATIVE_LN}"
         ),
     )]
 }
@@ -219,6 +295,48 @@ mod tests {
         assert!(ghosts.model().ln_odds(0.6) < -1.0, "{:?}", ghosts.model());
     }
 
+    /// Own next frames 0.1 s apart, of a detector that detects real objects again in nine of ten cases.
+    fn follow(counts: &mut ScoreCounts, score: f64, again_in_100: i64) {
+        for k in 0..2000 {
+            let at = AT + Span::from_millis(100 * k);
+            let scored = Scored { band: ScoreBand::of(score), at, sensor: [0.0, 0.0] };
+            counts.add_followed(&scored, at + Span::from_millis(100), 0.9, k % 100 < again_in_100);
+        }
+    }
+
+    #[test]
+    fn without_another_viewpoint_the_own_next_frames_calibrate_scores_whatever_their_scale() {
+        // Of the lower scores the half is false, and six tenths of that is detected again; of the higher ones all is real.
+        // Scores in the middle of bands.
+        for [low, high] in [[0.245, 0.755], [0.033, 0.407], [0.755, 0.966]] {
+            let mut counts = with_best(high);
+            follow(&mut counts, low, 72);
+            follow(&mut counts, high, 90);
+            let model = counts.model();
+            assert!(model.ln_odds(low).abs() < 0.5, "{low}: {model:?}");
+            assert!(model.ln_odds(high) > 1.5, "{high}: {model:?}");
+        }
+    }
+
+    #[test]
+    fn scores_that_differ_and_say_nothing_are_no_evidence() {
+        let mut counts = with_best(0.9);
+        for score in [0.1, 0.25, 0.4, 0.6, 0.75, 0.9] {
+            follow(&mut counts, score, 80);
+        }
+        assert_eq!(counts.model(), ScoreModel::Ignored);
+    }
+
+    #[test]
+    fn a_frame_long_after_or_at_the_same_time_follows_none() {
+        let scored = Scored { band: ScoreBand::of(0.5), at: AT, sensor: [0.0, 0.0] };
+        let mut counts = with_best(0.9);
+        let before = counts.clone();
+        counts.add_followed(&scored, AT, 0.9, true);
+        counts.add_followed(&scored, AT + Span::from_millis(4000), 0.9, false);
+        assert_eq!(counts, before);
+    }
+
     #[test]
     fn a_detector_whose_best_detections_score_low_is_read_by_them() {
         let [usual, low] = [0.9, 0.2].map(|best| with_best(best).model());
@@ -231,7 +349,8 @@ mod tests {
         let mut counts = with_best(0.9);
         (0..500).for_each(|_| counts.add(ScoreBand::of(0.2), &witness(true)));
         (0..500).for_each(|_| counts.add(ScoreBand::of(0.6), &witness(false)));
-        let ScoreModel::Calibrated { ln_odds } = counts.model() else { panic!("scores differ") };
+        let model = counts.model();
+        let ln_odds: Vec<f64> = (1..100).map(|score| model.ln_odds(f64::from(score) / 100.0)).collect();
         assert!(ln_odds.is_sorted(), "{ln_odds:?}");
     }
 

@@ -44,12 +44,16 @@ pub(super) struct TrackMemory {
 struct AgentMemory {
     /// What its last frame held.
     last: Option<bool>,
+    /// Whether any of its frames did.
+    has_detected: bool,
     /// A report that a later one is to be compared with.
     report: Option<Report>,
     /// Its last innovation.
     innovation: Option<Innovation>,
     /// Its last detection, until another agent has confirmed it or not.
     scored: Option<Scored>,
+    /// The same, until its own next frame has.
+    followed: Option<Scored>,
 }
 
 impl TrackMemory {
@@ -59,8 +63,11 @@ impl TrackMemory {
     }
 
     /// Whether what happens to it now says something about sensors.
+    ///
+    /// What one agent alone sees, and several others do not, is rather its error than theirs.
     pub(super) fn counts(&self) -> bool {
-        self.is_real && self.n_detections >= LEAST_DETECTIONS
+        let n_detecting = self.by_agent.iter().filter(|known| known.has_detected).count();
+        self.is_real && self.n_detections >= LEAST_DETECTIONS && 2 * n_detecting >= self.by_agent.len()
     }
 
     /// The agent's place.
@@ -74,12 +81,15 @@ impl TrackMemory {
 
     /// Frames are left out: the next one of each agent does not follow the last one that was noted.
     pub(super) fn leave_gap(&mut self) {
-        self.by_agent.iter_mut().for_each(|known| known.last = None);
+        for known in &mut self.by_agent {
+            (known.last, known.followed) = (None, None);
+        }
     }
 
     /// Notes a frame of the agent at a place; what its frame before held.
     pub(super) fn note(&mut self, place: usize, is_detected: bool) -> Option<bool> {
         self.n_detections += u32::from(is_detected);
+        self.by_agent[place].has_detected |= is_detected;
         self.by_agent[place].last.replace(is_detected)
     }
 
@@ -102,7 +112,13 @@ impl TrackMemory {
 
     /// Notes a detection that another agent may confirm.
     pub(super) fn note_score(&mut self, place: usize, scored: Scored) {
+        self.by_agent[place].followed = Some(scored);
         self.n_scored += u32::from(self.by_agent[place].scored.replace(scored).is_none());
+    }
+
+    /// The last detection of the agent at a place, once, for its next frame.
+    pub(super) fn take_followed(&mut self, place: usize) -> Option<Scored> {
+        self.by_agent[place].followed.take()
     }
 
     /// Whether there is a detection that another agent may confirm.

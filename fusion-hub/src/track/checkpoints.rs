@@ -230,6 +230,7 @@ mod tests {
             yaw_variance: 0.01,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         };
         Snapshot::initial(&frame, &z, ScoreEvidence::NONE, true)
     }

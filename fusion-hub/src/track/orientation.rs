@@ -6,7 +6,7 @@
 //! alone: where reported headings contradict it for long, they do not count any more, and heading never overrules positions.
 
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
-use crate::values::{Measurement, PositionInnovation};
+use crate::values::{ExpectedPlace, Measurement, PositionInnovation};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use v2x_common::class::{Class, ClassGroup};
@@ -19,14 +19,17 @@ use v2x_common::time::{Span, Timestamp};
 const SWAPPED: f64 = 0.0025;
 /// A report within this squared distance (χ²) is as reported: nothing else is considered.
 const NEAR: f64 = 4.0;
+/// Width and depth are not taken as exchanged where they then fit worse by more than this (χ²).
+const NEARLY_ALIKE: f64 = 1.0;
 /// Upper limit of the cost of a size.
 const SIZE_CAP: f64 = 12.0;
 /// Variance of a heading of which nothing is known, rad²; and of a report that says nothing of it, which must not add up.
 const UNKNOWN_VARIANCE: f64 = 9.0;
 const NO_REPORT_VARIANCE: f64 = 1e6;
 
-/// The course counts from this speed on, m/s, and from so many standard deviations of it.
-const LEAST_SPEED_MPS: f64 = 1.0;
+/// The course counts from this speed on, m/s (of people and animals from the second one on), and from so many standard deviations
+/// of it.
+const LEAST_SPEED_MPS: [f64; 2] = [1.0, 0.5];
 const LEAST_SPEED_SIGMAS: f64 = 4.0;
 /// Of an object whose heading nobody reports, from this speed on, once positions alone predict it better than the filter.
 const LEAST_SPEED_UNKNOWN_MPS: f64 = 0.3;
@@ -45,7 +48,7 @@ const REPORT_WEIGHT: f64 = 0.1;
 const MOST_BY_MOTION: f64 = 5.0;
 /// Evidence of motion in a second, at the speed at which it counts in full, m/s.
 const MOTION_PER_S: f64 = 30.0;
-const FULL_SPEED_MPS: f64 = 1.5;
+const FULL_SPEED_MPS: [f64; 2] = [1.5, 0.5];
 /// The most that a single report says of motion, for it may be of another object: that is less likely where it comes so soon, s, after
 /// the report before.
 const MOST_AT_ONCE: f64 = 1.0;
@@ -69,8 +72,16 @@ const INDEPENDENT_AFTER_S: f64 = 0.35;
 const IN_DOUBT: f32 = 5.0;
 const MOST_DOUBT_BY_ONE: [f64; 2] = [-3.0, 6.0];
 const OFF_COURSE: f64 = 9.0;
+/// A heading that differs from that of the filter by more than this, rad, is held against the course at once: on a bend, the course lags.
+const ODD: f64 = 0.2;
+/// Positions alone count beside the filter from here on, ln.
+const OPEN: f32 = 1.0;
 /// Most evidence of one report.
 const MOST_BY_ONE: [f64; 2] = [-2.0, 6.0];
+
+/// Until positions know the velocity better than this share of what is assumed of its class, the heading does not say alone where
+/// the object will be.
+const VELOCITY_KNOWN: f64 = 0.5;
 
 /// What is known of an object's orientation beside its filter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -177,7 +188,8 @@ impl Orientation {
         if let Some(velocity) = &z.velocity {
             self.path.update_velocity(velocity);
         }
-        if !held.class.has_front() {
+        let z = &Measurement { since_last_s: z.since_last_s.max(dt_s.abs()), ..*z };
+        if held.class.is_immobile() {
             return Read { z: *z, first: Action::Nothing, by_positions };
         }
         let since = at - self.weighed_at;
@@ -187,9 +199,9 @@ impl Orientation {
         }
         let since_s = since.as_secs_f64();
         if z.heading == HeadingKind::Unknown {
-            let course = self.course();
+            let course = self.course(held.class);
             if let Some(course) = course.as_ref().filter(|_| is_due) {
-                self.weigh_motion(held.state.heading().0, course, since_s);
+                self.weigh_motion(held, course, since_s);
             }
             let z = self.without_heading(z, course.as_ref());
             return Read { z, first: Action::Nothing, by_positions };
@@ -197,7 +209,8 @@ impl Orientation {
         let odds_ln = if z.heading == HeadingKind::Axis { 0.0 } else { front_odds_ln };
         let chosen = choose(z, held, odds_ln);
         let was_unreliable = self.unreliable > 0.0;
-        let course = if is_due || was_unreliable { self.course() } else { None };
+        let is_odd = chosen.cost > NEAR && axis_difference(chosen.yaw, held.state.heading().0).abs() > ODD;
+        let course = if is_due || is_odd || was_unreliable { self.course(held.class) } else { None };
         if let Some(course) = course.as_ref().filter(|_| is_due) {
             self.weigh_reliability(chosen.yaw, z.yaw_variance, course, since_s);
         }
@@ -210,9 +223,14 @@ impl Orientation {
         }
         self.weigh_front(&chosen, odds_ln);
         if let Some(course) = course.as_ref().filter(|_| is_due) {
-            self.weigh_motion(held.state.heading().0, course, since_s);
+            self.weigh_motion(held, course, since_s);
         }
-        let mut read = Read { z: taken(z, &chosen), first: Action::Nothing, by_positions };
+        let mut z = taken(z, &chosen);
+        if is_odd && course.as_ref().is_some_and(|course| is_worse(&z, held.state.heading().0, course)) {
+            // Of several agents one may err for good: the others' headings stay.
+            z.yaw_variance = NO_REPORT_VARIANCE;
+        }
+        let mut read = Read { z, first: Action::Nothing, by_positions };
         if f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
             self.by_reports = -self.by_reports;
             self.by_motion = -self.by_motion;
@@ -226,7 +244,7 @@ impl Orientation {
     /// much worse for some time and its heading is off the course, positions count: the path that the object is set to.
     pub(super) fn overrule(
         &mut self,
-        read: &Read,
+        (read, class): (&Read, Class),
         by_filter: &PositionInnovation,
         heading: impl FnOnce() -> (f64, f64),
     ) -> Option<Path> {
@@ -243,7 +261,7 @@ impl Orientation {
             // No heading is lost: whichever way it moves, positions know better.
             self.any_course(LEAST_SPEED_UNKNOWN_MPS)?
         } else {
-            let course = self.course()?;
+            let course = self.course(class)?;
             let (yaw, variance) = heading();
             let off = axis_difference(yaw, course.yaw);
             let expected = variance + course.yaw_variance + SLIP * SLIP;
@@ -257,10 +275,23 @@ impl Orientation {
         Some(Path { position: self.path.position, covariance: self.path.pp, course })
     }
 
-    /// The course, where the object moves for certain.
-    fn course(&self) -> Option<Course> {
+    /// Where positions alone expect the object at a time, until they know its velocity well and the filter predicts it as well.
+    pub(crate) fn expected(&self, at: Timestamp, class: Class) -> Option<ExpectedPlace> {
+        let motion = MotionParams::of(class);
+        let limit = VELOCITY_KNOWN * motion.sigma_velocity_mps;
+        if self.path.vv.xx.max(self.path.vv.yy) <= limit * limit && self.doubt < OPEN {
+            return None;
+        }
+        let mut path = self.path;
+        path.predict((at - self.at).as_secs_f64(), motion.accel_psd);
+        Some(ExpectedPlace { position: path.position, covariance: path.pp })
+    }
+
+    /// The course, where an object of a class moves for certain.
+    fn course(&self, class: Class) -> Option<Course> {
         let variance = self.path.vv.xx.max(self.path.vv.yy);
-        self.any_course(LEAST_SPEED_MPS.max(LEAST_SPEED_SIGMAS * libm::sqrt(variance)))
+        let least_mps = LEAST_SPEED_MPS[usize::from(walks(class))];
+        self.any_course(least_mps.max(LEAST_SPEED_SIGMAS * libm::sqrt(variance)))
     }
 
     /// The course from a speed on, m/s.
@@ -309,10 +340,12 @@ impl Orientation {
         self.conflict = CONFLICT_KEPT * self.conflict + f32::from(u8::from(is_open));
     }
 
-    /// Holds the front, rad, against the course.
-    fn weigh_motion(&mut self, front: f64, course: &Course, dt_s: f64) {
-        let along = libm::cos(angle_difference(front, course.yaw));
-        let full = ((course.speed - LEAST_SPEED_MPS) / FULL_SPEED_MPS).clamp(0.0, 1.0);
+    /// Holds the front against the course.
+    fn weigh_motion<F: Filter>(&mut self, held: &Held<'_, F>, course: &Course, dt_s: f64) {
+        let along = libm::cos(angle_difference(held.state.heading().0, course.yaw));
+        let [least_mps, full_mps] =
+            [LEAST_SPEED_MPS, FULL_SPEED_MPS].map(|of| of[usize::from(walks(held.class))]);
+        let full = ((course.speed - least_mps) / full_mps).clamp(0.0, 1.0);
         let most = if dt_s.abs() <= SOON_S { MOST_AT_ONCE_SOON } else { MOST_AT_ONCE };
         let evidence = (MOTION_PER_S * dt_s.abs()).min(most) * full * along;
         let by_motion = f64::from(self.by_motion) + evidence;
@@ -385,7 +418,9 @@ fn choose<F: Filter>(z: &Measurement, held: &Held<'_, F>, odds_ln: f64) -> Hypot
         let (size, variance) = held.state.rough_size();
         let own = z.size_distance2(size, variance).min(SIZE_CAP);
         let exchanged = z.exchanged().size_distance2(size, variance).min(SIZE_CAP);
-        for quarter in [FRAC_PI_2, -FRAC_PI_2] {
+        // Where the sizes say that they are not exchanged, it is the heading that is wrong.
+        let may_be_exchanged = exchanged <= own + NEARLY_ALIKE;
+        for quarter in [FRAC_PI_2, -FRAC_PI_2].into_iter().filter(|_| may_be_exchanged) {
             let yaw = wrap_angle(z.yaw + quarter);
             let cost = distance2(yaw) - 2.0 * libm::log(SWAPPED) + exchanged - own;
             if cost < best.cost {
@@ -394,6 +429,18 @@ fn choose<F: Filter>(z: &Measurement, held: &Held<'_, F>, odds_ln: f64) -> Hypot
         }
     }
     best
+}
+
+/// Whether a report's heading is off the course of an object whose heading is nearer to it.
+fn is_worse(z: &Measurement, heading: f64, course: &Course) -> bool {
+    let off = axis_difference(z.yaw, course.yaw);
+    let expected = z.yaw_variance + course.yaw_variance + SLIP * SLIP;
+    off * off > OFF_COURSE * expected && axis_difference(heading, course.yaw).abs() < off.abs()
+}
+
+/// Whether objects of a class go at the pace of people.
+fn walks(class: Class) -> bool {
+    class.group() == ClassGroup::Pedestrian
 }
 
 fn is_four_wheeled(class: Class) -> bool {
@@ -419,21 +466,29 @@ pub(super) fn first_read(z: &Measurement) -> Measurement {
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("orientation.swapped", format!("{SWAPPED}, as reported within {NEAR}, size at most {SIZE_CAP}")),
+        (
+            "orientation.swapped",
+            format!(
+                "{SWAPPED}, as reported within {NEAR}, size at most {SIZE_CAP}, alike within {NEARLY_ALIKE}"
+            ),
+        ),
         (
             "orientation.course",
             format!(
-                "{LEAST_SPEED_MPS} m/s ({LEAST_SPEED_UNKNOWN_MPS} where unknown), {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}, every {} s",
+                "{LEAST_SPEED_MPS:?} m/s ({LEAST_SPEED_UNKNOWN_MPS} where unknown, velocity known at {VELOCITY_KNOWN}), {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}, every {} s",
                 WEIGHED_EVERY.as_secs_f64()
             ),
         ),
         (
             "orientation.front",
             format!(
-                "reports {REPORT_WEIGHT}, motion {MOTION_PER_S}/s at {FULL_SPEED_MPS} m/s beyond that, at once {MOST_AT_ONCE_SOON} within {SOON_S} s and {MOST_AT_ONCE} later, {MOST_BY_MOTION} at most, turned below {TURN_ROUND}"
+                "reports {REPORT_WEIGHT}, motion {MOTION_PER_S}/s at {FULL_SPEED_MPS:?} m/s beyond that, at once {MOST_AT_ONCE_SOON} within {SOON_S} s and {MOST_AT_ONCE} later, {MOST_BY_MOTION} at most, turned below {TURN_ROUND}"
             ),
         ),
-        ("orientation.doubt", format!("{IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}")),
+        (
+            "orientation.doubt",
+            format!("open from {OPEN}, {IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}, odd {ODD}"),
+        ),
         ("orientation.conflict", format!("{CONFLICT_KEPT} kept, beyond {IN_CONFLICT}, decided at {DECIDED}")),
         (
             "orientation.unreliable",

@@ -20,6 +20,10 @@ const VIEW_MARGIN_M: f64 = 0.5;
 /// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
 
+/// An object that does not move along its heading has this probability, and -2 ln of it.
+const SIDEWAYS_SHARE: f64 = 0.02;
+const SIDEWAYS: f64 = 7.8;
+
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot<F> {
@@ -95,6 +99,8 @@ impl<F: Filter> Snapshot<F> {
         let mut support = Support::default();
         if frame.model.keeps_support {
             support.note_detection(frame.agent, at, score);
+        } else {
+            support.note_known_detection(frame.agent, at);
         }
         let mut counts = [(Class::Unknown, 0); MAX_CLASSES];
         counts[0] = (z.class, 1);
@@ -139,6 +145,8 @@ impl<F: Filter> Snapshot<F> {
     #[inline(always)]
     pub(super) fn read(&mut self, frame: &FrameEvidence<'_>, z: &Measurement) -> Read {
         self.survive_to(frame.at);
+        // Of each agent: others may report the object at the same time.
+        let z = &Measurement { since_last_s: frame.model.interval_s, ..*z };
         let HeadingLaw::Mixture { front_odds_ln, .. } = frame.model.headings else {
             return Read::as_reported(z);
         };
@@ -162,11 +170,19 @@ impl<F: Filter> Snapshot<F> {
         report: impl FnOnce() -> ReportEvidence,
     ) {
         let FrameEvidence { at, agent, model } = *frame;
-        if model.headings != HeadingLaw::AsReported {
-            self.overrule_heading(read, innovation);
-        }
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
+        let mut innovation = innovation;
+        if model.headings != HeadingLaw::AsReported {
+            self.overrule_heading(read, innovation);
+            // It may be the object that does not move along its heading.
+            if innovation.mahalanobis2 > SIDEWAYS
+                && read.by_positions.minus_two_ln() + SIDEWAYS < innovation.minus_two_ln()
+            {
+                innovation = &read.by_positions;
+                over_clutter *= SIDEWAYS_SHARE;
+            }
+        }
         if model.keeps_support {
             if is_unlikely && model.scores == ScoreModel::Ignored {
                 // It may be of a new object. Low scores, however, are of the same clutter.
@@ -174,6 +190,8 @@ impl<F: Filter> Snapshot<F> {
             }
             over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));
             self.support.note_detection(agent, at, score);
+        } else {
+            self.support.note_known_detection(agent, at);
         }
         self.existence = self.existence.reported(innovation, over_clutter).within(&model.persistence);
         if is_unlikely {
@@ -188,8 +206,9 @@ impl<F: Filter> Snapshot<F> {
 
     /// Where positions have long contradicted the heading, they count.
     fn overrule_heading(&mut self, read: &Read, innovation: &PositionInnovation) {
-        if self.motion_class().has_front()
-            && let Some(path) = self.orientation.overrule(read, innovation, || self.state.heading())
+        let class = self.motion_class();
+        if !class.is_immobile()
+            && let Some(path) = self.orientation.overrule((read, class), innovation, || self.state.heading())
         {
             self.state.move_to(path.position, &path.covariance);
             self.state.redirect(&path.course);

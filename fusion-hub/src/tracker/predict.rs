@@ -5,7 +5,7 @@ use super::store::TrackStore;
 use super::whereabouts::Whereabouts;
 use crate::filter::{Due, Filter};
 use crate::track::{FrameSlot, StoredFrame, Track, TrackContext};
-use crate::values::{Coast, Coverage, Measurement, PredictedMeasurement, SharedError};
+use crate::values::{Coast, Coverage, ExpectedPlace, Measurement, PredictedMeasurement, SharedError};
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
 
@@ -43,6 +43,7 @@ struct Known {
     /// Probability that it exists at the time of the frame.
     existence: f64,
     shared_error: SharedError,
+    by_positions: Option<ExpectedPlace>,
 }
 
 impl<F> Default for Predictions<F> {
@@ -156,6 +157,7 @@ impl<F: Filter> Predictions<F> {
             class: estimate.class(),
             existence,
             shared_error: estimate.shared_error,
+            by_positions: estimate.orientation.expected(at, estimate.motion_class()),
         });
     }
 
@@ -200,6 +202,7 @@ impl Known {
     #[inline]
     fn complete(&self, predicted: &mut PredictedMeasurement, frame: &StoredFrame) {
         let own = frame.pose_variance(predicted.position);
+        predicted.by_positions = self.by_positions;
         predicted.widen_position(self.shared_error.apart(frame.agent, own));
         if let Some(coverage) = &frame.coverage
             && coverage.covers(predicted.position, 0.0)
@@ -275,6 +278,7 @@ mod tests {
             yaw_variance: 0.01,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         }
     }
 

@@ -127,6 +127,7 @@ impl CompactMeasurement {
             size_law: [1, 2].map(|bit| (self.has_law & bit != 0).then(|| laws.0[usize::from(self.law)])),
             velocity: None,
             is_track: self.is_track,
+            since_last_s: f64::INFINITY,
         }
     }
 
@@ -189,6 +190,7 @@ mod tests {
             heading: HeadingKind::Known,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         };
         let mut laws = SizeLaws::default();
         let back = CompactMeasurement::new(&z, &CERTAIN, &mut laws).expanded(&laws);
@@ -218,6 +220,7 @@ mod tests {
                 heading: HeadingKind::Known,
                 velocity: None,
                 is_track: false,
+                since_last_s: f64::INFINITY,
             };
             assert!(
                 r.is_valid() && CompactMeasurement::new(&z, &CERTAIN, &mut laws).expanded(&laws).r.is_valid(),

@@ -35,6 +35,12 @@ impl DetectionProfile {
         Self { by_range, correlation, is_uniform: false }
     }
 
+    /// With other probabilities.
+    #[must_use]
+    pub fn map(&self, of: impl Fn(f64) -> f64) -> Self {
+        Self { by_range: self.by_range.map(of), ..*self }
+    }
+
     /// Whether the range matters: it takes a square root to know.
     #[inline]
     pub const fn depends_on_range(&self) -> bool {

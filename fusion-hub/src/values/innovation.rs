@@ -20,4 +20,9 @@ impl PositionInnovation {
         let weighted = [s.yy * dx + dy * -s.xy, s.xx * dy + dx * -s.xy];
         Self { mahalanobis2: (dx * weighted[0] + dy * weighted[1]) / determinant, determinant }
     }
+
+    /// -2 ln of the density, without its constant.
+    pub fn minus_two_ln(&self) -> f64 {
+        self.mahalanobis2 + libm::log(self.determinant)
+    }
 }

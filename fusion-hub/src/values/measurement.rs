@@ -31,6 +31,8 @@ pub struct Measurement {
     pub velocity: Option<Velocity>,
     /// Whether it is a track of the agent: its error then depends on earlier ones of that track.
     pub is_track: bool,
+    /// Time since the report of the object before, s; infinite where it is not known.
+    pub since_last_s: f64,
 }
 
 /// A sensor's declared law of size errors: reported = f · true, with f ~ N(1, σ²) cut off below.

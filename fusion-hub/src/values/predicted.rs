@@ -24,6 +24,17 @@ pub struct PredictedMeasurement {
     pub yaw_variance: f64,
     /// Probability that the frame holds a detection of the track; one half where it is unknown.
     pub report_probability: f64,
+    /// Where positions alone expect it, as long as they know its velocity worse than its heading seems to.
+    pub by_positions: Option<ExpectedPlace>,
+}
+
+/// Where an object is expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedPlace {
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Its covariance, m².
+    pub covariance: Covariance2,
 }
 
 impl PredictedMeasurement {
@@ -33,6 +44,10 @@ impl PredictedMeasurement {
         for covariance in [&mut self.position_covariance, &mut self.gate_covariance] {
             covariance.xx += variance;
             covariance.yy += variance;
+        }
+        if let Some(place) = &mut self.by_positions {
+            place.covariance.xx += variance;
+            place.covariance.yy += variance;
         }
     }
 }

@@ -235,6 +235,7 @@ impl SensorModel {
             heading: detection.heading,
             velocity: detection.velocity,
             is_track: detection.source_track.is_some(),
+            since_last_s: f64::INFINITY,
         }
     }
 

@@ -18,6 +18,8 @@ const AVERAGED_OVER_S: f32 = 1.0;
 const GHOST_SHARE: f64 = 0.4;
 /// ln of a real object's share over that of a false one: what a detection is worth.
 const LN_ODDS_OF_DETECTION: f64 = 0.916_290_731_874_155;
+/// The same of a detection by a sensor that describes itself: the silence of several others does not outweigh it.
+const LN_ODDS_OF_KNOWN_DETECTION: f64 = 5.0;
 /// Objects differ, and one that is hard to see is missed more often than the mean: no miss says more than at this probability of a
 /// detection.
 const MOST_PROBABILITY: f64 = 0.8;
@@ -78,6 +80,11 @@ impl Support {
         self.note(agent, at, (false, libm::log((1.0 - probability) / (1.0 - GHOST_SHARE * probability))));
     }
 
+    /// Notes a detection by a sensor whose detections are known to be real: existence holds its misses.
+    pub fn note_known_detection(&mut self, agent: AgentSlot, at: Timestamp) {
+        self.note(agent, at, (true, LN_ODDS_OF_KNOWN_DETECTION));
+    }
+
     fn note(&mut self, agent: AgentSlot, at: Timestamp, (is_detected, evidence): (bool, f64)) {
         let at_ms = milliseconds(at);
         let Some(known) = self.place_for(agent, at_ms) else { return };
@@ -122,6 +129,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         ("support.averaged_over_s", AVERAGED_OVER_S.to_string()),
         ("support.ghost_share", GHOST_SHARE.to_string()),
+        ("support.known_detection", LN_ODDS_OF_KNOWN_DETECTION.to_string()),
         ("support.most_probability", MOST_PROBABILITY.to_string()),
         ("support.in_advance", IN_ADVANCE.to_string()),
         ("support.most_against", MOST_AGAINST.to_string()),
@@ -172,6 +180,20 @@ mod tests {
             support.note_missed(b, at(frame), 0.999);
         }
         assert!(support.is_for_a_real_object());
+    }
+
+    #[test]
+    fn silence_of_two_agents_does_not_outweigh_one_that_describes_its_sensor() {
+        let mut names = AgentNames::default();
+        let [known, b, c] = ["known", "b", "c"].map(|name| names.slot_for(AgentId::new(name).unwrap()));
+        let mut support = Support::default();
+        for frame in 0..100 {
+            support.note_known_detection(known, at(frame));
+            for silent in [b, c] {
+                support.note_missed(silent, at(frame), 0.9);
+            }
+            assert!(support.is_for_a_real_object(), "frame {frame}");
+        }
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub(super) fn report(position: [f64; 2], yaw: f64) -> Measurement {
         heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
+        since_last_s: f64::INFINITY,
     }
 }
 
@@ -310,6 +311,7 @@ pub(super) fn anything(random: &mut ChaCha8Rng, near: [f64; 2]) -> Measurement {
         heading: v2x_common::detection::HeadingKind::Known,
         velocity,
         is_track: false,
+        since_last_s: f64::INFINITY,
     }
 }
 

@@ -180,6 +180,7 @@ mod tests {
                 heading: v2x_common::detection::HeadingKind::Known,
                 velocity: None,
                 is_track: false,
+                since_last_s: f64::INFINITY,
             },
         )
     }
