@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, wrap_angle};
-use v2x_common::time::Timestamp;
+use v2x_common::time::{StampUnit, Timestamp};
 
 /// Why a table cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -215,7 +215,8 @@ impl<'a> Row<'a> {
 
     /// A time in seconds.
     pub(crate) fn seconds(&self, column: &'static str) -> Result<Timestamp, CsvError> {
-        seconds::parse(self.text(column)).ok_or_else(|| self.wrong(column, "a time in s"))
+        let text = self.text(column);
+        seconds::parse(text).ok_or_else(|| self.wrong(column, expected_time(text)))
     }
 
     /// A class by its name in any of the known vocabularies; `None` for another name.
@@ -239,6 +240,19 @@ impl<'a> Row<'a> {
             d: size(d)?,
             yaw: wrap_angle(self.number("yaw", f64::is_finite, "an angle in rad")?),
         })
+    }
+}
+
+/// What is expected instead of a text that is no time in seconds, with the unit that it seems to be in.
+fn expected_time(text: &str) -> String {
+    /// The largest time, 292 years.
+    const MAX_S: f64 = 9.22e9;
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number.abs() > MAX_S => match StampUnit::of(number) {
+            Some(unit) => format!("a time in s (it seems to be in {})", unit.name()),
+            None => "a time in s, 9.22e9 at most (is it in milli-, micro- or nanoseconds?)".to_owned(),
+        },
+        _ => "a time in s".to_owned(),
     }
 }
 
@@ -274,5 +288,21 @@ mod tests {
         assert_eq!(message, "a.csv, line 3, column y: \"\", expected a number");
         let message = table("x,y\n1,2,5\n").unwrap().next_row().unwrap_err().to_string();
         assert_eq!(message, "a.csv, line 2: 3 cells under 2 columns");
+    }
+
+    #[test]
+    fn a_time_in_another_unit_since_1970_is_named_with_the_unit() {
+        for (x, unit) in [
+            ("1700000000050", "a time in s (it seems to be in milliseconds)"),
+            ("1.7e15", "a time in s (it seems to be in microseconds)"),
+            ("1700000000050000000", "a time in s (it seems to be in nanoseconds)"),
+            ("58000000000", "a time in s, 9.22e9 at most (is it in milli-, micro- or nanoseconds?)"),
+            ("soon", "a time in s"),
+        ] {
+            let text = format!("x,y\n{x},0\n");
+            let mut table = table(&text).unwrap();
+            let message = table.next_row().unwrap().unwrap().seconds("x").unwrap_err().to_string();
+            assert_eq!(message, format!("a.csv, line 2, column x: {x:?}, expected {unit}"));
+        }
     }
 }

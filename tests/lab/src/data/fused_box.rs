@@ -16,6 +16,8 @@ pub struct FusedBox {
     pub class: Class,
     /// Existence probability, 0 to 1.
     pub existence: f64,
+    /// The published velocity east and north, m/s; `None` where the method has none.
+    pub velocity: Option<[f64; 2]>,
     /// The published covariance.
     pub covariance: BoxCovariance,
     /// The method's track.
@@ -35,6 +37,7 @@ impl FusedBox {
             bev: fused.bev,
             class: fused.class,
             existence: fused.existence,
+            velocity: Some([fused.velocity.0, fused.velocity.1]),
             covariance: BoxCovariance { position, ww, dd, yaw },
             track: fused.track,
             object,

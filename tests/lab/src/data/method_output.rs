@@ -16,7 +16,7 @@ use v2x_common::time::{Span, Timestamp};
 
 /// Required columns.
 pub(crate) const COLUMNS: [&str; 8] = ["t", "track_id", "class", "x", "y", "w", "d", "yaw"];
-const FURTHER_COLUMNS: [&str; 7] = ["det_ids", "existence", "sx", "sy", "sw", "sd", "st"];
+const FURTHER_COLUMNS: [&str; 9] = ["det_ids", "existence", "vx", "vy", "sx", "sy", "sw", "sd", "st"];
 const SIGMAS: [&str; 5] = ["sx", "sy", "sw", "sd", "st"];
 /// A row belongs to a keyframe within this time.
 const TOLERANCE: Span = Span::from_millis(1);
@@ -101,11 +101,14 @@ impl SceneOutput {
             _ => row.number("existence", |p| (0.0..=1.0).contains(&p), "0 to 1, or nothing")?,
         };
         let covariance = if self.claims_accuracy { covariance(row)? } else { BoxCovariance::default() };
+        let speed = |column| row.number_if_any(column, "a speed in m/s, or nothing");
+        let velocity = speed("vx")?.zip(speed("vy")?).map(<[f64; 2]>::from);
         let object = if self.is_matched_by_position { None } else { by_ids(row, frame, exported.reports)? };
         Ok(FusedBox {
             bev: row.bev(["w", "d"])?,
             class: class.unwrap_or(Class::Unknown),
             existence,
+            velocity,
             covariance,
             track: tracks.id(row.text("track_id")),
             object,
@@ -187,6 +190,15 @@ mod tests {
         );
         let tracks: Vec<_> = output.by_keyframe.iter().flatten().map(|one| one.track.0).collect();
         assert_eq!((tracks[0], tracks[0] == tracks[1], tracks[1] == tracks[2]), (tracks[3], false, false));
+    }
+
+    #[test]
+    fn a_velocity_is_read_where_both_of_its_parts_are_given() {
+        let output =
+            read("t,track_id,class,x,y,w,d,yaw,vx,vy\n0,a,car,0,0,2,4,0,3,-4\n0,b,car,9,0,2,4,0,3,\n")
+                .unwrap();
+        let velocities: Vec<_> = output.by_keyframe[0].iter().map(|one| one.velocity).collect();
+        assert_eq!(velocities, [Some([3.0, -4.0]), None]);
     }
 
     #[test]

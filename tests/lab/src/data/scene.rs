@@ -7,6 +7,8 @@ use v2x_common::time::Span;
 
 /// An object is moving if it gets further than this from its first position, m (deploy/docs/methods.md).
 const MOVED_M: f64 = 1.0;
+/// Keyframes that are farther apart than this say nothing of a velocity (nuScenes' `max_time_diff`), s.
+const MAX_STEP_S: f64 = 1.5;
 
 /// Number of scenes of a short evaluation.
 pub(crate) const QUICK_SCENES: usize = 12;
@@ -91,6 +93,22 @@ impl Scene {
         self.is_moving[id.0 as usize]
     }
 
+    /// The velocity of an object of a keyframe, m/s: from its place in the keyframe before to that in the one after, or one
+    /// of them and its own where the other lacks (nuScenes' `box_velocity`). `None` where it is in neither.
+    pub(crate) fn velocity(&self, frame: usize, id: ObjectId) -> Option<[f64; 2]> {
+        let at = |frame: usize| {
+            let Keyframe { at, objects, .. } = self.keyframes.get(frame)?;
+            let object = objects.iter().find(|object| object.id == id)?;
+            Some((at.as_secs_f64(), object.bev))
+        };
+        let (before, own, after) = (frame.checked_sub(1).and_then(at), at(frame)?, at(frame + 1));
+        let n_steps = if before.is_some() && after.is_some() { 2.0 } else { 1.0 };
+        let ((begin_s, from), (end_s, to)) = (before.unwrap_or(own), after.unwrap_or(own));
+        let step_s = end_s - begin_s;
+        let is_known = step_s > 0.0 && step_s <= n_steps * MAX_STEP_S;
+        is_known.then(|| [(to.x - from.x) / step_s, (to.y - from.y) / step_s])
+    }
+
     /// Adds the scene to the statistics.
     pub fn add_to(&self, statistics: &mut Statistics) {
         statistics.scenes += 1;
@@ -147,5 +165,16 @@ mod tests {
         assert!(scene.is_moving(ObjectId(1)));
         let statistics = Statistics::of(&[scene]);
         assert_eq!((statistics.boxes, statistics.moving_boxes, statistics.objects), (4, 2, 2));
+    }
+
+    #[test]
+    fn a_velocity_is_the_way_between_the_neighbouring_keyframes() {
+        let scene =
+            scene_of(&[&[car(0, 0.0, 0.0)], &[car(0, 2.0, 1.0), car(1, 9.0, 0.0)], &[car(0, 6.0, 1.0)]]);
+        let step_s = (scene.keyframes[1].at - scene.keyframes[0].at).as_secs_f64();
+        let velocity = |frame, id| scene.velocity(frame, ObjectId(id)).map(|v| v.map(|m| m * step_s));
+        assert_eq!(velocity(1, 0), Some([3.0, 0.5]));
+        assert_eq!((velocity(0, 0), velocity(2, 0)), (Some([2.0, 1.0]), Some([4.0, 0.0])));
+        assert_eq!((velocity(1, 1), velocity(0, 1), velocity(3, 0)), (None, None, None));
     }
 }

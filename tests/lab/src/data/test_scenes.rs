@@ -37,6 +37,7 @@ pub(crate) fn fused_car(object: u32, x: f64, y: f64) -> FusedBox {
         bev: car(0, x, y).bev,
         class: Class::Car,
         existence: 1.0,
+        velocity: None,
         covariance,
         track: TrackId::new(1, object),
         object: Some(ObjectId(object)),

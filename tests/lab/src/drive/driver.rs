@@ -50,9 +50,15 @@ pub trait Consumer {
     /// A fused frame was published at `now`.
     fn receive(&mut self, now: Timestamp, frame: &FusedFrame) -> Result<(), Self::Error>;
 
-    /// A frame arrived, accepted or not.
-    fn note_arrival(&mut self, frame: &DetectionFrame) {
+    /// The second list, which is a lag behind, was published. Only of a driver with [`Driver::with_second_list`].
+    fn receive_lagged(&mut self, frame: &FusedFrame) -> Result<(), Self::Error> {
         let _ = frame;
+        Ok(())
+    }
+
+    /// A frame arrived, accepted or not.
+    fn note_arrival(&mut self, frame: &DetectionFrame, received_at: Timestamp) {
+        let _ = (frame, received_at);
     }
 
     /// At these instants there are no objects.
@@ -68,18 +74,26 @@ pub struct Driver<P> {
     publishing: P,
     stopwatch: fn() -> Span,
     engine_time: Span,
+    has_second_list: bool,
 }
 
 impl<P: Publishing> Driver<P> {
     /// A driver of this engine.
     pub const fn new(engine: Engine, publishing: P) -> Self {
-        Self { engine, publishing, stopwatch: || Span::ZERO, engine_time: Span::ZERO }
+        let (stopwatch, engine_time) = (|| Span::ZERO, Span::ZERO);
+        Self { engine, publishing, stopwatch, engine_time, has_second_list: false }
     }
 
     /// Measures the computing time of the engine by this stopwatch, which returns the computing time used so far.
     #[must_use]
     pub fn timed_by(self, stopwatch: fn() -> Span) -> Self {
         Self { stopwatch, ..self }
+    }
+
+    /// Publishes the engine's second list, where its settings have one, behind every one of the first.
+    #[must_use]
+    pub fn with_second_list(self) -> Self {
+        Self { has_second_list: true, ..self }
     }
 
     /// The computing time that the engine has taken.
@@ -124,7 +138,7 @@ impl<P: Publishing> Driver<P> {
         let begun = (self.stopwatch)();
         let disposition = self.engine.handle_frame(frame, received_at);
         self.engine_time = self.engine_time + ((self.stopwatch)() - begun);
-        consumer.note_arrival(frame);
+        consumer.note_arrival(frame, received_at);
         if self.publishing.on_arrival(received_at, &disposition) {
             self.publish(received_at, Asked::Now, consumer)?;
         }
@@ -174,6 +188,33 @@ impl<P: Publishing> Driver<P> {
         };
         self.engine_time = self.engine_time + ((self.stopwatch)() - begun);
         consumer.receive(now, fused)?;
-        Ok(fused.objects.is_empty())
+        let is_empty = fused.objects.is_empty();
+        Ok(self.publish_second(now, consumer)? && is_empty)
+    }
+
+    /// Publishes the second list alone at everything that is due up to a time: it ends a lag after the first one.
+    pub fn conclude_second_list<C: Consumer>(
+        &mut self,
+        last: Timestamp,
+        consumer: &mut C,
+    ) -> Result<(), C::Error> {
+        while let Some(due) = self.publishing.next_due().filter(|due| *due <= last) {
+            self.publishing.take(due);
+            self.publish_second(due, consumer)?;
+        }
+        Ok(())
+    }
+
+    /// Publishes the second list, where one is wanted. Returns whether it has no objects.
+    fn publish_second<C: Consumer>(&mut self, now: Timestamp, consumer: &mut C) -> Result<bool, C::Error> {
+        if !self.has_second_list {
+            return Ok(true);
+        }
+        let begun = (self.stopwatch)();
+        let lagged = self.engine.lagged(now);
+        self.engine_time = self.engine_time + ((self.stopwatch)() - begun);
+        let Some(lagged) = lagged else { return Ok(true) };
+        consumer.receive_lagged(lagged)?;
+        Ok(lagged.objects.is_empty())
     }
 }

@@ -83,6 +83,8 @@ pub(crate) struct Replay {
     pub engine: Engine,
     /// What is declared of the sensors.
     pub declared: Declared,
+    /// The lag of the second list, where there is one.
+    pub second_lag: Option<Span>,
     /// Returns the computing time used so far.
     pub stopwatch: fn() -> Span,
 }
@@ -95,7 +97,7 @@ impl Replay {
         consumer: &mut C,
         mut watch: impl FnMut(&Arrival, u64),
     ) -> Result<(Counts, Engine), C::Error> {
-        let Self { mut engine, declared, stopwatch } = self;
+        let Self { mut engine, declared, second_lag, stopwatch } = self;
         for (agent, of_agent) in &log.settings().agents {
             of_agent.sensing.iter().for_each(|sensing| engine.assume(*agent, sensing));
         }
@@ -103,6 +105,9 @@ impl Replay {
         let Some(mut arrival) = log.next_arrival()? else { return Ok((counts, engine)) };
         let begin = arrival.received_at;
         let mut driver = Driver::new(engine, EveryTick::from(begin)).timed_by(stopwatch);
+        if second_lag.is_some() {
+            driver = driver.with_second_list();
+        }
         let end = loop {
             let received_at = arrival.received_at;
             driver.publish_before(received_at, consumer)?;
@@ -130,6 +135,9 @@ impl Replay {
             }
         };
         driver.publish_through(end, consumer)?;
+        if let Some(lag) = second_lag {
+            driver.conclude_second_list(end + lag, consumer)?;
+        }
         counts.ticks = Ticks::within(begin, end).n();
         counts.duration = end - begin;
         counts.core = driver.engine_time();
@@ -197,7 +205,8 @@ mod tests {
         let config = EngineConfig::new(HubId::new("lab").unwrap(), 0);
         let engine = Engine::new(config.with_tracking(|tracking| tracking.births = Births::AtOnce));
         let mut notes = Notes::default();
-        let replay = Replay { engine, declared: Declared::default(), stopwatch: || Span::ZERO };
+        let replay =
+            Replay { engine, declared: Declared::default(), second_lag: None, stopwatch: || Span::ZERO };
         let (counts, _) = replay.run(&mut log, &mut notes, |_, _| {}).unwrap();
         (counts, notes)
     }

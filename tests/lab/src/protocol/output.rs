@@ -123,6 +123,7 @@ impl OutputBox {
             bev: self.bev,
             class: self.class,
             existence: self.existence,
+            velocity: None,
             covariance: self.covariance.unwrap_or_default(),
             track: TrackId(index as u64),
             object,

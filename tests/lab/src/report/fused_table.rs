@@ -5,11 +5,12 @@ use anyhow::Context;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use v2x_common::class::Class;
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::time::Timestamp;
 
-/// The columns in seconds, metres, m/s and radians; sx to st are standard deviations.
-pub(crate) const COLUMNS: [&str; 18] = [
+/// The columns in seconds, metres, m/s and radians; sx to st are standard deviations. New ones come last.
+pub(crate) const COLUMNS: [&str; 21] = [
     "t",
     "track_id",
     "class",
@@ -28,20 +29,24 @@ pub(crate) const COLUMNS: [&str; 18] = [
     "sw",
     "sd",
     "st",
+    "heading",
+    "classes",
+    "conflict",
 ];
+/// Digits of probabilities.
+const PROBABILITY_STEPS: f64 = 1e4;
 
 /// A writer of a table of fused objects.
 #[derive(Debug)]
 pub(crate) struct FusedTable<W: Write> {
     writer: W,
-    rows: u64,
 }
 
 impl<W: Write> FusedTable<W> {
     /// Writes the header.
     pub(crate) fn new(mut writer: W) -> std::io::Result<Self> {
         writeln!(writer, "{}", COLUMNS.join(","))?;
-        Ok(Self { writer, rows: 0 })
+        Ok(Self { writer })
     }
 
     /// Adds the objects of one time.
@@ -57,21 +62,35 @@ impl<W: Write> FusedTable<W> {
             let [sw, sd, st] = [object.ww, object.dd, object.yaw_variance].map(libm::sqrt);
             write!(self.writer, "{t},{},{class},{},{},{vx},{vy},", track.0, bev.x, bev.y)?;
             write!(self.writer, "{},{},{},{existence},", bev.w, bev.d, bev.yaw)?;
-            writeln!(self.writer, "{sx},{sy},{svx},{svy},{sw},{sd},{st}")?;
+            write!(self.writer, "{sx},{sy},{svx},{svy},{sw},{sd},{st},")?;
+            let conflict = rounded(object.class_conflict);
+            writeln!(self.writer, "{},{},{conflict}", object.heading.name(), classes(object))?;
         }
-        self.rows += objects.len() as u64;
         Ok(())
-    }
-
-    /// Number of rows so far.
-    pub(crate) const fn rows(&self) -> u64 {
-        self.rows
     }
 
     /// The inner writer.
     pub(crate) fn into_inner(self) -> W {
         self.writer
     }
+}
+
+fn rounded(probability: f64) -> f64 {
+    (probability * PROBABILITY_STEPS).round() / PROBABILITY_STEPS
+}
+
+/// The classes with their probabilities, the most probable first. What is left open is always said.
+fn classes(object: &FusedObject) -> String {
+    let mut classes = object.class_probabilities.clone();
+    if classes.is_empty() {
+        classes.push((object.class, 1.0));
+    }
+    classes.retain(|(class, probability)| *class == Class::Unknown || rounded(*probability) > 0.0);
+    if classes.iter().all(|(class, _)| *class != Class::Unknown) {
+        classes.push((Class::Unknown, 0.0));
+    }
+    let cells = classes.into_iter().map(|(class, probability)| format!("{class}:{}", rounded(probability)));
+    cells.collect::<Vec<_>>().join(";")
 }
 
 /// A file that gets its name when it is complete, so that an incomplete table is never taken for a complete one.
@@ -120,5 +139,42 @@ impl Drop for NewFile {
             // An incomplete file is removed. If this fails, nothing else can be done.
             let _ = std::fs::remove_file(part);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::geometry::BevBox;
+    use v2x_common::heading::HeadingKind;
+    use v2x_common::id::TrackId;
+
+    fn last_cells(object: FusedObject) -> String {
+        let mut table = FusedTable::new(Vec::new()).unwrap();
+        table.write(Timestamp::EPOCH, &[object]).unwrap();
+        let text = String::from_utf8(table.into_inner()).unwrap();
+        let cells: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
+        assert_eq!(cells.len(), COLUMNS.len());
+        cells[17..].join(",")
+    }
+
+    #[test]
+    fn headings_classes_and_their_conflict_are_behind_the_other_columns() {
+        let bev = BevBox { x: 1.0, y: 2.0, w: 2.0, d: 4.0, yaw: 0.5 };
+        let plain = FusedObject::from_box(TrackId(3), Class::Car, bev);
+        assert_eq!(last_cells(plain.clone()), "1,known,vehicle.car:1;unknown:0,0");
+        let open = FusedObject {
+            heading: HeadingKind::Axis,
+            class_probabilities: vec![
+                (Class::Car, 0.831_26),
+                (Class::Truck, 0.12),
+                (Class::Unknown, 0.048_72),
+                (Class::Trailer, 0.000_02),
+            ],
+            class_conflict: 0.25,
+            yaw_variance: 4.0,
+            ..plain
+        };
+        assert_eq!(last_cells(open), "2,axis,vehicle.car:0.8313;vehicle.truck:0.12;unknown:0.0487,0.25");
     }
 }

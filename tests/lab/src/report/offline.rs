@@ -48,6 +48,21 @@ pub(crate) struct Report {
     pub detections_per_s: Option<f64>,
     /// The score, where the truth is known.
     pub truth: Option<TruthScore>,
+    /// The second list, where there is one.
+    pub lagged: Option<LaggedReport>,
+}
+
+/// The second list: the same objects, smoothed over a lag.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct LaggedReport {
+    /// How far it is behind, ms.
+    pub lag_ms: f64,
+    /// Its file.
+    pub out: Option<String>,
+    /// Rows of its table.
+    pub fused_rows: u64,
+    /// Its score at the ticks of the first list, where the truth is known.
+    pub truth: Option<TruthScore>,
 }
 
 /// The figures of one sensor.
@@ -156,10 +171,16 @@ impl Report {
         }
         self.by_sensor.iter().try_for_each(|sensor| sensor.write(out))?;
         self.warnings.iter().try_for_each(|warning| writeln!(out, "  warning             {warning}"))?;
-        match &self.truth {
-            Some(score) => score.write(out),
-            None => Ok(()),
-        }
+        self.truth.iter().try_for_each(|score| score.write(out))?;
+        self.lagged.iter().try_for_each(|lagged| lagged.write(out))
+    }
+}
+
+impl LaggedReport {
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        let file = self.out.as_ref().map(|path| format!(" in {path}")).unwrap_or_default();
+        writeln!(out, "the second list, {} ms behind: {} rows{file}", self.lag_ms, self.fused_rows)?;
+        self.truth.iter().try_for_each(|score| score.write(out))
     }
 }
 

@@ -27,7 +27,8 @@ was measured, sx to st are standard deviations (sw and sd in metres). Rows of
 equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
 in which the sensor saw nothing (more). Optional columns: score (0 to 1),
 vx,vy,svx,svy (a measured velocity), source_track (of a sender that tracks).
-Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and
+heading (known; axis: the front may be at the other end; unknown; an empty cell
+is known where yaw is given). Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and
 counted. An empty cell of w to st is assumed, as in a JSON frame. How a sensor
 writes (its own frame, degrees and so on) is said by [hub.agents.SENSOR_ID] in
 --hub-config.
@@ -35,7 +36,12 @@ writes (its own frame, degrees and so on) is said by [hub.agents.SENSOR_ID] in
 Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an
 object it is interpolated.
 
-Fused: t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st
+Fused: t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st,
+  heading,classes,conflict
+st is the standard deviation of yaw, and heading (known, axis or unknown) what is
+known of it; classes are probabilities, such as
+vehicle.car:0.83;vehicle.truck:0.12;unknown:0.05, and conflict (0 to 1) says how
+much the sensors contradict each other about them.
 
 Examples:
   lab fuse --detections log.csv --out fused.csv
@@ -45,7 +51,8 @@ Examples:
       --range 50 --detection-probability 0.9 --clutter-per-frame 0.5
   lab fuse --detections log.csv --out fused.csv \\
       --accuracy 0.3,0.5,20 --accuracy rsu=0.05
-  lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml")]
+  lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml
+  lab fuse --detections log.csv --out fused.csv --lagged-out smoothed.csv")]
 pub struct FuseArgs {
     /// The detections (CSV)
     #[arg(long, value_name = "FILE.csv")]
@@ -53,6 +60,11 @@ pub struct FuseArgs {
     /// The fused objects (CSV)
     #[arg(long, value_name = "FUSED.csv")]
     pub out: PathBuf,
+    /// A second list (CSV), in the same columns: the same objects smoothed over a lag, by all that arrived until half a
+    /// second later, or the time in `lagged = { lag_ms = … }` of the settings. With the truth it is scored, too [default: with
+    /// `lagged` in the settings a file beside FUSED.csv, FUSED.lagged.csv]
+    #[arg(long, value_name = "LAGGED.csv")]
+    pub lagged_out: Option<PathBuf>,
     /// The ground truth (CSV)
     #[arg(long, value_name = "TRUTH.csv")]
     pub truth: Option<PathBuf>,
@@ -182,9 +194,36 @@ fn size_noise(text: &str) -> Result<SizeNoiseLaw, String> {
     Ok(SizeNoiseLaw { sigma: number(sigma)?, lower: lower.map_or(Ok(DEFAULT_SIZE_LOWER), number)? })
 }
 
+impl FuseArgs {
+    /// The settings of a hub, which has a second list where one is asked for.
+    pub(super) fn settings(&self) -> anyhow::Result<HubSettings> {
+        let mut table = self.rules.table()?;
+        if self.lagged_out.is_some() {
+            table.entry("lagged").or_insert_with(|| toml::Table::new().into());
+        }
+        checked(table)
+    }
+
+    /// The file of the second list; none beside an output that is no file.
+    pub(super) fn lagged_path(&self) -> Option<PathBuf> {
+        let is_device = self.out.metadata().is_ok_and(|metadata| !metadata.is_file());
+        let beside = (!is_device).then(|| self.out.with_extension("lagged.csv"));
+        self.lagged_out.clone().or(beside)
+    }
+}
+
+fn checked(table: toml::Table) -> anyhow::Result<HubSettings> {
+    HubSettings::from_table(table).context("the settings of the hub")
+}
+
 impl RuleArgs {
     /// The settings of a hub.
     pub fn settings(&self) -> anyhow::Result<HubSettings> {
+        checked(self.table()?)
+    }
+
+    /// The `[hub]` table with these options.
+    fn table(&self) -> anyhow::Result<toml::Table> {
         let mut table = match &self.hub_config {
             Some(path) => hub_table(path)?,
             None => toml::Table::new(),
@@ -196,7 +235,7 @@ impl RuleArgs {
         table.extend(self.delta_max_ms.map(|ms| ("delta_max_ms".to_owned(), ms.into())));
         let particles = self.association_particles.map(i64::from);
         table.extend(particles.map(|n| ("association_particles".to_owned(), n.into())));
-        HubSettings::from_table(table).context("the settings of the hub")
+        Ok(table)
     }
 
     /// The settings of the engine. Track ids start at 0.

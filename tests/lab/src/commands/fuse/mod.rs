@@ -1,31 +1,27 @@
 //! `lab fuse`: runs the engine of the hub on a log of detections.
 
 pub(crate) mod args;
+mod lists;
+mod words;
 
 pub use args::FuseArgs;
 
 use crate::commands::cpu_time::thread_cpu_time;
 use crate::data::detection_log::{Arrival, DetectionLog, Survey};
 use crate::data::truth_table::Truth;
-use crate::drive::driver::Consumer;
 use crate::drive::replay::{Counts, Replay};
-use crate::drive::ticks::Ticks;
-use crate::report::fused_table::{FusedTable, NewFile};
-use crate::report::offline::{Report, SensorFigures};
+use crate::report::offline::{LaggedReport, Report, SensorFigures};
 use crate::report::output::print;
 use crate::report::progress::Progress;
-use crate::score::offline::{Region, TruthScorer};
 use anyhow::{Context, ensure};
+use lists::{Known, LaggedList, List, Sink};
 use std::cell::RefCell;
-use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::Write;
 use std::path::Path;
-use v2x_common::detection::DetectionFrame;
-use v2x_common::fused::FusedFrame;
-use v2x_common::time::Timestamp;
-use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey as Diagnosis, Tokens};
+use v2x_common::time::Span;
+use v2x_fusion_hub::diagnosis::{Observation, Surroundings, Survey as Diagnosis, Tokens};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
+use v2x_fusion_hub::fusion::Fusion;
 
 /// Fuses the log, writes the fused objects and prints the report.
 pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
@@ -34,19 +30,14 @@ pub fn fuse(args: &FuseArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The output file.
-struct Sink<'a, W: Write> {
-    table: FusedTable<W>,
-    scorer: Option<TruthScorer>,
-    diagnosis: &'a RefCell<Diagnosis>,
-}
-
 fn run(args: &FuseArgs) -> anyhow::Result<Report> {
-    let settings = args.rules.settings()?;
+    let settings = args.settings()?;
     // Track ids start at 0.
     let config = EngineConfig { lineage: 0, ..settings.engine };
     let declared = args.sensor.declared(&config.sensing)?;
-    let scorer = args.truth.as_deref().map(|path| read_truth(path, args.truth_region)).transpose()?;
+    let truth = known(args)?;
+    let second_lag = config.fusion.second_lag();
+    let has_memory = matches!(config.fusion, Fusion::Tracking(_));
     let file = open(&args.detections)?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
     let listened = settings.clone();
@@ -56,16 +47,11 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     for (option, _) in positions.iter().filter(|(_, is_given)| *is_given && !log.has_poses()) {
         tracing::warn!("without the columns sensor_x and sensor_y {option} has no effect");
     }
-    ensure!(!is_same(&args.detections, &args.out), "--out would overwrite the detections");
-    ensure!(
-        !args.truth.as_ref().is_some_and(|truth| is_same(truth, &args.out)),
-        "--out would overwrite the truth"
-    );
-    let table = FusedTable::new(NewFile::create(&args.out)?).context("writing the fused objects")?;
     let diagnosis = RefCell::default();
-    let (mut sink, mut progress) = (Sink { table, scorer, diagnosis: &diagnosis }, Progress::begin("KiB"));
+    let (mut sink, mut progress) =
+        (sink(args, (truth.as_ref(), second_lag), &diagnosis)?, Progress::begin("KiB"));
     let mut survey = Survey::default();
-    let replay = Replay { engine: Engine::new(config), declared, stopwatch: thread_cpu_time };
+    let replay = Replay { engine: Engine::new(config), declared, second_lag, stopwatch: thread_cpu_time };
     let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
     let outcome = replay.run(&mut log, &mut sink, |arrival, n_bytes| {
         survey.add(arrival);
@@ -77,16 +63,39 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     });
     progress.end();
     let (counts, engine) = outcome?;
-    let fused_rows = sink.table.rows();
-    sink.table.into_inner().finish()?;
+    let (fused_rows, truth) = sink.live.finish()?;
+    let lagged = sink.lagged.map(lagged).transpose()?;
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
-    let truth = sink.scorer.as_ref().map(TruthScorer::score);
     let mut diagnosis = diagnosis.into_inner();
     diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
-    let found = unknown_classes(&log).into_iter().chain(warnings(diagnosis.findings()));
-    let warnings = without_effect(&log).into_iter().chain(found).collect();
-    let report = Report { fused_rows, truth, warnings, ..report(counts, &log, &survey) };
+    let warnings = words::warnings(&log, &survey, (diagnosis.findings(), has_memory));
+    let report = Report { fused_rows, truth, lagged, warnings, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
+}
+
+/// Where the lists go, none of which replaces a file that is read.
+fn sink<'a>(
+    args: &FuseArgs,
+    (truth, second_lag): (Option<&Known>, Option<Span>),
+    diagnosis: &'a RefCell<Diagnosis>,
+) -> anyhow::Result<Sink<'a>> {
+    let path = second_lag.and_then(|_| args.lagged_path());
+    let outputs = [("--out", Some(&args.out)), ("--lagged-out", path.as_ref())];
+    for (option, path) in outputs.into_iter().filter_map(|(option, path)| Some((option, path?))) {
+        ensure!(!is_same(&args.detections, path), "{option} would overwrite the detections");
+        let is_truth = args.truth.as_ref().is_some_and(|truth| is_same(truth, path));
+        ensure!(!is_truth, "{option} would overwrite the truth");
+    }
+    let is_both = path.as_ref().is_some_and(|path| *path == args.out || is_same(path, &args.out));
+    ensure!(!is_both, "--lagged-out would overwrite --out");
+    let lagged = second_lag.map(|lag| LaggedList::new(lag, path, truth)).transpose()?;
+    Ok(Sink { live: List::new(Some(&args.out), truth)?, lagged, diagnosis })
+}
+
+fn lagged(LaggedList { list, lag, path, .. }: LaggedList) -> anyhow::Result<LaggedReport> {
+    let (fused_rows, truth) = list.finish()?;
+    let out = path.map(|path| path.display().to_string());
+    Ok(LaggedReport { lag_ms: lag.as_millis_f64(), out, fused_rows, truth })
 }
 
 fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Survey) -> Report {
@@ -119,70 +128,7 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Surv
         core_s,
         detections_per_s,
         truth: None,
-    }
-}
-
-/// Tables of agents that are not in the log: mostly a name that is written differently.
-fn without_effect<R: std::io::Read>(log: &DetectionLog<R>) -> Vec<String> {
-    let sensors: BTreeSet<_> = log.sensors().collect();
-    let names: Vec<_> = sensors.iter().map(|sensor| sensor.as_str()).collect();
-    let others = log.settings().agents.keys().filter(|agent| !sensors.contains(agent));
-    let words = others.map(|agent| {
-        format!("[hub.agents.{agent}] has no effect: the sensors of the log are {}", names.join(", "))
-    });
-    words.collect()
-}
-
-/// Which line says what an unknown class is, for each sensor with the most frequent name of it.
-fn unknown_classes<R: std::io::Read>(log: &DetectionLog<R>) -> Vec<String> {
-    let of_sensors = log.remarks().unmapped_of();
-    let words = of_sensors.filter_map(|(sensor, names)| {
-        let (name, _) = names.names().max_by_key(|(_, count)| *count)?;
-        Some(format!(
-            "{sensor}: {} detections of unknown classes are fused as `unknown`. Write `classes = {{ {name:?} = \"car\" }}` under \
-             `[hub.agents.{sensor}]` in the file of --hub-config, with the class that it is",
-            names.total()
-        ))
-    });
-    words.collect()
-}
-
-/// What looks wrong, but for what the report lists with numbers of its own.
-fn warnings(findings: &[Finding]) -> Vec<String> {
-    let is_listed = |code: Code| {
-        matches!(
-            code,
-            Code::FramesRefused | Code::TimeUnit | Code::ImpossibleDetections | Code::UnknownClasses
-        )
-    };
-    let findings = findings.iter().filter(|one| !is_listed(one.code));
-    findings.map(ToString::to_string).collect()
-}
-
-impl<W: Write> Consumer for Sink<'_, W> {
-    type Error = anyhow::Error;
-
-    fn note_arrival(&mut self, frame: &DetectionFrame) {
-        if let (Some(scorer), Some(pose)) = (&mut self.scorer, frame.sensor_pose) {
-            scorer.note_sensor(frame.id.agent, pose);
-        }
-    }
-
-    fn receive(&mut self, _: Timestamp, frame: &FusedFrame) -> anyhow::Result<()> {
-        self.diagnosis.borrow_mut().note_list(frame);
-        // With a lag, fused objects are estimates for an earlier time than their publication.
-        self.table.write(frame.fused_at, &frame.objects).context("writing the fused objects")?;
-        if let Some(scorer) = &mut self.scorer {
-            scorer.add(frame.fused_at, &frame.objects);
-        }
-        Ok(())
-    }
-
-    fn receive_nothing(&mut self, ticks: Ticks) {
-        if let Some(scorer) = &mut self.scorer {
-            let (begin, end) = scorer.span();
-            ticks.clamped_to(begin, end).for_each(|at| scorer.add(at, &[]));
-        }
+        lagged: None,
     }
 }
 
@@ -190,13 +136,16 @@ fn open(path: &Path) -> anyhow::Result<File> {
     File::open(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-fn read_truth(path: &Path, region: Option<Region>) -> anyhow::Result<TruthScorer> {
-    Ok(TruthScorer::new(Truth::read(open(path)?, path)?, region))
+fn known(args: &FuseArgs) -> anyhow::Result<Option<Known>> {
+    let read = |path: &Path| anyhow::Ok((Truth::read(open(path)?, path)?, args.truth_region));
+    args.truth.as_deref().map(read).transpose()
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
+#[cfg(test)]
+mod column_tests;
 #[cfg(test)]
 mod tests;

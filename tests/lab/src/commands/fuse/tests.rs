@@ -6,16 +6,16 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// A temporary folder. It is deleted at the end of the test.
-struct Folder(PathBuf);
+pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("lab-fuse-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    fn args(&self, log: &str, truth: Option<&str>) -> FuseArgs {
+    pub(super) fn args(&self, log: &str, truth: Option<&str>) -> FuseArgs {
         let path = |name: &str| self.0.join(name);
         std::fs::write(path("log.csv"), log).unwrap();
         let truth = truth.map(|text| {
@@ -25,6 +25,7 @@ impl Folder {
         FuseArgs {
             detections: path("log.csv"),
             out: path("fused.csv"),
+            lagged_out: None,
             truth,
             truth_region: None,
             rules: RuleArgs::default(),
@@ -42,7 +43,7 @@ impl Drop for Folder {
 
 /// A car that drives east at 10 m/s from a Unix time on. Two cameras report it without error at 10 Hz, 30 ms late.
 /// Its ground truth has 2 Hz.
-fn drive() -> (String, String) {
+pub(super) fn drive() -> (String, String) {
     let mut log = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,note\n".to_owned();
     let mut truth = "t,object_id,class,x,y,vx,vy,w,d,yaw\n".to_owned();
     for tenth in 0..30 {
@@ -75,7 +76,10 @@ fn a_moving_car_is_scored_between_the_rows_of_the_truth_too() {
     assert_eq!(score.id_switches, 0);
     let fused = std::fs::read_to_string(folder.0.join("fused.csv")).unwrap();
     let mut lines = fused.lines();
-    assert_eq!(lines.next().unwrap(), "t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st");
+    assert_eq!(
+        lines.next().unwrap(),
+        "t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st,heading,classes,conflict"
+    );
     assert!(lines.next().unwrap().starts_with("1700000000.1,0,vehicle.car,"), "{fused}");
     assert!(report.text().contains("60 detections in 60 frames of 2 sensors"));
 }
@@ -256,7 +260,7 @@ fn two_sensors_whose_map_frames_are_shifted_are_named_with_the_shift() {
 }
 
 /// The fused objects of a log by the settings of a hub.
-fn fused_by(folder: &Folder, log: &str, hub: &str) -> anyhow::Result<(Report, String)> {
+pub(super) fn fused_by(folder: &Folder, log: &str, hub: &str) -> anyhow::Result<(Report, String)> {
     let args = folder.args(log, None);
     let path = folder.0.join("hub.toml");
     std::fs::write(&path, hub).unwrap();
@@ -266,7 +270,7 @@ fn fused_by(folder: &Folder, log: &str, hub: &str) -> anyhow::Result<(Report, St
 }
 
 /// A van at 10 m/s to the north-east, as a log of twenty frames; `row` writes all but the times.
-fn van(header: &str, row: impl Fn(f64) -> String, behind_s: f64) -> String {
+pub(super) fn van(header: &str, row: impl Fn(f64) -> String, behind_s: f64) -> String {
     let mut log = format!("{header}\n");
     for k in 0..20 {
         let t = 0.1 * f64::from(k);

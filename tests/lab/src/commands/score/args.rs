@@ -12,7 +12,7 @@ use std::path::PathBuf;
 Your own method's output mirrors the export: FUSED/N1-N3/trial-0/SCENE.csv, a
 row for each box, in the columns
   t,track_id,class,x,y,w,d,yaw  and, where there are,
-                                det_ids,existence,sx,sy,sw,sd,st
+                                det_ids,existence,vx,vy,sx,sy,sw,sd,st
 det_ids are the exported det_id values that a box was made of, with ; or spaces
 between. By them it is known which true object a box is scored against: that of
 agent 1's detection of this keyframe, else of agent 2's, else of its newest one.

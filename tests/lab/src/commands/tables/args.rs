@@ -67,7 +67,8 @@ pub struct RowArgs {
     /// Also all methods with a detection probability of 0.9, 0.5 false detections per frame and partly overlapping views
     #[arg(long)]
     pub sensors: bool,
-    /// How the agents' detectors err: as in the paper, or as those on lidars or cameras do, with the views of --sensors
+    /// How the agents' detectors err: as in the paper, or as those on lidars or cameras do, with the views of --sensors and
+    /// the metrics of tracking and detection (HOTA, MOTA, AP, NDS and so on)
     #[arg(long, value_enum, default_value_t)]
     pub detectors: Detectors,
     /// Only these methods

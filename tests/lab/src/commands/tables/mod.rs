@@ -67,12 +67,20 @@ mod tests {
     }
 
     fn of_scenes(tables: &[Table], methods: &[Method], scenes: &[Scene]) -> Tables {
+        of_detectors(Conditions::Paper, (tables, methods), scenes)
+    }
+
+    fn of_detectors(
+        conditions: Conditions,
+        (tables, methods): (&[Table], &[Method]),
+        scenes: &[Scene],
+    ) -> Tables {
         let study = Study {
             tables: tables.to_vec(),
             noise: vec![NoisePair::N2N2, NoisePair::N1N3],
             methods: methods.to_vec(),
             shape: Shape::Gaussian,
-            conditions: Conditions::Paper,
+            conditions,
             further: Vec::new(),
             moment: Moment::default(),
             is_brief: false,
@@ -144,6 +152,41 @@ mod tests {
         let classes =
             |table| tables.rows.iter().filter(|row| row.table == table).all(|row| row.class.is_some());
         assert!(classes(Table::Fig3) && classes(Table::Nees) && !classes(Table::III));
+    }
+
+    #[test]
+    fn tables_with_the_errors_of_detectors_have_all_metrics_of_tracking_and_detection() {
+        let wanted = (&[Table::II, Table::III][..], &[Method::CsbaWls, Method::Ours][..]);
+        let scenes = [3, 40].map(synthetic::scene);
+        let tables = of_detectors(Conditions::Lidar, wanted, &scenes);
+        let of_ours = tables.rows.iter().filter(|row| row.method == "ours").map(|row| row.tracker);
+        for ours in of_ours {
+            let nds = [ours.nuscenes_ate_m, ours.nuscenes_ase, ours.nuscenes_aoe_rad, ours.nuscenes_ave_mps];
+            let parts: f64 = nds.iter().map(|error| (1.0 - error.unwrap()).max(0.0)).sum();
+            let sum = (5.0 * ours.map.unwrap() + parts) / 9.0;
+            // Means over two trials on both sides.
+            assert!((ours.nds_without_attributes.unwrap() - sum).abs() < 0.02, "{ours:?}");
+            let falling = |values: &[Option<f64>]| values.windows(2).all(|pair| pair[0] >= pair[1]);
+            assert!(falling(&[ours.ap_iou_30, ours.ap_iou_50, ours.ap_iou_70]), "{ours:?}");
+            assert!(falling(&[ours.ap_4_m, ours.ap_2_m, ours.ap_1_m, ours.ap_05_m]), "{ours:?}");
+            assert!(ours.ap_iou_70 > Some(0.0) && ours.hota > Some(0.3), "{ours:?}");
+            assert!(ours.nuscenes_ave_mps < Some(3.0), "its velocities count: {ours:?}");
+        }
+        let (terminal, markdown) = (text::terminal(&tables), text::markdown(&tables));
+        for text in [&terminal, &markdown] {
+            let n = |what: &str| text.matches(what).count();
+            // Two tables at two levels of noise each; HOTA is in the note below, too.
+            assert_eq!((n("AP IoU .3"), n("HOTA"), n("AVE m/s")), (4, 8, 4), "{text}");
+        }
+        let page = html::html(&tables, &figures::figures(&tables));
+        assert_eq!(page.matches("<th>AVE m/s</th>").count(), 4);
+        let csv = files::table_csv(&tables).unwrap();
+        let header = csv.lines().next().unwrap();
+        for column in ["ap_iou_30", "ap_iou_70", "ap_05_m", "ap_4_m", "nds_without_attributes", "hota"] {
+            assert!(header.split(',').any(|one| one == column), "{column} in {header}");
+        }
+        let paper = small(&[Table::II], &[Method::Ours]);
+        assert!(!text::terminal(&paper).contains("AP IoU") && paper.rows[0].tracker.map.is_none());
     }
 
     #[test]

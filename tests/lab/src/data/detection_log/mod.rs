@@ -4,10 +4,12 @@ mod arrival;
 mod remarks;
 mod row;
 mod survey;
+mod time_units;
 
 pub(crate) use arrival::Arrival;
 pub(crate) use remarks::{Dropped, Remarks};
 pub(crate) use survey::{SensorSurvey, Survey};
+pub(crate) use time_units::TimeUnits;
 
 use crate::data::csv_table::{CsvError, CsvTable};
 use crate::data::detection_columns::COLUMNS;

@@ -7,6 +7,7 @@ use v2x_common::conventions::{Conversion, CoordinateFrame};
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::detection::{Detection, InvalidValue, MAX_COORDINATE_M};
 use v2x_common::geometry::Pose;
+use v2x_common::heading::HeadingKind;
 use v2x_common::id::AgentId;
 use v2x_common::reported::Reported;
 use v2x_common::time::Timestamp;
@@ -21,10 +22,12 @@ const SENSOR_YAW_COLUMN: &str = "sensor_yaw";
 const VELOCITY_COLUMNS: [&str; 4] = ["vx", "vy", "svx", "svy"];
 /// The detector's confidence, 0 to 1.
 const SCORE_COLUMN: &str = "score";
+/// What is known of the heading.
+const HEADING_COLUMN: &str = "heading";
 /// The sender's track.
 const TRACK_COLUMN: &str = "source_track";
 /// Columns that a log may have.
-pub(super) const OPTIONAL_COLUMNS: [&str; 9] = [
+pub(super) const OPTIONAL_COLUMNS: [&str; 10] = [
     SENSOR_COLUMNS[0],
     SENSOR_COLUMNS[1],
     SENSOR_YAW_COLUMN,
@@ -34,6 +37,7 @@ pub(super) const OPTIONAL_COLUMNS: [&str; 9] = [
     VELOCITY_COLUMNS[2],
     VELOCITY_COLUMNS[3],
     TRACK_COLUMN,
+    HEADING_COLUMN,
 ];
 /// Which groups of optional columns a table has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,7 +210,7 @@ fn detection(row: &Row<'_>, class: Class, optional: Optional) -> Result<PartialD
         d: metres("d")?,
         yaw: given("yaw", "a heading, or nothing")?,
         score,
-        heading: None,
+        heading: heading(row)?,
         sigma: PartialSigma {
             x: sigma("sx")?,
             y: sigma("sy")?,
@@ -218,6 +222,18 @@ fn detection(row: &Row<'_>, class: Class, optional: Optional) -> Result<PartialD
         velocity: if optional.velocities { velocity(row)? } else { None },
         source_track,
     })
+}
+
+/// What is known of the heading; `None` for an empty cell.
+fn heading(row: &Row<'_>) -> Result<Option<HeadingKind>, CsvError> {
+    let kinds = [HeadingKind::Known, HeadingKind::Axis, HeadingKind::Unknown];
+    match row.text(HEADING_COLUMN) {
+        "" => Ok(None),
+        name => match kinds.into_iter().find(|kind| kind.name() == name) {
+            Some(kind) => Ok(Some(kind)),
+            None => Err(row.wrong(HEADING_COLUMN, "known, axis or unknown, or nothing")),
+        },
+    }
 }
 
 /// The measured velocity; `None` where all of its cells are empty.

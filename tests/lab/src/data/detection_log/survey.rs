@@ -1,6 +1,7 @@
 //! Statistics of the sensors of a log, gathered frame by frame.
 
 use super::arrival::Arrival;
+use super::time_units::{Progress, TimeUnits};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
@@ -16,6 +17,12 @@ pub(crate) struct SensorSurvey {
     pub captured: (Timestamp, Timestamp),
     /// From capture to arrival, the shortest and the longest.
     pub delay: (Span, Span),
+    /// Frames without any detection whose sensor's place is not known.
+    pub empty_without_place: u64,
+    /// How its times of capture go on.
+    captures: Progress,
+    /// How its times of arrival go on.
+    arrivals: Progress,
 }
 
 /// All sensors of a log.
@@ -34,8 +41,14 @@ impl Survey {
             detections: 0,
             captured: (at, at),
             delay: (delay, delay),
+            empty_without_place: 0,
+            captures: Progress::from(at),
+            arrivals: Progress::from(*received_at),
         });
         sensor.frames += 1;
+        sensor.empty_without_place += u64::from(frame.detections.is_empty() && frame.sensor_pose.is_none());
+        sensor.captures.note(at);
+        sensor.arrivals.note(*received_at);
         sensor.detections += frame.detections.len() as u64;
         sensor.captured = (sensor.captured.0.min(at), sensor.captured.1.max(at));
         sensor.delay = (sensor.delay.0.min(delay), sensor.delay.1.max(delay));
@@ -48,6 +61,16 @@ impl Survey {
 }
 
 impl SensorSurvey {
+    /// The units that its times seem to be in, where they are not both seconds.
+    pub(crate) fn time_units(&self) -> Option<TimeUnits> {
+        TimeUnits::of(&self.captures, &self.arrivals)
+    }
+
+    /// By how much its times of capture and of arrival go on over the log.
+    pub(crate) fn spans(&self) -> [Span; 2] {
+        [self.captures.span(), self.arrivals.span()]
+    }
+
     /// Frames per second; `None` of a single instant.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub(crate) fn rate_hz(&self) -> Option<f64> {

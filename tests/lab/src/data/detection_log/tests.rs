@@ -131,6 +131,27 @@ fn scores_velocities_and_tracks_are_read_where_the_log_has_them() {
 }
 
 #[test]
+fn what_is_known_of_a_heading_is_read_and_an_empty_cell_follows_the_yaw() {
+    let header = COLUMNS.join(",") + ",heading\n";
+    let row =
+        |yaw: &str, heading: &str| format!("0,0,a,car,10,2,1.8,4.5,{yaw},0.5,0.4,0.2,0.3,0.1,{heading}\n");
+    let read = |rows: String| {
+        let text = header.clone() + &rows;
+        let mut log = DetectionLog::new(text.as_bytes(), Path::new("log.csv"))?;
+        log.next_arrival().map(|arrival| arrival.unwrap().frame.detections)
+    };
+    let cells = [("0.3", "known"), ("0.3", "axis"), ("0.3", "unknown"), ("0.3", ""), ("", "")];
+    let detections = read(cells.iter().map(|(yaw, heading)| row(yaw, heading)).collect()).unwrap();
+    let kinds: Vec<_> = detections.iter().map(|one| one.heading.name()).collect();
+    assert_eq!(kinds, ["known", "axis", "unknown", "known", "unknown"]);
+    let message = read(row("0.3", "") + &row("0.3", "front")).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "log.csv, line 3, column heading: \"front\", expected known, axis or unknown, or nothing"
+    );
+}
+
+#[test]
 fn all_missing_columns_are_named_and_sensor_positions_have_two_coordinates() {
     let error = |header: &str| {
         DetectionLog::new(header.as_bytes(), Path::new("log.csv")).map(|_| ()).unwrap_err().to_string()

@@ -37,6 +37,7 @@ fn section(tables: &Tables, kind: Table, figures: &[Figure]) -> Section {
     for block in tables.blocks.iter().filter(|block| block.table == kind) {
         page += &format!("<h3>{}</h3>\n", escaped(&text::heading(block)));
         page += &text::table(tables, block, (Subset::All, Counting::Table)).html(&MARKED);
+        page.extend(text::further(tables, block).iter().map(|further| further.html(&MARKED)));
         let gains = text::gain_lines(tables, block);
         if !gains.is_empty() {
             page += &format!("<pre>{}</pre>\n", escaped(&gains));

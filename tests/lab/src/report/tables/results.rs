@@ -1,11 +1,12 @@
 //! Everything that was computed for the tables.
 
+use crate::data::conditions::Conditions;
 use crate::data::scene::{Scene, Statistics};
 use crate::drive::keyframes::setting::Setting;
 use crate::report::tables::kind::Table;
 use crate::report::tables::rows::{Row, rows};
 use crate::report::tables::study::{Block, Study};
-use crate::score::keyframes::experiments::{Plan, RunError, Scores};
+use crate::score::keyframes::experiments::{Cell, Plan, RunError, Scores};
 use crate::score::keyframes::moment::{ShowError, Shown};
 
 /// Everything that was computed.
@@ -29,7 +30,7 @@ impl Tables {
     ) -> Result<Self, ShowError> {
         let blocks = study.blocks();
         // In scenes: tracking metrics need another run over all scenes for each trial.
-        let again = trackers(&blocks).count() * plan.trials as usize * scenes.len();
+        let again = trackers(&blocks, &plan).len() * plan.trials as usize * scenes.len();
         let mut first_part = 0;
         let scores = plan.run(scenes, |done, of| {
             first_part = of;
@@ -51,33 +52,54 @@ impl Tables {
 
     /// The rows of a block.
     pub(crate) fn rows_of<'a>(&'a self, block: &'a Block) -> impl Iterator<Item = &'a Row> {
-        let (noise, shape) = (block.setting.noise, block.setting.shape);
-        self.rows
-            .iter()
-            .filter(move |row| row.table == block.table && row.noise == noise && row.shape == shape)
+        self.rows.iter().filter(|row| block.has(row))
     }
 }
 
-/// The contenders with tracking metrics, and their settings.
-fn trackers(blocks: &[Block]) -> impl Iterator<Item = (Setting, &str)> {
-    let blocks = blocks.iter().filter(|block| block.table == Table::Sensors);
-    blocks.flat_map(|block| block.contenders.iter().map(|one| (block.setting, one.key())))
+impl Block {
+    /// Whether a row is of this block.
+    fn has(&self, row: &Row) -> bool {
+        let Setting { noise, shape, .. } = self.setting;
+        row.table == self.table && row.noise == noise && row.shape == shape
+    }
+
+    /// Whether its methods have tracking and detection metrics: where detectors miss objects and report others. A table by
+    /// class has rows that these are not of, and a picture has none.
+    pub(crate) fn has_trackers(&self) -> bool {
+        let is_by_method = !matches!(self.table, Table::Fig3 | Table::Nees | Table::Fig5);
+        is_by_method && self.setting.conditions != Conditions::Paper
+    }
 }
 
-/// Adds the tracking metrics to the rows of [`Table::Sensors`].
+/// The contenders with tracking metrics in some table, each once.
+fn trackers(blocks: &[Block], plan: &Plan) -> Vec<Cell> {
+    let mut cells: Vec<Cell> = Vec::new();
+    for block in blocks.iter().filter(|block| block.has_trackers()) {
+        let of_block = block.contenders.iter().filter_map(|one| plan.cell(block.setting, one.key()));
+        for cell in of_block {
+            if !cells.contains(&cell) {
+                cells.push(cell);
+            }
+        }
+    }
+    cells
+}
+
+/// Adds the tracking metrics to the rows of the blocks that have any.
 fn note_trackers(
     rows: &mut [Row],
     blocks: &[Block],
     (plan, scenes): (&Plan, &[Scene]),
     progress: impl FnMut(usize, usize),
 ) -> Result<(), RunError> {
-    let cells =
-        trackers(blocks).filter_map(|(setting, key)| Some(((setting.noise, key), plan.cell(setting, key)?)));
-    let (names, cells): (Vec<_>, Vec<_>) = cells.unzip();
+    let cells = trackers(blocks, plan);
     let scores = plan.track(scenes, &cells, progress)?;
-    for ((noise, key), score) in names.into_iter().zip(scores) {
-        let is_it = |row: &&mut Row| row.table == Table::Sensors && row.noise == noise && row.method == key;
-        rows.iter_mut().filter(is_it).for_each(|row| row.tracker = score);
+    for block in blocks.iter().filter(|block| block.has_trackers()) {
+        for row in rows.iter_mut().filter(|row| block.has(row)) {
+            let cell = plan.cell(block.setting, &row.method);
+            let place = cell.and_then(|cell| cells.iter().position(|one| *one == cell));
+            row.tracker = place.map(|place| scores[place]).unwrap_or_default();
+        }
     }
     Ok(())
 }

@@ -60,7 +60,7 @@ pub(crate) struct Row {
     /// NEES per degree of freedom.
     #[serde(flatten)]
     pub nees: Nees,
-    /// Tracking metrics; of [`Table::Sensors`] only.
+    /// Tracking and detection metrics; null of the paper's detectors.
     #[serde(flatten)]
     pub tracker: TrackerScore,
 }

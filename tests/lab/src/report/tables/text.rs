@@ -12,6 +12,7 @@ use crate::report::tables::rows::Row;
 use crate::report::tables::study::Block;
 use crate::score::bootstrap::Ratio;
 use crate::score::keyframes::counting::{Counting, Subset};
+use crate::score::keyframes::trackers::TrackerScore;
 use v2x_fusion_hub::parameters;
 
 /// Metrics and their digits.
@@ -48,6 +49,7 @@ pub(crate) fn terminal(tables: &Tables) -> String {
             heading(block),
             table(tables, block, (Subset::All, Counting::Table)).text()
         ));
+        parts.extend(further(tables, block).iter().map(Table::text));
         parts.push(gain_lines(tables, block));
     }
     parts.push(notes());
@@ -60,6 +62,7 @@ pub(crate) fn markdown(tables: &Tables) -> String {
     for block in &tables.blocks {
         parts.push(format!("## {}", heading(block)));
         parts.push(table(tables, block, (Subset::All, Counting::Table)).markdown());
+        parts.extend(further(tables, block).iter().map(Table::markdown));
         parts.push(gain_lines(tables, block));
         for (what, name) in parts_of(block) {
             parts.push(format!("### {}, {name}", heading(block)));
@@ -168,20 +171,77 @@ fn cells(row: &Row) -> Vec<String> {
     cells
 }
 
+/// What follows a block's table where detectors err as real ones do: how well its methods track and detect.
+pub(crate) fn further(tables: &Tables, block: &Block) -> Vec<Table> {
+    if !block.has_trackers() {
+        return Vec::new();
+    }
+    let table = |names: &[&str], cells: fn(&TrackerScore) -> Vec<String>| {
+        let header = std::iter::once("method").chain(names.iter().copied()).map(str::to_owned).collect();
+        let is_shown = |row: &&Row| row.subset == Subset::All && row.counting == Counting::Table;
+        let line = |row: &Row| std::iter::once(row.method.clone()).chain(cells(&row.tracker)).collect();
+        Table { header, rows: tables.rows_of(block).filter(is_shown).map(line).collect() }
+    };
+    let detection = table(&DETECTION, detection);
+    // The table of sensors has tracking metrics beside its errors.
+    if block.table == Kind::Sensors { vec![detection] } else { vec![table(&TRACKING, tracking), detection] }
+}
+
+const TRACKING: [&str; 7] = ["GOSPA m", "HOTA", "AssA", "MOTA", "IDF1", "switches", "AMOTA"];
+
+fn tracking(score: &TrackerScore) -> Vec<String> {
+    let mut cells = vec![figure(score.gospa_m, 2)];
+    cells.extend([score.hota, score.assa, score.mota, score.idf1].map(|value| figure(value, 3)));
+    cells.extend([figure(score.id_switches, 0), figure(score.amota, 3)]);
+    cells
+}
+
+/// AP at overlaps (OpenCOOD) and at distances (nuScenes), and the parts of NDS.
+const DETECTION: [&str; 13] = [
+    "AP IoU .3",
+    "IoU .5",
+    "IoU .7",
+    "AP 0.5 m",
+    "1 m",
+    "2 m",
+    "4 m",
+    "mAP",
+    "ATE m",
+    "ASE",
+    "AOE rad",
+    "AVE m/s",
+    "NDS",
+];
+
+fn detection(score: &TrackerScore) -> Vec<String> {
+    let values = [
+        score.ap_iou_30,
+        score.ap_iou_50,
+        score.ap_iou_70,
+        score.ap_05_m,
+        score.ap_1_m,
+        score.ap_2_m,
+        score.ap_4_m,
+        score.map,
+        score.nuscenes_ate_m,
+        score.nuscenes_ase,
+        score.nuscenes_aoe_rad,
+        score.nuscenes_ave_mps,
+        score.nds_without_attributes,
+    ];
+    values.map(|value| figure(value, 3)).to_vec()
+}
+
 /// Errors and tracking metrics. The paper has no such table.
 fn of_trackers(tables: &Tables, block: &Block, (subset, counting): (Subset, Counting)) -> Table {
     let errors = COLUMNS.into_iter().map(|(name, _)| name);
-    let names = ["GOSPA m", "HOTA", "AssA", "MOTA", "IDF1", "switches", "AMOTA"];
-    let header = std::iter::once("method").chain(errors).chain(names).map(str::to_owned).collect();
+    let header = std::iter::once("method").chain(errors).chain(TRACKING).map(str::to_owned).collect();
     let is_shown = |row: &&Row| row.subset == subset && row.counting == counting;
     let line = |row: &Row| {
-        let tracker = &row.tracker;
         let mut cells = vec![row.method.clone()];
         let errors = COLUMNS.into_iter().zip(row.metrics.0);
         cells.extend(errors.map(|((_, digits), value)| figure(value.mean, digits)));
-        cells.push(figure(tracker.gospa_m, 2));
-        cells.extend([tracker.hota, tracker.assa, tracker.mota, tracker.idf1].map(|value| figure(value, 3)));
-        cells.extend([figure(tracker.id_switches, 0), figure(tracker.amota, 3)]);
+        cells.extend(tracking(&row.tracker));
         cells
     };
     Table { header, rows: tables.rows_of(block).filter(is_shown).map(line).collect() }
@@ -223,14 +283,16 @@ pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
     if block.table == Kind::Fig5 {
         return tables.shown.iter().map(moment::which).collect();
     }
-    if block.table == Kind::Sensors {
-        return "Methods without memory name every box anew in every frame: of them HOTA, AssA, IDF1, switches and AMOTA \
-                say only that."
-            .to_owned();
-    }
-    if block.table != Kind::II {
-        return String::new();
-    }
+    let trackers = block.has_trackers().then(|| TRACKERS.to_owned());
+    let gains = if block.table == Kind::II { gains_of(tables, block) } else { Vec::new() };
+    gains.into_iter().chain(trackers).collect::<Vec<_>>().join("\n")
+}
+
+const TRACKERS: &str = "Methods without memory name every box anew in every frame: of them HOTA, AssA, IDF1, switches and AMOTA \
+     say only that, and they have no velocity, which is an error of the whole speed. NDS is that of nuScenes without attributes: \
+     (5 mAP + Σ max(0, 1 − error)) / 9.";
+
+fn gains_of(tables: &Tables, block: &Block) -> Vec<String> {
     let line = |other: &str, (subset, name): (Subset, &str)| {
         let [ate, ade, aoe] = gains(tables, block.setting, (other, "ours"), subset)?;
         if [ate, ade, aoe].iter().all(|gain| !gain.ratio.is_finite()) {
@@ -250,7 +312,7 @@ pub(crate) fn gain_lines(tables: &Tables, block: &Block) -> String {
     let subsets = [(Subset::All, "all objects"), (Subset::Static, "standing"), (Subset::Moving, "moving")];
     let lines = subsets.map(|subset| line("csba-wls", subset));
     let filtered = line("csba-wls-cv", subsets[0]);
-    lines.into_iter().chain([filtered]).flatten().collect::<Vec<_>>().join("\n")
+    lines.into_iter().chain([filtered]).flatten().collect()
 }
 
 pub(crate) fn notes() -> String {

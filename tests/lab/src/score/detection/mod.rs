@@ -5,11 +5,13 @@
 //! at intersections over union. Each gives the figures of the field's reference implementation (`tests/it/oracles`).
 
 mod classes;
+mod figures;
 mod interpolation;
 pub mod nuscenes;
 pub mod overlap;
 
 pub use classes::DetectionClass;
+pub(crate) use figures::DetectionScore;
 
 use crate::score::tracking::Sequence;
 

@@ -1,9 +1,8 @@
-//! Tracking metrics of contenders.
+//! Tracking and detection metrics of contenders.
 
 use crate::data::scene::Scene;
 use crate::drive::parallel;
-use crate::score::detection::nuscenes::DetectionFigures;
-use crate::score::detection::{self, overlap};
+use crate::score::detection::{self, DetectionScore, Velocities};
 use crate::score::gospa::gospa;
 use crate::score::keyframes::experiments::{Cell, Experiment, Plan, RunError};
 use crate::score::keyframes::scored_keyframe::ScoredKeyframe;
@@ -18,7 +17,7 @@ use v2x_fusion_hub::association::assignment::Assigner;
 /// GOSPA's cut-off: a miss and a false object cost as much as a pair this far apart, m.
 pub(super) const GOSPA_CUTOFF_M: f64 = 5.0;
 
-/// A contender's tracking metrics, over all scenes of a trial, then averaged over trials. Boxes are matched by position.
+/// A contender's tracking and detection metrics, over all scenes of a trial, then averaged over trials. Boxes are matched by position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct TrackerScore {
     /// GOSPA (p 2, α 2, cut-off 5 m), mean over frames, m.
@@ -45,8 +44,30 @@ pub(crate) struct TrackerScore {
     pub amotp_m: Option<f64>,
     /// nuScenes' mAP for detection; a box's score is the existence probability of its object.
     pub map: Option<f64>,
-    /// AP at an intersection over union of 0.5, whatever the classes.
+    /// AP at an intersection over union of 0.3, whatever the classes (as OpenCOOD).
+    pub ap_iou_30: Option<f64>,
+    /// The same at 0.5.
     pub ap_iou_50: Option<f64>,
+    /// The same at 0.7.
+    pub ap_iou_70: Option<f64>,
+    /// AP at a centre distance of 0.5 m, mean over classes (as nuScenes).
+    pub ap_05_m: Option<f64>,
+    /// The same at 1 m.
+    pub ap_1_m: Option<f64>,
+    /// The same at 2 m.
+    pub ap_2_m: Option<f64>,
+    /// The same at 4 m.
+    pub ap_4_m: Option<f64>,
+    /// nuScenes' error of position at 2 m, mean over classes, m.
+    pub nuscenes_ate_m: Option<f64>,
+    /// nuScenes' error of size.
+    pub nuscenes_ase: Option<f64>,
+    /// nuScenes' error of orientation, rad.
+    pub nuscenes_aoe_rad: Option<f64>,
+    /// nuScenes' error of velocity, m/s; 1 for boxes without one.
+    pub nuscenes_ave_mps: Option<f64>,
+    /// nuScenes' NDS of the mAP and these four errors.
+    pub nds_without_attributes: Option<f64>,
 }
 
 impl Plan {
@@ -69,10 +90,10 @@ impl Plan {
     fn tracker_score(&self, scenes: &[Scene], cell: Cell, trial: u32) -> Result<TrackerScore, RunError> {
         let Experiment { setting, contenders } = &self.experiments[cell.experiment];
         let contender = &contenders[cell.contender];
-        let (mut sequences, mut gospa_m) = (Vec::new(), Moments::default());
+        let (mut sequences, mut velocities, mut gospa_m) = (Vec::new(), Vec::new(), Moments::default());
         let mut assigner = Assigner::default();
         for scene in scenes {
-            let mut instants = Vec::new();
+            let (mut instants, mut of_scene) = (Vec::new(), Vec::new());
             self.run_scene(scene, (*setting, trial), &[contender], |_, keyframe| {
                 let instant = tracked(keyframe);
                 let boxes: (Vec<BevBox>, Vec<BevBox>) = (
@@ -81,9 +102,13 @@ impl Plan {
                 );
                 gospa_m.add(Some(gospa(&boxes.0, &boxes.1, GOSPA_CUTOFF_M, &mut assigner).distance_m()));
                 instants.push(instant);
+                of_scene.push(velocities_of(keyframe));
             })?;
             match Sequence::new(instants) {
-                Ok(sequence) => sequences.push(sequence),
+                Ok(sequence) => {
+                    sequences.push(sequence);
+                    velocities.push(of_scene);
+                }
                 // A user's method that publishes a track twice in a frame is no tracker.
                 Err(error) => {
                     tracing::warn!(method = contender.key(), scene = scene.name, %error, "no tracker's figures");
@@ -91,7 +116,7 @@ impl Plan {
                 }
             }
         }
-        Ok(TrackerScore { gospa_m: gospa_m.mean(), ..TrackerScore::of(&sequences) })
+        Ok(TrackerScore { gospa_m: gospa_m.mean(), ..TrackerScore::of(&sequences, &velocities) })
     }
 }
 
@@ -105,12 +130,25 @@ fn tracked(keyframe: &ScoredKeyframe<'_>) -> Tracked {
     Tracked { truth: keyframe.objects().copied().collect(), reported: tracks.collect() }
 }
 
+/// The velocities of the boxes of [`tracked`].
+fn velocities_of(keyframe: &ScoredKeyframe<'_>) -> Velocities {
+    let truth = keyframe.objects().map(|one| keyframe.scene.velocity(keyframe.frame, one.id));
+    Velocities {
+        truth: truth.collect(),
+        reported: keyframe.counted_boxes().map(|one| one.velocity).collect(),
+    }
+}
+
 impl TrackerScore {
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
-    fn of(sequences: &[Sequence]) -> Self {
+    fn of(sequences: &[Sequence], velocities: &[Vec<Velocities>]) -> Self {
         let figures = TrackingFigures::of(sequences);
+        let scenes = sequences.iter().zip(velocities);
         let scenes: Vec<_> =
-            sequences.iter().map(|sequence| detection::Scene { sequence, velocities: &[] }).collect();
+            scenes.map(|(sequence, velocities)| detection::Scene { sequence, velocities }).collect();
+        let detection = DetectionScore::of(&scenes);
+        let at_overlap = |place: usize| detection.ap_iou.map(|ap| ap[place]);
+        let at_distance = |place: usize| detection.ap_distance.map(|ap| ap[place]);
         Self {
             gospa_m: None,
             hota: figures.hota,
@@ -123,8 +161,19 @@ impl TrackerScore {
             fragmentations: Some(figures.fragmentations as f64),
             amota: figures.amota,
             amotp_m: figures.amotp_m,
-            map: DetectionFigures::of(&scenes).map(),
-            ap_iou_50: overlap::average_precisions(&scenes).map(|[_, half, _]| half),
+            map: detection.map,
+            ap_iou_30: at_overlap(0),
+            ap_iou_50: at_overlap(1),
+            ap_iou_70: at_overlap(2),
+            ap_05_m: at_distance(0),
+            ap_1_m: at_distance(1),
+            ap_2_m: at_distance(2),
+            ap_4_m: at_distance(3),
+            nuscenes_ate_m: detection.nuscenes_ate_m,
+            nuscenes_ase: detection.nuscenes_ase,
+            nuscenes_aoe_rad: detection.nuscenes_aoe_rad,
+            nuscenes_ave_mps: detection.nuscenes_ave_mps,
+            nds_without_attributes: detection.nds_without_attributes,
         }
     }
 
@@ -145,7 +194,18 @@ impl TrackerScore {
             amota: of(|one| one.amota),
             amotp_m: of(|one| one.amotp_m),
             map: of(|one| one.map),
+            ap_iou_30: of(|one| one.ap_iou_30),
             ap_iou_50: of(|one| one.ap_iou_50),
+            ap_iou_70: of(|one| one.ap_iou_70),
+            ap_05_m: of(|one| one.ap_05_m),
+            ap_1_m: of(|one| one.ap_1_m),
+            ap_2_m: of(|one| one.ap_2_m),
+            ap_4_m: of(|one| one.ap_4_m),
+            nuscenes_ate_m: of(|one| one.nuscenes_ate_m),
+            nuscenes_ase: of(|one| one.nuscenes_ase),
+            nuscenes_aoe_rad: of(|one| one.nuscenes_aoe_rad),
+            nuscenes_ave_mps: of(|one| one.nuscenes_ave_mps),
+            nds_without_attributes: of(|one| one.nds_without_attributes),
         }
     }
 }

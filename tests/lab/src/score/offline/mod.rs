@@ -1,17 +1,16 @@
 //! The score of fused objects against a table of true objects.
 
-mod detections;
 mod headings;
 mod region;
 mod tracks;
 
-pub(crate) use detections::DetectionScore;
 pub(crate) use headings::HeadingScore;
 pub(crate) use region::Region;
 
 use crate::data::scene::TrueBox;
 use crate::data::truth_table::Truth;
 use crate::score::continuity::TrackContinuity;
+use crate::score::detection::DetectionScore;
 use crate::score::estimate::Estimate;
 use crate::score::frame_metrics::{Metrics, Tally, frame_metrics};
 use crate::score::matching::{Frame, MatchingRule, Outcome, PositionRule};

@@ -1,8 +1,7 @@
 //! The ticks of a log as a sequence for the metrics of tracking and detection.
 
 use crate::data::scene::TrueBox;
-use crate::score::detection::Velocities;
-use crate::score::offline::detections::DetectionScore;
+use crate::score::detection::{DetectionScore, Scene, Velocities};
 use crate::score::tracking::figures::TrackingFigures;
 use crate::score::tracking::{Instant, ReportedBox, Sequence};
 use v2x_common::fused::FusedObject;
@@ -46,7 +45,8 @@ impl Tracks {
     pub(super) fn figures(&self) -> (TrackingFigures, DetectionScore) {
         match Sequence::new(self.instants.clone()) {
             Ok(sequence) => {
-                let detection = DetectionScore::of(&sequence, &self.velocities);
+                let detection =
+                    DetectionScore::of(&[Scene { sequence: &sequence, velocities: &self.velocities }]);
                 (TrackingFigures::of(&[sequence]), detection)
             }
             Err(error) => {

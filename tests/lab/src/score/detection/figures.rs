@@ -1,9 +1,7 @@
-//! The detection metrics of a log: fused objects as boxes with their existence for a score.
+//! The detection metrics side by side: fused objects as boxes with their existence for a score.
 
 use crate::score::detection::nuscenes::DetectionFigures;
-use crate::score::detection::overlap;
-use crate::score::detection::{Scene, Velocities};
-use crate::score::tracking::Sequence;
+use crate::score::detection::{Scene, overlap};
 use serde::Serialize;
 
 /// Average precisions and errors. The score of a box is the existence probability of its object.
@@ -28,13 +26,12 @@ pub(crate) struct DetectionScore {
 }
 
 impl DetectionScore {
-    /// Of one scene.
-    pub(super) fn of(sequence: &Sequence, velocities: &[Velocities]) -> Self {
-        let scenes = [Scene { sequence, velocities }];
-        let nuscenes = DetectionFigures::of(&scenes);
+    /// Of these scenes together.
+    pub(crate) fn of(scenes: &[Scene<'_>]) -> Self {
+        let nuscenes = DetectionFigures::of(scenes);
         let [ate, ase, aoe, ave] = nuscenes.errors();
         Self {
-            ap_iou: overlap::average_precisions(&scenes),
+            ap_iou: overlap::average_precisions(scenes),
             ap_distance: nuscenes.ap(),
             map: nuscenes.map(),
             nuscenes_ate_m: ate,
