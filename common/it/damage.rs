@@ -165,6 +165,17 @@ fn every_change_of_one_byte_is_an_error_or_a_valid_frame() {
 }
 
 #[test]
+fn a_flood_of_text_is_cut_between_where_the_field_is_named_and_where_its_place_is_said() {
+    let name = serde_json::to_string(&"ä\u{1b}".repeat(100_000)).unwrap();
+    let payload = format!("{{\"captured_at\":1,{name}:1}}");
+    let words =
+        json::decode_detections(payload.as_bytes(), AgentId::new("cam").unwrap(), &ReportDefaults::default());
+    let words = words.unwrap_err().to_string();
+    assert!(words.starts_with("JSON: unknown field `ä\u{fffd}ä") && words.contains('…'), "{words}");
+    assert!(words.contains(" at line 1 column ") && !words.contains('\u{1b}'), "{words}");
+}
+
+#[test]
 fn every_bit_flip_of_json_is_an_error_or_a_valid_frame() {
     for Kind { mut bytes, digest, .. } in json_kinds() {
         for place in 0..bytes.len() {
@@ -178,7 +189,47 @@ fn every_bit_flip_of_json_is_an_error_or_a_valid_frame() {
     }
 }
 
+/// The payload with a text in the place of one of its names, texts or numbers.
+fn with_text(json: &str, place: Index, text: &str) -> String {
+    let quoted = serde_json::to_string(text).unwrap();
+    let mut parts: Vec<_> = json.split_inclusive(['"', ':', ',', '{', '}', '[', ']']).collect();
+    let is_value = |part: &str| part.starts_with(|c: char| c.is_alphanumeric() || c == '-');
+    let values: Vec<_> = (0..parts.len()).filter(|k| is_value(parts[*k])).collect();
+    let k = values[place.index(values.len())];
+    let (value, end) = parts[k].split_at(parts[k].len() - 1);
+    let text = if end == "\"" { &quoted[1..quoted.len() - 1] } else { &quoted[..] };
+    let replaced = format!("{text}{end}");
+    assert!(!value.is_empty());
+    parts[k] = &replaced;
+    parts.concat()
+}
+
+/// Bytes of a refusal in words, at most.
+const WORDS: usize = 512;
+
 proptest! {
+    #[test]
+    fn a_flood_of_text_anywhere_in_a_payload_is_refused_in_few_words(
+        text in vec(any::<char>(), 1..12), repeats in 1_usize..1000, place in any::<Index>()
+    ) {
+        let text = text.into_iter().collect::<String>().repeat(repeats);
+        for Kind { bytes, digest, .. } in json_kinds() {
+            let json = String::from_utf8(bytes).unwrap();
+            let quoted = serde_json::to_string(&text).unwrap();
+            for payload in [with_text(&json, place, &text), text.clone(), quoted, format!("{{{text}")] {
+                let words = digest(payload.as_bytes()).err().map_or(0, |error| error.to_string().len());
+                prop_assert!(words < WORDS, "{words} bytes");
+            }
+        }
+        let name = AgentId::new(&text).err().map_or(0, |error| error.to_string().len());
+        prop_assert!(name < WORDS, "{name} bytes");
+        for Kind { letter, digest, .. } in kinds() {
+            let payload = [&[VERSION, letter, 32], text.as_bytes()].concat();
+            let words = digest(&payload).err().map_or(0, |error| error.to_string().len());
+            prop_assert!(words < WORDS, "{words} bytes");
+        }
+    }
+
     #[test]
     fn random_bytes_behind_a_valid_preamble_are_an_error_or_a_valid_frame(noise in vec(any::<u8>(), 0..400)) {
         for Kind { letter, digest, .. } in kinds() {

@@ -40,7 +40,7 @@ impl Name {
             return Err(NameError::Empty);
         }
         if text.len() > MAX_NAME_LEN {
-            return Err(NameError::TooLong(text.chars().take(2 * MAX_NAME_LEN).collect()));
+            return Err(NameError::TooLong(text.chars().take(MAX_NAME_LEN).collect()));
         }
         let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | ':');
         if let Some(character) = text.chars().find(|c| !allowed(*c)) {

@@ -9,6 +9,7 @@ use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::time::Span;
 use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
+use zenoh::time::{NTP64, Timestamp};
 
 /// Longer than any Δmax and than any pause of a busy machine.
 const MINUTE: Span = Span::from_millis(60_000);
@@ -68,6 +69,31 @@ async fn payloads_beyond_all_measure_are_counted_and_not_read_and_the_others_go_
     let words = standing(&status, "hoarder").and_then(|agent| agent.last_refusal.clone());
     assert_eq!(words.as_deref(), Some("5000000 bytes, at most 4194304"));
     goes_on_being_fused(&watch, "ego", health(&before, "ego").context("ego was fused")?.accepted).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_flood_of_samples_with_zenoh_stamps_of_a_wrong_clock_is_taken_in_and_fills_no_log()
+-> anyhow::Result<()> {
+    let lab = Lab::new("stamped")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let session = foreign_session(&hub).await?;
+    let publisher = matched_publisher(&session, lab.keys().detections(&AgentId::new("stamped")?)).await?;
+    let n = 50;
+    for _ in 0..n {
+        let own = session.new_timestamp();
+        // Seconds are the upper half.
+        let ahead = NTP64(own.get_time().as_u64() + (3600 << 32));
+        let payload = frame_json(Span::ZERO).to_string();
+        let put =
+            publisher.put(payload).encoding(ENCODING_JSON).timestamp(Timestamp::new(ahead, *own.get_id()));
+        put.await.map_err(|error| anyhow!("{error}"))?;
+    }
+    let are_in = |status: &_| standing(status, "stamped").is_some_and(|agent| agent.accepted == n);
+    watch.status_when("all of them are accepted", are_in).await?;
+    let log = lab.hub_log()?;
+    assert!(!log.contains(" ERROR ") && log.lines().count() < 20, "{log}");
+    Ok(())
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,12 +1,13 @@
 //! Logs: to standard error, because standard output is for data.
 
-use super::{tls, zenoh_refusals};
+use super::{tls, zenoh_logs, zenoh_refusals};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::fmt;
 use std::io::{IsTerminal, Stderr, Write};
 use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use tracing_subscriber::filter::FilterExt;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer};
@@ -80,7 +81,7 @@ pub fn init(filter: &str, format: Format) -> Result<(), InvalidFilter> {
         Format::Text => printed.with_ansi(in_colour).boxed(),
         Format::Json => printed.json().boxed(),
     };
-    let printed = printed.with_filter(filter);
+    let printed = printed.with_filter(filter.and(zenoh_logs::FewOfEach));
     // A second start in one process (tests) keeps the first.
     if tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer()).try_init().is_ok() {
         let _ = FORMAT.set(format);

@@ -8,6 +8,7 @@ pub mod queue;
 pub mod session;
 pub mod shutdown;
 pub mod tls;
+pub mod zenoh_logs;
 pub mod zenoh_refusals;
 
 use std::io::Write;

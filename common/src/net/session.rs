@@ -133,7 +133,8 @@ fn common_options(max_message: u64) -> Vec<ZenohOption> {
         // Multicast is missing in containers, and would connect separate networks on one machine.
         ("scouting/multicast/enabled", "false".to_owned()),
         ("scouting/gossip/enabled", "false".to_owned()),
-        ("timestamping/enabled", "true".to_owned()),
+        // Nobody reads the stamps of samples, and a hub that has a clock for them logs each one of a sender whose clock is ahead.
+        ("timestamping/enabled", "false".to_owned()),
         ("queries_default_timeout", "2000".to_owned()),
         ("transport/link/tx/lease", "3000".to_owned()),
         ("transport/link/tx/keep_alive", "4".to_owned()),
@@ -196,28 +197,38 @@ pub async fn open(config: Config) -> anyhow::Result<Session> {
 }
 
 /// An error of Zenoh without the places in its code (` at /…/tcp.rs:61.`), which help nobody who reads it.
-fn without_places(error: &str) -> String {
-    let is_place = |word: &str| {
-        let place = word.trim_end_matches([']', ')', ',', '.', ';']);
-        place.rsplit_once(":").is_some_and(|(file, line)| {
-            file.ends_with(".rs") && !line.is_empty() && line.bytes().all(|byte| byte.is_ascii_digit())
-        })
-    };
-    let mut kept: Vec<&str> = Vec::new();
+pub fn without_places(error: &str) -> String {
+    let opens = |c: char| matches!(c, '[' | '(');
+    let closes = |c: char| matches!(c, ']' | ')');
+    let mut kept: Vec<String> = Vec::new();
     for word in error.split(' ') {
-        if !is_place(word) {
-            kept.push(word);
+        let Some((before, after)) = around_place(word) else {
+            kept.push(word.to_owned());
             continue;
+        };
+        let mut before = before.to_owned();
+        if kept.last().is_some_and(|last| last.trim_start_matches(opens) == "at") {
+            before.insert_str(0, kept.pop().unwrap_or_default().trim_end_matches("at"));
         }
-        if kept.last() == Some(&"at") {
-            kept.pop();
+        // What opened and closed around the place alone goes with it; what closes after it still does.
+        let mut rest = after.trim_start_matches(|c: char| !closes(c));
+        for _ in before.chars().filter(|c| opens(*c)) {
+            rest = rest.strip_prefix(closes).unwrap_or(rest);
         }
-        // What closed after the place still does.
-        if word.trim_end_matches('.').ends_with(']') {
-            kept.push("]");
+        match kept.last_mut() {
+            Some(last) => last.push_str(rest),
+            None => kept.push(rest.to_owned()),
         }
     }
-    kept.join(" ").replace(" ]", "]")
+    kept.join(" ")
+}
+
+/// What stands before and after a place in code within a word, if that has one.
+fn around_place(word: &str) -> Option<(&str, &str)> {
+    let end = word.find(".rs:")? + ".rs:".len();
+    let digits = word[end..].bytes().take_while(u8::is_ascii_digit).count();
+    let begin = word.find(|c: char| !matches!(c, '[' | '('))?;
+    (digits > 0).then(|| (&word[..begin], &word[end + digits..]))
 }
 
 /// Opens a session in place of one that was closed: where a free port was asked for, on the port that the other one had. The
@@ -348,7 +359,7 @@ pub async fn close(session: Session) -> anyhow::Result<()> {
     tokio::time::timeout(CLOSE_TIMEOUT, session.close())
         .await
         .context("closing the Zenoh session took too long")?
-        .map_err(|error| anyhow!("closing the Zenoh session: {error}"))
+        .map_err(|error| anyhow!("closing the Zenoh session: {}", without_places(&error.to_string())))
 }
 
 #[cfg(test)]
@@ -398,6 +409,15 @@ mod tests {
             "Can not listen on tcp/127.0.0.1:1: [127.0.0.1:1: Address in use (os error 98)]"
         );
         assert_eq!(without_places("somebody is at home: 12:30"), "somebody is at home: 12:30");
+        for (error, expected) in [
+            ("cannot open (lost at /x/a.rs:61.), trying", "cannot open (lost), trying"),
+            ("lost (at /x/a.rs:61), trying", "lost, trying"),
+            ("lost (/x/a.rs:61). Again", "lost. Again"),
+            ("lost (/x/a.rs:61:5)", "lost"),
+            ("a ([b at /x/a.rs:1.] at /x/c.rs:2.) - Caused by d at /x/e.rs:3.", "a ([b]) - Caused by d"),
+        ] {
+            assert_eq!(without_places(error), expected, "{error}");
+        }
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! Writes samples into an MCAP file: a channel for each key and encoding.
+//! Writes samples into an MCAP file: a channel for each key and codec.
 
 use super::entry::Entry;
 use super::scene::{SCENE_SCHEMA, SCENE_SCHEMA_NAME};
 use crate::keys::Topic;
 use crate::schemas;
 use crate::time::Timestamp;
-use crate::wire::{ENCODING_JSON, is_json};
+use crate::wire::{ENCODING_JSON, ENCODING_POSTCARD, is_json};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapResult, WriteOptions, Writer};
@@ -17,22 +17,31 @@ use std::io::Write;
 const POSTCARD: &str = "x-v2x-postcard";
 /// The key of a channel's metadata under which its Zenoh encoding stands.
 pub(super) const ZENOH_ENCODING: &str = "zenoh_encoding";
+/// The Zenoh encoding of what is neither JSON nor said to be postcard: none.
+const ENCODING_NONE: &str = "zenoh/bytes";
+/// Channels of one file, one of which is for all further keys. MCAP has room for 65,535, and any agent can send under many keys.
+const MAX_CHANNELS: usize = 4096;
+/// Longest key with a channel of its own.
+const MAX_KEY_BYTES: usize = 512;
+/// The topic of that channel: no key of ours.
+const UNSORTED: &str = "v2x-unsorted";
 /// Bytes of a chunk, beyond which the next one begins.
 const CHUNK_BYTES: u64 = 1 << 20;
 
 /// Writes an MCAP file.
 pub(super) struct McapWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
-    /// By key, Zenoh encoding and whether it is JSON: the channel, and the number of its next message.
-    channels: BTreeMap<(String, String, bool), (u16, u32)>,
+    /// By key and encoding: the channel, and the number of its next message.
+    channels: BTreeMap<(String, &'static str), (u16, u32)>,
+    /// Messages without a channel of their own.
+    unsorted: u64,
 }
 
 /// What kind of messages a channel has.
 struct ChannelKind<'a> {
     topic: &'a str,
-    encoding: &'a str,
-    /// As hubs see it: a sample can have no encoding.
-    is_json: bool,
+    /// One of three, as hubs see it: whoever sends can call it anything.
+    encoding: &'static str,
     schema: Schema<'a>,
 }
 
@@ -52,7 +61,7 @@ impl<W: Write> McapWriter<W> {
             .disable_seeking(true)
             .library(concat!("v2x ", env!("CARGO_PKG_VERSION")));
         let writer = options.create(NoSeek::new(out))?;
-        let mut writer = Self { writer, channels: BTreeMap::new() };
+        let mut writer = Self { writer, channels: BTreeMap::new(), unsorted: 0 };
         writer.write_facts("v2x", facts.clone())?;
         for (name, data) in attachments {
             writer.writer.attach(&Attachment {
@@ -74,19 +83,38 @@ impl<W: Write> McapWriter<W> {
     /// Appends a sample.
     pub(super) fn write(&mut self, entry: &Entry) -> McapResult<()> {
         let is_json = is_json(&entry.encoding, &entry.payload);
-        let kind = ChannelKind {
-            topic: &entry.key,
-            encoding: &entry.encoding,
-            is_json,
-            schema: schema_of(Topic::of(&entry.key), is_json),
+        let encoding = match entry.encoding.as_str() {
+            _ if is_json => ENCODING_JSON,
+            ENCODING_POSTCARD => ENCODING_POSTCARD,
+            _ => ENCODING_NONE,
         };
+        let schema = schema_of(Topic::of(&entry.key), is_json);
+        let kind = ChannelKind { topic: &entry.key, encoding, schema };
+        if self.has_room(&kind) {
+            return self.append(&kind, entry.received_at, &entry.payload);
+        }
+        self.unsorted += 1;
+        let kind = ChannelKind { topic: UNSORTED, encoding: ENCODING_NONE, schema: schema_of(None, false) };
         self.append(&kind, entry.received_at, &entry.payload)
     }
 
-    /// Appends a message of Foxglove's schema `SceneUpdate`.
+    /// Appends a message of Foxglove's schema `SceneUpdate`, where there is room for its topic.
     pub(super) fn write_scene(&mut self, topic: &str, at: Timestamp, json: &[u8]) -> McapResult<()> {
         let schema = Schema(SCENE_SCHEMA_NAME, "jsonschema", SCENE_SCHEMA);
-        self.append(&ChannelKind { topic, encoding: ENCODING_JSON, is_json: true, schema }, at, json)
+        let kind = ChannelKind { topic, encoding: ENCODING_JSON, schema };
+        if self.has_room(&kind) { self.append(&kind, at, json) } else { Ok(()) }
+    }
+
+    /// Messages without a channel of their own.
+    pub(super) const fn unsorted(&self) -> u64 {
+        self.unsorted
+    }
+
+    /// Whether a message has a channel of its own, or can have one.
+    fn has_room(&self, kind: &ChannelKind<'_>) -> bool {
+        kind.topic.len() <= MAX_KEY_BYTES
+            && (self.channels.len() < MAX_CHANNELS - 1
+                || self.channels.contains_key(&(kind.topic.to_owned(), kind.encoding)))
     }
 
     fn append(&mut self, kind: &ChannelKind<'_>, at: Timestamp, payload: &[u8]) -> McapResult<()> {
@@ -98,15 +126,15 @@ impl<W: Write> McapWriter<W> {
 
     /// The channel, and the number of its next message.
     fn channel(&mut self, kind: &ChannelKind<'_>) -> McapResult<(u16, u32)> {
-        let ChannelKind { topic, encoding, is_json, schema: Schema(name, language, text) } = kind;
-        let key = ((*topic).to_owned(), (*encoding).to_owned(), *is_json);
+        let ChannelKind { topic, encoding, schema: Schema(name, language, text) } = kind;
+        let key = ((*topic).to_owned(), *encoding);
         if let Some((channel, next)) = self.channels.get_mut(&key) {
             let sequence = *next;
             *next = next.wrapping_add(1);
             return Ok((*channel, sequence));
         }
         let schema = self.writer.add_schema(name, language, text.as_bytes())?;
-        let message_encoding = if *is_json { "json" } else { POSTCARD };
+        let message_encoding = if *encoding == ENCODING_JSON { "json" } else { POSTCARD };
         let metadata = BTreeMap::from([(ZENOH_ENCODING.to_owned(), (*encoding).to_owned())]);
         let channel = self.writer.add_channel(schema, topic, message_encoding, &metadata)?;
         self.channels.insert(key, (channel, 1));
@@ -178,5 +206,34 @@ mod tests {
         let messages = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap);
         let labels: Vec<_> = messages.map(|one| one.channel.message_encoding.clone()).collect();
         assert_eq!(labels, ["json", POSTCARD, "json", "json"]);
+    }
+
+    #[test]
+    fn a_flood_of_encodings_and_keys_ends_no_recording_and_hides_no_key_that_was_there_before() {
+        let mut file = Vec::new();
+        let mut writer = McapWriter::new(&mut file, &BTreeMap::new(), &BTreeMap::new()).unwrap();
+        let mut write = |key: String, encoding: String, payload: &[u8]| {
+            let entry = Entry { received_at: Timestamp::EPOCH, key, encoding, payload: payload.to_vec() };
+            writer.write(&entry).unwrap();
+            (writer.channels.len(), writer.unsorted)
+        };
+        let key = || "v2x/demo/agent/cam/detections".to_owned();
+        for k in 0..70_000 {
+            assert!(write(key(), format!("text/x;{k}"), &[7]).0 == 1);
+        }
+        assert_eq!(write(key(), "text/x".to_owned(), b"{}"), (2, 0));
+        assert_eq!(write(key(), ENCODING_POSTCARD.to_owned(), b"{}"), (3, 0));
+        assert_eq!(write("v2x/".repeat(200), String::new(), b"{}"), (4, 1), "a key that is too long");
+        for k in 0..70_000 {
+            assert!(write(format!("v2x/demo/agent/cam/{k}"), String::new(), &[7]).0 <= MAX_CHANNELS);
+        }
+        let (channels, unsorted) = write(key(), String::new(), &[7]);
+        assert_eq!(channels, MAX_CHANNELS - 1);
+        assert!(unsorted > 60_000 && write(key(), String::new(), &[7]).1 == unsorted);
+        writer.finish().unwrap();
+        drop(writer);
+        let messages = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap);
+        let of_cam = messages.filter(|one| one.channel.topic == key()).count();
+        assert_eq!(of_cam, 70_004);
     }
 }

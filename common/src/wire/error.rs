@@ -5,6 +5,7 @@ use crate::detection::InvalidValue;
 use crate::id::NameError;
 use crate::sensor::InvalidDescription;
 use crate::time::StampUnit;
+use std::fmt::Display;
 
 /// The version that this code writes. A hub reads this one and the one before, where there is one.
 pub const VERSION: u8 = 1;
@@ -67,7 +68,7 @@ pub enum WireError {
     /// A reference to an agent that the frame does not list.
     #[error("reference to an agent that the frame does not list")]
     UnlistedAgent,
-    /// Not JSON, or a field is missing, unknown or of the wrong type.
+    /// Not JSON, or a field is missing, unknown or of the wrong type ([`WireError::json`]).
     #[error("JSON: {0}")]
     Json(String),
     /// A time stamp of JSON that is no integer of microseconds.
@@ -89,7 +90,22 @@ pub enum WireError {
     },
 }
 
+/// Bytes that are kept of the begin and of the end of a reader's words, which can quote what somebody has sent.
+const QUOTED: (usize, usize) = (200, 80);
+
 impl WireError {
+    /// Of a reader or writer of JSON, in its words; of long ones the begin, which names the field, and the end, which says where.
+    pub fn json(error: &impl Display) -> Self {
+        let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+        let words: String = error.to_string().chars().map(shown).collect();
+        let (head, tail) = QUOTED;
+        if words.len() <= head + tail {
+            return Self::Json(words);
+        }
+        let (begin, end) = (words.floor_char_boundary(head), words.ceil_char_boundary(words.len() - tail));
+        Self::Json(format!("{}…{}", &words[..begin], &words[end..]))
+    }
+
     /// A short name of the cause, for counting. Names do not change.
     pub const fn reason(&self) -> &'static str {
         match self {

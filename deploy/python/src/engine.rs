@@ -142,7 +142,7 @@ fn sender_of(body: &Body<'_>) -> Result<Option<AgentId>, WireError> {
         Body::Postcard(bytes) => Ok(Some(wire::detections::decode_as_sent(bytes)?.id.agent)),
         Body::Json(bytes) => match serde_json::from_slice::<Named>(bytes) {
             Ok(named) => Ok(named.agent),
-            Err(error) => Err(WireError::Json(error.to_string())),
+            Err(error) => Err(WireError::json(&error)),
         },
         Body::TooLarge(_) => Ok(None),
     }

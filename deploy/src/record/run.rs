@@ -49,7 +49,8 @@ pub(crate) async fn record(
     }
     let began_at = clock::now();
     let journals = Journals::default();
-    let mut recorder = Recorder { args, file, journals, counts: Counts::default(), began_at };
+    let mut recorder =
+        Recorder { args, file, journals, counts: Counts::default(), began_at, has_warned: false };
     // A hub says how agents write; where none answers, scenes show what they send.
     if let Ok(Some(writings)) = hub_status::writings(consumer.session(), args.network, args.hub).await {
         recorder.file.read_by(&writings);
@@ -66,6 +67,8 @@ struct Recorder<'a> {
     journals: Journals,
     counts: Counts,
     began_at: Timestamp,
+    /// Whether it has warned of samples that are recorded without their keys.
+    has_warned: bool,
 }
 
 impl Recorder<'_> {
@@ -114,6 +117,11 @@ impl Recorder<'_> {
             tracing::info!(file = %self.file.path().display(), "a further file begins");
             self.journals.renew();
         }
+        if self.file.unsorted() > 0 && !std::mem::replace(&mut self.has_warned, true) {
+            tracing::warn!(
+                "samples come under too many keys: those of further ones are recorded without them"
+            );
+        }
         Ok(())
     }
 
@@ -138,8 +146,12 @@ impl Recorder<'_> {
         let journal = if self.journals.are_whole() { "with the journal" } else { "without a whole journal" };
         let lost =
             if dropped > 0 { format!(", {dropped} LOST: the disk is too slow") } else { String::new() };
+        let unsorted = match self.file.unsorted() {
+            0 => String::new(),
+            count => format!(", {count} without their keys, which are too many or too long"),
+        };
         format!(
-            "{seconds:.0} s, {samples} messages ({fused_frames} lists), {megabytes:.1} MB, {journal}{lost}"
+            "{seconds:.0} s, {samples} messages ({fused_frames} lists), {megabytes:.1} MB, {journal}{unsorted}{lost}"
         )
     }
 

@@ -167,7 +167,7 @@ fn wrong(field: &'static str, found: &Value, wanted: &'static str) -> NotShifted
 }
 
 fn print(value: &Value) -> Result<Vec<u8>, NotShifted> {
-    Ok(serde_json::to_vec(value).map_err(|error| WireError::Json(error.to_string()))?)
+    Ok(serde_json::to_vec(value).map_err(|error| WireError::json(&error))?)
 }
 
 #[cfg(test)]

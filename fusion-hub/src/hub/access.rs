@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime};
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::net::session::{self, SessionOptions};
+use v2x_common::net::zenoh_logs;
 use v2x_common::net::zenoh_refusals::{ZenohRefusals, zenoh_refusals};
 use v2x_common::time::{Span, Timestamp};
 use zenoh::{Config, Session};
@@ -154,8 +155,11 @@ impl Access {
         None
     }
 
-    /// Warns of what Zenoh has refused since the last warning.
+    /// Warns of what Zenoh has refused since the last warning, and of what it has logged that was not printed.
     pub(super) fn log_refusals(&mut self, now: Timestamp) {
+        if let Some(sum) = zenoh_logs::take_sum(now) {
+            tracing::warn!("{sum}");
+        }
         if now - self.logged_at < LOGGED_EVERY {
             return;
         }

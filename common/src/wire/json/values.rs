@@ -176,11 +176,11 @@ pub fn decode_value(bytes: &[u8]) -> Result<serde_json::Value, WireError> {
 }
 
 pub(super) fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, WireError> {
-    serde_json::from_slice(bytes).map_err(|error| WireError::Json(error.to_string()))
+    serde_json::from_slice(bytes).map_err(|error| WireError::json(&error))
 }
 
 pub(super) fn print<T: Serialize>(value: &T) -> Result<Vec<u8>, WireError> {
-    serde_json::to_vec(value).map_err(|error| WireError::Json(error.to_string()))
+    serde_json::to_vec(value).map_err(|error| WireError::json(&error))
 }
 
 /// The variance of a standard deviation; a negative one stays negative, for validation to refuse.
