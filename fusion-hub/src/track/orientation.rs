@@ -75,7 +75,7 @@ const OFF_COURSE: f64 = 9.0;
 /// A heading that differs from that of the filter by more than this, rad, is held against the course at once: on a bend, the course lags.
 const ODD: f64 = 0.2;
 /// Positions alone count beside the filter from here on, ln.
-const OPEN: f32 = 1.0;
+const OPEN: f32 = 2.5;
 /// Most evidence of one report.
 const MOST_BY_ONE: [f64; 2] = [-2.0, 6.0];
 
@@ -487,7 +487,9 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         ),
         (
             "orientation.doubt",
-            format!("open from {OPEN}, {IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}, odd {ODD}"),
+            format!(
+                "open from {OPEN}, {IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}, odd {ODD}"
+            ),
         ),
         ("orientation.conflict", format!("{CONFLICT_KEPT} kept, beyond {IN_CONFLICT}, decided at {DECIDED}")),
         (
