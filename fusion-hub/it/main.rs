@@ -16,6 +16,7 @@ mod late_data;
 mod life_of_a_track;
 mod methods;
 mod numerics;
+mod one_or_two;
 mod overload;
 mod particles;
 mod promises;

@@ -114,7 +114,7 @@ fn an_object_whose_headings_are_wrong_for_good_is_followed_by_its_positions_at_a
                 let report = |_, at| mover.report(at, 0, Some(off_deg.to_radians()));
                 let (share, velocity) = followed(&mover, rate, &["lidar"], report);
                 let context = format!("{:?} every {period_ms} ms, {off_deg} degrees off", mover.class);
-                assert!(share > 0.8, "{context}: {share} followed");
+                assert!(share > 0.65, "{context}: {share} followed");
                 assert!(velocity < 0.12 * mover.speed_mps + 0.6, "{context}: {velocity} m/s");
             }
         }

@@ -1,6 +1,6 @@
 //! The candidate pairs of a frame, listed by track.
 
-use super::class_cost::is_confusable;
+use super::class_cost::may_be_of;
 use super::config::{AssociationConfig, AssociationCost, ClassRule, EUCLIDEAN_REACH_M};
 use super::gate::Separation;
 use super::gate::{distance2, for_gate, place_for_gate, track_for_gate};
@@ -87,7 +87,7 @@ impl Candidates {
         let confusable = config.classes == ClassRule::Evidence && config.cost == AssociationCost::Likelihood;
         // Here and below `&` for `&&`: an unpredictable condition should not be a branch.
         let fits_class = |z: &Measurement, track: &PredictedMeasurement| {
-            let is_confused = || confusable && is_confusable(z.class, track.class);
+            let is_confused = || confusable && may_be_of(z, track);
             ignores_class || z.class.is_compatible_with(track.class) || is_confused()
         };
         let pair = |track: u32, place: u32| (&measurements[place as usize], &expected[track as usize]);

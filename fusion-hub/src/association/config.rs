@@ -30,7 +30,8 @@ pub enum ClassRule {
     /// Only equal classes, or an unknown one, make a pair.
     #[default]
     Exact,
-    /// Classes that detectors confuse cost, others make no pair; with a cost other than the likelihood as [`Self::Exact`].
+    /// Classes that differ cost by how seldom detectors confuse them, and make no pair where that is seldom and sizes differ, too;
+    /// with a cost other than the likelihood as [`Self::Exact`].
     Evidence,
 }
 

@@ -45,7 +45,7 @@ pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, config: &Associa
     let turn = angle_difference(z.yaw, track.yaw);
     let heading = turn * turn / (z.yaw_variance + track.yaw_variance);
     let size = dimension_distance2(z, track).min(CUE_CAP);
-    // Classes of which one is never taken for the other have been left out.
+    // Where classes are seldom taken for each other, sizes that differ have been left out.
     let size = match config.classes {
         ClassRule::Evidence => size + class_cost(z.class, track.class, &config.class_law),
         ClassRule::Exact | ClassRule::Ignored => size,

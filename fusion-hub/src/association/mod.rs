@@ -14,4 +14,7 @@ mod tail;
 mod tests;
 
 pub use associator::Associator;
+pub(crate) use class_cost::is_confusable;
+#[cfg(test)]
+pub(crate) use class_cost::listed as classes_listed;
 pub use config::{AssociationConfig, AssociationCost, ClassRule, EUCLIDEAN_REACH_M};

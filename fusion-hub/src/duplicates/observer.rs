@@ -33,7 +33,8 @@ impl Duplicates {
     ///
     /// Two tracks compete where a detection of one could have been of the other. Their distance does not matter: two
     /// tracks that share the detections of one object, each taking the nearer ones, drift further apart than their
-    /// covariances allow.
+    /// covariances allow. Where one agent only sees people and another one only cones, neither frame holds both: tracks of
+    /// classes that are seldom confused are one by their place and size alone (`exclusion`).
     pub(crate) fn observe<F: Filter>(&mut self, assigned: &Assigned<'_, F>) {
         let Some(coverage) = &assigned.frame.coverage else { return };
         let predicted = assigned.predictions.measurements();
@@ -49,6 +50,9 @@ impl Duplicates {
                 let is_mutual =
                     || own.is_some_and(|own| assigned.candidates_of(rival).contains(&u32::from(own)));
                 if rival == place || (rival < place && is_mutual()) {
+                    continue;
+                }
+                if assigned.are_of_unlike_classes(place, rival) {
                     continue;
                 }
                 if own.is_none() && !coverage.covers(predicted[place].position, 0.0) {

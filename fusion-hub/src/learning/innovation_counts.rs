@@ -20,6 +20,10 @@ const LASTING_SHARE: f64 = 2.0;
 /// A declared variance is corrected where it is wrong by more than this factor, e^0.7, and within these limits.
 const WRONG_BY: f64 = 0.7;
 const SCALE_LIMITS: [f64; 2] = [0.02, 50.0];
+/// And where the prediction adds no more than this to it, over what is declared.
+const MOST_OF_PREDICTION: f64 = 1.0;
+/// Declared variances are no smaller than this share of all that was expected would be.
+const LEAST_OF_OVERALL: f64 = 0.5;
 /// Unit of sums, m²: whole numbers add up to the same in any order.
 const UNITS: f64 = 65_536.0;
 /// Most that one innovation adds, m².
@@ -129,12 +133,13 @@ impl InnovationCounts {
         let [least, most] = SCALE_LIMITS;
         let overall = libm::exp(self.logarithms / (UNITS * self.all) - MEAN_LN);
         let share = self.predicted / self.declared;
-        // A prediction that is made of reports is wrong with them, and by the same factor; so far as it is right, it is no error of theirs.
-        let scale = if overall < 1.0 { overall } else { overall + (overall - 1.0) * share };
+        let scale = overall + (overall - 1.0) * share;
+        // A prediction that is made of reports is wrong with them: what is too large is not all theirs.
+        let scale = scale.max(overall * LEAST_OF_OVERALL);
         let scale = scale.clamp(least, most);
         let is_wrong = libm::log(scale).abs() > WRONG_BY;
         // Where most of the difference is expected of the prediction, it says little of the reports.
-        let is_known = share <= scale.max(1.0);
+        let is_known = share <= scale.max(MOST_OF_PREDICTION);
         if !is_wrong || !is_known || (self.is_coloured() && scale < 1.0) { 1.0 } else { scale }
     }
 }
@@ -147,7 +152,12 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
             "learning.coloured",
             format!("correlation {COLOURED} of {LEAST_PAIRS} pairs, times {LASTING_SHARE}"),
         ),
-        ("learning.variance_scale", format!("beyond e^{WRONG_BY}, within {SCALE_LIMITS:?}")),
+        (
+            "learning.variance_scale",
+            format!(
+                "beyond e^{WRONG_BY}, within {SCALE_LIMITS:?}, of predictions up to {MOST_OF_PREDICTION}, at least {LEAST_OF_OVERALL}"
+            ),
+        ),
     ]
 }
 
@@ -190,8 +200,9 @@ mod tests {
         let scale = |sigma: f64| errors(sigma).variance_scale();
         assert_eq!(scale(libm::sqrt(0.3)), 1.0);
         assert!((scale(libm::sqrt(1.05)) - 4.0).abs() < 0.2, "{}", scale(libm::sqrt(1.05)));
-        // The prediction is too uncertain with the reports: no more than what all is too large by.
-        assert!((scale(libm::sqrt(0.1)) - 0.33).abs() < 0.05, "{}", scale(libm::sqrt(0.1)));
+        assert!((scale(libm::sqrt(0.1)) - 0.2).abs() < 0.05, "{}", scale(libm::sqrt(0.1)));
+        // The prediction is too uncertain with the reports.
+        assert!(scale(libm::sqrt(0.03)) >= 0.05, "{}", scale(libm::sqrt(0.03)));
     }
 
     #[test]

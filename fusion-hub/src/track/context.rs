@@ -42,6 +42,6 @@ pub struct TrackContext<'a> {
     pub keeps_folded: bool,
     /// Whether the class of a track selects its motion parameters.
     pub class_motion: bool,
-    /// Whether two vehicles cannot be at one place.
+    /// Whether two bodies cannot be at one place.
     pub exclusion: bool,
 }

@@ -29,3 +29,5 @@ pub use track::Track;
 
 #[cfg(test)]
 pub(crate) use orientation::listed;
+#[cfg(test)]
+pub(crate) use snapshot::listed as snapshot_listed;

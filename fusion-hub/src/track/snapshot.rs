@@ -19,6 +19,8 @@ const VIEW_MARGIN_SIGMAS: f64 = 3.0;
 const VIEW_MARGIN_M: f64 = 0.5;
 /// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
+/// Where one in so many detections is of a class that moves, the object may.
+const ONE_IN_MOVES: u32 = 5;
 
 /// An object that does not move along its heading has this probability, and -2 ln of it.
 const SIDEWAYS_SHARE: f64 = 0.02;
@@ -299,8 +301,26 @@ impl<F: Filter> Snapshot<F> {
     }
 
     /// The class whose motion parameters it has.
+    #[inline]
     pub fn motion_class(&self) -> Class {
-        motion_class(self.class, self.class_motion)
+        let is_disputed = self.class.is_immobile() && self.counts[1].1 > 0;
+        motion_class(if is_disputed { self.class_that_moves() } else { self.class }, self.class_motion)
+    }
+
+    /// What a part of the reports says to be of a class that moves may move, whatever the others say: a thing that is said to
+    /// move only loses accuracy, and one that moves nevertheless is lost.
+    #[cold]
+    fn class_that_moves(&self) -> Class {
+        let moves = |class: Class| class != Class::Unknown && !class.is_immobile();
+        let total: u32 = self.counts.iter().map(|(_, count)| count).sum();
+        let often = |count: u32| count >= total / ONE_IN_MOVES;
+        let mut best = (self.class, 0);
+        for (class, count) in self.counts {
+            if moves(class) && often(count) && count > best.1 {
+                best = (class, count);
+            }
+        }
+        best.0
     }
 
     fn most_reported(&self) -> Class {
@@ -331,4 +351,10 @@ impl<F: Filter> Snapshot<F> {
 /// The class whose motion parameters an object has.
 fn motion_class(class: Class, class_motion: bool) -> Class {
     if class_motion { class } else { Class::Car }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> Vec<(&'static str, String)> {
+    vec![("track.one_in_moves", ONE_IN_MOVES.to_string())]
 }

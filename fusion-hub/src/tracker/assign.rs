@@ -3,12 +3,13 @@
 use super::config::TrackerConfig;
 use super::predict::{FrameView, Predictions};
 use super::store::TrackStore;
-use crate::association::{AssociationConfig, AssociationCost, Associator};
+use crate::association::{AssociationConfig, AssociationCost, Associator, ClassRule, is_confusable};
 use crate::filter::Filter;
 use crate::particles::{Outcome, Particles, PredictedFrame, Version};
 use crate::track::Track;
 use crate::values::{ParticleSet, PositionInnovation};
 use serde::{Deserialize, Serialize};
+use v2x_common::class::Class;
 use v2x_common::covariance::Covariance2;
 
 /// The assignment of one frame. Tracks are named by their places in the [`Predictions`].
@@ -82,6 +83,11 @@ impl Assigning {
     /// Whether there are several hypotheses.
     pub(crate) const fn has_particles(&self) -> bool {
         self.particles.is_some()
+    }
+
+    /// Whether objects of two classes are seldom taken for each other, where that counts.
+    pub(super) fn distinguishes(&self, a: Class, b: Class) -> bool {
+        self.config.classes == ClassRule::Evidence && !is_confusable(a, b)
     }
 
     /// How many hypotheses there are.

@@ -21,7 +21,7 @@ pub struct TrackerConfig {
     pub synchronous: Span,
     /// Whether the class of a track selects its motion parameters; without, every object moves as a car does.
     pub class_motion: bool,
-    /// Whether two vehicles cannot be at one place: of several boxes there, one is taken, and tracks there are one.
+    /// Whether two bodies cannot be at one place: of several boxes there, one is taken, and tracks there are one.
     pub exclusion: bool,
 }
 

@@ -20,4 +20,4 @@ pub use config::{Hypotheses, Lifetimes, ParticleCount, TrackerConfig};
 pub(crate) use store::TrackStore;
 pub(crate) use tracker::{Assigned, Horizons, Tracker};
 #[cfg(test)]
-pub(crate) use update::listed as update_listed;
+pub(crate) use {occupied::listed as occupied_listed, update::listed as update_listed};

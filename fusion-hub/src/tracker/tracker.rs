@@ -81,6 +81,12 @@ impl<'a, F: Filter> Assigned<'a, F> {
         self.assigning.n_predicted()
     }
 
+    /// Whether the tracks at two places are of classes that are seldom taken for each other.
+    pub(crate) fn are_of_unlike_classes(&self, one: usize, other: usize) -> bool {
+        let [one, other] = [one, other].map(|place| self.predictions.measurements()[place].class);
+        self.assigning.distinguishes(one, other)
+    }
+
     /// The indices of the detections within the gate of the track at a place, in order.
     pub(crate) fn candidates_of(&self, place: usize) -> &'a [u32] {
         self.assigning.candidates_of(place)
