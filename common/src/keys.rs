@@ -14,6 +14,7 @@
 //! | `v2x/{network}/hub/{hub}/fused/delta/json` | the same as JSON, only while there is a subscriber |
 //! | `v2x/{network}/hub/{hub}/fused/tile/{digit}/{digit}/…` | the objects of one tile, a chunk for each digit of its quadkey, postcard, only while any tile has a subscriber |
 //! | `v2x/{network}/hub/{hub}/fused/json/tile/{digit}/{digit}/…` | the same as JSON |
+//! | `v2x/{network}/hub/{hub}/beat` | of a hub with one that stands by: that it publishes, twenty times a second |
 //! | `v2x/{network}/hub/{hub}/alive` | liveliness token |
 //! | `v2x/{network}/hub/{hub}/status` | queryable, JSON |
 //! | `v2x/{network}/hub/{hub}~{lineage}/status` | the same of a hub that stands by for it |
@@ -159,6 +160,11 @@ impl Keys {
     /// Every tile of a hub as JSON.
     pub fn all_tiles_json(&self, hub: &HubId) -> String {
         format!("v2x/{}/hub/{hub}/fused/json/tile/**", self.network)
+    }
+
+    /// Where a hub says that it publishes, to one that stands by for it.
+    pub fn beat(&self, hub: &HubId) -> String {
+        format!("v2x/{}/hub/{hub}/beat", self.network)
     }
 
     /// A hub's liveliness token.

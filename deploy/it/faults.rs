@@ -58,10 +58,14 @@ async fn a_full_disk_is_a_fault_that_ends_the_recording_says_so_and_ends_no_hub(
     let network = ["--network", "fault-disk", "--connect", &locator];
     let watched = run(&folder, &[&["watch", "--json", "--count", "20"], &network[..]].concat()).await?;
     ensure!(watched.code == Some(0) && watched.stdout.lines().count() == 20, "{watched:?}");
-    let status = run(&folder, &[&["status", "--json"], &network[..]].concat()).await?;
-    let status: Value = serde_json::from_str(&status.stdout)?;
-    let error = status["recording"]["error"].as_str().context("the recording's error")?;
-    ensure!(error.contains("No space left"), "{error}");
+    let is_found = |status: &Value, _: [u64; 2]| {
+        let error = status["recording"]["error"].as_str().unwrap_or_default();
+        let mut findings = status["findings"].as_array().into_iter().flatten();
+        let finding = findings.find(|one| one["code"] == "recording").map(|one| one["says"].to_string());
+        let is_said = finding.is_some_and(|says| says.contains("No space left"));
+        error.contains("No space left") && is_said && status["verdict"] == "degraded"
+    };
+    until(&folder, &network, "the status shows it as a fault", is_found).await?;
     send("INT", hub.process_id()?).await?;
     ensure!(hub.end().await?.code == Some(0));
     Ok(())

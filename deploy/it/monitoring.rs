@@ -45,6 +45,16 @@ async fn health_and_the_ready_file_say_what_a_hub_is_in_with_and_without_a_fault
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_ready_file_that_cannot_be_written_is_a_fault_that_ends_the_hub() -> anyhow::Result<()> {
+    let folder = folder("monitoring-unwritable")?;
+    let args =
+        ["hub", "--listen", "tcp/127.0.0.1:0", "--network", "unwritable", "--ready-file", "none/ready.json"];
+    let ending = run(&folder, &args).await?;
+    ensure!(ending.code == Some(1) && ending.stderr.contains("--ready-file none/ready.json"), "{ending:?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn every_documented_metric_is_exported_and_no_other() -> anyhow::Result<()> {
     let folder = folder("monitoring-metrics")?;
     let args = ["up", "crossing", "--listen", "tcp/127.0.0.1:0", "--network", "metrics", "--out", "run"];

@@ -16,5 +16,6 @@ mod refusals;
 mod standby;
 mod status;
 mod sweep;
+mod unread_answers;
 
 mod support;

@@ -9,6 +9,7 @@ use v2x_common::clock;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::TrackId;
 use v2x_common::time::Timestamp;
+use v2x_fusion_hub::diagnosis::Code;
 use v2x_fusion_hub::hub::{HubStatus, StandbyStatus};
 use v2x_lab::loopback::consumer::Traffic;
 
@@ -144,6 +145,22 @@ async fn two_standby_hubs_whose_link_was_lost_both_publish_and_then_the_one_with
     };
     at_second.statuses_when("it follows", yielded).await?;
     publishes_alone(&at_second, higher).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_standby_with_another_lag_finds_that_its_settings_differ() -> anyhow::Result<()> {
+    let lab = Lab::new("standby-differs")?;
+    let first = lab.standby("first", &[]).await?;
+    let watch = lab.watch(&first).await?;
+    let other = Lab::with_settings("standby-differs", "lag_ms = 200\n")?;
+    let _second = other.standby("second", &["--connect", &first.locator]).await?;
+    let is_found = |statuses: &[HubStatus]| {
+        let stands_by = roles(statuses).find(|(_, standby)| !standby.publishes);
+        stands_by.is_some_and(|(status, _)| {
+            status.findings.iter().any(|one| one.code == Code::StandbyDiffers && one.is_fault())
+        })
+    };
+    watch.statuses_when("it is found", is_found).await.map(drop)
 }
 
 /// The ids of the tiles of one list, of the newest list before another hub's and of the first one after.

@@ -99,6 +99,31 @@ async fn control_messages_are_accounted_for_by_what_became_of_them_and_no_fault_
     Ok(())
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn a_flood_of_queries_that_carry_much_is_refused_and_counted_and_others_are_answered()
+-> anyhow::Result<()> {
+    let lab = Lab::new("large-queries")?;
+    let hub = lab.hub().await?;
+    let watch = lab.watch(&hub).await?;
+    let session = foreign_session(&hub).await?;
+    let key = lab.keys().status(&HubId::new("hub")?);
+    let asked = async |payload: usize, attachment: usize, parameters: usize| {
+        let selector = format!("{key}?a={}", "x".repeat(parameters));
+        let replies = session.get(selector).payload(vec![0; payload]).attachment(vec![0; attachment]);
+        let replies = replies.await.map_err(|error| anyhow!("{error}"))?;
+        Ok::<_, anyhow::Error>(replies.recv_async().await.is_ok())
+    };
+    ensure!(asked(1000, 1000, 2000).await?, "a small one is answered");
+    for (payload, attachment, parameters) in
+        [(1 << 20, 1, 1), (1, 1 << 20, 1), (1, 1, 60_000), (2000, 2000, 200)]
+    {
+        ensure!(!asked(payload, attachment, parameters).await?, "{payload} {attachment} {parameters}");
+    }
+    let status = watch.status_when("they are counted", |status| status.control.queries_refused == 4).await?;
+    assert_eq!(status.control.received, status.control.accounted(), "{:?}", status.control);
+    Ok(())
+}
+
 fn assert_is_rsu(agents: &Value) {
     let rsu = &agents[0];
     assert_eq!(agents.as_array().map(Vec::len), Some(1));

@@ -45,15 +45,20 @@ impl<T> DropOldestQueue<T> {
 
     /// Puts an item at the end, from any thread, without waiting.
     pub fn push(&self, item: T) {
+        // Dropped here, when the queue is free again.
+        let _dropped = self.push_displacing(item);
+    }
+
+    /// The same; the oldest item, where it is dropped for this one.
+    pub fn push_displacing(&self, item: T) -> Option<T> {
         let mut state = self.lock();
         state.received += 1;
-        if state.items.len() >= self.capacity {
-            state.items.pop_front();
-            state.dropped += 1;
-        }
+        let displaced = if state.items.len() >= self.capacity { state.items.pop_front() } else { None };
+        state.dropped += u64::from(displaced.is_some());
         state.items.push_back(item);
         drop(state);
         self.arrived.notify_one();
+        displaced
     }
 
     /// The first item, if there is one.

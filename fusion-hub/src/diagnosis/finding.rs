@@ -82,6 +82,12 @@ pub enum Code {
     Overload,
     /// What Zenoh does not let in: handshakes, and messages that the access control denies.
     RefusedByZenoh,
+    /// The hub's own recording has ended, or has gaps.
+    Recording,
+    /// Of two hubs of a name, of which one stands by, the settings differ.
+    StandbyDiffers,
+    /// Clock and pose errors of more agents are to be estimated than there are places for.
+    RegistrationFull,
 }
 
 impl Code {
@@ -97,6 +103,9 @@ impl Code {
                 | Self::NoHub
                 | Self::Outdated
                 | Self::Overload
+                | Self::Recording
+                | Self::RegistrationFull
+                | Self::StandbyDiffers
                 | Self::Silent
         )
     }

@@ -471,6 +471,11 @@ impl Engine {
         self.registrar.report()
     }
 
+    /// Agents that describe their accuracy, and of which the errors are not estimated for want of a place.
+    pub fn unregistered(&self) -> impl Iterator<Item = AgentId> {
+        self.registrar.left_out(self.now)
+    }
+
     /// The agents, and what is counted of them.
     pub const fn agents(&self) -> &AgentRegistry {
         &self.agents

@@ -7,6 +7,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// An agent that has named no frame for so long has no vote.
 const VOTE_HOLDS: Span = Span::from_millis(3_000);
+/// A change of the frame is warned of this often at most: anybody can make many.
+const WARNED_EVERY: Span = Span::from_millis(60_000);
 /// Agents with a vote; the one that was silent longest makes room.
 const MAX_VOTES: usize = 1024;
 
@@ -19,6 +21,8 @@ pub(super) struct MapFrames {
     named_at: Timestamp,
     /// What each agent named last, and when.
     votes: BTreeMap<AgentId, (MapFrame, Timestamp)>,
+    /// When a change was warned of last, and the changes since.
+    warned: Option<(Timestamp, u64)>,
 }
 
 impl MapFrames {
@@ -28,6 +32,7 @@ impl MapFrames {
             current: configured,
             named_at: Timestamp::MIN,
             votes: BTreeMap::new(),
+            warned: None,
         }
     }
 
@@ -55,8 +60,24 @@ impl MapFrames {
         let votes_for = |wanted| self.votes.values().filter(|(name, _)| *name == wanted).count();
         let is_agreed = votes_for(name) >= 2 && votes_for(name) > votes_for(current);
         if is_agreed || now - self.named_at > VOTE_HOLDS {
-            tracing::warn!(%name, instead_of = %current, "most agents name another map frame: it holds from now on");
+            if let Some(since) = self.changes_to_warn_of(now) {
+                tracing::warn!(
+                    %name, instead_of = %current, changes_since_the_last_warning = since,
+                    "most agents name another map frame: it holds from now on"
+                );
+            }
             (self.current, self.named_at) = (Some(name), now);
+        }
+    }
+
+    /// The changes since the last warning, where this one is warned of.
+    fn changes_to_warn_of(&mut self, now: Timestamp) -> Option<u64> {
+        match &mut self.warned {
+            Some((at, since)) if now - *at < WARNED_EVERY => {
+                *since += 1;
+                None
+            }
+            warned => Some(warned.replace((now, 0)).map_or(0, |(_, since)| since)),
         }
     }
 }
@@ -106,6 +127,14 @@ mod tests {
         for agent in ["a", "b", "c"] {
             assert_eq!(noted(&mut frames, agent, "berlin", 0), Some(frame("munich")));
         }
+    }
+
+    #[test]
+    fn a_flood_of_changes_of_the_map_frame_is_warned_of_once_a_minute_with_their_number() {
+        let mut frames = MapFrames::new(None);
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+        let warned: Vec<_> = (0..601).filter_map(|k| frames.changes_to_warn_of(at(100 * k))).collect();
+        assert_eq!(warned, [0, 599]);
     }
 
     #[test]

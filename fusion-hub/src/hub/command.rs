@@ -36,23 +36,29 @@ pub async fn run_with(
     };
     let network = args.network;
     let metrics = server.as_ref().map(Server::address);
-    let served = CancellationToken::new();
-    let _ends_with_this = served.clone().drop_guard();
+    let watched = CancellationToken::new();
+    let _ends_with_this = watched.clone().drop_guard();
     if let Some(server) = server {
         tracing::info!("metrics and health at http://{}/metrics", server.address());
-        tokio::spawn(server.serve(monitor, served));
+        tokio::spawn(server.serve(monitor, watched));
     }
-    let status = Box::pin(serve(setup, shutdown, engine, |hub, locators| {
-        // The hub is of use without it, and whoever waits for it reads why it does not come.
+    let shutdown = shutdown.child_token();
+    let (ends, mut unwritten) = (shutdown.clone(), None);
+    let served = Box::pin(serve(setup, shutdown, engine, |hub, locators| {
+        // Whoever waits for it would wait for ever.
         if let Some(Err(error)) = ready_file.as_mut().map(|file| file.write(network, hub, locators)) {
-            tracing::error!("{error:#}");
+            unwritten = Some(error);
+            return ends.cancel();
         }
         if args.events {
             let event = serde_json::json!({ "locators": locators, "hub": hub, "metrics": metrics });
             events::emit("ready", &event);
         }
     }));
-    let status = status.await?;
+    let status = served.await?;
+    if let Some(error) = unwritten {
+        return Err(error);
+    }
     if args.events {
         events::emit("stopped", &serde_json::json!({ "status": status }));
     }

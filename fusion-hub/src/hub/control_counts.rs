@@ -1,5 +1,6 @@
 //! What became of everything that is not a detection frame.
 
+use super::control_queue::QueueState;
 use serde::{Deserialize, Serialize};
 use v2x_common::net::queue::QueueCounts;
 
@@ -20,6 +21,9 @@ pub struct ControlCounts {
     pub queries: u64,
     /// Queries that another hub of this name answers: the one that publishes, or the one that stands by.
     pub queries_of_others: u64,
+    /// Queries with more than 4 kB of payload, parameters and attachment, which are not answered.
+    #[serde(default)]
+    pub queries_refused: u64,
     /// Those that wait.
     pub waiting: u64,
     /// Those that were dropped from a full queue.
@@ -28,9 +32,9 @@ pub struct ControlCounts {
 
 impl ControlCounts {
     /// With what the queue says.
-    pub(super) const fn with(self, queue: QueueCounts) -> Self {
-        let QueueCounts { received, waiting, dropped } = queue;
-        Self { received, waiting, dropped, ..self }
+    pub(super) const fn with(self, QueueState { items, queries_refused }: QueueState) -> Self {
+        let QueueCounts { received, waiting, dropped } = items;
+        Self { received, queries_refused, waiting, dropped, ..self }
     }
 
     /// Those of which it is known what became of them.
@@ -41,6 +45,7 @@ impl ControlCounts {
             + self.liveliness
             + self.queries
             + self.queries_of_others
+            + self.queries_refused
             + self.waiting
             + self.dropped
     }

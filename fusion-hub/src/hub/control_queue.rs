@@ -1,15 +1,22 @@
 //! What waits beside detection frames: changes of liveliness, sensor descriptions and queries. Each kind waits apart and has its
 //! turn, so that none keeps another one out; descriptions and tokens also have a place for each agent.
+//!
+//! Queries are answered on a thread of its own: a reply, and the end of a query, which is sent when it is dropped, wait up to five
+//! seconds for whoever asks and reads nothing. While too many answers wait, so do the queries.
 
 use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::limits::MAX_WAITING;
+use super::outbox::Outbox;
 use super::token_changes::{Token, TokenChange, TokenChanges};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use v2x_common::clock;
 use v2x_common::net::queue::{DropOldestQueue, QueueCounts};
+use v2x_common::wire::ENCODING_JSON;
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
 use zenoh::query::Query;
 
 /// Descriptions that may wait: as many as frames, and of fewer bytes.
@@ -21,6 +28,8 @@ const DESCRIPTIONS: QueueLimits = QueueLimits {
 };
 /// Queries of one kind that may wait.
 const QUERIES: usize = 512;
+/// Most bytes of a query's payload, parameters and attachment together: a hub reads none of them.
+const MAX_QUERY_BYTES: usize = 4096;
 /// Tokens, descriptions, and two kinds of queries.
 const KINDS: usize = 4;
 
@@ -42,13 +51,39 @@ pub(super) enum Asked {
     Standby,
 }
 
+/// What is said to whoever asks: a key and JSON; nothing, where another hub answers or the query was dropped.
+struct Reply {
+    query: Query,
+    said: Option<(String, Vec<u8>)>,
+}
+
+impl Reply {
+    /// Sends it, and that it is all: under a key of its own, as answers under one key replace each other.
+    fn send(self) {
+        let Some((key, json)) = self.said else { return };
+        if let Err(error) = self.query.reply(key, json).encoding(ENCODING_JSON).wait() {
+            tracing::debug!(%error, "query not answered");
+        }
+    }
+}
+
+/// What came and what became of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct QueueState {
+    pub(super) items: QueueCounts,
+    /// Queries that were larger than is read.
+    pub(super) queries_refused: u64,
+}
+
 /// Filled by other threads, for one reader.
 pub(super) struct ControlQueue {
     tokens: Mutex<TokenChanges>,
     descriptions: FairQueue<Received>,
     journal: DropOldestQueue<Query>,
     status: DropOldestQueue<(Query, Asked)>,
-    arrived: Notify,
+    queries_refused: AtomicU64,
+    answers: Outbox<Reply>,
+    arrived: Arc<Notify>,
     /// The kind whose turn it is.
     turn: AtomicUsize,
     /// What the reader has taken.
@@ -57,12 +92,21 @@ pub(super) struct ControlQueue {
 
 impl ControlQueue {
     pub(super) fn new() -> Self {
+        let arrived = Arc::new(Notify::new());
+        // Queries that waited for room have it.
+        let has_room = arrived.clone();
+        let answers = Outbox::new(move |reply: Reply| {
+            reply.send();
+            has_room.notify_one();
+        });
         Self {
             tokens: Mutex::default(),
             descriptions: FairQueue::new(DESCRIPTIONS),
             journal: DropOldestQueue::new(QUERIES),
             status: DropOldestQueue::new(QUERIES),
-            arrived: Notify::new(),
+            queries_refused: AtomicU64::new(0),
+            answers,
+            arrived,
             turn: AtomicUsize::new(0),
             taken: AtomicU64::new(0),
         }
@@ -81,10 +125,42 @@ impl ControlQueue {
                 let (sender, bytes) = ((received.agent, received.received_at), received.bytes());
                 self.descriptions.push(sender, bytes, received);
             }
-            Control::JournalQuery(query) => self.journal.push(query),
-            Control::StatusQuery(query, asked) => self.status.push((query, asked)),
+            Control::JournalQuery(query) => {
+                let rest = match size_of(&query) {
+                    ..=MAX_QUERY_BYTES => self.journal.push_displacing(query),
+                    _ => self.refused(query),
+                };
+                self.end(rest);
+            }
+            Control::StatusQuery(query, asked) => {
+                let rest = match size_of(&query) {
+                    ..=MAX_QUERY_BYTES => self.status.push_displacing((query, asked)).map(|(query, _)| query),
+                    _ => self.refused(query),
+                };
+                self.end(rest);
+            }
         }
         self.arrived.notify_one();
+    }
+
+    /// Counts a query that is too large.
+    fn refused(&self, query: Query) -> Option<Query> {
+        self.queries_refused.fetch_add(1, Ordering::Relaxed);
+        Some(query)
+    }
+
+    /// Ends a query without an answer.
+    fn end(&self, query: Option<Query>) {
+        let Some(query) = query else { return };
+        let bytes = size_of(&query);
+        // Where thousands wait, the thread that brought one waits itself.
+        let _kept_back = self.answers.push_rest(Reply { query, said: None }, bytes);
+    }
+
+    /// Answers a query that was taken out, with nothing where that is `None`; without waiting for whoever asks.
+    pub(super) fn answer(&self, query: Query, said: Option<(String, Vec<u8>)>) {
+        let bytes = said.as_ref().map_or(0, |(_, json)| json.len());
+        self.answers.push(Reply { query, said }, bytes);
     }
 
     /// Notes that a token appeared or went.
@@ -107,6 +183,7 @@ impl ControlQueue {
         match kind {
             0 => self.tokens().pop().map(Control::Token),
             1 => self.descriptions.try_pop(clock::now()).map(Control::Description),
+            _ if self.answers.is_full() => None,
             2 => self.journal.try_pop().map(Control::JournalQuery),
             _ => self.status.try_pop().map(|(query, asked)| Control::StatusQuery(query, asked)),
         }
@@ -119,8 +196,11 @@ impl ControlQueue {
         }
     }
 
+    /// Whether there is nothing to take: queries wait for room for their answers.
     pub(super) fn is_empty(&self) -> bool {
-        self.counts().waiting == 0
+        let queries = || self.journal.counts().waiting + self.status.counts().waiting;
+        self.tokens().counts().0 + self.descriptions.counts().0 == 0
+            && (queries() == 0 || self.answers.is_full())
     }
 
     /// Whether changes of tokens were lost since the last call.
@@ -134,7 +214,7 @@ impl ControlQueue {
     }
 
     /// What has come: what the reader has taken, what waits and what was dropped.
-    pub(super) fn counts(&self) -> QueueCounts {
+    pub(super) fn counts(&self) -> QueueState {
         // It does not keep for ever whose descriptions were dropped: nobody asks.
         self.descriptions.take_dropped();
         let (tokens, descriptions) = (self.tokens().counts(), self.descriptions.counts());
@@ -143,13 +223,21 @@ impl ControlQueue {
             [tokens, descriptions, (journal.waiting, journal.dropped), (status.waiting, status.dropped)];
         let waiting = parts.iter().map(|(waiting, _)| waiting).sum();
         let dropped = parts.iter().map(|(_, dropped)| dropped).sum();
-        QueueCounts { received: self.taken.load(Ordering::Relaxed) + waiting + dropped, waiting, dropped }
+        let queries_refused = self.queries_refused.load(Ordering::Relaxed);
+        let received = self.taken.load(Ordering::Relaxed) + queries_refused + waiting + dropped;
+        QueueState { items: QueueCounts { received, waiting, dropped }, queries_refused }
     }
 
     /// Number of dropped items.
     pub(super) fn dropped(&self) -> u64 {
-        self.counts().dropped
+        self.counts().items.dropped
     }
+}
+
+/// Bytes of what a query brings beside its key.
+fn size_of(query: &Query) -> usize {
+    let bytes = [query.payload(), query.attachment()].into_iter().flatten().map(ZBytes::len);
+    bytes.sum::<usize>() + query.parameters().as_str().len()
 }
 
 #[cfg(test)]
@@ -186,7 +274,7 @@ mod tests {
         }
         assert!(of_quiet == 1 && (1..=MAX_WAITING).contains(&of_flood), "{of_quiet} {of_flood}");
         assert!(left.is_some_and(|change| !change.is_there), "that it left is not lost");
-        let counts = queue.counts();
+        let counts = queue.counts().items;
         assert_eq!((counts.received, counts.waiting), (40_002, 0));
         assert!(!queue.take_lost_tokens());
     }

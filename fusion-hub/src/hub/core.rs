@@ -4,7 +4,7 @@
 use super::limits::{MAX_BYTES, MAX_WAITING};
 use super::settings::{AgentSettings, HubSettings};
 use crate::diagnosis::{Finding, Observation, Surroundings, Survey, Tokens};
-use crate::engine::{Disposition, Engine, EngineConfig, Refusal};
+use crate::engine::{Disposition, Engine, EngineConfig, MAX_AGENTS, Refusal};
 use crate::standby::Names;
 use crate::values::{Saved, StateError};
 use v2x_common::detection::DetectionFrame;
@@ -204,10 +204,13 @@ impl Core {
             Body::Json(bytes) => wire::json::decode_sensor(bytes).map_err(Refusal::from),
         };
         match description {
-            Ok(description) => self
-                .engine
-                .handle_description(agent, description)
-                .map_err(|error| WireError::from(error).into()),
+            Ok(description) => {
+                let taken = self.engine.handle_description(agent, description);
+                taken.map_err(WireError::from)?;
+                // Beyond the limit it is known nowhere.
+                let is_known = self.engine.agents().record(&agent).is_some();
+                if is_known { Ok(()) } else { Err(Refusal::TooManyAgents { limit: MAX_AGENTS }) }
+            }
             Err(error) => {
                 tracing::debug!(%agent, %error, "sensor description refused");
                 self.engine.note_refused_description(agent, error.clone());
@@ -421,6 +424,26 @@ mod tests {
             assert!(matches!(handled, Handled::Accepted { .. }), "{handled:?}");
         }
         assert_eq!(core.fused(at(920)).objects, json);
+    }
+
+    #[test]
+    fn a_flood_of_descriptions_beyond_the_limit_of_agents_is_refused_and_not_counted_as_taken_in() {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let json = br#"{"revision":1,"kind":"vehicle","field_of_view":{"range_min_m":0,"range_max_m":100,"azimuth_rad":0,"width_rad":6.28},"detection_probability":0.9,"clutter_per_m2":1e-4,"accuracy":{"position_m":1,"yaw_rad":0.1,"clock_s":0.1},"rate_hz":10}"#;
+        // One that is of use makes no room for others.
+        let frame = br#"{"captured_at":1790000000000000,"detections":[]}"#;
+        let at = Timestamp::EPOCH + Span::from_millis(1_790_000_000_020);
+        let mut describe = |k: usize| {
+            let agent = AgentId::new(&format!("a{k}")).unwrap();
+            if k < MAX_AGENTS {
+                let handled = core.handle_frame(agent, at, &Body::Json(frame));
+                assert!(matches!(handled, Handled::Accepted { .. }), "{handled:?}");
+            }
+            core.handle_description(agent, &Body::Json(json))
+        };
+        assert!((0..MAX_AGENTS).all(|k| describe(k) == Ok(())));
+        assert_eq!(describe(MAX_AGENTS), Err(Refusal::TooManyAgents { limit: MAX_AGENTS }));
+        assert_eq!(core.engine().agents().refused_beyond_limit(), 1);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Why a hub does not run.
 
 use v2x_common::id::HubId;
+use v2x_common::net::session::without_places;
 use v2x_common::recording::FileError;
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -23,7 +24,7 @@ pub enum HubError {
         cause: Cause,
     },
     /// The hub's keys cannot be declared.
-    #[error("declaring the hub {hub}: {cause}")]
+    #[error("declaring the hub {hub}: {}", without_places(&.cause.to_string()))]
     Declare {
         /// The hub.
         hub: HubId,

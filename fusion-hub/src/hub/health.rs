@@ -2,6 +2,7 @@
 
 use super::core::Core;
 use super::denials::Denials;
+use super::recorder::RecordingStatus;
 use super::roster::Roster;
 use super::unnamed::InvalidName;
 use crate::diagnosis::{Code, Finding};
@@ -12,8 +13,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
 const PATIENCE: Span = Span::from_millis(5_000);
-/// Dropped frames are reported for so long.
-const OVERLOADED_FOR: Span = Span::from_millis(10_000);
+/// Dropped frames, and samples that are not recorded, are reported for so long.
+const LATELY: Span = Span::from_millis(10_000);
 
 /// All in all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,6 +40,8 @@ pub(super) struct Health {
     findings: Vec<Finding>,
     dropped: u64,
     dropped_at: Option<Timestamp>,
+    unrecorded: u64,
+    unrecorded_at: Option<Timestamp>,
     denials: Denials,
 }
 
@@ -51,10 +54,14 @@ pub(super) struct Seen<'a> {
     pub(super) invalid_names: Vec<InvalidName>,
     /// The lineage of another hub of this name.
     pub(super) twin: Option<u32>,
+    /// The lineage of one of its two hubs whose lists are made by other settings.
+    pub(super) standby_differs: Option<u32>,
     /// Whether the Zenoh configuration in its file is not the one in force.
     pub(super) is_access_behind: bool,
     /// By Zenoh, since the start.
     pub(super) refused_by_zenoh: ZenohRefusals,
+    /// The hub's own recording, where it writes one.
+    pub(super) recording: Option<RecordingStatus>,
 }
 
 /// Whose a finding is; of the network there may be several of one kind, which differ by more than their numbers.
@@ -91,13 +98,14 @@ impl Health {
         }
         // Of frames it is said whose they were.
         let is_said = core.findings().iter().any(|one| one.code == Code::Overload);
-        if !is_said && self.dropped_at.is_some_and(|at| now - at < OVERLOADED_FOR) {
+        if !is_said && self.dropped_at.is_some_and(|at| now - at < LATELY) {
             let says = format!("this hub has dropped {} samples for lack of time", seen.dropped);
             let change =
                 "Fewer agents, lower rates, or a faster machine; `agents[].refused.queue_full` says whose";
             findings.push(Finding::of_network(Code::Overload, says, change));
         }
         self.dropped = seen.dropped;
+        findings.extend(seen.recording.as_ref().and_then(|recording| self.of_recording(recording, now)));
         findings.extend(self.denials.findings(seen.refused_by_zenoh.clone(), now));
         if seen.is_access_behind {
             let says = "the Zenoh configuration was written anew and is not followed: who was revoked in it is still let in";
@@ -116,6 +124,14 @@ impl Health {
                           claims its name: `v2x certs`";
             findings.push(Finding::of_network(Code::TwoHubs, says, change));
         }
+        if let Some(lineage) = seen.standby_differs {
+            let says = format!(
+                "the hub that publishes (lineage {lineage:08x}) and this one, which stands by, have other settings"
+            );
+            let change =
+                "Give both the same version and the same settings: lists change when this hub takes over";
+            findings.push(Finding::of_network(Code::StandbyDiffers, says, change));
+        }
         let is_anybody_alive =
             core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));
         if !is_anybody_alive && seen.roster.tokens().alive.is_empty() && now - seen.started_at >= PATIENCE {
@@ -126,8 +142,50 @@ impl Health {
         findings
     }
 
+    /// What is found of the hub's own recording: that it has ended, else that it has gaps.
+    fn of_recording(&mut self, recording: &RecordingStatus, now: Timestamp) -> Option<Finding> {
+        if recording.dropped > self.unrecorded {
+            self.unrecorded_at = Some(now);
+        }
+        self.unrecorded = recording.dropped;
+        if let Some(error) = &recording.error {
+            let says = format!("nothing is recorded any more: {error}");
+            let change = "Make room on the disk, and start the hub again; fusion goes on meanwhile";
+            return Some(Finding::of_network(Code::Recording, says, change));
+        }
+        self.unrecorded_at.filter(|at| now - *at < LATELY).map(|_| {
+            let says =
+                format!("the hub's recording lacks {} samples: the disk is too slow", recording.dropped);
+            Finding::of_network(
+                Code::Recording,
+                says,
+                "Record to a faster disk, or by `v2x record` elsewhere",
+            )
+        })
+    }
+
     /// Everything that was found at the last check.
     pub(super) fn findings(&self) -> &[Finding] {
         &self.findings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_of_the_recording_is_found_while_it_has_gaps_and_for_good_when_it_has_ended() {
+        let mut health = Health::default();
+        let at = |seconds: i64| Timestamp::EPOCH + Span::from_millis(1000 * seconds);
+        let mut found = |dropped, error: Option<&str>, seconds| {
+            let recording = RecordingStatus { bytes: 0, dropped, error: error.map(str::to_owned) };
+            health.of_recording(&recording, at(seconds)).map(|one| one.says)
+        };
+        assert_eq!(found(0, None, 0), None);
+        assert!(found(7, None, 1).is_some_and(|says| says.contains("lacks 7 samples")));
+        assert!(found(7, None, 10).is_some());
+        assert_eq!(found(7, None, 11), None);
+        assert!(found(7, Some("No space left"), 100).is_some_and(|says| says.contains("No space left")));
     }
 }

@@ -7,6 +7,8 @@ mod agent_statuses;
 #[cfg(feature = "cli")]
 mod args;
 #[cfg(feature = "net")]
+mod beats;
+#[cfg(feature = "net")]
 mod change_log;
 #[cfg(feature = "cli")]
 mod command;
@@ -43,7 +45,11 @@ mod network;
 #[cfg(feature = "net")]
 mod on_demand;
 #[cfg(feature = "net")]
+mod outbox;
+#[cfg(feature = "net")]
 mod partial_lists;
+#[cfg(feature = "net")]
+mod processor_time;
 #[cfg(feature = "net")]
 mod recorder;
 #[cfg(feature = "net")]
@@ -92,12 +98,14 @@ pub use monitor::{Monitor, Snapshot};
 #[cfg(feature = "cli")]
 pub use monitoring::metrics;
 #[cfg(feature = "net")]
+pub use recorder::RecordingStatus;
+#[cfg(feature = "net")]
 pub use run::{HubSetup, serve};
 pub use settings::{AgentSettings, HubSettings};
 #[cfg(feature = "net")]
 pub use span_counts::SpanCounts;
 #[cfg(feature = "net")]
-pub use status::{AgentStatus, HubStatus, Quantiles, RecordingStatus, RegistrationStatus, StandbyStatus};
+pub use status::{AgentStatus, HubStatus, Quantiles, RegistrationStatus, StandbyStatus};
 pub use tile_settings::TileSettings;
 #[cfg(feature = "net")]
 pub use unnamed::InvalidName;

@@ -1,5 +1,6 @@
 //! The hub's declarations on the network.
 
+use super::beats::Beats;
 use super::control_queue::{Asked, Control, ControlQueue};
 use super::encoding::encode_list;
 use super::fair_queue::{FairQueue, QueueLimits};
@@ -20,10 +21,10 @@ use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
-use zenoh::query::{Query, Queryable};
+use zenoh::query::Queryable;
 use zenoh::sample::{Sample, SampleKind};
 
-/// How long all tokens have for their answer. The hub waits.
+/// How long all tokens have for their answer.
 const TOKENS_WITHIN: Duration = Duration::from_millis(200);
 
 /// What the declarations are for.
@@ -32,8 +33,8 @@ pub(super) struct Declared {
     pub(super) hub: HubId,
     /// Whether there is a second list.
     pub(super) has_lagged: bool,
-    /// The lineage of a hub that stands by while another one of its name publishes.
-    pub(super) standby: Option<u32>,
+    /// The lineage of a hub that stands by while another one of its name publishes, and the number of its settings.
+    pub(super) standby: Option<(u32, u64)>,
 }
 
 /// The publishers of one list.
@@ -69,13 +70,6 @@ impl List {
     }
 }
 
-/// Answers a query with JSON, under a key of its own: answers under one key replace each other.
-pub(super) async fn answer(query: &Query, key: String, json: Vec<u8>) {
-    if let Err(error) = query.reply(key, json).encoding(ENCODING_JSON).await {
-        tracing::debug!(%error, "query not answered");
-    }
-}
-
 /// A hub's declarations: publishers, and two queues that subscribers fill.
 pub(super) struct Network {
     /// Detection frames.
@@ -92,8 +86,10 @@ pub(super) struct Network {
     pub(super) unnamed: Arc<Unnamed>,
     /// Another hub of this name.
     pub(super) twin: Arc<Twin>,
+    /// Of a hub that stands by while another one publishes: what says that it does not.
+    pub(super) beats: Option<Beats>,
     // Dropping these undeclares them.
-    _subscribers: [Subscriber<()>; 5],
+    _subscribers: Vec<Subscriber<()>>,
     _queryables: Vec<Queryable<()>>,
     session: Session,
     declared: Declared,
@@ -140,17 +136,23 @@ impl Network {
     }
 
     /// All tokens of agents that there are. What changes meanwhile is in the queue.
-    pub(super) async fn tokens(&self, keys: &Keys) -> anyhow::Result<BTreeSet<Token>> {
-        let mut tokens = BTreeSet::new();
-        for all in [keys.any_agents_alive(), keys.all_agents_idle()] {
-            let replies = self.session.liveliness().get(all).timeout(TOKENS_WITHIN).await;
-            let replies = replies.map_err(|error| anyhow!("{error}"))?;
-            while let Ok(reply) = replies.recv_async().await {
-                let sample = reply.into_result().map_err(|error| anyhow!("{error}"))?;
-                tokens.extend(token_of(sample.key_expr().as_str()));
+    pub(super) fn tokens(
+        &self,
+        keys: &Keys,
+    ) -> impl Future<Output = anyhow::Result<BTreeSet<Token>>> + Send + use<> {
+        let (session, kinds) = (self.session.clone(), [keys.any_agents_alive(), keys.all_agents_idle()]);
+        async move {
+            let mut tokens = BTreeSet::new();
+            for all in kinds {
+                let replies = session.liveliness().get(all).timeout(TOKENS_WITHIN).await;
+                let replies = replies.map_err(|error| anyhow!("{error}"))?;
+                while let Ok(reply) = replies.recv_async().await {
+                    let sample = reply.into_result().map_err(|error| anyhow!("{error}"))?;
+                    tokens.extend(token_of(sample.key_expr().as_str()));
+                }
             }
+            Ok(tokens)
         }
-        Ok(tokens)
     }
 
     /// Says that this hub is the one that publishes under its name.
@@ -202,22 +204,15 @@ impl Network {
         });
         let roster = follow_roster(session, keys, (control.clone(), unnamed.clone())).await?;
         let idle = follow_idle(session, keys, control.clone()).await?;
-        let standby_status = standby.map(|lineage| (keys.standby_status(hub, lineage), Asked::Standby));
-        let statuses = [Some((keys.status(hub), Asked::Hub)), standby_status];
-        let mut queryables = Vec::new();
-        for (key, asked) in statuses.into_iter().flatten() {
-            let queue = control.clone();
-            let status = session.declare_queryable(key);
-            let status = status.callback(move |query| queue.push(Control::StatusQuery(query, asked)));
-            queryables.push(status.await?);
-        }
-        let queue = control.clone();
-        let journal = session
-            .declare_queryable(keys.journal(hub))
-            .callback(move |query| queue.push(Control::JournalQuery(query)));
-        queryables.push(journal.await?);
+        let queryables = answering(session, keys, declared, &control).await?;
         let twin = Arc::new(Twin::default());
         let lists_of_others = twin::listen(session, keys, hub, (twin.clone(), standby.is_some())).await?;
+        let mut subscribers = vec![detections.await?, sensors.await?, roster, idle, lists_of_others];
+        let mut beats = None;
+        if let Some(own) = standby {
+            subscribers.push(twin::listen_to_beats(session, keys, hub, twin.clone()).await?);
+            beats = Some(Beats::declare(session, keys.beat(hub), own).await?);
+        }
         Ok(Self {
             frames,
             control,
@@ -226,13 +221,38 @@ impl Network {
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
             twin,
-            _subscribers: [detections.await?, sensors.await?, roster, idle, lists_of_others],
+            beats,
+            _subscribers: subscribers,
             _queryables: queryables,
             session: session.clone(),
             declared,
             alive: None,
         })
     }
+}
+
+/// Queues what the hub is asked.
+async fn answering(
+    session: &Session,
+    keys: &Keys,
+    Declared { hub, standby, .. }: Declared,
+    control: &Arc<ControlQueue>,
+) -> zenoh::Result<Vec<Queryable<()>>> {
+    let standby_status = standby.map(|(lineage, _)| (keys.standby_status(&hub, lineage), Asked::Standby));
+    let statuses = [Some((keys.status(&hub), Asked::Hub)), standby_status];
+    let mut queryables = Vec::new();
+    for (key, asked) in statuses.into_iter().flatten() {
+        let queue = control.clone();
+        let status = session.declare_queryable(key);
+        let status = status.callback(move |query| queue.push(Control::StatusQuery(query, asked)));
+        queryables.push(status.await?);
+    }
+    let queue = control.clone();
+    let journal = session
+        .declare_queryable(keys.journal(&hub))
+        .callback(move |query| queue.push(Control::JournalQuery(query)));
+    queryables.push(journal.await?);
+    Ok(queryables)
 }
 
 /// The token of a key; `None` where the agent's name is not valid.

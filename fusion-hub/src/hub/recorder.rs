@@ -1,9 +1,9 @@
 //! The hub's own recording: a thread of its own writes the file, so that a slow disk stops nothing.
 
-use std::sync::Arc;
-use std::sync::Mutex;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use v2x_common::clock;
@@ -23,6 +23,23 @@ pub(super) struct Recorder {
     dropped: u64,
 }
 
+/// The status of a hub's own recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordingStatus {
+    /// Bytes written.
+    pub bytes: u64,
+    /// Samples for which the disk was too slow.
+    pub dropped: u64,
+    /// Why nothing is written any more, where that is so.
+    pub error: Option<String>,
+}
+
+impl RecordingStatus {
+    pub(super) fn of(recorder: &Recorder) -> Self {
+        Self { bytes: recorder.bytes(), dropped: recorder.dropped(), error: recorder.error() }
+    }
+}
+
 #[derive(Debug, Default)]
 struct State {
     bytes: AtomicU64,
@@ -30,6 +47,20 @@ struct State {
     wants_start: AtomicBool,
     /// Why nothing is written any more.
     error: Mutex<Option<String>>,
+}
+
+/// Why nothing is written where the thread ended without a word.
+const BROKEN: &str = "the recording's thread broke";
+
+impl State {
+    /// Nothing is written any more, for this reason; the first one counts.
+    fn end_by(&self, why: &str) {
+        let mut error = self.error.lock().unwrap_or_else(PoisonError::into_inner);
+        if error.is_none() {
+            tracing::error!(error = why, "the recording ends here; the hub goes on");
+            *error = Some(why.to_owned());
+        }
+    }
 }
 
 impl Recorder {
@@ -41,9 +72,7 @@ impl Recorder {
         let shared = state.clone();
         let thread = std::thread::spawn(move || {
             if let Err(error) = write_all(file, &samples, &shared) {
-                tracing::error!(%error, "the recording ends here; the hub goes on");
-                *shared.error.lock().unwrap_or_else(std::sync::PoisonError::into_inner) =
-                    Some(error.to_string());
+                shared.end_by(&error.to_string());
             }
         });
         Self { queue, thread, state, dropped: 0 }
@@ -51,11 +80,16 @@ impl Recorder {
 
     /// Records a sample; where the disk is too slow, it is left out and counted.
     pub(super) fn record(&mut self, entry: Entry) {
-        if let Err(TrySendError::Full(_)) = self.queue.try_send(entry) {
-            self.dropped += 1;
-            if self.dropped.is_power_of_two() {
-                tracing::warn!(dropped = self.dropped, "the disk is too slow for the recording");
+        match self.queue.try_send(entry) {
+            Ok(()) => {}
+            Err(TrySendError::Full(_)) => {
+                self.dropped += 1;
+                if self.dropped.is_power_of_two() {
+                    tracing::warn!(dropped = self.dropped, "the disk is too slow for the recording");
+                }
             }
+            // It says why before it ends, unless it broke.
+            Err(TrySendError::Disconnected(_)) => self.state.end_by(BROKEN),
         }
     }
 
@@ -76,20 +110,26 @@ impl Recorder {
 
     /// Why nothing is written any more, where that is so.
     pub(super) fn error(&self) -> Option<String> {
-        self.state.error.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.state.error.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Writes what waits, and ends the file.
     pub(super) fn end(self) {
         drop(self.queue);
         if self.thread.join().is_err() {
-            tracing::error!("the recording's thread broke");
+            self.state.end_by(BROKEN);
         }
     }
 }
 
 fn write_all(mut file: RecordingFile, samples: &Receiver<Entry>, state: &State) -> Result<(), FileError> {
+    let mut has_warned = false;
     loop {
+        if file.unsorted() > 0 && !std::mem::replace(&mut has_warned, true) {
+            tracing::warn!(
+                "samples come under too many keys: those of further ones are recorded without them"
+            );
+        }
         match samples.recv_timeout(FLUSHED_EVERY) {
             Ok(entry) => {
                 if file.write(&entry)? {
@@ -101,5 +141,30 @@ fn write_all(mut file: RecordingFile, samples: &Receiver<Entry>, state: &State) 
             Err(RecvTimeoutError::Disconnected) => return file.finish(),
         }
         state.bytes.store(file.bytes(), Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v2x_common::time::Timestamp;
+
+    #[test]
+    fn a_fault_that_ends_the_recordings_thread_is_an_error_that_the_status_shows() {
+        let (queue, samples) = sync_channel(1);
+        // As after a panic: it took its end of the queue along, and said nothing.
+        drop(samples);
+        let thread = std::thread::spawn(|| {});
+        let mut recorder = Recorder { queue, thread, state: Arc::default(), dropped: 0 };
+        assert_eq!(recorder.error(), None);
+        recorder.record(Entry {
+            received_at: Timestamp::EPOCH,
+            key: String::new(),
+            encoding: String::new(),
+            payload: Vec::new(),
+        });
+        assert_eq!((recorder.error().as_deref(), recorder.dropped()), (Some(BROKEN), 0));
+        recorder.state.end_by("later");
+        assert_eq!(recorder.error().as_deref(), Some(BROKEN));
     }
 }

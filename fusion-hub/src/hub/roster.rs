@@ -4,7 +4,7 @@ use super::change_log::ChangeLog;
 use super::token_changes::Token;
 use crate::diagnosis::Tokens;
 use crate::engine::{Engine, MAX_AGENTS};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 
@@ -12,6 +12,9 @@ use v2x_common::time::{Span, Timestamp};
 const ALIVE_BY_TRAFFIC: Span = Span::from_millis(5_000);
 /// All tokens are read again this often at most.
 const READ_EVERY: Span = Span::from_millis(10_000);
+
+/// So many tokens that change while all of them are read are remembered.
+const MOST_CHANGES: usize = 2 * MAX_AGENTS;
 
 /// The agents' liveliness tokens; of at most [`MAX_AGENTS`].
 #[derive(Debug, Default)]
@@ -23,11 +26,25 @@ pub(super) struct Roster {
     is_doubtful: bool,
     /// When all of them were read last.
     read_at: Option<Timestamp>,
+    /// While all of them are read: the newest state of each that changed meanwhile, which holds, and whether further changes were
+    /// lost.
+    meanwhile: Option<(BTreeMap<Token, bool>, bool)>,
 }
 
 impl Roster {
     /// Notes that a token appeared or went. Beyond the limit tokens are only counted: any client can declare some.
     pub(super) fn note(&mut self, token: &Token, is_there: bool) {
+        if let Some((changes, are_lost)) = &mut self.meanwhile {
+            if changes.len() < MOST_CHANGES || changes.contains_key(token) {
+                changes.insert(token.clone(), is_there);
+            } else {
+                *are_lost = true;
+            }
+        }
+        self.take_in(token, is_there);
+    }
+
+    fn take_in(&mut self, token: &Token, is_there: bool) {
         match &token.rides_on {
             None => self.note_alive(token.agent, is_there),
             Some(rides_on) => self.note_idle(token.agent, rides_on, is_there),
@@ -65,24 +82,30 @@ impl Roster {
     /// Whether all tokens are to be read again at `now`, because changes of some were lost, now or before.
     pub(super) fn is_to_be_read(&mut self, are_lost: bool, now: Timestamp) -> bool {
         self.is_doubtful |= are_lost;
+        if let Some((_, are_lost_meanwhile)) = &mut self.meanwhile {
+            *are_lost_meanwhile |= are_lost;
+        }
         let is_due = self.is_doubtful && self.read_at.is_none_or(|at| now - at >= READ_EVERY);
         if is_due {
             self.read_at = Some(now);
+            self.meanwhile = Some((BTreeMap::new(), false));
         }
         is_due
     }
 
-    /// Takes in which tokens there are.
+    /// Takes in which tokens there were when all of them were read, and after that what has changed meanwhile.
     pub(super) fn renew(&mut self, there: &BTreeSet<Token>) {
         let alive = self.tokens.alive.iter().map(|agent| Token::alive(*agent));
         let idle = self.tokens.idle.iter().map(|(agent, rides_on)| Token::idle(*agent, rides_on.clone()));
         let gone: Vec<_> = alive.chain(idle).filter(|token| !there.contains(token)).collect();
-        gone.iter().for_each(|token| self.note(token, false));
+        gone.iter().for_each(|token| self.take_in(token, false));
+        let (changes, are_lost) = self.meanwhile.take().unwrap_or_default();
         // Those for which there is no room were counted when they appeared.
         let beyond_limit = self.beyond_limit;
-        there.iter().for_each(|token| self.note(token, true));
+        there.iter().for_each(|token| self.take_in(token, true));
+        changes.iter().for_each(|(token, is_there)| self.take_in(token, *is_there));
         self.beyond_limit = beyond_limit;
-        self.is_doubtful = false;
+        self.is_doubtful = are_lost;
     }
 
     /// Logs once a minute how many changes were not logged one by one.
@@ -106,6 +129,7 @@ impl Roster {
     /// Forgets who is alive: those who still are join again.
     pub(super) fn begin_anew(&mut self) {
         self.tokens = Tokens::default();
+        self.meanwhile = None;
     }
 
     /// Tokens that appeared when there was no room for another agent.
@@ -153,6 +177,24 @@ mod tests {
         assert_eq!(roster.tokens().alive, [stays, idle, new].into());
         assert!(roster.tokens().idle.is_empty());
         assert!(!roster.is_to_be_read(false, at(60_000)));
+    }
+
+    #[test]
+    fn a_flood_that_is_healed_does_not_bring_back_who_has_left_while_all_tokens_were_read() {
+        let mut roster = Roster::default();
+        let [left, new] = ["left", "new"].map(|name| Token::alive(AgentId::new(name).unwrap()));
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+        roster.note(&left, true);
+        assert!(roster.is_to_be_read(true, at(0)));
+        roster.note(&left, false);
+        roster.note(&new, true);
+        roster.renew(&[left].into());
+        assert_eq!(roster.tokens().alive, [new.agent].into());
+        assert!(!roster.is_to_be_read(false, at(20_000)));
+        // What is lost while they are read is read again.
+        assert!(roster.is_to_be_read(true, at(40_000)) && !roster.is_to_be_read(true, at(40_100)));
+        roster.renew(&BTreeSet::new());
+        assert!(roster.is_to_be_read(false, at(60_000)));
     }
 
     #[test]

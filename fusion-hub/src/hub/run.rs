@@ -10,16 +10,18 @@ use super::health::{Health, Seen};
 use super::intake::Received;
 use super::journal::Journal;
 use super::monitor::Monitor;
-use super::network::{Declared, Network, answer};
+use super::network::{Declared, Network};
 use super::on_demand::OnDemand;
 use super::partial_lists::PartialLists;
-use super::recorder::Recorder;
+use super::processor_time::ProcessorTime;
+use super::recorder::{Recorder, RecordingStatus};
 use super::roster::Roster;
 use super::settings::HubSettings;
 use super::standby::Standby;
 use super::status::HubStatus;
 use super::system_clock::SystemClock;
 use super::timing::Timing;
+use super::token_changes::TokensRead;
 use super::turns::{Turn, Turns};
 use crate::engine::{Engine, EngineConfig, PublishMode, Schedule};
 use crate::standby::lineage_at;
@@ -138,6 +140,7 @@ struct Hub {
     system_clock: SystemClock,
     /// When its loop took its last step.
     ran_at: Timestamp,
+    processor: ProcessorTime,
     objects: usize,
     /// When the newest list was put.
     listed_at: Option<Timestamp>,
@@ -147,6 +150,8 @@ struct Hub {
     partial_lists: PartialLists,
     control: ControlCounts,
     standby: Option<Standby>,
+    /// While all tokens are read again.
+    tokens: Option<TokensRead>,
     buffer: Vec<u8>,
     monitor: Option<Monitor>,
 }
@@ -164,8 +169,11 @@ impl Hub {
         let hub = settings.engine.hub;
         let standby = Standby::of(&settings, started_at);
         let has_lagged = settings.lagged_interval.is_some();
-        let declared =
-            Declared { hub, has_lagged, standby: standby.as_ref().map(|_| settings.engine.lineage) };
+        let declared = Declared {
+            hub,
+            has_lagged,
+            standby: standby.as_ref().map(|one| (settings.engine.lineage, one.settings())),
+        };
         let network = Network::declare(session, &keys, declared).await;
         let network = network.map_err(|cause| HubError::Declare { hub, cause })?;
         let partial_lists = PartialLists::new(settings.tiles);
@@ -192,6 +200,7 @@ impl Hub {
             started_at,
             system_clock: SystemClock::new(clock::step),
             ran_at: started_at,
+            processor: ProcessorTime::begin(),
             objects: 0,
             listed_at: None,
             frames_published: 0,
@@ -200,6 +209,7 @@ impl Hub {
             partial_lists,
             control: ControlCounts::default(),
             standby,
+            tokens: None,
             buffer: Vec::new(),
             monitor,
         })
@@ -261,6 +271,7 @@ impl Hub {
         };
         let (keys, hub) = (Keys::new(self.network_id), self.settings.engine.hub);
         self.roster.begin_anew();
+        self.tokens = None;
         let joined = async {
             self.network.rejoin(&session, &keys).await?;
             self.journal
@@ -310,9 +321,10 @@ impl Hub {
     /// Whether the hub did not run for a while, stopped by a signal or by a system that has no time for it.
     fn check_held_up(&mut self) {
         let now = clock::now();
-        let lasted = now - self.ran_at;
+        let (lasted, busy) = (now - self.ran_at, self.processor.take());
         self.ran_at = now;
-        if lasted < HELD_UP {
+        // What it has computed for is no pause.
+        if lasted - busy < HELD_UP {
             return;
         }
         tracing::warn!("this hub did not run for {:.1} s; it goes on with its objects", lasted.as_secs_f64());
@@ -341,8 +353,10 @@ impl Hub {
             dropped: self.dropped(),
             invalid_names: self.network.unnamed.names(),
             twin: self.network.twin.lineage(clock::now()).filter(|_| self.has_rival()),
+            standby_differs: self.standby.as_ref().and_then(|standby| standby.differs(clock::now())),
             is_access_behind: self.access.is_behind(),
             refused_by_zenoh: zenoh_refusals(),
+            recording: self.journal.recorder().map(RecordingStatus::of),
         };
         self.health.check(&mut self.core, &seen, clock::now());
         self.heal_roster(clock::now()).await;
@@ -388,19 +402,22 @@ impl Hub {
             }
             Control::Token(change) => self.note_token(&change),
             Control::StatusQuery(query, asked) => {
-                if let Some((key, json)) = self.status_answer(asked) {
-                    answer(&query, key, json).await;
-                }
+                let said = self.status_answer(asked);
+                self.network.control.answer(query, said);
             }
             // The journal is that of the hub that publishes.
-            Control::JournalQuery(_) if !self.publishes() => self.control.queries_of_others += 1,
+            Control::JournalQuery(query) if !self.publishes() => {
+                self.control.queries_of_others += 1;
+                self.network.control.answer(query, None);
+            }
             Control::JournalQuery(query) => {
                 self.control.queries += 1;
                 self.journal.start(&self.core, clock::now());
                 self.journal.flush().await;
                 let lineage = self.settings.engine.lineage;
                 let key = Keys::new(self.network_id).journal(&self.settings.engine.hub);
-                answer(&query, key, serde_json::json!({ "lineage": lineage }).to_string().into_bytes()).await;
+                let json = serde_json::json!({ "lineage": lineage }).to_string().into_bytes();
+                self.network.control.answer(query, Some((key, json)));
             }
         }
     }

@@ -3,7 +3,7 @@
 use crate::diagnosis::{Finding, Transport};
 use crate::hub::control_counts::ControlCounts;
 use crate::hub::health::Verdict;
-use crate::hub::recorder::Recorder;
+use crate::hub::recorder::RecordingStatus;
 use crate::hub::unnamed::InvalidName;
 use crate::learning::LearntSensorReport;
 use crate::registration::{AgentRegistration, Bias};
@@ -110,7 +110,7 @@ pub struct StandbyStatus {
     pub publishes: bool,
     /// The lineage of the hub that it follows.
     pub follows: Option<u32>,
-    /// When it heard a list of another hub last, µs.
+    /// When it heard another hub last, µs.
     pub heard_at: Option<i64>,
     /// How often it began to publish.
     pub takeovers: u64,
@@ -118,23 +118,6 @@ pub struct StandbyStatus {
     pub yielded: u64,
     /// How many of its tracks have an id that another hub gave.
     pub named_by_another: usize,
-}
-
-/// The status of a hub's own recording.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RecordingStatus {
-    /// Bytes written.
-    pub bytes: u64,
-    /// Samples for which the disk was too slow.
-    pub dropped: u64,
-    /// Why nothing is written any more, where that is so.
-    pub error: Option<String>,
-}
-
-impl RecordingStatus {
-    pub(super) fn of(recorder: &Recorder) -> Self {
-        Self { bytes: recorder.bytes(), dropped: recorder.dropped(), error: recorder.error() }
-    }
 }
 
 /// The status of one agent.

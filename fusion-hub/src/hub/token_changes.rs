@@ -1,6 +1,7 @@
 //! Liveliness tokens that appeared or went, until the hub takes that in: of each token the newest state, however often it changed.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use tokio::task::JoinHandle;
 use v2x_common::id::AgentId;
 
 /// Tokens whose changes may wait, at most.
@@ -27,6 +28,9 @@ impl Token {
         Self { agent, rides_on: Some(rides_on) }
     }
 }
+
+/// All tokens, which a task of its own reads: the hub goes on meanwhile.
+pub(super) type TokensRead = JoinHandle<anyhow::Result<BTreeSet<Token>>>;
 
 /// What became of a token.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,14 +5,15 @@
 //! a hub, and could silence it that way. Only a hub that is started to stand by follows the lists of another one
 //! (`run/following.rs`).
 
-use super::limits::MAX_BYTES;
 use super::status::HubStatus;
+use crate::standby::{Beat, MAX_BEAT_BYTES};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use v2x_common::clock;
 use v2x_common::id::HubId;
 use v2x_common::keys::Keys;
+use v2x_common::net::session::MAX_MESSAGE_OF_HUB;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire;
 use zenoh::Session;
@@ -28,7 +29,7 @@ const REPORTED_FOR: Span = Span::from_millis(5_000);
 
 /// Of lists that come faster those between are left out by a hub that follows them.
 const FOLLOWED_EVERY: Span = Span::from_millis(20);
-/// Lists that may wait for the hub.
+/// Lists, and beats, that may wait for the hub.
 const MAX_LISTS: usize = 32;
 
 /// What was heard under this hub's own key.
@@ -40,8 +41,9 @@ pub(super) type HeardList = (Vec<u8>, Timestamp);
 
 #[derive(Debug, Default)]
 struct Heard {
-    /// Of a hub that follows: the lists that it has not taken in yet, the oldest first.
+    /// Of a hub that follows: the lists that it has not taken in yet, the oldest first, and what is said beside them.
     lists: VecDeque<HeardList>,
+    beats: VecDeque<(Beat, Timestamp)>,
     listed_at: Option<Timestamp>,
     looked_at: Option<Timestamp>,
     /// The lineage of another hub's list, and when it came.
@@ -64,7 +66,9 @@ impl Twin {
     /// Keeps a list for the hub, which follows it. With too many of them the oldest are left out.
     fn keep(&self, payload: &[u8], now: Timestamp) {
         let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if payload.len() > MAX_BYTES || heard.listed_at.is_some_and(|at| now - at < FOLLOWED_EVERY) {
+        if payload.len() as u64 > MAX_MESSAGE_OF_HUB
+            || heard.listed_at.is_some_and(|at| now - at < FOLLOWED_EVERY)
+        {
             return;
         }
         heard.listed_at = Some(now);
@@ -72,6 +76,21 @@ impl Twin {
             heard.lists.pop_front();
         }
         heard.lists.push_back((payload.to_vec(), now));
+    }
+
+    /// Keeps what another hub says beside its lists; with too many of them the oldest are left out.
+    fn keep_beat(&self, payload: &[u8], now: Timestamp) {
+        let Some(beat) = Beat::decode(payload) else { return };
+        let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if heard.beats.len() == MAX_LISTS {
+            heard.beats.pop_front();
+        }
+        heard.beats.push_back((beat, now));
+    }
+
+    /// What was said beside lists since the last call.
+    pub(super) fn take_beats(&self) -> VecDeque<(Beat, Timestamp)> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).beats)
     }
 
     /// The lists that were kept since the last call.
@@ -101,6 +120,22 @@ pub(super) async fn listen(
         }
     };
     others.callback(move |sample| heard(&sample.payload().to_bytes())).await
+}
+
+/// Listens to what another hub of this name says beside its lists.
+pub(super) async fn listen_to_beats(
+    session: &Session,
+    keys: &Keys,
+    hub: &HubId,
+    twin: std::sync::Arc<Twin>,
+) -> zenoh::Result<Subscriber<()>> {
+    let others = session.declare_subscriber(keys.beat(hub)).allowed_origin(Locality::Remote);
+    let others = others.callback(move |sample| {
+        if sample.payload().len() <= MAX_BEAT_BYTES {
+            twin.keep_beat(&sample.payload().to_bytes(), clock::now());
+        }
+    });
+    others.await
 }
 
 /// The hub of this name that answers in the network, if there is one.
@@ -154,5 +189,18 @@ mod tests {
         let lists = twin.take_lists();
         assert_eq!((lists.len(), lists[MAX_LISTS - 1].1), (MAX_LISTS, at(100_000)));
         assert!(twin.take_lists().is_empty());
+    }
+
+    #[test]
+    fn a_flood_of_beats_is_bounded_for_a_standby_and_rubbish_is_none() {
+        let twin = Twin::default();
+        let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+        for k in 0..1000 {
+            twin.keep_beat(&Beat::new(7, 1, k, at(0)).encode(), at(1));
+            twin.keep_beat(b"rubbish", at(1));
+        }
+        let beats = twin.take_beats();
+        assert_eq!((beats.len(), beats[MAX_LISTS - 1].0.sequence), (MAX_LISTS, 999));
+        assert!(twin.take_beats().is_empty());
     }
 }

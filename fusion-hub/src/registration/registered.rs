@@ -23,6 +23,8 @@ pub(super) struct RegisteredAgent {
     pub(super) applied: Bias,
     /// Differences that its reports made.
     pub(super) pairs: u64,
+    /// Since when its errors are estimated, by the hub's clock.
+    pub(super) since: Timestamp,
     /// When it last described itself or sent a frame, by the hub's clock.
     pub(super) heard_at: Timestamp,
 }
@@ -36,6 +38,7 @@ impl RegisteredAgent {
             decision: Decision::default(),
             applied: Bias::ZERO,
             pairs: 0,
+            since: heard_at,
             heard_at,
         }
     }

@@ -12,6 +12,7 @@ use super::slot::{MAX_REGISTERED, RegistrationSlot};
 use super::whiteness::Shown;
 use crate::values::PoseErrors;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::Accuracy;
@@ -21,6 +22,13 @@ use v2x_common::time::{Span, Timestamp};
 const STEP: Span = Span::from_millis(500);
 /// An agent that was silent for this long makes room for another one: its estimate has decayed.
 const SILENT_FOR_GOOD: Span = Span::from_millis(180_000);
+
+/// One that has shared no objects with others for this long makes room, too: there is no estimate.
+const SHARES_WITHIN: Span = Span::from_millis(10_000);
+/// Agents without a place that are remembered, at most.
+const MAX_LEFT_OUT: usize = 64;
+/// For so long after they were heard.
+const LEFT_OUT_FOR: Span = Span::from_millis(10_000);
 
 /// Estimates the clock and pose errors of all agents that describe their accuracy.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -33,6 +41,8 @@ pub struct Registrar {
     reached: [bool; MAX_REGISTERED],
     advanced_at: Option<Timestamp>,
     n_dropped: u64,
+    /// Agents for which there is no place: what they declare, and when they were heard last.
+    left_out: BTreeMap<AgentId, (Accuracy, Timestamp)>,
 }
 
 impl Registrar {
@@ -42,7 +52,7 @@ impl Registrar {
     }
 
     /// Takes in what an agent declares of its accuracy, at `now` by the hub's clock. Beyond [`MAX_REGISTERED`] agents
-    /// the last ones are not estimated.
+    /// those that share no objects with others give way, and the last ones are not estimated.
     pub fn describe(&mut self, agent: AgentId, accuracy: Accuracy, now: Timestamp) {
         if self.mode == Registration::Off {
             return;
@@ -56,7 +66,26 @@ impl Registrar {
             self.links.forget(slot);
         } else if let Some(slot) = self.silent_for_good(now) {
             self.replace(slot, newcomer);
+        } else if let Some(slot) = self.shares_nothing(now) {
+            let RegisteredAgent { agent, accuracy, heard_at, .. } = self.registered[slot.index()];
+            self.replace(slot, newcomer);
+            self.leave_out(agent, accuracy, heard_at);
+        } else {
+            self.leave_out(agent, accuracy, now);
         }
+    }
+
+    fn leave_out(&mut self, agent: AgentId, accuracy: Accuracy, heard_at: Timestamp) {
+        self.left_out.retain(|_, (_, at)| heard_at - *at < LEFT_OUT_FOR);
+        if self.left_out.len() < MAX_LEFT_OUT || self.left_out.contains_key(&agent) {
+            self.left_out.insert(agent, (accuracy, heard_at));
+        }
+    }
+
+    /// Agents that were heard lately, of which the errors are not estimated for want of a place.
+    pub fn left_out(&self, now: Timestamp) -> impl Iterator<Item = AgentId> {
+        let lately = self.left_out.iter().filter(move |(_, (_, at))| now - *at < LEFT_OUT_FOR);
+        lately.map(|(agent, _)| *agent)
     }
 
     /// An agent declares another accuracy: what is known of its errors stays, in the new units.
@@ -87,7 +116,16 @@ impl Registrar {
         (now - silent.heard_at > SILENT_FOR_GOOD).then_some(slot)
     }
 
+    /// Of those that share no objects with others the one that was heard least lately.
+    fn shares_nothing(&self, now: Timestamp) -> Option<RegistrationSlot> {
+        let slots = (0..).map(RegistrationSlot).zip(&self.registered);
+        let slots =
+            slots.filter(|(slot, one)| now - one.since >= SHARES_WITHIN && !self.links.is_joined(*slot));
+        slots.min_by_key(|(_, one)| one.heard_at).map(|(slot, _)| slot)
+    }
+
     fn replace(&mut self, slot: RegistrationSlot, newcomer: RegisteredAgent) {
+        self.left_out.remove(&newcomer.agent);
         self.registered[slot.index()] = newcomer;
         self.joint.forget(slot);
         self.links.forget(slot);
@@ -105,7 +143,11 @@ impl Registrar {
     /// estimated, where the frame has no sensor pose, or where all agents are references.
     pub fn source_of(&mut self, frame: &DetectionFrame, now: Timestamp) -> Option<Source> {
         let pose = frame.sensor_pose?;
-        let slot = self.slot_of(frame.id.agent)?;
+        let agent = frame.id.agent;
+        if let Some(&(accuracy, _)) = self.left_out.get(&agent) {
+            self.describe(agent, accuracy, now);
+        }
+        let slot = self.slot_of(agent)?;
         if self.registered.iter().all(RegisteredAgent::is_reference) {
             self.registered[slot.index()].heard_at = now;
             return None;
@@ -278,6 +320,27 @@ mod tests {
         registrar.describe(name(MAX_REGISTERED), VEHICLE, at(181));
         assert!(is_known(&mut registrar, MAX_REGISTERED, at(181)) && !is_known(&mut registrar, 7, at(181)));
         assert_eq!(registrar.report().count(), MAX_REGISTERED);
+    }
+
+    #[test]
+    fn a_flood_of_agents_that_share_nothing_keeps_the_place_of_nobody_who_does_and_shuts_out_no_newcomer() {
+        let mut registrar = Registrar::new(Registration::Correct);
+        (0..MAX_REGISTERED).for_each(|k| registrar.describe(name(k), VEHICLE, at(0)));
+        let [one, other] = [3, 5].map(RegistrationSlot);
+        registrar.links.note(one, other, 30);
+        registrar.describe(name(100), VEHICLE, at(1));
+        assert_eq!(registrar.left_out(at(1)).collect::<Vec<_>>(), [name(100)]);
+        assert!(!is_known(&mut registrar, 100, at(9)), "they have time to meet others");
+        for k in (0..MAX_REGISTERED).filter(|k| *k != 7) {
+            assert!(is_known(&mut registrar, k, at(10)));
+        }
+        assert!(is_known(&mut registrar, 100, at(11)), "by its frames, without another description");
+        assert_eq!(registrar.left_out(at(11)).count(), 0, "the other one was silent");
+        for k in 200..300 {
+            registrar.describe(name(k), VEHICLE, at(12));
+        }
+        assert!([3, 5].into_iter().all(|k| is_known(&mut registrar, k, at(12))));
+        assert!((1..=MAX_LEFT_OUT).contains(&registrar.left_out(at(12)).count()));
     }
 
     #[test]

@@ -174,6 +174,11 @@ impl Role {
         }
     }
 
+    /// Since it was asked last the hub has computed for so long: for that long it did run.
+    pub(crate) fn note_busy(&mut self, busy: Span) {
+        self.asked_at += busy;
+    }
+
     /// Decides, after everything that was heard by `now`, whether it takes over or stops to publish; `true` where something
     /// changes.
     pub(crate) fn decide(&mut self, now: Timestamp) -> bool {

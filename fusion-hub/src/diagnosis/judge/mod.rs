@@ -10,6 +10,7 @@ use super::alignment::change::{Change, Rigid};
 use super::alignment::fit::Fit;
 use super::finding::{Code, Finding};
 use super::window::{MAX_AGENTS, Surroundings, Window};
+use crate::registration::MAX_REGISTERED;
 use one::One;
 use v2x_common::id::AgentId;
 
@@ -29,6 +30,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         findings.extend(silent(window));
     }
     findings.extend(idle(around));
+    findings.extend(unregistered(&around.engine.unregistered().collect::<Vec<_>>()));
     // An agent that was idle for a while has sent less, and its numbers have gaps.
     findings.retain(|one| {
         !(IDLENESS.contains(&one.code) && one.agent.is_some_and(|agent| window.idle.contains(&agent)))
@@ -80,6 +82,20 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });
+}
+
+/// What is said of agents whose errors are not estimated.
+fn unregistered(agents: &[AgentId]) -> Option<Finding> {
+    let names: Vec<_> = agents.iter().take(MOST_NAMED).map(AgentId::to_string).collect();
+    let more = if agents.len() > MOST_NAMED { ", …" } else { "" };
+    let says = format!(
+        "the errors of clock and pose of {} agents ({}{more}) are not estimated: there are places for {MAX_REGISTERED}, and those \
+         that share objects with others go first",
+        agents.len(),
+        names.join(", ")
+    );
+    let change = "Their frames count as they declare; several hubs, each with its own area, have more places";
+    (!agents.is_empty()).then(|| Finding::of_network(Code::RegistrationFull, says, change).as_note())
 }
 
 /// Where the hub has no time for more agents than this, it is what is slow: one finding instead of one of each.

@@ -152,6 +152,7 @@ fn refused(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
         (label("kind", "liveliness"), control.liveliness),
         (label("kind", "query"), control.queries),
         (label("kind", "query_of_another_hub"), control.queries_of_others),
+        (label("kind", "query_refused"), control.queries_refused),
         (label("kind", "dropped"), control.dropped),
     ];
     out.counters(
@@ -175,7 +176,7 @@ fn spans(out: &mut Out<'_>, snapshot: &Snapshot) -> fmt::Result {
 }
 
 fn recording(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
-    let of = |value: fn(&crate::hub::status::RecordingStatus) -> u64| {
+    let of = |value: fn(&crate::hub::RecordingStatus) -> u64| {
         status.recording.iter().map(move |recording| (Labels::new(), value(recording)))
     };
     out.counters(&in_unit("recording", "bytes", "Bytes of the hub's own recording"), of(|it| it.bytes))?;

@@ -17,8 +17,6 @@ use v2x_common::wire::journal::Call;
 
 /// Objects are compared with those of the other hub no more often than this.
 const COMPARED_EVERY: Span = Span::from_millis(90);
-/// Where the times of two lists differ by more than this, the hub warns that the clocks differ.
-const CLOCKS_ALIKE: Span = Span::from_millis(300);
 /// Stamps go on after those of the other hub where its clock is ahead by no more than this.
 const CLOCKS_WITHIN: Span = Span::from_millis(1_000);
 
@@ -46,67 +44,74 @@ impl Hub {
         if did_publish && !self.publishes() { self.stand_by().await } else { Ok(()) }
     }
 
-    /// Takes in the lists of another hub of its name; begins or stops to publish.
+    /// Takes in what another hub of its name says; begins or stops to publish.
     pub(super) async fn follow(&mut self) -> Result<(), HubError> {
         let Some(standby) = &mut self.standby else { return Ok(()) };
         let hub = self.settings.engine.hub;
         let did_publish = standby.role.publishes();
-        for (payload, at) in self.network.twin.take_lists() {
-            let Ok(list) = wire::fused::decode(&payload) else { continue };
-            if list.hub != hub {
-                continue;
-            }
-            if standby.role.publishes()
-                && list.lineage == self.settings.engine.lineage
-                && standby.is_behind(&list)
-            {
-                standby.role.give_way(at);
-            }
-            match standby.role.hear(list.lineage, at) {
-                Heard::Followed => {
-                    let differ = list.fused_at + self.settings.engine.fusion.lag() - at;
-                    if differ.abs() > CLOCKS_ALIKE && !standby.has_warned_of_clock {
-                        standby.has_warned_of_clock = true;
-                        tracing::warn!(
-                            "the lists of hub lineage {:08x} come with stamps that are {:.0} ms off this hub's clock: set the \
-                             clocks (chrony, PTP), or ids are not kept when this hub takes over",
-                            list.lineage,
-                            differ.as_millis_f64()
-                        );
-                    }
-                    if at - standby.compared_at >= COMPARED_EVERY {
-                        standby.compared_at = at;
-                        self.journal.note(&Call::Followed { list: &payload });
-                        self.core.follow(&list);
-                    }
-                    standby.newest = Some((list, at));
-                }
-                Heard::Yields => standby.newest = Some((list, at)),
-                Heard::Ignored => {}
-                Heard::SameLineage => return Err(HubError::SameLineage { hub }),
+        for (beat, at) in self.network.twin.take_beats() {
+            if standby.hear_beat(&beat, at) == Heard::SameLineage {
+                return Err(HubError::SameLineage { hub });
             }
         }
-        standby.role.decide(clock::now());
-        match (did_publish, standby.role.publishes()) {
+        for (payload, at) in self.network.twin.take_lists() {
+            self.take_list(&payload, at)?;
+        }
+        let Some(standby) = &mut self.standby else { return Ok(()) };
+        let (now, busy) = (clock::now(), standby.processor.take());
+        standby.role.note_busy(busy);
+        standby.role.decide(now);
+        let publishes = standby.role.publishes();
+        if let Some(beats) = &self.network.beats {
+            beats.note_step(publishes, self.frames_published, now);
+        }
+        match (did_publish, publishes) {
             (false, true) => self.take_over().await,
             (true, false) => self.stand_by().await,
             _ => Ok(()),
         }
     }
 
+    /// Takes in a list of another hub of its name.
+    fn take_list(&mut self, payload: &[u8], at: Timestamp) -> Result<(), HubError> {
+        let (Some(standby), engine) = (&mut self.standby, &self.settings.engine) else { return Ok(()) };
+        let Ok(list) = wire::fused::decode(payload) else { return Ok(()) };
+        if list.hub != engine.hub {
+            return Ok(());
+        }
+        if standby.role.publishes() && list.lineage == engine.lineage && standby.is_behind(&list) {
+            standby.role.give_way(at);
+        }
+        match standby.hear_list(&list, at, engine.fusion.lag()) {
+            Heard::Followed => {
+                if at - standby.compared_at >= COMPARED_EVERY {
+                    standby.compared_at = at;
+                    self.journal.note(&Call::Followed { list: payload });
+                    self.core.follow(&list);
+                }
+                standby.newest = Some((list, at));
+            }
+            Heard::Yields => standby.newest = Some((list, at)),
+            Heard::Ignored => {}
+            Heard::SameLineage => return Err(HubError::SameLineage { hub: engine.hub }),
+        }
+        Ok(())
+    }
+
     async fn take_over(&mut self) -> Result<(), HubError> {
         let Some(standby) = &mut self.standby else { return Ok(()) };
         standby.takeovers += 1;
-        match &standby.newest {
-            Some((list, at)) => {
-                let silent_ms = (clock::now() - *at).as_millis_f64();
+        match standby.heard {
+            Some((lineage, at)) => {
+                let silent_ms = (clock::now() - at).as_millis_f64();
                 tracing::warn!(
-                    "no list of hub lineage {:08x} for {silent_ms:.0} ms: this hub publishes",
-                    list.lineage
+                    "nothing of hub lineage {lineage:08x} for {silent_ms:.0} ms: this hub publishes"
                 );
-                self.partial_lists.go_on_after(list);
             }
             None => tracing::info!("no other hub of this name publishes: this hub does"),
+        }
+        if let Some((list, _)) = &standby.newest {
+            self.partial_lists.go_on_after(list);
         }
         // The list first: it is waited for.
         self.publish().await;
@@ -117,8 +122,7 @@ impl Hub {
 
     async fn stand_by(&mut self) -> Result<(), HubError> {
         let Some(standby) = &mut self.standby else { return Ok(()) };
-        standby.yielded += 1;
-        standby.has_warned_of_clock = false;
+        standby.note_yielded();
         match standby.role.follows() {
             Some(lineage) => {
                 self.partial_lists.forget();
@@ -142,11 +146,12 @@ impl Hub {
 
     /// A time for a list that is after the newest one of the other hub, whose clock is another.
     pub(super) fn after_heard(&self, now: Timestamp) -> Timestamp {
-        let newest = self.standby.as_ref().and_then(|standby| standby.newest.as_ref());
-        let Some((list, _)) = newest else { return now };
+        let Some(standby) = &self.standby else { return now };
         let lag = self.settings.engine.fusion.lag();
-        let own = self.standby.as_ref().and_then(Standby::stamped_at).unwrap_or(list.fused_at);
-        let after = list.fused_at.max(own) + lag + Span::from_micros(1);
+        let heard = standby.newest.as_ref().map(|(list, _)| list.fused_at);
+        // Without another hub nothing is before the own lists.
+        let Some(heard) = heard.max(standby.said_at.map(|at| at - lag)) else { return now };
+        let after = heard.max(standby.stamped_at().unwrap_or(heard)) + lag + Span::from_micros(1);
         if after - now <= CLOCKS_WITHIN { now.max(after) } else { now }
     }
 
@@ -173,11 +178,11 @@ impl Hub {
     }
 
     pub(super) fn standby_status(&self) -> Option<StandbyStatus> {
-        let Standby { role, newest, takeovers, yielded, .. } = self.standby.as_ref()?;
+        let Standby { role, heard, takeovers, yielded, .. } = self.standby.as_ref()?;
         Some(StandbyStatus {
             publishes: role.publishes(),
             follows: role.follows(),
-            heard_at: newest.as_ref().map(|(_, at)| at.as_micros()),
+            heard_at: heard.map(|(_, at)| at.as_micros()),
             takeovers: *takeovers,
             yielded: *yielded,
             named_by_another: self.core.named_by_another(),

@@ -14,12 +14,15 @@ impl Hub {
     /// Reads all tokens again where changes were lost: otherwise who has left would be alive for ever.
     pub(super) async fn heal_roster(&mut self, now: Timestamp) {
         self.roster.sum_up(now);
-        if !self.roster.is_to_be_read(self.network.control.take_lost_tokens(), now) {
-            return;
+        if let Some(read) = self.tokens.take_if(|read| read.is_finished()) {
+            match read.await.unwrap_or_else(|broken| Err(broken.into())) {
+                Ok(tokens) => self.roster.renew(&tokens),
+                Err(error) => tracing::debug!(%error, "tokens not read; trying again"),
+            }
         }
-        match self.network.tokens(&Keys::new(self.network_id)).await {
-            Ok(tokens) => self.roster.renew(&tokens),
-            Err(error) => tracing::debug!(%error, "tokens not read; trying again"),
+        if self.roster.is_to_be_read(self.network.control.take_lost_tokens(), now) {
+            let tokens = self.network.tokens(&Keys::new(self.network_id));
+            self.tokens = Some(tokio::spawn(tokens));
         }
     }
 }

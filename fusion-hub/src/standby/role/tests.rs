@@ -43,6 +43,19 @@ fn a_standby_takes_over_after_300_ms_without_a_list_and_not_before() {
 }
 
 #[test]
+fn a_hub_whose_list_takes_long_to_make_goes_on_and_one_that_was_stopped_asks_whether_a_standby_has_replaced_it()
+ {
+    let mut busy = leader(2);
+    busy.decide(at(3000));
+    busy.note_busy(Span::from_millis(1400));
+    assert!(!busy.decide(at(4500)) && busy.publishes());
+    let mut stopped = leader(2);
+    stopped.decide(at(3000));
+    stopped.note_busy(Span::from_millis(100));
+    assert!(stopped.decide(at(4500)) && !stopped.publishes());
+}
+
+#[test]
 fn a_standby_that_hears_nobody_publishes_after_a_second() {
     assert_eq!(first_change(&mut role(2, 0), 0, 5000), Some(1000));
 }
