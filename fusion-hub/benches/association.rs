@@ -51,6 +51,7 @@ fn scene(count: usize, seed: u64) -> (Vec<Measurement>, Vec<PredictedMeasurement
             heading: v2x_common::detection::HeadingKind::Known,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         });
         tracks.push(PredictedMeasurement {
             class: Class::Car,

@@ -28,6 +28,7 @@ fn report(step: u32) -> Measurement {
         heading: v2x_common::detection::HeadingKind::Known,
         velocity: None,
         is_track: false,
+        since_last_s: f64::INFINITY,
     }
 }
 

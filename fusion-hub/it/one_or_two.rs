@@ -102,7 +102,7 @@ fn holds(name: &str, expected: usize, speed_mps: f64, boxes: impl Fn(usize, i64)
 #[test]
 fn a_detector_that_reports_every_object_twice_makes_one_of_it_whatever_its_class() {
     let (car, motorcycle, bicycle) = ([1.8, 4.5], [0.8, 2.0], [0.6, 1.8]);
-    let twice: [(Class, [f64; 2], [f64; 2], f64, f64); 6] = [
+    let twice = [
         (Class::Car, [0.3, 0.0], car, 0.3, 8.0),
         (Class::Motorcycle, [0.4, 0.0], motorcycle, 0.15, 8.0),
         (Class::Motorcycle, [0.0, 0.3], motorcycle, 0.1, 0.0),

@@ -62,7 +62,7 @@ fn declared(probability: f64, rate_hz: f64) -> SensorDescription {
 }
 
 fn describe(engine: &mut Engine, name: &str, description: &SensorDescription) {
-    engine.handle_description(agent(name), description.clone()).expect("a valid description");
+    engine.handle_description(agent(name), *description).expect("a valid description");
 }
 
 /// Mean share of the parked cars that are published after the first ten seconds.

@@ -4,10 +4,10 @@
 //! comes from; a test holds the code against the newest one. A change of a number needs a new dated file.
 
 /// Date of the numbers in use.
-pub const DATE: &str = "2026-11-29";
+pub const DATE: &str = "2026-11-29b";
 
 /// The dated file.
-pub const FILE: &str = include_str!("../parameters/2026-11-29.txt");
+pub const FILE: &str = include_str!("../parameters/2026-11-29b.txt");
 
 #[cfg(test)]
 mod tests {
@@ -35,7 +35,9 @@ mod tests {
             engine.to_vec(),
             association::likelihood::listed(),
             association::gate::listed(),
+            association::classes_listed(),
             tracker::update_listed(),
+            tracker::occupied_listed(),
             values::existence_listed(),
             values::coast_listed(),
             values::classes_listed(),
@@ -43,6 +45,7 @@ mod tests {
             values::support_listed(),
             values::pose_errors_listed(),
             track::listed(),
+            track::snapshot_listed(),
             learning::listed(),
             duplicates::listed(),
             filter::listed(),

@@ -35,6 +35,7 @@ impl Box {
                 yaw_variance: 0.1,
                 velocity: None,
                 is_track: false,
+                since_last_s: f64::INFINITY,
             },
             score: self.score,
         }

@@ -85,6 +85,7 @@ mod tests {
             heading: HeadingKind::Known,
             velocity: None,
             is_track: false,
+            since_last_s: f64::INFINITY,
         };
         let track = PredictedMeasurement {
             class: b,
@@ -96,6 +97,7 @@ mod tests {
             yaw: 0.0,
             yaw_variance: 0.01,
             report_probability: 0.5,
+            by_positions: None,
         };
         may_be_of(&z, &track)
     }

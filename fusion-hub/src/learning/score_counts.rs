@@ -331,7 +331,7 @@ mod tests {
     fn a_frame_long_after_or_at_the_same_time_follows_none() {
         let scored = Scored { band: ScoreBand::of(0.5), at: AT, sensor: [0.0, 0.0] };
         let mut counts = with_best(0.9);
-        let before = counts.clone();
+        let before = counts;
         counts.add_followed(&scored, AT, 0.9, true);
         counts.add_followed(&scored, AT + Span::from_millis(4000), 0.9, false);
         assert_eq!(counts, before);
