@@ -70,7 +70,7 @@ struct AgentLearning {
     classes: ClassCounts,
     scores: ScoreCounts,
     innovations: InnovationCounts,
-    /// When it last detected something that is there.
+    /// When it last detected anything.
     detected_at: Option<Timestamp>,
     /// What was learnt by the begin of an epoch, in order.
     learnt: VecDeque<(Epoch, LearntSensor)>,
@@ -178,6 +178,7 @@ impl Learner {
             statistics.add_frame(frame.captured_at);
             for position in context.frames.positions(slot) {
                 let [x, y] = position;
+                known.detected_at = known.detected_at.max(Some(frame.captured_at));
                 statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
             }
             known.scores.add_frame(frame.scores);
@@ -279,9 +280,6 @@ impl Learner {
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
             known.classes.add(compared);
-        }
-        if let Some(known) = self.agents.get_mut(frame.agent.index()) {
-            known.detected_at = known.detected_at.max(Some(item.captured_at));
         }
         for WaitingMiss { agent, range_bin, before } in memory.waiting.drain(..) {
             if let Some(known) = self.agents.get_mut(agent.index()) {

@@ -66,7 +66,7 @@ pub(crate) struct LearntSensor {
     pub(super) classes: ClassLaw,
     /// How its scores are read.
     pub(super) scores: ScoreModel,
-    /// Whether it has detected something lately that is there.
+    /// Whether it has detected anything lately.
     pub(super) detects: bool,
 }
 
