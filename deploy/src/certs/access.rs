@@ -219,6 +219,7 @@ mod tests {
             keys.fused(&hub),
             keys.status(&hub),
             keys.delta(&hub),
+            keys.beat(&hub),
             "v2x/**".to_owned(),
         ];
         for key in &forbidden {

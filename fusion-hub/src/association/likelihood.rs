@@ -30,8 +30,7 @@ pub fn report_cost(probability: f64) -> f64 {
 /// probabilities, about.
 const REVERSED_COST: f64 = 7.8;
 const SWAPPED_COST: f64 = 10.0;
-/// What it costs that an object does not move along its heading, which one in fifty does; nothing, where that is not known: from this variance on, rad².
-const SIDEWAYS_COST: f64 = 7.8;
+/// It costs nothing that an object does not move along its heading where that is not known: from this variance on, rad².
 const UNKNOWN_HEADING: f64 = 1.0;
 
 /// The cost of a pair; of the settings, how headings and classes err counts. The position's density has its constant 2 ln 2π left out.
@@ -60,7 +59,7 @@ pub fn pair_cost(z: &Measurement, track: &PredictedMeasurement, config: &Associa
 /// The cost of a position where the track does not move along its heading.
 fn sideways_cost(z: &Measurement, track: &PredictedMeasurement, place: &ExpectedPlace) -> f64 {
     let separation = Separation::of_place(z, place);
-    let of_heading = if track.yaw_variance < UNKNOWN_HEADING { SIDEWAYS_COST } else { 0.0 };
+    let of_heading = if track.yaw_variance < UNKNOWN_HEADING { ExpectedPlace::COST } else { 0.0 };
     separation.mahalanobis2() + libm::log(separation.determinant) + of_heading
 }
 
@@ -85,7 +84,8 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         (
             "association.turned_headings",
             format!(
-                "reversed {REVERSED_COST}, swapped {SWAPPED_COST}, sideways {SIDEWAYS_COST} (below {UNKNOWN_HEADING} rad2)"
+                "reversed {REVERSED_COST}, swapped {SWAPPED_COST}, sideways {} (below {UNKNOWN_HEADING} rad2)",
+                ExpectedPlace::COST
             ),
         ),
     ]

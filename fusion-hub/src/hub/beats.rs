@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_standby_is_told_nothing_by_a_hub_that_does_not_publish_or_takes_no_steps() {
+    fn a_standby_hears_nothing_of_a_hub_that_does_not_publish_or_takes_no_steps() {
         let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
         let (state, (ends, _end)) = (Arc::new(State::default()), channel());
         let beats = Beats { state: state.clone(), _ends: ends };

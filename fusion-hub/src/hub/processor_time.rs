@@ -21,8 +21,8 @@ impl ProcessorTime {
     }
 }
 
-/// Of all processors, by all threads.
-fn used() -> Span {
+/// What this process has had since it began: of all processors, by all threads.
+pub(super) fn used() -> Span {
     let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Span::from_nanos(used.tv_sec.saturating_mul(1_000_000_000).saturating_add(used.tv_nsec))
 }

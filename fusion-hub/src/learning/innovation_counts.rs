@@ -20,9 +20,10 @@ const LASTING_SHARE: f64 = 2.0;
 /// A declared variance is corrected where it is wrong by more than this factor, e^0.7, and within these limits.
 const WRONG_BY: f64 = 0.7;
 const SCALE_LIMITS: [f64; 2] = [0.02, 50.0];
-/// And where the prediction adds no more than this to it, over what is declared.
+/// Innovations tell of reports only where the variance of the prediction is no more than so many times the (corrected) declared one.
 const MOST_OF_PREDICTION: f64 = 1.0;
-/// Declared variances are no smaller than this share of all that was expected would be.
+/// A correction is at least this share of the ratio of what is seen to all that is expected: where declared variances are too large,
+/// those of the predictions, which are made of reports, are too large with them.
 const LEAST_OF_OVERALL: f64 = 0.5;
 /// Unit of sums, m²: whole numbers add up to the same in any order.
 const UNITS: f64 = 65_536.0;
@@ -134,7 +135,6 @@ impl InnovationCounts {
         let overall = libm::exp(self.logarithms / (UNITS * self.all) - MEAN_LN);
         let share = self.predicted / self.declared;
         let scale = overall + (overall - 1.0) * share;
-        // A prediction that is made of reports is wrong with them: what is too large is not all theirs.
         let scale = scale.max(overall * LEAST_OF_OVERALL);
         let scale = scale.clamp(least, most);
         let is_wrong = libm::log(scale).abs() > WRONG_BY;

@@ -5,8 +5,8 @@
 //! from one place the same things look like objects.
 //!
 //! Where nobody stands elsewhere, the agent's own next frame tells: it holds a real object again as often as the agent detects one that
-//! it has just detected, and a false one with [`FALSE_AGAIN`] of that. This needs no second viewpoint and no scale: the scores of the
-//! same detections under any increasing function are read alike.
+//! it has just detected, and a false one with [`FALSE_AGAIN`] of that. This needs no second viewpoint, and it does not
+//! suppose what a score means: the bands are as wide on any scale, but hold other detections.
 //!
 //! Before either is known, scores are read by one law for all; the scores of the best detections shift it, as a detector whose best
 //! ones score low is seldom one that detects nothing.

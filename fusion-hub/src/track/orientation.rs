@@ -74,8 +74,8 @@ const MOST_DOUBT_BY_ONE: [f64; 2] = [-3.0, 6.0];
 const OFF_COURSE: f64 = 9.0;
 /// A heading that differs from that of the filter by more than this, rad, is held against the course at once: on a bend, the course lags.
 const ODD: f64 = 0.2;
-/// Positions alone count beside the filter from here on, ln.
-const OPEN: f32 = 2.5;
+/// Where positions alone expect the object is a second hypothesis from here on, ln.
+const IN_QUESTION: f32 = 2.5;
 /// Most evidence of one report.
 const MOST_BY_ONE: [f64; 2] = [-2.0, 6.0];
 
@@ -279,7 +279,7 @@ impl Orientation {
     pub(crate) fn expected(&self, at: Timestamp, class: Class) -> Option<ExpectedPlace> {
         let motion = MotionParams::of(class);
         let limit = VELOCITY_KNOWN * motion.sigma_velocity_mps;
-        if self.path.vv.xx.max(self.path.vv.yy) <= limit * limit && self.doubt < OPEN {
+        if self.path.vv.xx.max(self.path.vv.yy) <= limit * limit && self.doubt < IN_QUESTION {
             return None;
         }
         let mut path = self.path;
@@ -488,7 +488,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         (
             "orientation.doubt",
             format!(
-                "open from {OPEN}, {IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}, odd {ODD}"
+                "open from {IN_QUESTION}, {IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}, odd {ODD}"
             ),
         ),
         ("orientation.conflict", format!("{CONFLICT_KEPT} kept, beyond {IN_CONFLICT}, decided at {DECIDED}")),

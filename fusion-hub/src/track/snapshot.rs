@@ -5,8 +5,8 @@ use crate::filter::Filter;
 use crate::values::AgentSlot;
 use crate::values::{ClassShares, Coverage};
 use crate::values::{
-    DetectionModel, HeadingLaw, Measurement, PoseDetection, PositionInnovation, ScoreEvidence, ScoreModel,
-    SharedError, Support, Widened,
+    DetectionModel, ExpectedPlace, HeadingLaw, Measurement, PoseDetection, PositionInnovation, ScoreEvidence,
+    ScoreModel, SharedError, Support, Widened,
 };
 use crate::values::{Existence, Persistence};
 use serde::{Deserialize, Serialize};
@@ -21,10 +21,6 @@ const VIEW_MARGIN_M: f64 = 0.5;
 const MAX_CLASSES: usize = 4;
 /// Where one in so many detections is of a class that moves, the object may.
 const ONE_IN_MOVES: u32 = 5;
-
-/// An object that does not move along its heading has this probability, and -2 ln of it.
-const SIDEWAYS_SHARE: f64 = 0.02;
-const SIDEWAYS: f64 = 7.8;
 
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -178,11 +174,11 @@ impl<F: Filter> Snapshot<F> {
         if model.headings != HeadingLaw::AsReported {
             self.overrule_heading(read, innovation);
             // It may be the object that does not move along its heading.
-            if innovation.mahalanobis2 > SIDEWAYS
-                && read.by_positions.minus_two_ln() + SIDEWAYS < innovation.minus_two_ln()
+            if innovation.mahalanobis2 > ExpectedPlace::COST
+                && read.by_positions.minus_two_ln() + ExpectedPlace::COST < innovation.minus_two_ln()
             {
                 innovation = &read.by_positions;
-                over_clutter *= SIDEWAYS_SHARE;
+                over_clutter *= ExpectedPlace::SHARE;
             }
         }
         if model.keeps_support {

@@ -37,6 +37,13 @@ pub struct ExpectedPlace {
     pub covariance: Covariance2,
 }
 
+impl ExpectedPlace {
+    /// An object does not move along its heading, but so that positions alone expect it, with this probability; and -2 ln of it.
+    pub const SHARE: f64 = 0.02;
+    /// See [`Self::SHARE`].
+    pub const COST: f64 = 7.8;
+}
+
 impl PredictedMeasurement {
     /// Adds a variance (m²) to the position along each axis.
     #[inline(always)]

@@ -8,7 +8,7 @@ use super::{AgentSlot, ScoreEvidence};
 use serde::{Deserialize, Serialize};
 use v2x_common::time::Timestamp;
 
-/// Agents whose support is held; the frames of others count as if each were their first.
+/// Agents whose support is held; that of others only where they detect what one of these does not.
 const MAX_AGENTS: usize = 6;
 /// An agent that has not observed a track for this long makes room for another one, s.
 const FORGOTTEN_AFTER_S: f32 = 3.0;
@@ -87,7 +87,7 @@ impl Support {
 
     fn note(&mut self, agent: AgentSlot, at: Timestamp, (is_detected, evidence): (bool, f64)) {
         let at_ms = milliseconds(at);
-        let Some(known) = self.place_for(agent, at_ms) else { return };
+        let Some(known) = self.place_for(agent, at_ms, is_detected) else { return };
         #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
         let evidence = evidence as f32;
         if known.last.is_none() || known.agent != agent {
@@ -104,12 +104,19 @@ impl Support {
         known.last = Some(is_detected);
     }
 
-    /// The place of an agent; else a free one, or that of an agent that has not observed the track for long.
-    fn place_for(&mut self, agent: AgentSlot, at_ms: u32) -> Option<&mut AgentSupport> {
+    /// The place of an agent; else a free one, or that of an agent that has not observed the track for long; for a detection also that
+    /// of the one whose silence says most: many that see nothing do not hide one that does.
+    fn place_for(&mut self, agent: AgentSlot, at_ms: u32, is_detected: bool) -> Option<&mut AgentSupport> {
         let is_it = |known: &AgentSupport| known.agent == agent && known.last.is_some();
         let is_free =
             |known: &AgentSupport| known.last.is_none() || passed_s(known.at_ms, at_ms) > FORGOTTEN_AFTER_S;
-        let place = self.agents.iter().position(is_it).or_else(|| self.agents.iter().position(is_free))?;
+        let silent = || {
+            let silent =
+                (0..MAX_AGENTS).filter(|place| is_detected && self.agents[*place].last == Some(false));
+            silent.min_by(|a, b| self.agents[*a].mean.total_cmp(&self.agents[*b].mean))
+        };
+        let place = self.agents.iter().position(is_it);
+        let place = place.or_else(|| self.agents.iter().position(is_free)).or_else(silent)?;
         Some(&mut self.agents[place])
     }
 
@@ -194,6 +201,21 @@ mod tests {
             }
             assert!(support.is_for_a_real_object(), "frame {frame}");
         }
+    }
+
+    #[test]
+    fn more_silent_agents_than_are_held_do_not_hide_one_that_detects_the_object() {
+        let mut names = AgentNames::default();
+        let mut slot = |k: usize| names.slot_for(AgentId::new(&format!("a{k}")).unwrap());
+        let silent: Vec<_> = (0..MAX_AGENTS + 2).map(&mut slot).collect();
+        let seeing = slot(99);
+        let mut support = Support::default();
+        for frame in 0..50 {
+            silent.iter().for_each(|agent| support.note_missed(*agent, at(frame), 0.5));
+            support.note_known_detection(seeing, at(frame));
+        }
+        assert_eq!(support.last(seeing), Some(true));
+        assert!(support.is_for_a_real_object());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::of_agents;
 use super::out::{Labels, Out, in_unit, label, plain, seconds};
 use crate::hub::health::Verdict;
 use crate::hub::monitor::{Monitor, Snapshot};
+use crate::hub::processor_time;
 use crate::hub::status::HubStatus;
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, text};
@@ -67,20 +68,16 @@ fn process(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
         &seconds("start_time", "When the hub started, since the Unix epoch"),
         status.started_at as f64 / 1e6,
     )?;
-    out.seconds_total(&seconds("cpu", "Time that the whole process has had of all processors"), cpu_s())?;
+    out.seconds_total(
+        &seconds("cpu", "Time that the whole process has had of all processors"),
+        processor_time::used().as_secs_f64(),
+    )?;
     let memory = status.memory_bytes.map(|bytes| (Labels::new(), bytes as f64));
     out.gauges(&in_unit("resident_memory", "bytes", "Resident memory of the process"), memory)?;
     out.gauge(
         &seconds("clock_step", "How far the system's clock is ahead of the hub's, since somebody set it"),
         status.clock_step_ms / 1e3,
     )
-}
-
-/// Seconds of all processors that this process has used.
-#[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-fn cpu_s() -> f64 {
-    let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    used.tv_sec as f64 + used.tv_nsec as f64 / 1e9
 }
 
 #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]

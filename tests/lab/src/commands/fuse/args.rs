@@ -28,18 +28,18 @@ equal t_arr, t and sensor_id are one frame. A row with an empty class is a frame
 in which the sensor saw nothing (more). Optional columns: score (0 to 1),
 vx,vy,svx,svy (a measured velocity), source_track (of a sender that tracks).
 heading (known; axis: the front may be at the other end; unknown; an empty cell
-is known where yaw is given). Other columns are ignored. Impossible rows (a size of 0, nan) are dropped and
-counted. An empty cell of w to st is assumed, as in a JSON frame. How a sensor
-writes (its own frame, degrees and so on) is said by [hub.agents.SENSOR_ID] in
---hub-config.
+is known where yaw is given). Other columns are ignored. Impossible rows (a size
+of 0, nan) are dropped and counted. An empty cell of w to st is assumed, as in a
+JSON frame. How a sensor writes (its own frame, degrees and so on) is said by
+[hub.agents.SENSOR_ID] in --hub-config.
 
 Truth: t,object_id,class,x,y,vx,vy,w,d,yaw in any order; between two rows of an
 object it is interpolated.
 
 Fused: t,track_id,class,x,y,vx,vy,w,d,yaw,existence,sx,sy,svx,svy,sw,sd,st,
   heading,classes,conflict
-st is the standard deviation of yaw, and heading (known, axis or unknown) what is
-known of it; classes are probabilities, such as
+st is the standard deviation of yaw, and heading (known, axis or unknown) what
+is known of it; classes are probabilities, such as
 vehicle.car:0.83;vehicle.truck:0.12;unknown:0.05, and conflict (0 to 1) says how
 much the sensors contradict each other about them.
 
