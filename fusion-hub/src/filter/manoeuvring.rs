@@ -163,6 +163,10 @@ impl Filter for ImmState {
         self.motion.neighbourhood()
     }
 
+    fn position_variance(&self) -> f64 {
+        self.motion.position_variance()
+    }
+
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement {
         self.measured_at(&self.motion.place(), class)
     }

@@ -13,6 +13,7 @@ mod params;
 mod retrodiction;
 mod scalar;
 pub mod size_evidence;
+mod size_posterior;
 pub mod size_priors;
 mod smoothing;
 mod state;
@@ -95,6 +96,9 @@ pub trait Filter: Copy + Debug + PartialEq + Serialize + DeserializeOwned {
 
     /// The same at the state's own time, approximately and cheaply: a prefilter for distant objects.
     fn rough_position(&self) -> ([f64; 2], f64);
+
+    /// The variances of the position along both axes together, m²; without what the means of several models differ by.
+    fn position_variance(&self) -> f64;
 
     /// What association needs.
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement;

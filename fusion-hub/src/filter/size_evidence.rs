@@ -11,34 +11,20 @@
 //! Errors that are stated in metres are read by the law, too: weighed by their share, a mean would favour what is reported too large.
 
 use super::Size;
+use super::size_posterior::Posterior;
 use serde::{Deserialize, Serialize};
-
-/// Square of the skewness up to which a series is exact to 1 % of a standard deviation (test).
-const NEARLY_NORMAL: f64 = 0.09;
-
-/// Variances between maximum and bound, from which on the bound does not matter.
-const CLEAR_OF_BOUND: f64 = 12.0;
-
-/// Steps of the quadrature; the error is below 1 % of a standard deviation (test).
-const STEPS: u32 = 16;
-
-/// The density is neglected below exp(−12) of its maximum.
-const DEPTH: f64 = 12.0;
-
-/// The right side falls more slowly than a parabola, by up to this factor.
-const RIGHT_TAIL: f64 = 1.6;
 
 /// The evidence of all reports of one dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SizeEvidence {
     /// A, m².
-    squares: f64,
+    pub(super) squares: f64,
     /// B, m.
-    sum: f64,
+    pub(super) sum: f64,
     /// n.
-    count: f64,
+    pub(super) count: f64,
     /// Largest size (m) that could have been reported so small.
-    most: f64,
+    pub(super) most: f64,
     /// Reports without a law whose σ is a share of the size: Σ 1/σ², and Σ z/σ² in m.
     averaged: (f64, f64),
 }
@@ -115,8 +101,8 @@ impl SizeEvidence {
         if self.count == 0.0 {
             return libm::exp(mean.mean_ln);
         }
-        let posterior = Posterior::of(self, Some(&mean));
-        libm::exp(posterior.origin + posterior.peak())
+        let posterior = Posterior::of(self).under(Some(&mean));
+        1.0 / (posterior.w * posterior.peak().w)
     }
 
     /// What the averaged reports say; `None` without any.
@@ -148,138 +134,52 @@ impl SizeEvidence {
         Size { mean, variance: mean * mean / self.information_at(mean) }
     }
 
-    /// How far the likeliest size is from another, in ln s, and the variance of it by the reports alone.
-    pub fn off(&self, mean_ln: f64) -> (f64, f64) {
-        let likeliest = self.likeliest();
-        (libm::log(likeliest) - mean_ln, 1.0 / self.information_at(likeliest))
-    }
-
     /// The posterior of the size; without a prior the logarithm's is uniform.
     ///
     /// Mean and variance of ln s.
     pub fn estimate(&self, prior: Option<&LogNormal>) -> LogNormal {
-        let both = match (self.mean(), prior) {
+        SizeReading::of(self).estimate(prior)
+    }
+}
+
+/// Evidence that is read under several priors: what they have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SizeReading {
+    evidence: SizeEvidence,
+    mean: Option<LogNormal>,
+    /// By the reports with a law alone, where there are any.
+    by_law: Posterior,
+}
+
+impl SizeReading {
+    pub(super) fn of(evidence: &SizeEvidence) -> Self {
+        let by_law = if evidence.count == 0.0 { Posterior::NONE } else { Posterior::of(evidence) };
+        Self { evidence: *evidence, mean: evidence.mean(), by_law }
+    }
+
+    /// How far the likeliest size is from another, in ln s, and the variance of it by the reports alone.
+    pub(super) fn off(&self, mean_ln: f64) -> (f64, f64) {
+        let Self { evidence, mean, by_law } = self;
+        if evidence.count == 0.0
+            && let Some(mean) = mean
+        {
+            return (mean.mean_ln - mean_ln, mean.variance_ln);
+        }
+        let own = by_law.under(mean.as_ref()).peak();
+        (by_law.origin + own.u - mean_ln, 1.0 / evidence.information_at(1.0 / (by_law.w * own.w)))
+    }
+
+    /// As [`SizeEvidence::estimate`].
+    pub(super) fn estimate(&self, prior: Option<&LogNormal>) -> LogNormal {
+        let both = match (&self.mean, prior) {
             (None, prior) => prior.copied(),
-            (Some(mean), None) => Some(mean),
-            (Some(mean), Some(prior)) => Some(prior.and(&mean)),
+            (Some(mean), None) => Some(*mean),
+            (Some(mean), Some(prior)) => Some(prior.and(mean)),
         };
         match both {
-            Some(both) if self.count == 0.0 => both,
-            both => self.by_law(both.as_ref()),
+            Some(both) if self.evidence.count == 0.0 => both,
+            both => self.by_law.under(both.as_ref()).moments(),
         }
-    }
-
-    /// The posterior of the size by the reports with a law.
-    fn by_law(&self, prior: Option<&LogNormal>) -> LogNormal {
-        let posterior = Posterior::of(self, prior);
-        let peak = posterior.peak();
-        posterior.expanded(peak).unwrap_or_else(|| posterior.integrated(peak))
-    }
-}
-
-/// ln of the density of u = ln s, relative to `origin`, the likelihood's own maximum.
-struct Posterior {
-    /// A/s², B/s and n at the origin.
-    squares: f64,
-    sum: f64,
-    count: f64,
-    /// Of the prior, relative to the origin.
-    prior_mean: f64,
-    prior_precision: f64,
-    origin: f64,
-    /// Largest u, relative to the origin.
-    most: f64,
-}
-
-impl Posterior {
-    fn of(evidence: &SizeEvidence, prior: Option<&LogNormal>) -> Self {
-        let SizeEvidence { squares, sum, count, most, .. } = *evidence;
-        // The likelihood's maximum: the positive root of A w² − B w − n, w = 1/s.
-        let w = (sum + libm::sqrt(sum * sum + 4.0 * squares * count)) / (2.0 * squares);
-        let origin = -libm::log(w);
-        let (prior_mean, prior_precision) =
-            prior.map_or((0.0, 0.0), |prior| (prior.mean_ln - origin, 1.0 / prior.variance_ln));
-        let most = if most < f64::INFINITY { libm::log(most * w) } else { f64::INFINITY };
-        Self { squares: squares * w * w, sum: sum * w, count, prior_mean, prior_precision, origin, most }
-    }
-
-    /// First derivative and minus the second one at u, where exp(−u) = w.
-    fn derivatives(&self, u: f64, w: f64) -> (f64, f64) {
-        let (a, b) = (self.squares * w * w, self.sum * w);
-        let slope = a - b - self.count - (u - self.prior_mean) * self.prior_precision;
-        (slope, 2.0 * a - b + self.prior_precision)
-    }
-
-    /// The maximum within the bound.
-    fn peak(&self) -> f64 {
-        // The maximum lies between those of likelihood and prior; from the left Newton cannot overshoot it.
-        let mut u = if self.prior_precision > 0.0 { self.prior_mean.min(0.0) } else { 0.0 };
-        if self.prior_precision > 0.0 {
-            // A weighted mean is near it; the first iteration corrects a step too far to the right.
-            let information = 2.0 * self.squares - self.sum;
-            let near = self.prior_mean * self.prior_precision / (information + self.prior_precision);
-            u = u.max(near.min(self.most));
-        }
-        for _ in 0..8 {
-            let (slope, curvature) = self.derivatives(u, libm::exp(-u));
-            // Where the right tail is convex, the prior's precision and the likelihood's slope lead back.
-            let step = slope / curvature.max(self.count.max(self.prior_precision));
-            u = (u + step).min(self.most);
-            if step.abs() < 1e-3 {
-                break;
-            }
-        }
-        u.min(self.most)
-    }
-
-    /// By Laplace's method to the next order, where the posterior is nearly normal and no bound is near.
-    ///
-    /// About a maximum with −ℓ'' = 1/σ²: mean σ⁴ ℓ'''/2, variance σ² + σ⁶ ℓ''''/2 + σ⁸ ℓ'''².
-    fn expanded(&self, peak: f64) -> Option<LogNormal> {
-        let w = libm::exp(-peak);
-        let (a, b) = (self.squares * w * w, self.sum * w);
-        let (_, curvature) = self.derivatives(peak, w);
-        let (third, fourth) = (4.0 * a - b, b - 8.0 * a);
-        let variance = 1.0 / curvature;
-        let skew2 = third * third * variance * variance * variance;
-        let room = self.most - peak;
-        let is_normal = curvature > 0.0 && skew2 < NEARLY_NORMAL && room * room > CLEAR_OF_BOUND * variance;
-        is_normal.then(|| LogNormal {
-            mean_ln: self.origin + peak + third * variance * variance / 2.0,
-            variance_ln: variance * (1.0 + fourth * variance * variance / 2.0 + skew2),
-        })
-    }
-
-    /// By quadrature over where the posterior is not negligible.
-    fn integrated(&self, peak: f64) -> LogNormal {
-        let w = libm::exp(-peak);
-        let (slope, curvature) = self.derivatives(peak, w);
-        let curvature = curvature.max(self.prior_precision.max(self.count / 2.0));
-        // The density rises up to a bound: it then falls off to the left faster than a parabola.
-        let slope = slope.max(0.0);
-        let left = (libm::sqrt(slope * slope + 2.0 * DEPTH * curvature) - slope) / curvature;
-        let right = (RIGHT_TAIL * libm::sqrt(2.0 * DEPTH / curvature)).min(self.most - peak);
-        let step = (left + right) / f64::from(STEPS);
-        let (a, b) = (self.squares * w * w / 2.0, self.sum * w);
-        let ratio = libm::exp(-step);
-        let mut falling = libm::exp(left);
-        let (mut zeroth, mut first, mut second) = (0.0, 0.0, 0.0);
-        for index in 0..=STEPS {
-            let off = f64::from(index) * step - left;
-            let from_prior = off * (off / 2.0 + peak - self.prior_mean) * self.prior_precision;
-            // Relative to the peak, and factored, so that nothing cancels however many the reports.
-            let change = falling - 1.0;
-            let ln_density = change * (b - a * (falling + 1.0)) - self.count * off - from_prior;
-            // Simpson's rule.
-            let factor = if index == 0 || index == STEPS { 1.0 } else { 2.0 + 2.0 * f64::from(index % 2) };
-            let density = factor * libm::exp(ln_density);
-            zeroth += density;
-            first += density * off;
-            second += density * off * off;
-            falling *= ratio;
-        }
-        let mean = first / zeroth;
-        LogNormal { mean_ln: self.origin + peak + mean, variance_ln: second / zeroth - mean * mean }
     }
 }
 
@@ -408,7 +308,7 @@ mod tests {
         assert!(((above - below) / (2.0 * h)).abs() < 1e-6, "not at the maximum");
         let information = -(above - 2.0 * at + below) / (h * h);
         assert!((rough.variance * information / (rough.mean * rough.mean) - 1.0).abs() < 1e-4);
-        let (off, variance) = evidence.off(0.5);
+        let (off, variance) = SizeReading::of(&evidence).off(0.5);
         assert!((off - (u - 0.5)).abs() < 1e-12 && (variance * information - 1.0).abs() < 1e-4);
     }
 

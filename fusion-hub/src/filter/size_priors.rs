@@ -4,8 +4,9 @@
 //! with a known spread, the class's mean normal about a typical one. Every track adds a pseudo-observation:
 //! its own evidence, without the prior under which it was interpreted.
 
-use super::size_evidence::{LogNormal, SizeEvidence};
+use super::size_evidence::{LogNormal, SizeEvidence, SizeReading};
 use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
 use v2x_common::class::Class;
 
 /// Relative spread of class means about [`Class::typical_size`]: round numbers, good to a quarter.
@@ -115,9 +116,18 @@ impl TrackSizePriors<'_> {
     }
 }
 
+/// ln of the typical width and depth of each class, by its byte.
+static TYPICAL: LazyLock<[[f64; 2]; Class::ALL.len()]> = LazyLock::new(|| {
+    let mut typical = [[0.0; 2]; Class::ALL.len()];
+    for class in Class::ALL {
+        let (width, depth) = class.typical_size();
+        typical[usize::from(class.byte())] = [libm::log(width), libm::log(depth)];
+    }
+    typical
+});
+
 fn typical(class: Class) -> [f64; 2] {
-    let (width, depth) = class.typical_size();
-    [libm::log(width), libm::log(depth)]
+    TYPICAL[usize::from(class.byte())]
 }
 
 /// A track's evidence about its class: a pseudo-observation and its weight, by dimension.
@@ -193,7 +203,8 @@ impl SizePriors {
             return [evidence[0].estimate(None), evidence[1].estimate(None)];
         }
         let priors = self.without(class, &own.unwrap_or_else(|| contribution(class, evidence)));
-        let first = [under(&evidence[0], &priors[0]), under(&evidence[1], &priors[1])];
+        let readings = [SizeReading::of(&evidence[0]), SizeReading::of(&evidence[1])];
+        let first = [under(&readings[0], &priors[0]), under(&readings[1], &priors[1])];
         let rho = Spread::of(class).rho;
         if rho == 0.0 {
             return first;
@@ -201,7 +212,7 @@ impl SizePriors {
         std::array::from_fn(|dimension| {
             let other = 1 - dimension;
             let prior = given(&priors[dimension], &priors[other], &first[other], rho);
-            under(&evidence[dimension], &prior)
+            under(&readings[dimension], &prior)
         })
     }
 
@@ -227,9 +238,9 @@ impl SizePriors {
 
 /// The posterior of a size under a prior that allows for unusual objects: the estimates under the class's spread and
 /// under the wider one, weighted by the likelihood of the reports.
-fn under(evidence: &SizeEvidence, prior: &LogNormal) -> LogNormal {
-    let usual = evidence.estimate(Some(prior));
-    let (off, variance) = evidence.off(prior.mean_ln);
+fn under(reading: &SizeReading, prior: &LogNormal) -> LogNormal {
+    let usual = reading.estimate(Some(prior));
+    let (off, variance) = reading.off(prior.mean_ln);
     let expected = prior.variance_ln + variance;
     // Within one standard deviation the object is usual: the wider prior is not evaluated.
     if off * off <= expected {
@@ -245,7 +256,7 @@ fn under(evidence: &SizeEvidence, prior: &LogNormal) -> LogNormal {
         return usual;
     }
     let share = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
-    let unusual = evidence.estimate(Some(&wide));
+    let unusual = reading.estimate(Some(&wide));
     let apart = unusual.mean_ln - usual.mean_ln;
     LogNormal {
         mean_ln: usual.mean_ln + share * apart,
@@ -326,7 +337,7 @@ mod tests {
         for ((size, evidence), typical) in
             sizes.iter().zip(alone).zip(SizePriors::default().of(Class::Barrier))
         {
-            let expected = under(&evidence, &typical);
+            let expected = under(&SizeReading::of(&evidence), &typical);
             assert!((size.mean_ln - expected.mean_ln).abs() < 1e-12);
             assert!((size.variance_ln - expected.variance_ln).abs() < 1e-12);
         }
@@ -367,7 +378,7 @@ mod tests {
         }
         let car = reported([1.85, 4.6], 0.2, 5);
         let prior = priors.of(Class::Car)[1];
-        let (bare, allowing) = (car[1].estimate(Some(&prior)), under(&car[1], &prior));
+        let (bare, allowing) = (car[1].estimate(Some(&prior)), under(&SizeReading::of(&car[1]), &prior));
         assert!((bare.mean_ln - allowing.mean_ln).abs() < 1e-3);
         assert!((bare.variance_ln / allowing.variance_ln - 1.0).abs() < 0.15);
     }
@@ -380,14 +391,14 @@ mod tests {
             let wide = LogNormal { variance_ln: 9.0 * prior.variance_ln, ..prior };
             let (usual, unusual) = (evidence.estimate(Some(&prior)), evidence.estimate(Some(&wide)));
             // Normal densities of how far the reports are off, without what both have in common.
-            let (off, own) = evidence.off(prior.mean_ln);
+            let (off, own) = SizeReading::of(&evidence).off(prior.mean_ln);
             let density = |variance: f64| libm::exp(-off * off / (2.0 * variance)) / libm::sqrt(variance);
             let (a, b) = (0.98 * density(prior.variance_ln + own), 0.02 * density(wide.variance_ln + own));
             let share = b / (a + b);
             let mean = (1.0 - share) * usual.mean_ln + share * unusual.mean_ln;
             let second = |part: &LogNormal| part.variance_ln + part.mean_ln * part.mean_ln;
             let variance = (1.0 - share) * second(&usual) + share * second(&unusual) - mean * mean;
-            let found = under(&evidence, &prior);
+            let found = under(&SizeReading::of(&evidence), &prior);
             assert!(share > 0.03, "{z} {count}: {share} would be neglected");
             assert!((found.mean_ln - mean).abs() < 1e-12, "{z} {count} {found:?}");
             assert!((found.variance_ln - variance).abs() < 1e-12, "{z} {count} {found:?}");

@@ -131,6 +131,11 @@ impl Filter for State {
     }
 
     #[inline]
+    fn position_variance(&self) -> f64 {
+        let Covariance2 { xx, yy, .. } = self.kinematic.pp;
+        xx + yy
+    }
+
     fn predicted_measurement(&self, class: Class) -> PredictedMeasurement {
         PredictedMeasurement {
             class,

@@ -218,10 +218,7 @@ impl<F: Filter> Snapshot<F> {
     #[inline(always)]
     pub(super) fn reconcile_poses(&mut self, frame: &FrameEvidence<'_>, variance: f64, z: &mut Measurement) {
         let Self { shared_error, state, .. } = self;
-        let averaged = || {
-            let p = state.predicted_measurement(z.class).position_covariance;
-            (z.r.xx + z.r.yy) / (p.xx + p.yy)
-        };
+        let averaged = || (z.r.xx + z.r.yy) / state.position_variance();
         let widened = shared_error.take_in(&frame.of_pose(variance), averaged);
         if widened != Widened::NONE {
             self.state.widen_position(widened.estimate);

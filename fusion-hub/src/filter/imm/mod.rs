@@ -157,6 +157,19 @@ impl Imm {
         ([x, y], Covariance2::from(self.manoeuvre.position_covariance()).max_sigma())
     }
 
+    /// The variances of the position along both axes together, m²: the mean of the models.
+    pub fn position_variance(&self) -> f64 {
+        let variance = |covariance: Symmetric| {
+            let Covariance2 { xx, yy, .. } = covariance.into();
+            xx + yy
+        };
+        let [parked, stopped, smooth, manoeuvre] = self.weights;
+        parked * variance(self.parked.position_covariance())
+            + stopped * variance(self.stopped.position_covariance())
+            + smooth * variance(self.smooth.position_covariance())
+            + manoeuvre * variance(self.manoeuvre.position_covariance())
+    }
+
     /// Position and heading, all models together.
     pub fn place(&self) -> Place {
         output::place(&self.places()).into()

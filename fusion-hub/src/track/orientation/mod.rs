@@ -5,8 +5,13 @@
 //! is decided apart, by what agents report and by the motion. The course of the motion is that of a filter of positions
 //! alone: where reported headings contradict it for long, they do not count any more, and heading never overrules positions.
 
+mod hypotheses;
+
+pub(super) use hypotheses::first_read;
+
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
 use crate::values::{ExpectedPlace, Measurement, PositionInnovation};
+use hypotheses::{Hypothesis, NEAR, choose, taken};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use v2x_common::class::{Class, ClassGroup};
@@ -15,16 +20,7 @@ use v2x_common::detection::HeadingKind;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 use v2x_common::time::{Span, Timestamp};
 
-/// Probability that a report has width and depth exchanged.
-const SWAPPED: f64 = 0.0025;
-/// A report within this squared distance (χ²) is as reported: nothing else is considered.
-const NEAR: f64 = 4.0;
-/// Width and depth are not taken as exchanged where they then fit worse by more than this (χ²).
-const NEARLY_ALIKE: f64 = 1.0;
-/// Upper limit of the cost of a size.
-const SIZE_CAP: f64 = 12.0;
-/// Variance of a heading of which nothing is known, rad²; and of a report that says nothing of it, which must not add up.
-const UNKNOWN_VARIANCE: f64 = 9.0;
+/// Variance of a report that says nothing of a heading, rad², which must not add up.
 const NO_REPORT_VARIANCE: f64 = 1e6;
 
 /// The course counts from this speed on, m/s (of people and animals from the second one on), and from so many standard deviations
@@ -46,6 +42,8 @@ const LN_PI: f64 = 1.144_729_885_849_400_2;
 const REPORT_WEIGHT: f64 = 0.1;
 /// What motion can bring about at most. All reports together count as one that errs independently.
 const MOST_BY_MOTION: f64 = 5.0;
+/// It moves forwards where its course is off its heading by less, rad: a quarter turn, but for rounding.
+const FORWARDS: f64 = 1.57;
 /// Evidence of motion in a second, at the speed at which it counts in full, m/s.
 const MOTION_PER_S: f64 = 30.0;
 const FULL_SPEED_MPS: [f64; 2] = [1.5, 0.5];
@@ -66,12 +64,16 @@ const DECIDED: f64 = 3.0;
 
 /// What is known for and against reported headings, at most.
 const MOST_UNRELIABLE: f64 = 4.0;
+/// Below this variance, rad², a heading within one standard deviation is evidence for it: π/2e, but for rounding.
+const WELL_KNOWN: f64 = 0.57;
 /// Evidence against them counts in full after so long, s.
 const INDEPENDENT_AFTER_S: f64 = 0.35;
 /// The filter is in doubt from here on, ln; most evidence of one report; and how far its heading is then off the course (χ²).
 const IN_DOUBT: f32 = 5.0;
 const MOST_DOUBT_BY_ONE: [f64; 2] = [-3.0, 6.0];
 const OFF_COURSE: f64 = 9.0;
+/// Distances (χ²) and ratio of determinants together below which there is no evidence of doubt: 1, but for rounding.
+const CERTAINLY_NONE: f64 = 0.999;
 /// A heading that differs from that of the filter by more than this, rad, is held against the course at once: on a bend, the course lags.
 const ODD: f64 = 0.2;
 /// Where positions alone expect the object is a second hypothesis from here on, ln.
@@ -145,15 +147,6 @@ pub(super) struct Path {
     pub(super) position: [f64; 2],
     pub(super) covariance: Covariance2,
     pub(super) course: Course,
-}
-
-/// One way to read a heading.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Hypothesis {
-    cost: f64,
-    yaw: f64,
-    is_reversed: bool,
-    is_swapped: bool,
 }
 
 impl Orientation {
@@ -249,9 +242,14 @@ impl Orientation {
         heading: impl FnOnce() -> (f64, f64),
     ) -> Option<Path> {
         let by_positions = &read.by_positions;
+        let apart = by_filter.mahalanobis2 - by_positions.mahalanobis2;
+        // The logarithm is below its argument less 1: nearly always there is no doubt, and this adds none.
+        if self.doubt == 0.0 && apart + by_filter.determinant / by_positions.determinant < CERTAINLY_NONE {
+            return None;
+        }
         let ln_ratio = libm::logf(single(by_filter.determinant / by_positions.determinant));
         let [least, most] = MOST_DOUBT_BY_ONE;
-        let evidence = (by_filter.mahalanobis2 - by_positions.mahalanobis2 + f64::from(ln_ratio)) / 2.0;
+        let evidence = (apart + f64::from(ln_ratio)) / 2.0;
         let evidence = evidence.clamp(least, most);
         self.doubt = (self.doubt + single(evidence)).max(0.0);
         if self.doubt < IN_DOUBT || self.unreliable > 0.0 {
@@ -320,6 +318,11 @@ impl Orientation {
     fn weigh_reliability(&mut self, yaw: f64, variance: f64, course: &Course, dt_s: f64) {
         let off = axis_difference(yaw, course.yaw);
         let expected = variance + course.yaw_variance + SLIP * SLIP;
+        // Nearly always nothing can be more certain than it is: within one standard deviation, the evidence is for the heading.
+        let is_certain = f64::from(self.unreliable) <= -MOST_UNRELIABLE;
+        if is_certain && expected < WELL_KNOWN && off * off <= expected {
+            return;
+        }
         // ln of the density of any axis, 1/π, over the normal one.
         let evidence = libm::log(TAU * expected) / 2.0 - LN_PI + off * off / (2.0 * expected);
         let [least, most] = MOST_BY_ONE;
@@ -342,7 +345,11 @@ impl Orientation {
 
     /// Holds the front against the course.
     fn weigh_motion<F: Filter>(&mut self, held: &Held<'_, F>, course: &Course, dt_s: f64) {
-        let along = libm::cos(angle_difference(held.state.heading().0, course.yaw));
+        let off = angle_difference(held.state.heading().0, course.yaw);
+        if f64::from(self.by_motion) >= MOST_BY_MOTION && off.abs() < FORWARDS {
+            return;
+        }
+        let along = libm::cos(off);
         let [least_mps, full_mps] =
             [LEAST_SPEED_MPS, FULL_SPEED_MPS].map(|of| of[usize::from(walks(held.class))]);
         let full = ((course.speed - least_mps) / full_mps).clamp(0.0, 1.0);
@@ -383,54 +390,6 @@ fn axis_difference(a: f64, b: f64) -> f64 {
     }
 }
 
-/// A report as it is taken under a hypothesis.
-fn taken(z: &Measurement, chosen: &Hypothesis) -> Measurement {
-    let mut read = Measurement { yaw: chosen.yaw, ..*z };
-    if chosen.is_swapped {
-        read = read.exchanged();
-    }
-    read
-}
-
-/// How a report's heading is read: the likeliest way.
-fn choose<F: Filter>(z: &Measurement, held: &Held<'_, F>, odds_ln: f64) -> Hypothesis {
-    let (front, front_variance) = held.state.heading();
-    let variance = z.yaw_variance + front_variance;
-    let distance2 = |yaw: f64| {
-        let off = angle_difference(yaw, front);
-        off * off / variance
-    };
-    let as_reported =
-        Hypothesis { cost: distance2(z.yaw), yaw: z.yaw, is_reversed: false, is_swapped: false };
-    let reversed_cost = 2.0 * odds_ln;
-    if as_reported.cost <= NEAR.min(reversed_cost) {
-        return as_reported;
-    }
-    let turned = wrap_angle(z.yaw + PI);
-    let back = Hypothesis {
-        cost: distance2(turned) + reversed_cost,
-        yaw: turned,
-        is_reversed: true,
-        is_swapped: false,
-    };
-    let mut best = if back.cost < as_reported.cost { back } else { as_reported };
-    if is_four_wheeled(held.class) {
-        let (size, variance) = held.state.rough_size();
-        let own = z.size_distance2(size, variance).min(SIZE_CAP);
-        let exchanged = z.exchanged().size_distance2(size, variance).min(SIZE_CAP);
-        // Where the sizes say that they are not exchanged, it is the heading that is wrong.
-        let may_be_exchanged = exchanged <= own + NEARLY_ALIKE;
-        for quarter in [FRAC_PI_2, -FRAC_PI_2].into_iter().filter(|_| may_be_exchanged) {
-            let yaw = wrap_angle(z.yaw + quarter);
-            let cost = distance2(yaw) - 2.0 * libm::log(SWAPPED) + exchanged - own;
-            if cost < best.cost {
-                best = Hypothesis { cost, yaw, is_reversed: false, is_swapped: true };
-            }
-        }
-    }
-    best
-}
-
 /// Whether a report's heading is off the course of an object whose heading is nearer to it.
 fn is_worse(z: &Measurement, heading: f64, course: &Course) -> bool {
     let off = axis_difference(z.yaw, course.yaw);
@@ -443,35 +402,11 @@ fn walks(class: Class) -> bool {
     class.group() == ClassGroup::Pedestrian
 }
 
-fn is_four_wheeled(class: Class) -> bool {
-    matches!(class.group(), ClassGroup::FourWheeled | ClassGroup::Unknown)
-}
-
-/// A first report: of a heading of which nothing is known, and of a vehicle that is clearly wider than long, which has
-/// width and depth exchanged.
-pub(super) fn first_read(z: &Measurement) -> Measurement {
-    if z.heading == HeadingKind::Unknown {
-        return Measurement { yaw_variance: z.yaw_variance.max(UNKNOWN_VARIANCE), ..*z };
-    }
-    let [w, d] = z.size;
-    let [rw, rd] = z.relative_variance;
-    let limit = 0.26 + 3.0 * libm::sqrt(rw + rd);
-    if z.class.group() == ClassGroup::FourWheeled && libm::log(w / d) > limit {
-        return Measurement { yaw: wrap_angle(z.yaw + FRAC_PI_2), ..z.exchanged() };
-    }
-    *z
-}
-
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        (
-            "orientation.swapped",
-            format!(
-                "{SWAPPED}, as reported within {NEAR}, size at most {SIZE_CAP}, alike within {NEARLY_ALIKE}"
-            ),
-        ),
+        hypotheses::listed(),
         (
             "orientation.course",
             format!(
