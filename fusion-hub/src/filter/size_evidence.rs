@@ -145,28 +145,33 @@ impl SizeEvidence {
 /// Evidence that is read under several priors: what they have in common.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SizeReading {
-    evidence: SizeEvidence,
+    /// Whether no report has a law.
+    is_averaged: bool,
     mean: Option<LogNormal>,
     /// By the reports with a law alone, where there are any.
     by_law: Posterior,
+    /// The likeliest size by all reports, without a prior, and about how certain that is.
+    alone: LogNormal,
 }
 
 impl SizeReading {
     pub(super) fn of(evidence: &SizeEvidence) -> Self {
-        let by_law = if evidence.count == 0.0 { Posterior::NONE } else { Posterior::of(evidence) };
-        Self { evidence: *evidence, mean: evidence.mean(), by_law }
+        let mean = evidence.mean();
+        if evidence.count == 0.0
+            && let Some(mean) = mean
+        {
+            return Self { is_averaged: true, by_law: Posterior::NONE, mean: Some(mean), alone: mean };
+        }
+        let by_law = Posterior::of(evidence);
+        let own = by_law.under(mean.as_ref()).peak();
+        let variance_ln = 1.0 / evidence.information_at(1.0 / (by_law.w * own.w));
+        let alone = LogNormal { mean_ln: by_law.origin + own.u, variance_ln };
+        Self { is_averaged: false, by_law, mean, alone }
     }
 
     /// How far the likeliest size is from another, in ln s, and the variance of it by the reports alone.
     pub(super) fn off(&self, mean_ln: f64) -> (f64, f64) {
-        let Self { evidence, mean, by_law } = self;
-        if evidence.count == 0.0
-            && let Some(mean) = mean
-        {
-            return (mean.mean_ln - mean_ln, mean.variance_ln);
-        }
-        let own = by_law.under(mean.as_ref()).peak();
-        (by_law.origin + own.u - mean_ln, 1.0 / evidence.information_at(1.0 / (by_law.w * own.w)))
+        (self.alone.mean_ln - mean_ln, self.alone.variance_ln)
     }
 
     /// As [`SizeEvidence::estimate`].
@@ -177,7 +182,7 @@ impl SizeReading {
             (Some(mean), Some(prior)) => Some(prior.and(mean)),
         };
         match both {
-            Some(both) if self.evidence.count == 0.0 => both,
+            Some(both) if self.is_averaged => both,
             both => self.by_law.under(both.as_ref()).moments(),
         }
     }

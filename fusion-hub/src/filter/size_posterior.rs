@@ -37,8 +37,10 @@ impl Spot {
         if step.abs() > NEAR_BY {
             return Self { u, w: libm::exp(-u) };
         }
-        let series = 1.0 + step / 6.0;
-        let series = [5.0, 4.0, 3.0, 2.0, 1.0].into_iter().fold(series, |series, n| 1.0 + step / n * series);
+        // 1 + x (1 + x/2 (1 + x/3 (...))), without a division.
+        let series = [1.0 / 5.0, 1.0 / 4.0, 1.0 / 3.0, 1.0 / 2.0, 1.0];
+        let series =
+            series.into_iter().fold(1.0 + step * (1.0 / 6.0), |series, part| 1.0 + step * part * series);
         Self { u, w: self.w * series }
     }
 }
