@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use std::path::{Path, PathBuf};
-use v2x_agent::scenario::{open_traffic, open_vehicle_types};
+use v2x_agent::scenario::{maker_in_words, open_traffic, open_vehicle_types};
 use v2x_agent::trajectories::{ReadOptions, Traffic};
 
 /// The name of a file without its suffix, or that of a folder, for what is made of it.
@@ -61,5 +61,6 @@ impl TrafficArgs {
 }
 
 fn check_readable(file: &Path) -> anyhow::Result<()> {
-    std::fs::metadata(file).map(|_| ()).with_context(|| format!("reading {}", file.display()))
+    let maker = || maker_in_words(file);
+    std::fs::metadata(file).map(|_| ()).with_context(|| format!("reading {}{}", file.display(), maker()))
 }
