@@ -138,10 +138,8 @@ pub enum TrafficError {
 fn unit_in_words(step: Span) -> String {
     let step_s = step.as_secs_f64();
     let unit = (step_s >= LONG_STEP_S).then(|| unit_of_step(step_s));
-    unit.map(|(unit, per_s)| {
-        format!(": a row each {step_s} s; t looks like {unit}, write seconds (t / {per_s})")
-    })
-    .unwrap_or_default()
+    let words = unit.map(|(unit, change)| format!(": a row each {step_s} s; t looks like {unit}, {change}"));
+    words.unwrap_or_default()
 }
 
 impl From<TableError> for TrafficError {

@@ -357,8 +357,8 @@ fn times_in_another_unit_and_places_in_degrees_are_named_and_nothing_is_said_of_
         let said = found.unwrap_or_else(|error| vec![error.to_string()]).join("; ");
         assert!(said.contains(words), "{said}");
     };
-    named("t looks like milliseconds; write seconds (t / 1000)", drive(|t, x, y| (1e3 * t, x, y)));
-    named("t looks like milliseconds; write seconds", drive(|t, x, y| (1.79e12 + 1e3 * t, x, y)));
+    named("t looks like milliseconds; name the column t_ms", drive(|t, x, y| (1e3 * t, x, y)));
+    named("a column t_ms holds milliseconds", drive(|t, x, y| (1.79e12 + 1e3 * t, x, y)));
     named("t looks like microseconds, write seconds (t / 1000000)", drive(|t, x, y| (1e6 * t, x, y)));
     let degrees = |x: f64, y: f64| (11.575 + x / 74_400.0, 48.137 + y / 111_200.0);
     let of = |(x, y): (f64, f64), t: f64| (t, x, y);

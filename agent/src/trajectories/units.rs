@@ -63,9 +63,9 @@ impl Units {
 
     /// What looks wrong.
     pub(super) fn warnings(&self) -> Vec<String> {
-        let times = self.unit_of_time().map(|(unit, factor)| {
+        let times = self.unit_of_time().map(|(unit, change)| {
             format!(
-                "a row each {} s, and nothing moves faster than {:.4} m/s: t looks like {unit}; write seconds (t / {factor})",
+                "a row each {} s, and nothing moves faster than {:.4} m/s: t looks like {unit}; {change}",
                 self.step_s,
                 self.speed_mps.unwrap_or(0.0)
             )
@@ -73,7 +73,7 @@ impl Units {
         times.into_iter().chain(self.degrees()).collect()
     }
 
-    /// The unit that the times seem to have, and how many of them are a second.
+    /// The unit that the times seem to have, and what to change.
     fn unit_of_time(&self) -> Option<(&'static str, &'static str)> {
         let speed_mps = self.speed_mps?;
         let creeps = (CREEPS_MPS.0..CREEPS_MPS.1).contains(&speed_mps);
@@ -108,11 +108,11 @@ impl Units {
     }
 }
 
-/// The unit in which rows that are read as so many seconds apart are those of a sensor.
+/// The unit in which rows that are read as so many seconds apart are those of a sensor, and what to change.
 pub(super) fn unit_of_step(step_s: f64) -> (&'static str, &'static str) {
     match step_s {
-        ..2e4 => ("milliseconds", "1000"),
-        2e4..2e7 => ("microseconds", "1000000"),
-        _ => ("nanoseconds", "1000000000"),
+        ..2e4 => ("milliseconds", "name the column t_ms, or write seconds (t / 1000)"),
+        2e4..2e7 => ("microseconds", "write seconds (t / 1000000)"),
+        _ => ("nanoseconds", "write seconds (t / 1000000000)"),
     }
 }
