@@ -10,6 +10,7 @@ use crate::time::Span;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt;
 
 /// The conventions of one agent. The default ones are this project's own, and change no bit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -40,6 +41,8 @@ pub enum CoordinateFrame {
     /// Of positions: x is the longitude and y the latitude in degrees (WGS84); headings and velocities are in the map frame, which
     /// is the tangent plane of the earth at its origin.
     Geodetic(LocalPlane),
+    /// The same, but x is the latitude and y the longitude.
+    LatitudeFirst(LocalPlane),
 }
 
 /// How headings are given.
@@ -111,12 +114,84 @@ impl YawConvention {
     }
 }
 
-/// A frame whose positions are relative to its agent's pose has none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the frame has no sensor_pose, and by the hub's settings its positions are relative to that (frame = \"ego\")"
-)]
-pub struct MissingPose;
+/// Why a frame cannot be converted.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum UnfitPose {
+    /// Its positions are relative to its agent's pose, and it has none.
+    #[error(
+        "the frame has no sensor_pose, and by the hub's settings its positions are relative to that (frame = \"ego\")"
+    )]
+    Missing,
+    /// Its pose is no place near the origin.
+    #[error("sensor_pose: {0}")]
+    OffOrigin(OffOrigin),
+}
+
+/// A position that should be a longitude and a latitude near an origin, and is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OffOrigin {
+    /// x and y as they were written.
+    pub written: [f64; 2],
+    /// Whether they are a place near the origin the other way round.
+    pub is_exchanged: bool,
+    /// Where the origin is.
+    pub origin: Geodetic,
+    /// Whether x is read as the latitude.
+    pub latitude_first: bool,
+}
+
+impl fmt::Display for OffOrigin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            written: [x, y],
+            is_exchanged,
+            origin: Geodetic { latitude_deg, longitude_deg },
+            latitude_first,
+        } = self;
+        let read_as = if *latitude_first { "latitude, longitude" } else { "longitude, latitude" };
+        write!(
+            f,
+            "x {x}, y {y} (read as {read_as}, in degrees) is not within 200 km of the origin (latitude {latitude_deg:.5}, \
+             longitude {longitude_deg:.5})"
+        )?;
+        if *is_exchanged {
+            f.write_str(", and is the other way round: longitude and latitude are exchanged")
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl CoordinateFrame {
+    /// The plane of longitudes and latitudes, and whether x is the latitude.
+    const fn plane(&self) -> Option<(&LocalPlane, bool)> {
+        match self {
+            Self::Geodetic(plane) => Some((plane, false)),
+            Self::LatitudeFirst(plane) => Some((plane, true)),
+            Self::Map | Self::Sensor(_) | Self::Ego => None,
+        }
+    }
+
+    /// What is wrong with a position as it is written; `None` of one near the origin, of what is no number, and in other frames.
+    pub fn off_origin(&self, written: [f64; 2]) -> Option<OffOrigin> {
+        let (plane, latitude_first) = self.plane()?;
+        let is_place = |[x, y]: [f64; 2]| {
+            let (longitude, latitude) = if latitude_first { (y, x) } else { (x, y) };
+            local(plane, longitude, latitude).0.is_finite()
+        };
+        if !written.iter().all(|one| one.is_finite()) || is_place(written) {
+            return None;
+        }
+        let is_exchanged = is_place([written[1], written[0]]);
+        Some(OffOrigin { written, is_exchanged, origin: plane.geodetic(0.0, 0.0), latitude_first })
+    }
+
+    /// The point of a position as it is written, where that is a longitude and a latitude, m.
+    fn of_degrees(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+        let (plane, latitude_first) = self.plane()?;
+        Some(if latitude_first { local(plane, y, x) } else { local(plane, x, y) })
+    }
+}
 
 impl Conventions {
     /// The class of a name.
@@ -127,8 +202,8 @@ impl Conventions {
     /// Converts a frame that was written by them.
     ///
     /// # Errors
-    /// Where positions are relative to a pose that is not there; the frame is as before then.
-    pub fn convert(&self, frame: &mut DetectionFrame) -> Result<(), MissingPose> {
+    /// Where positions are relative to a pose that is not there, or the pose is no place; the frame is as before then.
+    pub fn convert(&self, frame: &mut DetectionFrame) -> Result<(), UnfitPose> {
         let conversion = self.conversion(frame.sensor_pose)?;
         frame.sensor_pose = conversion.sensor_pose();
         frame.captured_at += self.time_offset;
@@ -145,19 +220,21 @@ impl Conventions {
     /// How the numbers of one frame are converted; `pose` is the sensor's pose as the frame gives it.
     ///
     /// # Errors
-    /// Where positions are relative to a pose that is not there.
-    pub fn conversion(&self, pose: Option<Pose>) -> Result<Conversion<'_>, MissingPose> {
+    /// Where positions are relative to a pose that is not there, or the pose is no place.
+    pub fn conversion(&self, pose: Option<Pose>) -> Result<Conversion<'_>, UnfitPose> {
+        if let Some(off) = pose.and_then(|pose| self.frame.off_origin([pose.x, pose.y])) {
+            return Err(UnfitPose::OffOrigin(off));
+        }
         let pose = pose.map(|Pose { x, y, yaw }| {
-            let (x, y) = match &self.frame {
-                CoordinateFrame::Geodetic(plane) => local(plane, x, y),
-                _ => (x, y),
-            };
+            let (x, y) = self.frame.of_degrees(x, y).unwrap_or((x, y));
             Pose { x, y, yaw: wrap_angle(self.yaw.radians(yaw)) }
         });
         let (sensor, carrier) = match self.frame {
-            CoordinateFrame::Map | CoordinateFrame::Geodetic(_) => (pose, None),
+            CoordinateFrame::Map | CoordinateFrame::Geodetic(_) | CoordinateFrame::LatitudeFirst(_) => {
+                (pose, None)
+            }
             CoordinateFrame::Sensor(sensor) => (Some(sensor), Some(sensor)),
-            CoordinateFrame::Ego => (Some(pose.ok_or(MissingPose)?), pose),
+            CoordinateFrame::Ego => (Some(pose.ok_or(UnfitPose::Missing)?), pose),
         };
         Ok(Conversion { conventions: self, sensor, carrier })
     }
@@ -206,11 +283,8 @@ impl Conversion<'_> {
     }
 
     fn point(&self, x: f64, y: f64) -> (f64, f64) {
-        match (&self.conventions.frame, &self.carrier) {
-            (CoordinateFrame::Geodetic(plane), _) => local(plane, x, y),
-            (_, Some(carrier)) => carrier.offset(x, y),
-            (_, None) => (x, y),
-        }
+        let in_degrees = self.conventions.frame.of_degrees(x, y);
+        in_degrees.unwrap_or_else(|| self.carrier.map_or((x, y), |carrier| carrier.offset(x, y)))
     }
 
     /// Brings position, heading, velocity and their covariances into the map frame. Sizes and the variance of the heading are
@@ -333,7 +407,7 @@ mod tests {
             }
             assert_eq!(conventions.conversion(given).unwrap().sensor_pose(), Some(pose));
         }
-        assert_eq!(carried.conversion(None).err(), Some(MissingPose));
+        assert_eq!(carried.conversion(None).err(), Some(UnfitPose::Missing));
     }
 
     #[test]
@@ -357,7 +431,7 @@ mod tests {
         assert_near(covariance.yaw, 0.01 * (PI / 180.0) * (PI / 180.0));
         let carried = Conventions { frame: CoordinateFrame::Ego, ..Conventions::default() };
         let mut without = DetectionFrame::empty(id, crate::time::Timestamp::EPOCH);
-        assert_eq!(carried.convert(&mut without), Err(MissingPose));
+        assert_eq!(carried.convert(&mut without), Err(UnfitPose::Missing));
     }
 
     #[test]
@@ -368,6 +442,25 @@ mod tests {
         let at = converted(&conventions, None, detection(11.575, 48.138, 0.5)).bev;
         // A thousandth of a degree of latitude at 48° is 111.2 m.
         assert!(at.x.abs() < 1e-6 && (at.y - 111.2).abs() < 0.1 && at.yaw == 0.5, "{at:?}");
+    }
+
+    #[test]
+    fn exchanged_longitudes_and_latitudes_are_told_from_other_places_and_can_be_read() {
+        let plane = LocalPlane::new(Geodetic { latitude_deg: 48.137, longitude_deg: 11.575 });
+        let frame = CoordinateFrame::Geodetic(plane);
+        let exchanged = |frame: &CoordinateFrame, at| frame.off_origin(at).map(|off| off.is_exchanged);
+        assert_eq!(exchanged(&frame, [11.575, 48.138]), None);
+        assert_eq!(exchanged(&frame, [48.138, 11.575]), Some(true));
+        assert_eq!(exchanged(&frame, [311.0, 200.0]), Some(false));
+        assert_eq!(exchanged(&CoordinateFrame::Map, [48.138, 11.575]), None);
+        let conventions = Conventions { frame, ..Conventions::default() };
+        let wrong = conventions.conversion(Some(Pose { x: 48.138, y: 11.575, yaw: 0.0 }));
+        assert!(wrong.unwrap_err().to_string().contains("are exchanged"));
+        let frame = CoordinateFrame::LatitudeFirst(plane);
+        assert_eq!(exchanged(&frame, [48.138, 11.575]), None);
+        let conventions = Conventions { frame, ..Conventions::default() };
+        let at = converted(&conventions, None, detection(48.138, 11.575, 0.5)).bev;
+        assert!(at.x.abs() < 1e-6 && (at.y - 111.2).abs() < 0.1, "{at:?}");
     }
 
     #[test]

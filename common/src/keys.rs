@@ -36,6 +36,11 @@ impl Keys {
         Self { network }
     }
 
+    /// Where detection frames end up whose key is misspelt. What is published rightly is there, too, and no list of a hub.
+    pub fn beside_agents(&self) -> [String; 3] {
+        ["agent/**", "agents/**", "detections/**"].map(|rest| format!("v2x/{}/{rest}", self.network))
+    }
+
     /// Where an agent publishes its detection frames.
     pub fn detections(&self, agent: &AgentId) -> String {
         format!("v2x/{}/agent/{agent}/detections", self.network)

@@ -1,6 +1,6 @@
 //! What a decoded frame no longer shows of the text that it was read from, and what a diagnosis wants to know.
 
-use crate::conventions::{AngleUnit, Conventions, YawConvention};
+use crate::conventions::{AngleUnit, Conventions, OffOrigin, YawConvention};
 
 /// The largest heading of degrees that are wrapped, with a margin for rounding.
 const MOST_DEGREES: f64 = 360.5;
@@ -38,6 +38,31 @@ impl RawHeadings {
     }
 }
 
+/// Positions that should be longitudes and latitudes near an origin, and are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OffPlaces {
+    /// Positions.
+    pub n: u64,
+    /// Those that are places the other way round.
+    pub exchanged: u64,
+    /// The newest.
+    pub newest: Option<OffOrigin>,
+}
+
+impl OffPlaces {
+    /// Counts one.
+    pub fn note(&mut self, off: OffOrigin) {
+        self.merge(&Self { n: 1, exchanged: u64::from(off.is_exchanged), newest: Some(off) });
+    }
+
+    /// Counts those of another, which is newer.
+    pub fn merge(&mut self, other: &Self) {
+        self.n += other.n;
+        self.exchanged += other.exchanged;
+        self.newest = other.newest.or(self.newest);
+    }
+}
+
 /// How a frame was written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reported {
@@ -50,6 +75,10 @@ pub struct Reported {
     pub without_sigma: u64,
     /// The receiver's settings say what this agent's are where it gives none.
     pub sigma_is_set: bool,
+    /// Its positions that are no longitudes and latitudes near the origin, where they should be.
+    pub off_origin: OffPlaces,
+    /// It is of JSON.
+    pub is_json: bool,
     /// It gave a sequence number of its own.
     pub has_sequence: bool,
     /// How its headings were read.

@@ -5,6 +5,10 @@ use std::collections::BTreeMap;
 
 /// Most names that are kept.
 pub const MAX_UNMAPPED_NAMES: usize = 32;
+/// Most names in a text.
+const MOST_LISTED: usize = 8;
+/// What a name can be taken for, in words: there are more (`vehicle.bus.bendy`).
+pub const USUAL_CLASSES: &str = "car, truck, bus, trailer, motorcycle, bicycle, pedestrian, child, animal, traffic_cone, barrier or debris";
 /// Most characters of a name that are kept.
 const MAX_CHARACTERS: usize = 64;
 
@@ -55,6 +59,25 @@ impl UnmappedNames {
         }
     }
 
+    /// The most frequent ones with their numbers, as words.
+    pub fn in_words(&self) -> String {
+        let names: Vec<_> = self.by_number().map(|(name, count)| format!("{name:?} {count}")).collect();
+        names.join(", ") + if self.names.len() > MOST_LISTED { ", …" } else { "" }
+    }
+
+    /// The setting of an agent that says what they are, to be completed, and what that can be.
+    pub fn setting(&self) -> (String, String) {
+        let names: Vec<_> = self.by_number().map(|(name, _)| format!("{name:?} = \"car\"")).collect();
+        let which = if names.len() == 1 { "the class that it is" } else { "the class that each is" };
+        (format!("classes = {{ {} }}", names.join(", ")), format!("{which}: {USUAL_CLASSES}"))
+    }
+
+    fn by_number(&self) -> impl Iterator<Item = (&str, u64)> {
+        let mut names: Vec<_> = self.names().collect();
+        names.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(b.0)));
+        names.into_iter().take(MOST_LISTED)
+    }
+
     /// The names that are kept, in alphabetical order, each with the number of its detections.
     pub fn names(&self) -> impl Iterator<Item = (&str, u64)> {
         self.names.iter().map(|(name, count)| (name.as_str(), *count))
@@ -64,6 +87,25 @@ impl UnmappedNames {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_names_are_in_one_line_the_most_frequent_first_with_the_setting_of_all() {
+        let mut names = UnmappedNames::default();
+        ["Kfz", "Rad", "Rad"].iter().for_each(|name| names.add(name));
+        assert_eq!(names.in_words(), "\"Rad\" 2, \"Kfz\" 1");
+        assert_eq!(names.setting().0, "classes = { \"Rad\" = \"car\", \"Kfz\" = \"car\" }");
+        (0..20).for_each(|k| names.add(&format!("{k:04}")));
+        assert!(
+            names.in_words().ends_with(", …")
+                && names.setting().0.matches(" = \"car\"").count() == MOST_LISTED
+        );
+    }
+
+    #[test]
+    fn what_a_name_can_be_taken_for_is_a_class() {
+        let usual = USUAL_CLASSES.split(", ").flat_map(|some| some.split(" or "));
+        usual.for_each(|name| assert!(crate::class::Class::from_name(name).is_some(), "{name}"));
+    }
 
     #[test]
     fn names_are_counted_and_their_number_and_length_are_bounded() {

@@ -3,6 +3,7 @@
 use crate::support::{Ending, V2x, folder, run, up, up_with};
 use anyhow::{Context, anyhow};
 use serde_json::Value;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use tokio::task::JoinHandle;
 use v2x_common::clock;
@@ -63,6 +64,7 @@ async fn a_sound_network_is_healthy_and_a_wrong_detector_and_a_wrong_key_are_nam
     let _wrong = Detector::start(&endpoint, "v2x/check/agent/cam1/detections", degrees).await?;
     let _astray = Detector::start(&endpoint, "v2x/chekc/agent/cam2/detections", degrees).await?;
     let _foreign = Detector::start(&endpoint, "cameras/north", degrees).await?;
+    let _misspelt = Detector::start(&endpoint, "v2x/check/agent/cam3/detection", degrees).await?;
     // The hub judges ten seconds at a time.
     let has_begun = |found: &[(String, Option<String>)]| found.iter().any(|(code, _)| code == "degrees");
     let found = loop {
@@ -86,6 +88,17 @@ async fn a_sound_network_is_healthy_and_a_wrong_detector_and_a_wrong_key_are_nam
     let row = table.stdout.lines().find(|line| line.starts_with("cam1 ")).context("a row of cam1")?;
     assert!(row.contains(" yes "), "{row}");
     assert!(table.stdout.lines().all(|line| line.chars().count() <= 80), "{}", table.stdout);
+    // What is misspelt within its own network the hub notices itself.
+    let status = run(&folder, &["status", "--json", "--network", "check", "--connect", &endpoint]).await?;
+    let status: Value = serde_json::from_str(&status.stdout)?;
+    let says: Vec<_> = status["findings"]
+        .as_array()
+        .context("findings")?
+        .iter()
+        .map(|one| one["says"].to_string())
+        .collect();
+    let stray: Vec<_> = says.iter().filter(|says| says.contains("which nobody reads")).collect();
+    assert!(stray.len() == 1 && stray[0].contains("`v2x/check/agent/cam3/detection`"), "{says:#?}");
     let log = std::fs::read_to_string(folder.join("run/logs/hub.log"))?;
     let warned: Vec<_> = log.lines().filter(|line| line.contains("are degrees")).collect();
     assert_eq!(warned.len(), 1, "one warning when it begins: {warned:#?}");
@@ -205,5 +218,39 @@ async fn without_a_hub_or_with_a_port_in_use_the_error_is_one_sentence() -> anyh
         let raw: Vec<_> = ending.stderr.lines().filter(is_raw).collect();
         assert!(raw.is_empty(), "{raw:#?}");
     }
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_hub_that_is_there_and_does_not_answer_is_called_overloaded_and_not_absent() -> anyhow::Result<()> {
+    let folder = folder("check-busy")?;
+    let mut router =
+        V2x::start(&folder, &["hub", "--network", "other", "--listen", "tcp/127.0.0.1:0", "--events"])?;
+    let ready: Value = serde_json::from_str(&router.line().await?)?;
+    let endpoint = ready["locators"][0].as_str().context("no endpoint")?.to_owned();
+    let options = SessionOptions { connect: vec![endpoint.clone()], ..SessionOptions::default() };
+    let session = session::open(session::client_config(&options)?).await?;
+    let _token = session
+        .liveliness()
+        .declare_token("v2x/busy/hub/b/alive")
+        .await
+        .map_err(|error| anyhow!("{error}"))?;
+    // It takes questions, and has no time for an answer.
+    let waiting = Mutex::new(Vec::new());
+    let status = session.declare_queryable("v2x/busy/hub/b/status").callback(move |query| {
+        waiting.lock().unwrap_or_else(PoisonError::into_inner).push(query);
+    });
+    let _status = status.await.map_err(|error| anyhow!("{error}"))?;
+    let network = ["--network", "busy", "--connect", &endpoint];
+    let check = run(&folder, &[&["check", "--duration", "1s", "--json"][..], &network].concat()).await?;
+    assert_eq!(check.code, Some(1), "{check:#?}");
+    assert!(findings(&check)?.contains(&("overload".to_owned(), None)), "{check:#?}");
+    assert!(check.stdout.contains("network busy has hub b, which does not answer within 1"), "{check:#?}");
+    let status = run(&folder, &[&["status", "--check"][..], &network].concat()).await?;
+    assert_eq!(status.code, Some(1), "{status:#?}");
+    assert!(status.stdout.starts_with("degraded: hub b of network busy is there"), "{status:#?}");
+    // Of a hub that is not there that is not said.
+    let none = run(&folder, &["status", "--check", "--network", "nobody", "--connect", &endpoint]).await?;
+    assert!(none.code == Some(3) && none.stdout.starts_with("no hub"), "{none:#?}");
     Ok(())
 }

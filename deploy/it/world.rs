@@ -50,10 +50,13 @@ async fn what_looks_wrong_is_said_with_what_to_change_and_what_cannot_be_read_is
     let ending = run(&folder, &["world", "degrees.csv"]).await?;
     assert_eq!(ending.code, Some(0), "{ending:#?}");
     names(&ending.stdout, &["looks wrong", "degrees: name the column yaw_deg"])?;
+    std::fs::write(folder.join("make.py"), "write('fcd.xml')")?;
     std::fs::write(folder.join("bad.csv"), JUNCTION.replacen("veh1,car,-100.00", "veh1,car,west", 1))?;
     for (args, expected) in [
         (["world", "bad.csv"].as_slice(), ["bad.csv", "column x: \"west\""]),
         (&["world", "none.csv"], ["reading none.csv", "No such file"]),
+        (&["world", "fcd.xml"], ["reading fcd.xml", "it is written by  python3 ./make.py"]),
+        (&["world", "crossing"], ["crossing is a shipped scenario", "`v2x up crossing --web`"]),
         (&["scenario", "init", "--world", "bad.csv"], ["bad.csv", "column x: \"west\""]),
     ] {
         let ending = run(&folder, args).await?;

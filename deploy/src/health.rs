@@ -72,8 +72,8 @@ pub(crate) fn agent_table(agents: &[&AgentStatus]) -> String {
                 (_, false) => "no",
             },
             number(transport.map(|one| one.rate_hz), 1),
-            number(transport.map(|one| one.delay_ms), 0),
-            number(transport.map(|one| one.jitter_ms), 0),
+            time(transport.map(|one| one.delay_ms)),
+            time(transport.map(|one| one.jitter_ms)),
             missing.unwrap_or_else(|| "-".to_owned()),
             agent.accepted,
             agent.refused.values().sum::<u64>(),
@@ -81,6 +81,17 @@ pub(crate) fn agent_table(agents: &[&AgentStatus]) -> String {
         );
     }
     text
+}
+
+/// Milliseconds in a narrow column: what is far beyond them is of a stamp in another unit, and no figure.
+pub(crate) fn time(ms: Option<f64>) -> String {
+    match ms {
+        None => "-".to_owned(),
+        Some(ms) if ms.abs() < 1e5 => format!("{ms:.0}"),
+        Some(ms) if ms.abs() < 3.6e6 => format!("{:.0} s", ms / 1e3),
+        Some(ms) if ms < 0.0 => "< -1 h".to_owned(),
+        Some(_) => "> 1 h".to_owned(),
+    }
 }
 
 /// The findings of one agent, or all of them, a paragraph each.
@@ -144,6 +155,12 @@ mod tests {
     fn finding(code: Code, agent: Option<&str>, says: &str) -> Finding {
         let agent = agent.map(|name| AgentId::new(name).unwrap());
         Finding { code, severity: Severity::Fault, agent, says: says.into(), change: "Change it".into() }
+    }
+
+    #[test]
+    fn times_that_are_no_delay_do_not_widen_their_column() {
+        let cells = [None, Some(23.4), Some(-120_000.0), Some(1.79e12), Some(-1.79e12)].map(time);
+        assert_eq!(cells, ["-", "23", "-120 s", "> 1 h", "< -1 h"]);
     }
 
     #[test]

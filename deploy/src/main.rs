@@ -16,6 +16,7 @@ mod replay;
 mod runs;
 mod scenario;
 mod scenarios;
+mod served;
 mod status;
 mod sumo;
 mod sumo_home;

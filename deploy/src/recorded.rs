@@ -1,9 +1,10 @@
 //! Recorded traffic that a command is given by its file.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
-use v2x_agent::scenario::{open_traffic, open_vehicle_types};
+use v2x_agent::scenario::{maker_in_words, open_traffic, open_vehicle_types};
 use v2x_agent::trajectories::{ReadOptions, Traffic};
+use v2x_common::shipped;
 
 /// The name of a file without its suffix, or that of a folder, for what is made of it.
 pub(crate) fn stem(path: &Path) -> Option<String> {
@@ -61,5 +62,12 @@ impl TrafficArgs {
 }
 
 fn check_readable(file: &Path) -> anyhow::Result<()> {
-    std::fs::metadata(file).map(|_| ()).with_context(|| format!("reading {}", file.display()))
+    if !file.exists() && shipped::SHIPPED.iter().any(|(name, _)| Path::new(name) == file) {
+        let name = file.display();
+        bail!(
+            "{name} is a shipped scenario: its world is simulated, and no recorded traffic; `v2x up {name} --web` shows it"
+        );
+    }
+    let maker = || maker_in_words(file);
+    std::fs::metadata(file).map(|_| ()).with_context(|| format!("reading {}{}", file.display(), maker()))
 }

@@ -2,6 +2,7 @@
 
 use crate::health;
 use crate::output;
+use crate::served::{self, Served};
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::PathBuf;
@@ -46,6 +47,11 @@ pub(crate) struct StatusArgs {
     check: bool,
 }
 
+/// A hub that is there says nothing.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct NoAnswer(String);
+
 /// Exit codes of `--check`.
 const DEGRADED: u8 = 1;
 const NO_HUB: u8 = 3;
@@ -59,6 +65,10 @@ pub(crate) async fn run(args: &StatusArgs, shutdown: &CancellationToken) -> anyh
         Ok(Some(statuses)) => statuses,
         // Interrupted before a hub answered: that is no healthy network.
         Ok(None) => return Ok(if args.check { ExitCode::from(NO_HUB) } else { ExitCode::SUCCESS }),
+        Err(error) if args.check && error.is::<NoAnswer>() => {
+            output::print(&format!("degraded: {error}\n"))?;
+            return Ok(ExitCode::from(DEGRADED));
+        }
         Err(error) if args.check => {
             output::print(&format!("no hub: {error:#}\n"))?;
             return Ok(ExitCode::from(NO_HUB));
@@ -91,9 +101,17 @@ async fn ask(args: &StatusArgs, shutdown: &CancellationToken) -> anyhow::Result<
     let Some(session) = opened.await.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(None);
     };
-    let statuses = v2x_lab::loopback::hub_status::query_all(&session, args.network, args.hub).await;
+    let served = Served::of(&session).await;
+    let statuses = served::statuses(&session, (args.network, args.hub), &served, true).await;
     session::close(session).await?;
     let statuses = statuses?;
+    if statuses.is_empty() && served.has(args.network, args.hub) {
+        return Err(anyhow::Error::new(NoAnswer(format!(
+            "{} of network {} is there and does not answer: it is overloaded, or this program may not ask it",
+            served.names(args.network),
+            args.network
+        ))));
+    }
     if statuses.is_empty() {
         let who = args.hub.map_or_else(|| "no hub".to_owned(), |hub| format!("no hub {hub}"));
         bail!("{who} of network {} answered; is --network right?", args.network);

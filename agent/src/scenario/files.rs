@@ -79,6 +79,32 @@ impl Files {
     }
 }
 
+/// Longest script that is looked into.
+const MAX_SCRIPT_BYTES: u64 = 1 << 16;
+
+/// The script beside a missing file that writes it: one that names it.
+fn maker_of(missing: &Path) -> Option<PathBuf> {
+    let name = missing.file_name()?.to_str()?;
+    let folder = missing.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).ok()?.flatten();
+    let is_script = |path: &PathBuf| path.extension().is_some_and(|suffix| suffix == "py" || suffix == "sh");
+    let names_it = |path: &PathBuf| {
+        let is_short = path.metadata().is_ok_and(|metadata| metadata.len() <= MAX_SCRIPT_BYTES);
+        is_short && std::fs::read_to_string(path).is_ok_and(|text| text.contains(name))
+    };
+    let scripts = entries.map(|entry| entry.path()).filter(|path| is_script(path) && names_it(path));
+    scripts.min()
+}
+
+/// What to run for a missing file, in words; empty where nothing is known that writes it.
+pub fn maker_in_words(missing: &Path) -> String {
+    let maker = maker_of(missing).map(|script| {
+        let runs = if script.extension().is_some_and(|suffix| suffix == "sh") { "sh" } else { "python3" };
+        format!("; it is written by  {runs} {}", script.display())
+    });
+    maker.unwrap_or_default()
+}
+
 /// Reads recorded traffic: a file, or the folder of nuScenes' tables.
 pub fn open_traffic(path: &Path, options: &ReadOptions) -> Result<Traffic, TrafficError> {
     if !path.is_dir() {

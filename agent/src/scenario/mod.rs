@@ -14,7 +14,9 @@ mod validate;
 pub use config::{AgentConfig, Scenario, ScenarioFile, Sumo, UnknownWorld};
 pub use edit::{EditError, NoSuchWorld, Rider, WorldSource, recorded_world, with_world, without_riders};
 pub use error::{Origin, ScenarioError};
-pub use files::{Files, folder_of_tables, open_traffic, open_vehicle_types, table_in, with_paths};
+pub use files::{
+    Files, folder_of_tables, maker_in_words, open_traffic, open_vehicle_types, table_in, with_paths,
+};
 
 #[cfg(test)]
 mod recorded_tests;

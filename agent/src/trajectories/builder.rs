@@ -6,6 +6,7 @@ use std::sync::Arc;
 use v2x_common::class::Class;
 use v2x_common::geometry::{Pose, wrap_angle};
 use v2x_common::time::Span;
+use v2x_common::unmapped_names::USUAL_CLASSES;
 
 use super::error::TrafficError;
 use super::headings;
@@ -13,6 +14,7 @@ use super::options::ReadOptions;
 use super::remarks::{self, Survey};
 use super::traffic::{Format, RecordedObject, Remarks, Traffic};
 use super::trajectory::{Sample, Trajectory};
+use super::units::Units;
 
 /// Rows of a recording that are kept, 40 bytes each; one with more is refused.
 pub const MAX_ROWS: usize = 10_000_000;
@@ -86,6 +88,8 @@ pub(super) struct Builder<'a> {
     /// The file's first time: times are kept since it.
     base_s: Option<f64>,
     unknown: BTreeMap<String, Class>,
+    /// Such names that were met before they were in the list: more than it has, where it is full.
+    n_unknown: usize,
     pub(super) remarks: Remarks,
     pub(super) scene: Option<String>,
     /// Borders of areas in the file's coordinates, m.
@@ -104,6 +108,7 @@ impl<'a> Builder<'a> {
             last: Span::ZERO,
             base_s: None,
             unknown: BTreeMap::new(),
+            n_unknown: 0,
             remarks: Remarks::default(),
             scene: None,
             areas: Vec::new(),
@@ -179,8 +184,11 @@ impl<'a> Builder<'a> {
         let known = self.options.classes.get(name).copied().or(vtype.class);
         let known = known.or_else(|| Class::from_name(name)).or_else(|| of_data_set(name));
         let class = known.unwrap_or_else(|| {
-            if self.unknown.len() < NAMED {
-                self.unknown.insert(name.to_owned(), fallback);
+            if !self.unknown.contains_key(name) {
+                self.n_unknown += 1;
+                if self.unknown.len() < NAMED {
+                    self.unknown.insert(name.to_owned(), fallback);
+                }
             }
             fallback
         });
@@ -212,10 +220,10 @@ impl<'a> Builder<'a> {
         if length == Span::ZERO {
             return Err(TrafficError::OneTime);
         }
-        if !(0.1..=7.0 * 86_400.0).contains(&length.as_secs_f64()) {
-            return Err(TrafficError::Length { length });
-        }
         let step = self.usual_step();
+        if !(0.1..=7.0 * 86_400.0).contains(&length.as_secs_f64()) {
+            return Err(TrafficError::Length { length, step });
+        }
         let max_gap_s = self.options.max_gap_s.unwrap_or_else(|| (3.0 * step.as_secs_f64()).max(2.0));
         let max_gap = Span::from_secs_f64(max_gap_s);
         let origin = self.options.origin.unwrap_or_else(|| self.far_origin());
@@ -223,10 +231,13 @@ impl<'a> Builder<'a> {
         for draft in &self.drafts {
             survey.add(draft.class, draft.rows.iter().map(|row| (row.t, &row.pose)), max_gap);
         }
+        let places = self.drafts.iter().map(|draft| draft.rows.iter().map(|row| (row.t, &row.pose)));
+        let units = Units::of(places, step).warnings();
         self.note(origin);
         self.areas.iter_mut().flatten().for_each(|(x, y)| (*x, *y) = (*x - origin.0, *y - origin.1));
         let objects = std::mem::take(&mut self.drafts).into_iter();
         let objects: Vec<_> = objects.map(|draft| draft.object(first, origin, max_gap)).collect();
+        self.remarks.warnings.extend(units);
         self.remarks.warnings.extend(remarks::warnings(&survey, format));
         Ok(Traffic {
             format,
@@ -287,11 +298,21 @@ impl<'a> Builder<'a> {
         if !self.is_sorted {
             notes.push("the rows were not in order of time, and were sorted".to_owned());
         }
-        for (name, class) in &self.unknown {
+        for class in Class::ALL {
+            let names = self.unknown.iter().filter(|(_, taken_as)| **taken_as == class);
+            let names: Vec<_> = names.map(|(name, _)| format!("{name:?}")).collect();
+            if names.is_empty() {
+                continue;
+            }
+            let (are, each) = if names.len() == 1 { (" is", "is") } else { ("s are", "each is") };
             self.remarks.warnings.push(format!(
-                "class name {name:?} is not known and taken as {}: say what it is by  classes = {{ {name:?} = \"car\" }}{}",
+                "class name{are} not known and taken as {}: {}{}; say what it {each} by  classes = {{ {} }}{}, with one of \
+                 {USUAL_CLASSES}",
                 class.name(),
-                if *class == Class::Unknown { "" } else { ", or by SUMO's  vtypes = \"demand.rou.xml\"" }
+                names.join(", "),
+                if self.n_unknown > self.unknown.len() { ", …" } else { "" },
+                names.iter().map(|name| format!("{name} = \"car\"")).collect::<Vec<_>>().join(", "),
+                if class == Class::Unknown { "" } else { ", or by SUMO's  vtypes = \"demand.rou.xml\"" }
             ));
         }
     }

@@ -1,5 +1,6 @@
 //! Why recorded traffic cannot be used.
 
+use super::units::{LONG_STEP_S, unit_of_step};
 use crate::nuscenes::TableError;
 use std::fmt;
 use v2x_common::time::Span;
@@ -124,11 +125,21 @@ pub enum TrafficError {
     #[error("{0}")]
     Tables(TableError),
     /// The recording is too short or too long to be a world.
-    #[error("lasts {length}, expected 0.1 s to 7 days")]
+    #[error("lasts {length}, expected 0.1 s to 7 days{}", unit_in_words(*.step))]
     Length {
         /// From the first row to the last.
         length: Span,
+        /// Usual time between two rows of an object.
+        step: Span,
     },
+}
+
+/// The unit that times seem to be in, where rows are so far apart.
+fn unit_in_words(step: Span) -> String {
+    let step_s = step.as_secs_f64();
+    let unit = (step_s >= LONG_STEP_S).then(|| unit_of_step(step_s));
+    let words = unit.map(|(unit, change)| format!(": a row each {step_s} s; t looks like {unit}, {change}"));
+    words.unwrap_or_default()
 }
 
 impl From<TableError> for TrafficError {

@@ -30,6 +30,7 @@ mod sumo_net;
 mod table;
 mod traffic;
 mod trajectory;
+mod units;
 mod vtypes;
 mod xml;
 

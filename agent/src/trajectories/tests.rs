@@ -254,6 +254,15 @@ fn an_unknown_class_is_named_and_can_be_given() {
     let found = traffic(&text);
     assert_eq!(found.objects[0].class, Class::Unknown);
     assert!(found.remarks.warnings[0].contains("classes = { \"velomobile\" ="), "{:?}", found.remarks);
+    // All of them are in one line.
+    let two = traffic("t,id,class,x,y\n0,a,Kfz,0,0\n1,a,Kfz,9,0\n0,b,Rad,0,5\n1,b,Rad,3,5\n");
+    let [one] = &two.remarks.warnings[..] else { panic!("{:?}", two.remarks) };
+    assert!(
+        one.contains("\"Kfz\", \"Rad\"")
+            && one.contains("classes = { \"Kfz\" = \"car\", \"Rad\" = \"car\" }"),
+        "{one}"
+    );
+    assert!(one.contains("bicycle, pedestrian"), "{one}");
     let classes = [("velomobile".to_owned(), Class::Bicycle)].into_iter().collect();
     let given = read(text.as_bytes(), &ReadOptions { classes, ..ReadOptions::default() }).unwrap();
     assert_eq!((given.objects[0].class, given.remarks.warnings.len()), (Class::Bicycle, 0));
@@ -323,4 +332,43 @@ fn a_person_with_the_id_of_a_vehicle_is_an_object_of_its_own() {
 fn elements_within_each_other_without_end_are_refused() {
     let message = refusal(&format!("<fcd-export>{}", "<a>".repeat(1_000_000)));
     assert!(message.contains("more than 32 elements within each other"), "{message}");
+}
+
+/// Three cars at 5 to 15 m/s and one that stands, ten times a second, as a row is written.
+fn drive(write: impl Fn(f64, f64, f64) -> (f64, f64, f64)) -> Result<Vec<String>, TrafficError> {
+    let mut text = "t,id,class,x,y\n".to_owned();
+    for step in 0..200 {
+        for (n, speed) in [0.0, 5.0, 10.0, 15.0].into_iter().enumerate() {
+            let t = f64::from(step) * 0.1;
+            let (t, x, y) = write(t, speed * t - 100.0, 4.0 * n as f64);
+            text += &format!("{t},{n},car,{x},{y}\n");
+        }
+    }
+    read(text.as_bytes(), &ReadOptions::default()).map(|traffic| traffic.remarks.warnings)
+}
+
+#[test]
+fn times_in_another_unit_and_places_in_degrees_are_named_and_nothing_is_said_of_seconds_and_metres() {
+    assert_eq!(drive(|t, x, y| (t, x, y)).unwrap(), Vec::<String>::new());
+    // A slow recording, and people who walk past parked cars, are no mistake.
+    assert_eq!(drive(|t, x, y| (20.0 * t, 20.0 * x, y)).unwrap(), Vec::<String>::new());
+    assert_eq!(drive(|t, x, y| (10.0 * t, x, y)).unwrap(), Vec::<String>::new());
+    let named = |words: &str, found: Result<Vec<String>, TrafficError>| {
+        let said = found.unwrap_or_else(|error| vec![error.to_string()]).join("; ");
+        assert!(said.contains(words), "{said}");
+    };
+    named("t looks like milliseconds; name the column t_ms", drive(|t, x, y| (1e3 * t, x, y)));
+    named("a column t_ms holds milliseconds", drive(|t, x, y| (1.79e12 + 1e3 * t, x, y)));
+    named("t looks like microseconds, write seconds (t / 1000000)", drive(|t, x, y| (1e6 * t, x, y)));
+    let degrees = |x: f64, y: f64| (11.575 + x / 74_400.0, 48.137 + y / 111_200.0);
+    let of = |(x, y): (f64, f64), t: f64| (t, x, y);
+    named("look like longitudes and latitudes in degrees", drive(|t, x, y| of(degrees(x, y), t)));
+    named(
+        "look like longitudes and latitudes in degrees",
+        drive(|t, x, y| (t, degrees(x, y).1, degrees(x, y).0)),
+    );
+    // Over kilometres, and west of the 90th meridian.
+    named("longitudes (x) and latitudes (y)", drive(|t, x, y| of((-120.0 + x / 1e5, 40.0 + y / 20.0), t)));
+    let both = drive(|t, x, y| of(degrees(x, y), 1e3 * t)).unwrap().join("; ");
+    assert!(both.contains("milliseconds") && both.contains("in degrees"), "{both}");
 }

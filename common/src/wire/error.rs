@@ -1,6 +1,6 @@
 //! Errors of encoding and decoding.
 
-use crate::conventions::MissingPose;
+use crate::conventions::UnfitPose;
 use crate::detection::InvalidValue;
 use crate::id::NameError;
 use crate::sensor::InvalidDescription;
@@ -79,7 +79,7 @@ pub enum WireError {
     },
     /// Positions are relative to a pose that is not there.
     #[error(transparent)]
-    MissingPose(#[from] MissingPose),
+    Pose(#[from] UnfitPose),
     /// A value that the wire cannot represent.
     #[error("{field} = {value} does not fit on the wire")]
     NotEncodable {
@@ -123,7 +123,8 @@ impl WireError {
             Self::UnlistedAgent => "unlisted_agent",
             Self::Json(_) => "bad_json",
             Self::NotMicroseconds { .. } => "wrong_time_unit",
-            Self::MissingPose(_) => "no_sensor_pose",
+            Self::Pose(UnfitPose::Missing) => "no_sensor_pose",
+            Self::Pose(UnfitPose::OffOrigin(_)) => "off_origin",
             Self::NotEncodable { .. } => "not_encodable",
         }
     }

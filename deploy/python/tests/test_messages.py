@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,6 +59,51 @@ def test_what_agents_send_is_as_the_schemas_say():
 def test_what_agents_send_is_read_as_it_was_written():
     assert DetectionFrame.from_json(json.loads(json.dumps(FULL.to_json()))) == FULL
     assert SensorDescription.from_json(json.loads(json.dumps(DESCRIPTION.to_json()))) == DESCRIPTION
+
+
+NAN, INF = float("nan"), float("inf")
+
+
+def frame_of(**fields):
+    return replace(FULL, **fields)
+
+
+def frame_with(**fields):
+    return replace(FULL, detections=(FULL.detections[0], replace(FULL.detections[1], **fields)))
+
+
+@pytest.mark.parametrize(("wrong", "error", "named"), [
+    (frame_of(captured_at=1.795e18), TypeError, r"captured_at is 1\.795e\+18, expected an integer of nanoseconds"),
+    (frame_of(captured_at=np.float64(1.0)), TypeError, "captured_at is"),
+    (frame_of(captured_at=True), TypeError, "captured_at is True"),
+    (frame_of(captured_at=-1), ValueError, "captured_at is -1"),
+    (frame_of(sequence=0.5), TypeError, r"sequence is 0\.5"),
+    (frame_of(epoch=2**64), ValueError, "epoch is 18446744073709551616"),
+    (frame_of(sensor_pose=Pose(1.0, NAN)), ValueError, r"sensor_pose\.y is nan, expected a finite number"),
+    (frame_with(x=NAN), ValueError, r"detections\[1\]\.x is nan, expected a finite number"),
+    (frame_with(y=-INF), ValueError, r"detections\[1\]\.y is -inf"),
+    (frame_with(x=None), TypeError, r"detections\[1\]\.x is None"),
+    (frame_with(x="12"), TypeError, r"detections\[1\]\.x is '12'"),
+    (frame_with(w=INF), ValueError, r"detections\[1\]\.w is inf"),
+    (frame_with(sigma=Sigma(x=NAN)), ValueError, r"detections\[1\]\.sigma\.x is nan"),
+    (frame_with(velocity=Velocity(NAN, 0.0, 1.0, 1.0)), ValueError, r"detections\[1\]\.velocity\.x is nan"),
+    (frame_with(source_track=1.5), TypeError, r"detections\[1\]\.source_track is 1\.5"),
+    (frame_with(cls=7), TypeError, r"detections\[1\]\.cls is 7"),
+    (frame_with(heading="north"), ValueError, r"detections\[1\]\.heading is 'north', expected one of known, axis"),
+    (replace(DESCRIPTION, rate_hz=NAN), ValueError, "rate_hz is nan"),
+    (replace(DESCRIPTION, field_of_view=FieldOfView(INF)), ValueError, r"field_of_view\.range_max_m is inf"),
+    (replace(DESCRIPTION, revision=1.0), TypeError, r"revision is 1\.0"),
+])  # fmt: skip
+def test_what_is_no_number_is_refused_with_its_field_and_value(wrong, error, named):
+    with pytest.raises(error, match=named):
+        wrong.check()
+
+
+def test_numbers_of_numpy_and_integers_are_numbers():
+    FULL.check()
+    DESCRIPTION.check()
+    one = Detection("car", np.float32(12.0), 5, w=np.float64(1.8), source_track=np.int64(3))
+    DetectionFrame(np.int64(5000), (one,), sequence=np.uint64(2**63)).check()
 
 
 def test_the_engine_takes_what_agents_send():

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 
+import numpy as np
 import pytest
 
 import v2x
@@ -113,6 +114,22 @@ def test_an_array_is_published_as_well(hub, patience):
         frame = first(frames, lambda frame: frame.includes, patience)
         assert [one.captured_at for one in frame.includes] == [sent.captured_at // 1000 * 1000]
         assert [health.accepted for health in frame.agents] == [1]
+
+
+def test_what_is_no_number_is_not_published(hub, patience):
+    with Consumer(connect=hub.locator) as consumer, Agent("camera", connect=hub.locator) as agent:
+        frames = consumer.frames(timeout=patience)
+        assert agent.wait_until_heard()
+        with pytest.raises(TypeError, match="captured_at is 1"):
+            agent.publish([], captured_at=time.time())
+        with pytest.raises(ValueError, match=r"detections\[0\]\.x is nan"):
+            agent.publish([Detection("car", float("nan"), 5.0)])
+        with pytest.raises(ValueError, match=r"detections\[0\]\.y is inf"):
+            agent.put(DetectionFrame(time.time_ns(), (Detection("car", 1.0, float("inf")),)))
+        # No number was spent on them.
+        assert agent.publish([Detection("car", np.float32(1.0), 5)]).sequence == 0
+        health = first(frames, lambda frame: any(one.agent == "camera" for one in frame.agents), patience).agents[0]
+        assert (health.accepted, health.refused) == (1, 0)
 
 
 def test_a_recording_is_read_as_it_was_sent(hub_factory, tmp_path, patience):

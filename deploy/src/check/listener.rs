@@ -2,7 +2,6 @@
 
 use super::strays::Strays;
 use anyhow::anyhow;
-use std::collections::BTreeSet;
 use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -132,12 +131,6 @@ async fn agents_tokens(session: &Session, network: NetworkId) -> Tokens {
         alive: alive.iter().filter_map(|key| keys::agent_of(key).ok()).collect(),
         idle: idle.iter().filter_map(|key| keys::idle_of(key)).collect(),
     }
-}
-
-/// The networks that have a hub.
-pub(super) async fn served_networks(session: &Session) -> BTreeSet<NetworkId> {
-    let tokens = tokens(session, "v2x/*/hub/*/alive".to_owned()).await;
-    tokens.iter().filter_map(|key| NetworkId::new(key.split('/').nth(1)?).ok()).collect()
 }
 
 async fn tokens(session: &Session, key: String) -> Vec<String> {

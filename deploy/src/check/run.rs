@@ -1,10 +1,11 @@
 //! Listens, asks the hubs, and reports.
 
 use super::CheckArgs;
-use super::listener::{Listener, served_networks};
+use super::listener::Listener;
 use super::unserved;
 use crate::health;
 use crate::output;
+use crate::served::{self, Served};
 use anyhow::Context;
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
@@ -18,7 +19,6 @@ use v2x_common::net::session;
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::diagnosis::{Code, Finding, Transport};
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus, Verdict};
-use v2x_lab::loopback::hub_status;
 use zenoh::Session;
 
 /// What a hub has judged is of the time of listening where it began no earlier than this before.
@@ -50,19 +50,28 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
     let began_at = clock::now();
     say(&format!("listening to network {} for {:.0} s ...", args.network, duration.as_secs_f64()));
     listener.listen(&session, args.network, duration, shutdown).await?;
-    let statuses = ask(&session, (args.network, args.hub), began_at, shutdown).await;
-    let served = served_networks(&session).await;
+    let mut served = Served::of(&session).await;
+    let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    served.merge(&strays.hubs);
+    let asked_at = clock::now();
+    let statuses = ask(&session, (args.network, args.hub), (&served, began_at), shutdown).await;
     session::close(session).await?;
     let statuses = statuses?;
-    let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut findings = strays.findings(&served);
+    let mut findings = strays.findings(&served.networks());
     if statuses.is_empty() {
-        let asked =
-            unserved::Asked { network: args.network, hub: args.hub, stands_in: !args.listen.is_empty() };
+        let asked = unserved::Asked {
+            network: args.network,
+            hub: args.hub,
+            stands_in: !args.listen.is_empty(),
+            waited: clock::now() - asked_at,
+        };
         findings.extend(unserved::finding(&asked, &served, listener.frames));
         findings.extend(listener.core.findings().iter().cloned());
     }
-    findings.extend(statuses.iter().flat_map(|status| status.findings.iter().cloned()));
+    // What is published beside the expected keys is heard by both.
+    let is_heard = findings.iter().any(|one| one.code == Code::WrongKey);
+    let of_hubs = statuses.iter().flat_map(|status| status.findings.iter().cloned());
+    findings.extend(of_hubs.filter(|one| !(is_heard && one.code == Code::WrongKey)));
     findings.extend(statuses.iter().filter_map(|status| outdated(status, began_at)));
     findings.extend(statuses.iter().filter_map(without_objects));
     // A hub that hears nobody is explained by those who publish elsewhere; and it names invalid names itself.
@@ -100,13 +109,13 @@ async fn open(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<
 async fn ask(
     session: &Session,
     (network, hub): (NetworkId, Option<HubId>),
-    began_at: Timestamp,
+    (served, began_at): (&Served, Timestamp),
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Vec<HubStatus>> {
     let mut has_said = false;
     let first_asked_at = clock::now();
     loop {
-        let statuses = hub_status::query_of(session, network, hub).await?;
+        let statuses = served::statuses(session, (network, hub), served, false).await?;
         let is_late = clock::now() - first_asked_at >= HUB_JUDGES_WITHIN;
         if statuses.iter().all(|status| is_new(status, began_at)) || is_late || shutdown.is_cancelled() {
             return Ok(statuses);
@@ -216,7 +225,9 @@ fn report(
         ));
         for (agent, Transport { rate_hz, delay_ms, jitter_ms, .. }) in &heard {
             text.push_str(&format!(
-                "{agent}: {rate_hz:.1} Hz, delay {delay_ms:.0} ms, jitter {jitter_ms:.0} ms\n"
+                "{agent}: {rate_hz:.1} Hz, delay {} ms, jitter {} ms\n",
+                health::time(Some(*delay_ms)),
+                health::time(Some(*jitter_ms))
             ));
         }
         if !heard.is_empty() {

@@ -1,5 +1,6 @@
 //! What is published beside the expected keys: in another network, under a misspelt key, under no key of ours at all.
 
+use crate::served::Served;
 use serde::de::IgnoredAny;
 use std::collections::{BTreeMap, BTreeSet};
 use v2x_common::id::NetworkId;
@@ -13,11 +14,13 @@ const MAX_KEYS: usize = 64;
 const MAX_BYTES: usize = 256 << 10;
 
 /// The keys that were heard.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Strays {
     network: NetworkId,
     /// Each with its number of samples, and the greatest resemblance of one of them.
     keys: BTreeMap<String, (u64, Resemblance)>,
+    /// The hubs that publish.
+    pub(super) hubs: Served,
 }
 
 /// How much a payload, or a key, resembles one of ours.
@@ -44,12 +47,13 @@ enum Place<'a> {
 
 impl Strays {
     /// Beside the keys of this network.
-    pub(super) const fn new(network: NetworkId) -> Self {
-        Self { network, keys: BTreeMap::new() }
+    pub(super) fn new(network: NetworkId) -> Self {
+        Self { network, keys: BTreeMap::new(), hubs: Served::default() }
     }
 
     /// Takes in a sample; what belongs to the network is none.
     pub(super) fn note(&mut self, key: &str, payload: &[u8]) {
+        self.hubs.note(key);
         if place(key, self.network) == Place::Own {
             return;
         }

@@ -1,7 +1,8 @@
 //! A network that no hub serves: nobody fuses its frames, however sound they are.
 
-use std::collections::BTreeSet;
+use crate::served::Served;
 use v2x_common::id::{HubId, NetworkId};
+use v2x_common::time::Span;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
 /// What was asked for.
@@ -10,13 +11,16 @@ pub(super) struct Asked {
     pub(super) hub: Option<HubId>,
     /// This command stands in for a hub: then nobody misses one.
     pub(super) stands_in: bool,
+    /// For how long it was asked.
+    pub(super) waited: Span,
 }
 
 /// Where no hub has answered: that nobody fuses the frames that were heard, and which network has a hub. `None` where there is
 /// nothing at all.
-pub(super) fn finding(asked: &Asked, served: &BTreeSet<NetworkId>, frames: u64) -> Option<Finding> {
-    let Asked { network, hub, stands_in } = asked;
-    if *stands_in || (served.is_empty() && frames == 0) {
+pub(super) fn finding(asked: &Asked, served: &Served, frames: u64) -> Option<Finding> {
+    let Asked { network, hub, stands_in, waited } = asked;
+    let networks = served.networks();
+    if *stands_in || (networks.is_empty() && frames == 0) {
         return None;
     }
     let heard = match frames {
@@ -24,13 +28,23 @@ pub(super) fn finding(asked: &Asked, served: &BTreeSet<NetworkId>, frames: u64) 
         1 => "nobody fuses the frame that was heard".to_owned(),
         _ => format!("nobody fuses the {frames} frames that were heard"),
     };
-    if served.contains(network) {
-        let who = hub.map_or_else(|| "its hub".to_owned(), |hub| format!("hub {hub}"));
-        let says = format!("network {network} is served, and {who} does not answer");
-        let change = "Is the name of `--hub` right, and may this program ask it (`v2x certs`)?";
-        return Some(Finding::of_network(Code::NoHub, says, change));
+    if networks.contains(network) {
+        let there = served.names(*network);
+        return Some(if served.has(*network, *hub) {
+            let says = format!(
+                "network {network} has {there}, which does not answer within {:.0} s: it is overloaded, or this program may not ask it",
+                waited.as_secs_f64()
+            );
+            let change = "Ask again, look at its processor and its log, send it less; who may ask is in `v2x certs`. What is said here \
+                          of agents is found by this program";
+            Finding::of_network(Code::Overload, says, change)
+        } else {
+            let hub = hub.map(|hub| hub.to_string()).unwrap_or_default();
+            let says = format!("network {network} has {there}, and none with the name {hub}");
+            Finding::of_network(Code::NoHub, says, "Is the name of `--hub` right?")
+        });
     }
-    let others: Vec<_> = served.iter().map(NetworkId::to_string).collect();
+    let others: Vec<_> = networks.iter().map(NetworkId::to_string).collect();
     let (says, change) = match &others[..] {
         [] => (
             format!("no hub serves network {network}: {heard}"),
@@ -60,9 +74,16 @@ mod tests {
         NetworkId::new(name).unwrap()
     }
 
+    fn hubs(networks: &[&str]) -> Served {
+        let mut served = Served::default();
+        networks.iter().for_each(|network| served.note(&format!("v2x/{network}/hub/north/alive")));
+        served
+    }
+
     fn found(stands_in: bool, served: &[&str], frames: u64) -> Option<String> {
-        let asked = Asked { network: network("demo"), hub: None, stands_in };
-        finding(&asked, &served.iter().map(|name| network(name)).collect(), frames).map(|one| one.to_string())
+        let waited = Span::from_millis(11_000);
+        let asked = Asked { network: network("demo"), hub: None, stands_in, waited };
+        finding(&asked, &hubs(served), frames).map(|one| one.to_string())
     }
 
     #[test]
@@ -74,7 +95,13 @@ mod tests {
         );
         assert!(found(false, &["north", "south"], 0).unwrap().contains("serve north, south"));
         assert!(found(false, &[], 100).unwrap().contains("v2x hub --network demo"));
-        assert!(found(false, &["demo"], 100).unwrap().contains("does not answer"));
+        // A hub that is there and has no time is not called absent.
+        let busy = found(false, &["demo"], 100).unwrap();
+        assert!(busy.contains("hub north, which does not answer within 11 s: it is overloaded"), "{busy}");
+        let (hub, waited) = (HubId::new("south").ok(), Span::ZERO);
+        let asked = Asked { network: network("demo"), hub, stands_in: false, waited };
+        let other = finding(&asked, &hubs(&["demo"]), 0).unwrap();
+        assert!(other.code == Code::NoHub && other.says.contains("none with the name south"), "{other}");
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub(crate) struct ReplayArgs {
     /// Begin so many seconds after the first message
     #[arg(long, default_value_t = 0.0, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) from: f64,
-    /// Again and again, until Ctrl-C
+    /// Again and again, until Ctrl-C. At each new beginning everything jumps back to its first place, and gets new ids
     #[arg(long = "loop")]
     pub(crate) is_loop: bool,
     /// Send the recorded bytes as they are: hubs refuse such frames as too late

@@ -39,6 +39,7 @@ pub(crate) async fn run(args: &ReplayArgs, shutdown: &CancellationToken) -> anyh
     tracing::info!(
         frames = sent.frames,
         agents = sent.agents.len(),
+        begun_again = sent.rounds,
         late_ms = sent.latest.as_millis_f64(),
         "replayed"
     );
@@ -60,6 +61,8 @@ struct Replay<'a> {
 #[derive(Debug, Default)]
 struct Sent {
     frames: u64,
+    /// How often the recording has begun again.
+    rounds: u64,
     agents: BTreeSet<AgentId>,
     /// By how much a message was sent later than it should have been, at most.
     latest: Span,
@@ -84,6 +87,13 @@ impl Replay<'_> {
             }
             if !is_ended || !self.args.is_loop {
                 return Ok(());
+            }
+            self.sent.rounds += 1;
+            if self.sent.rounds == 1 {
+                tracing::info!(
+                    "the recording begins again: everything jumps back to its first place, and hubs give it new ids; scores over \
+                     several rounds count that as id switches"
+                );
             }
         }
     }

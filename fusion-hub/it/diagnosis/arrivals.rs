@@ -1,10 +1,13 @@
 //! Two processes of one name, missing and rare frames, idle agents, overload, and refused descriptions.
 
-use super::crossing::{DURATION_MS, assert_only, findings_of, findings_with, found, run, world};
+use super::crossing::{
+    DURATION_MS, Frame, assert_only, each, findings_of, findings_with, found, noise, run, world,
+};
+use serde_json::json;
 use v2x_common::id::AgentId;
 use v2x_common::wire::journal::Body;
 use v2x_fusion_hub::Engine;
-use v2x_fusion_hub::diagnosis::{Code, Tokens};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Tokens};
 use v2x_fusion_hub::hub::{Core, HubSettings};
 
 #[test]
@@ -22,6 +25,112 @@ fn two_processes_with_one_name_are_noticed_with_epochs_and_without() {
     // Started again once is no second process.
     let restarted = found(|frame| frame.epoch = if frame.captured_ms > 15_000 { 2 } else { 1 });
     assert_eq!(restarted, []);
+}
+
+/// Makes frames wrong.
+type Edit = fn(&mut Frame);
+
+/// Minimal JSON: neither an epoch nor a sequence number.
+fn minimal(frame: &mut Frame) {
+    frame.more = json!({ "epoch": null, "sequence": null, "sensor_pose": null });
+}
+
+#[test]
+fn two_processes_with_one_name_are_noticed_in_minimal_json_by_what_their_frames_show() {
+    // The second one sees other objects, or none, or the same ones elsewhere, at the same rate or half of it.
+    let elsewhere = |frame: &mut Frame| each(frame, |one| one.x += 6.0);
+    let others = |frame: &mut Frame| {
+        frame.detections.iter_mut().for_each(|one| (one.x, one.y) = (one.y + 60.0, one.x));
+    };
+    let none = |frame: &mut Frame| frame.detections.clear();
+    let seconds: [(&str, Edit, i64); 4] =
+        [("elsewhere", elsewhere, 1), ("others", others, 1), ("none", none, 1), ("half", others, 2)];
+    for (name, write, each_k) in seconds {
+        for phase_ms in [0, 13, 50, 90] {
+            let second = |k: i64| {
+                let mut frame = world(k, "north");
+                frame.captured_ms += phase_ms;
+                write(&mut frame);
+                minimal(&mut frame);
+                (k % each_k == 0).then_some(frame)
+            };
+            let findings = findings_of("", minimal, second);
+            let is_it = |one: &Finding| one.code == Code::TwoProcesses && one.is_fault();
+            assert!(findings.iter().any(is_it), "{name} at {phase_ms} ms: {findings:#?}");
+        }
+    }
+}
+
+#[test]
+fn one_process_of_minimal_json_is_not_taken_for_two_whatever_its_link_and_its_detector_do() {
+    let cases: [(&str, Edit); 6] = [
+        ("sound", |_| {}),
+        ("jitter that changes the order", |frame| frame.delay_ms += frame.captured_ms * 37 % 311),
+        ("one object that flickers", |frame| {
+            let is_seen = noise(frame.captured_ms.unsigned_abs(), 0, 3) > 0.0;
+            frame.detections.truncate(usize::from(is_seen));
+        }),
+        ("objects that flicker", |frame| {
+            let at = frame.captured_ms.unsigned_abs();
+            frame.detections.retain(|one| noise(at, one.x.to_bits(), 4) > 0.0);
+        }),
+        ("large errors", |frame| {
+            let at = frame.captured_ms.unsigned_abs();
+            each(frame, |one| (one.x, one.y) = (one.x + 4.0 * noise(at, one.y.to_bits(), 5), one.y));
+        }),
+        ("half of the frames are lost", |frame| frame.is_lost = noise(frame.sequence, 1, 6) > 0.0),
+    ];
+    for (name, write) in cases {
+        let findings = findings_of(
+            "",
+            |frame| {
+                minimal(frame);
+                write(frame);
+            },
+            |_| None,
+        );
+        assert!(findings.iter().all(|one| one.code != Code::TwoProcesses), "{name}: {findings:#?}");
+    }
+    // Started again, it goes on elsewhere.
+    let restarted = found(|frame| {
+        minimal(frame);
+        if frame.captured_ms > 15_000 {
+            each(frame, |one| one.x += 30.0);
+        }
+    });
+    assert!(restarted.iter().all(|one| one.code != Code::TwoProcesses), "{restarted:#?}");
+}
+
+#[test]
+fn capture_times_that_go_back_and_forth_and_a_rate_twice_the_declared_one_are_notes() {
+    let second = |k: i64| {
+        let mut frame = world(k, "north");
+        (frame.captured_ms, frame.delay_ms) = (frame.captured_ms - 150, frame.delay_ms + 200);
+        minimal(&mut frame);
+        Some(frame)
+    };
+    let findings = findings_of("", minimal, second);
+    let note = findings.iter().find(|one| one.code == Code::TwoProcesses);
+    assert!(note.is_some_and(|one| one.says.contains("back and forth")), "{findings:#?}");
+    let twice = |k: i64| {
+        let mut frame = world(k, "north");
+        frame.captured_ms += 50;
+        each(&mut frame, |one| (one.x, one.y) = (one.x + 0.2, one.y));
+        minimal(&mut frame);
+        Some(frame)
+    };
+    let north = AgentId::new("north").unwrap();
+    let description = r#"{"revision": 0, "kind": "roadside-unit", "accuracy": {"position_m": 0, "yaw_rad": 0, "clock_s": 0},
+        "field_of_view": {"range_max_m": 80}, "detection_probability": 0.9, "clutter_per_m2": 0.0, "rate_hz": 10}"#;
+    let describe =
+        |core: &mut Core| drop(core.handle_description(north, &Body::Json(description.as_bytes())));
+    let findings = findings_with("", describe, minimal, twice);
+    assert!(
+        findings.iter().any(|one| one.says.contains("declares 10.0 frames a second, and 20")),
+        "{findings:#?}"
+    );
+    let findings = findings_with("", describe, minimal, |_| None);
+    assert!(findings.iter().all(|one| one.code != Code::TwoProcesses), "{findings:#?}");
 }
 
 #[test]

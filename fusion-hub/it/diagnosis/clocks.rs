@@ -63,5 +63,13 @@ fn stamps_of_another_unit_are_named() {
         found(|frame| frame.more = json!({ "captured_at": (START_MS + frame.captured_ms) as f64 * 1e-3 }));
     assert_only(&seconds, Code::TimeUnit, "time.time_ns() // 1000");
     let millis = found(|frame| frame.more = json!({ "captured_at": START_MS + frame.captured_ms }));
-    assert_only(&millis, Code::TimeUnit, "milliseconds");
+    assert_only(
+        &millis,
+        Code::TimeUnit,
+        "`captured_at` is in milliseconds, and JSON wants whole microseconds since 1970",
+    );
+    assert_only(&millis, Code::TimeUnit, "time.time_ns() // 1000");
+    // What only follows from it is not said beside it.
+    assert_eq!(millis.len(), 1, "{millis:#?}");
+    assert!(!millis[0].to_string().contains("nanoseconds"), "{}", millis[0]);
 }

@@ -41,3 +41,42 @@ fn compass_headings_in_degrees_are_named_with_all_that_has_to_change_at_once() {
         assert_eq!(declared, []);
     }
 }
+
+#[test]
+fn compass_headings_in_degrees_and_swapped_sizes_are_both_named_and_nothing_else_is_blamed_on_a_crossing_and_on_one_road()
+ {
+    let compass = |frame: &mut Frame| {
+        each(frame, |one| {
+            one.yaw = (FRAC_PI_2 - one.yaw).to_degrees().rem_euclid(360.0);
+            (one.w, one.d) = (one.d, one.w);
+        });
+    };
+    let is_on_road = |yaw: f64| libm::sin(yaw).abs() < 0.5;
+    let one_road = |frame: &mut Frame| frame.detections.retain(|one| is_on_road(one.yaw));
+    let constant_delay = |frame: &mut Frame| frame.delay_ms = 300;
+    type Edit<'a> = &'a dyn Fn(&mut Frame);
+    let cases: [(&str, Edit<'_>); 3] = [
+        ("a crossing", &|_| {}),
+        ("one road", &one_road),
+        ("one road, and a slow link", &|frame| {
+            one_road(frame);
+            constant_delay(frame);
+        }),
+    ];
+    for (name, scene) in cases {
+        let found = findings_of(
+            "",
+            |frame| {
+                scene(frame);
+                compass(frame);
+            },
+            |_| None,
+        );
+        let faults: Vec<_> = found.iter().filter(|one| one.is_fault()).collect();
+        let codes: Vec<_> = faults.iter().map(|one| one.code).collect();
+        assert_eq!(codes, [Code::Degrees, Code::SizesSwapped], "{name}: {found:#?}");
+        let line = "yaw = { unit = \"deg\", from = \"north\", turn = \"cw\" }` under `[hub.agents.north]";
+        assert!(faults[0].change.contains(line), "{name}: {}", faults[0]);
+        assert!(faults[1].change.contains("sizes = \"w-along\""), "{name}: {}", faults[1]);
+    }
+}

@@ -1,6 +1,6 @@
 //! Positions in another frame, or that disagree with those of another agent.
 
-use super::crossing::{Frame, assert_only, each, found};
+use super::crossing::{Frame, assert_only, each, findings_of, found};
 use serde_json::json;
 use v2x_common::geometry::{Pose, wrap_angle};
 use v2x_fusion_hub::diagnosis::{Code, Finding};
@@ -11,6 +11,50 @@ fn degrees_of_longitude_and_latitude_are_named() {
         each(frame, |one| (one.x, one.y) = (11.575 + one.x / 74_400.0, 48.137 + one.y / 111_200.0));
     });
     assert_only(&geodetic, Code::Geodetic, "frame = \"wgs84\"");
+}
+
+#[test]
+fn exchanged_longitudes_and_latitudes_are_named_with_the_line_that_reads_them() {
+    let degrees = |frame: &mut Frame| {
+        each(frame, |one| (one.x, one.y) = (11.575 + one.x / 74_400.0, 48.137 + one.y / 111_200.0));
+    };
+    let settings = |frame: &str, latitude: f64, longitude: f64| {
+        format!(
+            "[agents.north]\nframe = \"{frame}\"\norigin = {{ latitude_deg = {latitude}, longitude_deg = {longitude} }}"
+        )
+    };
+    let no_pose = |frame: &mut Frame| frame.more = json!({ "sensor_pose": null });
+    let right = |frame: &mut Frame| {
+        degrees(frame);
+        no_pose(frame);
+    };
+    let exchanged = |frame: &mut Frame| {
+        right(frame);
+        each(frame, |one| (one.x, one.y) = (one.y, one.x));
+    };
+    let with_pose = |frame: &mut Frame| {
+        exchanged(frame);
+        frame.more = json!({ "sensor_pose": { "x": 48.1372, "y": 11.5752, "yaw": -1.8 } });
+    };
+    let found = |settings: &str, edit: &dyn Fn(&mut Frame)| findings_of(settings, edit, |_| None);
+    assert_eq!(found(&settings("wgs84", 48.137, 11.575), &right), []);
+    assert_eq!(found(&settings("wgs84-lat-lon", 48.137, 11.575), &exchanged), []);
+    let words = "frame = \"wgs84-lat-lon\"` under `[hub.agents.north]";
+    assert_only(&found(&settings("wgs84", 48.137, 11.575), &exchanged), Code::Geodetic, words);
+    // The origin is the one that is exchanged.
+    assert_only(
+        &found(&settings("wgs84", 11.575, 48.137), &right),
+        Code::Geodetic,
+        "exchange `latitude_deg`",
+    );
+    assert_only(
+        &found(&settings("wgs84-lat-lon", 48.137, 11.575), &right),
+        Code::Geodetic,
+        "frame = \"wgs84\"",
+    );
+    assert_only(&found(&settings("wgs84", 48.137, 11.575), &with_pose), Code::FramesRefused, "are exchanged");
+    let metres = found(&settings("wgs84", 48.137, 11.575), &no_pose);
+    assert_only(&metres, Code::Geodetic, "are these degrees?");
 }
 
 #[test]

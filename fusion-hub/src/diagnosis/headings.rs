@@ -3,6 +3,7 @@
 use super::observation::Observation;
 use v2x_common::detection::{Detection, HeadingKind};
 use v2x_common::fused::FusedFrame;
+use v2x_common::geometry::wrap_angle;
 use v2x_common::time::{Span, Timestamp};
 
 /// An object's direction of motion is known from this speed on, m/s.
@@ -138,6 +139,16 @@ impl Headings {
         add(&mut self.axis, 2.0 * direction);
     }
 
+    /// What a constant turn may be as well where all traffic is along one road: headings that grow clockwise.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn other_verdict(&self, verdict: Verdict) -> Option<Verdict> {
+        let Verdict::Turned(by) = verdict else { return None };
+        let [x, y] = self.axis;
+        let is_one_road = libm::hypot(x, y) >= AGREE * self.n as f64;
+        // heading = direction + by = −direction + by + twice the direction.
+        is_one_road.then(|| Verdict::Clockwise(wrap_angle(by + libm::atan2(y, x))))
+    }
+
     /// `None` where too few were seen, or they agree with nothing.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub(super) fn verdict(&self) -> Option<Verdict> {
@@ -188,7 +199,23 @@ mod tests {
 
     #[test]
     fn along_one_road_clockwise_headings_are_a_constant_turn() {
-        assert!(matches!(verdict(&[0.0, PI], |one| FRAC_PI_2 - one), Some(Verdict::Turned(_))));
+        for along in [0.0, 0.3, FRAC_PI_2] {
+            let mut headings = Headings::default();
+            for _ in 0..20 {
+                [along, along + PI].iter().for_each(|one| headings.add(FRAC_PI_2 - one, *one));
+            }
+            let verdict = headings.verdict().unwrap();
+            let Some(Verdict::Clockwise(east)) = headings.other_verdict(verdict) else {
+                panic!("{verdict:?}")
+            };
+            assert!(
+                matches!(verdict, Verdict::Turned(_)) && wrap_angle(east - FRAC_PI_2).abs() < 1e-9,
+                "{east}"
+            );
+        }
+        let mut crossing = Headings::default();
+        (0..20).for_each(|_| CROSSING.iter().for_each(|one| crossing.add(*one + 0.5, *one)));
+        assert_eq!(crossing.other_verdict(crossing.verdict().unwrap()), None);
     }
 
     #[test]

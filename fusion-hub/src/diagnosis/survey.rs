@@ -59,6 +59,10 @@ impl Survey {
     pub fn note_frame(&mut self, seen: &Observation<'_>) {
         let Some(agent) = self.current.agent(seen.frame.id.agent) else { return };
         agent.arrivals.note(seen);
+        // With both, numbers and epochs show it.
+        if !seen.reported.has_sequence || seen.frame.id.epoch == 0 {
+            agent.streams.note(seen);
+        }
         agent.writing.note(seen);
         // By stamps from anywhere nothing is compared.
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;

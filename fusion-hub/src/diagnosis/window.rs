@@ -4,6 +4,7 @@ use super::alignment::Snapshots;
 use super::alignment::fit::{Fit, fit};
 use super::arrivals::Arrivals;
 use super::headings::Headings;
+use super::streams::Streams;
 use super::writing::Writing;
 use crate::engine::{AgentRecord, Engine, Label, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,6 +39,7 @@ pub struct Tokens {
 #[derive(Clone, Debug, Default)]
 pub(super) struct AgentSurvey {
     pub(super) arrivals: Arrivals,
+    pub(super) streams: Streams,
     pub(super) writing: Writing,
     pub(super) headings: Headings,
     /// The same, if they were degrees.

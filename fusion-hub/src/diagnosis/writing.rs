@@ -4,7 +4,7 @@ use super::observation::Observation;
 use v2x_common::class::{Class, ClassGroup};
 use v2x_common::conventions::YawConvention;
 use v2x_common::detection::{Detection, MAX_COORDINATE_M};
-use v2x_common::reported::RawHeadings;
+use v2x_common::reported::{OffPlaces, RawHeadings};
 
 /// Detections in degrees of longitude and latitude lie this close together, in what is read as metres: 5 km.
 pub(super) const DEGREES_APART: f64 = 0.05;
@@ -21,6 +21,8 @@ const MAX_MIDDLES: usize = 128;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Writing {
     pub(super) headings: RawHeadings,
+    pub(super) off_origin: OffPlaces,
+    pub(super) is_json: bool,
     pub(super) detections: u64,
     pub(super) without_sigma: u64,
     pub(super) sigma_is_set: bool,
@@ -45,9 +47,11 @@ impl Writing {
     pub(super) fn note(&mut self, seen: &Observation<'_>) {
         let detections = &seen.frame.detections;
         self.headings.merge(&seen.reported.headings);
+        self.off_origin.merge(&seen.reported.off_origin);
         self.detections += detections.len() as u64;
         self.without_sigma += seen.reported.without_sigma;
         self.sigma_is_set = seen.reported.sigma_is_set;
+        self.is_json = seen.reported.is_json;
         (self.yaw, self.sizes_swapped) = (seen.reported.yaw, seen.reported.sizes_swapped);
         let sigma = detections.iter().map(|one| one.covariance.position);
         let sigma = sigma.map(|one| libm::sqrt(f64::midpoint(one.xx, one.yy))).filter(|one| one.is_finite());

@@ -175,8 +175,11 @@ impl Core {
             Body::TooLarge(bytes) => return Err(too_large(bytes)),
             Body::Postcard(bytes) => {
                 let mut frame = wire::detections::decode_as_sent(bytes)?;
+                let mut reported = Reported::by(conventions, true);
+                let places = frame.detections.iter().map(|one| [one.bev.x, one.bev.y]);
+                let off = places.filter_map(|place| conventions.frame.off_origin(place));
+                off.for_each(|off| reported.off_origin.note(off));
                 conventions.convert(&mut frame).map_err(WireError::from)?;
-                let reported = Reported::by(conventions, true);
                 DecodedDetections { frame, unmapped_classes: UnmappedNames::default(), reported }
             }
             Body::Json(bytes) => {

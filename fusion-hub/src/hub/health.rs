@@ -52,6 +52,8 @@ pub(super) struct Seen<'a> {
     /// Samples dropped from full queues so far.
     pub(super) dropped: u64,
     pub(super) invalid_names: Vec<InvalidName>,
+    /// What is published beside the keys that are read.
+    pub(super) strays: Vec<Finding>,
     /// The lineage of another hub of this name.
     pub(super) twin: Option<u32>,
     /// The lineage of one of its two hubs whose lists are made by other settings.
@@ -116,6 +118,7 @@ impl Health {
             let says = format!("nothing of agent {name:?} is used: {reason}");
             findings.push(Finding::of_network(Code::InvalidName, says, "Give it another name"));
         }
+        findings.extend(seen.strays.iter().cloned());
         if let Some(lineage) = seen.twin {
             let says = format!(
                 "another hub (lineage {lineage}) publishes under this hub's name: consumers get both lists in turn"

@@ -64,6 +64,8 @@ mod standby;
 #[cfg(feature = "net")]
 mod status;
 #[cfg(feature = "net")]
+mod strays;
+#[cfg(feature = "net")]
 mod system_clock;
 #[cfg(feature = "net")]
 mod tile_lists;

@@ -6,6 +6,7 @@ use super::encoding::encode_list;
 use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::on_demand::{OnDemand, Parts, declare_publisher};
+use super::strays::Strays;
 use super::token_changes::Token;
 use super::twin::{self, Twin};
 use super::unnamed::Unnamed;
@@ -84,6 +85,8 @@ pub(super) struct Network {
     pub(super) parts: Parts,
     /// Samples under keys without a valid agent's name.
     pub(super) unnamed: Arc<Unnamed>,
+    /// Samples beside the keys that are read.
+    pub(super) strays: Arc<Strays>,
     /// Another hub of this name.
     pub(super) twin: Arc<Twin>,
     /// Of a hub that stands by while another one publishes: what says that it does not.
@@ -208,6 +211,12 @@ impl Network {
         let twin = Arc::new(Twin::default());
         let lists_of_others = twin::listen(session, keys, hub, (twin.clone(), standby.is_some())).await?;
         let mut subscribers = vec![detections.await?, sensors.await?, roster, idle, lists_of_others];
+        let strays = Arc::new(Strays::default());
+        for key in keys.beside_agents() {
+            let strays = strays.clone();
+            let beside = session.declare_subscriber(key);
+            subscribers.push(beside.callback(move |sample| strays.note(sample.key_expr().as_str())).await?);
+        }
         let mut beats = None;
         if let Some(own) = standby {
             subscribers.push(twin::listen_to_beats(session, keys, hub, twin.clone()).await?);
@@ -220,6 +229,7 @@ impl Network {
             lagged,
             parts: Parts::declare(session, *keys, *hub).await?,
             unnamed,
+            strays,
             twin,
             beats,
             _subscribers: subscribers,

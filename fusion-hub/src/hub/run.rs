@@ -352,6 +352,7 @@ impl Hub {
             started_at: self.started_at,
             dropped: self.dropped(),
             invalid_names: self.network.unnamed.names(),
+            strays: self.network.strays.findings(self.network_id, clock::now()),
             twin: self.network.twin.lineage(clock::now()).filter(|_| self.has_rival()),
             standby_differs: self.standby.as_ref().and_then(|standby| standby.differs(clock::now())),
             is_access_behind: self.access.is_behind(),

@@ -10,7 +10,7 @@ use super::roads;
 use super::setting::Setting;
 use crate::scenario::config::ScenarioFile;
 use crate::scenario::error::ScenarioError;
-use crate::scenario::files::Files;
+use crate::scenario::files::{Files, maker_in_words};
 use crate::scenario::toml_file::{TomlOrigin, TomlWorld};
 use crate::trajectories::{ReadOptions, VehicleType};
 use crate::world::{Course, RecordedWorld, WorldConfig, traffic_roads};
@@ -49,8 +49,11 @@ fn existing(
     }
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()));
-    let expected =
-        format!("a file{folder}; the CSV and XML files and folders of tables there: {}", files.others(&path));
+    let expected = format!(
+        "a file{folder}; the CSV and XML files and folders of tables there: {}{}",
+        files.others(&path),
+        maker_in_words(&path)
+    );
     Err(field.child(key).error(format_args!("{name:?}"), expected))
 }
 

@@ -200,7 +200,7 @@ fn to_frame(
     (defaults, conventions): (&ReportDefaults, &Conventions),
 ) -> Result<DecodedDetections, WireError> {
     let mut unmapped_classes = UnmappedNames::default();
-    let mut reported = Reported::by(conventions, json.sequence.is_some());
+    let mut reported = Reported { is_json: true, ..Reported::by(conventions, json.sequence.is_some()) };
     let pose = json.sensor_pose.as_ref().map(|pose| Pose { x: pose.x, y: pose.y, yaw: pose.yaw });
     let conversion = conventions.conversion(pose)?;
     let detections = json.detections.iter().map(|detection| {
@@ -210,6 +210,8 @@ fn to_frame(
         });
         reported.without_sigma += u64::from(detection.sigma.x.is_none());
         detection.yaw.iter().for_each(|yaw| reported.headings.note(conversion.heading(*yaw)));
+        let off = conventions.frame.off_origin([detection.x, detection.y]);
+        off.into_iter().for_each(|off| reported.off_origin.note(off));
         detection.partial(class).completed(defaults, &conversion)
     });
     let detections = detections.collect();

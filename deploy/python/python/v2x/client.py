@@ -21,6 +21,7 @@ import time
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from types import TracebackType
 from typing import Any, Generic, Self, TypeVar
 
@@ -104,6 +105,8 @@ class Agent(_Client):
         patience_s: float = 5.0,
     ) -> None:
         _check_name("name", name)
+        if description is not None:
+            description.check()
         super().__init__(network, connect, config, patience_s)
         self.name = name
         # Any number that grows from boot to boot: µs since 1970, as our own agents have it.
@@ -122,7 +125,7 @@ class Agent(_Client):
 
     def _describe(self) -> None:
         assert self._description is not None
-        payload = json.dumps(self._description.to_json())
+        payload = json.dumps(self._description.to_json(), default=_plain)
         while True:
             self._descriptions.put(payload)
             if self._closed.wait(DESCRIPTION_INTERVAL_S):
@@ -148,20 +151,26 @@ class Agent(_Client):
     ) -> DetectionFrame:
         """Publishes what the sensor detected at `captured_at` (ns since 1970; now, if it is not given), and returns it.
 
-        `detections` are `Detection`s or an array of `v2x.DETECTION`; none at all says that the sensor detected nothing.
+        `detections` are `Detection`s or an array of `v2x.DETECTION`; none at all says that the sensor detected nothing. A
+        number that is none (a float as a time, NaN as a position) is a `TypeError` or a `ValueError` that names it; in an array
+        NaN is what is not known, but for x and y.
         """
         listed = detections_of(detections) if isinstance(detections, np.ndarray) else tuple(detections)
         at = time.time_ns() if captured_at is None else captured_at
+        revision = 0 if self._description is None else self._description.revision
+        frame = DetectionFrame(at, listed, self.name, self.epoch, 0, sensor_pose, revision, map_frame)
+        # What is refused here has no number: it would be missing at the hub.
+        frame.check()
         with self._lock:
             sequence, self._sequence = self._sequence, self._sequence + 1
-        revision = 0 if self._description is None else self._description.revision
-        frame = DetectionFrame(at, listed, self.name, self.epoch, sequence, sensor_pose, revision, map_frame)
+        frame = replace(frame, sequence=sequence)
         self.put(frame)
         return frame
 
     def put(self, frame: DetectionFrame) -> None:
-        """Publishes a frame as it is."""
-        self._frames.put(json.dumps(frame.to_json()))
+        """Publishes a frame as it is. A number that is none is a `TypeError` or a `ValueError`, as in `publish`."""
+        frame.check()
+        self._frames.put(json.dumps(frame.to_json(), default=_plain))
 
     def close(self) -> None:
         """Leaves the network."""
@@ -371,6 +380,13 @@ def _undeclare(subscriber: Any) -> None:
     except zenoh.ZError:
         # The session was closed before it.
         pass
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers as those of JSON."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"a {type(value).__name__} is no value of JSON")
 
 
 def _check_name(what: str, name: str) -> None:

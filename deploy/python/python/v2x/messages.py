@@ -26,6 +26,37 @@ _HEADING_NAMES: dict[int, Heading] = {KNOWN: "known", AXIS: "axis", UNKNOWN: "un
 _UPPER = np.triu_indices(4)
 
 
+def _number(name: str, value: Any) -> None:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise TypeError(f"{name} is {value!r}, expected a number")
+    if not np.isfinite(value):
+        raise ValueError(f"{name} is {value!r}, expected a finite number; what is not known is left out (None)")
+
+
+def _integer(name: str, value: Any, meaning: str, bits: int = 64) -> None:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} is {value!r}, expected an integer {meaning}")
+    if not 0 <= int(value) < 1 << bits:
+        raise ValueError(f"{name} is {value!r}, expected an integer {meaning}, from 0 to 2^{bits} - 1")
+
+
+def _all_numbers(prefix: str, json: Any) -> None:
+    """Every number of a message."""
+    for name, value in json.items():
+        if isinstance(value, dict):
+            _all_numbers(f"{prefix}{name}.", value)
+        elif not isinstance(value, str):
+            _number(prefix + name, value)
+
+
+def _numbers(prefix: str, of: Any) -> None:
+    """Every field of numbers; one that is left out is none."""
+    for name in of.__slots__:
+        value = getattr(of, name)
+        if value is not None:
+            _number(f"{prefix}.{name}", value)
+
+
 def _given(**values: Any) -> Json:
     return {name: value for name, value in values.items() if value is not None}
 
@@ -95,6 +126,23 @@ class Detection:
     velocity: Velocity | None = None
     source_track: int | None = None
 
+    def check(self, name: str = "detection") -> None:
+        """Raises a `TypeError` or a `ValueError` that names the field and its value where a number is none."""
+        if not isinstance(self.cls, str):
+            raise TypeError(f"{name}.cls is {self.cls!r}, expected the name of a class, such as 'car'")
+        if self.heading is not None and self.heading not in _HEADINGS:
+            raise ValueError(f"{name}.heading is {self.heading!r}, expected one of {', '.join(_HEADINGS)}")
+        for field_name in ("x", "y"):
+            _number(f"{name}.{field_name}", getattr(self, field_name))
+        for field_name in ("w", "d", "yaw", "score"):
+            if getattr(self, field_name) is not None:
+                _number(f"{name}.{field_name}", getattr(self, field_name))
+        for of_name, of in (("sigma", self.sigma), ("velocity", self.velocity)):
+            if of is not None:
+                _numbers(f"{name}.{of_name}", of)
+        if self.source_track is not None:
+            _integer(f"{name}.source_track", self.source_track, "that names a track")
+
     def to_json(self) -> Json:
         """As JSON of the network."""
         return _given(
@@ -130,6 +178,19 @@ class DetectionFrame:
     sensor_pose: Pose | None = None
     sensor_revision: int = 0
     map_frame: str | None = None
+
+    def check(self) -> None:
+        """Raises a `TypeError` or a `ValueError` that names the field and its value where a number is none: a time that is a
+        float, a position that is NaN or infinite. Whether values are possible (a width of 0) the hub judges."""
+        _integer("captured_at", self.captured_at, "of nanoseconds since 1970, such as time.time_ns()", 63)
+        for name in ("epoch", "sequence"):
+            if getattr(self, name) is not None:
+                _integer(name, getattr(self, name), "that counts")
+        _integer("sensor_revision", self.sensor_revision, "that counts", 32)
+        if self.sensor_pose is not None:
+            _numbers("sensor_pose", self.sensor_pose)
+        for n, one in enumerate(self.detections):
+            one.check(f"detections[{n}]")
 
     def to_json(self) -> Json:
         """As JSON of the network."""
@@ -250,6 +311,11 @@ class SensorDescription:
     size_noise: SizeNoise | None = None
     body: Body | None = None
     revision: int = 1
+
+    def check(self) -> None:
+        """Raises a `TypeError` or a `ValueError` that names the field and its value where a number is none."""
+        _integer("revision", self.revision, "that counts", 32)
+        _all_numbers("", self.to_json())
 
     def to_json(self) -> Json:
         """As JSON of the network."""

@@ -23,6 +23,11 @@ const CAUSE_SHARE: f64 = 0.5;
 const GAPS: (f64, f64) = (0.05, 0.3);
 /// A rate below this share of the declared one is reported.
 const LOW_RATE: f64 = 0.6;
+/// A rate from this share of the declared one on may be that of two processes.
+const HIGH_RATE: f64 = 1.7;
+/// Shares of frames from which they are those of two processes: that show what the last but one showed, and that go back in time.
+const RETURNS_SHARE: f64 = 0.3;
+const BACKWARDS_SHARE: f64 = 0.2;
 /// Times of transport that vary by more, s.
 const JITTER_S: f64 = 0.1;
 /// Standard deviations within which a clock error is one that its agent declares.
@@ -30,7 +35,7 @@ const DECLARED_SIGMAS: f64 = 3.0;
 
 /// `behind_s`: how far its clock is behind by the objects that it shares.
 pub(super) fn findings(one: &One<'_>, behind_s: Option<f64>) -> Vec<Finding> {
-    [clock(one, behind_s), two_processes(one), gaps(one), rate(one), jitter(one)]
+    [clock(one, behind_s), two_processes(one).or_else(|| two_streams(one)), gaps(one), rate(one), jitter(one)]
         .into_iter()
         .flatten()
         .collect()
@@ -133,6 +138,41 @@ fn two_processes(one: &One<'_>) -> Option<Finding> {
         return None;
     };
     Some(one.fault(Code::TwoProcesses, says, "Give each process a name of its own, or end one of them"))
+}
+
+/// What only the contents of frames and their times show.
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn two_streams(one: &One<'_>) -> Option<Finding> {
+    let streams = &one.survey.streams;
+    let compared = streams.compared;
+    let is_often = |count: u64, share: f64| count >= MIN_VALUES && count as f64 >= share * compared as f64;
+    let returns = streams.content_returns();
+    if is_often(returns, RETURNS_SHARE) {
+        let says = format!(
+            "its frames show two sets of objects in turn ({returns} of {compared} times what the last frame but one or two showed \
+             was back, and what the last one showed was not there): two processes use its name, or one sends by turns what \
+             several sensors see"
+        );
+        let change = "Give each process and each sensor a name of its own, or end one of them";
+        return Some(one.fault(Code::TwoProcesses, says, change));
+    }
+    let backwards = streams.backwards;
+    if is_often(backwards, BACKWARDS_SHARE) && is_often(streams.delay_returns(), RETURNS_SHARE) {
+        let says = format!(
+            "its capture times go back and forth ({backwards} of {compared} frames were captured before the frame that came \
+             before them): two processes use its name, or it sends frames of two workers as they are ready"
+        );
+        let change = "Two processes need names of their own; of one process it is no fault, for each frame is fused at its own time";
+        return Some(one.note(Code::TwoProcesses, says, change));
+    }
+    let declared_hz = one.around.engine.agents().record(&one.agent)?.description?.rate_hz;
+    let rate_hz = one.survey.arrivals.rate_hz()?;
+    let is_twice = declared_hz > 0.0 && rate_hz >= HIGH_RATE * declared_hz && is_often(compared, 0.0);
+    is_twice.then(|| {
+        let says = format!("it declares {declared_hz:.1} frames a second, and {rate_hz:.1} arrive");
+        let change = "Is `rate_hz` of its sensor description right? Otherwise two processes use its name";
+        one.note(Code::TwoProcesses, says, change)
+    })
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]

@@ -53,6 +53,14 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
 /// What an agent that is idle shows, too.
 const IDLENESS: [Code; 3] = [Code::Silent, Code::Gaps, Code::RateLow];
 const HEADINGS: [Code; 3] = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
+/// What boxes show beside their places.
+const BOXES: [Code; 5] = [
+    Code::Degrees,
+    Code::HeadingsMirrored,
+    Code::HeadingsRotated,
+    Code::HeadingsReversed,
+    Code::SizesSwapped,
+];
 const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
 const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
 /// Where positions are wrong altogether, nothing that is compared with them means anything.
@@ -69,6 +77,13 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         of_agent.into_iter().any(|(_, fit)| matches!(fit, Fit::Changed { .. }))
     };
     // Shifted by a lane, what moves is compared with what comes the other way.
+    // Wrong headings and sizes spoil the objects that everybody is compared with.
+    let of_boxes: Vec<_> =
+        has.iter().filter(|(_, code)| BOXES.contains(code)).map(|(agent, _)| *agent).collect();
+    let sees_wrong_boxes = |agent: AgentId| {
+        let compared = window.fits.keys().filter(|pair| pair.contains(&agent)).flatten();
+        of_boxes.contains(&agent) || compared.into_iter().any(|one| of_boxes.contains(one))
+    };
     let shifted = findings.iter().filter(|one| one.code == Code::Offset && one.is_fault());
     let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
     findings.retain(|one| {
@@ -77,8 +92,11 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let is_consequence = (places_are_wrong
             && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
             || (shifted.contains(&agent) && HEADINGS.contains(&one.code))
-            || ((places_are_wrong || differs(agent)) && SIGMAS.contains(&one.code))
-            || (has_one(agent, &[Code::TimeUnit]) && CLOCKS.contains(&one.code))
+            || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
+                && SIGMAS.contains(&one.code))
+            || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
+            || (has_one(agent, &[Code::TimeUnit])
+                && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });

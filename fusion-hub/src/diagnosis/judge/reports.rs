@@ -3,6 +3,8 @@
 use super::super::finding::{Code, Finding};
 use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
+use super::writing;
+use crate::engine::{Refusal, StampFault};
 use v2x_common::time::Span;
 
 /// Refusals of one reason are reported from this number and this share of the frames on.
@@ -15,8 +17,6 @@ const LEFT_OUT: &str = "not_listened_to";
 /// Detections that are odd are a fault from so many on, and from such a share on; fewer are worth a note.
 const MIN_ODD: u64 = 3;
 const ODD_SHARE: f64 = 0.02;
-/// Most names of classes that are listed.
-const MOST_LISTED: usize = 8;
 /// Innovations that were gathered in less say little: at first tracks are not known well.
 const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
 /// Factors on stated standard deviations are reported outside this range.
@@ -29,7 +29,10 @@ const MIN_INNOVATIONS: u64 = 100;
 pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     let mut findings = refused(one);
     findings.extend(left_out(one));
-    findings.extend(dropped(one));
+    // Where positions should be degrees and are none, that says it better.
+    if writing::off_origin(one).is_none() {
+        findings.extend(dropped(one));
+    }
     findings.extend(unknown_classes(one));
     findings.extend(description(one));
     findings.extend(stated_errors(one));
@@ -63,9 +66,31 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
             ),
             _ => format!("{count} of {frames} frames are refused ({reason}); the newest: {last}"),
         };
-        one.fault(code, says, remedy(reason))
+        let (says, change) = time_unit(one, last, (*count, frames)).unwrap_or_else(|| (says, remedy(reason).to_owned()));
+        one.fault(code, says, change)
     })
     .collect()
+}
+
+/// The unit of stamps that are read by the wrong one, by the format that they are in.
+fn time_unit(one: &One<'_>, refusal: &Refusal, (count, frames): (u64, u64)) -> Option<(String, String)> {
+    let Refusal::WrongTimeUnit { cause, .. } = refusal else { return None };
+    let is_json = one.survey.writing.is_json;
+    let unit = match (cause, is_json) {
+        (StampFault::Thousandth, true) | (StampFault::Millionth, false) => "milliseconds",
+        (StampFault::Thousandth, false) => "microseconds",
+        (StampFault::Millionth, true) | (StampFault::Billionth, false) => "seconds",
+        (StampFault::Billionth, true) | (StampFault::OtherEpoch, _) => return None,
+    };
+    let (format, wanted, how) = match is_json {
+        true => ("JSON", "whole microseconds", "time.time_ns() // 1000"),
+        false => ("the compact format", "nanoseconds", "time.time_ns()"),
+    };
+    let says = format!(
+        "its `captured_at` is in {unit}, and {format} wants {wanted} since 1970: {count} of {frames} frames are refused \
+         (wrong_time_unit)"
+    );
+    Some((says, format!("Send {wanted} since 1970 (Python: `{how}`)")))
 }
 
 /// An agent that is there, and that the hub's settings leave out on purpose.
@@ -91,6 +116,10 @@ fn remedy(reason: &str) -> &'static str {
         "agent_mismatch" => "The name in the payload and in the key must be the same; JSON may leave it out",
         "no_sensor_pose" => {
             "Send `sensor_pose` with each frame, or set the hub's `frame` for this agent to `map` or `sensor`"
+        }
+        "off_origin" => {
+            "With `frame = \"wgs84\"` in the hub's settings x is the longitude and y the latitude in degrees, also in `sensor_pose`; \
+             where these are exchanged, send them so, or write `frame = \"wgs84-lat-lon\"`; is `origin` right?"
         }
         "queue_full" if cfg!(debug_assertions) => {
             "This hub was built without optimisation, which costs some 20 times the time: build it with `--release`"
@@ -152,18 +181,13 @@ fn unknown_classes(one: &One<'_>) -> Option<Finding> {
     let unmapped = since(one)?.unmapped;
     let count = unmapped.total();
     (count > 0).then(|| {
-        let names = sorted(unmapped.names());
-        let list: Vec<_> =
-            names.iter().take(MOST_LISTED).map(|(name, count)| format!("{name:?} {count}")).collect();
-        let more = if names.len() > MOST_LISTED { ", …" } else { "" };
         let says = format!(
-            "{count} of {} detections are of classes that are not known ({}{more})",
+            "{count} of {} detections are of classes that are not known ({})",
             one.survey.writing.detections,
-            list.join(", ")
+            unmapped.in_words()
         );
-        let first = names.first().map_or("name", |(name, _)| name);
-        let setting = one.setting(&format!("classes = {{ {first:?} = \"car\" }}"));
-        let change = format!("They are fused as `unknown`. Write {setting}, with the class that it is");
+        let (setting, which) = unmapped.setting();
+        let change = format!("They are fused as `unknown`. Write {}, with {which}", one.setting(&setting));
         odd(one, Code::UnknownClasses, count, (says, change))
     })
 }

@@ -1,12 +1,13 @@
 //! Units, axes and orders of an agent's numbers.
 
 use super::super::finding::{Code, Finding};
-use super::super::headings::Verdict;
+use super::super::headings::{Headings, Verdict};
 use super::super::writing::{DEGREES_APART, Writing};
 use super::one::{MIN_VALUES, One};
 use std::f64::consts::{FRAC_PI_2, PI};
 use v2x_common::conventions::{AngleUnit, TurnDirection, YawConvention, YawOrigin};
 use v2x_common::geometry::wrap_angle;
+use v2x_common::reported::OffPlaces;
 
 /// Share of headings beyond a whole turn from which they are no radians: radians that are not wrapped exceed a turn rarely,
 /// and by little.
@@ -21,6 +22,9 @@ const SWAPPED_SHARE: f64 = 0.8;
 const MISSING_SHARE: f64 = 0.5;
 /// Share of the frames with several objects in which these are at one place, as degrees are.
 const AT_ONE_PLACE: f64 = 0.95;
+/// Positions off the stated origin are reported from so many, and from such a share on.
+const MIN_OFF: u64 = 3;
+const OFF_SHARE: f64 = 0.02;
 /// One or two objects in degrees move by less and by more: 500 m, and 2 m.
 const FEW_OBJECTS_APART: f64 = 0.005;
 const FEW_OBJECTS_MOVE: f64 = 2e-5;
@@ -32,7 +36,8 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     let degrees = degrees(one);
     let headings = if degrees.is_some() { None } else { headings(one) };
     // Boxes whose heading is a quarter turn off may be boxes with swapped sizes, and the other way round: both are reported.
-    [degrees, headings, swapped_sizes(one), geodetic(one), sigma_missing(one)].into_iter().flatten().collect()
+    let all = [degrees, headings, swapped_sizes(one), geodetic(one), off_origin(one), sigma_missing(one)];
+    all.into_iter().flatten().collect()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
@@ -49,7 +54,7 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
         && (verdict.is_some() || !is_share(headings.beyond_360, headings.n, BEYOND_360_SHARE));
     is_degrees.then(|| {
         let read = YawConvention { unit: AngleUnit::Deg, ..*yaw };
-        let found = verdict.and_then(|verdict| convention_of(&read, verdict));
+        let Conventions { found, other } = Conventions::of(&one.survey.headings_as_degrees, &read);
         let more = match (found, verdict) {
             (Some(found), _) if found != read => {
                 format!("; against the motion of what it sees they are {}", in_words(found))
@@ -68,8 +73,40 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
         let setting = yaw_setting(one, found.unwrap_or(read));
         let send =
             if more.is_empty() { "Send radians" } else { "Send radians, counter-clockwise from east (x)" };
-        one.fault(Code::Degrees, says, format!("{send}, or write {setting}"))
+        let rest = match (verdict, other) {
+            (None, _) => {
+                ". Whether they also grow clockwise, or from north, shows once several things move".to_owned()
+            }
+            (_, Some(other)) => format!(
+                ". All traffic is along one road: there headings {} look the same, which is {}",
+                in_words(other),
+                yaw_setting(one, other)
+            ),
+            _ => String::new(),
+        };
+        one.fault(Code::Degrees, says, format!("{send}, or write {setting}{rest}"))
     })
+}
+
+/// By which conventions headings agree with the motion of what is seen.
+struct Conventions {
+    found: Option<YawConvention>,
+    /// As well, where all traffic is along one road.
+    other: Option<YawConvention>,
+}
+
+impl Conventions {
+    /// Of headings that are read by this convention.
+    fn of(headings: &Headings, read_by: &YawConvention) -> Self {
+        let verdict = headings.verdict();
+        let plain = verdict.and_then(|verdict| convention_of(read_by, verdict));
+        let other = verdict.and_then(|verdict| headings.other_verdict(verdict));
+        let other = other.and_then(|verdict| convention_of(read_by, verdict));
+        match plain {
+            Some(_) => Self { found: plain, other },
+            None => Self { found: other, other: None },
+        }
+    }
 }
 
 /// A convention of headings in words.
@@ -102,7 +139,8 @@ fn yaw_setting(one: &One<'_>, yaw: YawConvention) -> String {
 
 fn headings(one: &One<'_>) -> Option<Finding> {
     let verdict = one.survey.headings.verdict()?;
-    let setting = convention_of(&one.survey.writing.yaw, verdict).map(|yaw| yaw_setting(one, yaw));
+    let Conventions { found, other } = Conventions::of(&one.survey.headings, &one.survey.writing.yaw);
+    let setting = found.map(|yaw| yaw_setting(one, yaw));
     let or_setting = setting.map(|setting| format!(", or write {setting}")).unwrap_or_default();
     let degrees = |angle: f64| angle.to_degrees();
     Some(match verdict {
@@ -119,7 +157,13 @@ fn headings(one: &One<'_>) -> Option<Finding> {
         Verdict::Turned(by) if PI - by.abs() < QUARTER_WITHIN_RAD => one.fault(
             Code::HeadingsReversed,
             "its headings point backwards: opposite to the motion of what it sees".to_owned(),
-            "Turn them by 180°. Where all traffic is along one road they may also grow clockwise",
+            match found.or(other).filter(|_| one.survey.headings.other_verdict(verdict).is_some()) {
+                Some(yaw) => format!(
+                    "Turn them by 180°. All traffic is along one road: where they grow clockwise, write {}",
+                    yaw_setting(one, yaw)
+                ),
+                None => "Turn them by 180°".to_owned(),
+            },
         ),
         Verdict::Turned(by) => one.fault(
             Code::HeadingsRotated,
@@ -192,10 +236,38 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
         let setting = one.setting("frame = \"wgs84\"");
         let change = format!(
             "Send metres in the map frame, or write {setting} with the map's `origin = {{ latitude_deg = …, longitude_deg = … }}` (x is \
-             the longitude)"
+             the longitude; where it is the latitude, `frame = \"wgs84-lat-lon\"`)"
         );
         one.fault(Code::Geodetic, says, change)
     })
+}
+
+/// Positions that are no longitudes and latitudes near the origin that the settings state: all that is said of their values follows.
+pub(super) fn off_origin(one: &One<'_>) -> Option<Finding> {
+    let OffPlaces { n, exchanged, newest } = one.survey.writing.off_origin;
+    let (detections, newest) = (one.survey.writing.detections, newest?);
+    if n < MIN_OFF || !is_share(n, detections, OFF_SHARE) {
+        return None;
+    }
+    let says = format!("{n} of {detections} positions are dropped; the newest: {newest}");
+    let other = if newest.latitude_first { "wgs84" } else { "wgs84-lat-lon" };
+    let change = if 2 * exchanged > n {
+        let [first, second] = match newest.latitude_first {
+            true => ["latitude", "longitude"],
+            false => ["longitude", "latitude"],
+        };
+        let setting = one.setting(&format!("frame = \"{other}\""));
+        format!(
+            "Send the {first} as x and the {second} as y, or write {setting}. Where it is the origin that is the wrong way round, \
+             exchange `latitude_deg` and `longitude_deg` there"
+        )
+    } else {
+        format!(
+            "Is `origin` of {} right, and are these degrees? Of metres in the map frame nothing is to be written: remove `frame` there",
+            one.agent
+        )
+    };
+    Some(one.fault(Code::Geodetic, says, change))
 }
 
 fn sigma_missing(one: &One<'_>) -> Option<Finding> {

@@ -43,6 +43,8 @@ enum FrameName {
     Sensor,
     Ego,
     Wgs84,
+    #[serde(rename = "wgs84-lat-lon")]
+    Wgs84LatLon,
 }
 
 /// Which of w and d is along the heading.
@@ -146,7 +148,15 @@ impl AgentTable {
         if has_pose && self.frame != FrameName::Sensor {
             return Err("pose is for frame = \"sensor\"".to_owned());
         }
-        if has_origin && self.frame != FrameName::Wgs84 {
+        let plane = || {
+            let needed =
+                "frame = \"wgs84\" needs origin = { latitude_deg = …, longitude_deg = … }, or [hub.tiles]";
+            match self.origin {
+                None => Ok(plane.ok_or(needed)?),
+                Some(origin) => on_earth(origin).map(LocalPlane::new),
+            }
+        };
+        if has_origin && !matches!(self.frame, FrameName::Wgs84 | FrameName::Wgs84LatLon) {
             return Err("origin is for frame = \"wgs84\"".to_owned());
         }
         Ok(match self.frame {
@@ -160,13 +170,8 @@ impl AgentTable {
                 }
                 CoordinateFrame::Sensor(Pose { yaw: wrap_angle(pose.yaw), ..pose })
             }
-            FrameName::Wgs84 => {
-                let needed = "frame = \"wgs84\" needs origin = { latitude_deg = …, longitude_deg = … }, or [hub.tiles]";
-                match self.origin {
-                    None => CoordinateFrame::Geodetic(plane.ok_or(needed)?),
-                    Some(origin) => CoordinateFrame::Geodetic(LocalPlane::new(on_earth(origin)?)),
-                }
-            }
+            FrameName::Wgs84 => CoordinateFrame::Geodetic(plane()?),
+            FrameName::Wgs84LatLon => CoordinateFrame::LatitudeFirst(plane()?),
         })
     }
 
@@ -256,7 +261,7 @@ mod tests {
         for (text, named) in [
             ("frame = \"sensor\"", "needs pose"),
             ("frame = \"wgs84\"", "needs origin"),
-            ("frame = \"utm\"", "expected one of `map`, `sensor`, `ego`, `wgs84`"),
+            ("frame = \"utm\"", "expected one of `map`, `sensor`, `ego`, `wgs84`, `wgs84-lat-lon`"),
             ("pose = { x = 1, y = 2 }", "pose is for frame = \"sensor\""),
             ("origin = { latitude_deg = 91, longitude_deg = 0 }\nframe = \"wgs84\"", "origin is 91"),
             ("classes = { Auto = \"spaceship\" }", "\"spaceship\", which is no class; there are"),

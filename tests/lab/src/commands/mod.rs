@@ -15,6 +15,7 @@ mod report_of_recording;
 mod rerun;
 mod retrack;
 mod run_folder;
+mod run_parts;
 mod run_place;
 mod score;
 mod simulate;

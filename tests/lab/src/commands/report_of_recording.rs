@@ -1,13 +1,17 @@
 //! The page of a recording that is no run of the laboratory's: it has no truth.
 
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
-use crate::data::recorded_lists::recorded_lists;
-use crate::drive::rerun::{frames_near, rerun};
+use crate::data::recorded_lists::{RecordedLists, recorded_lists};
+use crate::drive::found::Found;
+use crate::drive::rerun::{Rerun, frames_near, rerun};
 use crate::report::plot::recorded_scene::{recorded_scene, typical_and_busiest};
 use crate::report::recording_page::{RecordingPage, recording_page};
 use anyhow::{Context, ensure};
+use std::collections::BTreeMap;
 use std::path::Path;
+use v2x_common::id::AgentId;
 use v2x_common::recording::Recording;
+use v2x_common::sensor::SensorDescription;
 use v2x_fusion_hub::hub::HubSettings;
 
 type File = Recording<std::io::BufReader<std::fs::File>>;
@@ -39,20 +43,46 @@ pub(super) fn page_of(path: &Path) -> anyhow::Result<String> {
         recorded.lists.clone_from(&again.lists);
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(html(&name, (&given, settings), (&recorded, &again), (is_published, commit)))
+}
+
+/// What a hub was given by something else than a recording.
+pub(super) struct Given<'a> {
+    pub(super) name: &'a str,
+    pub(super) inputs: HubInputs,
+    pub(super) settings: HubSettings,
+    pub(super) descriptions: BTreeMap<AgentId, SensorDescription>,
+    /// What was found wrong with it, by whoever has seen more of it.
+    pub(super) found: Vec<Found>,
+}
+
+/// The page of that as HTML.
+pub(super) fn page(given: &Given<'_>) -> anyhow::Result<String> {
+    let again = rerun(&given.inputs, given.settings.clone()).context("fusing the frames for the page")?;
+    let again = Rerun { found: given.found.clone(), ..again };
+    ensure!(
+        !again.lists.is_empty(),
+        "{}: nothing is published, so that there is nothing to show",
+        given.name
+    );
+    let descriptions = given.descriptions.clone();
+    let recorded = RecordedLists { hub: None, lists: again.lists.clone(), descriptions };
+    Ok(html(given.name, (&given.inputs, given.settings.clone()), (&recorded, &again), (false, None)))
+}
+
+fn html(
+    name: &str,
+    (given, settings): (&HubInputs, HubSettings),
+    (recorded, again): (&RecordedLists, &Rerun),
+    (is_published, commit): (bool, Option<String>),
+) -> String {
     let agents: Vec<_> = again.agents.iter().map(|(agent, _)| *agent).collect();
     let moments = typical_and_busiest(&recorded.lists).into_iter().map(|(what, list)| {
-        let frames = frames_near(&given, settings.clone(), list.frame.fused_at);
-        recorded_scene(format!("{name}: {what}"), list, &frames, (&agents, &recorded))
+        let frames = frames_near(given, settings.clone(), list.frame.fused_at);
+        recorded_scene(format!("{name}: {what}"), list, &frames, (&agents, recorded))
     });
     let moments: Vec<_> = moments.collect();
-    Ok(recording_page(&RecordingPage {
-        name: &name,
-        recorded: &recorded,
-        is_published,
-        again: &again,
-        moments: &moments,
-        commit,
-    }))
+    recording_page(&RecordingPage { name, recorded, is_published, again, moments: &moments, commit })
 }
 
 /// Of the recorded hub, or the defaults.

@@ -9,6 +9,7 @@
 //! | `logs/` | the log of each process |
 //! | `summary.json`, `report.html`, `report.md`, `bev.svg` | the score |
 
+use crate::commands::run_parts::{check_whole, no_run};
 use crate::commands::run_place::{About, RUNS, new_folder, write_about};
 use crate::data::hub_inputs::{HubInputs, hub_inputs};
 use crate::data::recording::run_log;
@@ -168,12 +169,12 @@ impl RunFolder {
     /// The folder of a recorded run, by its path or that of its recording.
     pub(crate) fn open(path: &Path) -> anyhow::Result<Self> {
         let folder = folder_of(path);
-        ensure!(
-            Self::is_run(path),
-            "{} is no folder of a run that ended: it has no run.json; `v2x demo` makes one, `v2x runs` lists them",
-            folder.display()
-        );
-        Ok(Self { path: folder.to_owned(), recording: None, _about: None })
+        if !Self::is_run(path) {
+            return Err(no_run(path));
+        }
+        let run = Self { path: folder.to_owned(), recording: None, _about: None };
+        check_whole(folder, &run.recorded())?;
+        Ok(run)
     }
 
     /// The hub's settings in the scenario of the folder.

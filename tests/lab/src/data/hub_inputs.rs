@@ -22,6 +22,16 @@ pub(crate) struct HubInput {
 }
 
 impl HubInput {
+    /// A frame in JSON.
+    pub(crate) const fn frame(at: Timestamp, agent: AgentId, json: Vec<u8>) -> Self {
+        Self { at, agent, is_description: false, is_json: true, payload: json }
+    }
+
+    /// A sensor description in JSON.
+    pub(crate) const fn description(at: Timestamp, agent: AgentId, json: Vec<u8>) -> Self {
+        Self { at, agent, is_description: true, is_json: true, payload: json }
+    }
+
     /// The payload.
     pub(crate) fn body(&self) -> Body<'_> {
         if self.is_json { Body::Json(&self.payload) } else { Body::Postcard(&self.payload) }

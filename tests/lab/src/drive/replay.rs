@@ -62,14 +62,17 @@ impl Declared {
         self.accuracies.get(sensor).copied().or(self.accuracy)
     }
 
+    /// The description of a sensor, where more than its accuracy is declared.
+    pub(crate) fn description_of(&self, sensor: &AgentId) -> Option<SensorDescription> {
+        let description = self.description?;
+        let accuracy = self.accuracy_of(sensor).unwrap_or(description.accuracy);
+        Some(SensorDescription { accuracy, ..description })
+    }
+
     /// Declares a sensor before its first frame. An accuracy alone says nothing of what the sensor misses.
     fn announce<P: Publishing>(&self, driver: &mut Driver<P>, sensor: AgentId) {
-        let accuracy = self.accuracy_of(&sensor);
-        match (self.description, accuracy) {
-            (Some(description), accuracy) => {
-                let accuracy = accuracy.unwrap_or(description.accuracy);
-                driver.describe(sensor, SensorDescription { accuracy, ..description });
-            }
+        match (self.description_of(&sensor), self.accuracy_of(&sensor)) {
+            (Some(description), _) => driver.describe(sensor, description),
             (None, Some(accuracy)) => driver.declare_accuracy(sensor, accuracy),
             (None, None) => {}
         }

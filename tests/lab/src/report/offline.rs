@@ -42,6 +42,8 @@ pub(crate) struct Report {
     pub by_sensor: Vec<SensorFigures>,
     /// What is probably wrong with the log, in words.
     pub warnings: Vec<String>,
+    /// The page, where one was asked for.
+    pub page: Option<String>,
     /// Computing time of the engine, s.
     pub core_s: f64,
     /// Detections per second of computing time.
@@ -171,6 +173,7 @@ impl Report {
         }
         self.by_sensor.iter().try_for_each(|sensor| sensor.write(out))?;
         self.warnings.iter().try_for_each(|warning| writeln!(out, "  warning             {warning}"))?;
+        self.page.iter().try_for_each(|page| writeln!(out, "  page                {page}"))?;
         self.truth.iter().try_for_each(|score| score.write(out))?;
         self.lagged.iter().try_for_each(|lagged| lagged.write(out))
     }

@@ -52,7 +52,8 @@ Examples:
   lab fuse --detections log.csv --out fused.csv \\
       --accuracy 0.3,0.5,20 --accuracy rsu=0.05
   lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml
-  lab fuse --detections log.csv --out fused.csv --lagged-out smoothed.csv")]
+  lab fuse --detections log.csv --out fused.csv --lagged-out smoothed.csv
+  lab fuse --detections log.csv --out fused.csv --report log.html")]
 pub struct FuseArgs {
     /// The detections (CSV)
     #[arg(long, value_name = "FILE.csv")]
@@ -84,6 +85,9 @@ pub struct FuseArgs {
     /// The description of the sensors.
     #[command(flatten)]
     pub sensor: SensorArgs,
+    /// A page of the log (HTML): what looks wrong, sensors, NIS over time, latencies, and pictures from above. It has no scores
+    #[arg(long, value_name = "PAGE.html")]
+    pub report: Option<PathBuf>,
     /// Print all results as one line of JSON
     #[arg(long)]
     pub json: bool,

@@ -2,6 +2,7 @@
 
 pub(crate) mod args;
 mod lists;
+mod page;
 mod words;
 
 pub use args::FuseArgs;
@@ -15,6 +16,7 @@ use crate::report::output::print;
 use crate::report::progress::Progress;
 use anyhow::{Context, ensure};
 use lists::{Known, LaggedList, List, Sink};
+use page::Collected;
 use std::cell::RefCell;
 use std::fs::File;
 use std::path::Path;
@@ -51,10 +53,12 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let (mut sink, mut progress) =
         (sink(args, (truth.as_ref(), second_lag), &diagnosis)?, Progress::begin("KiB"));
     let mut survey = Survey::default();
+    let mut collected = args.report.is_some().then(|| Collected::new(declared.clone()));
     let replay = Replay { engine: Engine::new(config), declared, second_lag, stopwatch: thread_cpu_time };
     let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
     let outcome = replay.run(&mut log, &mut sink, |arrival, n_bytes| {
         survey.add(arrival);
+        collected.iter_mut().for_each(|collected| collected.note(arrival));
         let Arrival { received_at, frame, reported } = arrival;
         if listened.listens_to(&frame.id.agent) {
             diagnosis.borrow_mut().note_frame(&Observation { frame, reported, received_at: *received_at });
@@ -69,7 +73,12 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let mut diagnosis = diagnosis.into_inner();
     diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
     let warnings = words::warnings(&log, &survey, (diagnosis.findings(), has_memory));
-    let report = Report { fused_rows, truth, lagged, warnings, ..report(counts, &log, &survey) };
+    if let (Some(collected), Some(out)) = (collected, &args.report) {
+        let name = args.detections.file_name().unwrap_or_default().to_string_lossy();
+        collected.write((out.as_path(), name.as_ref()), listened, (diagnosis.findings(), &warnings))?;
+    }
+    let page = args.report.as_ref().map(|path| path.display().to_string());
+    let report = Report { fused_rows, truth, lagged, warnings, page, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
 }
 
@@ -80,12 +89,20 @@ fn sink<'a>(
     diagnosis: &'a RefCell<Diagnosis>,
 ) -> anyhow::Result<Sink<'a>> {
     let path = second_lag.and_then(|_| args.lagged_path());
-    let outputs = [("--out", Some(&args.out)), ("--lagged-out", path.as_ref())];
+    let outputs =
+        [("--out", Some(&args.out)), ("--lagged-out", path.as_ref()), ("--report", args.report.as_ref())];
     for (option, path) in outputs.into_iter().filter_map(|(option, path)| Some((option, path?))) {
         ensure!(!is_same(&args.detections, path), "{option} would overwrite the detections");
         let is_truth = args.truth.as_ref().is_some_and(|truth| is_same(truth, path));
         ensure!(!is_truth, "{option} would overwrite the truth");
     }
+    let is_page = args.report.as_ref().is_some_and(|page| {
+        [Some(&args.out), path.as_ref()]
+            .into_iter()
+            .flatten()
+            .any(|table| table == page || is_same(table, page))
+    });
+    ensure!(!is_page, "--report would overwrite a table of objects");
     let is_both = path.as_ref().is_some_and(|path| *path == args.out || is_same(path, &args.out));
     ensure!(!is_both, "--lagged-out would overwrite --out");
     let lagged = second_lag.map(|lag| LaggedList::new(lag, path, truth)).transpose()?;
@@ -125,6 +142,7 @@ fn report<R: std::io::Read>(counts: Counts, log: &DetectionLog<R>, survey: &Surv
         unknown_class_names: remarks.unmapped.names().map(|(name, n)| (name.to_owned(), n)).collect(),
         by_sensor,
         warnings: Vec::new(),
+        page: None,
         core_s,
         detections_per_s,
         truth: None,

@@ -30,6 +30,7 @@ impl Folder {
             truth_region: None,
             rules: RuleArgs::default(),
             sensor: SensorArgs::default(),
+            report: None,
             json: false,
         }
     }
@@ -82,6 +83,31 @@ fn a_moving_car_is_scored_between_the_rows_of_the_truth_too() {
     );
     assert!(lines.next().unwrap().starts_with("1700000000.1,0,vehicle.car,"), "{fused}");
     assert!(report.text().contains("60 detections in 60 frames of 2 sensors"));
+}
+
+#[test]
+fn a_page_of_a_log_has_pictures_its_sensors_and_what_looks_wrong_by_the_frames_as_they_were_written() {
+    let folder = Folder::new("page");
+    let (log, _) = drive();
+    let log = log.replace(",left,car", ",left,flivver").replace("1.8,4.5,0,", "4.5,1.8,225,");
+    let path = folder.0.join("hub.toml");
+    std::fs::write(&path, "[hub.agents.right]\nsizes = \"w-along\"\n").unwrap();
+    let rules = RuleArgs { hub_config: Some(path), ..RuleArgs::default() };
+    let page = folder.0.join("page.html");
+    let args = FuseArgs { report: Some(page.clone()), rules, ..folder.args(&log, None) };
+    assert!(run(&args).unwrap().text().contains("page.html"));
+    let html = std::fs::read_to_string(&page).unwrap();
+    for expected in
+        ["<svg", "a typical moment", "are degrees, and are read as radians", "flivver", "left", "right"]
+    {
+        assert!(html.contains(expected), "{expected}");
+    }
+    // Sizes that the settings convert are converted once.
+    assert!(!html.contains("right: 30 of 30"));
+    let message = run(&FuseArgs { report: Some(args.out.clone()), ..args.clone() }).unwrap_err().to_string();
+    assert!(message.contains("--report would overwrite"), "{message}");
+    let message = run(&FuseArgs { report: Some(args.detections.clone()), ..args }).unwrap_err().to_string();
+    assert!(message.contains("--report would overwrite the detections"), "{message}");
 }
 
 #[test]

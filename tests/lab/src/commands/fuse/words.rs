@@ -93,16 +93,17 @@ fn without_effect<R: Read>(log: &DetectionLog<R>) -> Vec<String> {
     words.collect()
 }
 
-/// Which line says what an unknown class is, for each sensor with the most frequent name of it.
+/// Which line says what unknown classes are, for each sensor.
 fn unknown_classes<R: Read>(log: &DetectionLog<R>) -> Vec<String> {
     let of_sensors = log.remarks().unmapped_of();
-    let words = of_sensors.filter_map(|(sensor, names)| {
-        let (name, _) = names.names().max_by_key(|(_, count)| *count)?;
-        Some(format!(
-            "{sensor}: {} detections of unknown classes are fused as `unknown`. Write `classes = {{ {name:?} = \"car\" }}` under \
-             `[hub.agents.{sensor}]` in the file of --hub-config, with the class that it is",
-            names.total()
-        ))
+    let words = of_sensors.map(|(sensor, names)| {
+        let (setting, which) = names.setting();
+        format!(
+            "{sensor}: {} detections of unknown classes ({}) are fused as `unknown`. Write `{setting}` under \
+             `[hub.agents.{sensor}]` in the file of --hub-config, with {which}",
+            names.total(),
+            names.in_words()
+        )
     });
     words.collect()
 }

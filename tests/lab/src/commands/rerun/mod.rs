@@ -5,6 +5,7 @@ mod lists;
 use self::lists::Counts;
 use crate::commands::recorded_run::RecordedRun;
 use crate::commands::run_folder::{RunFolder, print_summary};
+use crate::commands::run_parts::no_run;
 use crate::data::hub_inputs::hub_inputs;
 use crate::data::recorded_lists::recorded_lists;
 use crate::drive::rerun::rerun as run_again;
@@ -52,7 +53,9 @@ pub struct RerunArgs {
 /// Where the recording cannot be read, or the method is not known.
 pub fn rerun(args: &RerunArgs) -> anyhow::Result<()> {
     if !RunFolder::is_run(&args.path) {
-        ensure!(args.path.is_file(), "{} is no recording, and no folder of a run", args.path.display());
+        if !args.path.is_file() {
+            return Err(no_run(&args.path));
+        }
         let Some(run) = RecordedRun::unpack(&args.path)? else { return of_recording(args, &args.path) };
         return of_run(args, run.folder()).or_else(|error| {
             tracing::warn!("the recording has a scenario and cannot be scored by it: {error:#}");

@@ -19,7 +19,7 @@ use std::io::Read;
 use std::path::Path;
 use v2x_common::detection::{DetectionFrame, MAX_DETECTIONS};
 use v2x_common::id::{AgentId, FrameId};
-use v2x_common::reported::{RawHeadings, Reported};
+use v2x_common::reported::{OffPlaces, RawHeadings, Reported};
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::hub::HubSettings;
 
@@ -138,6 +138,7 @@ impl<R: Read> DetectionLog<R> {
                 headings: RawHeadings::default(),
                 as_degrees: Vec::new(),
                 without_sigma: 0,
+                off_origin: OffPlaces::default(),
                 ..reported.clone()
             };
             self.ready.push_back(Arrival { received_at, frame, reported: of_frame });
@@ -147,6 +148,7 @@ impl<R: Read> DetectionLog<R> {
         of_frame.headings.merge(&reported.headings);
         of_frame.as_degrees.extend(reported.as_degrees);
         of_frame.without_sigma += reported.without_sigma;
+        of_frame.off_origin.merge(&reported.off_origin);
         match content {
             Content::Detection(detection) => self.ready[place].frame.detections.push(detection),
             Content::Impossible(invalid) => self.remarks.note_dropped(sensor, line, &invalid),

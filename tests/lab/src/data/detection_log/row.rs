@@ -3,7 +3,7 @@
 use crate::data::csv_table::{CsvError, CsvTable, Row};
 use std::io::Read;
 use v2x_common::class::Class;
-use v2x_common::conventions::{Conversion, CoordinateFrame};
+use v2x_common::conventions::{CoordinateFrame, OffOrigin, UnfitPose};
 use v2x_common::covariance::{Covariance2, Velocity};
 use v2x_common::detection::{Detection, InvalidValue, MAX_COORDINATE_M};
 use v2x_common::geometry::Pose;
@@ -102,13 +102,13 @@ impl Report {
             own_pose(row, &sensor)?;
         }
         let conversion =
-            conventions.conversion(pose).map_err(|error| row.wrong("sensor_x", error.to_string()))?;
+            conventions.conversion(pose).map_err(|error| row.wrong(SENSOR_COLUMNS[0], expected(&error)))?;
         let mut report = Self {
             line: row.line(),
             received_at: row.seconds("t_arr")?,
             captured_at: captured_at + conventions.time_offset,
             sensor,
-            pose: place(row, &conversion)?,
+            pose: conversion.sensor_pose(),
             content: Content::Nothing,
             reported: Reported { sigma_is_set: *says_sigma, ..Reported::by(conventions, false) },
             unmapped: None,
@@ -122,6 +122,8 @@ impl Report {
         let partial = detection(row, class.unwrap_or(Class::Unknown), optional)?;
         partial.yaw.iter().for_each(|yaw| report.reported.headings.note(conversion.heading(*yaw)));
         report.reported.without_sigma = u64::from(partial.sigma.x.is_none());
+        let off = conventions.frame.off_origin([partial.x, partial.y]);
+        off.into_iter().for_each(|off| report.reported.off_origin.note(off));
         let detection = partial.completed(report_defaults, &conversion);
         report.content = match detection.validate(report.pose.as_ref()) {
             Ok(()) => {
@@ -151,15 +153,18 @@ fn own_pose(row: &Row<'_>, sensor: &AgentId) -> Result<(), CsvError> {
     }
 }
 
-/// The sensor's pose in the map frame.
-fn place(row: &Row<'_>, conversion: &Conversion<'_>) -> Result<Option<Pose>, CsvError> {
-    match conversion.sensor_pose() {
-        Some(pose) if !(pose.x.is_finite() && pose.y.is_finite()) => {
-            let expected =
-                "a longitude, and as sensor_y a latitude, within 200 km of the origin in [hub.agents]";
-            Err(row.wrong(SENSOR_COLUMNS[0], expected))
-        }
-        pose => Ok(pose),
+/// What is expected of a pose that cannot be converted.
+fn expected(unfit: &UnfitPose) -> String {
+    match unfit {
+        UnfitPose::OffOrigin(OffOrigin { is_exchanged, .. }) => format!(
+            "a longitude, and as sensor_y a latitude, within 200 km of the origin in [hub.agents]{}",
+            if *is_exchanged {
+                " (they are exchanged; frame = \"wgs84-lat-lon\" reads the latitude first)"
+            } else {
+                ""
+            }
+        ),
+        UnfitPose::Missing => unfit.to_string(),
     }
 }
 
