@@ -14,6 +14,8 @@ const N_VALUES = POINTS - 6;
 const LEAST_STEPS = 40;
 const TOP = 14;
 const BOTTOM = 13;
+/** A narrower chart has no room for its key. */
+const LEAST_WIDTH_OF_KEY = 160;
 const FONT = "10px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Lines of all agents, as the first hub that is shown has them; `recent` is the value that the title has. */
@@ -171,7 +173,7 @@ function drawFrame(chart) {
   context.fillText(`−${Math.round((chart.span * STEP_MS) / 1000)}\u00a0s`, 0, height - 2);
   context.textAlign = "right";
   context.fillText(chart.end, width, height - 2);
-  if (chart.key) context.fillText(chart.key, width, 9);
+  if (chart.key && width >= LEAST_WIDTH_OF_KEY) context.fillText(chart.key, width, 9);
   context.textAlign = "left";
   if (!chart.mark) return;
   context.setLineDash([2, 3]);
@@ -256,7 +258,7 @@ function drawLine(chart, line, alpha, isHighlighted) {
 function figures({ digits, isCount, span }, lines) {
   const text = (value) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   const own = lines.filter((line) => line.isWide);
-  if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), `${line.hub}\u00a0${text(line.newest)}`));
+  if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), element("span", "whose", `${line.hub}\u00a0`), text(line.newest)));
   if (own.length) return [text(own[0].newest)];
   const known = lines.map((line) => line.newest).filter(Number.isFinite);
   const sum = known.reduce((all, value) => all + value, 0);
@@ -266,5 +268,5 @@ function figures({ digits, isCount, span }, lines) {
 
 function niceCeiling(value) {
   const power = 10 ** Math.floor(Math.log10(value));
-  return Number(([1, 1.5, 2, 3, 5, 7, 10].find((digit) => digit * power >= value * 1.02) * power).toPrecision(2));
+  return Number(([1, 1.5, 2, 3, 5, 7, 10, 15].find((digit) => digit * power >= value * 1.02) * power).toPrecision(2));
 }
