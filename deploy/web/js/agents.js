@@ -70,11 +70,13 @@ export function drawMarks(context, view, agents, { labels, highlighted, time, fi
   const hasDelays = view.width > NARROW * placed.length;
   // Reasons of refusals are looked at first.
   placed.sort((one, other) => (other.event?.level === "refused") - (one.event?.level === "refused"));
-  for (const each of placed) {
+  const name = (each) => {
     if (placed.length <= MOST_NAMES || each.agent.name === highlighted) each.name = nameOf(labels, view, each, hasDelays ? figuresAt : NaN);
-    labels.use(BOLD);
-    if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL);
-  }
+  };
+  const say = (each) => { if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL); };
+  // Of few agents the reason stands under the name whatever is there, of many where there is room.
+  if (nRefused > MOST_IN_FULL) [name, say].forEach((place) => placed.forEach(place));
+  else placed.forEach((each) => { name(each); say(each); });
   for (const each of placed) if (each.name) drawLeader(context, each);
   for (const { agent, frame, isFresh, x, y, event } of placed) {
     context.globalAlpha = isFresh ? 1 : 0.5;
@@ -164,9 +166,10 @@ function drawName(context, mark, { text, left, top, width }) {
   context.fillText(text, left + tab + 5, top + 12.5);
 }
 
-/** Where the reason of a refusal stands: under the name of its agent, whatever is there. */
+/** Where the reason of a refusal stands: under the name of its agent; null where it is one of many and has no room. */
 function plateOf(labels, view, { x, y, name, event }, isShort) {
   const text = isShort ? event.text : `refused: ${event.text}`;
+  labels.use(BOLD);
   const width = labels.width(text) + PLATE_TEXT + 6;
   const [left, bottom] = name ? [name.left, name.top + NAME_HEIGHT + 2] : [x - width / 2, y + 22];
   const inside = (value, from, to) => Math.max(from, Math.min(to, value));
@@ -174,6 +177,7 @@ function plateOf(labels, view, { x, y, name, event }, isShort) {
   // Not over the mark, where the border has pushed it there.
   if (at.x < x + RINGS[0] && at.x + width > x - RINGS[0]) at.y = Math.max(at.y, y + RINGS[1] + 3);
   at.y = inside(at.y, view.top + 2, view.top + view.height - 22);
+  if (isShort && !labels.isUntaken(at.x, at.y, width, 20)) return null;
   labels.reserve(at.x, at.y, width, 20);
   return at;
 }

@@ -14,6 +14,7 @@ const DIRECTIONS = [0, 180, 25, -25, 155, -155, 50, -50, 130, -130, 90, -90].map
 /** What an object under a plate costs, in pixels farther away, and how much better a place has to be for the plate to jump. */
 const COST_OF_OBJECT = 40;
 const RELUCTANCE = 25;
+const NONE = [];
 
 export const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
 export const BOLD = "600 12px system-ui, 'DejaVu Sans', sans-serif";
@@ -27,26 +28,27 @@ class Space {
 
   add(x, y, width, height) {
     const rectangle = [x, y, x + width, y + height];
-    this.#each(x, y, width, height, (square, key) => { if (square) square.push(rectangle); else this.#squares.set(key, [rectangle]); });
-  }
-
-  /** How many rectangles have a part of this one, at most `most`. */
-  count(x, y, width, height, most = 1) {
-    const found = new Set();
-    this.#each(x, y, width, height, (square) => {
-      if (found.size >= most) return;
-      for (const each of square ?? []) if (each[0] < x + width && each[2] > x && each[1] < y + height && each[3] > y) found.add(each);
-    });
-    return Math.min(most, found.size);
-  }
-
-  #each(x, y, width, height, visit) {
     for (let column = Math.floor(x / SQUARE); column <= Math.floor((x + width) / SQUARE); column += 1) {
       for (let row = Math.floor(y / SQUARE); row <= Math.floor((y + height) / SQUARE); row += 1) {
         const key = column * 65_536 + row;
-        visit(this.#squares.get(key), key);
+        const square = this.#squares.get(key);
+        if (square) square.push(rectangle); else this.#squares.set(key, [rectangle]);
       }
     }
+  }
+
+  /** How many rectangles have a part of this one, at most `most`; one that lies in several squares may count more than once. */
+  count(x, y, width, height, most = 1) {
+    const [right, bottom] = [x + width, y + height];
+    let n = 0;
+    for (let column = Math.floor(x / SQUARE); column <= Math.floor(right / SQUARE); column += 1) {
+      for (let row = Math.floor(y / SQUARE); row <= Math.floor(bottom / SQUARE); row += 1) {
+        for (const each of this.#squares.get(column * 65_536 + row) ?? NONE) {
+          if (each[0] < right && each[2] > x && each[1] < bottom && each[3] > y && (n += 1) >= most) return n;
+        }
+      }
+    }
+    return n;
   }
 }
 
@@ -57,6 +59,8 @@ export class Labels {
   #font = FONT;
   /** On which side each label was in the last picture, so that it does not jump. */
   #sides = new Map();
+  /** What is written in this picture: left and top edge, width, height, and whether an object is under it. */
+  placed = [];
 
   constructor(context) {
     this.context = context;
@@ -67,6 +71,7 @@ export class Labels {
     this.view = view;
     this.#taken.clear();
     this.#objects.clear();
+    this.placed.length = 0;
   }
 
   /** Writes in this font from here on. */
@@ -96,13 +101,23 @@ export class Labels {
     this.#objects.add(x, y, width, height);
   }
 
+  #take(x, y, width, height) {
+    this.reserve(x, y, width, height);
+    this.placed.push([x, y, width, height, this.#objects.count(x, y, width, height) > 0]);
+  }
+
   #isInside(x, y, width, height) {
     const { left, top, width: wide, height: high } = this.view;
     return x >= left + 2 && x + width <= left + wide - 2 && y >= top + 2 && y + height <= top + high - 2;
   }
 
+  /** Whether no label is there. */
+  isUntaken(x, y, width, height) {
+    return this.#isInside(x, y, width, height) && !this.#taken.count(x, y, width, height);
+  }
+
   #isFree(x, y, width, height) {
-    return this.#isInside(x, y, width, height) && !this.#taken.count(x, y, width, height) && !this.#objects.count(x, y, width, height);
+    return this.isUntaken(x, y, width, height) && !this.#objects.count(x, y, width, height);
   }
 
   /** Writes a text beside an object that reaches so many pixels from its middle to the side and up, if there is room for it. */
@@ -115,7 +130,7 @@ export class Labels {
       const side = k === 0 ? last : k <= last ? k - 1 : k;
       const [at, top] = places[side];
       if (!this.#isFree(at, top, length, 11)) continue;
-      this.reserve(at, top, length, 11);
+      this.#take(at, top, length, 11);
       this.#remember(key, side, last);
       this.#write(text, at, top + 10, colour);
       return;
@@ -151,12 +166,12 @@ export class Labels {
       // The nearest point of the rectangle is so far away.
       const left = x + reach * cos + (cos > 0.2 ? 0 : cos < -0.2 ? -width : -width / 2);
       const top = y + reach * sin + (sin > 0.8 ? 0 : sin < -0.8 ? -height : -height / 2);
-      if (!this.#isInside(left, top, width, height) || this.#taken.count(left, top, width, height)) continue;
+      if (!this.isUntaken(left, top, width, height)) continue;
       const cost = least + COST_OF_OBJECT * this.#objects.count(left, top, width, height, 4);
       if (cost < best) [best, found, side] = [cost, [left, top], k];
     }
     if (!found) return null;
-    this.reserve(...found, width, height);
+    this.#take(...found, width, height);
     this.#remember(key, side, last);
     return found;
   }

@@ -63,8 +63,8 @@ export class Scene {
     const { context, labels } = this;
     const frame = hub?.frames.at(time) ?? null;
     const agents = this.#agentsAt(time);
-    this.panes.push({ view, hub, frame, agents });
     labels.clear(view);
+    this.panes.push({ view, hub, frame, agents, labels: labels.placed });
     this.#reservePlates(view, isOneOfMany);
     if (frame) this.#avoidObjects(view, frame);
     context.save();
