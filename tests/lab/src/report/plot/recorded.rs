@@ -18,6 +18,8 @@ const LEGEND_PITCH: f64 = 30.0;
 const LABELLED: usize = 60;
 /// Places nearer than this to each other are one on the picture, px.
 const STEP_PX: f64 = 1.5;
+/// A name that is farther from its mark has a line to it, px.
+const FAR_PX: f64 = 12.0;
 /// Labels keep this far from ways, px.
 const CLEAR_PX: f64 = 3.0;
 
@@ -195,7 +197,12 @@ fn label(sheet: &mut Sheet, view: &View, (ways, figures): (&[Way<'_>], Vec<Rect>
         let (x, y) = way.first;
         let around = Rect { x: x - 4.0, y: y - 4.0, w: 8.0, h: 8.0 };
         let set = Type { colour: colour(way.object.class), ..font(14.0, true) };
-        labels.write(sheet, &Label { around, text: &way.object.name, set });
+        let is_written = labels.write(sheet, &Label { around, text: &way.object.name, set });
+        let Some(place) = labels.taken.last().filter(|_| is_written) else { continue };
+        let nearest = (x.clamp(place.x, place.x + place.w), y.clamp(place.y, place.y + place.h));
+        if libm::hypot(nearest.0 - x, nearest.1 - y) > FAR_PX {
+            sheet.path(&[(x, y), nearest], false, Paint { opacity: 0.6, ..Paint::line(set.colour, 0.9) });
+        }
     }
 }
 
