@@ -138,6 +138,7 @@ export class Charts {
     const alphaOf = (line) => (!line.agent ? 1 : hasHighlight ? 0.2 : isWithHubs ? 0.6 : 1);
     for (const line of lines) drawLine(chart, line, isHighlighted(line) ? 1 : alphaOf(line), isHighlighted(line));
     lines.filter(isHighlighted).forEach((line) => drawLine(chart, line, 1, true));
+    writeNumbers(chart);
     if (this.back !== null) drawPoints(chart, this.back);
     if (document.activeElement !== canvas) canvas.setAttribute("aria-label", `${chart.caption}: ${chart.value.textContent}; arrow keys read values`);
   }
@@ -158,7 +159,7 @@ export const xOf = ({ width, span }, back) => width - (back * width) / (span - 1
 export const yOf = ({ height, top }, value) => height - BOTTOM - (Math.min(value, top) / top) * (height - TOP - BOTTOM);
 
 function drawFrame(chart) {
-  const { context, width, height, top } = chart;
+  const { context, width, height } = chart;
   context.strokeStyle = palette.line;
   context.lineWidth = 1;
   context.beginPath();
@@ -168,8 +169,6 @@ function drawFrame(chart) {
   }
   context.stroke();
   context.fillStyle = palette.muted;
-  context.fillText(String(top), 0, 9);
-  context.fillText("0", 0, height - BOTTOM - 3);
   context.fillText(`−${Math.round((chart.span * STEP_MS) / 1000)}\u00a0s`, 0, height - 2);
   context.textAlign = "right";
   context.fillText(chart.end, width, height - 2);
@@ -183,6 +182,17 @@ function drawFrame(chart) {
   context.lineTo(width, yOf(chart, chart.mark));
   context.stroke();
   context.setLineDash([]);
+}
+
+/** The ends of the upright axis, which can be read over any line. */
+function writeNumbers({ context, height, top }) {
+  context.fillStyle = palette.muted;
+  context.strokeStyle = palette.panel;
+  context.lineWidth = 3;
+  for (const [text, y] of [[String(top), 9], ["0", height - BOTTOM - 3]]) {
+    context.strokeText(text, 0, y);
+    context.fillText(text, 0, y);
+  }
 }
 
 function drawUpright(chart, back, colour, dash) {

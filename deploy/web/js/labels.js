@@ -11,8 +11,10 @@ const MOST_SIDES = 4000;
 /** From a mark to its plate, pixels, and the directions in which one is looked for: beside it first. */
 const REACHES = [15, 26, 42, 62, 86];
 const DIRECTIONS = [0, 180, 25, -25, 155, -155, 50, -50, 130, -130, 90, -90].map((degrees) => [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)]);
-/** What an object under a plate costs, in pixels farther away, and how much better a place has to be for the plate to jump. */
-const COST_OF_OBJECT = 40;
+/** What an object under a plate costs, or a mark or label under its line, in pixels farther away; and how much better a place has to be for the plate to jump. */
+const COST_OF_UNDERLYING = 40;
+/** Half the side of a mark. */
+const MARK_REACH = 13;
 const RELUCTANCE = 25;
 const NONE = [];
 
@@ -129,7 +131,8 @@ export class Labels {
     for (let k = 0; k < places.length; k += 1) {
       const side = k === 0 ? last : k <= last ? k - 1 : k;
       const [at, top] = places[side];
-      if (!this.#isFree(at, top, length, 11)) continue;
+      // Two names side by side do not look like one.
+      if (!this.#isFree(at - 2, top, length + 4, 11)) continue;
       this.#take(at, top, length, 11);
       this.#remember(key, side, last);
       this.#write(text, at, top + 10, colour);
@@ -151,6 +154,15 @@ export class Labels {
     if (side !== last) this.#sides.set(key, side);
   }
 
+  /** How many marks and labels lie under the line from a mark to a plate, seen at two places of it. */
+  #crossings(x, y, left, top, width, height) {
+    const toX = Math.max(left, Math.min(left + width, x)) - x;
+    const toY = Math.max(top, Math.min(top + height, y)) - y;
+    const length = Math.hypot(toX, toY);
+    const isUnder = (share) => share * length > MARK_REACH && this.#taken.count(x + share * toX - 2, y + share * toY - 2, 4, 4) > 0;
+    return Number(isUnder(0.55)) + Number(isUnder(0.85));
+  }
+
   /**
    * Takes a rectangle near a mark: where no label is, as near as can be, and over no object if there is such a place. Returns its
    * left and top edge; null where there is no room.
@@ -167,7 +179,8 @@ export class Labels {
       const left = x + reach * cos + (cos > 0.2 ? 0 : cos < -0.2 ? -width : -width / 2);
       const top = y + reach * sin + (sin > 0.8 ? 0 : sin < -0.8 ? -height : -height / 2);
       if (!this.isUntaken(left, top, width, height)) continue;
-      const cost = least + COST_OF_OBJECT * this.#objects.count(left, top, width, height, 4);
+      const inTheWay = this.#objects.count(left, top, width, height, 4) + this.#crossings(x, y, left, top, width, height);
+      const cost = least + COST_OF_UNDERLYING * inTheWay;
       if (cost < best) [best, found, side] = [cost, [left, top], k];
     }
     if (!found) return null;

@@ -201,7 +201,7 @@ export class Scene {
     context.beginPath();
     traceBoxes(context, view, values, OBJECT);
     context.strokeStyle = view.colour;
-    context.lineWidth = 1.8;
+    context.lineWidth = view.isCoarse ? 1.2 : 1.8;
     context.stroke();
     // Where the front is: from the middle to it.
     each((k) => {
@@ -212,7 +212,7 @@ export class Scene {
       context.moveTo(view.x(x), view.y(y));
       context.lineTo(view.x(x + half * Math.cos(yaw)), view.y(y + half * Math.sin(yaw)));
     });
-    context.lineWidth = 1.4;
+    context.lineWidth = view.isCoarse ? 0.9 : 1.4;
     context.stroke();
     if (layers.velocity) this.#drawVelocities(view, each, values);
   }
