@@ -6,6 +6,7 @@ import subprocess
 import time
 
 import zenoh
+from web_labels import check_labels
 from web_network import PATIENCE_S
 from web_shown import NEXT_DRAWING
 from web_sight import contrast, least_difference
@@ -295,7 +296,7 @@ def check_two_hubs(browser, network, free_port, folder):
         for width, height in ((400, 860), (1920, 1080)):
             browser.size(width, height)
             browser.run("new Promise((done) => setTimeout(done, 2500))")
-            browser.picture(folder / f"view-two-hubs-{width}.png", captureBeyondViewport=width < 820)
+            browser.picture(folder / f"view-two-hubs-{width}.png")
         browser.size(1280, 800)
         browser.run(NEXT_DRAWING)
     browser.key(" ", " ")
@@ -385,6 +386,7 @@ def check_ten_agents(browser, v2x, folder, screenshots):
         browser.point(1, 1)
         browser.wait("window.v2x.state.highlighted === null", "no agent that is pointed at", 5)
         browser.run(NEXT_DRAWING)
+        check_labels(browser)
         bare = browser.run(PIXELS)["empty"]
         assert bare > 0.65, f"only {100 * bare:.0f} % of the ground is seen"
         browser.point(*place(browser, "[data-agent=rsu-ne]"))
@@ -400,6 +402,8 @@ def check_ten_agents(browser, v2x, folder, screenshots):
             browser.run("new Promise((done) => setTimeout(done, 3000))")
             browser.picture(screenshots / "view-ten-agents.png")
             browser.size(1280, 800)
+        stats = browser.run("window.v2x.stats")
+        print(f"ten agents: script {stats['median']:.1f} ms a drawn frame (median), {stats['p95']:.1f} ms (p95)")
     finally:
         process.terminate()
         process.wait(timeout=PATIENCE_S)

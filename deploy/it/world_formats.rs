@@ -151,7 +151,7 @@ async fn a_commonroad_scenario_is_drawn_with_its_lanes_and_simulated() -> anyhow
     assert!(!ending.stdout.contains("looks wrong"), "{}", ending.stdout);
     names(&ending.stdout, &["planning problem 100 begins at (-48, 0)"])?;
     let svg = std::fs::read_to_string(folder.join("straight.world.svg"))?;
-    names(&svg, &["Z\" stroke=\"none\" stroke-width=\"0\" fill=\"#dddddd\""])?;
+    names(&svg, &["Z\" stroke=\"none\" stroke-width=\"0\" fill=\"#d2d5da\""])?;
     let ending = run(&folder, &["scenario", "init", "--world", "straight.xml"]).await?;
     assert_eq!(ending.code, Some(0), "{ending:#?}");
     let scenario = v2x_agent::Scenario::load(folder.join("straight.toml"))?;

@@ -71,6 +71,11 @@ impl DemoArgs {
         self.duration.unwrap_or(if self.is_open_ended() { longest } else { DEFAULT })
     }
 
+    /// How long the run is; `None` where Ctrl-C ends it.
+    pub(crate) fn length(&self) -> Option<Duration> {
+        (!self.is_open_ended()).then(|| self.duration())
+    }
+
     /// Whether who watches ends the run, with Ctrl-C.
     pub(crate) const fn is_open_ended(&self) -> bool {
         self.duration.is_none() && self.web.web.is_some()

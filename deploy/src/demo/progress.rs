@@ -8,13 +8,14 @@ use std::time::Duration;
 const LINE_EVERY_S: u64 = 5;
 
 pub(super) struct Progress {
-    total: Duration,
+    /// How long the run is; `None` where Ctrl-C ends it.
+    total: Option<Duration>,
     rewrites: bool,
     last_line_s: u64,
 }
 
 impl Progress {
-    pub(super) fn new(total: Duration) -> Self {
+    pub(super) fn new(total: Option<Duration>) -> Self {
         Self { total, rewrites: std::io::stderr().is_terminal(), last_line_s: 0 }
     }
 
@@ -25,14 +26,7 @@ impl Progress {
 
     /// Shows what the consumer has received so far.
     pub(super) fn show(&mut self, elapsed: Duration, event: &Value) {
-        let line = format!(
-            "  {:>4.0} of {:.0} s: {} objects in the fused list; received {} fused and {} detection frames",
-            elapsed.as_secs_f64(),
-            self.total.as_secs_f64(),
-            event["objects"],
-            event["fused_frames"],
-            event["detection_frames"],
-        );
+        let line = self.line(elapsed, event);
         let mut out = std::io::stderr().lock();
         if self.rewrites {
             let _ = write!(out, "\r\x1b[2K{line}").and_then(|()| out.flush());
@@ -42,10 +36,38 @@ impl Progress {
         }
     }
 
+    fn line(&self, elapsed: Duration, event: &Value) -> String {
+        let until = match self.total {
+            Some(total) => format!("of {:.0} s", total.as_secs_f64()),
+            None => "s until Ctrl-C".to_owned(),
+        };
+        format!(
+            "  {:>4.0} {until}: {} objects in the fused list; received {} fused and {} detection frames",
+            elapsed.as_secs_f64(),
+            event["objects"],
+            event["fused_frames"],
+            event["detection_frames"],
+        )
+    }
+
     /// Ends the line.
     pub(super) fn end(&self) {
         if self.rewrites {
             let _ = writeln!(std::io::stderr());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_run_that_ctrl_c_ends_has_no_length_in_its_progress() {
+        let event = json!({"objects": 30, "fused_frames": 800, "detection_frames": 790});
+        let line = |total| Progress::new(total).line(Duration::from_secs(40), &event);
+        assert!(line(Some(Duration::from_secs(60))).contains("40 of 60 s: 30 objects"));
+        assert!(line(None).contains("40 s until Ctrl-C: 30 objects"));
     }
 }

@@ -80,7 +80,7 @@ impl Demo<'_> {
         site: Option<Site>,
         shutdown: &CancellationToken,
     ) -> anyhow::Result<Option<RunRecord>> {
-        let mut progress = Progress::new(self.args.duration());
+        let mut progress = Progress::new(self.args.length());
         let n_agents = self.chosen.scenario.agents.len();
         progress.print(&format!(
             "{}: starting a hub, {n_agents} agents and a consumer as {} processes on this machine",
@@ -152,7 +152,7 @@ impl Demo<'_> {
     fn show(&self, site: Site, locator: &str, start: Timestamp) -> Live {
         site.announce();
         if self.args.is_open_ended() {
-            Progress::new(Duration::ZERO).print("Ctrl-C ends it, and prints what fusion gains");
+            Progress::new(None).print("Ctrl-C ends it, and prints what fusion gains");
         }
         let session = SessionOptions { connect: vec![locator.to_owned()], ..SessionOptions::default() };
         let scene = Some(Scene::new(&self.chosen.scenario, self.seed, start));
@@ -199,7 +199,7 @@ impl Demo<'_> {
         // The verdict holds also where nothing reads the summary.
         output::output(print_summary(summary, self.args.json))?;
         let folder = self.folder.path().display();
-        Progress::new(Duration::ZERO)
+        Progress::new(None)
             .print(&format!("report: {folder}/report.html (as text report.md), picture: {folder}/bev.svg"));
         Ok(())
     }

@@ -1,6 +1,6 @@
 // Agents on the map: fields of view, detections, marks, and what became of their newest frames.
 
-import { BOLD, drawPlate } from "./labels.js";
+import { BOLD, PLATE, drawPlate, shortened } from "./labels.js";
 import { drawMark, markOf } from "./marks.js";
 import { palette } from "./palette.js";
 import { traceBoxes, traceSector } from "./shapes.js";
@@ -16,6 +16,13 @@ const RINGS = [15, 19];
 const MOST_IN_FULL = 3;
 /** From the left edge of a plate to its text. */
 const PLATE_TEXT = 20;
+/** A plate with the name of an agent: its height, and the letters of a name that are shown. */
+const NAME_HEIGHT = 17;
+const MOST_LETTERS = 16;
+/** Where more agents than so many are in sight, only the one that stands out is named. */
+const MOST_NAMES = 60;
+/** Link delays are left out of a picture that is so narrow for its agents, pixels for each. */
+const NARROW = 60;
 /** Share of an area's colour that all fields of view together may have. */
 const VEIL = 0.09;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -58,15 +65,19 @@ export function drawMarks(context, view, agents, { labels, highlighted, time, fi
   const placed = agents.filter(({ frame }) => frame.pose && view.sees(frame.pose.x, frame.pose.y, 0))
     .map((each) => ({ ...each, x: view.x(each.frame.pose.x), y: view.y(each.frame.pose.y), event: newestEvent(events, each.agent, time) }));
   // No label lies under a mark.
-  for (const { x, y } of placed) labels.reserve(x - 8, y - 8, 16, 16);
-  labels.use(BOLD);
+  for (const { x, y } of placed) labels.reserve(x - 11, y - 11, 22, 22);
   const nRefused = placed.filter(({ event }) => event?.level === "refused").length;
-  for (const each of placed) {
-    const delay = each.agent.delay.recent(figuresAt);
-    const text = `${each.agent.name}${Number.isFinite(delay) ? `  ${Math.round(delay)}\u00a0ms` : ""}`;
-    each.label = labels.writeBeside(`${view.left} ${view.top} ${each.agent.name}`, text, each.x, each.y, palette.ink);
-    if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL);
-  }
+  const hasDelays = view.width > NARROW * placed.length;
+  // Reasons of refusals are looked at first.
+  placed.sort((one, other) => (other.event?.level === "refused") - (one.event?.level === "refused"));
+  const name = (each) => {
+    if (placed.length <= MOST_NAMES || each.agent.name === highlighted) each.name = nameOf(labels, view, each, hasDelays ? figuresAt : NaN);
+  };
+  const say = (each) => { if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL); };
+  // Of few agents the reason stands under the name whatever is there, of many where there is room.
+  if (nRefused > MOST_IN_FULL) [name, say].forEach((place) => placed.forEach(place));
+  else placed.forEach((each) => { name(each); say(each); });
+  for (const each of placed) if (each.name) drawLeader(context, each);
   for (const { agent, frame, isFresh, x, y, event } of placed) {
     context.globalAlpha = isFresh ? 1 : 0.5;
     drawMark(context, markOf(agent), x, y, frame.pose.yaw, MARK_PIXELS);
@@ -74,6 +85,7 @@ export function drawMarks(context, view, agents, { labels, highlighted, time, fi
     if (agent.name === highlighted) drawRing(context, x, y, 19, palette.ink, 1.5);
     if (event) drawEvent(context, x, y, event, calm.matches ? 0 : (time - event.at) / RING_MS[event.level]);
   }
+  for (const { agent, name } of placed) if (name) drawName(context, markOf(agent), name);
   labels.use(BOLD);
   for (const { plate } of placed) if (plate) drawRefusal(context, plate);
   return !calm.matches && placed.some(({ event }) => event);
@@ -105,16 +117,67 @@ function drawEvent(context, x, y, { level }, share) {
   context.globalAlpha = 1;
 }
 
-/** Where the reason of a refusal stands: under the name of its agent, whatever is there. */
-function plateOf(labels, view, { x, y, label, event }, isShort) {
+/** The name of an agent with its link delay at a time, and where it stands; null where there is no room. */
+function nameOf(labels, view, { agent, x, y }, figuresAt) {
+  const delay = agent.delay.recent(figuresAt);
+  const text = `${shortened(agent.name, MOST_LETTERS)}${Number.isFinite(delay) ? `  ${Math.round(delay)}\u00a0ms` : ""}`;
+  labels.use(PLATE);
+  // The width of the digits does not matter: a plate that changes its width would jump.
+  const width = tabOf(markOf(agent)) + labels.width(text.replace(/\d/g, "0")) + 11;
+  const place = labels.placeNear(`${view.left} ${view.top} ${agent.name}`, x, y, width, NAME_HEIGHT);
+  return place && { text, left: place[0], top: place[1], width };
+}
+
+/** The width of the part with the number. */
+const tabOf = ({ text }) => 8 + 7 * text.length;
+
+/** From a mark to its name, where another mark may be nearer to that. */
+function drawLeader(context, { agent, x, y, name: { left, top, width } }) {
+  const [toX, toY] = [Math.max(left, Math.min(left + width, x)), Math.max(top, Math.min(top + NAME_HEIGHT, y))];
+  context.strokeStyle = markOf(agent).colour;
+  context.lineWidth = 2;
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(toX, toY);
+  context.stroke();
+}
+
+/** A plate with the agent's number in its colour. */
+function drawName(context, mark, { text, left, top, width }) {
+  context.font = PLATE;
+  const tab = tabOf(mark);
+  context.fillStyle = palette.panel;
+  context.strokeStyle = mark.colour;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.roundRect(left, top, width, NAME_HEIGHT, 4);
+  context.fill();
+  context.save();
+  context.clip();
+  context.fillStyle = mark.colour;
+  context.fillRect(left, top, tab, NAME_HEIGHT);
+  context.restore();
+  context.stroke();
+  context.fillStyle = mark.ink;
+  context.textAlign = "center";
+  context.fillText(mark.text, left + tab / 2, top + 12.5);
+  context.textAlign = "left";
+  context.fillStyle = palette.ink;
+  context.fillText(text, left + tab + 5, top + 12.5);
+}
+
+/** Where the reason of a refusal stands: under the name of its agent; null where it is one of many and has no room. */
+function plateOf(labels, view, { x, y, name, event }, isShort) {
   const text = isShort ? event.text : `refused: ${event.text}`;
+  labels.use(BOLD);
   const width = labels.width(text) + PLATE_TEXT + 6;
-  const [left, base] = label ?? [x - width / 2, y + 18];
+  const [left, bottom] = name ? [name.left, name.top + NAME_HEIGHT + 2] : [x - width / 2, y + 22];
   const inside = (value, from, to) => Math.max(from, Math.min(to, value));
-  const at = { text, width, x: inside(left - 4, view.left + 2, view.left + view.width - width - 2), y: base + 5 };
+  const at = { text, width, x: inside(left, view.left + 2, view.left + view.width - width - 2), y: bottom };
   // Not over the mark, where the border has pushed it there.
   if (at.x < x + RINGS[0] && at.x + width > x - RINGS[0]) at.y = Math.max(at.y, y + RINGS[1] + 3);
   at.y = inside(at.y, view.top + 2, view.top + view.height - 22);
+  if (isShort && !labels.isUntaken(at.x, at.y, width, 20)) return null;
   labels.reserve(at.x, at.y, width, 20);
   return at;
 }

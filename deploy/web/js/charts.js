@@ -14,6 +14,8 @@ const N_VALUES = POINTS - 6;
 const LEAST_STEPS = 40;
 const TOP = 14;
 const BOTTOM = 13;
+/** A narrower chart has no room for its key. */
+const LEAST_WIDTH_OF_KEY = 160;
 const FONT = "10px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Lines of all agents, as the first hub that is shown has them; `recent` is the value that the title has. */
@@ -136,6 +138,7 @@ export class Charts {
     const alphaOf = (line) => (!line.agent ? 1 : hasHighlight ? 0.2 : isWithHubs ? 0.6 : 1);
     for (const line of lines) drawLine(chart, line, isHighlighted(line) ? 1 : alphaOf(line), isHighlighted(line));
     lines.filter(isHighlighted).forEach((line) => drawLine(chart, line, 1, true));
+    writeNumbers(chart);
     if (this.back !== null) drawPoints(chart, this.back);
     if (document.activeElement !== canvas) canvas.setAttribute("aria-label", `${chart.caption}: ${chart.value.textContent}; arrow keys read values`);
   }
@@ -156,7 +159,7 @@ export const xOf = ({ width, span }, back) => width - (back * width) / (span - 1
 export const yOf = ({ height, top }, value) => height - BOTTOM - (Math.min(value, top) / top) * (height - TOP - BOTTOM);
 
 function drawFrame(chart) {
-  const { context, width, height, top } = chart;
+  const { context, width, height } = chart;
   context.strokeStyle = palette.line;
   context.lineWidth = 1;
   context.beginPath();
@@ -166,12 +169,10 @@ function drawFrame(chart) {
   }
   context.stroke();
   context.fillStyle = palette.muted;
-  context.fillText(String(top), 0, 9);
-  context.fillText("0", 0, height - BOTTOM - 3);
   context.fillText(`−${Math.round((chart.span * STEP_MS) / 1000)}\u00a0s`, 0, height - 2);
   context.textAlign = "right";
   context.fillText(chart.end, width, height - 2);
-  if (chart.key) context.fillText(chart.key, width, 9);
+  if (chart.key && width >= LEAST_WIDTH_OF_KEY) context.fillText(chart.key, width, 9);
   context.textAlign = "left";
   if (!chart.mark) return;
   context.setLineDash([2, 3]);
@@ -181,6 +182,17 @@ function drawFrame(chart) {
   context.lineTo(width, yOf(chart, chart.mark));
   context.stroke();
   context.setLineDash([]);
+}
+
+/** The ends of the upright axis, which can be read over any line. */
+function writeNumbers({ context, height, top }) {
+  context.fillStyle = palette.muted;
+  context.strokeStyle = palette.panel;
+  context.lineWidth = 3;
+  for (const [text, y] of [[String(top), 9], ["0", height - BOTTOM - 3]]) {
+    context.strokeText(text, 0, y);
+    context.fillText(text, 0, y);
+  }
 }
 
 function drawUpright(chart, back, colour, dash) {
@@ -256,7 +268,7 @@ function drawLine(chart, line, alpha, isHighlighted) {
 function figures({ digits, isCount, span }, lines) {
   const text = (value) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   const own = lines.filter((line) => line.isWide);
-  if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), `${line.hub}\u00a0${text(line.newest)}`));
+  if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), element("span", "whose", `${line.hub}\u00a0`), text(line.newest)));
   if (own.length) return [text(own[0].newest)];
   const known = lines.map((line) => line.newest).filter(Number.isFinite);
   const sum = known.reduce((all, value) => all + value, 0);
@@ -266,5 +278,5 @@ function figures({ digits, isCount, span }, lines) {
 
 function niceCeiling(value) {
   const power = 10 ** Math.floor(Math.log10(value));
-  return Number(([1, 1.5, 2, 3, 5, 7, 10].find((digit) => digit * power >= value * 1.02) * power).toPrecision(2));
+  return Number(([1, 1.5, 2, 3, 5, 7, 10, 15].find((digit) => digit * power >= value * 1.02) * power).toPrecision(2));
 }

@@ -5,9 +5,6 @@ import { LAYERS, layers, toggleLayer } from "./layers.js";
 import { element, svgElement } from "./nodes.js";
 import { palette } from "./palette.js";
 
-/** What stands in the one line below a small map. */
-const IN_SHORT = [["fused", "fused"], ["truth", "truth"], ["detections", "detected"], ["velocity", "in 1\u00a0s"], ["trails", "last 6\u00a0s"]];
-
 /** How a layer looks, drawn small. */
 function sample(id, isCoarse) {
   const svg = svgElement("svg", { width: 22, height: 14, "aria-hidden": "true" });
@@ -16,7 +13,7 @@ function sample(id, isCoarse) {
   const line = (stroke, more = {}) => shape("line", { x1: 2, y1: 7, x2: 20, y2: 7, stroke, "stroke-width": 1.6, ...more });
   const [one, other] = palette.agents;
   if (id === "fused") box(palette.ours, layers.classes ? {} : { fill: palette.ours, "fill-opacity": 0.25 });
-  else if (id === "truth") box(palette.truth, isCoarse ? { "stroke-width": 1 } : { "stroke-width": 2, "stroke-dasharray": "6 2" });
+  else if (id === "truth") box(palette.truth, isCoarse ? { "stroke-width": 1.2, "stroke-dasharray": "3 1.5" } : { "stroke-width": 2, "stroke-dasharray": "6 2" });
   else if (id === "detections") box(one, { y: 2, width: 13, "stroke-width": 1.25 }), box(other, { x: 7, y: 5, width: 13, height: 7, "stroke-width": 1.25 });
   else if (id === "views") [[one, 8], [other, 14]].forEach(([stroke, cx]) => shape("circle", { cx, cy: 7, r: 6, fill: stroke, "fill-opacity": 0.08, stroke }));
   else if (id === "velocity") shape("path", { d: "M2 7H18M14 3.5 18 7 14 10.5", fill: "none", stroke: palette.ink, "stroke-width": 1.4 });
@@ -29,7 +26,7 @@ function sample(id, isCoarse) {
   return svg;
 }
 
-/** Fills the legend, whose entries switch their layers, and the short one below a small map. */
+/** Fills the legend, whose entries switch their layers. */
 export function showLayers(roots, isCoarse, onChange) {
   roots.layers.replaceChildren(...LAYERS.map((layer) => {
     const box = element("input");
@@ -45,5 +42,4 @@ export function showLayers(roots, isCoarse, onChange) {
     svg.append(svgElement("rect", { x: 1, y: 1, width: 14, height: 10, rx: 1.5, fill: colour ?? "none", "fill-opacity": palette.tintOpacity, stroke: palette.ours, "stroke-width": 1.5 }));
     return element("span", "", svg, element("b", "", letter), ` ${meaning}`);
   }));
-  roots.key.replaceChildren(...IN_SHORT.map(([id, word]) => element("span", "", sample(id, isCoarse), word)));
 }

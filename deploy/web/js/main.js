@@ -88,7 +88,7 @@ class View {
   }
 
   #recolour() {
-    showLayers({ layers: $("layers"), letters: $("letters"), key: $("key") }, this.camera.isCoarse, () => this.changed());
+    showLayers({ layers: $("layers"), letters: $("letters") }, this.camera.isCoarse, () => this.changed());
     this.changed();
   }
 
@@ -235,6 +235,7 @@ class View {
   select(selection) {
     this.selection = selection;
     if (!selection) this.isFollowing = false;
+    showTab(selection !== null);
     this.changed();
   }
 
@@ -278,10 +279,13 @@ class View {
   }
 }
 
-function showVerdict({ level, word, why }) {
+function showVerdict({ level, word, why, whole = why }) {
   $("verdict").dataset.level = level;
   if ($("verdict-word").textContent !== word) $("verdict-word").textContent = word;
-  if ($("verdict-why").textContent !== why) $("verdict-why").textContent = why;
+  if ($("verdict-why").textContent === why && $("verdict").title === whole) return;
+  $("verdict-why").textContent = why;
+  // A narrow header shows the beginning of a long reason only.
+  $("verdict").title = whole;
 }
 
 function showFacts(pairs) {
@@ -295,5 +299,17 @@ function showEmpty(state) {
   $("empty").children[1].textContent = state.text;
   $("empty").children[2].textContent = state.command;
 }
+
+/** Below a map without room beside it: what is selected is shown, and afterwards what was shown before. */
+function showTab(isSelected) {
+  const tab = (name) => document.querySelector(`#tabs [value=${name}]`);
+  if (isSelected && !tab("selected").checked) {
+    tabBefore = document.querySelector("#tabs :checked").value;
+    tab("selected").checked = true;
+  } else if (!isSelected && tab("selected").checked) {
+    tab(tabBefore).checked = true;
+  }
+}
+let tabBefore = "charts";
 
 window.v2x = probe(new View());

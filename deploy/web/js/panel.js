@@ -117,13 +117,14 @@ function agentRow(view, agent) {
   const { store } = view;
   const delay = agent.delay.recent(view.figuresAt);
   const late = view.hubs[0]?.lates.get(agent.name)?.total(view.figuresAt) ?? 0;
-  const state = store.isAlive(agent.name) ? `${late ? `late\u00a0${late} · ` : ""}${agent.frames.at(view.time)?.n ?? 0} detections` : "has left";
   const made = button("", "select", view.selection?.agent === agent.name);
   made.className = "agent";
   made.dataset.agent = agent.name;
   if (late) made.title = `${late} frames out of order in the last minute, used all the same`;
-  // In place of the kind, so that no row changes its height under a pointer.
+  // In place of the kind and of what is late, so that no row changes its height under a pointer.
   const isRefused = agent.reason && store.now() - agent.lastRefusedAt < 5000;
+  const lateToo = late && !isRefused ? `late\u00a0${late} · ` : "";
+  const state = store.isAlive(agent.name) ? `${lateToo}${agent.frames.at(view.time)?.n ?? 0} detections` : "has left";
   const below = isRefused ? element("span", "remark", `refused: ${agent.reason}`) : element("span", "sub", agent.sensor?.kind ?? "no description");
   if (isRefused) below.title = agent.lastRefusal ?? "";
   made.replaceChildren(

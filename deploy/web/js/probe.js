@@ -40,6 +40,8 @@ export function probe(view) {
         return { name: agent.name, x: projection.x(frame.pose.x), y: projection.y(frame.pose.y), colour, shape, text, dash: dash.join(), detections: frame.n };
       });
     },
+    /** The labels of the last picture: left and top edge, width, height, and whether an object is under it. */
+    get labels() { return scene.panes.at(-1).labels.map((each) => [...each]); },
     /** Where an object of a picture is on the canvas, in pixels. */
     placeOf(k, pane = 0) {
       const { view: projection, frame } = scene.panes[pane];

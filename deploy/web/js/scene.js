@@ -12,7 +12,9 @@ import { DETECTION, OBJECT, TRUTH, eachTrailPoint } from "./store.js";
 
 const TRAIL_MS = 6000;
 const FRESH_MS = 1000;
+/** Truth is dashed, whatever the scale: that tells it from detections without colour. */
 const TRUTH_DASH = [6, 2];
+const COARSE_DASH = [3, 1.5];
 /** Width and height of the corners with the buttons and with the times of the script. */
 const ZOOM_PIXELS = [60, 150];
 const STATS_PIXELS = [210, 36];
@@ -61,9 +63,10 @@ export class Scene {
     const { context, labels } = this;
     const frame = hub?.frames.at(time) ?? null;
     const agents = this.#agentsAt(time);
-    this.panes.push({ view, hub, frame, agents });
     labels.clear(view);
+    this.panes.push({ view, hub, frame, agents, labels: labels.placed });
     this.#reservePlates(view, isOneOfMany);
+    if (frame) this.#avoidObjects(view, frame);
     context.save();
     context.beginPath();
     context.rect(view.left, view.top, view.width, view.height);
@@ -94,6 +97,20 @@ export class Scene {
     if (right < this.width) return;
     if (top === 0) labels.reserve(right - ZOOM_PIXELS[0], 0, ...ZOOM_PIXELS);
     if (bottom >= this.height) labels.reserve(right - STATS_PIXELS[0], bottom - STATS_PIXELS[1], ...STATS_PIXELS);
+  }
+
+  /** No label lies over an object, fused or true. */
+  #avoidObjects(view, frame) {
+    const { labels } = this;
+    const avoid = (values, layout) => {
+      for (let k = 0; k < values.length; k += layout.size) {
+        if (!view.sees(values[k + layout.x], values[k + layout.y], 0)) continue;
+        const [across, up] = reachOf(view, values, k, layout);
+        labels.avoid(view.x(values[k + layout.x]) - across, view.y(values[k + layout.y]) - up, 2 * across, 2 * up);
+      }
+    };
+    if (layers.fused) avoid(frame.values, OBJECT);
+    if (layers.truth && frame.truth) avoid(frame.truth, TRUTH);
   }
 
   /** The agents that have sent something, with the newest frame at that time. */
@@ -158,8 +175,7 @@ export class Scene {
     traceBoxes(context, view, truth, TRUTH);
     context.strokeStyle = palette.truth;
     context.lineWidth = view.isCoarse ? 1.2 : 2;
-    // Dashes tell it from the detections without colour, where there is room for them.
-    context.setLineDash(view.isCoarse ? [] : TRUTH_DASH);
+    context.setLineDash(view.isCoarse ? COARSE_DASH : TRUTH_DASH);
     context.stroke();
     context.setLineDash([]);
   }
@@ -185,7 +201,7 @@ export class Scene {
     context.beginPath();
     traceBoxes(context, view, values, OBJECT);
     context.strokeStyle = view.colour;
-    context.lineWidth = 1.8;
+    context.lineWidth = view.isCoarse ? 1.2 : 1.8;
     context.stroke();
     // Where the front is: from the middle to it.
     each((k) => {
@@ -196,7 +212,7 @@ export class Scene {
       context.moveTo(view.x(x), view.y(y));
       context.lineTo(view.x(x + half * Math.cos(yaw)), view.y(y + half * Math.sin(yaw)));
     });
-    context.lineWidth = 1.4;
+    context.lineWidth = view.isCoarse ? 0.9 : 1.4;
     context.stroke();
     if (layers.velocity) this.#drawVelocities(view, each, values);
   }
@@ -291,13 +307,9 @@ export class Scene {
     this.labels.use(FONT);
     const write = (k) => {
       const at = k * OBJECT.size;
-      // Beside the box, however it is turned.
-      const [w, d, yaw] = [values[at + OBJECT.w], values[at + OBJECT.d], values[at + OBJECT.yaw]];
-      const reach = (cos, sin) => ((d * Math.abs(cos) + w * Math.abs(sin)) / 2) * view.scale;
       const letter = groups[store.groups[values[at + OBJECT.class]]]?.letter ?? "U";
       this.labels.writeAround(`${hub.name} ${frame.tracks[k]}`, hub.keepsTracks ? letter + shortTrack(frame.tracks[k]) : letter,
-        [view.x(values[at + OBJECT.x]), view.y(values[at + OBJECT.y])],
-        [reach(Math.cos(yaw), Math.sin(yaw)), reach(Math.sin(yaw), Math.cos(yaw))], k === chosen ? palette.ink : view.colour);
+        [view.x(values[at + OBJECT.x]), view.y(values[at + OBJECT.y])], reachOf(view, values, at, OBJECT), k === chosen ? palette.ink : view.colour);
     };
     if (chosen >= 0) write(chosen);
     if (view.scale < 1.5) return;
@@ -305,7 +317,10 @@ export class Scene {
     for (let k = 0; k < frame.n; k += 1) {
       if (k !== chosen && view.sees(values[k * OBJECT.size + OBJECT.x], values[k * OBJECT.size + OBJECT.y], 0)) seen.push(k);
     }
-    if (seen.length <= MOST_LABELS) seen.forEach(write);
+    if (seen.length > MOST_LABELS) return;
+    // What moves is looked at first, and takes the better places.
+    const isMoving = (k) => Math.hypot(values[k * OBJECT.size + OBJECT.vx], values[k * OBJECT.size + OBJECT.vy]) > 0.5;
+    for (const moves of [true, false]) for (const k of seen) if (isMoving(k) === moves) write(k);
   }
 
   #drawScale(view) {
@@ -349,6 +364,13 @@ export class Scene {
     if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);
     if (view.top > 0) context.fillRect(view.left, view.top, view.width, 1);
   }
+}
+
+/** How far the box at a place reaches to the side and up, however it is turned, pixels. */
+function reachOf(view, values, at, layout) {
+  const [w, d] = [(values[at + layout.w] * view.scale) / 2, (values[at + layout.d] * view.scale) / 2];
+  const [cos, sin] = [Math.abs(Math.cos(values[at + layout.yaw])), Math.abs(Math.sin(values[at + layout.yaw]))];
+  return [d * cos + w * sin, d * sin + w * cos];
 }
 
 /** Each measurement of an object: whose it is, and where it lies if its frame is still known. */

@@ -71,7 +71,8 @@ export class Timeline {
   show() {
     const { paused } = this.store;
     const seconds = paused ? (this.#time - this.#pausedAt) / 1000 : 0;
-    this.pauseButton.textContent = paused ? "Go on" : "Pause";
+    this.pauseButton.lastChild.textContent = paused ? "Go on" : "Pause";
+    this.pauseButton.firstChild.textContent = paused ? "▶" : "❚❚";
     this.pauseButton.setAttribute("aria-pressed", String(paused));
     if (document.activeElement !== this.slider || !paused) this.slider.value = String(Math.max(-SPAN_MS / 1000, seconds));
     this.clock.textContent = paused ? `${seconds.toFixed(2).replace("-", "−")}\u00a0s` : "live";

@@ -1,6 +1,12 @@
 // What matters first: is all well, and with what. And what to do where nothing can be shown.
 
+import { shortened } from "./labels.js";
+
 const STALE_MS = 3000;
+/** Letters of the network's name that are shown: those of v2x demo have 21. */
+const MOST_LETTERS = 14;
+/** The name of a hub that was given none says nothing. */
+const USUAL_HUB = "hub";
 /** A number and its unit stay on one line. */
 const NBSP = "\u00a0";
 
@@ -29,7 +35,8 @@ function troubleOf(store, hubs, now) {
 }
 
 function allWell({ scenario, network }) {
-  return { level: "good", word: "All well", why: scenario && scenario !== network ? `${scenario}, network ${network}` : `network ${network}` };
+  const said = (name) => (scenario && scenario !== network ? `${scenario}, network ${name}` : `network ${name}`);
+  return { level: "good", word: "All well", why: said(shortened(network, MOST_LETTERS)), whole: said(network) };
 }
 
 function names(list) {
@@ -65,7 +72,7 @@ export function facts(store, hubs, time) {
   const ofEach = (value) => (hubs.length ? hubs.map(value) : ["–"]);
   const inHub = ({ latency_ms: latency }) => `${fixed(latency.p50 ?? NaN, 1)} / ${fixed(latency.p95 ?? NaN, 1)}${NBSP}ms`;
   return [
-    [hubs.length > 1 ? "hubs" : "hub", ofEach((hub) => hub.name)],
+    ...(hubs.length > 1 || hubs[0]?.name !== USUAL_HUB ? [[hubs.length > 1 ? "hubs" : "hub", ofEach((hub) => shortened(hub.name, MOST_LETTERS))]] : []),
     ["objects", ofEach((hub) => String(hub.frames.at(time)?.n ?? "–"))],
     ["agents alive", [`${alive} of ${store.agents.size}`]],
     ...errors(store, hubs, time),

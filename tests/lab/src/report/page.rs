@@ -8,7 +8,7 @@ use jiff::Timestamp;
 use v2x_common::version;
 
 /// A panel is drawn at most so much larger than it was made.
-const MOST_ENLARGED: f64 = 1.2;
+const MOST_ENLARGED: f64 = 1.5;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -65,10 +65,7 @@ pub(crate) fn recording_page(run: &RecordingPage<'_>) -> String {
         (
             "time",
             "Latency",
-            beside(
-                &figure(&latencies(lists.iter(), ages.clone()).parts(), None),
-                &spans(lists, ages).html(&[]),
-            ),
+            beside(&figure(&latencies(lists.iter(), ages.clone()), None), &spans(lists, ages).html(&[])),
         ),
         ("meaning", "What the figures mean", notes(NOTES)),
     ];

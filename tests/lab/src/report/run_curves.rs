@@ -4,6 +4,7 @@ use crate::data::run_log::ReceivedFused;
 use crate::drive::rerun::FrameInnovations;
 use crate::report::palette::{AGENTS, Colour, OURS, SERIES};
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Style, Top};
+use crate::report::plot::figure_parts::FigureParts;
 use crate::report::plot::marker::Marker;
 use crate::score::timing::{arrival_to_consumer_spans_ms, end_to_end_spans_ms};
 use v2x_common::id::AgentId;
@@ -60,25 +61,35 @@ pub(super) const HUB_TO_CONSUMER: &str = "hub → consumer";
 pub(super) const END_TO_END: &str = "end to end";
 pub(super) const AGE: &str = "age of information";
 
-/// Distributions of latencies at the consumer: of the frames in these lists, and of ages, ms.
+/// Distributions of latencies at the consumer: of the frames in these lists, and of ages, ms. What the hub needs is so much less
+/// than the whole way that each has a panel with an axis of its own.
 pub(super) fn latencies<'a>(
     lists: impl Iterator<Item = &'a ReceivedFused> + Clone,
     ages_ms: Vec<f64>,
-) -> CurvePlot {
-    let curves = [arrival_to_consumer_spans_ms(lists.clone()), end_to_end_spans_ms(lists), ages_ms];
-    let names = [HUB_TO_CONSUMER, END_TO_END, AGE];
-    let colours = [SERIES[6], SERIES[4], SERIES[5]];
+) -> FigureParts {
+    let hub = (HUB_TO_CONSUMER, SERIES[6], arrival_to_consumer_spans_ms(lists.clone()));
+    let whole = [(END_TO_END, SERIES[4], end_to_end_spans_ms(lists)), (AGE, SERIES[5], ages_ms)];
+    let mut parts = distributions("from hub to consumer no longer than, ms", vec![hub]).parts();
+    let others = distributions("end to end, or age, no longer than, ms", whole.into()).parts();
+    parts.panels.extend(others.panels);
+    parts.legend.extend(others.legend);
+    parts
+}
+
+fn distributions(x_label: &str, of: Vec<(&str, Colour, Vec<f64>)>) -> CurvePlot {
+    let styles = of.iter().map(|(name, colour, _)| style(name, colour, 0.0)).collect();
+    let curves = of.into_iter().map(|(_, _, spans_ms)| shares(spans_ms)).collect();
     CurvePlot {
         title: "Latency".to_owned(),
         subtitle:
             "of detection frames, and how old is what the consumer has; the longest hundredth is left out"
                 .to_owned(),
-        x_label: "no longer than, ms".to_owned(),
+        x_label: x_label.to_owned(),
         x_names: None,
-        styles: names.into_iter().zip(colours).map(|(name, colour)| style(name, colour, 0.0)).collect(),
+        styles,
         panels: vec![Panel {
             label: "share".to_owned(),
-            curves: curves.map(shares).into(),
+            curves,
             top: Top::At(1.0),
             target: None,
             levels: vec![],
@@ -99,7 +110,7 @@ fn shares(mut spans_ms: Vec<f64>) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::fixture::{agent, at_ms};
+    use crate::data::fixture::{agent, at_ms, fused};
     use v2x_fusion_hub::fusion::Innovations;
 
     #[test]
@@ -124,6 +135,16 @@ mod tests {
         for (point, x) in curve.iter().zip([0.45, 1.45]) {
             assert!((point.x - x).abs() < 1e-9 && (point.y - 2.82).abs() < 1e-9, "{point:?}");
         }
+    }
+
+    #[test]
+    fn what_the_hub_needs_has_an_axis_of_its_own_beside_the_whole_way() {
+        let lists: Vec<_> = (1..20).map(|k| fused(100 * k + 60, 100 * k + 55, &[100 * k])).collect();
+        let parts = latencies(lists.iter(), vec![150.0; 40]);
+        assert_eq!((parts.panels.len(), parts.legend.len()), (2, 3));
+        let has = |place: usize, text: &str| parts.panels[place].1.svg().contains(text);
+        assert!(has(1, AGE) && has(1, END_TO_END) && has(0, HUB_TO_CONSUMER));
+        assert!(!has(0, END_TO_END), "the first axis is the hub's");
     }
 
     #[test]

@@ -7,12 +7,14 @@ use crate::report::page::{Section, beside, figure, notes, page, verdict_html};
 use crate::report::palette::OURS;
 use crate::report::plot::bev::bev_parts;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
+use crate::report::plot::figure_parts::FigureParts;
 use crate::report::plot::scene::BevScene;
 use crate::report::run_curves::{HUB_TO_CONSUMER, coloured, latencies, means, nis_over_time, style};
 use crate::report::summary::{Of, accuracy, frames, gain, headline, spans as summary_spans, tracks};
 use crate::report::table::{Table, escaped};
 use crate::score::percentiles::Percentiles;
 use crate::score::run::scored_run::ScoredRun;
+use crate::score::run::summary::Summary;
 use crate::score::timing::{ages_ms, arrival_to_consumer_spans_ms};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
@@ -52,17 +54,27 @@ pub(crate) fn run_page(run: &RunPage<'_>) -> String {
     );
     let moments: String = run.moments.iter().map(|scene| figure(&bev_parts(scene), None)).collect();
     let sections = [
-        ("common", "Objects that all agents cover", accuracy(summary, Of::Common).html(&["fused"])),
-        ("everything", "Everything that each covers", accuracy(summary, Of::Everything).html(&["fused"])),
+        ("scores", "Scores", scores(summary)),
         ("moments", "Key frames", moments),
         ("errors", "Errors over time", figure(&errors(run).parts(), None)),
-        ("time", "Latency", beside(&figure(&latencies_of(run).parts(), None), &spans(run).html(&[]))),
+        ("time", "Latency", beside(&figure(&latencies_of(run), None), &spans(run).html(&[]))),
         ("agents", "Agents", agents(run).html(&[])),
         ("meaning", "What the figures mean", notes(explanations())),
     ];
     let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
     let sections: Vec<_> = sections.map(|(id, title, html)| Section::new(id, title, html)).collect();
     page(&title, &top, &sections)
+}
+
+/// The tables of what all agents cover and of everything, beside each other where there is room.
+fn scores(summary: &Summary) -> String {
+    let table = |title: &str, of: Of| {
+        format!("<div><h3>{title}</h3>\n{}</div>\n", accuracy(summary, of).html(&["fused"]))
+    };
+    let tables =
+        [("Objects that all agents cover", Of::Common), ("Everything that each covers", Of::Everything)];
+    let tables: String = tables.into_iter().map(|(title, of)| table(title, of)).collect();
+    format!("<div class=\"pair\">\n{tables}</div>\n")
 }
 
 /// The spans of the summary, and the one from hub to consumer that the figure has.
@@ -138,7 +150,7 @@ fn means_over_time(log: &RunLog, values: &[(usize, f64)]) -> Vec<Point> {
 }
 
 /// Latencies of what was scored.
-fn latencies_of(run: &RunPage<'_>) -> CurvePlot {
+fn latencies_of(run: &RunPage<'_>) -> FigureParts {
     let start = scored_lists(run).map(|received| received.frame.fused_at).min();
     let end = scored_lists(run).map(|received| received.received_at).max();
     let ages = start.zip(end).map_or_else(Vec::new, |(start, end)| ages_ms(&run.log.fused, start, end));

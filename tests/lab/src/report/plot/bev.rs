@@ -372,9 +372,9 @@ fn captured(offset: Span) -> String {
     let ms = offset.as_millis_f64();
     let distance = format!("{:.0} ms", ms.abs());
     match distance.as_str() {
-        "0 ms" => ", captured then".to_owned(),
-        _ if ms < 0.0 => format!(", captured {distance} before this moment"),
-        _ => format!(", captured {distance} after this moment"),
+        "0 ms" => ", at this moment".to_owned(),
+        _ if ms < 0.0 => format!(", {distance} earlier"),
+        _ => format!(", {distance} later"),
     }
 }
 

@@ -94,8 +94,8 @@ fn the_legend_counts_what_is_drawn() {
     let svg = svg_of(&scene());
     for text in [
         "truth: 36 objects",
-        "ego (vehicle): 36 detections, captured 40 ms before",
-        "36 detections, captured 12 ms after",
+        "ego (vehicle): 36 detections, 40 ms earlier",
+        "36 detections, 12 ms later",
         "rsu (roadside-unit)",
         "fused: 36",
     ] {
