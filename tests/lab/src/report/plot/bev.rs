@@ -238,6 +238,7 @@ fn labels(sheet: &mut Sheet, scene: &BevScene, (view, bar): (&Viewport, Rect), p
     let boxes = scene.truth.iter().map(|one| &one.bev).chain(detections);
     let boxes = boxes.chain(scene.fused.iter().map(|mark| &mark.bev)).map(|bev| view.bounds(bev)).collect();
     let mut labels = Labels { boxes, taken: vec![bar], panel: view.panel };
+    let mut names = Vec::new();
     for (agent, colour) in scene.agents.iter().zip(AGENTS.iter().cycle()) {
         if let Some(pose) = agent.pose.filter(|pose| view.shows(pose.x, pose.y, 0.0)) {
             let (x, y) = view.px((pose.x, pose.y));
@@ -246,9 +247,12 @@ fn labels(sheet: &mut Sheet, scene: &BevScene, (view, bar): (&Viewport, Rect), p
             marker(sheet, (agent.marked_as(), colour), &Place { at: (x, y), yaw, scale: 1.0 });
             let around = Rect { x: x - 14.0, y: y - 14.0, w: 28.0, h: 28.0 };
             labels.taken.push(around);
-            let text = agent.id.as_str();
-            labels.write_anyhow(sheet, &Label { around, text, set: font(22.0, true) });
+            names.push(Label { around, text: agent.id.as_str(), set: font(22.0, true) });
         }
+    }
+    // Once all marks are there, so that no name lies over another agent's mark.
+    for name in &names {
+        labels.write_anyhow(sheet, name);
     }
     let shown = scene.fused.iter().filter(|mark| pen.has_words && view.shows(mark.bev.x, mark.bev.y, 0.0));
     let mut written = Vec::new();
