@@ -25,7 +25,7 @@ WIDTHS = [(400, 860), (800, 900), (900, 800), (1920, 1080)]
 README_SIZE = (1280, 840)
 README_QUALITY = 82
 
-# A car in motion that both agents see, in the picture and not an agent itself.
+# A car in motion that both agents see, in the picture as they are, and not an agent itself.
 IS_GOOD_EXAMPLE = """(() => {
     const {selection, contributors} = window.v2x.state;
     const text = document.getElementById('selected-body').innerText;
@@ -33,9 +33,10 @@ IS_GOOD_EXAMPLE = """(() => {
     if (k < 0 || contributors.length < 2 || !text.includes('vehicle.car')) return false;
     const {x, y} = window.v2x.placeOf(k);
     const canvas = document.getElementById('canvas');
-    const isInside = x > 120 && y > 90 && x < canvas.clientWidth - 120 && y < canvas.clientHeight - 90;
+    const isInside = (x, y) => x > 90 && y > 60 && x < canvas.clientWidth - 120 && y < canvas.clientHeight - 60;
+    const areInside = [{x, y}, ...window.v2x.agentPlaces].every((place) => isInside(place.x, place.y));
     const isApart = window.v2x.agentPlaces.every((place) => Math.hypot(place.x - x, place.y - y) > 60);
-    return isInside && isApart && Number(/speed\\sm\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
+    return areInside && isApart && Number(/speed\\sm\\/s\\s+([\\d.]+)/.exec(text)?.[1]) > 2;
 })()"""
 
 
@@ -58,7 +59,7 @@ def check_widths(browser, folder):
 
 def select_example(browser):
     """Selects an object of which the panel has much to say, if there is one."""
-    for _ in range(200):
+    for _ in range(1000):
         browser.key("n", "n")
         browser.run("new Promise((done) => setTimeout(done, 50))")
         if browser.run(IS_GOOD_EXAMPLE):
@@ -75,8 +76,7 @@ def readme_picture(browser, network, path):
     browser.wait("window.v2x.shown.length === 1 && window.v2x.shown[0].objects > 5", "objects")
     # The charts are full after half a minute.
     browser.run("new Promise((done) => setTimeout(done, 40_000))")
-    for _ in range(2):
-        browser.key("+", "+")
+    browser.key("+", "+")
     select_example(browser)
     browser.picture(path, "webp", quality=README_QUALITY)
     size = pathlib.Path(path).stat().st_size
