@@ -8,8 +8,8 @@ import time
 from web_network import PATIENCE_S, ROOT
 
 
-# Of script for each drawn frame, as the page itself counts it.
-MOST_MEDIAN_MS = 8.0
+# Of script for each drawn frame, by the processor's clock: the page's own counter has what other programs take, too.
+MOST_SCRIPT_MS = 8.0
 
 
 def script_time(browser):
@@ -53,9 +53,8 @@ def measure_load(browser, v2x, folder, seconds):
                     + ` heap ${(performance.memory.usedJSHeapSize / 1e6).toFixed(0)} MB; ${s.skipped} skipped`;
             })()""")
             cpu = sum(map(int, pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13]))
-            median = browser.run("window.v2x.stats.median")
-            assert median <= MOST_MEDIAN_MS, f"{line}: {median:.1f} ms of script a drawn frame"
             print(f"{line}; script {per_frame_ms:.1f} CPU ms a drawn frame (mean); launcher and view {cpu / 100:.1f} CPU s", flush=True)
+        assert per_frame_ms <= MOST_SCRIPT_MS, f"{per_frame_ms:.1f} CPU ms of script a drawn frame"
         assert not browser.complaints, browser.complaints
     finally:
         process.terminate()

@@ -5,7 +5,8 @@ Usage: web_view.py V2X [--screenshots FOLDER] [--readme FILE] [--load SECONDS]
 V2X is the built program, such as target/debug/v2x. Starts a hub, two agents and the view as processes, opens the page, and
 checks what it shows against what the hub published, and that it can be used by mouse, finger and keyboard. With --screenshots
 it writes the page at three widths in light and dark; with --readme only the picture of the README is made; with --load only
-script time and memory under load are measured, and the exit code is 1 where a median is above 8 ms. Needs Chromium and the packages `websockets` and `eclipse-zenoh`.
+script time and memory under load are measured, and the exit code is 1 where a drawn frame takes more than 8 ms of the
+processor. Needs Chromium and the packages `websockets` and `eclipse-zenoh`.
 """
 
 import argparse
