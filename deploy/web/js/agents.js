@@ -21,6 +21,8 @@ const NAME_HEIGHT = 17;
 const MOST_LETTERS = 16;
 /** Where more agents than so many are in sight, only the one that stands out is named. */
 const MOST_NAMES = 60;
+/** In a narrower picture a reason has no “refused” before it: the cross says it. */
+const NARROW_FOR_REASONS = 500;
 /** Link delays are left out of a picture that is so narrow for its agents, pixels for each. */
 const NARROW = 60;
 /** Share of an area's colour that all fields of view together may have. */
@@ -166,18 +168,18 @@ function drawName(context, mark, { text, left, top, width }) {
   context.fillText(text, left + tab + 5, top + 12.5);
 }
 
-/** Where the reason of a refusal stands: under the name of its agent; null where it is one of many and has no room. */
+/** Where the reason of a refusal stands: under or over the name of its agent; null where it is one of many and has no room. */
 function plateOf(labels, view, { x, y, name, event }, isShort) {
-  const text = isShort ? event.text : `refused: ${event.text}`;
+  const text = isShort || view.width < NARROW_FOR_REASONS ? event.text : `refused: ${event.text}`;
   labels.use(BOLD);
   const width = labels.width(text) + PLATE_TEXT + 6;
-  const [left, bottom] = name ? [name.left, name.top + NAME_HEIGHT + 2] : [x - width / 2, y + 22];
+  const [near, above, below] = name ? [name.left, name.top - 22, name.top + NAME_HEIGHT + 2] : [x - width / 2, y - 42, y + 22];
   const inside = (value, from, to) => Math.max(from, Math.min(to, value));
-  const at = { text, width, x: inside(left, view.left + 2, view.left + view.width - width - 2), y: bottom };
-  // Not over the mark, where the border has pushed it there.
-  if (at.x < x + RINGS[0] && at.x + width > x - RINGS[0]) at.y = Math.max(at.y, y + RINGS[1] + 3);
-  at.y = inside(at.y, view.top + 2, view.top + view.height - 22);
-  if (isShort && !labels.isUntaken(at.x, at.y, width, 20)) return null;
+  const left = inside(near, view.left + 2, view.left + view.width - width - 2);
+  const tops = [below, above, below + 22, above - 22, below + 44].map((top) => inside(top, view.top + 2, view.top + view.height - 22));
+  const free = tops.find((top) => labels.isUntaken(left, top, width, 20));
+  if (free === undefined && isShort) return null;
+  const at = { text, width, x: left, y: free ?? tops[0] };
   labels.reserve(at.x, at.y, width, 20);
   return at;
 }
