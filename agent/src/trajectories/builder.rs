@@ -304,9 +304,9 @@ impl<'a> Builder<'a> {
             if names.is_empty() {
                 continue;
             }
-            let (are, each) = if names.len() == 1 { (" is", "is") } else { ("s are", "each is") };
+            let (are, each) = if names.len() == 1 { (" is", "it") } else { ("s are", "each") };
             self.remarks.warnings.push(format!(
-                "class name{are} not known and taken as {}: {}{}; say what it {each} by  classes = {{ {} }}{}, with one of \
+                "class name{are} not known and taken as {}: {}{}; say what {each} is by  classes = {{ {} }}{}, with one of \
                  {USUAL_CLASSES}",
                 class.name(),
                 names.join(", "),

@@ -9,6 +9,8 @@ const SLOW_MPS: f64 = 0.5;
 /// The same of shorter steps, where something moves, m/s: in milliseconds it would move a thousand times as fast.
 const STEP_S: f64 = 1.0;
 const CREEPS_MPS: (f64, f64) = (5e-4, 0.1);
+/// Slower motion is none in words, m/s.
+const SHOWN_MPS: f64 = 5e-4;
 /// Several objects in metres are not so close to each other, m; in degrees it is some kilometres.
 const TOGETHER: f64 = 0.1;
 /// Objects in degrees move so slowly, and within this, where they are in metres; the steps are no longer than this.
@@ -64,11 +66,12 @@ impl Units {
     /// What looks wrong.
     pub(super) fn warnings(&self) -> Vec<String> {
         let times = self.unit_of_time().map(|(unit, change)| {
-            format!(
-                "a row each {} s, and nothing moves faster than {:.4} m/s: t looks like {unit}; {change}",
-                self.step_s,
-                self.speed_mps.unwrap_or(0.0)
-            )
+            let speed_mps = self.speed_mps.unwrap_or(0.0);
+            let moves = match speed_mps < SHOWN_MPS {
+                true => "nothing moves".to_owned(),
+                false => format!("nothing moves faster than {speed_mps:.3} m/s"),
+            };
+            format!("a row each {} s, and {moves}: t looks like {unit}; {change}", self.step_s)
         });
         times.into_iter().chain(self.degrees()).collect()
     }
