@@ -61,6 +61,7 @@ files! {
     "/js/store.js", JS, "js/store.js";
     "/js/timeline.js", JS, "js/timeline.js";
     "/js/timing.js", JS, "js/timing.js";
+    "/js/truth.js", JS, "js/truth.js";
     "/js/verdict.js", JS, "js/verdict.js";
 }
 

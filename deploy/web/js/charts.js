@@ -6,7 +6,9 @@ import { element, lineSample, renew } from "./nodes.js";
 import { palette } from "./palette.js";
 import { POINTS, STEP_MS } from "./series.js";
 
-const RATE_STEPS = 4;
+/** Refusals are counted over a second; frames over three, in which one more or less does not matter. */
+const REFUSAL_STEPS = 4;
+const RATE_STEPS = 12;
 /** A second and a half without a value is a gap. */
 const GAP_STEPS = 6;
 const N_VALUES = POINTS - 6;
@@ -14,8 +16,13 @@ const N_VALUES = POINTS - 6;
 const LEAST_STEPS = 40;
 const TOP = 14;
 const BOTTOM = 13;
-/** A narrower chart has no room for its key. */
-const LEAST_WIDTH_OF_KEY = 160;
+/** Lines that are apart stay in the lower part of the chart, below most others. */
+const APART = 2.5;
+/** Room for the 0 of the upright axis. */
+const LEFT = 10;
+/** The line before a text of the key, and its distances. */
+const KEY_LINE = 13;
+const KEY_GAP = 8;
 const FONT = "10px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Lines of all agents, as the first hub that is shown has them; `recent` is the value that the title has. */
@@ -31,29 +38,36 @@ const ofHubs = (series, what) => ({ shown }) =>
     value: (time, back) => hub[series].mean(time, back), recent: (at) => hub[series].recent(at),
   }));
 
-/** Counts of an agent a second, over a second; nothing before it was there and while the page was paused. */
-const perSecond = (series, agent, { store, time, back }) => {
-  if (!(time - (back + RATE_STEPS) * STEP_MS > agent.since)) return NaN;
+/** Counts of an agent a second, over some steps; nothing before it was there and while the page was paused. */
+const perSecond = (series, agent, steps, { store, time, back }) => {
+  if (!(time - (back + steps) * STEP_MS > agent.since)) return NaN;
   const end = (Math.floor(time / STEP_MS) - back + 1) * STEP_MS;
-  if (store.wasPausedBetween(end - RATE_STEPS * STEP_MS, end)) return NaN;
+  if (store.wasPausedBetween(end - steps * STEP_MS, end)) return NaN;
   let sum = 0;
-  for (let k = 0; series && k < RATE_STEPS; k += 1) sum += series.perSecond(time, back + k);
-  return sum / RATE_STEPS;
+  for (let k = 0; series && k < steps; k += 1) sum += series.perSecond(time, back + k);
+  return sum / steps;
 };
-const rateOf = (agent, at) => perSecond(agent.rate, agent, at);
-const refusalsOf = (agent, at) => perSecond(at.shown[0]?.refusals.get(agent.name), agent, at);
+const rateOf = (agent, at) => perSecond(agent.rate, agent, RATE_STEPS, at);
+const refusalsOf = (agent, at) => perSecond(at.shown[0]?.refusals.get(agent.name), agent, REFUSAL_STEPS, at);
+const OURS = { colour: "ours", width: 1.8 };
+const IN_HUB = { colour: "ours", width: 1.1 };
+const AGENTS = { colour: "muted", width: 1.1 };
 
-/** `key` says on the chart what its lines are; what `isOfFirst` is of one hub only, whose name is said where two are shown. */
+/**
+ * `key` says on the chart what its lines are, as long as there is room for it; what `isOfFirst` is of one hub only, whose name is
+ * said where two are shown; lines that are `apart` have an axis of their own, whose end the key says.
+ */
 const CHARTS = [
-  { name: "Latency", unit: "ms", digits: 0, key: "━ capture to list, ─ in hub", title: "From capture to this list (thick), and the part in the hub (thin)",
-    lines: (state) => [...ofHubs("inHub", "in the hub")(state).map((line) => ({ ...line, colour: palette.muted, isWide: false })), ...ofHubs("latency", "capture to list")(state)] },
+  { name: "Latency", unit: "ms", digits: 0, key: [[[OURS, "capture to list"], [IN_HUB, "in hub, 0 to "]], [[OURS, "all"], [IN_HUB, "in hub, 0–"]], [[OURS, "all"], [IN_HUB, "hub 0–"]]],
+    title: "From capture to this list (thick), and the part in the hub (thin, with an axis of its own)",
+    lines: (state) => [...ofHubs("inHub", "in the hub")(state).map((line) => ({ ...line, isApart: true, isWide: false })), ...ofHubs("latency", "capture to list")(state)] },
   { name: "Age of information", unit: "ms", digits: 0, title: "Time since the capture of the newest data in the list", lines: ofHubs("age", "age") },
-  { name: "Error", unit: "m", digits: 2, key: "━ fused, others: agents", title: "Mean distance to the nearest true object", needsTruth: true,
+  { name: "Error", unit: "m", digits: 2, key: [[[OURS, "fused"], [AGENTS, "agents; within 3\u00a0m"]], [[OURS, "fused"], [AGENTS, "agents"]]], title: "Mean distance to the nearest true object, of those that have one within 3 m", needsTruth: true,
     lines: (state) => [...ofAgents((agent, { time, back }) => agent.error.mean(time, back), (agent, { time }) => agent.error.recent(time))(state), ...ofHubs("error", "fused")(state)] },
-  { name: "Rate", unit: "Hz", digits: 1, key: "each agent", title: "Frames of each agent in a second", lines: ofAgents(rateOf, rateOf) },
-  { name: "Refused", unit: "/s", digits: 0, key: "each agent", isOfFirst: true, isCount: true, title: "Frames that the hub refused in a second, by agent; their number in the minute",
+  { name: "Rate", unit: "Hz", digits: 1, key: [[[AGENTS, "each agent"]]], title: "Frames of each agent a second, over three seconds", lines: ofAgents(rateOf, rateOf) },
+  { name: "Refused", unit: "/s", digits: 0, key: [[[AGENTS, "each agent"]]], isOfFirst: true, isCount: true, title: "Frames that the hub refused in a second, by agent; their number in the minute",
     lines: ofAgents(refusalsOf, (agent, { shown, time }) => shown[0]?.refusals.get(agent.name)?.total(time) ?? 0) },
-  { name: "NIS", unit: "ideal 1", digits: 2, key: "each agent", isOfFirst: true, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
+  { name: "NIS", unit: "ideal 1", digits: 2, key: [[[AGENTS, "each agent"]]], isOfFirst: true, title: "Normalised innovation squared of each degree of freedom: 1 where the stated accuracy is right", mark: 1,
     lines: ofAgents((agent, { shown, time, back }) => shown[0]?.nis.get(agent.name)?.mean(time, back) ?? NaN, (agent, { shown, time }) => shown[0]?.nis.get(agent.name)?.recent(time) ?? NaN) },
 ];
 
@@ -88,10 +102,11 @@ export class Charts {
   /** Says the figures of a moment in the titles. */
   say({ store, shown, at }) {
     const hasTruth = shown.some((hub) => hub.frames.newest?.truth);
-    const whose = shown.length > 1 ? ` by ${shown[0].name}` : "";
+    const whose = shown.length > 1 ? `, ${shown[0].name} only` : "";
     for (const chart of this.charts) {
       chart.lacksTruth = Boolean(chart.needsTruth) && !hasTruth;
-      chart.caption = `${chart.name}${chart.isOfFirst ? whose : ""}, ${chart.unit}`;
+      chart.caption = `${chart.name}, ${chart.unit}${chart.isOfFirst ? whose : ""}`;
+      chart.seconds = store.secondsKnown(at);
       if (chart.label.textContent !== chart.caption) chart.label.textContent = chart.caption;
       const lines = chart.lacksTruth ? [] : chart.linesOf({ store, shown });
       renew(chart.value, figures(chart, lines.map((line) => ({ ...line, newest: line.recent(at) }))));
@@ -128,7 +143,9 @@ export class Charts {
       canvas.setAttribute("aria-label", `${chart.name}: nothing yet`);
       return;
     }
-    chart.top = niceCeiling(Math.max(chart.mark ? 1.5 * chart.mark : 0, ...lines.map((line) => line.most)) || 1);
+    const most = (some) => Math.max(chart.mark ? 1.5 * chart.mark : 0, ...some.map((line) => line.most)) || 1;
+    chart.top = niceCeiling(most(lines.filter((line) => !line.isApart)));
+    chart.topApart = niceCeiling(APART * most(lines.filter((line) => line.isApart)));
     drawFrame(chart);
     if (this.cursorBack > 1) drawUpright(chart, this.cursorBack, palette.ink, [3, 3]);
     if (this.back !== null) drawUpright(chart, this.back, palette.muted, []);
@@ -154,9 +171,13 @@ export function valueAt(line, back) {
   return NaN;
 }
 
-export const stepsBefore = ({ width, span }, x) => Math.min(span - 1, Math.max(0, Math.round(((width - x) / width) * (span - 1))));
-export const xOf = ({ width, span }, back) => width - (back * width) / (span - 1);
-export const yOf = ({ height, top }, value) => height - BOTTOM - (Math.min(value, top) / top) * (height - TOP - BOTTOM);
+export const stepsBefore = ({ width, span }, x) => Math.min(span - 1, Math.max(0, Math.round(((width - x) / (width - LEFT)) * (span - 1))));
+export const xOf = ({ width, span }, back) => width - (back * (width - LEFT)) / (span - 1);
+/** Where a value of a line lies: of one that is apart by its own axis. */
+export const yOf = ({ height, top: usual, topApart }, value, { isApart } = {}) => {
+  const top = isApart ? topApart : usual;
+  return height - BOTTOM - (Math.min(value, top) / top) * (height - TOP - BOTTOM);
+};
 
 function drawFrame(chart) {
   const { context, width, height } = chart;
@@ -164,7 +185,7 @@ function drawFrame(chart) {
   context.lineWidth = 1;
   context.beginPath();
   for (const at of [TOP - 2, height - BOTTOM]) {
-    context.moveTo(0, Math.round(at) + 0.5);
+    context.moveTo(at < TOP ? 0 : LEFT, Math.round(at) + 0.5);
     context.lineTo(width, Math.round(at) + 0.5);
   }
   context.stroke();
@@ -172,27 +193,45 @@ function drawFrame(chart) {
   context.fillText(`−${Math.round((chart.span * STEP_MS) / 1000)}\u00a0s`, 0, height - 2);
   context.textAlign = "right";
   context.fillText(chart.end, width, height - 2);
-  if (chart.key && width >= LEAST_WIDTH_OF_KEY) context.fillText(chart.key, width, 9);
   context.textAlign = "left";
+  writeKey(chart);
   if (!chart.mark) return;
   context.setLineDash([2, 3]);
   context.strokeStyle = palette.muted;
   context.beginPath();
-  context.moveTo(0, yOf(chart, chart.mark));
+  context.moveTo(LEFT, yOf(chart, chart.mark));
   context.lineTo(width, yOf(chart, chart.mark));
   context.stroke();
   context.setLineDash([]);
 }
 
-/** The ends of the upright axis, which can be read over any line. */
+/** What the lines are, each after a piece of it; in the longest words that there is room for. */
+function writeKey(chart) {
+  const { context, width, topApart } = chart;
+  const hasApart = chart.lines.some((line) => line.isApart);
+  const wordsOf = (item) => item.map(([line, words]) => [line, line === IN_HUB && hasApart ? `${words}${topApart}` : words]);
+  const lengthOf = (item) => item.reduce((sum, [, words]) => sum + KEY_LINE + 3 + context.measureText(words).width, KEY_GAP * (item.length - 1));
+  const room = width - context.measureText(String(chart.top)).width - KEY_GAP;
+  const item = (chart.key ?? []).map(wordsOf).find((each) => lengthOf(each) <= room);
+  if (!item) return;
+  let x = width - lengthOf(item);
+  for (const [line, words] of item) {
+    context.strokeStyle = palette[line.colour];
+    context.lineWidth = line.width;
+    context.beginPath();
+    context.moveTo(x, 5.5);
+    context.lineTo(x + KEY_LINE, 5.5);
+    context.stroke();
+    context.fillText(words, x + KEY_LINE + 3, 9);
+    x += KEY_LINE + 3 + context.measureText(words).width + KEY_GAP;
+  }
+}
+
+/** The ends of the upright axis, beside the lines and above them. */
 function writeNumbers({ context, height, top }) {
   context.fillStyle = palette.muted;
-  context.strokeStyle = palette.panel;
-  context.lineWidth = 3;
-  for (const [text, y] of [[String(top), 9], ["0", height - BOTTOM - 3]]) {
-    context.strokeText(text, 0, y);
-    context.fillText(text, 0, y);
-  }
+  context.fillText(String(top), 0, 9);
+  context.fillText("0", 0, height - BOTTOM + 3);
 }
 
 function drawUpright(chart, back, colour, dash) {
@@ -214,7 +253,7 @@ function drawPoints(chart, back) {
     const value = valueAt(line, back);
     if (!Number.isFinite(value)) continue;
     context.beginPath();
-    context.arc(xOf(chart, back), yOf(chart, value), line.isWide ? 3.2 : 2.4, 0, 2 * Math.PI);
+    context.arc(xOf(chart, back), yOf(chart, value, line), line.isWide ? 3.2 : 2.4, 0, 2 * Math.PI);
     context.fillStyle = line.colour;
     context.fill();
   }
@@ -250,7 +289,7 @@ function drawLine(chart, line, alpha, isHighlighted) {
   let gap = Infinity;
   for (let back = 0; back < values.length; back += 1) {
     if (!Number.isFinite(values[back])) { gap += 1; continue; }
-    const [x, y] = [xOf(chart, back), yOf(chart, values[back])];
+    const [x, y] = [xOf(chart, back), yOf(chart, values[back], line)];
     if (gap > GAP_STEPS) context.moveTo(x, y); else context.lineTo(x, y);
     gap = 0;
   }
@@ -265,14 +304,14 @@ function drawLine(chart, line, alpha, isHighlighted) {
 }
 
 /** What a chart's title says of the moment that is shown: the value of each hub's line, else of all agents the mean, or the sum of the minute. */
-function figures({ digits, isCount, span }, lines) {
+function figures({ digits, isCount, seconds }, lines) {
   const text = (value) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   const own = lines.filter((line) => line.isWide);
   if (own.length > 1) return own.map((line) => element("span", "figure", lineSample(line), element("span", "whose", `${line.hub}\u00a0`), text(line.newest)));
   if (own.length) return [text(own[0].newest)];
   const known = lines.map((line) => line.newest).filter(Number.isFinite);
   const sum = known.reduce((all, value) => all + value, 0);
-  if (isCount) return [`${text(sum)} in ${Math.round((span * STEP_MS) / 1000)}\u00a0s`];
+  if (isCount) return [`${text(sum)} in ${Math.round(seconds)}\u00a0s`];
   return [known.length < 2 ? text(known[0] ?? NaN) : `mean ${text(sum / known.length)}`];
 }
 

@@ -289,7 +289,11 @@ function showVerdict({ level, word, why, whole = why }) {
 }
 
 function showFacts(pairs) {
-  renew($("facts"), pairs.map(([name, values]) => element("div", "", element("dt", "", name), ...values.map((value) => element("dd", "", value)))));
+  renew($("facts"), pairs.map(([name, values, explanation = ""]) => {
+    const fact = element("div", "", element("dt", "", name), ...values.map((value) => element("dd", "", value)));
+    fact.title = explanation;
+    return fact;
+  }));
 }
 
 function showEmpty(state) {

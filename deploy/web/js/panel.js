@@ -110,7 +110,8 @@ function agentNodes(view, agent) {
 export function showAgents(root, view) {
   const { store } = view;
   const list = [...store.agents.values()].sort((one, other) => one.number - other.number).slice(0, MOST_AGENTS).map((agent) => agentRow(view, agent));
-  renew(root, [...(list.length ? list : [element("p", "hint", "none so far")]), ...invalidNames(view.hubs[0]?.status)]);
+  const whose = view.hubs.length > 1 ? [element("p", "hint whose", `out of order and refused: by ${view.hubs[0].name} only`)] : [];
+  renew(root, [...(list.length ? list : [element("p", "hint", "none so far")]), ...whose, ...invalidNames(view.hubs[0]?.status)]);
 }
 
 function agentRow(view, agent) {
@@ -120,12 +121,13 @@ function agentRow(view, agent) {
   const made = button("", "select", view.selection?.agent === agent.name);
   made.className = "agent";
   made.dataset.agent = agent.name;
-  if (late) made.title = `${late} frames out of order in the last minute, used all the same`;
-  // In place of the kind and of what is late, so that no row changes its height under a pointer.
+  if (late) made.title = `${late} frames out of order in the last minute, as is usual where links differ; used all the same`;
+  // Each in place of another, so that no row changes its height under a pointer; the mark shows the kind, too.
   const isRefused = agent.reason && store.now() - agent.lastRefusedAt < 5000;
-  const lateToo = late && !isRefused ? `late\u00a0${late} · ` : "";
-  const state = store.isAlive(agent.name) ? `${lateToo}${agent.frames.at(view.time)?.n ?? 0} detections` : "has left";
-  const below = isRefused ? element("span", "remark", `refused: ${agent.reason}`) : element("span", "sub", agent.sensor?.kind ?? "no description");
+  const detections = agent.reports.recent(view.figuresAt);
+  const state = store.isAlive(agent.name) ? `${Number.isFinite(detections) ? Math.round(detections) : "–"} detections` : "has left";
+  const kind = late ? `${late} out of order` : agent.sensor?.kind ?? "no description";
+  const below = element("span", isRefused ? "remark" : "sub", isRefused ? `refused: ${agent.reason}` : kind);
   if (isRefused) below.title = agent.lastRefusal ?? "";
   made.replaceChildren(
     markNode(agent),

@@ -91,7 +91,7 @@ export class Readout {
   #nearest(chart, read) {
     let [best, found] = [REACH_PIXELS, null];
     for (const each of read) {
-      const distance = Math.abs(yOf(chart, each.value) - this.#y);
+      const distance = Math.abs(yOf(chart, each.value, each.line) - this.#y);
       if (distance < best) [best, found] = [distance, each];
     }
     return found;

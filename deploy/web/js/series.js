@@ -27,9 +27,19 @@ export class Series {
 
   /** The mean over the second that ends with the step that is `back` steps before a time; NaN where that step has nothing. */
   mean(time, back) {
-    if (this.#placeOf(time, back) < 0) return NaN;
+    return this.#placeOf(time, back) < 0 ? NaN : this.#meanOf(time, back, SECOND);
+  }
+
+  /** The mean over so many seconds before a time; NaN where the first of them had nothing. */
+  lasting(time, seconds) {
+    const steps = seconds * SECOND;
+    const isThere = [...Array(SECOND)].some((_, k) => this.#placeOf(time, steps - k) >= 0);
+    return isThere ? this.#meanOf(time, 1, steps) : NaN;
+  }
+
+  #meanOf(time, back, steps) {
     let [sum, count] = [0, 0];
-    for (let k = 0; k < SECOND; k += 1) {
+    for (let k = 0; k < steps; k += 1) {
       const place = this.#placeOf(time, back + k);
       if (place < 0) continue;
       sum += this.#sums[place];

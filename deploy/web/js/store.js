@@ -5,6 +5,7 @@
 import { groupsOf } from "./classes.js";
 import { History, SPAN_MS, memory } from "./frames.js";
 import { Series } from "./series.js";
+import { compared } from "./truth.js";
 
 /** Numbers of one object, and their places. */
 export const OBJECT = { size: 19, class: 0, x: 1, y: 2, w: 3, d: 4, yaw: 5, vx: 6, vy: 7, xx: 8, xy: 9, yy: 10,
@@ -34,6 +35,8 @@ class Agent {
     this.delay = new Series();
     this.error = new Series();
     this.rate = new Series();
+    /** Detections of a frame. */
+    this.reports = new Series();
     this.lastRefusal = null;
     this.lastRefusedAt = -Infinity;
     /** Why, in a few words. */
@@ -52,6 +55,13 @@ class Hub {
     this.inHub = new Series();
     this.age = new Series();
     this.error = new Series();
+    this.objects = new Series();
+    /** True objects in the agents' fields of view, those of them that the list lacks, and objects that are not there, of each list. */
+    this.covered = new Series();
+    this.missed = new Series();
+    this.extra = new Series();
+    /** Frames that were accepted, of all agents. */
+    this.accepted = new Series();
     /** By agent: frames that were refused, that came out of order, and NIS. */
     this.refusals = new Map();
     this.lates = new Map();
@@ -90,6 +100,8 @@ export class Store {
   /** The newest time of arrival by the program's clock, ms, and when that was by this page's. */
   #newest = 0;
   #newestHere = 0;
+  /** When the first message of an agent or a hub came, ms. */
+  #oldest = Infinity;
 
   handle(message, here) {
     const handler = this[`_${message.t}`];
@@ -102,7 +114,13 @@ export class Store {
     return this.#newest ? this.#newest + (here - this.#newestHere) : 0;
   }
 
+  /** How many seconds of the minute before a time this page has seen. */
+  secondsKnown(time) {
+    return Math.max(0, Math.min(SPAN_MS, time - this.#oldest)) / 1000;
+  }
+
   #arrived(time, here) {
+    this.#oldest = Math.min(this.#oldest, time);
     if (time > this.now(here) || this.#newest === 0) {
       this.#newest = time;
       this.#newestHere = here;
@@ -163,6 +181,7 @@ export class Store {
     const values = relative(message.detections, DETECTION, origin);
     const pose = message.pose && { x: message.pose[0] - origin.x, y: message.pose[1] - origin.y, yaw: message.pose[2] };
     const n = values.length / DETECTION.size;
+    agent.reports.add(received, n);
     agent.frames.push({ received, captured, sequence, pose, n, values, bytes: values.byteLength + 200 });
   }
 
@@ -181,8 +200,23 @@ export class Store {
       hub.trailsSince = message.received;
     }
     const frame = fusedFrame(message, this.#originNear(message.objects.length ? message.objects.slice(1, 3) : null));
+    hub.objects.add(frame.received, frame.n);
+    if (frame.truth) this.#compare(hub, frame);
     hub.frames.push(frame);
     extendTrails(hub, frame);
+  }
+
+  /** Counts what of the truth is missed and what is too much. Agents are where they were when the list was made. */
+  #compare(hub, frame) {
+    const views = [];
+    for (const { sensor, frames } of this.agents.values()) {
+      const pose = frames.newest?.pose;
+      if (pose && sensor) views.push({ pose, field: sensor.field_of_view });
+    }
+    // Without a description nobody knows what could be seen.
+    if (!views.length) return;
+    const counts = compared({ objects: frame.values, layout: OBJECT, truth: frame.truth, trueLayout: TRUTH, radius: this.hello?.radius_m ?? 3, views });
+    for (const name of ["covered", "missed", "extra"]) hub[name].add(frame.received, counts[name]);
   }
 
   #measure(hub, message) {
@@ -199,11 +233,12 @@ export class Store {
   }
 
   #noteHealth(hub, message) {
-    for (const [place, , refused, late] of message.agents) {
+    for (const [place, accepted, refused, late] of message.agents) {
       const name = message.names[place];
       const before = hub.counts.get(name);
-      hub.counts.set(name, { refused, late, lineage: message.lineage });
+      hub.counts.set(name, { accepted, refused, late, lineage: message.lineage });
       if (!before || before.lineage !== message.lineage) continue;
+      if (accepted > before.accepted && !this.paused) hub.accepted.add(message.received, accepted - before.accepted);
       const n = refused - before.refused;
       const agent = n > 0 ? this.agent(name) : null;
       if (agent) {
@@ -310,6 +345,7 @@ export class Store {
     this.hubs.clear();
     this.#names = [];
     this.events = [];
+    this.#oldest = Infinity;
     this.origin = null;
     this.presence = null;
   }

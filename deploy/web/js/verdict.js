@@ -7,6 +7,9 @@ const STALE_MS = 3000;
 const MOST_LETTERS = 14;
 /** The name of a hub that was given none says nothing. */
 const USUAL_HUB = "hub";
+/** For so many seconds fused objects have to be no better than the agents alone before it is said; and what is no better, as a share of the agents' error. */
+const LASTING_S = 8;
+const NO_BETTER = 0.95;
 /** A number and its unit stay on one line. */
 const NBSP = "\u00a0";
 
@@ -18,7 +21,7 @@ export function verdict(store, hubs) {
   const gone = hubs.filter((hub) => store.isGone(hub.name));
   if (gone.length) return { level: "bad", word: "Hub is gone", why: `what is shown of ${names(gone)} is its last list` };
   if (store.paused) return { level: "warn", word: "Paused", why: `${store.held} newer frames skipped` };
-  return troubleOf(store, hubs, store.now()) ?? allWell(store.hello);
+  return troubleOf(store, hubs, store.now()) ?? noGain(store, hubs) ?? allWell(store, hubs);
 }
 
 /** What is not well with hubs and agents that are there; null where all is. */
@@ -34,9 +37,25 @@ function troubleOf(store, hubs, now) {
   return null;
 }
 
-function allWell({ scenario, network }) {
+/** Hubs whose objects are, for some seconds, no nearer to the truth than those of the mean agent alone; null where there are none. */
+function noGain(store, hubs) {
+  const now = store.now();
+  const alone = meanOf(store, (agent) => agent.error.lasting(now, LASTING_S));
+  const poor = hubs.map((hub) => ({ name: hub.name, error: hub.error.lasting(now, LASTING_S) })).filter(({ error }) => error >= NO_BETTER * alone);
+  if (!poor.length) return null;
+  const why = `${poor.map(({ name, error }) => `${name} ${error.toFixed(2)}`).join(", ")}, mean agent ${alone.toFixed(2)}${NBSP}m`;
+  return { level: "warn", word: "Fused no better", why, whole: `Error of the fused objects over ${LASTING_S} s: ${why}` };
+}
+
+/** Without truth nobody can say that all is well: only that all is running. What was judged is said where there is room. */
+function allWell({ hello: { scenario, network } }, hubs) {
   const said = (name) => (scenario && scenario !== network ? `${scenario}, network ${name}` : `network ${name}`);
-  return { level: "good", word: "All well", why: said(shortened(network, MOST_LETTERS)), whole: said(network) };
+  const hasTruth = hubs.some((hub) => hub.frames.newest?.truth);
+  const judged = hasTruth ? ", and fused objects are nearer to the truth than those of the mean agent" : "; without truth the fused objects are not judged";
+  return {
+    level: "good", word: hasTruth ? "All well" : "Running", why: said(shortened(network, MOST_LETTERS)),
+    whole: `${said(network)}: hubs and agents send, no frame is refused${judged}`,
+  };
 }
 
 function names(list) {
@@ -54,10 +73,24 @@ function refusalsOf(store, agents, now) {
 
 /** Mean errors against truth, of each list and of the agents alone. */
 function errors(store, hubs, time) {
-  const alone = [...store.agents.values()].map((agent) => agent.error.recent(time)).filter(Number.isFinite);
-  if (!alone.length || !hubs.some((hub) => Number.isFinite(hub.error.recent(time)))) return [];
-  const mean = (alone.reduce((sum, each) => sum + each, 0) / alone.length).toFixed(2);
-  return [["error fused / mean agent", hubs.map((hub) => `${fixed(hub.error.recent(time), 2)} / ${mean}${NBSP}m`)]];
+  const alone = meanOf(store, (agent) => agent.error.recent(time));
+  if (!Number.isFinite(alone) || !hubs.some((hub) => Number.isFinite(hub.error.recent(time)))) return [];
+  const radius = store.hello?.radius_m ?? 3;
+  return [["error fused / mean agent", hubs.map((hub) => `${fixed(hub.error.recent(time), 2)} / ${alone.toFixed(2)}${NBSP}m`),
+    `Mean distance to the nearest true object, of those that have one within ${radius} m; the agents' errors are averaged`]];
+}
+
+/** Against truth, one to one: what could be seen, and what of it each list lacks or has too much. */
+function comparisons(hubs, time) {
+  if (!hubs.some((hub) => Number.isFinite(hub.covered.recent(time)))) return [];
+  const of = (hub) => ["covered", "missed", "extra"].map((name) => fixed(hub[name].recent(time), 0)).join(" / ");
+  return [[`true${NBSP}/${NBSP}missed / extra`, hubs.map(of),
+    "True objects in the agents' fields of view, also those that something hides; those of them that the list lacks; and objects of the list without a true one of their own, as a second box on one car"]];
+}
+
+function meanOf({ agents }, pick) {
+  const known = [...agents.values()].map(pick).filter(Number.isFinite);
+  return known.reduce((sum, each) => sum + each, 0) / known.length;
 }
 
 const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
@@ -66,27 +99,33 @@ function seconds(ms) {
   return `${Math.round(ms / 1000)}${NBSP}s`;
 }
 
-/** Name and values of what the header says: one value, or one of each hub that is shown. */
+/** Name, values and explanation of what the header says: one value, or one of each hub that is shown. */
 export function facts(store, hubs, time) {
   const alive = [...store.agents.keys()].filter((name) => store.isAlive(name)).length;
   const ofEach = (value) => (hubs.length ? hubs.map(value) : ["–"]);
   const inHub = ({ latency_ms: latency }) => `${fixed(latency.p50 ?? NaN, 1)} / ${fixed(latency.p95 ?? NaN, 1)}${NBSP}ms`;
   return [
     ...(hubs.length > 1 || hubs[0]?.name !== USUAL_HUB ? [[hubs.length > 1 ? "hubs" : "hub", ofEach((hub) => shortened(hub.name, MOST_LETTERS))]] : []),
-    ["objects", ofEach((hub) => String(hub.frames.at(time)?.n ?? "–"))],
+    ["objects", ofEach((hub) => fixed(hub.objects.recent(time), 0)), "Mean number over a second"],
+    ...comparisons(hubs, time),
     ["agents alive", [`${alive} of ${store.agents.size}`]],
     ...errors(store, hubs, time),
     ["time in hub p50 / p95", ofEach((hub) => (hub.status ? inHub(hub.status) : "–"))],
-    [`refused in 60${NBSP}s`, ofEach((hub) => refused(hub, time))],
+    [`refused in ${Math.round(store.secondsKnown(time))}${NBSP}s`, ofEach((hub) => refused(hub, time)), sinceStart(hubs)],
   ];
 }
 
-/** Frames that a hub has refused in the last minute, and since it started where that is another number. */
+/** Frames that a hub has refused in the last minute, or since the page is open, and their share of those that came. */
 function refused(hub, time) {
   if (!hub.counts.size) return "–";
   const recent = [...hub.refusals.values()].reduce((sum, series) => sum + series.total(time), 0);
-  const all = [...hub.counts.values()].reduce((sum, each) => sum + each.refused, 0);
-  return all > recent ? `${recent} (${all} in all)` : String(recent);
+  const share = (100 * recent) / (recent + hub.accepted.total(time));
+  return recent ? `${recent}, ${share < 1 ? "under 1" : Math.round(share)}${NBSP}%` : "0";
+}
+
+function sinceStart(hubs) {
+  const all = (hub) => [...hub.counts.values()].reduce((sum, each) => sum + each.refused, 0);
+  return `Since the start: ${hubs.map((hub) => `${hub.name} ${all(hub)}`).join(", ")}`;
 }
 
 export function total(counts) {
