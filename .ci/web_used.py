@@ -296,7 +296,7 @@ def check_two_hubs(browser, network, free_port, folder):
     extra = "true\u00a0/\u00a0missed / extra"
     browser.wait(f"""(() => {{
         const [hub, nms] = [...document.querySelectorAll('#facts div')].find((each) => each.children[0].textContent === {json.dumps(extra)})
-            .innerText.split('\\n').slice(1).map((each) => each.split(' / ').map(Number));
+            .querySelectorAll('dd').values().map((each) => each.textContent.split(' / ').map(Number));
         return nms[2] > hub[2] + 2 && hub[1] < hub[0] / 4;
     }})()""", "more boxes without a true object at the second hub")
     browser.wait("document.getElementById('verdict-word').textContent === 'Fused no better' && document.getElementById('verdict-why').textContent.startsWith('nms')",

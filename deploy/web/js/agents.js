@@ -11,8 +11,13 @@ const RING_MS = { late: 700, refused: 2500 };
 /** Where no motion is wanted no ring fades, and it stands for so long, so that frequent events do not make it flicker. */
 const CALM_MS = 5000;
 const MARK_PIXELS = 8.5;
+/** From so many pixels a metre on a mark is as large as that; farther away it is smaller, down to a share. */
+const MARK_SCALE = 6;
+const LEAST_MARK = 0.75;
 const RINGS = [15, 19];
-/** Where more agents than so many have refused frames at once, the cross alone says it. */
+/** Where many are refused for one reason, which the page's first line says, the map keeps to what it is for: one thin ring each. */
+const RING_OF_MANY = 12;
+/** More agents than so many at once are many: their reasons stand on the map only where they differ, and there is room. */
 const MOST_IN_FULL = 3;
 /** From the left edge of a plate to its text. */
 const PLATE_TEXT = 20;
@@ -68,24 +73,28 @@ export function drawMarks(context, view, agents, { labels, highlighted, time, fi
     .map((each) => ({ ...each, x: view.x(each.frame.pose.x), y: view.y(each.frame.pose.y), event: newestEvent(events, each.agent, time) }));
   // No label lies under a mark.
   for (const { x, y } of placed) labels.reserve(x - 11, y - 11, 22, 22);
-  const nRefused = placed.filter(({ event }) => event?.level === "refused").length;
+  const refused = placed.filter(({ event }) => event?.level === "refused");
+  const nRefused = refused.length;
+  const areManyForOne = nRefused > MOST_IN_FULL && new Set(refused.map(({ event }) => event.text.replace(/ ×\d+$/, ""))).size === 1;
   const hasDelays = view.width > NARROW * placed.length;
   // Reasons of refusals are looked at first.
   placed.sort((one, other) => (other.event?.level === "refused") - (one.event?.level === "refused"));
   const name = (each) => {
     if (placed.length <= MOST_NAMES || each.agent.name === highlighted) each.name = nameOf(labels, view, each, hasDelays ? figuresAt : NaN);
   };
-  const say = (each) => { if (each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL); };
+  const say = (each) => { if (!areManyForOne && each.event?.level === "refused") each.plate = plateOf(labels, view, each, nRefused > MOST_IN_FULL); };
   // Of few agents the reason stands under the name whatever is there, of many where there is room.
   if (nRefused > MOST_IN_FULL) [name, say].forEach((place) => placed.forEach(place));
   else placed.forEach((each) => { name(each); say(each); });
   for (const each of placed) if (each.name) drawLeader(context, each);
-  for (const { agent, frame, isFresh, x, y, event } of placed) {
+  const size = MARK_PIXELS * Math.max(LEAST_MARK, Math.min(1, view.scale / MARK_SCALE));
+  for (const { agent, frame, isFresh, isFused, x, y, event } of placed) {
     context.globalAlpha = isFresh ? 1 : 0.5;
-    drawMark(context, markOf(agent), x, y, frame.pose.yaw, MARK_PIXELS);
+    drawMark(context, markOf(agent), { x, y, yaw: frame.pose.yaw, size, edge: isFused ? view.colour : palette.panel });
     context.globalAlpha = 1;
     if (agent.name === highlighted) drawRing(context, x, y, 19, palette.ink, 1.5);
-    if (event) drawEvent(context, x, y, event, calm.matches ? 0 : (time - event.at) / RING_MS[event.level]);
+    if (event && areManyForOne && event.level === "refused") drawRing(context, x, y, RING_OF_MANY, palette.bad, 1.25);
+    else if (event) drawEvent(context, x, y, event, calm.matches ? 0 : (time - event.at) / RING_MS[event.level]);
   }
   for (const { agent, name } of placed) if (name) drawName(context, markOf(agent), name);
   labels.use(BOLD);
@@ -159,7 +168,9 @@ function drawName(context, mark, { text, left, top, width }) {
   context.fillStyle = mark.colour;
   context.fillRect(left, top, tab, NAME_HEIGHT);
   context.restore();
+  context.setLineDash(mark.dash);
   context.stroke();
+  context.setLineDash([]);
   context.fillStyle = mark.ink;
   context.textAlign = "center";
   context.fillText(mark.text, left + tab / 2, top + 12.5);

@@ -31,13 +31,14 @@ export class Camera {
     this.moved = true;
   }
 
-  fit(bounds, width, height) {
-    if (!bounds) return;
+  /** Shows bounds in a picture, with so many pixels left free below them. */
+  fit(bounds, width, height, below) {
     const { left, right, bottom, top } = bounds;
     this.x = (left + right) / 2;
     this.y = (bottom + top) / 2;
-    const scale = Math.min(width / Math.max(right - left, 20), height / Math.max(top - bottom, 20)) * 0.94;
+    const scale = Math.min(width / Math.max(right - left, 20), (height - below) / Math.max(top - bottom, 20)) * 0.97;
     this.scale = Math.min(30, Math.max(FARTHEST, scale));
+    this.y -= below / 2 / this.scale;
     this.moved = false;
   }
 }

@@ -58,7 +58,7 @@ const AGENTS = { colour: "muted", width: 1.1 };
  * said where two are shown; lines that are `apart` have an axis of their own, whose end the key says.
  */
 const CHARTS = [
-  { name: "Latency", unit: "ms", digits: 0, key: [[[OURS, "capture to list"], [IN_HUB, "in hub, 0 to "]], [[OURS, "all"], [IN_HUB, "in hub, 0–"]], [[OURS, "all"], [IN_HUB, "hub 0–"]]],
+  { name: "Latency", unit: "ms", digits: 0, key: [[[OURS, "capture to list"], [IN_HUB, "in hub, 0 to "]], [[OURS, "total"], [IN_HUB, "in hub, 0–"]], [[OURS, "total"], [IN_HUB, "hub 0–"]], [[OURS, "total"], [IN_HUB, "hub"]]],
     title: "From capture to this list (thick), and the part in the hub (thin, with an axis of its own)",
     lines: (state) => [...ofHubs("inHub", "in the hub")(state).map((line) => ({ ...line, isApart: true, isWide: false })), ...ofHubs("latency", "capture to list")(state)] },
   { name: "Age of information", unit: "ms", digits: 0, title: "Time since the capture of the newest data in the list", lines: ofHubs("age", "age") },
@@ -209,7 +209,7 @@ function drawFrame(chart) {
 function writeKey(chart) {
   const { context, width, topApart } = chart;
   const hasApart = chart.lines.some((line) => line.isApart);
-  const wordsOf = (item) => item.map(([line, words]) => [line, line === IN_HUB && hasApart ? `${words}${topApart}` : words]);
+  const wordsOf = (item) => item.map(([line, words]) => [line, line === IN_HUB && hasApart && words !== "hub" ? `${words}${topApart}` : words]);
   const lengthOf = (item) => item.reduce((sum, [, words]) => sum + KEY_LINE + 3 + context.measureText(words).width, KEY_GAP * (item.length - 1));
   const room = width - context.measureText(String(chart.top)).width - KEY_GAP;
   const item = (chart.key ?? []).map(wordsOf).find((each) => lengthOf(each) <= room);

@@ -10,14 +10,14 @@ const [FOUR_WHEELED, TWO_WHEELED, MOVING, STATIC] = TINTS;
 /** Pattern, letter, meaning and colour. There is no O, which looks like a zero; the unknown is not filled. */
 const GROUPS = [
   [/^vehicle\.car/, "C", "car", FOUR_WHEELED],
-  [/^vehicle\.(truck|trailer)/, "T", "truck, trailer", FOUR_WHEELED],
+  [/^vehicle\.(truck|trailer)/, "T", "truck or trailer", FOUR_WHEELED],
   [/^vehicle\.bus/, "B", "bus", FOUR_WHEELED],
   [/^vehicle\.motorcycle/, "M", "motorcycle", TWO_WHEELED],
   [/^vehicle\.bicycle/, "Y", "bicycle", TWO_WHEELED],
-  [/^vehicle\./, "E", "special vehicle", FOUR_WHEELED],
+  [/^vehicle\./, "E", "special", FOUR_WHEELED],
   [/^human/, "P", "pedestrian", MOVING],
   [/^animal/, "A", "animal", MOVING],
-  [/^(movable|static)/, "S", "static, cone", STATIC],
+  [/^(movable|static)/, "S", "static, as a cone", STATIC],
   [/^/, "U", "unknown", null],
 ];
 

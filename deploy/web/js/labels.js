@@ -16,6 +16,9 @@ const COST_OF_UNDERLYING = 40;
 /** Half the side of a mark. */
 const MARK_REACH = 13;
 const RELUCTANCE = 25;
+/** Pixels between two labels, and from a label to another object: its own is farther than this. */
+const GAP = 4;
+const NEAR = 2;
 const NONE = [];
 
 export const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
@@ -57,6 +60,7 @@ class Space {
 export class Labels {
   #taken = new Space();
   #objects = new Space();
+  #labelled = new Space();
   #widths = { [FONT]: new Map(), [BOLD]: new Map(), [PLATE]: new Map() };
   #font = FONT;
   /** On which side each label was in the last picture, so that it does not jump. */
@@ -73,6 +77,7 @@ export class Labels {
     this.view = view;
     this.#taken.clear();
     this.#objects.clear();
+    this.#labelled.clear();
     this.placed.length = 0;
   }
 
@@ -98,9 +103,10 @@ export class Labels {
     this.#taken.add(x, y, width, height);
   }
 
-  /** There is an object: a label lies over it only where its agent would have none otherwise. */
-  avoid(x, y, width, height) {
+  /** There is an object: a label lies over it only where its agent would have none otherwise. One that has a label itself is farther from those of others. */
+  avoid(x, y, width, height, isLabelled) {
     this.#objects.add(x, y, width, height);
+    if (isLabelled) this.#labelled.add(x, y, width, height);
   }
 
   #take(x, y, width, height) {
@@ -131,8 +137,8 @@ export class Labels {
     for (let k = 0; k < places.length; k += 1) {
       const side = k === 0 ? last : k <= last ? k - 1 : k;
       const [at, top] = places[side];
-      // Two names side by side do not look like one.
-      if (!this.#isFree(at - 2, top, length + 4, 11)) continue;
+      // Two names side by side do not look like one, and none is as near to another object as to its own.
+      if (!this.#isFree(at - GAP, top, length + 2 * GAP, 11) || this.#labelled.count(at - NEAR, top - NEAR, length + 2 * NEAR, 11 + 2 * NEAR)) continue;
       this.#take(at, top, length, 11);
       this.#remember(key, side, last);
       this.#write(text, at, top + 10, colour);

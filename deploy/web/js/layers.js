@@ -6,7 +6,7 @@ export const LAYERS = [
   { id: "fused", name: "Fused", key: "1", on: true },
   { id: "truth", name: "Truth", key: "2", on: true },
   { id: "detections", name: "Detections", key: "3", on: true },
-  { id: "views", name: "Views", key: "4", on: true },
+  { id: "views", name: "Fields of view", key: "4", on: true },
   { id: "velocity", name: "Velocity, 1\u00a0s", key: "5", on: true },
   { id: "covariance", name: "Ellipses, 2σ", key: "6", on: true },
   { id: "trails", name: "Trails, 6\u00a0s", key: "7", on: true },

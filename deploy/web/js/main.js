@@ -6,7 +6,7 @@ import { follow } from "./feed.js";
 import * as gestures from "./gestures.js";
 import { HubChoice } from "./hubs.js";
 import * as keyboard from "./keyboard.js";
-import { toggleLayer } from "./layers.js";
+import { layers, toggleLayer } from "./layers.js";
 import { showLayers } from "./legend.js";
 import { element, renew } from "./nodes.js";
 import { restoreTheme, toggleTheme, readPalette } from "./palette.js";
@@ -15,6 +15,7 @@ import { pick } from "./picking.js";
 import { probe } from "./probe.js";
 import { Readout } from "./readout.js";
 import { Scene } from "./scene.js";
+import { eachEdgePoint } from "./shapes.js";
 import { OBJECT, Store } from "./store.js";
 import { Timeline } from "./timeline.js";
 import { noteFrame, noteReading, timing } from "./timing.js";
@@ -23,6 +24,8 @@ import { emptyState, facts, verdict } from "./verdict.js";
 const PANEL_EVERY_MS = 500;
 /** New data is drawn at most so often; what the user does is drawn at once. */
 const DRAW_EVERY_MS = 30;
+/** “Everything” has the fields of view, too, but those of so great a range would make all else small. */
+const FARTHEST_VIEW_M = 100;
 const $ = (id) => document.getElementById(id);
 
 class View {
@@ -40,6 +43,7 @@ class View {
   #chartsAt = -Infinity;
   #fitted = 0;
   #wasCoarse = false;
+  #nHubs = 0;
   /** The moment of all figures on the map, in the panel and in the charts, ms: one value is the same wherever it stands. */
   figuresAt = 0;
 
@@ -88,7 +92,7 @@ class View {
   }
 
   #recolour() {
-    showLayers({ layers: $("layers"), letters: $("letters") }, this.camera.isCoarse, () => this.changed());
+    showLayers({ layers: $("layers"), letters: $("letters") }, { isCoarse: this.camera.isCoarse, nHubs: this.#nHubs }, () => this.changed());
     this.changed();
   }
 
@@ -130,8 +134,12 @@ class View {
     const time = this.time;
     this.#fitByItself(hubs, time);
     if (this.isFollowing) this.#centreOnSelected(hubs, time);
-    if (this.#wasCoarse !== this.camera.isCoarse) {
+    if (this.#wasCoarse !== this.camera.isCoarse || this.#nHubs !== hubs.length) {
+      // What hubs come and go decides how their pictures are laid out.
+      if (this.#nHubs !== hubs.length) this.#fitted = Math.min(this.#fitted, 11);
       this.#wasCoarse = this.camera.isCoarse;
+      this.#nHubs = hubs.length;
+      $("map").classList.toggle("has-titles", hubs.length > 1);
       this.#recolour();
     }
     const isPanelDue = here - this.#panelAt >= PANEL_EVERY_MS;
@@ -171,8 +179,8 @@ class View {
     this.hubChoice.show(hubs);
     this.timeline.show();
     const { median, p95 } = timing();
-    const skipped = store.skipped ? ` · ${store.skipped} skipped` : "";
-    $("stats").textContent = `page script ${median.toFixed(1)}, p95 ${p95.toFixed(1)}\u00a0ms a frame${skipped}`;
+    $("stats").textContent = `Script of this page: ${median.toFixed(1)}\u00a0ms a drawing (median), ${p95.toFixed(1)}\u00a0ms (95th percentile)`;
+    $("skipped").textContent = store.skipped ? `${store.skipped} messages skipped` : "";
   }
 
   #bounds(hubs, time) {
@@ -189,7 +197,10 @@ class View {
     }
     for (const agent of this.store.agents.values()) {
       const pose = agent.frames.at(time)?.pose;
-      if (pose) add(pose.x, pose.y, 12);
+      if (!pose) continue;
+      add(pose.x, pose.y, 12);
+      const field = layers.views && agent.sensor?.field_of_view;
+      if (field && field.range_max_m <= FARTHEST_VIEW_M) eachEdgePoint(pose, field, (x, y) => add(x, y, 0));
     }
     return Number.isFinite(box.left) ? box : null;
   }
@@ -205,10 +216,7 @@ class View {
   }
 
   #fitTo(bounds) {
-    const n = Math.max(1, this.scene.panes.length);
-    const { width, height } = this.scene;
-    const isTall = n > 1 && width < 640;
-    this.camera.fit(bounds, isTall ? width : width / n, isTall ? height / n : height);
+    if (bounds) this.scene.fit(bounds, Math.max(1, this.hubs.length));
   }
 
   #resized() {

@@ -1,4 +1,4 @@
-// How agents are distinguished: by number, colour and, where colours begin again, dash, the same on the map, in the panel and in the charts.
+// How agents are distinguished: by number, colour and, where colours begin again, dots, the same on the map, in the panel and in the charts.
 
 import { svgElement } from "./nodes.js";
 import { N_COLOURS, palette } from "./palette.js";
@@ -11,7 +11,8 @@ const SHAPES = {
   arrow: [[1.9, 0], [-1.2, 1.35], [-0.75, 0], [-1.2, -1.35]],
   square: [[0.95, -0.95], [0.95, 0.95], [-0.95, 0.95], [-0.95, -0.95]],
 };
-const DASHES = [[], [3, 2], [1, 2], [6, 2, 1, 2]];
+/** Dots, and dots between dashes: dashes alone are truth. */
+const DASHES = [[], [1.2, 2.2], [7, 2, 1.2, 2], [7, 2, 1.2, 2, 1.2, 2]];
 
 /** The mark of an agent. */
 export function markOf({ number, sensor }) {
@@ -30,19 +31,26 @@ function inkOn(colour) {
   return 0.2126 * linear(1) + 0.7152 * linear(3) + 0.0722 * linear(5) > 0.18 ? "#000000" : "#ffffff";
 }
 
-/** Draws a mark on a canvas; an arrow head points to the heading. */
-export function drawMark(context, mark, x, y, yaw, size) {
+/** Draws a mark on a canvas, with an edge of a colour; an arrow head points to the heading. */
+export function drawMark(context, mark, { x, y, yaw, size, edge }) {
   const [cos, sin] = mark.shape === "arrow" ? [Math.cos(yaw), -Math.sin(yaw)] : [1, 0];
   context.fillStyle = mark.colour;
-  context.strokeStyle = palette.panel;
-  context.lineWidth = 2;
+  context.strokeStyle = edge;
+  context.lineWidth = edge === palette.panel ? 2 : 3.5;
   context.beginPath();
   for (const [ahead, right] of SHAPES[mark.shape]) context.lineTo(x + size * (ahead * cos - right * sin), y + size * (ahead * sin + right * cos));
   context.closePath();
   context.stroke();
   context.fill();
+  if (mark.dash.length) {
+    context.strokeStyle = mark.ink;
+    context.lineWidth = 1.2;
+    context.setLineDash(mark.dash);
+    context.stroke();
+    context.setLineDash([]);
+  }
   context.fillStyle = mark.ink;
-  context.font = `700 ${mark.text.length > 2 ? 8 : 11}px system-ui, 'DejaVu Sans', sans-serif`;
+  context.font = `700 ${mark.text.length > 2 ? 8 : size < 8 ? 10 : 11}px system-ui, 'DejaVu Sans', sans-serif`;
   context.textAlign = "center";
   context.fillText(mark.text, x, y + 4);
   context.textAlign = "left";
@@ -65,6 +73,7 @@ function newNode(mark) {
   const corner = ([ahead, right]) => `${(size * right).toFixed(1)},${(1.6 - size * ahead).toFixed(1)}`;
   const points = SHAPES[mark.shape].map(mark.shape === "arrow" ? corner : ([x, y]) => `${size * x},${size * y}`).join(" ");
   svg.append(svgElement("polygon", { fill: mark.colour, points }));
+  if (mark.dash.length) svg.append(svgElement("polygon", { fill: "none", points, stroke: mark.ink, "stroke-width": 1.2, "stroke-dasharray": mark.dash.join(" ") }));
   const text = svgElement("text", { y: mark.shape === "arrow" ? 6 : 3.5, "text-anchor": "middle", "font-size": mark.text.length > 2 ? 7 : mark.shape === "arrow" ? 9 : 10, "font-weight": 700, fill: mark.ink });
   text.textContent = mark.text;
   svg.append(text);

@@ -6,7 +6,7 @@ const ON_LIGHT = ["#D55E00", "#009E73", "#DE8E06", "#4AA8E0", "#43325A", "#989DA
 const ON_DARK = ["#D55E00", "#009E73", "#E69F00", "#7CC8F5", "#7E568F", "#C0C4C8", "#F0E442"];
 const NAMES = ["ground", "panel", "ink", "muted", "line", "road", "marking", "grid", "truth", "ours", "good", "warn", "bad"];
 
-/** Colours of the agents: further ones begin again, with another dash. */
+/** Colours of the agents: further ones begin again, with dots. */
 export const N_COLOURS = ON_LIGHT.length;
 
 export const palette = { agents: [] };
@@ -16,7 +16,7 @@ export function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) palette[name] = style.getPropertyValue(`--${name}`).trim();
   palette.isDark = isDark();
-  palette.tintOpacity = palette.isDark ? 0.35 : 0.7;
+  palette.tintOpacity = palette.isDark ? 0.5 : 0.85;
   palette.agents = palette.isDark ? ON_DARK : ON_LIGHT;
 }
 

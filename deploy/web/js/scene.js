@@ -3,7 +3,7 @@
 import { drawDetections, drawMarks, drawViews } from "./agents.js";
 import { groups, tints } from "./classes.js";
 import { hubStyle } from "./hubs.js";
-import { BOLD, FONT, Labels, drawPlate, shortTrack } from "./labels.js";
+import { BOLD, FONT, Labels, shortTrack, shortened } from "./labels.js";
 import { layers } from "./layers.js";
 import { markOf } from "./marks.js";
 import { palette } from "./palette.js";
@@ -15,9 +15,21 @@ const FRESH_MS = 1000;
 /** Truth is dashed, whatever the scale: that tells it from detections without colour. */
 const TRUTH_DASH = [6, 2];
 const COARSE_DASH = [3, 1.5];
-/** Width and height of the corners with the buttons and with the times of the script. */
+/** Width and height of the corners with the buttons, which are beside each other in a narrow picture, and with what was skipped. */
 const ZOOM_PIXELS = [60, 150];
-const STATS_PIXELS = [210, 36];
+const NARROW_ZOOM_PIXELS = [140, 54];
+const NARROW = 560;
+const SKIPPED_PIXELS = [130, 36];
+/** The height of the strip above each of several pictures that says whose it is. */
+const TITLE = 26;
+/** Room below everything for the scale, and for the buttons in a narrow picture, where all is fitted into the picture. */
+const SCALE_HEIGHT = 30;
+/** An agent that is an object of the list itself lies so near to it, m. */
+const SAME_M = 2.5;
+/** Letters without numbers are of no use where objects are smaller than these: fewer pixels a metre. */
+const LEAST_FOR_LETTERS = 2.5;
+/** Letters of a hub's name above its picture. */
+const MOST_LETTERS = 14;
 /** Beyond this number of objects in sight there are no labels but the selected one's. */
 const MOST_LABELS = 150;
 
@@ -29,6 +41,8 @@ export class Scene {
     this.store = store;
     this.camera = camera;
     this.panes = [];
+    /** Whether pictures of several hubs are below each other. */
+    this.isStacked = false;
     this.resize(canvas.clientWidth, canvas.clientHeight);
   }
 
@@ -47,16 +61,36 @@ export class Scene {
     context.fillStyle = palette.ground;
     context.fillRect(0, 0, width, height);
     const n = Math.max(1, hubs.length);
-    const isTall = n > 1 && width < 640;
+    const [paneWidth, paneHeight] = this.#paneSize(n, this.isStacked);
+    const title = n > 1 ? TITLE : 0;
     this.panes = [];
     this.moves = false;
     for (let k = 0; k < n; k += 1) {
-      const box = isTall ? [0, (k * height) / n, width, height / n] : [(k * width) / n, 0, width / n, height];
-      const view = new Projection(this.camera, ...box);
+      const [left, top] = this.isStacked ? [0, (k * height) / n] : [(k * width) / n, 0];
+      const view = new Projection(this.camera, left, top + title, paneWidth, paneHeight);
       view.colour = hubStyle(k).colour;
       this.#drawPane(view, hubs[k] ?? null, { time, figuresAt, selection, highlighted, isOneOfMany: n > 1 });
     }
     return this.moves;
+  }
+
+  /** The width and height of each of so many pictures, pixels. */
+  #paneSize(n, isStacked) {
+    const { width, height } = this;
+    const title = n > 1 ? TITLE : 0;
+    return isStacked ? [width, height / n - title] : [width / n, height - title];
+  }
+
+  /** Fits bounds into each of so many pictures: these are beside or below each other, as makes more of the canvas. */
+  fit(bounds, n) {
+    const below = this.width <= NARROW ? NARROW_ZOOM_PIXELS[1] : SCALE_HEIGHT;
+    const scaleOf = (isStacked) => {
+      const [width, height] = this.#paneSize(n, isStacked);
+      return Math.min(width / (bounds.right - bounds.left), (height - below) / (bounds.top - bounds.bottom));
+    };
+    // What is only a little better does not turn the page over.
+    if (n > 1 && scaleOf(!this.isStacked) > 1.1 * scaleOf(this.isStacked)) this.isStacked = !this.isStacked;
+    this.camera.fit(bounds, ...this.#paneSize(n, this.isStacked), below);
   }
 
   #drawPane(view, hub, { time, figuresAt, selection, highlighted, isOneOfMany }) {
@@ -65,7 +99,7 @@ export class Scene {
     const agents = this.#agentsAt(time);
     labels.clear(view);
     this.panes.push({ view, hub, frame, agents, labels: labels.placed });
-    this.#reservePlates(view, isOneOfMany);
+    this.#reservePlates(view);
     if (frame) this.#avoidObjects(view, frame);
     context.save();
     context.beginPath();
@@ -81,36 +115,43 @@ export class Scene {
     const chosen = frame && selection?.hub === hub.name ? frame.tracks.indexOf(selection.track) : -1;
     if (chosen >= 0) this.#drawSelected(view, frame, chosen);
     const events = this.store.events.filter((event) => event.hub === hub?.name);
+    if (frame && layers.fused) markFused(agents, frame);
     if (drawMarks(context, view, agents, { labels, highlighted, time, figuresAt, events })) this.moves = true;
     if (frame && layers.labels && layers.fused) this.#drawLabels(view, hub, frame, chosen);
-    this.#drawScale(view);
-    if (isOneOfMany) this.#drawTitle(view, hub, figuresAt);
+    // All pictures have one scale.
+    if (this.#isLowerLeft(view)) this.#drawScale(view);
     context.restore();
+    if (isOneOfMany) this.#drawTitle(view, hub, figuresAt);
   }
 
-  /** No label lies under what stands on the map: scale, title, buttons and times of the script. */
-  #reservePlates({ left, top, width, height }, isOneOfMany) {
+  #isLowerLeft({ left, top, height }) {
+    return left === 0 && top + height >= this.height - 1;
+  }
+
+  /** No label lies under what stands on the map: scale, buttons, and what was skipped. */
+  #reservePlates(view) {
     const { labels } = this;
-    const [right, bottom] = [left + width, top + height];
-    labels.reserve(left + 10, bottom - 38, 130, 28);
-    if (isOneOfMany) labels.reserve(left + 10, top + 10, 190, 24);
-    if (right < this.width) return;
-    if (top === 0) labels.reserve(right - ZOOM_PIXELS[0], 0, ...ZOOM_PIXELS);
-    if (bottom >= this.height) labels.reserve(right - STATS_PIXELS[0], bottom - STATS_PIXELS[1], ...STATS_PIXELS);
+    const [right, bottom] = [view.left + view.width, view.top + view.height];
+    if (this.#isLowerLeft(view)) labels.reserve(view.left + 10, bottom - 38, 130, 28);
+    if (right < this.width - 1) return;
+    const isNarrow = this.width <= NARROW;
+    if (isNarrow && bottom >= this.height - 1) labels.reserve(right - NARROW_ZOOM_PIXELS[0], bottom - NARROW_ZOOM_PIXELS[1], ...NARROW_ZOOM_PIXELS);
+    if (!isNarrow && view.top <= TITLE) labels.reserve(right - ZOOM_PIXELS[0], view.top, ...ZOOM_PIXELS);
+    if (this.store.skipped && bottom >= this.height - 1) labels.reserve(right - SKIPPED_PIXELS[0], bottom - SKIPPED_PIXELS[1], ...SKIPPED_PIXELS);
   }
 
   /** No label lies over an object, fused or true. */
   #avoidObjects(view, frame) {
     const { labels } = this;
-    const avoid = (values, layout) => {
+    const avoid = (values, layout, isLabelled) => {
       for (let k = 0; k < values.length; k += layout.size) {
         if (!view.sees(values[k + layout.x], values[k + layout.y], 0)) continue;
         const [across, up] = reachOf(view, values, k, layout);
-        labels.avoid(view.x(values[k + layout.x]) - across, view.y(values[k + layout.y]) - up, 2 * across, 2 * up);
+        labels.avoid(view.x(values[k + layout.x]) - across, view.y(values[k + layout.y]) - up, 2 * across, 2 * up, isLabelled);
       }
     };
-    if (layers.fused) avoid(frame.values, OBJECT);
-    if (layers.truth && frame.truth) avoid(frame.truth, TRUTH);
+    if (layers.fused) avoid(frame.values, OBJECT, true);
+    if (layers.truth && frame.truth) avoid(frame.truth, TRUTH, false);
   }
 
   /** The agents that have sent something, with the newest frame at that time. */
@@ -174,7 +215,7 @@ export class Scene {
     context.beginPath();
     traceBoxes(context, view, truth, TRUTH);
     context.strokeStyle = palette.truth;
-    context.lineWidth = view.isCoarse ? 1.2 : 2;
+    context.lineWidth = view.isCoarse ? 1.6 : 2;
     context.setLineDash(view.isCoarse ? COARSE_DASH : TRUTH_DASH);
     context.stroke();
     context.setLineDash([]);
@@ -233,6 +274,8 @@ export class Scene {
   /** Where each object will be after a second, if it is faster than a slow walk. */
   #drawVelocities(view, each, values) {
     const { context } = this;
+    // Far away a head would be larger than a pedestrian.
+    const head = view.isCoarse ? 3.2 : 6;
     each((k) => {
       const vx = values[k + OBJECT.vx];
       const vy = values[k + OBJECT.vy];
@@ -244,13 +287,13 @@ export class Scene {
       const turn = Math.atan2(toY - fromY, toX - fromX);
       context.moveTo(fromX, fromY);
       context.lineTo(toX, toY);
-      context.lineTo(toX - 6 * Math.cos(turn - 0.45), toY - 6 * Math.sin(turn - 0.45));
+      context.lineTo(toX - head * Math.cos(turn - 0.45), toY - head * Math.sin(turn - 0.45));
       context.moveTo(toX, toY);
-      context.lineTo(toX - 6 * Math.cos(turn + 0.45), toY - 6 * Math.sin(turn + 0.45));
+      context.lineTo(toX - head * Math.cos(turn + 0.45), toY - head * Math.sin(turn + 0.45));
     });
     context.strokeStyle = palette.ink;
     context.globalAlpha = 0.75;
-    context.lineWidth = 1.2;
+    context.lineWidth = view.isCoarse ? 0.9 : 1.2;
     context.stroke();
     context.globalAlpha = 1;
   }
@@ -312,7 +355,7 @@ export class Scene {
         [view.x(values[at + OBJECT.x]), view.y(values[at + OBJECT.y])], reachOf(view, values, at, OBJECT), k === chosen ? palette.ink : view.colour);
     };
     if (chosen >= 0) write(chosen);
-    if (view.scale < 1.5) return;
+    if (view.scale < (hub.keepsTracks ? 1.5 : LEAST_FOR_LETTERS)) return;
     const seen = [];
     for (let k = 0; k < frame.n; k += 1) {
       if (k !== chosen && view.sees(values[k * OBJECT.size + OBJECT.x], values[k * OBJECT.size + OBJECT.y], 0)) seen.push(k);
@@ -329,40 +372,54 @@ export class Scene {
     const text = metres >= 1000 ? `${metres / 1000}\u00a0km` : `${metres}\u00a0m`;
     const [x, y, length] = [view.left + 18, view.top + view.height - 18, metres * view.scale];
     this.labels.use(FONT);
-    drawPlate(context, x - 8, y - 20, Math.max(length, this.labels.width(text) + 5) + 16, 28);
     context.beginPath();
     context.moveTo(x, y - 5);
     context.lineTo(x, y);
     context.lineTo(x + length, y);
     context.lineTo(x + length, y - 5);
+    // No plate: an object under it is seen.
+    context.strokeStyle = palette.ground;
+    context.lineWidth = 4;
+    context.stroke();
+    context.strokeText(text, x + 5, y - 5);
     context.strokeStyle = context.fillStyle = palette.ink;
     context.lineWidth = 1.5;
     context.stroke();
     context.fillText(text, x + 5, y - 5);
   }
 
-  /** Whose picture this is, with its line in the charts. */
-  #drawTitle(view, hub, figuresAt) {
+  /** A strip that says whose picture is below it, with a box of the hub's colour. */
+  #drawTitle({ left, top, width, colour }, hub, figuresAt) {
     const { context } = this;
-    const { dash } = hubStyle(view.left > 0 || view.top > 0 ? 1 : 0);
     const error = hub.error.recent(figuresAt);
-    const text = `${hub.name}${Number.isFinite(error) ? `  ·  error ${error.toFixed(2)}\u00a0m` : ""}${this.store.isGone(hub.name) ? "  ·  gone" : ""}`;
+    const parts = [shortened(hub.name, MOST_LETTERS), ...(this.store.isGone(hub.name) ? ["gone"] : []), ...(hub.keepsTracks ? [] : ["no tracks"])];
+    const short = parts.join("  ·  ");
+    const whole = Number.isFinite(error) ? `${short}  ·  error ${error.toFixed(2)}\u00a0m` : short;
     this.labels.use(BOLD);
-    const [x, y] = [view.left + 10, view.top + 10];
-    drawPlate(context, x, y, this.labels.width(text) + 42, 24);
-    context.strokeStyle = view.colour;
-    context.lineWidth = 2;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(x + 8, y + 12);
-    context.lineTo(x + 27, y + 12);
-    context.stroke();
-    context.setLineDash([]);
-    context.fillStyle = palette.ink;
-    context.fillText(text, x + 34, y + 16);
+    // The page's first line has the error, too.
+    const text = this.labels.width(whole) < width - 44 ? whole : short;
+    const y = top - TITLE;
+    context.fillStyle = palette.panel;
+    context.fillRect(left, y, width, TITLE);
     context.fillStyle = palette.line;
-    if (view.left > 0) context.fillRect(view.left, view.top, 1, view.height);
-    if (view.top > 0) context.fillRect(view.left, view.top, view.width, 1);
+    context.fillRect(left, top - 1, width, 1);
+    if (left > 0) context.fillRect(left, y, 1, this.height);
+    if (y > 0) context.fillRect(left, y, width, 1);
+    context.strokeStyle = colour;
+    context.lineWidth = 2;
+    context.strokeRect(left + 12, y + 8, 18, 9);
+    context.fillStyle = palette.ink;
+    context.fillText(text, left + 38, y + 17, width - 44);
+  }
+}
+
+/** Notes at each vehicle whether it is an object of the list itself: its mark hides that. */
+function markFused(agents, { values }) {
+  for (const each of agents) {
+    const pose = each.agent.sensor?.kind === "vehicle" ? each.frame.pose : null;
+    for (let k = 0; pose && !each.isFused && k < values.length; k += OBJECT.size) {
+      each.isFused = Math.hypot(values[k + OBJECT.x] - pose.x, values[k + OBJECT.y] - pose.y) < SAME_M;
+    }
   }
 }
 

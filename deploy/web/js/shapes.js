@@ -82,6 +82,15 @@ export function traceSector(context, view, pose, field) {
   context.closePath();
 }
 
+/** Calls `visit` with points along the outer edge of a ring sector. */
+export function eachEdgePoint(pose, field, visit) {
+  const steps = 16;
+  for (let k = 0; k <= steps; k += 1) {
+    const turn = pose.yaw + field.azimuth_rad + (k / steps - 0.5) * field.width_rad;
+    visit(pose.x + field.range_max_m * Math.cos(turn), pose.y + field.range_max_m * Math.sin(turn));
+  }
+}
+
 /** The round length of a scale bar of about this many pixels, m. */
 export function roundLength(metres) {
   const power = 10 ** Math.floor(Math.log10(metres));
