@@ -16,7 +16,7 @@ export function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) palette[name] = style.getPropertyValue(`--${name}`).trim();
   palette.isDark = isDark();
-  palette.tintOpacity = palette.isDark ? 0.5 : 0.85;
+  palette.tintOpacity = palette.isDark ? 0.42 : 0.8;
   palette.agents = palette.isDark ? ON_DARK : ON_LIGHT;
 }
 

@@ -110,7 +110,7 @@ function agentNodes(view, agent) {
 export function showAgents(root, view) {
   const { store } = view;
   const list = [...store.agents.values()].sort((one, other) => one.number - other.number).slice(0, MOST_AGENTS).map((agent) => agentRow(view, agent));
-  const whose = view.hubs.length > 1 ? [element("p", "hint whose", `out of order and refused: by ${view.hubs[0].name} only`)] : [];
+  const whose = view.hubs.length > 1 ? [element("p", "hint whose", `out of order and refused: as ${view.hubs[0].name} counts them`)] : [];
   renew(root, [...(list.length ? list : [element("p", "hint", "none so far")]), ...whose, ...invalidNames(view.hubs[0]?.status)]);
 }
 
