@@ -295,8 +295,8 @@ def check_two_hubs(browser, network, free_port, folder):
     # Boxes that are only chosen from lie on each other: one of a pair is too much.
     extra = "true\u00a0/\u00a0missed / extra"
     browser.wait(f"""(() => {{
-        const [hub, nms] = [...document.querySelectorAll('#facts div')].find((each) => each.children[0].textContent === {json.dumps(extra)})
-            .querySelectorAll('dd').values().map((each) => each.textContent.split(' / ').map(Number));
+        const fact = [...document.querySelectorAll('#facts div')].find((each) => each.children[0].textContent === {json.dumps(extra)});
+        const [hub, nms] = [...fact.querySelectorAll('dd')].map((each) => each.textContent.split(' / ').map(Number));
         return nms[2] > hub[2] + 2 && hub[1] < hub[0] / 4;
     }})()""", "more boxes without a true object at the second hub")
     browser.wait("document.getElementById('verdict-word').textContent === 'Fused no better' && document.getElementById('verdict-why').textContent.startsWith('nms')",

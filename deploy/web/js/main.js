@@ -136,7 +136,10 @@ class View {
     if (this.isFollowing) this.#centreOnSelected(hubs, time);
     if (this.#wasCoarse !== this.camera.isCoarse || this.#nHubs !== hubs.length) {
       // What hubs come and go decides how their pictures are laid out.
-      if (this.#nHubs !== hubs.length) this.#fitted = Math.min(this.#fitted, 11);
+      if (this.#nHubs !== hubs.length) {
+        this.#fitted = Math.min(this.#fitted, 11);
+        this.scene.arrange(this.#bounds(hubs, time), hubs.length);
+      }
       this.#wasCoarse = this.camera.isCoarse;
       this.#nHubs = hubs.length;
       $("map").classList.toggle("has-titles", hubs.length > 1);
@@ -222,6 +225,7 @@ class View {
   #resized() {
     this.scene.resize($("map").clientWidth, $("map").clientHeight);
     this.#fitted = Math.min(this.#fitted, 11);
+    this.scene.arrange(this.#bounds(this.hubs, this.time), this.hubs.length);
     this.changed();
   }
 

@@ -81,17 +81,24 @@ export class Scene {
     return isStacked ? [width, height / n - title] : [width / n, height - title];
   }
 
-  /** Fits bounds into each of so many pictures: these are beside or below each other, as makes more of the canvas. */
-  fit(bounds, n) {
-    const below = this.width <= NARROW ? NARROW_ZOOM_PIXELS[1] : SCALE_HEIGHT;
+  /** So many pictures are beside or below each other, as shows bounds larger. */
+  arrange(bounds, n) {
+    if (n < 2 || !bounds) return;
     const scaleOf = (isStacked) => {
       const [width, height] = this.#paneSize(n, isStacked);
-      return Math.min(width / (bounds.right - bounds.left), (height - below) / (bounds.top - bounds.bottom));
+      return Math.min(width / (bounds.right - bounds.left), (height - this.#below) / (bounds.top - bounds.bottom));
     };
     // What is only a little better does not turn the page over.
-    if (n > 1 && scaleOf(!this.isStacked) > 1.1 * scaleOf(this.isStacked)) this.isStacked = !this.isStacked;
-    this.camera.fit(bounds, ...this.#paneSize(n, this.isStacked), below);
+    if (scaleOf(!this.isStacked) > 1.1 * scaleOf(this.isStacked)) this.isStacked = !this.isStacked;
   }
+
+  /** Fits bounds into each of so many pictures. */
+  fit(bounds, n) {
+    this.arrange(bounds, n);
+    this.camera.fit(bounds, ...this.#paneSize(n, this.isStacked), this.#below);
+  }
+
+  get #below() { return this.width <= NARROW ? NARROW_ZOOM_PIXELS[1] : SCALE_HEIGHT; }
 
   #drawPane(view, hub, { time, figuresAt, selection, highlighted, isOneOfMany }) {
     const { context, labels } = this;
