@@ -26,8 +26,8 @@ const TITLE = 26;
 const SCALE_HEIGHT = 30;
 /** An agent that is an object of the list itself lies so near to it, m. */
 const SAME_M = 2.5;
-/** Letters without numbers are of no use where objects are smaller than these: fewer pixels a metre. */
-const LEAST_FOR_LETTERS = 2.5;
+/** Letters without numbers, and lines in boxes, are of no use where objects are so small: fewer pixels a metre. */
+const LEAST_FOR_FINE = 2.5;
 /** Letters of a hub's name above its picture. */
 const MOST_LETTERS = 14;
 /** Beyond this number of objects in sight there are no labels but the selected one's. */
@@ -251,8 +251,8 @@ export class Scene {
     context.strokeStyle = view.colour;
     context.lineWidth = view.isCoarse ? 1.2 : 1.8;
     context.stroke();
-    // Where the front is: from the middle to it.
-    each((k) => {
+    // Where the front is: from the middle to it. From far away a box has no room for a line.
+    if (view.scale >= LEAST_FOR_FINE) each((k) => {
       const x = values[k + OBJECT.x];
       const y = values[k + OBJECT.y];
       const half = values[k + OBJECT.d] / 2;
@@ -362,7 +362,7 @@ export class Scene {
         [view.x(values[at + OBJECT.x]), view.y(values[at + OBJECT.y])], reachOf(view, values, at, OBJECT), k === chosen ? palette.ink : view.colour);
     };
     if (chosen >= 0) write(chosen);
-    if (view.scale < (hub.keepsTracks ? 1.5 : LEAST_FOR_LETTERS)) return;
+    if (view.scale < (hub.keepsTracks ? 1.5 : LEAST_FOR_FINE)) return;
     const seen = [];
     for (let k = 0; k < frame.n; k += 1) {
       if (k !== chosen && view.sees(values[k * OBJECT.size + OBJECT.x], values[k * OBJECT.size + OBJECT.y], 0)) seen.push(k);
