@@ -43,8 +43,8 @@ function noGain(store, hubs) {
   const alone = meanOf(store, (agent) => agent.error.lasting(now, LASTING_S));
   const poor = hubs.map((hub) => ({ name: hub.name, error: hub.error.lasting(now, LASTING_S) })).filter(({ error }) => error >= NO_BETTER * alone);
   if (!poor.length) return null;
-  const why = `${poor.map(({ name, error }) => `${name} ${error.toFixed(2)}`).join(", ")}, mean agent ${alone.toFixed(2)}${NBSP}m`;
-  return { level: "warn", word: "Fused no better", why, whole: `Error of the fused objects over ${LASTING_S} s: ${why}` };
+  const why = `${poor.map(({ name, error }) => `${shortened(name, MOST_LETTERS)} ${error.toFixed(2)}`).join(", ")}, agent ${alone.toFixed(2)}${NBSP}m`;
+  return { level: "warn", word: "Fused no better", why, whole: `Error of the fused objects over ${LASTING_S} s, and of the mean agent alone: ${why}` };
 }
 
 /** Without truth nobody can say that all is well: only that all is running. What was judged is said where there is room. */
