@@ -127,8 +127,10 @@ impl Watch {
         let replies = self.session.get(keys().all_status()).await.map_err(|error| anyhow!("{error}"))?;
         let mut statuses = Vec::new();
         while let Ok(reply) = replies.recv_async().await {
-            let sample = reply.result().map_err(|error| anyhow!("{error}"))?;
-            statuses.push(serde_json::from_slice(&sample.payload().to_bytes())?);
+            // An error is a query that nobody has answered in time: on a busy machine, the next one is.
+            if let Ok(sample) = reply.result() {
+                statuses.push(serde_json::from_slice(&sample.payload().to_bytes())?);
+            }
         }
         Ok(statuses)
     }

@@ -39,7 +39,7 @@ impl Progress {
     fn line(&self, elapsed: Duration, event: &Value) -> String {
         let until = match self.total {
             Some(total) => format!("of {:.0} s", total.as_secs_f64()),
-            None => "s until Ctrl-C".to_owned(),
+            None => "s, until Ctrl-C".to_owned(),
         };
         format!(
             "  {:>4.0} {until}: {} objects in the fused list; received {} fused and {} detection frames",
@@ -68,6 +68,6 @@ mod tests {
         let event = json!({"objects": 30, "fused_frames": 800, "detection_frames": 790});
         let line = |total| Progress::new(total).line(Duration::from_secs(40), &event);
         assert!(line(Some(Duration::from_secs(60))).contains("40 of 60 s: 30 objects"));
-        assert!(line(None).contains("40 s until Ctrl-C: 30 objects"));
+        assert!(line(None).contains("40 s, until Ctrl-C: 30 objects"));
     }
 }
