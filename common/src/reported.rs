@@ -1,6 +1,7 @@
 //! What a decoded frame no longer shows of the text that it was read from, and what a diagnosis wants to know.
 
 use crate::conventions::{AngleUnit, Conventions, OffOrigin, YawConvention};
+use crate::time::Span;
 
 /// The largest heading of degrees that are wrapped, with a margin for rounding.
 const MOST_DEGREES: f64 = 360.5;
@@ -85,6 +86,8 @@ pub struct Reported {
     pub yaw: YawConvention,
     /// Whether its sizes were read the other way round.
     pub sizes_swapped: bool,
+    /// What was added to its time.
+    pub time_offset: Span,
 }
 
 impl Reported {
@@ -99,6 +102,7 @@ impl Reported {
             has_sequence,
             yaw: conventions.yaw,
             sizes_swapped: conventions.sizes_swapped,
+            time_offset: conventions.time_offset,
             ..Self::default()
         }
     }

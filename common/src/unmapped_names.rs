@@ -67,7 +67,7 @@ impl UnmappedNames {
 
     /// The setting of an agent that says what they are, to be completed, and what that can be.
     pub fn setting(&self) -> (String, String) {
-        let names: Vec<_> = self.by_number().map(|(name, _)| format!("{name:?} = \"car\"")).collect();
+        let names: Vec<_> = self.by_number().map(|(name, _)| format!("{name:?} = \"CLASS\"")).collect();
         let which = if names.len() == 1 { "the class that it is" } else { "the class that each is" };
         (format!("classes = {{ {} }}", names.join(", ")), format!("{which}: {USUAL_CLASSES}"))
     }
@@ -93,11 +93,11 @@ mod tests {
         let mut names = UnmappedNames::default();
         ["Kfz", "Rad", "Rad"].iter().for_each(|name| names.add(name));
         assert_eq!(names.in_words(), "\"Rad\" 2, \"Kfz\" 1");
-        assert_eq!(names.setting().0, "classes = { \"Rad\" = \"car\", \"Kfz\" = \"car\" }");
+        assert_eq!(names.setting().0, "classes = { \"Rad\" = \"CLASS\", \"Kfz\" = \"CLASS\" }");
         (0..20).for_each(|k| names.add(&format!("{k:04}")));
         assert!(
             names.in_words().ends_with(", …")
-                && names.setting().0.matches(" = \"car\"").count() == MOST_LISTED
+                && names.setting().0.matches(" = \"CLASS\"").count() == MOST_LISTED
         );
     }
 

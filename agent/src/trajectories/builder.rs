@@ -311,7 +311,7 @@ impl<'a> Builder<'a> {
                 class.name(),
                 names.join(", "),
                 if self.n_unknown > self.unknown.len() { ", …" } else { "" },
-                names.iter().map(|name| format!("{name} = \"car\"")).collect::<Vec<_>>().join(", "),
+                names.iter().map(|name| format!("{name} = \"CLASS\"")).collect::<Vec<_>>().join(", "),
                 if class == Class::Unknown { "" } else { ", or by SUMO's  vtypes = \"demand.rou.xml\"" }
             ));
         }

@@ -259,7 +259,7 @@ fn an_unknown_class_is_named_and_can_be_given() {
     let [one] = &two.remarks.warnings[..] else { panic!("{:?}", two.remarks) };
     assert!(
         one.contains("\"Kfz\", \"Rad\"")
-            && one.contains("classes = { \"Kfz\" = \"car\", \"Rad\" = \"car\" }"),
+            && one.contains("classes = { \"Kfz\" = \"CLASS\", \"Rad\" = \"CLASS\" }"),
         "{one}"
     );
     assert!(one.contains("bicycle, pedestrian"), "{one}");

@@ -55,11 +55,12 @@ def main(name, folder, seconds=math.inf):
         # As long as this is there, the hub knows that the camera is connected.
         _alive = session.liveliness().declare_token(f"v2x/demo/agent/{name}/alive")
         frames = session.declare_publisher(f"v2x/demo/agent/{name}/detections")
+        epoch = time.time_ns()  # another one at each start: two that run under one name are noticed
         end = time.time() + seconds
         while (now := time.time()) < end:
             detections = [written(name, *one) for one in seen(name, now, random_numbers)]
             # A real one takes the time of the exposure, not of the end of its computation.
-            frame = {"captured_at": round(now * 1e6), "map_frame": "main-and-5th", "detections": detections}
+            frame = {"epoch": epoch, "captured_at": round(now * 1e6), "map_frame": "main-and-5th", "detections": detections}
             if name == "cam1":
                 # In its own way of writing, too: headings of this camera are degrees from north.
                 x, y, yaw = POSES[name]

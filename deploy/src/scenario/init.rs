@@ -58,6 +58,9 @@ fn of_world(args: &InitArgs, world: &Path, out: &Path) -> anyhow::Result<String>
         return of_sumo(config, out);
     }
     let (traffic, options) = args.of.open(world)?;
+    for warning in &traffic.remarks.warnings {
+        tracing::warn!("{}: looks wrong: {warning}", world.display());
+    }
     let vtypes = args.of.vtypes.as_deref().map(|file| from_folder_of(out, file)).transpose()?;
     let files = Files { traffic: &from_folder_of(out, world)?, vtypes: vtypes.as_deref() };
     Ok(text::scenario(&traffic, &options, &files))

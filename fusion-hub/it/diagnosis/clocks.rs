@@ -1,6 +1,6 @@
 //! Clocks that are off, slow links, and stamps in another unit.
 
-use super::crossing::{START_MS, assert_only, found};
+use super::crossing::{Frame, START_MS, assert_only, findings_of, found};
 use serde_json::json;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
@@ -28,6 +28,36 @@ fn a_clock_that_is_behind_is_distinguished_from_a_slow_link() {
         frame.delay_ms -= 150;
     });
     assert_only(&ahead, Code::ClockAhead, "time_offset_ms = -1");
+}
+
+#[test]
+fn advice_on_a_clock_counts_the_offset_that_is_set_already_and_converges() {
+    for (set_ms, least, most) in [(200, 270.0, 330.0), (-50, 270.0, 330.0), (400, 270.0, 390.0)] {
+        let settings = format!("[agents.north]\ntime_offset_ms = {set_ms}");
+        let edit = |frame: &mut Frame| {
+            if frame.agent == "north" {
+                frame.captured_ms -= 300;
+                frame.delay_ms += 300;
+            }
+        };
+        let found = findings_of(&settings, edit, |_| None);
+        let words = found.iter().find(|one| one.is_fault()).map(ToString::to_string).unwrap_or_default();
+        let advised = words.split("time_offset_ms = ").nth(1).and_then(|rest| rest.split('`').next());
+        let advised_ms: f64 = advised.and_then(|text| text.parse().ok()).unwrap_or(f64::NAN);
+        assert!((least..=most).contains(&advised_ms), "{set_ms}: {words}");
+        assert!(words.contains(&format!("in place of {set_ms}")), "{words}");
+    }
+    let right = findings_of(
+        "[agents.north]\ntime_offset_ms = 300",
+        |frame| {
+            if frame.agent == "north" {
+                frame.captured_ms -= 300;
+                frame.delay_ms += 300;
+            }
+        },
+        |_| None,
+    );
+    assert!(right.iter().all(|one| !one.is_fault()), "{right:#?}");
 }
 
 /// By more than Δmax: every frame is refused, or too late over a link that varies.

@@ -26,7 +26,7 @@ fn missing_and_false_standard_deviations_are_reported() {
 #[test]
 fn unknown_classes_impossible_values_and_refusals_are_reported_with_their_names() {
     let ufo = found(|frame| each(frame, |one| one.class = "Fahrzeug"));
-    assert_only(&ufo, Code::UnknownClasses, "classes = { \"Fahrzeug\" = \"car\" }");
+    assert_only(&ufo, Code::UnknownClasses, "classes = { \"Fahrzeug\" = \"CLASS\" }");
     let impossible = found(|frame| frame.detections[0].w = -1.0);
     assert_only(&impossible, Code::ImpossibleDetections, "w out of range");
     let refused = found(|frame| frame.more = json!({ "theta": 1 }));

@@ -5,6 +5,7 @@ use v2x_common::class::{Class, ClassGroup};
 use v2x_common::conventions::YawConvention;
 use v2x_common::detection::{Detection, MAX_COORDINATE_M};
 use v2x_common::reported::{OffPlaces, RawHeadings};
+use v2x_common::time::Span;
 
 /// Detections in degrees of longitude and latitude lie this close together, in what is read as metres: 5 km.
 pub(super) const DEGREES_APART: f64 = 0.05;
@@ -41,6 +42,7 @@ pub(super) struct Writing {
     sigma: (f64, u64),
     pub(super) yaw: YawConvention,
     pub(super) sizes_swapped: bool,
+    pub(super) time_offset: Span,
 }
 
 impl Writing {
@@ -53,6 +55,7 @@ impl Writing {
         self.sigma_is_set = seen.reported.sigma_is_set;
         self.is_json = seen.reported.is_json;
         (self.yaw, self.sizes_swapped) = (seen.reported.yaw, seen.reported.sizes_swapped);
+        self.time_offset = seen.reported.time_offset;
         let sigma = detections.iter().map(|one| one.covariance.position);
         let sigma = sigma.map(|one| libm::sqrt(f64::midpoint(one.xx, one.yy))).filter(|one| one.is_finite());
         for sigma_m in sigma {

@@ -50,7 +50,8 @@ fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
     if least < AHEAD {
         return Some(ahead(one, -least));
     }
-    let behind = Span::from_secs_f64(behind_s.unwrap_or(0.0));
+    // By the hub's clock it cannot be further behind: nothing arrives before it is captured.
+    let behind = Span::from_secs_f64(behind_s.unwrap_or(0.0)).min(least);
     let behind_least_s = WRONG_S.min(CAUSE_SHARE * least.as_secs_f64()).max(RIGHT_S);
     if behind.as_secs_f64() >= behind_least_s {
         let says = format!(
@@ -85,8 +86,15 @@ fn set_clock(one: &One<'_>, behind: Span) -> String {
     if behind.abs() > MOST_OFFSET {
         return "Set its clock (chrony, PTP); is it local time instead of UTC?".to_owned();
     }
-    let setting = one.setting(&format!("time_offset_ms = {:.0}", behind.as_millis_f64()));
-    format!("Set its clock (chrony, PTP), or write {setting}")
+    // What is seen is what the offset that is there already leaves.
+    let before = one.survey.writing.time_offset;
+    let setting = one.setting(&format!("time_offset_ms = {:.0}", (before + behind).as_millis_f64()));
+    let instead = if before == Span::ZERO {
+        String::new()
+    } else {
+        format!(" in place of {:.0}", before.as_millis_f64())
+    };
+    format!("Set its clock (chrony, PTP), or write {setting}{instead}")
 }
 
 /// Whole milliseconds.

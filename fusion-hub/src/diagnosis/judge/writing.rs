@@ -133,7 +133,14 @@ fn yaw_setting(one: &One<'_>, yaw: YawConvention) -> String {
     }
     match parts.is_empty() {
         true => format!("no `yaw` under `[hub.agents.{}]`", one.agent),
-        false => one.setting(&format!("yaw = {{ {} }}", parts.join(", "))),
+        false => {
+            // A report of 0.05 that was right in radians would then be 0.05°.
+            let sigmas = match yaw.unit == AngleUnit::Deg && one.survey.writing.yaw.unit != AngleUnit::Deg {
+                true => " (their standard deviations are then degrees, too)",
+                false => "",
+            };
+            one.setting(&format!("yaw = {{ {} }}", parts.join(", "))) + sigmas
+        }
     }
 }
 

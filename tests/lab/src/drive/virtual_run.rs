@@ -49,7 +49,7 @@ mod tests {
     use v2x_common::wire;
     use v2x_fusion_hub::engine::EngineConfig;
 
-    const GOLDEN_FINGERPRINT: u64 = 4_821_044_413_328_349_756;
+    const GOLDEN_FINGERPRINT: u64 = 13_130_132_253_042_421_595;
 
     const ON_UPDATE: PublishMode =
         PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };

@@ -202,7 +202,7 @@ fn a_sensor_in_degrees_with_swapped_sizes_and_an_unknown_class_is_named() {
     ] {
         assert!(report.warnings.iter().any(|one| one.starts_with(expected)), "{:?}", report.warnings);
     }
-    assert!(text.contains("`classes = { \"flivver\" = \"car\" }` under `[hub.agents.left]`"), "{text}");
+    assert!(text.contains("`classes = { \"flivver\" = \"CLASS\" }` under `[hub.agents.left]`"), "{text}");
     assert_eq!(report.by_sensor.len(), 2);
     assert!((report.by_sensor[0].rate_hz.unwrap() - 10.0).abs() < 1e-9);
 }
