@@ -32,7 +32,7 @@ fn a_clock_that_is_behind_is_distinguished_from_a_slow_link() {
 
 #[test]
 fn advice_on_a_clock_counts_the_offset_that_is_set_already_and_converges() {
-    for (set_ms, least, most) in [(200, 270.0, 330.0), (-50, 270.0, 330.0), (400, 270.0, 390.0)] {
+    for (set_ms, least, most) in [(100, 270.0, 330.0), (-50, 270.0, 330.0), (450, 270.0, 390.0)] {
         let settings = format!("[agents.north]\ntime_offset_ms = {set_ms}");
         let edit = |frame: &mut Frame| {
             if frame.agent == "north" {
