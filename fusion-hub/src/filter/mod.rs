@@ -8,6 +8,7 @@
 pub mod imm;
 mod intersection;
 mod kinematic;
+mod log_normal;
 mod manoeuvring;
 mod params;
 mod retrodiction;

@@ -11,6 +11,7 @@
 //! Errors that are stated in metres are read by the law, too: weighed by their share, a mean would favour what is reported too large.
 
 use super::Size;
+pub use super::log_normal::LogNormal;
 use super::size_posterior::Posterior;
 use serde::{Deserialize, Serialize};
 
@@ -18,39 +19,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SizeEvidence {
     /// A, m².
-    pub(super) squares: f64,
+    squares: f64,
     /// B, m.
-    pub(super) sum: f64,
+    sum: f64,
     /// n.
-    pub(super) count: f64,
+    count: f64,
     /// Largest size (m) that could have been reported so small.
-    pub(super) most: f64,
+    most: f64,
     /// Reports without a law whose σ is a share of the size: Σ 1/σ², and Σ z/σ² in m.
     averaged: (f64, f64),
-}
-
-/// A normal distribution of the logarithm of a size in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LogNormal {
-    /// Mean of ln s.
-    pub mean_ln: f64,
-    /// Variance of ln s.
-    pub variance_ln: f64,
-}
-
-impl LogNormal {
-    /// Median (m) and variance (m²) of the size.
-    pub fn size(&self) -> Size {
-        let median = libm::exp(self.mean_ln);
-        Size { mean: median, variance: median * median * self.variance_ln }
-    }
-
-    /// What it and an independent one say together.
-    fn and(&self, other: &Self) -> Self {
-        let (own, others) = (1.0 / self.variance_ln, 1.0 / other.variance_ln);
-        let variance_ln = 1.0 / (own + others);
-        Self { mean_ln: (own * self.mean_ln + others * other.mean_ln) * variance_ln, variance_ln }
-    }
 }
 
 impl SizeEvidence {
@@ -101,8 +78,13 @@ impl SizeEvidence {
         if self.count == 0.0 {
             return libm::exp(mean.mean_ln);
         }
-        let posterior = Posterior::of(self).under(Some(&mean));
+        let posterior = self.by_law().under(Some(&mean));
         1.0 / (posterior.w * posterior.peak().w)
+    }
+
+    /// What the reports with a law say.
+    fn by_law(&self) -> Posterior {
+        Posterior::of([self.squares, self.sum, self.count, self.most])
     }
 
     /// What the averaged reports say; `None` without any.
@@ -162,7 +144,7 @@ impl SizeReading {
         {
             return Self { is_averaged: true, by_law: Posterior::NONE, mean: Some(mean), alone: mean };
         }
-        let by_law = Posterior::of(evidence);
+        let by_law = evidence.by_law();
         let own = by_law.under(mean.as_ref()).peak();
         let variance_ln = 1.0 / evidence.information_at(1.0 / (by_law.w * own.w));
         let alone = LogNormal { mean_ln: by_law.origin + own.u, variance_ln };

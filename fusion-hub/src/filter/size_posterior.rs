@@ -1,6 +1,6 @@
 //! The posterior of a size by reports whose law is declared, under a prior.
 
-use super::size_evidence::{LogNormal, SizeEvidence};
+use super::log_normal::LogNormal;
 
 /// Square of the skewness up to which a series is exact to 1 % of a standard deviation (test).
 const NEARLY_NORMAL: f64 = 0.09;
@@ -75,9 +75,8 @@ impl Posterior {
         most: f64::INFINITY,
     };
 
-    /// Without a prior.
-    pub(super) fn of(evidence: &SizeEvidence) -> Self {
-        let SizeEvidence { squares, sum, count, most, .. } = *evidence;
+    /// Without a prior, of A (m²), B (m), n and the largest possible size (m) of the evidence.
+    pub(super) fn of([squares, sum, count, most]: [f64; 4]) -> Self {
         // The likelihood's maximum: the positive root of A w² − B w − n, w = 1/s.
         let w = (sum + libm::sqrt(sum * sum + 4.0 * squares * count)) / (2.0 * squares);
         let most = if most < f64::INFINITY { libm::log(most * w) } else { f64::INFINITY };

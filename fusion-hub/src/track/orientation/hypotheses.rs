@@ -1,6 +1,5 @@
 //! The ways to read a heading that was reported: as it is, turned by half a turn, or by a quarter with width and depth exchanged.
 
-use super::Held;
 use crate::filter::Filter;
 use crate::values::Measurement;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -18,6 +17,13 @@ const NEARLY_ALIKE: f64 = 1.0;
 const SIZE_CAP: f64 = 12.0;
 /// Variance of a heading of which nothing is known, rad².
 const UNKNOWN_VARIANCE: f64 = 9.0;
+
+/// What the filter holds of an object.
+pub(in crate::track) struct Held<'a, F> {
+    pub(in crate::track) state: &'a F,
+    /// The class whose motion it has.
+    pub(in crate::track) class: Class,
+}
 
 /// One way to read a heading.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 
 mod hypotheses;
 
-pub(super) use hypotheses::first_read;
+pub(super) use hypotheses::{Held, first_read};
 
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
 use crate::values::{ExpectedPlace, Measurement, PositionInnovation};
@@ -132,13 +132,6 @@ pub(super) enum Action {
     TurnRound,
     /// It is set to its course.
     Redirect(Course),
-}
-
-/// What the filter holds of an object.
-pub(super) struct Held<'a, F> {
-    pub(super) state: &'a F,
-    /// The class whose motion it has.
-    pub(super) class: Class,
 }
 
 /// Where an object is and moves by positions alone.
