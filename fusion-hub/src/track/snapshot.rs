@@ -19,9 +19,6 @@ const VIEW_MARGIN_SIGMAS: f64 = 3.0;
 const VIEW_MARGIN_M: f64 = 0.5;
 /// Different classes that are counted for one track.
 const MAX_CLASSES: usize = 4;
-/// What lasts of an agent's errors of position changes with its view of the object: by so many times its variance in a second. Without
-/// that, what was seen from far away outweighs what is seen near by, most of all of a parked object.
-const DRIFT_PER_S: f64 = 1.0;
 /// Where one in so many detections is of a class that moves, the object may.
 const ONE_IN_MOVES: u32 = 5;
 
@@ -216,16 +213,6 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
-    /// Before an update by a detection of an agent with errors that last: they are others than those which the estimate holds.
-    #[inline(always)]
-    pub(super) fn let_errors_drift(&mut self, frame: &FrameEvidence<'_>) {
-        let lasting = frame.model.errors.lasting;
-        if lasting > 0.0 {
-            let passed_s = (frame.at - self.at).abs().as_secs_f64();
-            self.state.widen_position(lasting * (DRIFT_PER_S * passed_s).min(1.0));
-        }
-    }
-
     /// Before an update by a detection whose sensor's pose adds this variance (m²) to its error: what the poses of two agents
     /// add is no noise.
     #[inline(always)]
@@ -362,5 +349,5 @@ fn motion_class(class: Class, class_motion: bool) -> Class {
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    vec![("track.drift_per_s", DRIFT_PER_S.to_string()), ("track.one_in_moves", ONE_IN_MOVES.to_string())]
+    vec![("track.one_in_moves", ONE_IN_MOVES.to_string())]
 }
