@@ -406,8 +406,9 @@ def check_ten_agents(browser, v2x, folder, screenshots):
         browser.point(*place(browser, "[data-agent=rsu-ne]"))
         browser.wait("window.v2x.state.highlighted === 'rsu-ne'", "an agent that is pointed at", 5)
         # An agent's sensor is known once its description has come: on a busy machine this is later than its first frame.
+        # Ten views make a map of 200 m: one of them is some 4 % of it.
         end = time.monotonic() + PATIENCE_S
-        while (filled := browser.run(PIXELS)["empty"]) >= bare - 0.05:
+        while (filled := browser.run(PIXELS)["empty"]) >= bare - 0.02:
             assert time.monotonic() < end, f"the field of view of the agent that is pointed at is not filled: {bare} and {filled}"
             browser.run(NEXT_DRAWING)
         assert len(read_at(browser, 3, 0.98, has_values=False)["values"]) == 10, readout(browser)
