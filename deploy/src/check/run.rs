@@ -54,7 +54,10 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
     let strays = listener.strays.lock().unwrap_or_else(PoisonError::into_inner).clone();
     served.merge(&strays.hubs);
     let asked_at = clock::now();
-    let statuses = ask(&session, (args.network, args.hub), (&served, began_at), shutdown).await;
+    let hubs = Hubs { network: args.network, hub: args.hub, served: &served, began_at };
+    let statuses = ask(&session, &hubs, shutdown).await;
+    // A hub that was heard may have ended since.
+    let alive = Served::of(&session).await;
     session::close(session).await?;
     let statuses = statuses?;
     let mut findings = strays.findings(&served.networks());
@@ -63,6 +66,7 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
             network: args.network,
             hub: args.hub,
             stands_in: !args.listen.is_empty(),
+            is_alive: alive.has(args.network, args.hub),
             waited: clock::now() - asked_at,
         };
         findings.extend(unserved::finding(&asked, &served, listener.frames));
@@ -105,19 +109,28 @@ async fn open(args: &CheckArgs, shutdown: &CancellationToken) -> anyhow::Result<
     )
 }
 
+/// The hubs that are asked.
+struct Hubs<'a> {
+    network: NetworkId,
+    /// One of them alone.
+    hub: Option<HubId>,
+    /// Those that are there.
+    served: &'a Served,
+    began_at: Timestamp,
+}
+
 /// The statuses of the hubs, once those have judged ten seconds of about this time: a hub judges ten seconds at a time.
 async fn ask(
     session: &Session,
-    (network, hub): (NetworkId, Option<HubId>),
-    (served, began_at): (&Served, Timestamp),
+    hubs: &Hubs<'_>,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<Vec<HubStatus>> {
     let mut has_said = false;
     let first_asked_at = clock::now();
     loop {
-        let statuses = served::statuses(session, (network, hub), served, false).await?;
+        let statuses = served::statuses(session, (hubs.network, hubs.hub), hubs.served, false).await?;
         let is_late = clock::now() - first_asked_at >= HUB_JUDGES_WITHIN;
-        if statuses.iter().all(|status| is_new(status, began_at)) || is_late || shutdown.is_cancelled() {
+        if statuses.iter().all(|status| is_new(status, hubs.began_at)) || is_late || shutdown.is_cancelled() {
             return Ok(statuses);
         }
         if !has_said {

@@ -11,6 +11,8 @@ pub(super) struct Asked {
     pub(super) hub: Option<HubId>,
     /// This command stands in for a hub: then nobody misses one.
     pub(super) stands_in: bool,
+    /// Whether a hub that was heard is still there, by its token.
+    pub(super) is_alive: bool,
     /// For how long it was asked.
     pub(super) waited: Span,
 }
@@ -18,7 +20,7 @@ pub(super) struct Asked {
 /// Where no hub has answered: that nobody fuses the frames that were heard, and which network has a hub. `None` where there is
 /// nothing at all.
 pub(super) fn finding(asked: &Asked, served: &Served, frames: u64) -> Option<Finding> {
-    let Asked { network, hub, stands_in, waited } = asked;
+    let Asked { network, hub, stands_in, is_alive, waited } = asked;
     let networks = served.networks();
     if *stands_in || (networks.is_empty() && frames == 0) {
         return None;
@@ -30,7 +32,12 @@ pub(super) fn finding(asked: &Asked, served: &Served, frames: u64) -> Option<Fin
     };
     if networks.contains(network) {
         let there = served.names(*network);
-        return Some(if served.has(*network, *hub) {
+        return Some(if served.has(*network, *hub) && !is_alive {
+            let says = format!(
+                "network {network} had {there} when this program began to listen, and has none now: {heard}"
+            );
+            Finding::of_network(Code::NoHub, says, "Start it again; its log says why it ended")
+        } else if served.has(*network, *hub) {
             let says = format!(
                 "network {network} has {there}, which does not answer within {:.0} s: it is overloaded, or this program may not ask it",
                 waited.as_secs_f64()
@@ -82,7 +89,7 @@ mod tests {
 
     fn found(stands_in: bool, served: &[&str], frames: u64) -> Option<String> {
         let waited = Span::from_millis(11_000);
-        let asked = Asked { network: network("demo"), hub: None, stands_in, waited };
+        let asked = Asked { network: network("demo"), hub: None, stands_in, is_alive: true, waited };
         finding(&asked, &hubs(served), frames).map(|one| one.to_string())
     }
 
@@ -99,9 +106,23 @@ mod tests {
         let busy = found(false, &["demo"], 100).unwrap();
         assert!(busy.contains("hub north, which does not answer within 11 s: it is overloaded"), "{busy}");
         let (hub, waited) = (HubId::new("south").ok(), Span::ZERO);
-        let asked = Asked { network: network("demo"), hub, stands_in: false, waited };
+        let asked = Asked { network: network("demo"), hub, stands_in: false, is_alive: true, waited };
         let other = finding(&asked, &hubs(&["demo"]), 0).unwrap();
         assert!(other.code == Code::NoHub && other.says.contains("none with the name south"), "{other}");
+    }
+
+    #[test]
+    fn a_hub_that_ended_while_it_was_listened_to_is_gone_and_not_overloaded() {
+        let asked = Asked {
+            network: network("demo"),
+            hub: None,
+            stands_in: false,
+            is_alive: false,
+            waited: Span::from_millis(11_000),
+        };
+        let gone = finding(&asked, &hubs(&["demo"]), 50).unwrap();
+        assert!(gone.code == Code::NoHub && gone.says.contains("had hub north"), "{gone}");
+        assert!(gone.change.starts_with("Start it again"), "{gone}");
     }
 
     #[test]
