@@ -43,7 +43,8 @@ pub(super) fn page_of(path: &Path) -> anyhow::Result<String> {
         recorded.lists.clone_from(&again.lists);
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    Ok(html(&name, (&given, settings), (&recorded, &again), (is_published, commit)))
+    let shown = Shown { name: &name, settings, recorded: &recorded, is_published, commit, score: &[] };
+    Ok(shown.html(&given, &again))
 }
 
 /// What a hub was given by something else than a recording.
@@ -54,6 +55,8 @@ pub(super) struct Given<'a> {
     pub(super) descriptions: BTreeMap<AgentId, SensorDescription>,
     /// What was found wrong with it, by whoever has seen more of it.
     pub(super) found: Vec<Found>,
+    /// How good what is published is by a truth, line by line; none without one.
+    pub(super) score: Vec<String>,
 }
 
 /// The page of that as HTML.
@@ -67,22 +70,47 @@ pub(super) fn page(given: &Given<'_>) -> anyhow::Result<String> {
     );
     let descriptions = given.descriptions.clone();
     let recorded = RecordedLists { hub: None, lists: again.lists.clone(), descriptions };
-    Ok(html(given.name, (&given.inputs, given.settings.clone()), (&recorded, &again), (false, None)))
+    let shown = Shown {
+        name: given.name,
+        settings: given.settings.clone(),
+        recorded: &recorded,
+        is_published: false,
+        commit: None,
+        score: &given.score,
+    };
+    Ok(shown.html(&given.inputs, &again))
 }
 
-fn html(
-    name: &str,
-    (given, settings): (&HubInputs, HubSettings),
-    (recorded, again): (&RecordedLists, &Rerun),
-    (is_published, commit): (bool, Option<String>),
-) -> String {
-    let agents: Vec<_> = again.agents.iter().map(|(agent, _)| *agent).collect();
-    let moments = typical_and_busiest(&recorded.lists).into_iter().map(|(what, list)| {
-        let frames = frames_near(given, settings.clone(), list.frame.fused_at);
-        recorded_scene(format!("{name}: {what}"), list, &frames, (&agents, recorded))
-    });
-    let moments: Vec<_> = moments.collect();
-    recording_page(&RecordingPage { name, recorded, is_published, again, moments: &moments, commit })
+/// What a page is of.
+struct Shown<'a> {
+    name: &'a str,
+    settings: HubSettings,
+    recorded: &'a RecordedLists,
+    is_published: bool,
+    commit: Option<String>,
+    score: &'a [String],
+}
+
+impl Shown<'_> {
+    /// The page, with what a hub's core makes of what it was given.
+    fn html(self, given: &HubInputs, again: &Rerun) -> String {
+        let Self { name, settings, recorded, is_published, commit, score } = self;
+        let agents: Vec<_> = again.agents.iter().map(|(agent, _)| *agent).collect();
+        let moments = typical_and_busiest(&recorded.lists).into_iter().map(|(what, list)| {
+            let frames = frames_near(given, settings.clone(), list.frame.fused_at);
+            recorded_scene(format!("{name}: {what}"), list, &frames, (&agents, recorded))
+        });
+        let moments: Vec<_> = moments.collect();
+        recording_page(&RecordingPage {
+            name,
+            recorded,
+            is_published,
+            again,
+            moments: &moments,
+            commit,
+            score,
+        })
+    }
 }
 
 /// Of the recorded hub, or the defaults.

@@ -188,6 +188,14 @@ impl LaggedReport {
 }
 
 impl TruthScore {
+    /// As words, line by line.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let mut text = String::new();
+        // Writing to a text cannot fail.
+        let _ = self.write(&mut text);
+        text.lines().map(|line| line.trim().trim_end_matches(':').to_owned()).collect()
+    }
+
     fn write(&self, out: &mut String) -> std::fmt::Result {
         let m = &self.metrics;
         writeln!(

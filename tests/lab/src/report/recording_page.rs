@@ -19,11 +19,13 @@ use std::collections::BTreeSet;
 use v2x_common::id::AgentId;
 use v2x_common::time::Timestamp;
 
+/// Without a truth.
 const NO_TRUTH: &str = "Not scored: whether positions are right is judged by the scenario alone, which this recording does not have.";
 
-const NOTES: [&str; 5] = [
-    "**Nothing is scored**: that needs the scenario, which a recording of `v2x up --record` and the folder of a run have. Whether positions are right \
-     is not said here; `lab fuse --truth` scores a log by a truth of yours.",
+const NOTE_OF_NO_TRUTH: &str = "**Nothing is scored**: that needs the scenario, which a recording of `v2x up --record` and the folder of a run have. Whether positions are right \
+     is not said here; `lab fuse --truth` scores a log by a truth of yours.";
+
+const NOTES: [&str; 4] = [
     "**NIS/2**: squared distance of an agent's detections from what the hub expects of them, over what both covariances promise, \
      for each degree of freedom. 1 is right; more says that the agent states too small errors, or that something else is wrong \
      with it.",
@@ -48,6 +50,8 @@ pub(crate) struct RecordingPage<'a> {
     pub(crate) moments: &'a [BevScene],
     /// By which build it was recorded.
     pub(crate) commit: Option<String>,
+    /// How good the lists are by a truth, line by line; none without one.
+    pub(crate) score: &'a [String],
 }
 
 /// The page.
@@ -67,11 +71,16 @@ pub(crate) fn recording_page(run: &RecordingPage<'_>) -> String {
             "Latency",
             beside(&figure(&latencies(lists.iter(), ages.clone()), None), &spans(lists, ages).html(&[])),
         ),
-        ("meaning", "What the figures mean", notes(NOTES)),
+        ("meaning", "What the figures mean", meaning(run)),
     ];
     let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
     let sections: Vec<_> = sections.map(|(id, title, html)| Section::new(id, title, html)).collect();
     page(run.name, &top, &sections)
+}
+
+fn meaning(run: &RecordingPage<'_>) -> String {
+    let of_no_truth = if run.score.is_empty() { Some(NOTE_OF_NO_TRUTH) } else { None };
+    notes(of_no_truth.into_iter().chain(NOTES))
 }
 
 fn span(lists: &[ReceivedFused]) -> (Timestamp, Timestamp) {
@@ -89,14 +98,15 @@ fn findings(run: &RecordingPage<'_>) -> String {
             format!("{first:.0} to {last:.0} s")
         };
         let agent = found.finding.agent.map_or_else(String::new, |agent| format!("{agent}, "));
-        let [says, change] =
-            [&found.finding.says, &found.finding.change].map(|text| text.trim_end_matches('.'));
-        format!("{agent}{when}: {says}. {change}.")
+        let [says, change] = [&found.finding.says, &found.finding.change].map(|text| sentence(text));
+        format!("{agent}{when}: {says} {change}").trim_end().to_owned()
     };
     let (faults, notes): (Vec<_>, Vec<_>) =
         run.again.found.iter().partition(|found| found.finding.is_fault());
     let lines: Vec<String> = faults.iter().chain(&notes).map(|found| line(found)).collect();
-    let lines = [vec![NO_TRUTH.to_owned()], lines].concat();
+    let scored =
+        if run.score.is_empty() { vec![NO_TRUTH.to_owned()] } else { vec![run.score.join("; ") + "."] };
+    let lines = [scored, lines].concat();
     match (faults.len(), notes.len()) {
         (0, 0) => verdict_html(true, "Nothing looks wrong", &lines),
         (0, n) => {
@@ -108,6 +118,11 @@ fn findings(run: &RecordingPage<'_>) -> String {
             &lines,
         ),
     }
+}
+
+/// With an end.
+fn sentence(text: &str) -> String {
+    if text.is_empty() || text.ends_with(['.', '?', '!']) { text.to_owned() } else { format!("{text}.") }
 }
 
 fn headline(run: &RecordingPage<'_>) -> String {
@@ -213,6 +228,10 @@ mod tests {
     use v2x_fusion_hub::engine::AgentStatistics;
 
     fn page_with(found: Vec<Found>) -> String {
+        scored_page_with(found, &[])
+    }
+
+    fn scored_page_with(found: Vec<Found>, score: &[String]) -> String {
         let recorded = RecordedLists {
             hub: HubId::new("corner").ok(),
             lists: (0..20).map(|k| fused(100 * k + 60, 100 * k + 55, &[100 * k])).collect(),
@@ -228,6 +247,7 @@ mod tests {
             again: &again,
             moments: &[],
             commit: None,
+            score,
         };
         recording_page(&run)
     }
@@ -241,6 +261,18 @@ mod tests {
             change: "Set unit = \"deg\".".to_owned(),
         };
         Found { finding, first: at_ms(1055), last: at_ms(2955) }
+    }
+
+    #[test]
+    fn a_log_with_a_truth_has_its_score_and_is_not_called_unscored() {
+        let page = scored_page_with(Vec::new(), &["ATE 0.130 m".to_owned(), "F1 0.9000".to_owned()]);
+        assert!(page.contains("ATE 0.130 m; F1 0.9000.") && !page.contains("scored:"), "{page}");
+        assert!(page_with(Vec::new()).contains("Not scored:"));
+    }
+
+    #[test]
+    fn a_question_ends_a_sentence_as_a_full_stop_does() {
+        assert_eq!(["Set it", "Set it.", "Is it UTC?"].map(sentence), ["Set it.", "Set it.", "Is it UTC?"]);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::report::output::print;
 use crate::report::progress::Progress;
 use anyhow::{Context, ensure};
 use lists::{Known, LaggedList, List, Sink};
-use page::Collected;
+use page::{Collected, Seen};
 use std::cell::RefCell;
 use std::fs::File;
 use std::path::Path;
@@ -75,7 +75,8 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let warnings = words::warnings(&log, &survey, (diagnosis.findings(), has_memory));
     if let (Some(collected), Some(out)) = (collected, &args.report) {
         let name = args.detections.file_name().unwrap_or_default().to_string_lossy();
-        collected.write((out.as_path(), name.as_ref()), listened, (diagnosis.findings(), &warnings))?;
+        let seen = Seen { findings: diagnosis.findings(), warnings: &warnings, truth: truth.as_ref() };
+        collected.write((out.as_path(), name.as_ref()), listened, &seen)?;
     }
     let page = args.report.as_ref().map(|path| path.display().to_string());
     let report = Report { fused_rows, truth, lagged, warnings, page, ..report(counts, &log, &survey) };

@@ -5,6 +5,7 @@ use crate::data::detection_log::Arrival;
 use crate::data::hub_inputs::{HubInput, HubInputs};
 use crate::drive::found::Found;
 use crate::drive::replay::Declared;
+use crate::score::offline::TruthScore;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,6 +16,14 @@ use v2x_common::time::Timestamp;
 use v2x_common::wire;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 use v2x_fusion_hub::hub::HubSettings;
+
+/// What is known of a log beside its frames.
+pub(super) struct Seen<'a> {
+    pub(super) findings: &'a [Finding],
+    /// All that is printed; of findings, too.
+    pub(super) warnings: &'a [String],
+    pub(super) truth: Option<&'a TruthScore>,
+}
 
 /// The frames of a log, in our own conventions, as a hub would be given them.
 #[derive(Debug)]
@@ -56,7 +65,7 @@ impl Collected {
         self,
         (out, name): (&Path, &str),
         mut settings: HubSettings,
-        (findings, warnings): (&[Finding], &[String]),
+        Seen { findings, warnings, truth }: &Seen<'_>,
     ) -> anyhow::Result<()> {
         // The frames have been converted.
         settings.agents.values_mut().for_each(|agent| agent.conventions = Conventions::default());
@@ -74,6 +83,7 @@ impl Collected {
             settings,
             descriptions: self.descriptions,
             found: findings.map(|finding| Found { finding, first, last }).collect(),
+            score: truth.map(TruthScore::lines).unwrap_or_default(),
         })?;
         std::fs::write(out, html).with_context(|| format!("writing {}", out.display()))
     }

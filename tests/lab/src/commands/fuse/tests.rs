@@ -102,12 +102,25 @@ fn a_page_of_a_log_has_pictures_its_sensors_and_what_looks_wrong_by_the_frames_a
     {
         assert!(html.contains(expected), "{expected}");
     }
+    assert!(html.contains("Not scored"));
     // Sizes that the settings convert are converted once.
     assert!(!html.contains("right: 30 of 30"));
     let message = run(&FuseArgs { report: Some(args.out.clone()), ..args.clone() }).unwrap_err().to_string();
     assert!(message.contains("--report would overwrite"), "{message}");
     let message = run(&FuseArgs { report: Some(args.detections.clone()), ..args }).unwrap_err().to_string();
     assert!(message.contains("--report would overwrite the detections"), "{message}");
+}
+
+#[test]
+fn a_page_of_a_log_with_a_truth_has_the_score_that_is_printed() {
+    let folder = Folder::new("scored-page");
+    let (log, truth) = drive();
+    let page = folder.0.join("page.html");
+    let args = FuseArgs { report: Some(page.clone()), ..folder.args(&log, Some(&truth)) };
+    let text = run(&args).unwrap().text();
+    let html = std::fs::read_to_string(&page).unwrap();
+    let score = text.lines().find(|line| line.contains("ATE")).unwrap().trim();
+    assert!(html.contains(score) && !html.contains("Not scored"), "{score}");
 }
 
 #[test]
