@@ -173,3 +173,19 @@ impl Posterior {
         LogNormal { mean_ln: self.origin + peak + mean, variance_ln: second / zeroth - mean * mean }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spot_that_is_moved_has_the_exponential_whether_near_or_far() {
+        for step in -40..=40 {
+            let u = 0.01 * f64::from(step);
+            let from = Spot::ORIGIN.moved(0.3);
+            for spot in [Spot::ORIGIN.moved(u), from.moved(0.3 + u)] {
+                assert!((spot.w / libm::exp(-spot.u) - 1.0).abs() < 2e-12, "{spot:?}");
+            }
+        }
+    }
+}

@@ -76,7 +76,6 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent));
         of_agent.into_iter().any(|(_, fit)| matches!(fit, Fit::Changed { .. }))
     };
-    // Shifted by a lane, what moves is compared with what comes the other way.
     // Wrong headings and sizes spoil the objects that everybody is compared with.
     let of_boxes: Vec<_> =
         has.iter().filter(|(_, code)| BOXES.contains(code)).map(|(agent, _)| *agent).collect();
@@ -84,6 +83,7 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
         let compared = window.fits.keys().filter(|pair| pair.contains(&agent)).flatten();
         of_boxes.contains(&agent) || compared.into_iter().any(|one| of_boxes.contains(one))
     };
+    // Shifted by a lane, what moves is compared with what comes the other way.
     let shifted = findings.iter().filter(|one| one.code == Code::Offset && one.is_fault());
     let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
     findings.retain(|one| {

@@ -426,3 +426,22 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         ),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What they leave out would change nothing: the evidence of doubt is below 0, that for worthless headings, too, and a body
+    /// that is less than a quarter turn off its course moves forwards.
+    #[test]
+    fn at_their_limits_the_short_cuts_leave_out_no_evidence() {
+        for ratio in [1e-6, 0.1, 0.5, 0.9, CERTAINLY_NONE] {
+            let apart = CERTAINLY_NONE - ratio;
+            assert!(apart + f64::from(libm::logf(single(ratio))) < 0.0, "{ratio}");
+        }
+        for expected in [1e-6, 1e-3, 0.1, WELL_KNOWN] {
+            assert!(libm::log(TAU * expected) / 2.0 - LN_PI + 0.5 <= 0.0, "{expected}");
+        }
+        assert!(libm::cos(FORWARDS) > 0.0);
+    }
+}
