@@ -162,9 +162,9 @@ mod tests {
     #[test]
     fn a_file_elsewhere_is_named_from_the_scenarios_folder() {
         for (folder, file, expected) in [
-            ("/home/a/work", "/home/a/work/t.csv", "t.csv"),
-            ("/home/a/work", "/home/a/work/data/t.csv", "data/t.csv"),
-            ("/home/a/work/mine", "/home/a/data/t.csv", "../../data/t.csv"),
+            ("/home/a/traffic", "/home/a/traffic/t.csv", "t.csv"),
+            ("/home/a/traffic", "/home/a/traffic/data/t.csv", "data/t.csv"),
+            ("/home/a/traffic/mine", "/home/a/data/t.csv", "../../data/t.csv"),
             ("/home/a", "/data/t.csv", "/data/t.csv"),
         ] {
             assert_eq!(relative(Path::new(folder), Path::new(file)), Path::new(expected));
