@@ -71,6 +71,7 @@ pub mod schemas;
 pub mod seed;
 pub mod sensor;
 pub mod shipped;
+pub mod spelling;
 pub mod tile;
 pub mod time;
 pub mod unmapped_names;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::edit::EditError;
 use crate::trajectories::TrafficError;
+use v2x_common::spelling;
 
 /// Why a scenario file was refused. Every message names the file, the place in it, and the value.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +19,7 @@ pub enum ScenarioError {
         cause: std::io::Error,
     },
     /// Not TOML, an unknown or missing field, or a value of the wrong type; the cause names the line.
-    #[error("{origin}: {cause}")]
+    #[error("{origin}: {}", spelling::hinted(&.cause.to_string(), &[]))]
     Syntax {
         /// Source of the text.
         origin: Origin,

@@ -251,6 +251,7 @@ fn invalid_values_are_named_by_field_and_value() {
         ("[world]", "[world]\ntraffic = 2", "world.traffic is 2, expected 0 to 1"),
         ("[world]", "[world]\nparked = 1000", "world.parked is 1000, expected at most 120"),
         ("[world]", "[world]\nlanes = 2", "world.lanes is 2, expected no such field in a crossing"),
+        ("[world]", "[world]\ntrafic = 1", "unknown field `trafic` (did you mean `traffic`?)"),
     ];
     for (from, to, expected) in cases {
         let message = refusal(from, to);

@@ -4,6 +4,7 @@ use crate::conventions::UnfitPose;
 use crate::detection::InvalidValue;
 use crate::id::NameError;
 use crate::sensor::InvalidDescription;
+use crate::spelling;
 use crate::time::StampUnit;
 use std::fmt::Display;
 
@@ -90,14 +91,55 @@ pub enum WireError {
     },
 }
 
+/// Fields as other formats call them, each with what it is here.
+const OTHER_NAMES: [(&str, &str); 37] = [
+    ("timestamp", "captured_at"),
+    ("timestamp_us", "captured_at"),
+    ("time", "captured_at"),
+    ("stamp", "captured_at"),
+    ("ts", "captured_at"),
+    ("t", "captured_at"),
+    ("objects", "detections"),
+    ("boxes", "detections"),
+    ("obstacles", "detections"),
+    ("agent_id", "agent"),
+    ("sensor_id", "agent"),
+    ("seq", "sequence"),
+    ("frame_id", "sequence"),
+    ("pose", "sensor_pose"),
+    ("label", "class"),
+    ("type", "class"),
+    ("category", "class"),
+    ("cls", "class"),
+    ("name", "class"),
+    ("lon", "x"),
+    ("longitude", "x"),
+    ("lat", "y"),
+    ("latitude", "y"),
+    ("width", "w"),
+    ("length", "d"),
+    ("depth", "d"),
+    ("l", "d"),
+    ("theta", "yaw"),
+    ("heading_deg", "yaw"),
+    ("angle", "yaw"),
+    ("rotation", "yaw"),
+    ("confidence", "score"),
+    ("probability", "score"),
+    ("covariance", "sigma"),
+    ("std", "sigma"),
+    ("track_id", "source_track"),
+    ("id", "source_track"),
+];
 /// Bytes that are kept of the begin and of the end of a reader's words, which can quote what somebody has sent.
 const QUOTED: (usize, usize) = (200, 80);
 
 impl WireError {
-    /// Of a reader or writer of JSON, in its words; of long ones the begin, which names the field, and the end, which says where.
+    /// Of a reader or writer of JSON, in its words, with the field that is meant by an unknown one; of long ones the begin, which names the field, and the end, which says where.
     pub fn json(error: &impl Display) -> Self {
         let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-        let words: String = error.to_string().chars().map(shown).collect();
+        let words = spelling::hinted(&error.to_string(), &OTHER_NAMES);
+        let words: String = words.chars().map(shown).collect();
         let (head, tail) = QUOTED;
         if words.len() <= head + tail {
             return Self::Json(words);

@@ -8,6 +8,7 @@ use crate::registration::Registration;
 use crate::tracker::{Hypotheses, ParticleCount, TrackerConfig};
 use serde::Deserialize;
 use v2x_common::id::AgentId;
+use v2x_common::spelling;
 use v2x_common::time::Span;
 
 /// Why settings are refused.
@@ -17,7 +18,7 @@ pub enum SettingsError {
     #[error("[hub]: {0}")]
     Table(String),
     /// There is no such field.
-    #[error("[hub]: unknown field `{key}`, expected one of {known}")]
+    #[error("[hub]: {}", unknown(.key, .known))]
     Unknown {
         /// The field.
         key: String,
@@ -55,6 +56,11 @@ pub enum SettingsError {
         "hub.lag_ms and hub.lagged are for methods with memory (ours, unikf-paper, unikf-literal): choose one of these, or no lag"
     )]
     LagWithoutMemory,
+}
+
+/// That there is no such field, and which one is meant.
+fn unknown(key: &str, known: &str) -> String {
+    spelling::hinted(&format!("unknown field `{key}`, expected one of {known}"), &[])
 }
 
 /// Refuses a value out of a range.

@@ -12,6 +12,7 @@ use crate::values::{Coast, ContributorLimit, SensingDefaults};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, MapFrame};
+use v2x_common::spelling;
 use v2x_common::time::Span;
 use v2x_common::wire::Writing;
 use v2x_common::wire::json::ReportDefaults;
@@ -202,7 +203,7 @@ fn take(table: &mut toml::Table, keys: &[&str]) -> toml::Table {
 fn read<T: for<'de> Deserialize<'de>>(table: toml::Table) -> Result<T, SettingsError> {
     table.try_into().map_err(|error| {
         let text = toml::de::Error::to_string(&error);
-        SettingsError::Table(text.trim().replace('\n', " "))
+        SettingsError::Table(spelling::hinted(&text.trim().replace('\n', " "), &[]))
     })
 }
 

@@ -353,7 +353,12 @@ mod tests {
         let cases = [
             (r#"{"detections": []}"#, "captured_at"),
             (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1}]}"#, "y"),
-            (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "theta": 1}]}"#, "theta"),
+            (
+                r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "theta": 1}]}"#,
+                "`theta` (did you mean `yaw`?)",
+            ),
+            (r#"{"capturd_at": 1, "detections": []}"#, "`capturd_at` (did you mean `captured_at`?)"),
+            (r#"{"timestamp": 1, "detections": []}"#, "`timestamp` (did you mean `captured_at`?)"),
             (r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "w": -1}]}"#, "w"),
             (
                 r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "sigma": {"d": -1}}]}"#,

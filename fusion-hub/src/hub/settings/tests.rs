@@ -178,7 +178,14 @@ fn errors_name_the_field_and_the_value() {
         ("tiles = { latitude_deg = 0, longitude_deg = 181 }", "tiles.longitude_deg is 181"),
         ("tiles = { latitude_deg = 0, longitude_deg = 0, zoom = 27 }", "tiles.zoom is 27, expected 1 to 26"),
         ("tiles = { latitude_deg = 0, longitude_deg = 0, zoom = 0 }", "tiles.zoom is 0"),
-        ("tiles = { latitude = 0, longitude_deg = 0 }", "unknown field `latitude`"),
+        (
+            "tiles = { latitude = 0, longitude_deg = 0 }",
+            "unknown field `latitude` (did you mean `latitude_deg`?)",
+        ),
+        (
+            "only_agent = [\"ego\"]",
+            "unknown field `only_agent` (did you mean `only_agents`?), expected one of `id`",
+        ),
     ];
     for (text, named) in cases {
         let message = settings(text).unwrap_err().to_string();
