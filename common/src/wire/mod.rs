@@ -15,6 +15,7 @@ mod kinematic;
 mod quantity;
 pub mod sensor;
 mod sigma;
+pub mod stray;
 mod varint;
 mod writing;
 

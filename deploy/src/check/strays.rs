@@ -3,9 +3,9 @@
 use crate::served::Served;
 use serde::de::IgnoredAny;
 use std::collections::{BTreeMap, BTreeSet};
-use v2x_common::id::NetworkId;
+use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::keys;
-use v2x_common::wire;
+use v2x_common::wire::{self, stray};
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
 /// Keys that are kept: they come from outside.
@@ -17,10 +17,19 @@ const MAX_BYTES: usize = 256 << 10;
 #[derive(Clone, Debug)]
 pub(super) struct Strays {
     network: NetworkId,
-    /// Each with its number of samples, and the greatest resemblance of one of them.
-    keys: BTreeMap<String, (u64, Resemblance)>,
+    keys: BTreeMap<String, Stray>,
     /// The hubs that publish.
     pub(super) hubs: Served,
+}
+
+/// The samples of one key.
+#[derive(Clone, Copy, Debug)]
+struct Stray {
+    count: u64,
+    /// The greatest of one of them.
+    resemblance: Resemblance,
+    /// By the first one.
+    sender: Option<AgentId>,
 }
 
 /// How much a payload, or a key, resembles one of ours.
@@ -58,30 +67,31 @@ impl Strays {
             return;
         }
         let has_room = self.keys.len() < MAX_KEYS;
-        if let Some((count, resemblance)) = self.keys.get_mut(key) {
+        if let Some(Stray { count, resemblance, .. }) = self.keys.get_mut(key) {
             *count += 1;
             if *resemblance < Resemblance::Ours {
                 *resemblance = resemblance_of_payload(payload).max(*resemblance);
             }
         } else if has_room {
-            self.keys
-                .insert(key.to_owned(), (1, resemblance_of_payload(payload).max(resemblance_of_key(key))));
+            let resemblance = resemblance_of_payload(payload).max(resemblance_of_key(key));
+            let stray = Stray { count: 1, resemblance, sender: stray::sender(key, payload) };
+            self.keys.insert(key.to_owned(), stray);
         }
     }
 
     /// What is wrong with them; `served` are the networks that have a hub.
     pub(super) fn findings(&self, served: &BTreeSet<NetworkId>) -> Vec<Finding> {
         let network = self.network;
-        let findings = self.keys.iter().filter_map(|(key, (count, resemblance))| match place(key, network) {
+        let findings = self.keys.iter().filter_map(|(key, stray)| match place(key, network) {
             Place::Own => None,
             Place::OtherNetwork(other) => {
                 let is_served = NetworkId::new(other).is_ok_and(|other| served.contains(&other));
-                (!is_served).then(|| other_network(key, other, network, *count))
+                (!is_served).then(|| other_network(key, other, network, stray.count))
             }
-            Place::Nobody => match resemblance {
+            Place::Nobody => match stray.resemblance {
                 Resemblance::Foreign => None,
-                Resemblance::LikeDetections => Some(wrong_key(key, network, *count).as_note()),
-                Resemblance::Ours => Some(wrong_key(key, network, *count)),
+                Resemblance::LikeDetections => Some(wrong_key(key, network, stray).as_note()),
+                Resemblance::Ours => Some(wrong_key(key, network, stray)),
             },
         });
         findings.collect()
@@ -94,7 +104,7 @@ fn other_network(key: &str, other: &str, network: NetworkId, count: u64) -> Find
     Finding::of_network(Code::WrongNetwork, says, change)
 }
 
-fn wrong_key(key: &str, network: NetworkId, count: u64) -> Finding {
+fn wrong_key(key: &str, network: NetworkId, Stray { count, sender, .. }: &Stray) -> Finding {
     if let Err(invalid) = keys::agent_of(key)
         && key.starts_with(&format!("v2x/{network}/agent/"))
         && key.ends_with("/detections")
@@ -103,8 +113,7 @@ fn wrong_key(key: &str, network: NetworkId, count: u64) -> Finding {
         return Finding::of_network(Code::InvalidName, says, "Give the agent another name");
     }
     let says = format!("{count} samples under `{key}`, which nobody reads");
-    let change = format!("Detection frames belong under `v2x/{network}/agent/NAME/detections`");
-    Finding::of_network(Code::WrongKey, says, change)
+    Finding::of_network(Code::WrongKey, says, stray::advice(network, *sender))
 }
 
 fn place(key: &str, network: NetworkId) -> Place<'_> {
@@ -216,13 +225,19 @@ mod tests {
     fn another_network_a_misspelt_key_a_foreign_key_and_a_name_are_distinguished() {
         let cases = [
             ("v2x/dmeo/agent/cam/detections", "", Code::WrongNetwork, "--network dmeo"),
-            ("v2x/demo/agent/cam/detection", "", Code::WrongKey, "agent/NAME/detections"),
-            ("V2X/demo/agents/cam/detections", "", Code::WrongKey, "agent/NAME/detections"),
+            ("v2x/demo/agent/cam/detection", "", Code::WrongKey, "v2x/demo/agent/cam/detections"),
+            ("V2X/demo/agents/cam/detections", "", Code::WrongKey, "v2x/demo/agent/cam/detections"),
             (
                 "cameras/north",
                 "{\"captured_at\": 1, \"detections\": []}",
                 Code::WrongKey,
-                "which nobody reads",
+                "which nobody reads. Detection frames belong under `v2x/demo/agent/NAME/",
+            ),
+            (
+                "cameras/north",
+                "{\"captured_at\": 1, \"agent\": \"cam\", \"detections\": []}",
+                Code::WrongKey,
+                "`v2x/demo/agent/cam/detections`",
             ),
             ("v2x/demo/agent/cam/north/detections", "", Code::InvalidName, "another name"),
         ];

@@ -18,7 +18,7 @@ use std::time::Duration;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::HubId;
 use v2x_common::keys::{self, Keys};
-use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD};
+use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD, stray};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
@@ -215,7 +215,11 @@ impl Network {
         for key in keys.beside_agents() {
             let strays = strays.clone();
             let beside = session.declare_subscriber(key);
-            subscribers.push(beside.callback(move |sample| strays.note(sample.key_expr().as_str())).await?);
+            let note = move |sample: Sample| {
+                let key = sample.key_expr().as_str();
+                strays.note(key, || stray::sender(key, &sample.payload().to_bytes()));
+            };
+            subscribers.push(beside.callback(note).await?);
         }
         let mut beats = None;
         if let Some(own) = standby {
