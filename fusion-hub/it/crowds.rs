@@ -10,7 +10,7 @@ use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId, TrackId};
 use v2x_common::reported::Reported;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey, Tokens};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Source, Surroundings, Survey, Tokens};
 use v2x_fusion_hub::{Engine, EngineConfig};
 
 /// Long enough for two windows and the comparison of twenty pairs after each, s.
@@ -117,7 +117,10 @@ fn findings(
             survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at });
         }
         if k % 10 == 9 {
-            survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k + 120));
+            survey.diagnose(
+                &Surroundings { engine: &engine, tokens: &tokens, source: Source::Network },
+                at(100 * k + 120),
+            );
             if survey.judged_since().is_some() {
                 found.push((k / 10, survey.findings().to_vec()));
             }

@@ -140,7 +140,7 @@ fn gaps_jitter_and_silence_are_reported() {
     let jittery = found(|frame| frame.delay_ms += if frame.sequence % 3 == 0 { 400 } else { 0 });
     assert!(jittery.iter().any(|one| one.code == Code::Jitter && !one.is_fault()), "{jittery:#?}");
     let silent = found(|frame| frame.is_lost = true);
-    assert_only(&silent, Code::Silent, "v2x/NETWORK/agent/NAME/detections");
+    assert_only(&silent, Code::Silent, "v2x/NETWORK/agent/north/detections");
 }
 
 #[test]

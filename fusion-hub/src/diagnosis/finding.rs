@@ -70,6 +70,8 @@ pub enum Code {
     WrongNetwork,
     /// A name that is not allowed.
     InvalidName,
+    /// An agent that the settings name is not there.
+    Missing,
     /// No agent sends anything.
     NoAgents,
     /// No hub serves the network: nobody fuses its frames.

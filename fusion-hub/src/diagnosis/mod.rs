@@ -22,4 +22,4 @@ pub use arrivals::Transport;
 pub use finding::{Code, Finding, Severity};
 pub use observation::Observation;
 pub use survey::Survey;
-pub use window::{Surroundings, Tokens};
+pub use window::{Source, Surroundings, Tokens};

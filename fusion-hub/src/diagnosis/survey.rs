@@ -237,6 +237,7 @@ impl Samples {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::Source;
     use crate::engine::Engine;
 
     #[test]
@@ -275,8 +276,10 @@ mod tests {
                 });
             }
             if k % 10 == 0 {
-                survey
-                    .diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at(100 * k.cast_signed()));
+                survey.diagnose(
+                    &Surroundings { engine: &engine, tokens: &tokens, source: Source::Network },
+                    at(100 * k.cast_signed()),
+                );
             }
         }
         assert!(
@@ -305,7 +308,10 @@ mod tests {
                 survey.note_frame(&Observation { frame: &frame, reported: &reported, received_at: at });
             }
             if k % 10 == 0 {
-                survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at);
+                survey.diagnose(
+                    &Surroundings { engine: &engine, tokens: &tokens, source: Source::Network },
+                    at,
+                );
             }
         }
         let gaps = survey.findings().iter().find(|one| one.code == Code::Gaps).expect("gaps");
@@ -315,7 +321,7 @@ mod tests {
         // It ends, and its figures with the next window.
         for second in 30..46_i64 {
             let at = Timestamp::EPOCH + Span::from_millis(1_000_000 + 1_000 * second);
-            survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens }, at);
+            survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens, source: Source::Network }, at);
         }
         assert!(survey.transport(&agent).is_none());
     }

@@ -17,6 +17,31 @@ const HEARD_WITHIN: Span = Span::from_millis(10_000);
 /// Agents that are surveyed; more send, but nobody reads so many findings.
 pub(super) const MAX_AGENTS: usize = 256;
 
+/// Where frames come from: what to change is said in its terms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Source {
+    /// Agents that publish them.
+    #[default]
+    Network,
+    /// The rows of a table.
+    Log,
+}
+
+impl Source {
+    /// The words of the two that hold for this one.
+    pub(super) const fn words(self, of_network: &'static str, of_log: &'static str) -> &'static str {
+        match self {
+            Self::Network => of_network,
+            Self::Log => of_log,
+        }
+    }
+
+    /// Where a line of the settings goes that is of this agent.
+    pub(super) fn table_of(self, agent: &AgentId) -> String {
+        format!("under `[hub.agents.{agent}]`{}", self.words("", " in the file of --hub-config"))
+    }
+}
+
 /// What there is to look at beside the frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
@@ -24,6 +49,8 @@ pub struct Surroundings<'a> {
     pub engine: &'a Engine,
     /// The agents' liveliness tokens.
     pub tokens: &'a Tokens,
+    /// Where frames come from.
+    pub source: Source,
 }
 
 /// What agents say by liveliness tokens.

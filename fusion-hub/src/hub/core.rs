@@ -3,7 +3,7 @@
 
 use super::limits::{MAX_BYTES, MAX_WAITING};
 use super::settings::{AgentSettings, HubSettings};
-use crate::diagnosis::{Finding, Observation, Surroundings, Survey, Tokens};
+use crate::diagnosis::{Finding, Observation, Source, Surroundings, Survey, Tokens};
 use crate::engine::{Disposition, Engine, EngineConfig, MAX_AGENTS, Refusal};
 use crate::standby::Names;
 use crate::values::{Saved, StateError};
@@ -266,12 +266,12 @@ impl Core {
 
     /// Judges what is wrong with the agents. To be called about once a second.
     pub fn diagnose(&mut self, tokens: &Tokens, now: Timestamp) {
-        self.survey.diagnose(&Surroundings { engine: &self.engine, tokens }, now);
+        self.survey.diagnose(&Surroundings { engine: &self.engine, tokens, source: Source::Network }, now);
     }
 
     /// The same of everything since the last ten seconds were over, at the end of a listening time.
     pub fn conclude(&mut self, tokens: &Tokens) {
-        self.survey.conclude(&Surroundings { engine: &self.engine, tokens });
+        self.survey.conclude(&Surroundings { engine: &self.engine, tokens, source: Source::Network });
     }
 
     /// The findings of the last diagnosis.

@@ -6,9 +6,12 @@ use super::recorder::RecordingStatus;
 use super::roster::Roster;
 use super::unnamed::InvalidName;
 use crate::diagnosis::{Code, Finding};
+use crate::engine::AgentRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use v2x_common::id::AgentId;
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
+use v2x_common::spelling::nearest;
 use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
@@ -135,6 +138,7 @@ impl Health {
                 "Give both the same version and the same settings: lists change when this hub takes over";
             findings.push(Finding::of_network(Code::StandbyDiffers, says, change));
         }
+        findings.extend(missing(core, seen, now));
         let is_anybody_alive =
             core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));
         if !is_anybody_alive && seen.roster.tokens().alive.is_empty() && now - seen.started_at >= PATIENCE {
@@ -173,14 +177,104 @@ impl Health {
     }
 }
 
+/// Agents that the settings name, and that are not there.
+fn missing(core: &Core, seen: &Seen<'_>, now: Timestamp) -> Vec<Finding> {
+    let (engine, settings) = (core.engine(), core.settings());
+    if now - seen.started_at < PATIENCE {
+        return Vec::new();
+    }
+    let senders = engine.agents().iter().map(|(agent, _)| agent).chain(&seen.roster.tokens().alive);
+    let left_out: Vec<_> = senders
+        .filter(|agent| !settings.listens_to(agent) && seen.roster.is_alive(agent, engine))
+        .map(AgentId::as_str)
+        .collect();
+    let missing = settings.only_agents.iter().filter(|agent| !seen.roster.is_alive(agent, engine));
+    let finding = |agent: &AgentId| {
+        let heard_at = engine.agents().record(agent).and_then(AgentRecord::last_heard_at);
+        let says = match heard_at {
+            Some(at) => format!(
+                "`only_agents` names it, and it is gone: nothing of it has arrived for {:.0} s",
+                (now - at).as_secs_f64()
+            ),
+            None => {
+                "`only_agents` names it, and it is not there: nothing of it has arrived since this hub was started"
+                    .to_owned()
+            }
+        };
+        let change = match nearest(agent.as_str(), left_out.iter().copied()) {
+            Some(other) => format!("{other} is there, and left out: if it is that one, write {other} in `only_agents`"),
+            None => "Start it with this name, for this network, connected to this hub; if it is to take part no longer, take it out \
+                     of `only_agents` in the hub's configuration"
+                .to_owned(),
+        };
+        Finding { agent: Some(*agent), ..Finding::of_network(Code::Missing, says, change) }
+    };
+    missing.map(finding).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Engine;
+    use crate::hub::settings::HubSettings;
+    use crate::hub::token_changes::Token;
+    use v2x_common::wire::journal::Body;
+
+    fn at(seconds: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(1000 * seconds)
+    }
+
+    fn agent(name: &str) -> AgentId {
+        AgentId::new(name).unwrap()
+    }
+
+    fn seen(roster: &Roster) -> Seen<'_> {
+        Seen {
+            roster,
+            started_at: at(0),
+            dropped: 0,
+            invalid_names: Vec::new(),
+            strays: Vec::new(),
+            twin: None,
+            standby_differs: None,
+            is_access_behind: false,
+            refused_by_zenoh: ZenohRefusals::default(),
+            recording: None,
+        }
+    }
+
+    #[test]
+    fn an_agent_that_the_settings_name_and_that_is_gone_makes_a_hub_degraded_by_its_name() {
+        let settings = "only_agents = [\"ego\", \"rsu-north\", \"cam\"]".parse().unwrap();
+        let mut core = Core::new(HubSettings::from_table(settings).unwrap(), Engine::new);
+        let (mut health, mut roster) = (Health::default(), Roster::default());
+        roster.note(&Token::alive(agent("cam")), true);
+        roster.note(&Token::alive(agent("rsu_north")), true);
+        let json = r#"{"captured_at":1000000,"detections":[]}"#;
+        core.handle_frame(agent("ego"), at(1), &Body::Json(json.as_bytes()));
+        let mut missing = |core: &mut Core, roster: &Roster, seconds: i64| {
+            core.fused(at(seconds));
+            health.check(core, &seen(roster), at(seconds));
+            let found = health.findings().iter().filter(|one| one.code == Code::Missing);
+            (found.map(ToString::to_string).collect::<Vec<_>>(), Verdict::of(health.findings()))
+        };
+        assert_eq!(missing(&mut core, &roster, 4), (vec![], Verdict::Healthy), "they may still come");
+        let (found, verdict) = missing(&mut core, &roster, 6);
+        let [rsu] = &found[..] else { panic!("{found:?}") };
+        assert!(rsu.starts_with("rsu-north: ") && rsu.contains("write rsu_north in"), "{rsu}");
+        assert_eq!(verdict, Verdict::Degraded);
+        roster.note(&Token::alive(agent("rsu-north")), true);
+        let (found, _) = missing(&mut core, &roster, 20);
+        let [ego] = &found[..] else { panic!("{found:?}") };
+        assert!(
+            ego.starts_with("ego: ") && ego.contains("arrived for 19 s") && ego.contains("Start it"),
+            "{ego}"
+        );
+    }
 
     #[test]
     fn a_fault_of_the_recording_is_found_while_it_has_gaps_and_for_good_when_it_has_ended() {
         let mut health = Health::default();
-        let at = |seconds: i64| Timestamp::EPOCH + Span::from_millis(1000 * seconds);
         let mut found = |dropped, error: Option<&str>, seconds| {
             let recording = RecordingStatus { bytes: 0, dropped, error: error.map(str::to_owned) };
             health.of_recording(&recording, at(seconds)).map(|one| one.says)

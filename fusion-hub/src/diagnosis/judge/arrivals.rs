@@ -71,7 +71,11 @@ fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
         return Some(one.note(Code::LinkSlow, says, "The link or the detector is slow"));
     }
     let is_constant = arrivals.jitter_s() < CONSTANT_SHARE * least.as_secs_f64();
-    let change = format!("Compare its clock with the hub's. {}", set_clock(one, least));
+    let compare = one.words(
+        "Compare its clock with the hub's",
+        "Compare its clock with the one by which the column t_arr was written",
+    );
+    let change = format!("{compare}. {}", set_clock(one, least));
     Some(if is_constant {
         let says = format!("{delays}, all alike: its clock is behind, or its link is slow");
         one.fault(Code::ClockBehindOrLinkSlow, says, change)
@@ -83,8 +87,12 @@ fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
 
 /// What to do about a clock that is behind by so much.
 fn set_clock(one: &One<'_>, behind: Span) -> String {
+    let set = one.words("Set its clock (chrony, PTP)", "Correct its times in the column t");
     if behind.abs() > MOST_OFFSET {
-        return "Set its clock (chrony, PTP); is it local time instead of UTC?".to_owned();
+        return format!(
+            "{set}; {}",
+            one.words("is it local time instead of UTC?", "are they local time instead of UTC?")
+        );
     }
     // What is seen is what the offset that is there already leaves.
     let before = one.survey.writing.time_offset;
@@ -94,7 +102,7 @@ fn set_clock(one: &One<'_>, behind: Span) -> String {
     } else {
         format!(" in place of {:.0}", before.as_millis_f64())
     };
-    format!("Set its clock (chrony, PTP), or write {setting}{instead}")
+    format!("{set}, or write {setting}{instead}")
 }
 
 /// Whole milliseconds.

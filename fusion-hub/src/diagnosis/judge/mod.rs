@@ -3,6 +3,7 @@
 mod arrivals;
 mod one;
 mod pairs;
+mod remedy;
 mod reports;
 mod writing;
 
@@ -42,6 +43,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         no_metres: with(&[Code::Geodetic]),
         clocks: with(&[Code::ClockAhead, Code::ClockBehind]),
         headings: with(&HEADINGS),
+        source: around.source,
     };
     findings.extend(pairs::findings(window, &known));
     drop_consequences(window, &mut findings);
@@ -206,8 +208,10 @@ fn silent(window: &Window) -> Vec<Finding> {
                 Code::Silent,
                 *agent,
                 "it is alive, and no detection frame of it has arrived for ten seconds or more".to_owned(),
-                "Does it publish under `v2x/NETWORK/agent/NAME/detections`, with this name? A sensor that sees nothing sends \
-                 empty frames",
+                format!(
+                    "Does it publish under `v2x/NETWORK/agent/{agent}/detections`, with its own network for NETWORK? A sensor \
+                     that sees nothing sends empty frames"
+                ),
             )
         })
         .collect()

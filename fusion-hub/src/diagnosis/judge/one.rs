@@ -25,6 +25,16 @@ impl One<'_> {
 
     /// The line of the hub's configuration that says so.
     pub(super) fn setting(&self, line: &str) -> String {
-        format!("`{line}` under `[hub.agents.{}]`", self.agent)
+        format!("`{line}` {}", self.table())
+    }
+
+    /// Where lines of its settings go.
+    pub(super) fn table(&self) -> String {
+        self.around.source.table_of(&self.agent)
+    }
+
+    /// The words of the two that hold where its frames come from.
+    pub(super) const fn words(&self, of_network: &'static str, of_log: &'static str) -> &'static str {
+        self.around.source.words(of_network, of_log)
     }
 }

@@ -3,13 +3,16 @@
 use super::super::alignment::change::{Axes, Change, Rigid};
 use super::super::alignment::fit::Fit;
 use super::super::finding::{Code, Finding, Severity};
-use super::super::window::Window;
+use super::super::window::{Source, Window};
 use v2x_common::id::AgentId;
 
 /// The middle of an agent's objects is so far from those of all others, m.
 const FAR_AWAY_M: f64 = 20_000.0;
 /// Clocks that differ by less are worth a note, s: sensors that turn stamp what they see by as much.
 const GRAVE_S: f64 = 0.15;
+
+/// Tables of settings that are named in one finding.
+const MOST_TABLES: usize = 2;
 
 /// What is known of single agents.
 pub(super) struct Known {
@@ -19,6 +22,8 @@ pub(super) struct Known {
     pub(super) clocks: Vec<AgentId>,
     /// Whose headings do not go with the motion of what they see.
     pub(super) headings: Vec<AgentId>,
+    /// Where frames come from.
+    pub(super) source: Source,
 }
 
 pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
@@ -35,7 +40,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
     };
     let votes_of = |agent: &AgentId| 10 * differs(agent) + 1 - agrees(agent);
     let mut reported = Vec::new();
-    findings.extend(apart(window));
+    findings.extend(apart(window, known.source));
     for (pair, fit) in &window.fits {
         let Fit::Changed { whose, change, share, is_time_known } = fit else { continue };
         let votes = pair.map(|agent| match change {
@@ -53,7 +58,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
             continue;
         }
         reported.push((agent, kind));
-        let one = Pair { agent, other, share: *share, is_time_known: *is_time_known };
+        let one = Pair { agent, other, share: *share, is_time_known: *is_time_known, source: known.source };
         findings.extend(match change {
             // The change is that of the second one.
             Change::Rigid(rigid) => {
@@ -69,7 +74,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
 }
 
 /// Agents without a pose whose objects are never where anybody else sees some, one note for all of them.
-fn apart(window: &Window) -> Option<Finding> {
+fn apart(window: &Window, source: Source) -> Option<Finding> {
     let of = |agent: AgentId| window.fits.iter().filter(move |(pair, _)| pair.contains(&agent));
     let lacks_pose = |agent: AgentId| {
         of(agent).any(|(pair, fit)| match fit {
@@ -90,15 +95,21 @@ fn apart(window: &Window) -> Option<Finding> {
     };
     let names: Vec<_> = alone.iter().map(AgentId::to_string).collect();
     let says = format!(
-        "{} {} no `sensor_pose`, and the objects that it reports are never where another agent reports some, in the same area: \
+        "{} {} no {}, and the objects that it reports are never where another agent reports some, in the same area: \
          whether positions are relative to a sensor cannot be determined",
         names.join(", "),
-        if agent.is_some() { "gives" } else { "(each of them) gives" }
+        if agent.is_some() { "gives" } else { "(each of them) gives" },
+        source.words("`sensor_pose`", "sensor_x and sensor_y")
     );
-    let name = agent.map_or_else(|| "NAME".to_owned(), |agent| agent.to_string());
+    let mut tables: Vec<_> = alone.iter().take(MOST_TABLES).map(|agent| source.table_of(agent)).collect();
+    if alone.len() > MOST_TABLES {
+        tables.push("so on".to_owned());
+    }
     let change = format!(
-        "If they are, write `frame = \"sensor\"` with the sensor's `pose` under `[hub.agents.{name}]`, or send `sensor_pose` and \
-         write `frame = \"ego\"`. If each sees a place of its own, nothing is wrong"
+        "If they are, write `frame = \"sensor\"` with the sensor's `pose` {}, or {} and write `frame = \"ego\"`. If each sees a \
+         place of its own, nothing is wrong",
+        tables.join(" and "),
+        source.words("send `sensor_pose`", "fill the columns sensor_x, sensor_y and sensor_yaw")
     );
     Some(Finding { code: Code::SensorFrame, severity: Severity::Note, agent, says, change })
 }
@@ -109,12 +120,14 @@ struct Pair {
     share: f64,
     /// A shift of their objects cannot be one of time.
     is_time_known: bool,
+    source: Source,
 }
 
 impl Pair {
     fn large(&self, change: Change, is_undecided: bool) -> Finding {
-        let Self { agent, other, share, .. } = self;
-        let setting = |line: &str| format!("write `{line}` under `[hub.agents.{agent}]`");
+        let Self { agent, other, share, source, .. } = self;
+        let setting = |line: &str| format!("write `{line}` {}", source.table_of(agent));
+        let send = source.words("Send", "Write");
         let as_seen = format!("({:.0} % of the objects in common with {other})", 100.0 * share);
         let (code, says, change) = match change {
             Change::FromSensor(Axes::Ours) => (
@@ -122,7 +135,7 @@ impl Pair {
                 format!(
                     "its positions are relative to its sensor, and are read as in the map frame {as_seen}"
                 ),
-                format!("Send them in the map frame, or {}", setting("frame = \"ego\"")),
+                format!("{send} them in the map frame, or {}", setting("frame = \"ego\"")),
             ),
             Change::FromSensor(axes) => (
                 Code::SensorFrame,
@@ -138,7 +151,9 @@ impl Pair {
                     "its sensor's pose is applied twice: its positions are in the map frame already {as_seen}"
                 ),
                 format!(
-                    "Remove `frame` under `[hub.agents.{agent}]`, or send positions relative to the sensor"
+                    "Remove `frame` {}, or {} positions relative to the sensor",
+                    source.table_of(agent),
+                    source.words("send", "write")
                 ),
             ),
             Change::AboutSensor(axes) => (
@@ -185,7 +200,7 @@ impl Pair {
         if parts.is_empty() {
             return None;
         }
-        let Self { agent, other, share, .. } = self;
+        let Self { agent, other, share, source, .. } = self;
         let but = match is_open {
             true => "; how fast they move is not known well enough to say whether places differ, or clocks",
             false => "",
@@ -195,8 +210,11 @@ impl Pair {
             parts.join(", "),
             100.0 * share
         );
-        let change = "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is corrected by \
-                      the hub";
+        let change = source.words(
+            "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is \
+             corrected by the hub",
+            "Are both clocks set, and both poses surveyed in one map frame? A sensor whose accuracy is given by --accuracy is corrected",
+        );
         let agent = (!is_undecided).then_some(*agent);
         Some(Finding { code: Code::Offset, severity, agent, says, change: change.to_owned() })
     }

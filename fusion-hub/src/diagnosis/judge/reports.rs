@@ -3,6 +3,7 @@
 use super::super::finding::{Code, Finding};
 use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
+use super::remedy::remedy;
 use super::writing;
 use crate::engine::{Refusal, StampFault};
 use v2x_common::time::Span;
@@ -66,7 +67,7 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
             ),
             _ => format!("{count} of {frames} frames are refused ({reason}); the newest: {last}"),
         };
-        let (says, change) = time_unit(one, last, (*count, frames)).unwrap_or_else(|| (says, remedy(reason).to_owned()));
+        let (says, change) = time_unit(one, last, (*count, frames)).unwrap_or_else(|| (says, remedy(reason, last)));
         one.fault(code, says, change)
     })
     .collect()
@@ -99,41 +100,6 @@ fn left_out(one: &One<'_>) -> Option<Finding> {
     let says = format!("{count} frames of it are left out ({LEFT_OUT}), as the hub's settings say");
     let change = "If it is to take part, name it in `only_agents` of the hub's configuration";
     Some(one.note(Code::FramesRefused, says, change))
-}
-
-/// What to do about frames that are refused.
-fn remedy(reason: &str) -> &'static str {
-    match reason {
-        "wrong_time_unit" => {
-            "`captured_at` is Unix time: whole microseconds in JSON (Python: `time.time_ns() // 1000`), nanoseconds in the \
-             compact format"
-        }
-        "too_late" => {
-            "Its clock is behind, or its link is slower than `max_latency_ms` of the hub: set the clock, or raise that"
-        }
-        "too_early" => "Its clock is ahead: set it (chrony, PTP)",
-        "map_frame_mismatch" => "Send positions in the hub's map frame, with its name or with none",
-        "agent_mismatch" => "The name in the payload and in the key must be the same; JSON may leave it out",
-        "no_sensor_pose" => {
-            "Send `sensor_pose` with each frame, or set the hub's `frame` for this agent to `map` or `sensor`"
-        }
-        "off_origin" => {
-            "With `frame = \"wgs84\"` in the hub's settings x is the longitude and y the latitude in degrees, also in `sensor_pose`; \
-             where these are exchanged, send them so, or write `frame = \"wgs84-lat-lon\"`; is `origin` right?"
-        }
-        "queue_full" if cfg!(debug_assertions) => {
-            "This hub was built without optimisation, which costs some 20 times the time: build it with `--release`"
-        }
-        "queue_full" => {
-            "Fewer agents, lower rates, fewer detections in each frame, or a faster machine for the hub"
-        }
-        "overloaded" | "too_many_frames" | "too_many_detections" | "too_large" => {
-            "It sends more than its share: fewer frames, or fewer detections in each"
-        }
-        _ => {
-            "The format is in `common/schemas/detection-frame.schema.json`; is the encoding of the sample `application/json`?"
-        }
-    }
 }
 
 /// What the engine has counted of it in this window.
@@ -239,8 +205,10 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
             let mean = mean_m
                 .map(|mean_m| format!(": {:.2} m instead of {mean_m:.2} m in the mean", factor * mean_m));
             format!(
-                "Send {factor:.2} times as large ones{}; the hub corrects them as far as it has learnt them",
-                mean.unwrap_or_default()
+                "{} {factor:.2} times as large ones{}; {} corrects them as far as it has learnt them",
+                one.words("Send", "Write in the columns sx and sy"),
+                mean.unwrap_or_default(),
+                one.words("the hub", "the method")
             )
         }
     };

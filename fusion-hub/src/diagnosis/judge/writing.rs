@@ -71,8 +71,13 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
         let says =
             format!("its headings (yaw, up to {largest:.0}) are degrees, and are read as radians{more}");
         let setting = yaw_setting(one, found.unwrap_or(read));
-        let send =
-            if more.is_empty() { "Send radians" } else { "Send radians, counter-clockwise from east (x)" };
+        let send = match more.is_empty() {
+            true => one.words("Send radians", "Write radians in the column yaw"),
+            false => one.words(
+                "Send radians, counter-clockwise from east (x)",
+                "Write radians, counter-clockwise from east (x), in the column yaw",
+            ),
+        };
         let rest = match (verdict, other) {
             (None, _) => {
                 ". Whether they also grow clockwise, or from north, shows once several things move".to_owned()
@@ -132,11 +137,14 @@ fn yaw_setting(one: &One<'_>, yaw: YawConvention) -> String {
         parts.push("turn = \"cw\"");
     }
     match parts.is_empty() {
-        true => format!("no `yaw` under `[hub.agents.{}]`", one.agent),
+        true => format!("no `yaw` {}", one.table()),
         false => {
             // A report of 0.05 that was right in radians would then be 0.05°.
             let sigmas = match yaw.unit == AngleUnit::Deg && one.survey.writing.yaw.unit != AngleUnit::Deg {
-                true => " (their standard deviations are then degrees, too)",
+                true => one.words(
+                    " (their standard deviations are then degrees, too)",
+                    " (the column st is then in degrees, too)",
+                ),
                 false => "",
             };
             one.setting(&format!("yaw = {{ {} }}", parts.join(", "))) + sigmas
@@ -157,7 +165,8 @@ fn headings(one: &One<'_>) -> Option<Finding> {
                 degrees(east),
                 degrees(wrap_angle(east - FRAC_PI_2))
             );
-            let change = format!("Send them counter-clockwise from east (x){or_setting}");
+            let send = one.words("Send them", "Write them in the column yaw");
+            let change = format!("{send} counter-clockwise from east (x){or_setting}");
             one.fault(Code::HeadingsMirrored, says, change)
         }
         Verdict::Turned(by) if by.abs() < TURNED_RAD => return None,
@@ -208,10 +217,11 @@ fn swapped_sizes(one: &One<'_>) -> Option<Finding> {
     is_share(writing.wide_vehicles, writing.vehicles, SWAPPED_SHARE).then(|| {
         let says = format!("{} of {} vehicles are wider than long", writing.wide_vehicles, writing.vehicles);
         let change = if writing.sizes_swapped {
-            format!("Remove `sizes` under `[hub.agents.{}]`: it swaps what is right", one.agent)
+            format!("Remove `sizes` {}: it swaps what is right", one.table())
         } else {
             let setting = one.setting("sizes = \"w-along\"");
-            format!("w is across the heading and d along it: swap them, or write {setting}")
+            let swap = one.words("swap them", "swap these columns");
+            format!("w is across the heading and d along it: {swap}, or write {setting}")
         };
         one.fault(Code::SizesSwapped, says, change)
     })
@@ -241,8 +251,9 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
             x.0, x.1, y.0, y.1
         );
         let setting = one.setting("frame = \"wgs84\"");
+        let send = one.words("Send", "Write in the columns x and y");
         let change = format!(
-            "Send metres in the map frame, or write {setting} with the map's `origin = {{ latitude_deg = …, longitude_deg = … }}` (x is \
+            "{send} metres in the map frame, or write {setting} with the map's `origin = {{ latitude_deg = …, longitude_deg = … }}` (x is \
              the longitude; where it is the latitude, `frame = \"wgs84-lat-lon\"`)"
         );
         one.fault(Code::Geodetic, says, change)
@@ -265,13 +276,14 @@ pub(super) fn off_origin(one: &One<'_>) -> Option<Finding> {
         };
         let setting = one.setting(&format!("frame = \"{other}\""));
         format!(
-            "Send the {first} as x and the {second} as y, or write {setting}. Where it is the origin that is the wrong way round, \
-             exchange `latitude_deg` and `longitude_deg` there"
+            "{} the {first} as x and the {second} as y, or write {setting}. Where it is the origin that is the wrong way round, \
+             exchange `latitude_deg` and `longitude_deg` there",
+            one.words("Send", "Write")
         )
     } else {
         format!(
-            "Is `origin` of {} right, and are these degrees? Of metres in the map frame nothing is to be written: remove `frame` there",
-            one.agent
+            "Is `origin` {} right, and are these degrees? Of metres in the map frame nothing is to be written: remove `frame` there",
+            one.table()
         )
     };
     Some(one.fault(Code::Geodetic, says, change))
@@ -282,11 +294,14 @@ fn sigma_missing(one: &One<'_>) -> Option<Finding> {
     let is_missing = is_share(writing.without_sigma, writing.detections, MISSING_SHARE);
     (is_missing && !writing.sigma_is_set).then(|| {
         let says = format!(
-            "{} of {} detections give no standard deviations: the hub's defaults are in use",
-            writing.without_sigma, writing.detections
+            "{} of {} detections give no standard deviations: {} are in use",
+            writing.without_sigma,
+            writing.detections,
+            one.words("the hub's defaults", "defaults")
         );
         let setting = one.setting("sigma_position_m = …");
-        one.note(Code::SigmaMissing, says, format!("Send `sigma` with each detection, or write {setting}"))
+        let send = one.words("Send `sigma` with each detection", "Fill the columns sx and sy (m)");
+        one.note(Code::SigmaMissing, says, format!("{send}, or write {setting}"))
     })
 }
 
