@@ -147,6 +147,16 @@ impl StampUnit {
         }
     }
 
+    /// How many of it are a second.
+    pub const fn per_second(self) -> u64 {
+        match self {
+            Self::Seconds => 1,
+            Self::Milliseconds => 1_000,
+            Self::Microseconds => 1_000_000,
+            Self::Nanoseconds => 1_000_000_000,
+        }
+    }
+
     /// What a stamp that is no integer of microseconds seems to be, in brackets for a message; empty where its size shows
     /// nothing.
     pub(crate) fn in_words(stamp: f64) -> String {

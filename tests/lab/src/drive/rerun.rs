@@ -36,16 +36,26 @@ pub(crate) struct FrameInnovations {
     pub innovations: Innovations,
 }
 
+/// For longer no empty lists are made one after the other.
+const LONGEST_SILENCE: Span = Span::from_millis(60_000);
+
 /// Runs a hub with these settings on what a recorded one was given.
 pub(crate) fn rerun(given: &HubInputs, settings: HubSettings) -> Result<Rerun, WireError> {
     let Some(first) = given.inputs.first() else { return Ok(Rerun::default()) };
-    let schedule = Schedule::new(settings.publish, first.at);
+    let publish = settings.publish;
+    let schedule = Schedule::new(publish, first.at);
     let core = Core::new(settings, Engine::new);
     let mut hub = Hub { core, schedule, lists: Vec::new(), innovations: Vec::new(), buffer: Vec::new() };
     let mut found = FoundOverTime::new(first.at);
     for input in &given.inputs {
         while hub.schedule.is_due(input.at) {
-            hub.publish(hub.schedule.next_deadline().min(input.at))?;
+            let at = hub.schedule.next_deadline().min(input.at);
+            hub.publish(at)?;
+            // A log may have gaps of years, in which nothing is there.
+            let is_empty = hub.lists.last().is_some_and(|list| list.frame.objects.is_empty());
+            if is_empty && input.at - at > LONGEST_SILENCE {
+                hub.schedule = Schedule::new(publish, input.at);
+            }
         }
         if input.is_description {
             // A refused one was refused then, too.
@@ -203,6 +213,16 @@ mod tests {
         let frame = &frames[&AgentId::new("ego").unwrap()];
         assert_eq!((frame.captured_at, frame.detections[0].bev.x), (at(2020), 20.0));
         assert!(frames_near(&given, HubSettings::default(), at(9000)).is_empty());
+    }
+
+    #[test]
+    fn years_without_frames_cost_no_lists() {
+        let mut given = hub_inputs(entries().into_iter().map(Ok)).unwrap();
+        let mut last = given.inputs.last().unwrap().clone();
+        last.at += Span::from_millis(1_000_000_000_000);
+        given.inputs.push(last);
+        let lists = rerun(&given, HubSettings::default()).unwrap().lists;
+        assert!(lists.len() < 1000, "{}", lists.len());
     }
 
     #[test]

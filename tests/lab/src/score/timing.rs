@@ -7,6 +7,9 @@ use v2x_common::time::{Span, Timestamp};
 /// Step of the samples of the age of information.
 pub(crate) const AGE_STEP: Span = Span::from_millis(10);
 
+/// Of longer times samples are further apart, so that there are so many at most.
+const MOST_SAMPLES: i64 = 1_000_000;
+
 /// From a measurement's capture until the consumer receives the first fused frame that contains it, ms, over every
 /// detection frame in the `includes` of the given fused frames.
 pub(crate) fn end_to_end_ms<'a>(fused: impl IntoIterator<Item = &'a ReceivedFused>) -> Option<Percentiles> {
@@ -49,13 +52,14 @@ pub(crate) fn ages_ms(fused: &[ReceivedFused], start: Timestamp, end: Timestamp)
     arrivals.sort_by_key(|received| received.received_at);
     let mut arrivals = arrivals.into_iter().peekable();
     let mut newest = None;
+    let step = AGE_STEP.max(Span::from_nanos((end - start).as_nanos() / MOST_SAMPLES));
     let mut at = start;
     while at <= end {
         while let Some(received) = arrivals.next_if(|received| received.received_at <= at) {
             newest = newest.max(received.frame.includes.iter().map(|included| included.captured_at).max());
         }
         ages.extend(newest.map(|newest| millis(at - newest)));
-        at += AGE_STEP;
+        at += step;
     }
     ages
 }

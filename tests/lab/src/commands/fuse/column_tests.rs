@@ -127,10 +127,17 @@ fn times_in_another_unit_are_named_with_the_unit_instead_of_a_wrong_clock() {
         (1e6, 1e6, "cam: its times seem to be in microseconds (`t` and `t_arr`): over 60 frames"),
         (1e9, 1e9, "cam: its times seem to be in nanoseconds (`t` and `t_arr`): over 60 frames"),
     ] {
-        let report = run(&folder.args(&in_units(capture, arrival), None)).unwrap();
-        assert!(report.warnings[0].starts_with(expected), "{:?}", report.warnings);
-        let is_odd = |one: &String| one.contains("clock") || one.contains("  ");
-        assert!(!report.warnings.iter().any(is_odd), "{:?}", report.warnings);
+        let page = folder.0.join("page.html");
+        let args = FuseArgs { report: Some(page.clone()), ..folder.args(&in_units(capture, arrival), None) };
+        let message = format!("{:#}", run(&args).unwrap_err());
+        assert!(
+            message.contains("log.csv can be fused: ") && message.contains(" of 60 frames are"),
+            "{message}"
+        );
+        let lines: Vec<_> = message.lines().skip(1).collect();
+        assert!(lines.len() == 1 && lines[0].trim_start().starts_with(expected), "{message}");
+        assert!(message.contains("Write both in seconds: divide `t"), "{message}");
+        assert!(!page.exists() && !args.out.exists());
     }
     let report = run(&folder.args(&in_units(1.0, 1.0), None)).unwrap();
     assert!(report.warnings.is_empty(), "{:?}", report.warnings);
@@ -146,11 +153,56 @@ fn times_of_two_epochs_are_named() {
     let log = in_units(1.0, 1.0);
     let far = |row: &str| format!("{}{row}\n", if row.starts_with('t') { "" } else { "170000000" });
     let far: String = log.lines().map(far).collect();
-    let report = run(&folder.args(&far, None)).unwrap();
+    let message = format!("{:#}", run(&folder.args(&far, None)).unwrap_err());
+    assert!(message.contains("seem to count from different times"), "{message}");
+}
+
+#[test]
+fn a_log_of_which_nothing_can_be_fused_is_an_error_that_says_why_and_what_to_do() {
+    let folder = Folder::new("unusable");
+    let refused = |log: &str| format!("{:#}", run(&folder.args(log, None)).unwrap_err());
+    let delayed = |by_s: f64| {
+        let row = |k: u32| {
+            let t = 0.1 * f64::from(k);
+            format!("{:.2},{t:.1},cam,car,{t},5,1.8,4.5,0,0.3,0.3,0.1,0.1,0.05\n", t + by_s)
+        };
+        format!("{HEADER}\n") + &(0..20).map(row).collect::<String>()
+    };
+    let late = refused(&delayed(3.05));
     assert!(
-        report.warnings.iter().any(|one| one.contains("seem to count from different times")),
-        "{:?}",
-        report.warnings
+        late.contains("20 of 20 frames are refused (too_late 20)") && late.contains("--delta-max-ms 305"),
+        "{late}"
+    );
+    let early = refused(&delayed(-2.0));
+    assert!(
+        early.contains("2.000 s before their capture") && early.contains("columns exchanged?"),
+        "{early}"
+    );
+    let impossible = in_units(1.0, 1.0).replace(",1.8,4.5,", ",0,0,");
+    let message = refused(&impossible);
+    assert!(
+        message.contains("all 60 detections are impossible") && message.contains("in line 2"),
+        "{message}"
+    );
+    let message =
+        fused_by(&folder, &in_units(1.0, 1.0), "[hub]\nonly_agents = [\"kam\"]\n").unwrap_err().to_string();
+    assert!(message.contains("names kam, and the sensors of the log are cam"), "{message}");
+}
+
+#[test]
+fn a_page_of_a_sensor_in_milliseconds_has_that_reason_alone_and_counts_what_it_lists() {
+    let folder = Folder::new("one-unit");
+    let [millis, seconds] = [1e3, 1.0].map(|capture| in_units(capture, 1.0));
+    let rows = millis.lines().zip(seconds.lines()).skip(1);
+    let rows = rows.flat_map(|(one, other)| [one.replace("cam", "ms"), other.to_owned()]);
+    let log = std::iter::once(HEADER.to_owned()).chain(rows).map(|row| row + "\n").collect::<String>();
+    let page = folder.0.join("page.html");
+    run(&FuseArgs { report: Some(page.clone()), ..folder.args(&log, None) }).unwrap();
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert!(html.contains("<b>1 thing looks wrong</b>"), "{html}");
+    assert!(
+        html.contains("ms, 0 to 6 s: its times seem to be in milliseconds") && !html.contains("clock is"),
+        "{html}"
     );
 }
 

@@ -63,6 +63,11 @@ impl List {
         }
     }
 
+    /// Whether no object has been in it.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.rows == 0
+    }
+
     /// Completes the file. Returns the number of rows, and the score.
     pub(super) fn finish(self) -> anyhow::Result<(u64, Option<TruthScore>)> {
         if let Some(table) = self.table {

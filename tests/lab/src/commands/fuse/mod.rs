@@ -3,6 +3,7 @@
 pub(crate) mod args;
 mod lists;
 mod page;
+mod unusable;
 mod words;
 
 pub use args::FuseArgs;
@@ -21,7 +22,7 @@ use std::cell::RefCell;
 use std::fs::File;
 use std::path::Path;
 use v2x_common::time::Span;
-use v2x_fusion_hub::diagnosis::{Observation, Surroundings, Survey as Diagnosis, Tokens};
+use v2x_fusion_hub::diagnosis::{Finding, Observation, Source, Surroundings, Survey as Diagnosis, Tokens};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
 use v2x_fusion_hub::fusion::Fusion;
 
@@ -67,20 +68,38 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     });
     progress.end();
     let (counts, engine) = outcome?;
-    let (fused_rows, truth) = sink.live.finish()?;
-    let lagged = sink.lagged.map(lagged).transpose()?;
+    let Sink { live, lagged: second, .. } = sink;
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
     let mut diagnosis = diagnosis.into_inner();
-    diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default() });
-    let warnings = words::warnings(&log, &survey, (diagnosis.findings(), has_memory));
+    diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default(), source: Source::Log });
+    let findings = words::findings(&log, &survey, (diagnosis.findings(), has_memory));
+    if live.is_empty() {
+        unusable::check((&args.detections, &log), &counts, (&survey, &findings))?;
+    }
+    let (fused_rows, truth) = live.finish()?;
+    let lagged = second.map(lagged).transpose()?;
     if let (Some(collected), Some(out)) = (collected, &args.report) {
         let name = args.detections.file_name().unwrap_or_default().to_string_lossy();
-        let seen = Seen { findings: diagnosis.findings(), warnings: &warnings, truth: truth.as_ref() };
+        let seen = Seen { findings: &findings, truth: truth.as_ref() };
         collected.write((out.as_path(), name.as_ref()), listened, &seen)?;
     }
     let page = args.report.as_ref().map(|path| path.display().to_string());
+    let warnings = warnings(&findings, args.rules.hub_config.is_some());
     let report = Report { fused_rows, truth, lagged, warnings, page, ..report(counts, &log, &survey) };
     Ok(Report { method: args.rules.method_key()?, ..report })
+}
+
+/// What is found, in words; where nobody has given a file of settings yet, also how one is made.
+fn warnings(findings: &[Finding], has_settings: bool) -> Vec<String> {
+    let mut warnings: Vec<_> = findings.iter().map(ToString::to_string).collect();
+    if !has_settings && warnings.iter().any(|one| one.contains("in the file of --hub-config")) {
+        warnings.push(
+            "the file of --hub-config is one of yours, such as settings.toml: write a line `[hub.agents.NAME]` as it is above, the \
+             setting in the next line, and add `--hub-config settings.toml` to this command"
+                .to_owned(),
+        );
+    }
+    warnings
 }
 
 /// Where the lists go, none of which replaces a file that is read.

@@ -14,14 +14,13 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::Timestamp;
 use v2x_common::wire;
-use v2x_fusion_hub::diagnosis::{Code, Finding};
+use v2x_fusion_hub::diagnosis::Finding;
 use v2x_fusion_hub::hub::HubSettings;
 
 /// What is known of a log beside its frames.
 pub(super) struct Seen<'a> {
+    /// All that is printed.
     pub(super) findings: &'a [Finding],
-    /// All that is printed; of findings, too.
-    pub(super) warnings: &'a [String],
     pub(super) truth: Option<&'a TruthScore>,
 }
 
@@ -65,24 +64,17 @@ impl Collected {
         self,
         (out, name): (&Path, &str),
         mut settings: HubSettings,
-        Seen { findings, warnings, truth }: &Seen<'_>,
+        Seen { findings, truth }: &Seen<'_>,
     ) -> anyhow::Result<()> {
         // The frames have been converted.
         settings.agents.values_mut().for_each(|agent| agent.conventions = Conventions::default());
         let (first, last) = self.span.unwrap_or((Timestamp::EPOCH, Timestamp::EPOCH));
-        // Some warnings are of the log itself.
-        let is_finding = |warning: &&String| findings.iter().any(|one| one.to_string() == **warning);
-        let others = warnings.iter().filter(|warning| !is_finding(warning)).map(|warning| {
-            let (says, change) = warning.split_once(". ").unwrap_or((warning, ""));
-            Finding::of_network(Code::ImpossibleDetections, says, change).as_note()
-        });
-        let findings = findings.iter().cloned().chain(others);
         let html = page(&Given {
             name,
             inputs: HubInputs { settings: None, inputs: self.inputs },
             settings,
             descriptions: self.descriptions,
-            found: findings.map(|finding| Found { finding, first, last }).collect(),
+            found: findings.iter().map(|one| Found { finding: one.clone(), first, last }).collect(),
             score: truth.map(TruthScore::lines).unwrap_or_default(),
         })?;
         std::fs::write(out, html).with_context(|| format!("writing {}", out.display()))

@@ -215,7 +215,15 @@ fn a_sensor_in_degrees_with_swapped_sizes_and_an_unknown_class_is_named() {
     ] {
         assert!(report.warnings.iter().any(|one| one.starts_with(expected)), "{:?}", report.warnings);
     }
-    assert!(text.contains("`classes = { \"flivver\" = \"CLASS\" }` under `[hub.agents.left]`"), "{text}");
+    for setting in [
+        "`classes = { \"flivver\" = \"CLASS\" }` under `[hub.agents.left]` in the file of --hub-config",
+        "`yaw = { unit = \"deg\" }` under `[hub.agents.right]` in the file of --hub-config",
+        "`sizes = \"w-along\"` under `[hub.agents.right]` in the file of --hub-config",
+        "add `--hub-config settings.toml`",
+    ] {
+        assert!(text.contains(setting), "{setting} is not in {text}");
+    }
+    assert!(!text.contains("Send"), "nothing is sent in a log: {text}");
     assert_eq!(report.by_sensor.len(), 2);
     assert!((report.by_sensor[0].rate_hz.unwrap() - 10.0).abs() < 1e-9);
 }
@@ -407,10 +415,13 @@ fn positions_relative_to_an_agent_whose_pose_the_log_lacks_are_an_error_that_nam
 fn a_table_of_an_agent_that_the_log_lacks_is_a_warning_with_the_names_that_it_has() {
     let folder = Folder::new("names");
     let (log, _) = drive();
-    let hub = "[hub]\nonly_agents = [\"left\"]\n[hub.agents.Left]\ntime_offset_ms = 10\n[hub.agents.left]\ntime_offset_ms = 0\n";
+    let hub = "[hub]\nonly_agents = [\"left\", \"rihgt\"]\n[hub.agents.Left]\ntime_offset_ms = 10\n[hub.agents.left]\ntime_offset_ms = 0\n";
     let (report, _) = fused_by(&folder, &log, hub).unwrap();
-    let expected = "[hub.agents.Left] has no effect: the sensors of the log are left, right";
+    let expected =
+        "[hub.agents.Left] has no effect: the sensors of the log are left, right. Did you mean left?";
     assert!(report.warnings.iter().any(|one| one == expected), "{:?}", report.warnings);
     assert!(!report.warnings.iter().any(|one| one.starts_with("[hub.agents.left]")), "{:?}", report.warnings);
+    let listed = report.warnings.iter().find(|one| one.starts_with("rihgt in `only_agents` has no effect"));
+    assert!(listed.is_some_and(|one| one.ends_with("Did you mean right?")), "{:?}", report.warnings);
     assert_eq!(report.refused["not_listened_to"], 30);
 }

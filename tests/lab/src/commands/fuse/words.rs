@@ -4,6 +4,7 @@ use crate::data::detection_log::{DetectionLog, SensorSurvey, Survey, TimeUnits};
 use std::collections::BTreeSet;
 use std::io::Read;
 use v2x_common::id::AgentId;
+use v2x_common::spelling::nearest;
 use v2x_common::time::Span;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
@@ -21,95 +22,115 @@ const OF_TIMES: [Code; 8] = [
     Code::Silent,
 ];
 
-/// What is found of the log that was read, and of its sensors.
-pub(super) fn warnings<R: Read>(
+/// What is found of the log that was read, and of its sensors: what concerns single sensors with their names.
+pub(super) fn findings<R: Read>(
     log: &DetectionLog<R>,
     survey: &Survey,
     (findings, has_memory): (&[Finding], bool),
-) -> Vec<String> {
+) -> Vec<Finding> {
     let settings = log.settings();
     let sensors: Vec<_> = survey.sensors().iter().filter(|(sensor, _)| settings.listens_to(sensor)).collect();
-    let times: Vec<_> =
-        sensors.iter().filter_map(|(sensor, of)| Some((**sensor, times(sensor, of)?))).collect();
-    let in_other_units = times.iter().map(|(sensor, _)| *sensor).collect();
-    let mut warnings = without_effect(log);
-    warnings.extend(times.into_iter().map(|(_, words)| words));
+    let times: Vec<_> = sensors.iter().filter_map(|(sensor, of)| times(sensor, of)).collect();
+    let in_other_units = times.iter().filter_map(|one| one.agent).collect();
+    let mut all = without_effect(log);
+    all.extend(times);
     if has_memory {
-        let words = |(sensor, of): &(&AgentId, &SensorSurvey)| no_misses(sensor, of, log.has_poses());
-        warnings.extend(sensors.iter().filter_map(words));
+        let misses = |(sensor, of): &(&AgentId, &SensorSurvey)| no_misses(sensor, of, log.has_poses());
+        all.extend(sensors.iter().filter_map(misses));
     }
-    warnings.extend(unknown_classes(log));
-    warnings.extend(found(findings, &in_other_units));
-    warnings
+    all.extend(unknown_classes(log));
+    all.extend(found(findings, &in_other_units));
+    all
+}
+
+/// A finding of the log itself.
+fn of_log(code: Code, sensor: Option<AgentId>, says: String, change: impl Into<String>) -> Finding {
+    Finding { agent: sensor, ..Finding::of_network(code, says, change) }
 }
 
 /// Times that are not seconds, or of two epochs.
-fn times(sensor: &AgentId, survey: &SensorSurvey) -> Option<String> {
+fn times(sensor: &AgentId, survey: &SensorSurvey) -> Option<Finding> {
     if let Some(TimeUnits { captured, received }) = survey.time_units() {
         let [captures, arrivals] = survey.spans().map(Span::as_secs_f64);
         let units = match (captured.name(), received.name()) {
             (captured, received) if captured == received => format!("{captured} (`t` and `t_arr`)"),
             (captured, received) => format!("{captured} (`t`) and in {received} (`t_arr`)"),
         };
-        return Some(format!(
-            "{sensor}: its times seem to be in {units}: over {} frames `t` goes on by {captures} and `t_arr` by {arrivals}. Write \
-             both in seconds",
+        let says = format!(
+            "its times seem to be in {units}: over {} frames `t` goes on by {captures} and `t_arr` by {arrivals}",
             survey.frames
-        ));
+        );
+        let per_second = [("t", captured.per_second()), ("t_arr", received.per_second())];
+        let divided = per_second.into_iter().filter(|(_, n)| *n > 1);
+        let divided: Vec<_> = divided.map(|(column, n)| format!("`{column}` by {n}")).collect();
+        let change = format!("Write both in seconds: divide {}", divided.join(" and "));
+        return Some(of_log(Code::TimeUnit, Some(*sensor), says, change));
     }
     let (shortest, longest) = survey.delay;
     let is_other = shortest > OTHER_EPOCH || longest < Span::ZERO - OTHER_EPOCH;
     is_other.then(|| {
-        format!(
-            "{sensor}: `t` and `t_arr` seem to count from different times: `t_arr` less `t` is {:.0} s. Write \
-             both from the same time on",
+        let says = format!(
+            "`t` and `t_arr` seem to count from different times: `t_arr` less `t` is {:.0} s",
             shortest.as_secs_f64()
-        )
+        );
+        of_log(Code::TimeUnit, Some(*sensor), says, "Write both from the same time on")
     })
 }
 
 /// Frames without a detection are evidence only where it is known what the sensor could see.
-fn no_misses(sensor: &AgentId, survey: &SensorSurvey, has_columns: bool) -> Option<String> {
+fn no_misses(sensor: &AgentId, survey: &SensorSurvey, has_columns: bool) -> Option<Finding> {
     let n = survey.empty_without_place;
-    let change = if has_columns { "Fill in" } else { "Add" };
     (n > 0).then(|| {
-        format!(
-            "{sensor}: {n} of its {} frames have no detection, and none of these counts as a miss, because the sensor's place is \
-             not known: objects that are gone stay until they have coasted. {change} the columns sensor_x and sensor_y (m, in the \
-             map frame)",
+        let says = format!(
+            "{n} of its {} frames have no detection, and none of these counts as a miss, because the sensor's place is not known: \
+             objects that are gone stay until they have coasted",
             survey.frames
-        )
+        );
+        let change = if has_columns { "Fill in" } else { "Add" };
+        let change = format!("{change} the columns sensor_x and sensor_y (m, in the map frame)");
+        of_log(Code::Silent, Some(*sensor), says, change).as_note()
     })
 }
 
-/// Tables of agents that are not in the log: mostly a name that is written differently.
-fn without_effect<R: Read>(log: &DetectionLog<R>) -> Vec<String> {
+/// Settings of agents that are not in the log: mostly a name that is written differently.
+fn without_effect<R: Read>(log: &DetectionLog<R>) -> Vec<Finding> {
     let sensors: BTreeSet<_> = log.sensors().collect();
     let names: Vec<_> = sensors.iter().map(|sensor| sensor.as_str()).collect();
-    let others = log.settings().agents.keys().filter(|agent| !sensors.contains(agent));
-    let words = others.map(|agent| {
-        format!("[hub.agents.{agent}] has no effect: the sensors of the log are {}", names.join(", "))
-    });
-    words.collect()
+    let settings = log.settings();
+    let tables = settings.agents.keys().map(|agent| (agent, format!("[hub.agents.{agent}]")));
+    let listed = settings.only_agents.iter().map(|agent| (agent, format!("{agent} in `only_agents`")));
+    let others = tables.chain(listed).filter(|(agent, _)| !sensors.contains(agent));
+    let finding = |(agent, what): (&AgentId, String)| {
+        let change = match nearest(agent.as_str(), names.iter().copied()) {
+            Some(name) => format!("Did you mean {name}?"),
+            None => "Write the name of a sensor, or remove it".to_owned(),
+        };
+        let says = format!("{what} has no effect: the sensors of the log are {}", names.join(", "));
+        of_log(Code::Missing, None, says, change).as_note()
+    };
+    others.map(finding).collect()
 }
 
 /// Which line says what unknown classes are, for each sensor.
-fn unknown_classes<R: Read>(log: &DetectionLog<R>) -> Vec<String> {
+fn unknown_classes<R: Read>(log: &DetectionLog<R>) -> Vec<Finding> {
     let of_sensors = log.remarks().unmapped_of();
-    let words = of_sensors.map(|(sensor, names)| {
+    let findings = of_sensors.map(|(sensor, names)| {
         let (setting, which) = names.setting();
-        format!(
-            "{sensor}: {} detections of unknown classes ({}) are fused as `unknown`. Write `{setting}` under \
-             `[hub.agents.{sensor}]` in the file of --hub-config, with {which}",
+        let says = format!(
+            "{} detections of unknown classes ({}) are fused as `unknown`",
             names.total(),
             names.in_words()
-        )
+        );
+        let change = format!(
+            "Write `{setting}` under `[hub.agents.{sensor}]` in the file of --hub-config, with {which}"
+        );
+        of_log(Code::UnknownClasses, Some(*sensor), says, change).as_note()
     });
-    words.collect()
+    findings.collect()
 }
 
-/// What the diagnosis finds, but for what the report lists with numbers of its own.
-fn found(findings: &[Finding], in_other_units: &BTreeSet<AgentId>) -> Vec<String> {
+/// What the diagnosis finds, but for what the report lists with numbers of its own, and for what follows from times in a wrong unit.
+fn found(findings: &[Finding], in_other_units: &BTreeSet<AgentId>) -> Vec<Finding> {
     let is_listed = |code: Code| {
         matches!(
             code,
@@ -119,6 +140,5 @@ fn found(findings: &[Finding], in_other_units: &BTreeSet<AgentId>) -> Vec<String
     let follows = |one: &Finding| {
         OF_TIMES.contains(&one.code) && one.agent.is_some_and(|agent| in_other_units.contains(&agent))
     };
-    let findings = findings.iter().filter(|one| !is_listed(one.code) && !follows(one));
-    findings.map(ToString::to_string).collect()
+    findings.iter().filter(|one| !is_listed(one.code) && !follows(one)).cloned().collect()
 }
