@@ -66,16 +66,21 @@ pub(crate) fn recording_page(run: &RecordingPage<'_>) -> String {
         ("agents", "Agents", agents(run).html(&[])),
         ("moments", "Key frames", moments),
         ("curves", "Objects and consistency over time", figure(&over_time(run).parts(), None)),
-        (
-            "time",
-            "Latency",
-            beside(&figure(&latencies(lists.iter(), ages.clone()), None), &spans(lists, ages).html(&[])),
-        ),
+        ("time", "Latency", latency(lists, ages)),
         ("meaning", "What the figures mean", meaning(run)),
     ];
     let sections = sections.into_iter().filter(|(_, _, html)| !html.is_empty());
     let sections: Vec<_> = sections.map(|(id, title, html)| Section::new(id, title, html)).collect();
     page(run.name, &top, &sections)
+}
+
+/// A figure, where there are latencies, and a table; nothing where no frame is in a list.
+fn latency(lists: &[ReceivedFused], ages: Vec<f64>) -> String {
+    if ages.is_empty() && lists.iter().all(|list| list.frame.includes.is_empty()) {
+        return String::new();
+    }
+    let drawn = latencies(lists.iter(), ages.clone()).map_or_else(String::new, |parts| figure(&parts, None));
+    beside(&drawn, &spans(lists, ages).html(&[]))
 }
 
 fn meaning(run: &RecordingPage<'_>) -> String {
@@ -99,7 +104,8 @@ fn findings(run: &RecordingPage<'_>) -> String {
         };
         let agent = found.finding.agent.map_or_else(String::new, |agent| format!("{agent}, "));
         let [says, change] = [&found.finding.says, &found.finding.change].map(|text| sentence(text));
-        format!("{agent}{when}: {says} {change}").trim_end().to_owned()
+        let remark = if found.finding.is_fault() { "" } else { "Remark: " };
+        format!("{remark}{agent}{when}: {says} {change}").trim_end().to_owned()
     };
     let (faults, notes): (Vec<_>, Vec<_>) =
         run.again.found.iter().partition(|found| found.finding.is_fault());
@@ -107,16 +113,18 @@ fn findings(run: &RecordingPage<'_>) -> String {
     let scored =
         if run.score.is_empty() { vec![NO_TRUTH.to_owned()] } else { vec![run.score.join("; ") + "."] };
     let lines = [scored, lines].concat();
+    let remarks = match notes.len() {
+        0 => String::new(),
+        1 => "; 1 remark".to_owned(),
+        n => format!("; {n} remarks"),
+    };
     match (faults.len(), notes.len()) {
         (0, 0) => verdict_html(true, "Nothing looks wrong", &lines),
-        (0, n) => {
-            remark_html(&format!("No fault; {n} {}", if n == 1 { "remark" } else { "remarks" }), &lines)
+        (0, _) => remark_html(&format!("No fault{remarks}"), &lines),
+        (n, _) => {
+            let things = if n == 1 { "thing looks" } else { "things look" };
+            verdict_html(false, &format!("{n} {things} wrong{remarks}"), &lines)
         }
-        (n, _) => verdict_html(
-            false,
-            &format!("{n} {} wrong", if n == 1 { "thing looks" } else { "things look" }),
-            &lines,
-        ),
     }
 }
 
@@ -177,28 +185,29 @@ fn over_time(run: &RecordingPage<'_>) -> CurvePlot {
         styles.push(style(agent.as_str(), colour, 0.0));
         nis.push(nis_over_time(agent, &run.again.innovations, start));
     }
+    let mut panels = vec![Panel {
+        label: "objects in a list".to_owned(),
+        curves: vec![means(&counts, start)],
+        top: Top::Whole,
+        target: None,
+        levels: vec![],
+    }];
+    if nis.iter().any(|curve| !curve.is_empty()) {
+        panels.push(Panel {
+            label: "NIS/2".to_owned(),
+            curves: nis,
+            top: Top::Most,
+            target: Some(1.0),
+            levels: vec![],
+        });
+    }
     CurvePlot {
         title: "Objects and consistency".to_owned(),
         subtitle: "dashed: the NIS of an agent whose stated errors are right".to_owned(),
         x_label: "since the first list, s".to_owned(),
         x_names: None,
         styles,
-        panels: vec![
-            Panel {
-                label: "objects in a list".to_owned(),
-                curves: vec![means(&counts, start)],
-                top: Top::Whole,
-                target: None,
-                levels: vec![],
-            },
-            Panel {
-                label: "NIS/2".to_owned(),
-                curves: nis,
-                top: Top::Most,
-                target: Some(1.0),
-                levels: vec![],
-            },
-        ],
+        panels,
     }
 }
 
@@ -286,6 +295,23 @@ mod tests {
         );
         assert!(!page_with(vec![found(Severity::Note)]).contains("verdict bad"));
         assert!(page_with(vec![]).contains("Nothing looks wrong"));
+    }
+
+    #[test]
+    fn what_is_counted_is_what_is_listed() {
+        let [fault, note] = [Severity::Fault, Severity::Note].map(found);
+        let page = page_with(vec![note.clone(), fault, note.clone()]);
+        assert!(page.contains("1 thing looks wrong; 2 remarks"), "{page}");
+        assert_eq!(page.matches("<p>Remark: ego, 1 to 3 s").count(), 2);
+        assert_eq!(page.matches("<p>ego, 1 to 3 s").count(), 1);
+        assert!(page_with(vec![note]).contains("No fault; 1 remark<"));
+    }
+
+    #[test]
+    fn a_page_whose_lists_contain_no_frame_has_no_chart_of_latencies() {
+        let lists: Vec<_> = (0..20).map(|k| fused(100 * k, 100 * k, &[])).collect();
+        assert_eq!(latency(&lists, Vec::new()), "");
+        assert!(page_with(vec![]).contains("Latency"));
     }
 
     #[test]

@@ -62,24 +62,35 @@ pub(super) const END_TO_END: &str = "end to end";
 pub(super) const AGE: &str = "age of information";
 
 /// Distributions of latencies at the consumer: of the frames in these lists, and of ages, ms. What the hub needs is so much less
-/// than the whole way that each has a panel with an axis of its own.
+/// than the whole way that each has a panel with an axis of its own. `None` where there is no latency at all.
 pub(super) fn latencies<'a>(
     lists: impl Iterator<Item = &'a ReceivedFused> + Clone,
     ages_ms: Vec<f64>,
-) -> FigureParts {
+) -> Option<FigureParts> {
     let hub = (HUB_TO_CONSUMER, SERIES[6], arrival_to_consumer_spans_ms(lists.clone()));
     let whole = [(END_TO_END, SERIES[4], end_to_end_spans_ms(lists)), (AGE, SERIES[5], ages_ms)];
-    let mut parts = distributions("from hub to consumer no longer than, ms", vec![hub]).parts();
-    let others = distributions("end to end, or age, no longer than, ms", whole.into()).parts();
-    parts.panels.extend(others.panels);
-    parts.legend.extend(others.legend);
-    parts
+    let plots = [
+        distributions("from hub to consumer no longer than, ms", vec![hub]),
+        distributions("end to end, or age, no longer than, ms", whole.into()),
+    ];
+    let mut plots = plots.into_iter().flatten().map(|plot| plot.parts());
+    let mut parts = plots.next()?;
+    for others in plots {
+        parts.panels.extend(others.panels);
+        parts.legend.extend(others.legend);
+    }
+    Some(parts)
 }
 
-fn distributions(x_label: &str, of: Vec<(&str, Colour, Vec<f64>)>) -> CurvePlot {
+/// `None` where no span is longer than nothing: that is no distribution.
+fn distributions(x_label: &str, mut of: Vec<(&str, Colour, Vec<f64>)>) -> Option<CurvePlot> {
+    of.retain(|(.., spans_ms)| !spans_ms.is_empty());
+    if of.iter().all(|(.., spans_ms)| spans_ms.iter().all(|ms| *ms == 0.0)) {
+        return None;
+    }
     let styles = of.iter().map(|(name, colour, _)| style(name, colour, 0.0)).collect();
     let curves = of.into_iter().map(|(_, _, spans_ms)| shares(spans_ms)).collect();
-    CurvePlot {
+    Some(CurvePlot {
         title: "Latency".to_owned(),
         subtitle:
             "of detection frames, and how old is what the consumer has; the longest hundredth is left out"
@@ -94,7 +105,7 @@ fn distributions(x_label: &str, of: Vec<(&str, Colour, Vec<f64>)>) -> CurvePlot 
             target: None,
             levels: vec![],
         }],
-    }
+    })
 }
 
 /// The distribution by percent, without the longest one: it would make all others narrow.
@@ -140,11 +151,22 @@ mod tests {
     #[test]
     fn what_the_hub_needs_has_an_axis_of_its_own_beside_the_whole_way() {
         let lists: Vec<_> = (1..20).map(|k| fused(100 * k + 60, 100 * k + 55, &[100 * k])).collect();
-        let parts = latencies(lists.iter(), vec![150.0; 40]);
+        let parts = latencies(lists.iter(), vec![150.0; 40]).unwrap();
         assert_eq!((parts.panels.len(), parts.legend.len()), (2, 3));
         let has = |place: usize, text: &str| parts.panels[place].1.svg().contains(text);
         assert!(has(1, AGE) && has(1, END_TO_END) && has(0, HUB_TO_CONSUMER));
         assert!(!has(0, END_TO_END), "the first axis is the hub's");
+    }
+
+    #[test]
+    fn without_a_latency_no_figure_of_latencies_is_drawn() {
+        // At the hub 5 ms after the capture, and in the list at once.
+        let at_once: Vec<_> = (1..20).map(|k| fused(100 * k + 5, 100 * k + 5, &[100 * k])).collect();
+        let parts = latencies(at_once.iter(), Vec::new()).unwrap();
+        assert_eq!((parts.panels.len(), parts.legend[0].1.as_str()), (1, END_TO_END));
+        assert!(latencies([].iter(), Vec::new()).is_none());
+        let parts = latencies([].iter(), vec![150.0; 40]).unwrap();
+        assert_eq!((parts.panels.len(), parts.legend.len()), (1, 1), "what there is, is drawn alone");
     }
 
     #[test]

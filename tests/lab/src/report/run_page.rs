@@ -7,7 +7,6 @@ use crate::report::page::{Section, beside, figure, notes, page, verdict_html};
 use crate::report::palette::OURS;
 use crate::report::plot::bev::bev_parts;
 use crate::report::plot::curves::{CurvePlot, Panel, Point, Top};
-use crate::report::plot::figure_parts::FigureParts;
 use crate::report::plot::scene::BevScene;
 use crate::report::run_curves::{HUB_TO_CONSUMER, coloured, latencies, means, nis_over_time, style};
 use crate::report::summary::{Of, accuracy, frames, gain, headline, spans as summary_spans, tracks};
@@ -57,7 +56,7 @@ pub(crate) fn run_page(run: &RunPage<'_>) -> String {
         ("scores", "Scores", scores(summary)),
         ("moments", "Key frames", moments),
         ("errors", "Errors over time", figure(&errors(run).parts(), None)),
-        ("time", "Latency", beside(&figure(&latencies_of(run), None), &spans(run).html(&[]))),
+        ("time", "Latency", latencies_of(run)),
         ("agents", "Agents", agents(run).html(&[])),
         ("meaning", "What the figures mean", notes(explanations())),
     ];
@@ -149,12 +148,13 @@ fn means_over_time(log: &RunLog, values: &[(usize, f64)]) -> Vec<Point> {
     values.first().map_or_else(Vec::new, |(start, _)| means(&values, *start))
 }
 
-/// Latencies of what was scored.
-fn latencies_of(run: &RunPage<'_>) -> FigureParts {
+/// Latencies of what was scored: a figure, where there are any, and a table.
+fn latencies_of(run: &RunPage<'_>) -> String {
     let start = scored_lists(run).map(|received| received.frame.fused_at).min();
     let end = scored_lists(run).map(|received| received.received_at).max();
     let ages = start.zip(end).map_or_else(Vec::new, |(start, end)| ages_ms(&run.log.fused, start, end));
-    latencies(scored_lists(run), ages)
+    let drawn = latencies(scored_lists(run), ages).map_or_else(String::new, |parts| figure(&parts, None));
+    beside(&drawn, &spans(run).html(&[]))
 }
 
 fn scored_lists<'a>(run: &RunPage<'a>) -> impl Iterator<Item = &'a ReceivedFused> + Clone {
