@@ -1,6 +1,8 @@
 //! The columns of tables that are understood, by name.
 
 use super::traffic::Format;
+use super::units::PROJECT;
+use v2x_common::spelling;
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +74,9 @@ const NAMES: &[(&str, Column)] = &[
     ("vy", Column::Silent),
 ];
 
+/// Names of coordinates in degrees.
+const DEGREES: [&str; 5] = ["lon", "lng", "longitude", "lat", "latitude"];
+
 /// The columns of a table: for each its place and its name in the header.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
@@ -125,5 +130,46 @@ impl Columns {
             ("y", has(Column::Y)),
         ];
         needed.iter().filter(|(_, is_there)| !is_there).map(|(name, _)| *name).collect()
+    }
+
+    /// What is meant by columns that are not used, where others are missing; empty where nothing is near.
+    pub(super) fn hint(&self, missing: &[&'static str]) -> String {
+        let named = |name: &str, words: &[&str]| {
+            let folded = name.to_ascii_lowercase();
+            words.iter().any(|word| folded.strip_prefix(word).is_some_and(|rest| matches!(rest, "" | "_deg")))
+        };
+        let degrees: Vec<_> =
+            self.ignored.iter().filter(|name| named(name, &DEGREES)).map(String::as_str).collect();
+        if !degrees.is_empty() && missing.iter().any(|column| matches!(*column, "x" | "y")) {
+            return format!(". {} are degrees, and x and y are metres: {PROJECT}", degrees.join(" and "));
+        }
+        let times = self.ignored.iter().find(|name| named(name, &["timestamp", "ts", "stamp", "frame_time"]));
+        if let Some(name) = times.filter(|_| missing.contains(&"t")) {
+            return format!(
+                ". Name the column {name} t_s where it is in seconds, or t_ms where it is in milliseconds"
+            );
+        }
+        let near = self.ignored.iter().find_map(|name| {
+            let known = NAMES
+                .iter()
+                .filter(|(_, column)| missing.contains(&column.needed_as()))
+                .map(|(name, _)| *name);
+            Some((name, spelling::nearest(name, known)?))
+        });
+        near.map(|(name, meant)| format!(". Is {name} the column {meant}?")).unwrap_or_default()
+    }
+}
+
+impl Column {
+    /// Its name among those that are needed; empty of another one.
+    const fn needed_as(self) -> &'static str {
+        match self {
+            Self::Time | Self::TimeMillis => "t",
+            Self::Id => "id",
+            Self::Class => "class",
+            Self::X => "x",
+            Self::Y => "y",
+            _ => "",
+        }
     }
 }

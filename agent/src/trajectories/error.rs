@@ -45,13 +45,17 @@ pub enum TrafficError {
     OneTime,
     /// Columns are missing.
     #[error(
-        "line 1: no column {missing}; needed are t, id, class, x, y (optional yaw, w, d); found are {found}"
+        "line {line}: no column {missing}; needed are t, id, class, x, y (optional yaw, w, d); found are {found}{hint}"
     )]
     MissingColumns {
+        /// Of the header, counted from 1.
+        line: u64,
         /// All missing columns.
         missing: String,
         /// The columns of the header.
         found: String,
+        /// What may be meant by others.
+        hint: String,
     },
     /// The text is no CSV.
     #[error("is no table: {0}")]

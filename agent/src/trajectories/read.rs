@@ -55,7 +55,7 @@ fn xml(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<Traffic, Tra
 
 /// The separator that the first line has most of.
 fn delimiter(text: &[u8]) -> u8 {
-    let line = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let line = text.trim_ascii_start().split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
     let count = |delimiter: u8| line.iter().filter(|byte| **byte == delimiter).count();
     // Of equal numbers the last one counts.
     [b'\t', b';', b','].into_iter().max_by_key(|delimiter| count(*delimiter)).unwrap_or(b',')

@@ -8,6 +8,7 @@ use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use super::builder::{At, Builder, Kind, Row};
 use super::columns::{Column, Columns};
 use super::error::{Part, TrafficError};
+use super::newlines::{Newlines, line_of};
 use super::options::ReadOptions;
 use super::traffic::{EGO, Format, Traffic};
 
@@ -23,14 +24,18 @@ pub(super) fn read(
     delimiter: u8,
     options: &ReadOptions,
 ) -> Result<Traffic, TrafficError> {
-    let mut reader =
-        csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).flexible(true).from_reader(input);
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(Newlines::of(input));
     let header = reader.headers()?.clone();
     let columns = Columns::of(header.iter());
     let missing = columns.missing();
     if !missing.is_empty() {
-        let found = header.iter().collect::<Vec<_>>().join(", ");
-        return Err(TrafficError::MissingColumns { missing: missing.join(", "), found });
+        let (line, found) = (line_of(&reader, &header), header.iter().collect::<Vec<_>>().join(", "));
+        let hint = columns.hint(&missing);
+        return Err(TrafficError::MissingColumns { line, missing: missing.join(", "), found, hint });
     }
     let mut rows = Rows {
         columns: &columns,
@@ -42,7 +47,7 @@ pub(super) fn read(
     rows.builder.ignored(&columns.ignored);
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record)? {
-        rows.add(&record, options)?;
+        rows.add(&record, line_of(&reader, &record), options)?;
     }
     rows.finish(options)
 }
@@ -57,9 +62,15 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn add(&mut self, record: &csv::StringRecord, options: &ReadOptions) -> Result<(), TrafficError> {
-        let cells = Cells { columns: self.columns, record, has_decimal_commas: self.delimiter != b',' };
-        let (n, line) = (record.len(), cells.line());
+    fn add(
+        &mut self,
+        record: &csv::StringRecord,
+        line: u64,
+        options: &ReadOptions,
+    ) -> Result<(), TrafficError> {
+        let has_decimal_commas = self.delimiter != b',';
+        let cells = Cells { columns: self.columns, record, line, has_decimal_commas };
+        let n = record.len();
         // A separator may follow the last cell.
         if n > self.columns.n && record.iter().skip(self.columns.n).any(|cell| !cell.is_empty()) {
             return Err(TrafficError::TooManyCells { line, cells: n, columns: self.columns.n });
@@ -118,14 +129,12 @@ impl Rows<'_> {
 struct Cells<'a> {
     columns: &'a Columns,
     record: &'a csv::StringRecord,
+    /// Counted from 1.
+    line: u64,
     has_decimal_commas: bool,
 }
 
 impl<'a> Cells<'a> {
-    fn line(&self) -> u64 {
-        self.record.position().map_or(0, csv::Position::line)
-    }
-
     /// The text in a column; `None` where there is no such column.
     fn text(&self, column: Column) -> Option<&'a str> {
         let (place, _) = self.columns.find(column)?;
@@ -134,7 +143,7 @@ impl<'a> Cells<'a> {
 
     fn wrong(&self, column: Column, expected: &'static str) -> TrafficError {
         TrafficError::Value {
-            line: self.line(),
+            line: self.line,
             column: self.columns.find(column).map_or("", |(_, name)| name).to_owned(),
             part: Part::Column,
             value: self.text(column).unwrap_or_default().to_owned(),
@@ -185,7 +194,7 @@ impl<'a> Cells<'a> {
             size.map(|size| size.filter(|size| *size > 0.0))
         };
         Ok(Row {
-            line: self.line(),
+            line: self.line,
             t_s,
             id: self.name(Column::Id, "an id")?,
             kind: Kind::Name(self.name(Column::Class, "a class such as car or vehicle.car")?),

@@ -66,6 +66,15 @@ fn every_mistake_names_its_line_and_column() {
         (&TWO.replace("10,0,0", "NaN,0,0"), "line 3, column x: \"NaN\", expected a coordinate in m"),
         (&TWO.replace("10,0,0", "inf,0,0"), "line 3, column x: \"inf\""),
         (&TWO.replace("1,a,car", "soon,a,car"), "line 3, column t: \"soon\", expected a time in s"),
+        (&TWO.replace("0,a,car", "soon,a,car").replace('\n', "\r\n"), "line 2, column t: \"soon\""),
+        (&TWO.replace("0,a,car", "\n\nsoon,a,car"), "line 4, column t: \"soon\""),
+        (&format!("\n\n{}", TWO.replace("class", "clas")), "line 3: no column class"),
+        (&TWO.replace("class", "clas"), "Is clas the column class?"),
+        (&TWO.replace("t,id", "Timestamp,id"), "Name the column Timestamp t_s where it is in seconds"),
+        (
+            &TWO.replace("x,y", "lon,Lat"),
+            "lon and Lat are degrees, and x and y are metres: write metres, x east",
+        ),
         (
             &TWO.replace("1,a,car", "1700000000000,a,car"),
             "column t: \"1700000000000\", expected a time in s (a column t_ms",
@@ -367,6 +376,11 @@ fn times_in_another_unit_and_places_in_degrees_are_named_and_nothing_is_said_of_
         "look like longitudes and latitudes in degrees",
         drive(|t, x, y| (t, degrees(x, y).1, degrees(x, y).0)),
     );
+    // Which is which cannot be seen of numbers below 90: the place is said, by both.
+    let place = "By x as the longitude this is 48.14° north, 11.58° east; if that is not the place, x and y are also exchanged";
+    named(place, drive(|t, x, y| of(degrees(x, y), t)));
+    named("this is 11.58° north, 48.14° east", drive(|t, x, y| (t, degrees(x, y).1, degrees(x, y).0)));
+    named("x and y are also exchanged: x is east", drive(|t, x, y| (t, 40.0 + y / 2e3, -120.0 + x / 1e5)));
     // Over kilometres, and west of the 90th meridian.
     named("longitudes (x) and latitudes (y)", drive(|t, x, y| of((-120.0 + x / 1e5, 40.0 + y / 20.0), t)));
     let both = drive(|t, x, y| of(degrees(x, y), 1e3 * t)).unwrap().join("; ");

@@ -22,6 +22,10 @@ const MIN_STEPS: usize = 10;
 /// Steps that are looked at.
 const MAX_STEPS: usize = 100_000;
 
+/// How degrees become metres.
+pub(super) const PROJECT: &str = "write metres, x east and y north of a place in the middle (Python: `pyproj`; or x = (longitude − λ0) · 111320 · cos φ0, y = \
+     (latitude − φ0) · 111132)";
+
 /// What shows the units of a recording, as they are read.
 #[derive(Clone, Debug)]
 pub(super) struct Units {
@@ -95,20 +99,30 @@ impl Units {
         let is_slow = (DEGREES_PER_S.0..DEGREES_PER_S.1).contains(&speed_mps) && self.step_s <= MOST_STEP_S;
         let is_close = self.n_objects > 1 && spread < TOGETHER;
         (can_be && spread > 0.0 && (is_close || (is_slow && spread < DEGREES_APART))).then(|| {
-            let which = if west < -90.0 || east > 90.0 {
-                "longitudes (x) and latitudes (y)"
+            let [x, y] = [f64::midpoint(west, east), f64::midpoint(south, north)];
+            let (which, place) = if west < -90.0 || east > 90.0 {
+                ("longitudes (x) and latitudes (y)", String::new())
             } else if south < -90.0 || north > 90.0 {
-                "latitudes (x) and longitudes (y)"
+                ("latitudes (x) and longitudes (y)", ". x and y are also exchanged: x is east, of the longitude".to_owned())
             } else {
-                "longitudes and latitudes"
+                let place = format!(
+                    ". By x as the longitude this is {}, {}; if that is not the place, x and y are also exchanged",
+                    compass(y, ["north", "south"]),
+                    compass(x, ["east", "west"])
+                );
+                ("longitudes and latitudes", place)
             };
             format!(
                 "everything is at x {west:.5} to {east:.5}, y {south:.5} to {north:.5}, within {spread:.5} m: these look like {which} in \
-                 degrees; write metres, x east and y north of a place in the middle (Python: `pyproj`; or x = (longitude − λ0) · \
-                 111320 · cos φ0, y = (latitude − φ0) · 111132)"
+                 degrees; {PROJECT}{place}"
             )
         })
     }
+}
+
+/// An angle as on a map.
+fn compass(degrees: f64, [positive, negative]: [&str; 2]) -> String {
+    format!("{:.2}° {}", degrees.abs(), if degrees < 0.0 { negative } else { positive })
 }
 
 /// The unit in which rows that are read as so many seconds apart are those of a sensor, and what to change.

@@ -3,6 +3,7 @@
 use crate::data::seconds;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use v2x_agent::trajectories::{Newlines, line_of};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, wrap_angle};
@@ -69,7 +70,7 @@ pub enum CsvError {
 #[derive(Debug)]
 pub(crate) struct CsvTable<R> {
     path: PathBuf,
-    reader: csv::Reader<R>,
+    reader: csv::Reader<Newlines<R>>,
     n_columns: usize,
     places: Vec<(&'static str, usize)>,
     record: csv::StringRecord,
@@ -94,7 +95,8 @@ impl<R: Read> CsvTable<R> {
     ) -> Result<Self, CsvError> {
         let path = path.to_owned();
         // The error of a short row names the first missing column.
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(table);
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(Newlines::of(table));
         let header = match reader.headers() {
             Ok(header) => header.clone(),
             Err(source) => return Err(CsvError::NoTable { path, source }),
@@ -135,7 +137,7 @@ impl<R: Read> CsvTable<R> {
             Ok(false) => return Ok(None),
             Err(source) => return Err(CsvError::NoTable { path: path.clone(), source }),
         }
-        let line = self.record.position().map_or(0, csv::Position::line);
+        let line = line_of(&self.reader, &self.record);
         let (cells, columns) = (self.record.len(), self.n_columns);
         if cells > columns {
             return Err(CsvError::TooManyCells { path: path.clone(), line, cells, columns });
@@ -288,6 +290,16 @@ mod tests {
         assert_eq!(message, "a.csv, line 3, column y: \"\", expected a number");
         let message = table("x,y\n1,2,5\n").unwrap().next_row().unwrap_err().to_string();
         assert_eq!(message, "a.csv, line 2: 3 cells under 2 columns");
+    }
+
+    #[test]
+    fn lines_are_counted_whatever_they_end_in() {
+        for text in ["x,y\r\n1,2\r\n\r\nbad,3\r\n", "x,y\n1,2\n\nbad,3"] {
+            let mut table = table(text).unwrap();
+            assert_eq!(table.next_row().unwrap().map(|row| row.line()), Some(2), "{text:?}");
+            let message = table.next_row().unwrap().unwrap().seconds("x").unwrap_err().to_string();
+            assert!(message.starts_with("a.csv, line 4, column x: \"bad\""), "{message}");
+        }
     }
 
     #[test]
