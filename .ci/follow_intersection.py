@@ -148,7 +148,9 @@ class Follower:
         self.until("v2x status --zenoh-config certs/viewer/screen/zenoh.json5", r"(?m)^cam2")
         cam2 = next(command for command in self.terminals if "camera.py cam2" in command)
         self.end(cam2)
-        self.until("v2x status --zenoh-config certs/viewer/screen/zenoh.json5", r"(?m)^cam2 +no")
+        # The list `only_agents` names it: that it is gone is a fault.
+        gone = r"(?ms)^cam2 +no.*^FAULT +cam2: `only_agents` names it"
+        self.until("v2x status --zenoh-config certs/viewer/screen/zenoh.json5", gone)
 
     def status_after(self, before):
         expected = {"intruder": r"(?i)cam1.*(denied|may not)|(denied|refused).*cam1", "revoked": r"(?m)^cam2 +no"}[before]

@@ -9,6 +9,7 @@ import json
 import math
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -52,6 +53,21 @@ def run_clients(v2x, settings):
     return client.stdout.splitlines(), followed.splitlines()
 
 
+def without_a_hub():
+    """Each client says in one line what is missing and which command starts it; it waits, and Ctrl-C ends it."""
+    endpoint = "tcp/127.0.0.1:1"
+    for command in ([str(EXAMPLE), endpoint], [str(LISTS), endpoint, AREA]):
+        command = [sys.executable, *command]
+        once = subprocess.run([*command, "--once"], capture_output=True, text=True, timeout=60, check=False)
+        assert once.returncode == 1 and "`v2x hub" in once.stderr and len(once.stderr.splitlines()) == 1, once.stderr
+        waiting = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        said = waiting.stderr.readline()
+        waiting.send_signal(signal.SIGINT)
+        _, more = waiting.communicate(timeout=20)
+        assert "waiting for it" in said and not more, said + more
+    print("ok: without a hub the Python clients say which command starts one, wait for it, and end by Ctrl-C")
+
+
 def check_fused(lines):
     lists = [objects for objects in map(ast.literal_eval, lines) if objects]
     assert lists, "no fused object came back"
@@ -78,6 +94,7 @@ def check_followed(lines):
 
 def main():
     guide_shows_the_example()
+    without_a_hub()
     with tempfile.NamedTemporaryFile("w", suffix=".toml") as settings:
         settings.write(SETTINGS)
         settings.flush()

@@ -165,9 +165,14 @@ class Checker:
                 (self.folder / words[2]).write_text((ROOT / words[1]).read_text())
         elif words[0] in ("pip", "maturin", "pytest"):
             # `./deploy/python[client]` is the folder with extras.
-            for path in (word.split("[")[0] for word in words if "deploy/" in word):
+            for path, _, extras in (word.partition("[") for word in words if "deploy/" in word):
                 if not (ROOT / path).exists():
                     raise Failure(f"no file {path}")
+                if extras:
+                    table = (ROOT / path / "pyproject.toml").read_text().partition("[project.optional-dependencies]")[2].partition("\n[")[0]
+                    known = re.findall(r"^([\w-]+) =", table, re.MULTILINE)
+                    if unknown := set(extras.rstrip("]").split(",")) - set(known):
+                        raise Failure(f"{path} has no extras {', '.join(sorted(unknown))}")
         else:
             raise Failure(f"no rule for {words[0]}: give .ci/readme.py one")
         return "read"

@@ -1,13 +1,37 @@
 # Cheaper lists in another language: what changes, and an area. `pip install eclipse-zenoh`
-# python3 delta_and_area.py ENDPOINT QUADKEY: the hub's [hub.tiles] says where its map is
-import json, sys, threading, time, zenoh
+# python3 delta_and_area.py [--once] ENDPOINT QUADKEY: the hub's [hub.tiles] says where its map is. It waits for a hub; with
+# --once it does not
+import json, signal, sys, threading, time
 
-endpoint, quadkey = sys.argv[1:]
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it
+try:
+    import zenoh
+except ImportError:
+    sys.exit("this needs Zenoh for Python: pip install eclipse-zenoh")
+
+given = [one for one in sys.argv[1:] if one != "--once"]
+if len(given) != 2 or not set(given[1]) <= set("0123"):
+    sys.exit("usage: delta_and_area.py [--once] ENDPOINT QUADKEY, such as tcp/127.0.0.1:7447 120230002213")
+endpoint, quadkey = given
 config = zenoh.Config()
 config.insert_json5("mode", '"client"')
 config.insert_json5("connect/endpoints", json.dumps([endpoint]))
 key, tiles = None, {}
 one_line = threading.Lock()  # Zenoh calls each subscriber in a thread of its own
+
+
+def connected():
+    missing = f"no hub answers at {endpoint}: start one with `v2x hub --config FILE`, whose file has a table [hub.tiles]"
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError:
+            if "--once" in sys.argv:
+                sys.exit(missing)
+        if missing:
+            print(f"{missing}; waiting for it", file=sys.stderr, flush=True)
+            missing = ""
+        time.sleep(1)
 
 
 def follow(sample):
@@ -40,7 +64,7 @@ def show(what, frame, objects):
         print(json.dumps({"list": what, "sequence": frame["sequence"], "objects": places}), flush=True)
 
 
-with zenoh.open(config) as session:
+with connected() as session:
     deltas = session.declare_subscriber("v2x/demo/hub/*/fused/delta/json", follow)
     within = session.declare_subscriber(f"v2x/demo/hub/*/fused/json/tile/{'/'.join(quadkey)}/**", area)
     time.sleep(5)

@@ -1,20 +1,24 @@
 """A camera at an intersection that is not there: it sends what cam1 or cam2 of hub.toml would, ten times a second.
 
-    python3 camera.py NAME FOLDER [SECONDS]
+    python3 camera.py NAME FOLDER [SECONDS] [--once]
 
-FOLDER is the one of its certificate (`v2x certs agent NAME`). Needs `pip install eclipse-zenoh`. For trying an installation without
+FOLDER is the one of its certificate (`v2x certs agent NAME`). It waits for a hub; with --once it does not. Needs `pip install eclipse-zenoh`. For trying an installation without
 cameras, and as the frame of a program of your own.
 """
 
-import contextlib
 import json
 import math
 import os
 import random
+import signal
 import sys
 import time
 
-import zenoh
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it
+try:
+    import zenoh
+except ImportError:
+    sys.exit("this needs Zenoh for Python: pip install eclipse-zenoh")
 
 # Four vehicles on two roads, and two people: class, start (m), velocity (m/s). After 12 s each begins again.
 ROADS = [
@@ -48,10 +52,28 @@ def written(name, kind, x, y, yaw, sigma):
     return {"class": kind, "x": ahead, "y": left, "yaw": math.remainder(yaw - turned, 2 * math.pi), **size}
 
 
-def main(name, folder, seconds=math.inf):
-    random_numbers = random.Random(name)
+def connected(folder, once):
+    missing = (
+        f"no hub lets the holder of {folder} in: start one with `v2x hub --zenoh-config certs/hub/hub/zenoh.json5 --config hub.toml`; "
+        "if one runs, `v2x certs list` says which certificates are valid"
+    )
     os.chdir(folder)  # Zenoh looks there for the files that its configuration names
-    with zenoh.open(zenoh.Config.from_file("zenoh.json5")) as session:
+    config = zenoh.Config.from_file("zenoh.json5")
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError:
+            if once:
+                sys.exit(missing)
+        if missing:
+            print(f"{missing}; waiting for it", file=sys.stderr, flush=True)
+            missing = ""
+        time.sleep(1)
+
+
+def main(name, folder, seconds=math.inf, once=False):
+    random_numbers = random.Random(name)
+    with connected(folder, once) as session:
         # As long as this is there, the hub knows that the camera is connected.
         _alive = session.liveliness().declare_token(f"v2x/demo/agent/{name}/alive")
         frames = session.declare_publisher(f"v2x/demo/agent/{name}/detections")
@@ -70,5 +92,7 @@ def main(name, folder, seconds=math.inf):
 
 
 if __name__ == "__main__":
-    with contextlib.suppress(KeyboardInterrupt):
-        main(*sys.argv[1:3], *map(float, sys.argv[3:4]))
+    given = [one for one in sys.argv[1:] if one != "--once"]
+    if len(given) not in (2, 3) or given[0] not in POSES or not os.path.isfile(os.path.join(given[1], "zenoh.json5")):
+        sys.exit(f"usage: camera.py NAME FOLDER [SECONDS] [--once], where NAME is one of {', '.join(POSES)} and FOLDER has its zenoh.json5")
+    main(*given[:2], float(given[2]) if given[2:] else math.inf, "--once" in sys.argv)

@@ -6,10 +6,15 @@ Live, without this script: v2x up live.toml --web
 """
 
 import pathlib
+import signal
 import subprocess
 import sys
 
-import sumo
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it
+try:
+    import sumo
+except ImportError:
+    sys.exit("this needs SUMO: pip install eclipse-sumo")
 
 HERE = pathlib.Path(__file__).resolve().parent
 SUMO = pathlib.Path(sumo.SUMO_HOME) / "bin" / "sumo"

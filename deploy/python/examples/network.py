@@ -1,21 +1,39 @@
 """Your detector on a network, typed: an agent that publishes, and a consumer of what the hub makes of it.
 
-python3 network.py [ENDPOINT]: needs a hub (`v2x hub`) and `pip install 'v2x[client]'`.
+python3 network.py [--once] [ENDPOINT]: needs `pip install './deploy/python[client]'` and a hub (`v2x hub`), for which it waits;
+with --once it does not.
 """
 
+import signal
 import sys
 import time
 
-from v2x.client import DEFAULT_ENDPOINT, Agent, Consumer
+from v2x.client import DEFAULT_ENDPOINT, Agent, Consumer, NoHub
 from v2x.messages import Detection, FieldOfView, Pose, SensorDescription, Sigma
 
-endpoint = sys.argv[1] if len(sys.argv) > 1 else DEFAULT_ENDPOINT
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it
+endpoint = next((one for one in sys.argv[1:] if one != "--once"), DEFAULT_ENDPOINT)
 sensor = SensorDescription(FieldOfView(range_max_m=80.0), rate_hz=10.0, detection_probability=0.95)
 
-with Consumer(connect=endpoint) as consumer, Agent("camera", connect=endpoint, description=sensor) as camera:
+
+def connected():
+    says = True
+    while True:
+        try:
+            return Consumer(connect=endpoint, patience_s=1.0)
+        except NoHub as error:
+            if "--once" in sys.argv:
+                sys.exit(str(error))
+            if says:
+                print(f"{error}; waiting for it", file=sys.stderr, flush=True)
+            says = False
+
+
+with connected() as consumer, Agent("camera", connect=endpoint, description=sensor) as camera:
     frames = consumer.frames()
-    camera.wait_until_heard()  # what is published before that, nobody gets
-    frames.wait_until_fed()
+    # What is published before that, nobody gets.
+    if not (camera.wait_until_heard() and frames.wait_until_fed()):
+        sys.exit(f"what answers at {endpoint} is no hub of network demo: `v2x check` says which networks have one")
     for tenth in range(20):
         car = Detection("car", x=10 + tenth / 10, y=5.0, yaw=0.0, sigma=Sigma(x=0.3, y=0.3))  # driving east at 1 m/s
         sent = camera.publish([car], sensor_pose=Pose(0.0, 0.0))

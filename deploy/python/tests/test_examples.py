@@ -5,6 +5,7 @@ import io
 import json
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 
@@ -28,6 +29,16 @@ def test_the_engine_in_a_process_is_near_the_truth():
 def test_a_detector_on_a_network_gets_its_car_back(hub):
     lines = output_of("network.py", hub.locator).splitlines()
     assert len(lines) >= 15 and re.fullmatch(r"vehicle\.car: x \S+ m, vx \S+ m/s, \S+ ms after it was seen", lines[-1])
+
+
+def test_without_a_hub_a_detector_says_which_command_starts_one_and_waits_unless_told_otherwise():
+    command = [sys.executable, str(EXAMPLES / "network.py"), "tcp/127.0.0.1:1"]
+    once = subprocess.run([*command, "--once"], capture_output=True, text=True, timeout=60, check=False)
+    assert once.returncode == 1 and "`v2x hub`" in once.stderr and len(once.stderr.splitlines()) == 1, once.stderr
+    waiting = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    said = waiting.stderr.readline()
+    waiting.send_signal(signal.SIGINT)
+    assert "waiting for it" in said and waiting.communicate(timeout=20)[1] == ""
 
 
 def test_the_example_of_a_test_passes(tmp_path):

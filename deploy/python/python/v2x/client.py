@@ -1,4 +1,4 @@
-"""Agents and consumers of a network, over `eclipse-zenoh` (`pip install 'v2x[client]'`).
+"""Agents and consumers of a network, over `eclipse-zenoh` (`pip install './deploy/python[client]'` in the repository).
 
 An agent and a consumer, with a hub (`v2x hub`) on this machine:
 
@@ -34,7 +34,7 @@ from .messages import Detection, DetectionFrame, FusedFrame, Pose, SensorDescrip
 try:
     import zenoh
 except ImportError as error:
-    raise ImportError("v2x.client needs Zenoh: pip install 'v2x[client]', or pip install eclipse-zenoh") from error
+    raise ImportError("v2x.client needs Zenoh: pip install eclipse-zenoh") from error
 
 #: Where `v2x hub` listens if nothing else is asked for.
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"

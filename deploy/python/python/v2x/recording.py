@@ -1,4 +1,4 @@
-"""Reads recordings (`v2x record`, `v2x demo --record`) with `mcap` (`pip install 'v2x[recording]'`)."""
+"""Reads recordings (`v2x record`, `v2x demo --record`) with `mcap` (`pip install './deploy/python[recording]'` in the repository)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ try:
     from mcap.records import Message as Stored
     from mcap.stream_reader import StreamReader
 except ImportError as error:
-    raise ImportError("v2x.recording needs mcap: pip install 'v2x[recording]', or pip install mcap") from error
+    raise ImportError("v2x.recording needs mcap: pip install mcap") from error
 
 _POSTCARD = ("x-v2x-postcard", "application/vnd.v2x.postcard")
 _JSON = ("json", "application/json", "text/json")
