@@ -15,7 +15,7 @@ use v2x_common::clock;
 
 /// So many schedules each time; more with `V2X_FAULT_SCHEDULES`, from another seed on with `V2X_FAULT_SEED`. With `--nocapture`
 /// it prints how many there are in a minute.
-const SCHEDULES: u64 = 600;
+const SCHEDULES: u64 = 1_200;
 /// So many rounds of a thousand fuzzed messages.
 const FUZZ_ROUNDS: u64 = 60;
 
