@@ -196,7 +196,9 @@ fn without_objects(status: &HubStatus) -> Option<Finding> {
 fn missing_agent(args: &CheckArgs, statuses: &[HubStatus], listener: &Listener) -> Option<Finding> {
     let agent = args.agent?;
     let is_known = statuses.iter().flat_map(|status| &status.agents).any(|one| one.id == agent)
-        || listener.core.engine().agents().record(&agent).is_some();
+        || listener.core.engine().agents().record(&agent).is_some()
+        // Its hub says more of it.
+        || statuses.iter().flat_map(|status| &status.findings).any(|one| one.agent == Some(agent));
     (!is_known).then(|| {
         let known: Vec<_> =
             statuses.iter().flat_map(|status| &status.agents).map(|one| one.id.to_string()).collect();
