@@ -81,6 +81,8 @@ impl Health {
         core.diagnose(seen.roster.tokens(), now);
         let mut findings = core.findings().to_vec();
         findings.extend(self.of_hub(core, seen, now));
+        // The worst first, whoever found it.
+        findings.sort_by_key(|one| one.severity);
         fn faults(findings: &[Finding]) -> BTreeMap<(Code, String), &Finding> {
             let faults = findings.iter().filter(|one| one.is_fault());
             faults.map(|one| ((one.code, of_whom(one)), one)).collect()
@@ -266,6 +268,7 @@ mod tests {
         roster.note(&Token::alive(agent("rsu-north")), true);
         let (found, _) = missing(&mut core, &roster, 20);
         let [ego] = &found[..] else { panic!("{found:?}") };
+        assert!(health.findings().is_sorted_by_key(|one| one.severity));
         assert!(
             ego.starts_with("ego: ") && ego.contains("arrived for 19 s") && ego.contains("Start it"),
             "{ego}"
