@@ -44,6 +44,7 @@ mod tests {
             values::exclusion_listed(),
             values::support_listed(),
             values::pose_errors_listed(),
+            vec![values::position_errors_listed()],
             track::listed(),
             track::snapshot_listed(),
             learning::listed(),

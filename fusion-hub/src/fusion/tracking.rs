@@ -107,12 +107,14 @@ impl<F: Filter> Tracking<F> {
         reading
     }
 
-    /// A frame is read with the errors of its agent's pose. What was learnt of errors that last includes them.
+    /// A frame is read with the errors of its agent's pose: those declared, or those learnt where none are. What was learnt of
+    /// errors that last includes them.
     fn with_pose_errors(&mut self, mut reading: FrameReading, admitted: &AdmittedFrame<'_>) -> FrameReading {
         let AdmittedFrame { agent, pose_errors, .. } = *admitted;
         if self.pose_errors.len() <= agent.index() {
             self.pose_errors.resize(agent.index() + 1, PoseErrors::NONE);
         }
+        let pose_errors = if pose_errors.are_none() { reading.model.pose } else { pose_errors };
         self.pose_errors[agent.index()] = pose_errors;
         reading.model.pose = pose_errors;
         let lasting = &mut reading.model.errors.lasting;

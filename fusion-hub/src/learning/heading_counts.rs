@@ -1,11 +1,12 @@
 //! How an agent's headings differ from the course of what moves.
 //!
 //! The course is the way between two reports of one agent about one object, about a second apart: it needs no filter, and
-//! the agent's own error of position cancels.
+//! the agent's own error of position cancels. Where such differences of one object are alike after two seconds, errors of
+//! headings last, as those of boxes do that are fitted to the side that is seen: they do not average out over frames.
 
 use crate::values::HeadingLaw;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use v2x_common::geometry::angle_difference;
 use v2x_common::time::{Span, Timestamp};
 
@@ -26,8 +27,13 @@ const LIMITS: [f64; 2] = [0.002, 0.98];
 const LEAST_COMPARISONS: f64 = 50.0;
 const LEAST_OFFSET: f64 = 0.15;
 const LEAST_AGREEMENT: f64 = 0.9;
+/// Pairs of differences from which on errors are taken to last, and the correlation that they then have.
+const LEAST_PAIRS: f64 = 40.0;
+const COLOURED: f64 = 0.25;
 /// Unit of sums: whole numbers add up to the same in any order.
 const UNITS: f64 = 4096.0;
+/// The same of squared angles, rad².
+const PAIR_UNITS: f64 = 1_048_576.0;
 
 /// A report of one object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,12 +43,32 @@ pub(super) struct Report {
     pub(super) yaw: f64,
 }
 
+/// A heading held against the course.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Difference {
+    /// Of the later report's heading, rad.
+    pub(super) heading: f64,
+    /// Of the axis in the middle of both reports, rad in [-π/2, π/2]: on a bend, the course is its direction there.
+    pub(super) axis: f64,
+}
+
 /// The difference of a heading from the course between two reports.
-pub(super) fn compare(earlier: &Report, later: &Report) -> Option<f64> {
+pub(super) fn compare(earlier: &Report, later: &Report) -> Option<Difference> {
     let [dx, dy] = [later.position[0] - earlier.position[0], later.position[1] - earlier.position[1]];
-    let is_straight = libm::sin(angle_difference(later.yaw, earlier.yaw)).abs() <= libm::sin(MOST_TURN);
+    let turn = libm::sin(angle_difference(later.yaw, earlier.yaw));
+    let is_straight = turn.abs() <= libm::sin(MOST_TURN);
     let is_far = dx * dx + dy * dy >= LEAST_WAY_M * LEAST_WAY_M;
-    (is_straight && is_far).then(|| angle_difference(later.yaw, libm::atan2(dy, dx)))
+    (is_straight && is_far).then(|| {
+        let heading = angle_difference(later.yaw, libm::atan2(dy, dx));
+        // Of small angles; with one of both turned round, the sine has the other sign.
+        let half_turn = if libm::cos(later.yaw - earlier.yaw) < 0.0 { -turn } else { turn } / 2.0;
+        Difference { heading, axis: axis_of(heading - half_turn) }
+    })
+}
+
+/// An angle as that of an axis, rad in [-π/2, π/2].
+fn axis_of(angle: f64) -> f64 {
+    angle - PI * libm::round(angle / PI)
 }
 
 /// Whether a report is to be compared with an earlier one, or to take its place.
@@ -58,6 +84,10 @@ pub(super) struct HeadingCounts {
     reversed: f64,
     /// Sums of cosine and sine of twice the difference: of axes.
     axis: [f64; 2],
+    /// Pairs of differences two seconds apart: how many, the mean of their squares, and their products.
+    pairs: f64,
+    pair_squares: f64,
+    products: f64,
 }
 
 impl HeadingCounts {
@@ -69,11 +99,24 @@ impl HeadingCounts {
         self.axis[1] += libm::round(libm::sin(2.0 * difference) * UNITS);
     }
 
+    /// Adds a pair of differences of axes of one object, rad, that have no report in common. Quarter turns are no errors that
+    /// a variance describes.
+    pub(super) fn add_pair(&mut self, [a, b]: [f64; 2]) {
+        if a.abs().max(b.abs()) < FRAC_PI_4 {
+            self.pairs += 1.0;
+            self.pair_squares += libm::round((a * a + b * b) / 2.0 * PAIR_UNITS);
+            self.products += libm::round(a * b * PAIR_UNITS);
+        }
+    }
+
     /// Lets what was counted fade.
     pub(super) fn scale(&mut self, factor: f64) {
         self.all *= factor;
         self.reversed *= factor;
         self.axis = self.axis.map(|sum| sum * factor);
+        for sum in [&mut self.pairs, &mut self.pair_squares, &mut self.products] {
+            *sum *= factor;
+        }
     }
 
     /// How the headings err.
@@ -81,7 +124,21 @@ impl HeadingCounts {
         let [least, most] = LIMITS;
         let reversed = (self.reversed + PRIOR * PRIOR_REVERSED) / (self.all + PRIOR);
         let reversed = reversed.clamp(least, most);
-        HeadingLaw::Mixture { front_odds_ln: libm::log((1.0 - reversed) / reversed), offset: self.offset() }
+        HeadingLaw::Mixture {
+            front_odds_ln: libm::log((1.0 - reversed) / reversed),
+            offset: self.offset(),
+            lasting: self.lasting(),
+        }
+    }
+
+    /// Variance of the part of the errors that lasts, rad²; 0 where errors are white. A constant error is corrected and no
+    /// part of it.
+    fn lasting(&self) -> f64 {
+        if self.pairs < LEAST_PAIRS || self.products <= COLOURED * self.pair_squares {
+            return 0.0;
+        }
+        let offset = self.offset();
+        (self.products / (PAIR_UNITS * self.pairs) - offset * offset).max(0.0)
     }
 
     /// The constant error of the axes, rad in [-π/2, π/2]; 0 where it is not significant.
@@ -104,6 +161,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
             "learning.heading_offset",
             format!("{LEAST_OFFSET} rad after {LEAST_COMPARISONS}, agreement {LEAST_AGREEMENT}"),
         ),
+        ("learning.heading_lasts", format!("correlation {COLOURED} of {LEAST_PAIRS} pairs")),
     ]
 }
 
@@ -117,7 +175,7 @@ mod tests {
 
     /// The probability of half a turn, and the constant error, rad.
     fn reversed_and_offset(counts: &HeadingCounts) -> (f64, f64) {
-        let HeadingLaw::Mixture { front_odds_ln, offset } = counts.law() else { panic!("a mixture") };
+        let HeadingLaw::Mixture { front_odds_ln, offset, .. } = counts.law() else { panic!("a mixture") };
         (1.0 / (1.0 + libm::exp(front_odds_ln)), offset)
     }
 

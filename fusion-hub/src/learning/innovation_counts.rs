@@ -2,7 +2,8 @@
 //!
 //! An error that lasts for seconds (a box is drawn around the seen side of a car, a pose drifts) shows in successive
 //! innovations of one agent about one object: they are alike. It does not average out over frames, so it belongs into the
-//! published covariance, once for each agent.
+//! published covariance, once for each agent. Such innovations are of what positions alone predict: a filter that is bound to a
+//! heading, or behind a manoeuvre, errs for longer itself.
 
 use serde::{Deserialize, Serialize};
 use v2x_common::time::{Span, Timestamp};
@@ -15,6 +16,8 @@ const LEAST_PAIRS: f64 = 50.0;
 const ENOUGH_PAIRS: f64 = 200.0;
 /// Errors are coloured where successive innovations have more than this correlation.
 const COLOURED: f64 = 0.2;
+/// And more by so many standard deviations of that of white ones (two axes for each pair).
+const CHANCE_SIGMAS: f64 = 1.5;
 /// The lasting part of an error shows by half in the innovations of a filter that follows it.
 const LASTING_SHARE: f64 = 2.0;
 /// A declared variance is corrected where it is wrong by more than this factor, e^0.7, and within these limits.
@@ -38,7 +41,7 @@ const MEAN_LN: f64 = -0.577_215_664_901_532_9;
 const LEAST_RATIO: f64 = 1e-6;
 
 /// An innovation of a position.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Innovation {
     pub(super) at: Timestamp,
     /// m.
@@ -47,15 +50,19 @@ pub(super) struct Innovation {
     pub(super) predicted: f64,
     /// The same of the measurement, as it was declared.
     pub(super) declared: f64,
+    /// The difference from what positions alone predict, m: nothing that is learnt here changes these predictions.
+    pub(super) by_positions: [f64; 2],
+    /// Mean variance of that prediction along an axis, m².
+    pub(super) predicted_by_positions: f64,
 }
 
 impl Innovation {
-    /// The difference, no longer than is credible.
+    /// The difference from what positions predict, no longer than is credible, m.
     fn clipped(&self) -> [f64; 2] {
-        let most2 = CLIPPED_AT * CLIPPED_AT * (self.predicted + self.declared);
-        let length2 = product(self.difference, self.difference);
+        let most2 = CLIPPED_AT * CLIPPED_AT * (self.predicted_by_positions + self.declared);
+        let length2 = product(self.by_positions, self.by_positions);
         let factor = if length2 > most2 { libm::sqrt(most2 / length2) } else { 1.0 };
-        self.difference.map(|axis| axis * factor)
+        self.by_positions.map(|axis| axis * factor)
     }
 }
 
@@ -67,9 +74,18 @@ pub(super) struct InnovationCounts {
     logarithms: f64,
     predicted: f64,
     declared: f64,
+    /// Pairs of successive innovations of one object.
     pairs: f64,
     pair_squares: f64,
     products: f64,
+}
+
+/// What is kept of an agent's last innovation about an object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct LastInnovation {
+    at: Timestamp,
+    /// m.
+    clipped: [f64; 2],
 }
 
 fn units(m2: f64) -> f64 {
@@ -81,19 +97,20 @@ fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl InnovationCounts {
-    /// Adds an innovation, with the agent's earlier one about the same object.
-    pub(super) fn add(&mut self, own: &Innovation, earlier: Option<&Innovation>) {
+    /// Adds an innovation, with the agent's last one about the same object, whose place it takes.
+    pub(super) fn add(&mut self, own: &Innovation, last: &mut Option<LastInnovation>) {
         self.all += 1.0;
         let expected = own.predicted + own.declared;
         let ratio = product(own.difference, own.difference) / expected;
         self.logarithms += libm::round(libm::log(ratio.max(LEAST_RATIO)) * UNITS);
         self.predicted += units(own.predicted);
         self.declared += units(own.declared);
-        if let Some(earlier) = earlier.filter(|earlier| own.at - earlier.at <= FORGOTTEN) {
+        let clipped = own.clipped();
+        let last = last.replace(LastInnovation { at: own.at, clipped });
+        if let Some(last) = last.filter(|last| own.at - last.at <= FORGOTTEN) {
             self.pairs += 1.0;
-            let (own, earlier) = (own.clipped(), earlier.clipped());
-            self.pair_squares += units(product(own, own));
-            self.products += units(product(own, earlier));
+            self.pair_squares += units(product(clipped, clipped));
+            self.products += units(product(clipped, last.clipped));
         }
     }
 
@@ -118,7 +135,11 @@ impl InnovationCounts {
     }
 
     fn is_coloured(&self) -> bool {
-        self.pairs >= LEAST_PAIRS && self.products > COLOURED * self.pair_squares
+        if self.pairs < LEAST_PAIRS {
+            return false;
+        }
+        let by_chance = CHANCE_SIGMAS / libm::sqrt(2.0 * self.pairs);
+        self.products > (COLOURED + by_chance) * self.pair_squares
     }
 
     /// Variance along an axis of the part that lasts, m²; 0 where errors are white.
@@ -150,7 +171,9 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
         (
             "learning.coloured",
-            format!("correlation {COLOURED} of {LEAST_PAIRS} pairs, times {LASTING_SHARE}"),
+            format!(
+                "correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs, times {LASTING_SHARE}"
+            ),
         ),
         (
             "learning.variance_scale",
@@ -168,12 +191,18 @@ mod tests {
     /// Counts of innovations of a declared variance of 0.25 m², along x.
     fn counts(differences: impl Iterator<Item = f64>) -> InnovationCounts {
         let mut counts = InnovationCounts::default();
-        let mut earlier = None;
+        let mut last = None;
         for (second, x) in (0..).zip(differences) {
-            let at = Timestamp::EPOCH + Span::from_millis(1000 * second);
-            let own = Innovation { at, difference: [x, x], predicted: 0.05, declared: 0.25 };
-            counts.add(&own, earlier.as_ref());
-            earlier = Some(own);
+            let at = Timestamp::EPOCH + Span::from_millis(1500 * second);
+            let own = Innovation {
+                at,
+                difference: [x, x],
+                predicted: 0.05,
+                declared: 0.25,
+                by_positions: [x, x],
+                predicted_by_positions: 0.05,
+            };
+            counts.add(&own, &mut last);
         }
         counts
     }
@@ -211,8 +240,15 @@ mod tests {
             let mut counts = InnovationCounts::default();
             for second in 0..400 {
                 let at = Timestamp::EPOCH + Span::from_millis(1000 * second);
-                let own = Innovation { at, difference: [size, size], predicted: 1.0, declared: 0.05 };
-                counts.add(&own, None);
+                let own = Innovation {
+                    at,
+                    difference: [size, size],
+                    predicted: 1.0,
+                    declared: 0.05,
+                    by_positions: [size, size],
+                    predicted_by_positions: 1.0,
+                };
+                counts.add(&own, &mut None);
             }
             assert_eq!(counts.variance_scale(), 1.0, "{size}");
         }

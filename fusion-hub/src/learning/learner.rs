@@ -1,32 +1,24 @@
 //! Learns from the tracks, epoch after epoch.
 
-use super::class_counts::ClassCounts;
-use super::detection_counts::{DetectionCounts, ProfilePrior, Share};
-use super::epoch::{EPOCH, Epoch};
-use super::heading_counts::{HeadingCounts, Report};
-use super::innovation_counts::{Innovation, InnovationCounts};
-use super::reading::{FrameReading, LearntSensor, Prior};
-use super::report::{Counted, LearntSensorReport};
-use super::score_counts::{ScoreCounts, Scored, Witness};
-use super::sensor_statistics::SensorStatistics;
-use super::track_memory::{TrackMemory, WaitingMiss};
+use super::agent_learning::{AgentLearning, settled_before};
+use super::detection_counts::ProfilePrior;
+use super::epoch::Epoch;
+use super::heading_counts::Report;
+use super::innovation_counts::Innovation;
+use super::pose_counts::Stood;
+use super::reading::{FrameReading, Prior};
+use super::report::LearntSensorReport;
+use super::score_counts::{Scored, Witness};
+use super::track_memory::{Compared, TrackMemory, WaitingMiss};
 use crate::filter::Filter;
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, AgentSlot, ClassLaw, PositionErrors, RANGE_BINS, ScoreModel, range_bin};
+use crate::values::{AgentNames, AgentSlot, ClassLaw, ExpectedPlace, HeadingLaw, ScoreModel, range_bin};
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, TrackId};
 use v2x_common::time::{Span, Timestamp};
 
-/// What was seen counts less with time, s.
-const MEMORY_S: f64 = 120.0;
-/// And what was seen in the last seconds alone, s.
-const RECENT_S: f64 = 5.0;
-/// A frame is read by what had been learnt so long before Δmax before its capture: maintenance is not immediate, and clocks
-/// of agents may be a little ahead.
-const SETTLED: Span = Span::from_millis(500);
 /// A track with so many detections is of something real for learning, whatever others miss.
 const PERSISTENT_REPORTS: u32 = 10;
 /// Epochs after which it is decided again whether a track is of something real, and where it was; and after which its
@@ -34,12 +26,8 @@ const PERSISTENT_REPORTS: u32 = 10;
 const DECIDED_EVERY: i64 = 4;
 const REAL_CHECKED_EVERY: i64 = 16;
 const INNOVATIONS_EVERY: i64 = 32;
-/// Where all agents of an epoch are known well, by so many frames of objects, one epoch in so many is learnt from, of each
-/// track another one.
-const KNOWN_WELL_FRAMES: f64 = 2000.0;
+/// Where all agents of an epoch are known well, one epoch in so many is learnt from, of each track another one.
 const SAMPLED_EVERY: i64 = 4;
-/// An agent that has not detected anything for so long may be dead.
-const DETECTS_FOR: Span = Span::from_millis(5000);
 /// An object counts as missed where it is inside of the view by this much, m.
 const VIEW_MARGIN_M: f64 = 2.0;
 
@@ -55,25 +43,6 @@ pub(crate) struct Learner {
     next: Option<Epoch>,
     /// Whether every agent of the epoch is known well.
     knows_all_well: bool,
-}
-
-/// What is learnt of one agent.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct AgentLearning {
-    name: Option<AgentId>,
-    /// What is assumed or declared.
-    prior: ProfilePrior,
-    is_described: bool,
-    counts: DetectionCounts,
-    statistics: SensorStatistics,
-    headings: HeadingCounts,
-    classes: ClassCounts,
-    scores: ScoreCounts,
-    innovations: InnovationCounts,
-    /// When it last detected anything.
-    detected_at: Option<Timestamp>,
-    /// What was learnt by the begin of an epoch, in order.
-    learnt: VecDeque<(Epoch, LearntSensor)>,
 }
 
 /// A frame of an agent, as far as it decides how the frame is read.
@@ -98,7 +67,7 @@ impl Learner {
         agents: &AgentNames,
     ) -> FrameReading {
         let FrameSource { agent, frame, declared } = *source;
-        let settled = Epoch::of(frame.captured_at - self.delta_max - SETTLED);
+        let settled = settled_before(frame.captured_at, self.delta_max);
         let known = self.agent(agent, agents.name(agent));
         known.is_described = declared.is_some();
         known.prior = declared.map_or(prior.profile, |reading| ProfilePrior {
@@ -119,7 +88,7 @@ impl Learner {
         }
         let known = &mut self.agents[slot.index()];
         if known.name != Some(name) {
-            *known = AgentLearning { name: Some(name), ..AgentLearning::default() };
+            *known = AgentLearning::of(name);
         }
         known
     }
@@ -148,7 +117,7 @@ impl Learner {
     /// Of each agent, by its slot, as known at a time: the variance (m²) of the part of its errors of position that lasts, and
     /// how its classes err.
     pub(crate) fn known_at(&self, at: Timestamp) -> impl Iterator<Item = (f64, ClassLaw)> {
-        let settled = Epoch::of(at - self.delta_max - SETTLED);
+        let settled = settled_before(at, self.delta_max);
         self.agents.iter().map(move |known| {
             known
                 .as_of(settled)
@@ -196,15 +165,7 @@ impl Learner {
     fn fade(&mut self, epoch: Epoch) {
         let since = self.next.map_or(epoch, |next| next.min(epoch));
         let passed_s = (epoch.next().begin() - since.begin()).as_secs_f64();
-        let factor = libm::exp(-passed_s / MEMORY_S);
-        for agent in &mut self.agents {
-            agent.counts.scale(factor, libm::exp(-passed_s / RECENT_S));
-            agent.statistics.scale(factor);
-            agent.headings.scale(factor);
-            agent.classes.scale(factor);
-            agent.scores.scale(factor);
-            agent.innovations.scale(factor);
-        }
+        self.agents.iter_mut().for_each(|agent| agent.fade(passed_s));
     }
 
     fn learn_from<F: Filter>(&mut self, epoch: Epoch, track: &Track<F>, context: &TrackContext<'_>) {
@@ -228,7 +189,9 @@ impl Learner {
         let decided_every = if memory.is_real { REAL_CHECKED_EVERY } else { DECIDED_EVERY };
         if epoch.is_turn(begun, decided_every) || memory.is_new() {
             // Its existence is no measure of those whose misses reduce it: what is reported persistently counts, too.
-            memory.is_real = track.before(begin, context).is_some_and(|estimate| {
+            let estimate = track.before(begin, context);
+            memory.stands = estimate.as_ref().is_some_and(|estimate| estimate.stands());
+            memory.is_real = estimate.is_some_and(|estimate| {
                 let is_persistent = estimate.n_reports >= PERSISTENT_REPORTS;
                 estimate.is_rather_real() || (is_persistent && estimate.support.is_for_a_real_object())
             });
@@ -261,6 +224,11 @@ impl Learner {
                 (frame.agent, place),
                 Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
             );
+        }
+        if let Some(displaced) = memory.displaced(place, Stood { at: item.captured_at, position })
+            && let Some(known) = self.agents.get_mut(frame.agent.index())
+        {
+            known.pose.add(item.captured_at, &displaced);
         }
         self.follow(memory, place, (frame, position), true);
         self.ask(memory, place, (frame, position), true);
@@ -319,20 +287,27 @@ impl Learner {
         let Some(z) = context.frames.measurement(item) else { return };
         let state = before.state_at(at, context.synchronous);
         let predicted = state.predicted_measurement(before.class());
-        let difference = [z.position[0] - predicted.position[0], z.position[1] - predicted.position[1]];
+        let from = |[x, y]: [f64; 2]| [z.position[0] - x, z.position[1] - y];
+        // Where headings are as reported, nothing is known by positions alone.
+        let path = if frame.model.headings == HeadingLaw::AsReported {
+            ExpectedPlace { position: predicted.position, covariance: predicted.position_covariance }
+        } else {
+            before.expected_by_positions(at)
+        };
         let mean = |covariance: &Covariance2| (covariance.xx + covariance.yy) / 2.0;
         let declared = mean(&z.r) / frame.model.errors.scale;
         let of_pose = before.shared_error.apart(frame.agent, frame.pose_variance(z.position));
         let own = Innovation {
             at,
-            difference,
+            difference: from(predicted.position),
             predicted: mean(&predicted.position_covariance) + of_pose,
             declared,
+            by_positions: from(path.position),
+            predicted_by_positions: mean(&path.covariance) + of_pose,
         };
         let place = memory.place_of(frame.agent);
-        let earlier = memory.replace_innovation(place, own);
         if let Some(known) = self.agents.get_mut(frame.agent.index()) {
-            known.innovations.add(&own, earlier.as_ref());
+            known.innovations.add(&own, memory.last_innovation(place));
         }
     }
 
@@ -342,11 +317,12 @@ impl Learner {
         (agent, place): (AgentSlot, usize),
         report: Report,
     ) {
-        if let Some(difference) = memory.compare_heading(place, report)
+        if let Some(Compared { heading, pair }) = memory.compare_heading(place, report)
             && memory.counts()
             && let Some(known) = self.agents.get_mut(agent.index())
         {
-            known.headings.add(difference);
+            known.headings.add(heading);
+            pair.into_iter().for_each(|pair| known.headings.add_pair(pair));
         }
     }
 
@@ -411,79 +387,15 @@ impl Learner {
     }
 }
 
-impl AgentLearning {
-    /// What had been learnt by the begin of an epoch.
-    fn as_of(&self, epoch: Epoch) -> Option<&LearntSensor> {
-        let known = self.learnt.partition_point(|(by, _)| *by <= epoch);
-        known.checked_sub(1).map(|place| &self.learnt[place].1)
-    }
-
-    fn is_known_well(&self) -> bool {
-        self.counts.total().all >= KNOWN_WELL_FRAMES && !self.innovations.are_few()
-    }
-
-    fn report(&self) -> LearntSensorReport {
-        let Share { detected, all } = self.counts.total();
-        let range_m = self.statistics.reach_m();
-        LearntSensorReport::of(&Counted {
-            observed_frames: all,
-            detected_frames: detected,
-            profile: self.counts.profile(self.prior, range_m.map_or(RANGE_BINS, range_bin)),
-            overrules_declared: !self.declared_holds(),
-            range_m,
-            interval_s: self.statistics.interval_s(),
-            scores: self.scores.model(),
-            headings: &self.headings.law(),
-            variance_factor: self.innovations.variance_scale(),
-            lasting_variance: self.innovations.lasting_variance(),
-            classes: self.classes.law(),
-        })
-    }
-
-    fn declared_holds(&self) -> bool {
-        self.is_described && !self.counts.contradict(self.prior.probability)
-    }
-
-    /// Notes what is learnt by the begin of an epoch, and forgets what no frame is read by any more.
-    fn settle(&mut self, by: Epoch, delta_max: Span) {
-        let reach_bin = self.statistics.reach_m().map_or(RANGE_BINS, range_bin);
-        let holds = self.declared_holds();
-        let learnt = LearntSensor {
-            profile: (!holds).then(|| self.counts.profile(self.prior, reach_bin)),
-            view_m: self.statistics.view_m(),
-            interval_s: self.statistics.interval_s(),
-            headings: Some(self.headings.law()),
-            errors: PositionErrors {
-                scale: self.innovations.variance_scale(),
-                lasting: self.innovations.lasting_variance(),
-            },
-            classes: self.classes.law(),
-            scores: self.scores.model(),
-            detects: self.detected_at.is_some_and(|at| by.begin() - at < DETECTS_FOR),
-        };
-        let oldest = Epoch::of(by.begin() - delta_max - delta_max - SETTLED - EPOCH);
-        while self.learnt.get(1).is_some_and(|(next, _)| *next <= oldest) {
-            self.learnt.pop_front();
-        }
-        if self.learnt.back().is_none_or(|(_, last)| *last != learnt) {
-            self.learnt.push_back((by, learnt));
-        }
-    }
-}
-
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("learning.epoch_s", EPOCH.as_secs_f64().to_string()),
-        ("learning.settled_s", SETTLED.as_secs_f64().to_string()),
-        ("learning.memory_s", format!("{MEMORY_S}, of late {RECENT_S}")),
         ("learning.persistent_reports", PERSISTENT_REPORTS.to_string()),
-        ("learning.detects_for_s", DETECTS_FOR.as_secs_f64().to_string()),
         (
             "learning.turns",
             format!(
-                "{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}; {SAMPLED_EVERY} from {KNOWN_WELL_FRAMES} frames"
+                "{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}; {SAMPLED_EVERY} where known well"
             ),
         ),
     ]

@@ -6,6 +6,7 @@
 //! learnt, and how each frame is read, is a function of the evidence and not of the order in which it arrived, as long as
 //! the assignments are.
 
+mod agent_learning;
 mod by_frame;
 mod class_counts;
 mod detection_counts;
@@ -13,6 +14,7 @@ mod epoch;
 mod heading_counts;
 mod innovation_counts;
 mod learner;
+mod pose_counts;
 mod reading;
 mod report;
 mod score_counts;
@@ -27,11 +29,13 @@ pub use report::LearntSensorReport;
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     [
+        agent_learning::listed(),
         learner::listed(),
         class_counts::listed(),
         detection_counts::listed(),
         heading_counts::listed(),
         innovation_counts::listed(),
+        vec![pose_counts::listed()],
         score_counts::listed(),
         sensor_statistics::listed(),
         reading::listed(),

@@ -62,6 +62,8 @@ pub(crate) struct LearntSensor {
     pub(super) headings: Option<HeadingLaw>,
     /// How its errors of position are.
     pub(super) errors: PositionErrors,
+    /// Variance of its pose's position along an axis, m².
+    pub(super) pose_variance: f64,
     /// How its classes err.
     pub(super) classes: ClassLaw,
     /// How its scores are read.
@@ -94,6 +96,7 @@ impl LearntSensor {
         reading.model.scores = self.scores;
         reading.model.headings = self.headings();
         reading.model.errors = self.errors;
+        reading.model.pose = self.pose();
         reading.model.classes = self.classes;
         if let Some(profile) = self.profile {
             reading.model.profile = profile;
@@ -134,7 +137,7 @@ impl LearntSensor {
             scores: self.scores,
             headings: self.headings(),
             errors: self.errors,
-            pose: PoseErrors::NONE,
+            pose: self.pose(),
             classes: self.classes,
             keeps_support: true,
         };
@@ -145,6 +148,11 @@ impl LearntSensor {
             profile,
         };
         FrameReading { model, coverage: pose.zip(self.view_m).map(view) }
+    }
+
+    /// What is unknown of its pose, where it declares nothing.
+    fn pose(&self) -> PoseErrors {
+        PoseErrors { position: self.pose_variance, yaw: 0.0 }
     }
 
     fn headings(&self) -> HeadingLaw {

@@ -35,10 +35,14 @@ pub struct LearntSensorReport {
     pub turned_headings: f64,
     /// Constant error of headings, degrees; 0 where none is significant.
     pub heading_offset_deg: f64,
+    /// Standard deviation of the part of its errors of heading that lasts for seconds, degrees.
+    pub lasting_heading_sigma_deg: f64,
     /// Factor on its declared standard deviations of position; 1 where they are about right.
     pub sigma_factor: f64,
     /// Standard deviation of the part of its errors of position that lasts for seconds, m.
     pub lasting_sigma_m: f64,
+    /// Standard deviation of its pose, by which all that stands moves at once in its reports, m; 0 where none is significant.
+    pub pose_sigma_m: f64,
     /// Probability that its class is right.
     pub class_right: f64,
     /// Probability that its class is another one of the right group.
@@ -57,14 +61,17 @@ pub(super) struct Counted<'a> {
     pub(super) headings: &'a HeadingLaw,
     pub(super) variance_factor: f64,
     pub(super) lasting_variance: f64,
+    pub(super) pose_variance: f64,
     pub(super) classes: ClassLaw,
 }
 
 impl LearntSensorReport {
     pub(super) fn of(counted: &Counted<'_>) -> Self {
-        let (turned_headings, offset) = match *counted.headings {
-            HeadingLaw::AsReported => (0.0, 0.0),
-            HeadingLaw::Mixture { front_odds_ln, offset } => (1.0 / (1.0 + libm::exp(front_odds_ln)), offset),
+        let (turned_headings, offset, lasting) = match *counted.headings {
+            HeadingLaw::AsReported => (0.0, 0.0, 0.0),
+            HeadingLaw::Mixture { front_odds_ln, offset, lasting } => {
+                (1.0 / (1.0 + libm::exp(front_odds_ln)), offset, lasting)
+            }
         };
         let steps = counted.range_m.map_or(0.0, |range_m| libm::ceil(range_m / RANGE_BIN_M));
         #[expect(clippy::cast_precision_loss, reason = "a few")]
@@ -88,8 +95,10 @@ impl LearntSensorReport {
             even_score: even_score(&counted.scores),
             turned_headings,
             heading_offset_deg: offset.to_degrees(),
+            lasting_heading_sigma_deg: libm::sqrt(lasting).to_degrees(),
             sigma_factor: libm::sqrt(counted.variance_factor),
             lasting_sigma_m: libm::sqrt(counted.lasting_variance),
+            pose_sigma_m: libm::sqrt(counted.pose_variance),
             class_right: counted.classes.right,
             class_within_group: counted.classes.within_group,
         }
@@ -101,6 +110,7 @@ impl LearntSensorReport {
             || self.turned_headings >= MIN_TURNED
             || self.heading_offset_deg != 0.0
             || self.sigma_factor != 1.0
+            || self.pose_sigma_m > 0.0
             || self.class_right < MIN_CLASSES_RIGHT
     }
 
@@ -124,11 +134,17 @@ impl LearntSensorReport {
         if self.heading_offset_deg != 0.0 {
             words.push(format!("headings off by {:.0}°", self.heading_offset_deg));
         }
+        if self.lasting_heading_sigma_deg > 0.0 {
+            words.push(format!("errors of {:.1}° that last", self.lasting_heading_sigma_deg));
+        }
         if self.sigma_factor != 1.0 {
             words.push(format!("σ of positions × {:.2}", self.sigma_factor));
         }
         if self.lasting_sigma_m > 0.0 {
             words.push(format!("errors of {:.2} m that last", self.lasting_sigma_m));
+        }
+        if self.pose_sigma_m > 0.0 {
+            words.push(format!("a pose that wanders by {:.1} m", self.pose_sigma_m));
         }
         if let Some(score) = self.even_score {
             words.push(format!("a score of {score:.2} is real in one case of two"));
@@ -164,13 +180,14 @@ mod tests {
             headings,
             variance_factor: 4.0,
             lasting_variance: 0.09,
+            pose_variance: 0.25,
             classes: ClassLaw { right: 0.8, within_group: 0.19 },
         })
     }
 
     #[test]
     fn what_is_learnt_is_reported_in_words_beside_what_is_declared() {
-        let turned = HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5 };
+        let turned = HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5, lasting: 0.01 };
         let words = report(&turned, true).in_words(Some(0.95));
         for part in [
             "detects 60 % (declared 0.95: overruled)",

@@ -1,8 +1,9 @@
 //! What learning remembers of a track between two epochs.
 
 use super::class_counts::LastClasses;
-use super::heading_counts::{Report, compare, is_due};
-use super::innovation_counts::Innovation;
+use super::heading_counts::{Difference, Report, compare, is_due};
+use super::innovation_counts::LastInnovation;
+use super::pose_counts::{Displaced, Stood};
 use super::score_counts::{Scored, Witness};
 use crate::values::{AgentSlot, ScoreBand};
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,8 @@ pub(super) struct TrackMemory {
     n_detections: u32,
     /// Whether it was taken for a real object when that was last decided.
     pub(super) is_real: bool,
+    /// Whether it stood then.
+    pub(super) stands: bool,
     /// Position of its last detection, m.
     pub(super) position: Option<[f64; 2]>,
     /// The agents, and what is remembered of each by its place among them.
@@ -39,6 +42,15 @@ pub(super) struct TrackMemory {
     pub(super) waiting: Vec<WaitingMiss>,
 }
 
+/// A heading that was held against the course.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Compared {
+    /// Its difference, rad.
+    pub(super) heading: f64,
+    /// How its axis differs, and that of the last report but one before it, rad: they have no report in common.
+    pub(super) pair: Option<[f64; 2]>,
+}
+
 /// What is remembered of one track and one agent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct AgentMemory {
@@ -48,8 +60,12 @@ struct AgentMemory {
     has_detected: bool,
     /// A report that a later one is to be compared with.
     report: Option<Report>,
+    /// Where it was in its report of half a second ago.
+    stood: Option<Stood>,
+    /// How the axes of the last two reports that were compared differ from the course, the newer one last.
+    differences: [Option<f64>; 2],
     /// Its last innovation.
-    innovation: Option<Innovation>,
+    innovation: Option<LastInnovation>,
     /// Its last detection, until another agent has confirmed it or not.
     scored: Option<Scored>,
     /// The same, until its own next frame has.
@@ -94,20 +110,30 @@ impl TrackMemory {
     }
 
     /// Compares a report's heading with the way since an earlier report of the agent, where there is one; else it waits.
-    pub(super) fn compare_heading(&mut self, place: usize, report: Report) -> Option<f64> {
-        let known = &mut self.by_agent[place].report;
+    pub(super) fn compare_heading(&mut self, place: usize, report: Report) -> Option<Compared> {
+        let AgentMemory { report: known, differences, .. } = &mut self.by_agent[place];
         let Some(earlier) = *known else {
             *known = Some(report);
             return None;
         };
         let is_comparable = is_due(&earlier, report.at)?;
         *known = Some(report);
-        if is_comparable { compare(&earlier, &report) } else { None }
+        let difference = if is_comparable { compare(&earlier, &report) } else { None };
+        let [before, last] = *differences;
+        *differences = [last, difference.map(|difference| difference.axis)];
+        let Difference { heading, axis } = difference?;
+        Some(Compared { heading, pair: before.map(|before| [before, axis]) })
     }
 
-    /// Takes the place of the agent's last innovation, which is returned.
-    pub(super) fn replace_innovation(&mut self, place: usize, own: Innovation) -> Option<Innovation> {
-        self.by_agent[place].innovation.replace(own)
+    /// How far a report of the agent at a place is from that of half a second before, where the object stands.
+    pub(super) fn displaced(&mut self, place: usize, report: Stood) -> Option<Displaced> {
+        let displaced = report.compare(&mut self.by_agent[place].stood);
+        displaced.filter(|_| self.stands && self.counts())
+    }
+
+    /// The agent's last innovation.
+    pub(super) fn last_innovation(&mut self, place: usize) -> &mut Option<LastInnovation> {
+        &mut self.by_agent[place].innovation
     }
 
     /// Notes a detection that another agent may confirm.

@@ -21,6 +21,8 @@ const VIEW_MARGIN_M: f64 = 0.5;
 const MAX_CLASSES: usize = 4;
 /// Where one in so many detections is of a class that moves, the object may.
 const ONE_IN_MOVES: u32 = 5;
+/// An object stands that is slower by a standard deviation, m/s: of one whose reports wander with a pose no more is known.
+const STANDS_BELOW_MPS: f64 = 1.5;
 
 /// State, existence and class after the evidence up to one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -129,6 +131,17 @@ impl<F: Filter> Snapshot<F> {
         self.state.predicted(at, self.motion_class())
     }
 
+    /// Where positions alone expect the object at another time.
+    pub fn expected_by_positions(&self, at: Timestamp) -> ExpectedPlace {
+        self.orientation.by_positions(at, self.motion_class())
+    }
+
+    /// Whether it is known to stand, by positions alone.
+    pub fn stands(&self) -> bool {
+        let (speed, sigma) = self.orientation.speed_by_positions();
+        speed + sigma < STANDS_BELOW_MPS
+    }
+
     /// The probability that it still exists at another time.
     pub fn existence_at(&self, at: Timestamp) -> f64 {
         self.existence.survived(at - self.at, &self.persistence).probability()
@@ -148,8 +161,14 @@ impl<F: Filter> Snapshot<F> {
         let HeadingLaw::Mixture { front_odds_ln, .. } = frame.model.headings else {
             return Read::as_reported(z);
         };
+        let dt_s = (frame.at - self.orientation.at()).as_secs_f64();
+        let wandered = frame.model.errors.wandered(dt_s);
+        if wandered > 0.0 {
+            self.state.widen_position(wandered);
+        }
         let held = Held { state: &self.state, class: self.motion_class() };
-        let read = self.orientation.read(frame.at, z, &held, front_odds_ln);
+        let mut read = self.orientation.read(frame.at, z, &held, front_odds_ln);
+        read.z.yaw_variance += frame.model.headings.by_lasting(frame.model.interval_s);
         match read.first {
             Action::Nothing => {}
             Action::TurnRound => self.state.turn_round(),
@@ -349,5 +368,8 @@ fn motion_class(class: Class, class_motion: bool) -> Class {
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
-    vec![("track.one_in_moves", ONE_IN_MOVES.to_string())]
+    vec![
+        ("track.one_in_moves", ONE_IN_MOVES.to_string()),
+        ("track.stands_below_mps", STANDS_BELOW_MPS.to_string()),
+    ]
 }

@@ -57,5 +57,6 @@ pub use support::Support;
 pub(crate) use {
     class_belief::listed as classes_listed, coast::listed as coast_listed,
     exclusion::listed as exclusion_listed, existence::listed as existence_listed,
-    pose_errors::listed as pose_errors_listed, support::listed as support_listed,
+    pose_errors::listed as pose_errors_listed, position_errors::listed as position_errors_listed,
+    support::listed as support_listed,
 };

@@ -38,6 +38,12 @@ impl PoseErrors {
         Self { position: position_m * position_m, yaw: yaw_rad * yaw_rad }
     }
 
+    /// Variance of a position along an axis (m²) of a pose that is displaced by this variance in a time (s): of errors that are
+    /// alike for a while as those of a first-order Gauss-Markov process are.
+    pub fn by_displacement(variance: f64, after_s: f64) -> f64 {
+        variance / (2.0 * -libm::expm1(-after_s / ALIKE_FOR_S))
+    }
+
     /// Whether there are none.
     #[inline(always)]
     pub fn are_none(&self) -> bool {

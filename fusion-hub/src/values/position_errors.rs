@@ -3,6 +3,9 @@
 use super::Measurement;
 use serde::{Deserialize, Serialize};
 
+/// Lasting errors change by so many times their own variance in a second: 2/τ of a process that forgets within τ = 1 s.
+const WANDER_PER_S: f64 = 2.0;
+
 /// Differences from the declared covariances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositionErrors {
@@ -29,6 +32,17 @@ impl PositionErrors {
         }
     }
 
+    /// Variance along an axis, m², by which what an agent sees of an object has wandered from what the object does, in a time
+    /// (s) between two reports: the errors that last as a first-order Gauss-Markov process (Gelb 1974, section 2.2). The state
+    /// follows them; the variance that is published holds them in full.
+    #[inline]
+    pub fn wandered(&self, dt_s: f64) -> f64 {
+        if self.lasting == 0.0 {
+            return 0.0;
+        }
+        WANDER_PER_S * self.lasting * dt_s.abs().min(1.0 / WANDER_PER_S)
+    }
+
     /// Adds the lasting part to the covariances of measurements, for association.
     pub fn add_lasting(&self, measurements: &mut [Measurement]) {
         if self.lasting > 0.0 {
@@ -37,5 +51,26 @@ impl PositionErrors {
                 z.r.yy += self.lasting;
             }
         }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(crate) fn listed() -> (&'static str, String) {
+    ("errors.wander_per_s", WANDER_PER_S.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_errors_that_last_wander_and_by_no_more_than_they_are() {
+        assert_eq!(PositionErrors::AS_DECLARED.wandered(10.0), 0.0);
+        let errors = PositionErrors { scale: 1.0, lasting: 0.16 };
+        assert!(
+            (errors.wandered(0.1) - 0.032).abs() < 1e-12 && errors.wandered(-0.1) == errors.wandered(0.1)
+        );
+        assert_eq!(errors.wandered(60.0), 0.16);
     }
 }

@@ -159,6 +159,11 @@ impl Orientation {
         }
     }
 
+    /// When the object was last detected.
+    pub(super) const fn at(&self) -> Timestamp {
+        self.at
+    }
+
     /// Reads a report of an object by an agent whose fronts are right with these odds.
     pub(super) fn read<F: Filter>(
         &mut self,
@@ -273,9 +278,20 @@ impl Orientation {
         if self.path.vv.xx.max(self.path.vv.yy) <= limit * limit && self.doubt < IN_QUESTION {
             return None;
         }
+        Some(self.by_positions(at, class))
+    }
+
+    /// Where positions alone expect the object at a time.
+    pub(crate) fn by_positions(&self, at: Timestamp, class: Class) -> ExpectedPlace {
         let mut path = self.path;
-        path.predict((at - self.at).as_secs_f64(), motion.accel_psd);
-        Some(ExpectedPlace { position: path.position, covariance: path.pp })
+        path.predict((at - self.at).as_secs_f64(), MotionParams::of(class).accel_psd);
+        ExpectedPlace { position: path.position, covariance: path.pp }
+    }
+
+    /// Its speed by positions alone, and the standard deviation of the velocity along an axis, m/s.
+    pub(crate) fn speed_by_positions(&self) -> (f64, f64) {
+        let [vx, vy] = self.path.velocity;
+        (libm::hypot(vx, vy), libm::sqrt(self.path.vv.xx.max(self.path.vv.yy)))
     }
 
     /// The course, where an object of a class moves for certain.

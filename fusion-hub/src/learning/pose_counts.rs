@@ -1,0 +1,204 @@
+//! Whether an agent's pose wanders: then what stands moves in its reports, all of it at once.
+//!
+//! An agent alone shows it, by two of its own frames about half a second apart: what other agents report, or what the tracks make of
+//! all of them, does not enter. Noise of single objects cancels in the products of the displacements of different ones.
+
+use crate::values::PoseErrors;
+use serde::{Deserialize, Serialize};
+use v2x_common::time::{Span, Timestamp};
+
+/// The first frames of half seconds are compared, each with the one before: the same ones for all objects.
+const TURN: Span = Span::from_millis(500);
+/// With no less and no more between them.
+const APART: [Span; 2] = [Span::from_millis(200), Span::from_millis(3000)];
+/// Further than this nothing that stands is displaced, m: it is another object.
+const MOST_DISPLACED_M: f64 = 4.0;
+/// So many objects of a frame show what they have in common.
+const LEAST_OBJECTS: f64 = 4.0;
+/// And so many frames that it is not chance, by so many standard deviations of their mean.
+const LEAST_FRAMES: f64 = 10.0;
+const SIGNIFICANT_SIGMAS: f64 = 3.0;
+/// Below this nothing is corrected, m.
+const LEAST_SIGMA_M: f64 = 0.2;
+/// The most of one frame, m².
+const MOST: f64 = 100.0;
+/// Unit of sums: whole numbers add up to the same in any order.
+const UNITS: f64 = 65_536.0;
+
+/// Where an agent reported an object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Stood {
+    pub(super) at: Timestamp,
+    /// m.
+    pub(super) position: [f64; 2],
+}
+
+/// How far an object that stands was displaced between two reports of one agent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Displaced {
+    /// m.
+    by: [f64; 2],
+    after_s: f64,
+}
+
+impl Stood {
+    /// Compares a report with that of the half second before, whose place it takes.
+    pub(super) fn compare(self, earlier: &mut Option<Self>) -> Option<Displaced> {
+        let turn = |at: Timestamp| at.as_nanos().div_euclid(TURN.as_nanos());
+        if earlier.is_some_and(|earlier| turn(earlier.at) == turn(self.at)) {
+            return None;
+        }
+        let before = earlier.replace(self)?;
+        let [least, most] = APART;
+        let after = self.at - before.at;
+        let by = [self.position[0] - before.position[0], self.position[1] - before.position[1]];
+        let is_near = libm::hypot(by[0], by[1]) <= MOST_DISPLACED_M;
+        (least <= after && after <= most && is_near).then(|| Displaced { by, after_s: after.as_secs_f64() })
+    }
+}
+
+/// Displacements in one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct FrameSums {
+    at: Timestamp,
+    n: f64,
+    by: [f64; 2],
+    squares: f64,
+    after_s: f64,
+}
+
+impl FrameSums {
+    /// Variance along an axis that the displacements have in common, m², as that of the pose; below 0 by chance.
+    fn variance(&self) -> Option<f64> {
+        let Self { n, by: [x, y], squares, after_s, .. } = *self;
+        if n < LEAST_OBJECTS {
+            return None;
+        }
+        let products = (x * x + y * y) / UNITS - squares;
+        let common = products / (2.0 * UNITS * n * (n - 1.0));
+        Some(PoseErrors::by_displacement(common, after_s / (UNITS * n)))
+    }
+}
+
+/// What the frames of one agent show of its pose.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct PoseCounts {
+    /// Of this epoch.
+    of_epoch: Vec<FrameSums>,
+    frames: f64,
+    variances: f64,
+    squares: f64,
+}
+
+impl PoseCounts {
+    /// Adds a displacement in a frame.
+    pub(super) fn add(&mut self, at: Timestamp, displaced: &Displaced) {
+        let Displaced { by, after_s } = *displaced;
+        let place = self.of_epoch.iter().position(|frame| frame.at == at).unwrap_or_else(|| {
+            self.of_epoch.push(FrameSums { at, n: 0.0, by: [0.0; 2], squares: 0.0, after_s: 0.0 });
+            self.of_epoch.len() - 1
+        });
+        let frame = &mut self.of_epoch[place];
+        frame.n += 1.0;
+        frame.by[0] += libm::round(by[0] * UNITS);
+        frame.by[1] += libm::round(by[1] * UNITS);
+        frame.squares += libm::round((by[0] * by[0] + by[1] * by[1]) * UNITS);
+        frame.after_s += libm::round(after_s * UNITS);
+    }
+
+    /// At the end of an epoch, counts its frames.
+    pub(super) fn settle(&mut self) {
+        for frame in self.of_epoch.drain(..) {
+            if let Some(variance) = frame.variance() {
+                let variance = variance.clamp(-MOST, MOST);
+                self.frames += 1.0;
+                self.variances += libm::round(variance * UNITS);
+                self.squares += libm::round(variance * variance * UNITS);
+            }
+        }
+    }
+
+    /// Lets what was counted fade.
+    pub(super) fn scale(&mut self, factor: f64) {
+        for sum in [&mut self.frames, &mut self.variances, &mut self.squares] {
+            *sum *= factor;
+        }
+    }
+
+    /// Variance of the position of the pose along an axis, m²; 0 where none is significant.
+    pub(super) fn variance(&self) -> f64 {
+        if self.frames < LEAST_FRAMES {
+            return 0.0;
+        }
+        let mean = self.variances / (UNITS * self.frames);
+        let of_mean = (self.squares / (UNITS * self.frames) - mean * mean).max(0.0) / self.frames;
+        let is_significant = mean > SIGNIFICANT_SIGMAS * libm::sqrt(of_mean);
+        if is_significant && mean >= LEAST_SIGMA_M * LEAST_SIGMA_M { mean } else { 0.0 }
+    }
+}
+
+/// Every number, for [`crate::parameters`].
+#[cfg(test)]
+pub(super) fn listed() -> (&'static str, String) {
+    (
+        "learning.pose",
+        format!(
+            "{} to {} s apart, {LEAST_OBJECTS} objects, {LEAST_FRAMES} frames, {SIGNIFICANT_SIGMAS} sigma, from {LEAST_SIGMA_M} m on, displaced by {MOST_DISPLACED_M} m at most",
+            APART[0].as_secs_f64(),
+            APART[1].as_secs_f64()
+        ),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The variance by frames a second apart, each of so many objects that are displaced by a function of frame and object.
+    fn variance(n_objects: i32, displaced: impl Fn(i32, i32) -> f64) -> f64 {
+        let mut counts = PoseCounts::default();
+        let mut stood = vec![None; usize::try_from(n_objects).unwrap()];
+        for second in 0..20 {
+            let at = Timestamp::EPOCH + Span::from_millis(1000 * i64::from(second));
+            for (object, stood) in (0..).zip(&mut stood) {
+                let x = 10.0 * f64::from(object) + displaced(second, object);
+                if let Some(displaced) = (Stood { at, position: [x, x] }).compare(stood) {
+                    counts.add(at, &displaced);
+                }
+            }
+            counts.settle();
+        }
+        counts.variance()
+    }
+
+    #[test]
+    fn what_all_standing_objects_have_in_common_is_the_poses() {
+        let swings = |second: i32| if second % 2 == 0 { 0.3 } else { -0.3 };
+        let seen = variance(6, |second, _| swings(second));
+        let expected = PoseErrors::by_displacement(0.36, 1.0);
+        assert!((seen - expected).abs() < 0.01 * expected, "{seen} {expected}");
+        let few = variance(3, |second, _| swings(second));
+        assert_eq!(few, 0.0, "of three objects nothing is said");
+    }
+
+    #[test]
+    fn noise_of_single_objects_and_errors_that_stay_are_none_of_the_poses() {
+        // Every object by itself: the products of different ones average to zero.
+        let by_itself =
+            |second: i32, object: i32| if (second * 7 + object * object * 3) % 5 < 2 { 0.4 } else { -0.3 };
+        assert_eq!(variance(12, by_itself), 0.0);
+        assert_eq!(variance(12, |_, _| 1.0), 0.0, "an offset");
+    }
+
+    #[test]
+    fn another_object_is_no_displacement_and_frames_are_compared_once_a_turn() {
+        let stood =
+            |ms: i64, x: f64| Stood { at: Timestamp::EPOCH + Span::from_millis(ms), position: [x, 0.0] };
+        let mut earlier = None;
+        assert_eq!(stood(100, 0.0).compare(&mut earlier), None);
+        assert_eq!(stood(400, 0.0).compare(&mut earlier), None, "the same turn");
+        assert_eq!(stood(600, 0.5).compare(&mut earlier), Some(Displaced { by: [0.5, 0.0], after_s: 0.5 }));
+        assert_eq!(stood(2000, 20.0).compare(&mut earlier), None, "too far");
+        assert_eq!(stood(9000, 20.0).compare(&mut earlier), None, "too long ago");
+    }
+}
