@@ -15,7 +15,7 @@ const RUNS: u32 = 2000;
 const STEPS: u32 = 15;
 
 /// A standard normal draw (Box & Muller 1958).
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let mut unit = || (f64::from(rng.next_u32()) + 0.5) / 4_294_967_296.0;
     let (u, v) = (unit(), unit());
     libm::sqrt(-2.0 * libm::log(u)) * libm::cos(2.0 * std::f64::consts::PI * v)

@@ -12,6 +12,7 @@ mod faults;
 mod first_frames;
 mod fuzz_corpus;
 mod lag;
+mod lasting_errors;
 mod late_data;
 mod life_of_a_track;
 mod methods;

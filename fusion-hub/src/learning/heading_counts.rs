@@ -29,7 +29,9 @@ const LEAST_OFFSET: f64 = 0.15;
 const LEAST_AGREEMENT: f64 = 0.9;
 /// Pairs of differences from which on errors are taken to last, and the correlation that they then have.
 const LEAST_PAIRS: f64 = 40.0;
-const COLOURED: f64 = 0.25;
+const COLOURED: f64 = 0.2;
+/// And more by so many standard deviations of that of white errors.
+const CHANCE_SIGMAS: f64 = 2.5;
 /// Unit of sums: whole numbers add up to the same in any order.
 const UNITS: f64 = 4096.0;
 /// The same of squared angles, rad².
@@ -134,7 +136,8 @@ impl HeadingCounts {
     /// Variance of the part of the errors that lasts, rad²; 0 where errors are white. A constant error is corrected and no
     /// part of it.
     fn lasting(&self) -> f64 {
-        if self.pairs < LEAST_PAIRS || self.products <= COLOURED * self.pair_squares {
+        let by_chance = CHANCE_SIGMAS / libm::sqrt(self.pairs);
+        if self.pairs < LEAST_PAIRS || self.products <= (COLOURED + by_chance) * self.pair_squares {
             return 0.0;
         }
         let offset = self.offset();
@@ -161,7 +164,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
             "learning.heading_offset",
             format!("{LEAST_OFFSET} rad after {LEAST_COMPARISONS}, agreement {LEAST_AGREEMENT}"),
         ),
-        ("learning.heading_lasts", format!("correlation {COLOURED} of {LEAST_PAIRS} pairs")),
+        ("learning.heading_lasts", format!("correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs")),
     ]
 }
 
@@ -181,11 +184,37 @@ mod tests {
 
     #[test]
     fn only_what_moved_straight_ahead_is_compared() {
-        assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.1)), Some(0.1));
+        let compared = compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.1)).unwrap();
+        assert!(
+            (compared.heading - 0.1).abs() < 1e-12 && (compared.axis - 0.1).abs() < 1e-12,
+            "{compared:?}"
+        );
         assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 1.0, 0.1)), None, "too near");
         assert_eq!(compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.6)), None, "turned");
         let flipped = compare(&report(0, 0.0, 0.1), &report(1000, 8.0, 0.1 - PI)).unwrap();
-        assert!((flipped.abs() - PI + 0.1).abs() < 1e-12, "of a turned heading the axis is the same");
+        assert!((flipped.heading.abs() - PI + 0.1).abs() < 1e-12, "it is turned round");
+        assert!((flipped.axis - 0.1).abs() < 1e-12, "of a turned heading the axis is the same: {flipped:?}");
+    }
+
+    #[test]
+    fn on_a_bend_the_axis_is_held_against_the_course_in_its_middle() {
+        let bend = compare(&report(0, 0.0, -0.09), &report(1000, 8.0, 0.09)).unwrap();
+        assert!(bend.axis.abs() < 1e-3 && (bend.heading - 0.09).abs() < 1e-12, "{bend:?}");
+    }
+
+    #[test]
+    fn errors_last_that_are_alike_two_seconds_later_and_no_others() {
+        let lasting = |pair: fn(i32) -> [f64; 2], n: i32| {
+            let mut counts = HeadingCounts::default();
+            (0..n).for_each(|k| counts.add_pair(pair(k)));
+            let HeadingLaw::Mixture { lasting, .. } = counts.law() else { panic!("a mixture") };
+            lasting
+        };
+        let of_objects = |k: i32| if k % 2 == 0 { [0.1, 0.08] } else { [-0.08, -0.1] };
+        assert!((lasting(of_objects, 100) - 0.008).abs() < 1e-4);
+        assert_eq!(lasting(of_objects, 20), 0.0, "too few");
+        assert_eq!(lasting(|k| [[0.1, 0.1], [0.1, -0.1]][usize::from(k % 2 == 0)], 100), 0.0, "white");
+        assert_eq!(lasting(|_| [1.5, 1.5], 100), 0.0, "a quarter turn is no variance");
     }
 
     #[test]

@@ -18,6 +18,8 @@ const ENOUGH_PAIRS: f64 = 200.0;
 const COLOURED: f64 = 0.2;
 /// And more by so many standard deviations of that of white ones (two axes for each pair).
 const CHANCE_SIGMAS: f64 = 1.5;
+/// And where the variance of the prediction by positions is no more than so many times the declared one.
+const MOST_BY_POSITIONS: f64 = 2.0;
 /// The lasting part of an error shows by half in the innovations of a filter that follows it.
 const LASTING_SHARE: f64 = 2.0;
 /// A declared variance is corrected where it is wrong by more than this factor, e^0.7, and within these limits.
@@ -105,6 +107,11 @@ impl InnovationCounts {
         self.logarithms += libm::round(libm::log(ratio.max(LEAST_RATIO)) * UNITS);
         self.predicted += units(own.predicted);
         self.declared += units(own.declared);
+        // What is expected of the prediction is alike in successive innovations.
+        if own.predicted_by_positions > MOST_BY_POSITIONS * own.declared {
+            *last = None;
+            return;
+        }
         let clipped = own.clipped();
         let last = last.replace(LastInnovation { at: own.at, clipped });
         if let Some(last) = last.filter(|last| own.at - last.at <= FORGOTTEN) {
@@ -172,7 +179,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         (
             "learning.coloured",
             format!(
-                "correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs, times {LASTING_SHARE}"
+                "correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs, predicted within {MOST_BY_POSITIONS}, times {LASTING_SHARE}"
             ),
         ),
         (

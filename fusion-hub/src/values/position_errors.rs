@@ -3,8 +3,8 @@
 use super::Measurement;
 use serde::{Deserialize, Serialize};
 
-/// Lasting errors change by so many times their own variance in a second: 2/τ of a process that forgets within τ = 1 s.
-const WANDER_PER_S: f64 = 2.0;
+/// Lasting errors change by so many times their own variance in a second: 2/τ of a process that forgets within τ = 2 s.
+const WANDER_PER_S: f64 = 1.0;
 
 /// Differences from the declared covariances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(PositionErrors::AS_DECLARED.wandered(10.0), 0.0);
         let errors = PositionErrors { scale: 1.0, lasting: 0.16 };
         assert!(
-            (errors.wandered(0.1) - 0.032).abs() < 1e-12 && errors.wandered(-0.1) == errors.wandered(0.1)
+            (errors.wandered(0.1) - 0.016).abs() < 1e-12 && errors.wandered(-0.1) == errors.wandered(0.1)
         );
         assert_eq!(errors.wandered(60.0), 0.16);
     }

@@ -1,0 +1,139 @@
+//! Errors that last for seconds: of positions, of headings, and of an agent's pose, with nothing declared.
+
+use crate::consistency::normal;
+use crate::world::{agent, at, frame};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use v2x_common::class::Class;
+use v2x_common::covariance::{BoxCovariance, Covariance2};
+use v2x_common::detection::{Detection, HeadingKind};
+use v2x_common::geometry::BevBox;
+use v2x_common::id::HubId;
+use v2x_fusion_hub::engine::{Engine, EngineConfig};
+use v2x_fusion_hub::learning::LearntSensorReport;
+
+/// Parked cars, m.
+const PARKED: [[f64; 2]; 6] =
+    [[12.0, 0.0], [-14.0, 6.0], [20.0, 15.0], [5.0, -22.0], [-25.0, -10.0], [30.0, -4.0]];
+
+fn engine() -> Engine {
+    Engine::new(EngineConfig::new(HubId::new("hub").expect("test input"), 1))
+}
+
+/// White errors of variance 1, of a report and what is reported.
+fn white(k: i64, what: i64) -> f64 {
+    let seed = (k + 1).unsigned_abs() * 1_000_003 + what.unsigned_abs();
+    normal(&mut ChaCha8Rng::seed_from_u64(seed))
+}
+
+/// Errors of variance 1 that last: after a step, this share is left.
+fn lasting(n: i64, what: i64, share: f64) -> Vec<f64> {
+    let mut last = white(-1, what);
+    let step = (1.0 - share * share).sqrt();
+    (0..n)
+        .map(|k| {
+            last = share * last + step * white(k, what);
+            last
+        })
+        .collect()
+}
+
+/// A report with σ 0.3 m and 0.05 rad.
+fn car([x, y]: [f64; 2], yaw: f64) -> Detection {
+    Detection {
+        class: Class::Car,
+        score: 1.0,
+        bev: BevBox { x, y, w: 1.8, d: 4.5, yaw: v2x_common::geometry::wrap_angle(yaw) },
+        covariance: BoxCovariance { position: Covariance2::isotropic(0.3), ww: 0.01, dd: 0.04, yaw: 0.0025 },
+        velocity: None,
+        heading: HeadingKind::Known,
+        source_track: None,
+    }
+}
+
+fn learnt(engine: &Engine, name: &str) -> LearntSensorReport {
+    engine.learnt(&agent(name)).expect("an agent of whom something is learnt")
+}
+
+/// Mean error of parked cars in the last 10 s of 30, m; with an agent whose pose wanders by 1 m, or without.
+fn parked(has_wandering: bool) -> (f64, Engine) {
+    let mut engine = engine();
+    let pose = lasting(300, 1, 0.98).into_iter().zip(lasting(300, 2, 0.98));
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (step, pose) in (0_i64..).zip(pose) {
+        let ms = 100 * step;
+        let agents: &[&str] = if has_wandering { &["good", "wanders"] } else { &["good"] };
+        for (salt, name) in (0..).zip(agents) {
+            let off = if *name == "good" { [0.0; 2] } else { [pose.0, pose.1] };
+            let seen = (0..).zip(PARKED).map(|(one, [x, y])| {
+                let error = |what: i64| 0.3 * white(step, 100 * salt + 10 * one + what);
+                car(
+                    [x + off[0] + error(3), y + off[1] + error(4)],
+                    0.05 * white(step, 100 * salt + 10 * one + 5),
+                )
+            });
+            engine.handle_frame(&frame(agent(name), step.unsigned_abs(), ms, seen.collect()), at(ms + 30));
+        }
+        if step >= 200 {
+            for object in &engine.fused(at(ms + 40)).objects {
+                let away = PARKED.iter().map(|[x, y]| libm::hypot(object.bev.x - x, object.bev.y - y));
+                sum += away.fold(f64::INFINITY, f64::min);
+                n += 1.0;
+            }
+        }
+    }
+    assert!(n > 0.98 * 100.0 * PARKED.len() as f64, "objects are missing: {n}");
+    (sum / n, engine)
+}
+
+#[test]
+fn an_agent_whose_pose_wanders_by_a_metre_and_who_does_not_say_so_spoils_nothing() {
+    let (alone, _) = parked(false);
+    let (both, engine) = parked(true);
+    // What was averaged before the pose was known to wander fades.
+    assert!(both < alone + 0.12, "{both} m with it, {alone} m without");
+    let wanders = learnt(&engine, "wanders").pose_sigma_m;
+    assert!((0.4..2.0).contains(&wanders), "{wanders} m");
+    assert_eq!(learnt(&engine, "good").pose_sigma_m, 0.0);
+}
+
+/// What is learnt of an agent that reports eight cars at a rate (Hz) for 60 s, whose headings err by a function of report and
+/// car, rad: each drives on a circle of its own, by turns faster and slower.
+fn driving(rate_hz: i64, heading_error: impl Fn(i64, usize) -> f64) -> LearntSensorReport {
+    let mut engine = engine();
+    let mut cars: Vec<[f64; 3]> = (0..8).map(|one| [40.0 * f64::from(one), 0.0, f64::from(one)]).collect();
+    for k in 0..60 * rate_hz {
+        let ms = 1000 * k / rate_hz;
+        let seen = cars.iter().enumerate().map(|(one, [x, y, yaw])| {
+            let error = |what: i64| 0.3 * white(k, 10 * i64::try_from(one).expect("small") + what);
+            car([x + error(1), y + error(2)], yaw + heading_error(k, one))
+        });
+        engine.handle_frame(&frame(agent("lidar"), k.unsigned_abs(), ms, seen.collect()), at(ms + 30));
+        engine.fused(at(ms + 40));
+        for (one, [x, y, yaw]) in (0..).zip(&mut cars) {
+            let (dt_s, t_s) = (1.0 / rate_hz as f64, ms as f64 / 1000.0);
+            let speed = 8.0 + 4.0 * libm::sin(0.5 * t_s + f64::from(one));
+            *x += speed * dt_s * libm::cos(*yaw);
+            *y += speed * dt_s * libm::sin(*yaw);
+            *yaw += dt_s * if one % 2 == 0 { 0.1 } else { -0.1 };
+        }
+    }
+    learnt(&engine, "lidar")
+}
+
+#[test]
+fn white_errors_about_cars_that_manoeuvre_are_not_taken_to_last_at_any_rate() {
+    for rate_hz in [1, 2, 5, 10] {
+        let learnt = driving(rate_hz, |k, one| 0.05 * white(k, 10 * i64::try_from(one).expect("small") + 3));
+        let lasts = [learnt.lasting_sigma_m, learnt.lasting_heading_sigma_deg, learnt.pose_sigma_m];
+        assert_eq!(lasts, [0.0; 3], "{rate_hz} Hz");
+    }
+}
+
+#[test]
+fn headings_that_err_for_long_are_learnt_and_count_for_less() {
+    let of_each = |_: i64, one: usize| if one % 4 < 2 { 0.1 } else { -0.1 };
+    let learnt = driving(10, of_each);
+    assert!((4.0..7.0).contains(&learnt.lasting_heading_sigma_deg), "{learnt:?}");
+    assert_eq!(learnt.heading_offset_deg, 0.0, "they have no error in common");
+}
