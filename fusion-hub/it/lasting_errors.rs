@@ -113,9 +113,10 @@ fn driving(rate_hz: i64, heading_error: impl Fn(i64, usize) -> f64) -> LearntSen
         for (one, [x, y, yaw]) in (0..).zip(&mut cars) {
             let (dt_s, t_s) = (1.0 / rate_hz as f64, ms as f64 / 1000.0);
             let speed = 8.0 + 4.0 * libm::sin(0.5 * t_s + f64::from(one));
-            *x += speed * dt_s * libm::cos(*yaw);
-            *y += speed * dt_s * libm::sin(*yaw);
-            *yaw += dt_s * if one % 2 == 0 { 0.1 } else { -0.1 };
+            let half_turn = dt_s * if one % 2 == 0 { 0.05 } else { -0.05 };
+            *x += speed * dt_s * libm::cos(*yaw + half_turn);
+            *y += speed * dt_s * libm::sin(*yaw + half_turn);
+            *yaw += 2.0 * half_turn;
         }
     }
     learnt(&engine, "lidar")

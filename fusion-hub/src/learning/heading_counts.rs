@@ -164,7 +164,10 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
             "learning.heading_offset",
             format!("{LEAST_OFFSET} rad after {LEAST_COMPARISONS}, agreement {LEAST_AGREEMENT}"),
         ),
-        ("learning.heading_lasts", format!("correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs")),
+        (
+            "learning.heading_lasts",
+            format!("correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs"),
+        ),
     ]
 }
 
