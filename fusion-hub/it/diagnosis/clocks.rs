@@ -88,6 +88,18 @@ fn a_clock_that_is_off_by_more_than_half_a_second_is_a_fault_of_the_agent_whatev
 }
 
 #[test]
+fn one_stamp_for_all_frames_is_one_finding_and_not_two_about_clocks_and_processes() {
+    for numbered in [false, true] {
+        let findings = found(|frame| {
+            let sequence = numbered.then_some(frame.sequence);
+            frame.more = json!({ "captured_at": START_MS * 1000, "sequence": sequence, "epoch": null });
+        });
+        assert_only(&findings, Code::OneStamp, "`captured_at` is the same in all its frames");
+        assert_eq!(findings.len(), 1, "{findings:#?}");
+    }
+}
+
+#[test]
 fn stamps_of_another_unit_are_named() {
     let seconds =
         found(|frame| frame.more = json!({ "captured_at": (START_MS + frame.captured_ms) as f64 * 1e-3 }));

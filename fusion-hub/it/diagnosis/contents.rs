@@ -29,6 +29,7 @@ fn unknown_classes_impossible_values_and_refusals_are_reported_with_their_names(
     assert_only(&ufo, Code::UnknownClasses, "classes = { \"Fahrzeug\" = \"CLASS\" }");
     let impossible = found(|frame| frame.detections[0].w = -1.0);
     assert_only(&impossible, Code::ImpossibleDetections, "w out of range");
+    assert!(!impossible[0].change.contains("Longitudes"), "a width is no place: {}", impossible[0]);
     let refused = found(|frame| frame.more = json!({ "theta": 1 }));
     assert_only(&refused, Code::FramesRefused, "theta");
     let late = found(|frame| frame.delay_ms += 5000);

@@ -15,10 +15,16 @@ const FALL: u64 = 100;
 /// Numbers that are this many times as many as frames are no count of frames.
 const MOST_PER_FRAME: u64 = 20;
 
+/// Frames of one stamp that say that it never changes, and how long they must have come.
+const MIN_OF_ONE_STAMP: u64 = 6;
+const ONE_STAMP_FOR: Span = Span::from_millis(1_500);
+
 /// Of one agent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Arrivals {
     pub(super) frames: u64,
+    /// The stamp of all frames; no stamp once there was a second one.
+    stamp: Stamps,
     received: Option<(Timestamp, Timestamp)>,
     /// From capture to arrival, the shortest two and the longest two, s: a single stamp that is odd says nothing.
     shortest_s: Extremes,
@@ -30,6 +36,15 @@ pub(super) struct Arrivals {
     pub(super) epoch_returns: u64,
     numbers: Numbers,
     poses: Poses,
+}
+
+/// The stamps of frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Stamps {
+    #[default]
+    None,
+    One(Timestamp),
+    Several,
 }
 
 /// The two least of some numbers.
@@ -76,6 +91,11 @@ impl Arrivals {
     pub(super) fn note(&mut self, seen: &Observation<'_>) {
         let (at, frame) = (seen.received_at, seen.frame);
         self.frames += 1;
+        self.stamp = match self.stamp {
+            Stamps::None => Stamps::One(frame.captured_at),
+            Stamps::One(stamp) if stamp == frame.captured_at => self.stamp,
+            _ => Stamps::Several,
+        };
         self.received = Some(self.received.map_or((at, at), |(from, to)| (from.min(at), to.max(at))));
         let delay_s = (at - frame.captured_at).as_secs_f64();
         self.shortest_s.note(delay_s);
@@ -103,6 +123,12 @@ impl Arrivals {
             self.epochs.remove(0);
         }
         self.epochs.push(epoch);
+    }
+
+    /// Whether all frames of a while have one stamp.
+    pub(super) fn is_one_stamp(&self) -> bool {
+        let is_one = matches!(self.stamp, Stamps::One(_));
+        is_one && self.frames >= MIN_OF_ONE_STAMP && self.lasted() >= ONE_STAMP_FOR
     }
 
     /// From the first frame to the last one.
@@ -270,6 +296,22 @@ mod tests {
             (0, 0, Some((0, 20)))
         );
         assert_eq!((two.epoch_returns, two.place_returns()), (18, 18));
+    }
+
+    #[test]
+    fn a_stamp_that_never_changes_is_seen_after_some_frames_and_not_beside_another_one() {
+        let mut arrivals = Arrivals::default();
+        let mut note = |captured_ms: i64, received_ms: i64| {
+            let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(ms);
+            let id = FrameId { agent: AgentId::new("a").unwrap(), epoch: 0, sequence: 0 };
+            let frame = DetectionFrame::empty(id, at(captured_ms));
+            let received_at = at(received_ms);
+            arrivals.note(&Observation { frame: &frame, reported: &Reported::default(), received_at });
+            arrivals.is_one_stamp()
+        };
+        let seen: Vec<_> = (0..20).map(|k| note(5, 100 * k)).collect();
+        assert_eq!(seen.iter().position(|seen| *seen), Some(15), "{seen:?}");
+        assert!(!note(6, 2_000) && !note(5, 2_100));
     }
 
     #[test]

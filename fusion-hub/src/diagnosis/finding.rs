@@ -18,6 +18,8 @@ pub enum Code {
     LinkSlow,
     /// Capture times in another unit, or from another epoch.
     TimeUnit,
+    /// The same capture time in all frames.
+    OneStamp,
     /// Headings in degrees.
     Degrees,
     /// Headings that grow clockwise.

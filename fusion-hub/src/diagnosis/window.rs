@@ -75,6 +75,8 @@ pub(super) struct AgentSurvey {
     pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
     /// What the engine had counted when the window began.
     pub(super) before: Counts,
+    /// The same when it ended; `None` until then.
+    pub(super) after: Option<Counts>,
 }
 
 /// Counts of the engine.
@@ -148,6 +150,9 @@ impl Window {
         self.is_over = true;
         self.alive.retain(|agent| around.tokens.alive.contains(agent));
         self.note_idle(around);
+        for (agent, survey) in &mut self.agents {
+            survey.after = around.engine.agents().record(agent).map(Counts::of);
+        }
         self.pairs = self.snapshots.pairs(before);
         self.n_to_fit = self.pairs.len();
     }

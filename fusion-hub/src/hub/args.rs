@@ -11,6 +11,9 @@ use v2x_common::recording::RecordingOptions;
 use v2x_common::time::Span;
 use v2x_common::version;
 
+/// The table of a file that is the hub's.
+const HUB: &str = "hub";
+
 /// Fuse the detections of all agents into one list of objects, and publish it.
 ///
 /// The hub is a Zenoh router: agents and consumers connect to it, and nothing else needs to run.
@@ -145,9 +148,54 @@ pub fn hub_table(path: &Path) -> anyhow::Result<toml::Table> {
 fn hub_table_if_any(path: &Path) -> anyhow::Result<Option<toml::Table>> {
     let text = v2x_common::shipped::read(path).with_context(|| format!("reading {}", path.display()))?;
     let mut file: toml::Table = text.parse().with_context(|| format!("in {}", path.display()))?;
-    match file.remove("hub") {
+    check_tables(&file).with_context(|| format!("in {}", path.display()))?;
+    match file.remove(HUB) {
         Some(toml::Value::Table(table)) => Ok(Some(table)),
         Some(_) => anyhow::bail!("in {}: hub is no table", path.display()),
         None => Ok(None),
+    }
+}
+
+/// Refuses what is meant for the hub and would be ignored. Other tables are those of a scenario, or of other programs.
+fn check_tables(file: &toml::Table) -> anyhow::Result<()> {
+    let is_hub = |key: &str| key.trim().eq_ignore_ascii_case(HUB);
+    if let Some(key) = file.keys().find(|key| *key != HUB && is_hub(key)) {
+        anyhow::bail!("unknown table [{key}] (did you mean `[hub]`?)");
+    }
+    // The agents of a scenario are a list: `[[agents]]`.
+    let agent = ["agents", "agent"].into_iter().find_map(|key| {
+        let (agent, _) = file.get(key)?.as_table()?.iter().find(|(_, value)| value.is_table())?;
+        Some((key, agent))
+    });
+    if let Some((key, agent)) = agent {
+        anyhow::bail!("unknown table [{key}.{agent}] (did you mean `[hub.agents.{agent}]`?)");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_that_is_meant_for_the_hub_is_no_table_of_another_program() {
+        let check = |text: &str| check_tables(&text.parse().expect("valid TOML"));
+        for (text, named) in [
+            ("[Hub]\nid = \"a\"", "[Hub] (did you mean `[hub]`?)"),
+            ("[hub]\n[HUB.agents.cam1]", "[HUB] (did you mean `[hub]`?)"),
+            ("[hub]\n[agents.cam1]\nsizes = \"w-along\"", "did you mean `[hub.agents.cam1]`?"),
+            ("[agent.cam1]", "did you mean `[hub.agents.cam1]`?"),
+        ] {
+            let message = check(text).expect_err(text).to_string();
+            assert!(message.contains(named), "{message:?} should name {named:?}");
+        }
+        for text in [
+            "",
+            "[hub]\n[hub.agents.cam1]",
+            "[[agents]]\nid = \"cam1\"\n[hub]\n[pub]\nx = 1",
+            "[agents]\nn = 3",
+        ] {
+            check(text).expect(text);
+        }
     }
 }

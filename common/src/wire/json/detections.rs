@@ -28,7 +28,7 @@ pub struct DecodedDetections {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a frame with `captured_at` and `detections`")]
 struct JsonFrame<'a> {
     captured_at: Stamp,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -49,7 +49,7 @@ struct JsonFrame<'a> {
 
 /// [`Pose`] with names for numbers that are not finite.
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = r#"an object such as {"x": 8.0, "y": -8.0, "yaw": 2.356} (m, rad)"#)]
 struct JsonPose {
     #[serde(deserialize_with = "number")]
     x: f64,
@@ -60,7 +60,7 @@ struct JsonPose {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = r#"a detection such as {"class": "car", "x": 10.0, "y": 5.0}"#)]
 struct JsonDetection<'a> {
     #[serde(borrow)]
     class: std::borrow::Cow<'a, str>,
@@ -76,7 +76,7 @@ struct JsonDetection<'a> {
     yaw: Option<f64>,
     #[serde(default, deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     score: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "heading", skip_serializing_if = "Option::is_none")]
     heading: Option<HeadingKind>,
     #[serde(default)]
     sigma: JsonSigma,
@@ -87,7 +87,7 @@ struct JsonDetection<'a> {
 }
 
 #[derive(Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = r#"an object such as {"x": 0.3, "y": 0.3} (m)"#)]
 struct JsonSigma {
     #[serde(deserialize_with = "optional_number", skip_serializing_if = "Option::is_none")]
     x: Option<f64>,
@@ -104,7 +104,10 @@ struct JsonSigma {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = r#"an object such as {"x": 8.0, "y": 0.0, "sigma_x": 0.5, "sigma_y": 0.5} (m/s)"#
+)]
 struct JsonVelocity {
     #[serde(deserialize_with = "number")]
     x: f64,
@@ -118,8 +121,33 @@ struct JsonVelocity {
     rho: f64,
 }
 
+/// All kinds of headings.
+const HEADING_KINDS: [HeadingKind; 3] = [HeadingKind::Known, HeadingKind::Axis, HeadingKind::Unknown];
 /// What is said of a list that is longer than allowed.
 const TOO_MANY: &str = "more detections than a frame may hold";
+
+/// What is known of a heading. A number there is the angle of another format.
+fn heading<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<HeadingKind>, D::Error> {
+    struct Heading;
+    impl Visitor<'_> for Heading {
+        type Value = Option<HeadingKind>;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            formatter.write_str("\"known\", \"axis\" or \"unknown\" as `heading`; the angle is `yaw`")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+            let kind = HEADING_KINDS.into_iter().find(|kind| kind.name() == text);
+            let names = &["known", "axis", "unknown"];
+            kind.map(Some).ok_or_else(|| E::unknown_variant(text, names))
+        }
+
+        fn visit_unit<E: serde::de::Error>(self) -> Result<Self::Value, E> {
+            Ok(None)
+        }
+    }
+    deserializer.deserialize_any(Heading)
+}
 
 /// At most [`MAX_DETECTIONS`] detections: a longer list is not read to its end.
 fn limited<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<JsonDetection<'de>>, D::Error> {
@@ -365,6 +393,27 @@ mod tests {
                 "variance of d",
             ),
             (r#"{"captured_at": 1.5, "detections": []}"#, "1.5"),
+            (
+                r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "heading": 1.57}]}"#,
+                "`heading`; the angle is `yaw`",
+            ),
+            (
+                r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "heading": "north"}]}"#,
+                "unknown variant `north`, expected one of `known`, `axis`, `unknown`",
+            ),
+            (
+                r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "sigma": 0.3}]}"#,
+                r#"expected an object such as {"x": 0.3, "y": 0.3} (m)"#,
+            ),
+            (
+                r#"{"captured_at": 1, "detections": [{"class": "car", "x": 1, "y": 2, "velocity": 8}]}"#,
+                r#""sigma_y": 0.5} (m/s)"#,
+            ),
+            (
+                "{\"captured_at\": 1,\n\"detections\": [{\"class\": \"a: b\", \"x\" : \"1\", \"y\": 2}]}",
+                "in the value of `x`",
+            ),
+            (r#"{"captured_at": 1, "detections": {"class": "car"}}"#, "a list of detections"),
             (r#"{"captured_at": 1, "agent": "a/b", "detections": []}"#, "a/b"),
         ];
         for (text, named) in cases {

@@ -176,7 +176,25 @@ pub fn decode_value(bytes: &[u8]) -> Result<serde_json::Value, WireError> {
 }
 
 pub(super) fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, WireError> {
-    serde_json::from_slice(bytes).map_err(|error| WireError::json(&error))
+    serde_json::from_slice(bytes).map_err(|error| match field_of(bytes, &error) {
+        Some(field) => WireError::json(&format_args!("{error}, in the value of `{field}`")),
+        None => WireError::json(&error),
+    })
+}
+
+/// The field whose value is of the wrong kind: the last name before the place of the error.
+fn field_of<'a>(bytes: &'a [u8], error: &serde_json::Error) -> Option<&'a str> {
+    const LONGEST: usize = 40;
+    if !error.to_string().starts_with("invalid type") {
+        return None;
+    }
+    let line = bytes.split(|byte| *byte == b'\n').nth(error.line().checked_sub(1)?)?;
+    let before = std::str::from_utf8(line.get(..error.column())?).ok()?;
+    // A colon within a text has no quotation mark before it.
+    let colons = before.match_indices(':').rev();
+    let name = colons.into_iter().find_map(|(at, _)| before[..at].trim_end().strip_suffix('"'))?;
+    let name = name.rsplit('"').next()?;
+    (!name.is_empty() && name.len() <= LONGEST && !name.contains('`')).then_some(name)
 }
 
 pub(super) fn print<T: Serialize>(value: &T) -> Result<Vec<u8>, WireError> {

@@ -30,6 +30,10 @@ const MAX_SPOTS: usize = 32;
 /// A detection moves as the nearest object within this: an agent whose clock is off by a third of a second is off by it, m.
 const MOVED_M: f64 = 4.0;
 
+/// What is at least so fast moves, m/s; what stands has such a velocity at its first detections at most, and not in one of so many.
+const MOVES_MPS: f64 = 1.0;
+const ONE_OF: usize = 20;
+
 /// A detection, as far as it is needed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
@@ -79,6 +83,17 @@ impl Snapshots {
     pub(super) fn pairs(&self, before: &[[AgentId; 2]]) -> Vec<[AgentId; 2]> {
         let places: Vec<_> = self.of_agents.iter().filter_map(|(agent, seen)| place(*agent, seen)).collect();
         pairs::choose(&places, before)
+    }
+
+    /// Whether some of what an agent sees moves.
+    pub(super) fn has_motion(&self, agent: &AgentId) -> bool {
+        let spots = self.of_agents.get(agent).into_iter().flatten().flat_map(|sighting| &sighting.spots);
+        let (mut n, mut moving) = (0_usize, 0_usize);
+        for spot in spots {
+            n += 1;
+            moving += usize::from(libm::hypot(spot.velocity[0], spot.velocity[1]) >= MOVES_MPS);
+        }
+        n > 0 && moving * ONE_OF >= n
     }
 
     /// Frames of two agents that were captured at one time.
@@ -144,5 +159,27 @@ impl Sighting {
     #[cfg(test)]
     pub(super) fn new(pose: Option<Pose>, spots: Vec<Spot>) -> Self {
         Self { captured_at: Timestamp::EPOCH, pose, spots }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_does_not_move_though_its_first_velocities_are_noise() {
+        let agent = AgentId::new("a").unwrap();
+        let has_motion = |speeds: &[f64]| {
+            let spots =
+                speeds.iter().map(|speed| Spot { at: [0.0; 2], velocity: [0.0, *speed], variance: 1.0 });
+            let seen = vec![Sighting::new(None, spots.collect())];
+            Snapshots { of_agents: [(agent, seen)].into(), n: 1 }.has_motion(&agent)
+        };
+        let mut standing = vec![0.1; 30];
+        standing[0] = 2.0;
+        assert!(!has_motion(&standing) && !has_motion(&[]));
+        standing[10..13].fill(-2.0);
+        assert!(has_motion(&standing));
+        assert!(!Snapshots::default().has_motion(&agent));
     }
 }

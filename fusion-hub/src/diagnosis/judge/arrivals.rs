@@ -35,10 +35,27 @@ const DECLARED_SIGMAS: f64 = 3.0;
 
 /// `behind_s`: how far its clock is behind by the objects that it shares.
 pub(super) fn findings(one: &One<'_>, behind_s: Option<f64>) -> Vec<Finding> {
+    if let Some(found) = one_stamp(one) {
+        // Delays, numbers and repetitions only follow from it.
+        return vec![found];
+    }
     [clock(one, behind_s), two_processes(one).or_else(|| two_streams(one)), gaps(one), rate(one), jitter(one)]
         .into_iter()
         .flatten()
         .collect()
+}
+
+/// Stamps that never advance: neither a clock nor a link does that.
+fn one_stamp(one: &One<'_>) -> Option<Finding> {
+    let arrivals = &one.survey.arrivals;
+    arrivals.is_one_stamp().then(|| {
+        let says = format!("`captured_at` is the same in all its frames ({} frames)", arrivals.frames);
+        let change = one.words(
+            "Stamp each frame anew, with the time of its measurement",
+            "Write each row's own time in the column t",
+        );
+        one.fault(Code::OneStamp, says, change)
+    })
 }
 
 fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {

@@ -47,6 +47,8 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     findings.extend(pairs::findings(window, &known));
     drop_consequences(window, &mut findings);
+    let findings = findings.into_iter().map(|one| no_accuracy_of_repetition(window, one));
+    let mut findings: Vec<_> = findings.collect();
     merge_overload(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
@@ -99,9 +101,27 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
             || (has_one(agent, &[Code::TimeUnit])
                 && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))
+            || (has_one(agent, &[Code::OneStamp])
+                && (SIGMAS.contains(&one.code) || one.code == Code::Offset))
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });
+}
+
+/// What stands, and nobody else sees, is where its agent says each time: its positions repeat, and may be wrong by metres.
+fn no_accuracy_of_repetition(window: &Window, finding: Finding) -> Finding {
+    let Some(agent) = finding.agent.filter(|_| finding.code == Code::SigmaTooLarge) else { return finding };
+    let is_compared = |fit: &Fit| matches!(fit, Fit::Agree { .. } | Fit::Changed { .. });
+    let is_shared = window.fits.iter().any(|(pair, fit)| pair.contains(&agent) && is_compared(fit));
+    if is_shared || window.snapshots.has_motion(&agent) {
+        return finding;
+    }
+    let change = format!(
+        "What it sees stands, and nobody else sees it: that positions repeat does not show that they are right. Only where \
+         they are known to be: {}",
+        finding.change
+    );
+    Finding { change, ..finding.as_note() }
 }
 
 /// What is said of agents whose errors are not estimated.
@@ -215,4 +235,25 @@ fn silent(window: &Window) -> Vec<Finding> {
             )
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_and_nobody_else_sees_is_no_proof_of_accuracy() {
+        let [one, other] = ["a", "b"].map(|name| AgentId::new(name).unwrap());
+        let large = || Finding::fault(Code::SigmaTooLarge, one, "too large".to_owned(), "Write less");
+        let small = || Finding::fault(Code::SigmaTooSmall, one, "too small".to_owned(), "Write more");
+        let mut window = Window::default();
+        let note = no_accuracy_of_repetition(&window, large());
+        assert!(!note.is_fault() && note.change.contains("nobody else sees it"), "{note}");
+        assert!(note.change.ends_with("Write less"), "{note}");
+        assert!(no_accuracy_of_repetition(&window, small()).is_fault());
+        window.fits.insert([one, other], Fit::Unknown);
+        assert!(!no_accuracy_of_repetition(&window, large()).is_fault());
+        window.fits.insert([one, other], Fit::Agree { clocks: false });
+        assert_eq!(no_accuracy_of_repetition(&window, large()), large());
+    }
 }

@@ -40,6 +40,11 @@ fn of_json(words: &str) -> String {
             format!("Rename it, or leave it out. {SCHEMA}")
         };
     }
+    if words.contains("in the value of `heading`") || words.contains("`known`, `axis`, `unknown`") {
+        return format!(
+            "`heading` says what is known of it: \"known\", \"axis\" or \"unknown\"; the angle is `yaw` (rad). {SCHEMA}"
+        );
+    }
     if words.starts_with("invalid type")
         || words.starts_with("invalid value")
         || words.starts_with("unknown variant")
@@ -112,6 +117,14 @@ mod tests {
             ("{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": \"1\"}]}", "not texts"),
             ("{\"captured_at\": 1", "one whole JSON object"),
             ("[]", "one whole JSON object"),
+            (
+                "{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": 1, \"y\": 1, \"heading\": 1.57}]}",
+                "the angle is `yaw`",
+            ),
+            (
+                "{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": 1, \"y\": 1, \"sigma\": 0.3}]}",
+                "lists are lists",
+            ),
         ] {
             let words = of_payload(text);
             assert!(words.contains(expected) && !words.contains("encoding"), "{text}: {words}");

@@ -5,7 +5,7 @@ use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
 use super::remedy::remedy;
 use super::writing;
-use crate::engine::{Refusal, StampFault};
+use crate::engine::{Label, Refusal, StampFault};
 use v2x_common::time::Span;
 
 /// Refusals of one reason are reported from this number and this share of the frames on.
@@ -13,17 +13,23 @@ const MIN_REFUSED: u64 = 3;
 const REFUSED_SHARE: f64 = 0.02;
 /// Refusals that are reported as two processes of one name.
 const REPORTED_ELSEWHERE: [&str; 2] = ["duplicate", "held_off"];
+/// What only follows from a stamp that never changes.
+const OF_ONE_STAMP: [&str; 4] = ["wrong_time_unit", "too_late", "too_early", "out_of_sequence"];
 /// Of an agent that the settings leave out.
 const LEFT_OUT: &str = "not_listened_to";
 /// Detections that are odd are a fault from so many on, and from such a share on; fewer are worth a note.
 const MIN_ODD: u64 = 3;
 const ODD_SHARE: f64 = 0.02;
+/// The cause of a value that is a number.
+const OUT_OF_RANGE: &str = "out of range";
 /// Innovations that were gathered in less say little: at first tracks are not known well.
 const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
 /// Factors on stated standard deviations are reported outside this range.
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
 const NIS: (f64, f64) = (0.25, 4.0);
+/// The range of `sigma_position_m` in the settings.
+const SIGMA_SETTABLE_M: (f64, f64) = (1e-3, 70.0);
 /// Innovations that say anything.
 const MIN_INNOVATIONS: u64 = 100;
 
@@ -47,11 +53,13 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     // What is refused before it is decoded is no observation.
     let heard = survey.arrivals.frames;
     let frames = heard.max(refused);
+    let stands = survey.arrivals.is_one_stamp();
     let is_reported = |reason: &str, count: u64| {
         count >= MIN_REFUSED
             && count as f64 >= REFUSED_SHARE * frames as f64
             && !REPORTED_ELSEWHERE.contains(&reason)
             && reason != LEFT_OUT
+            && !(stands && OF_ONE_STAMP.contains(&reason))
     };
     let reported = survey.refused.iter().filter(|(reason, (count, _))| is_reported(reason, *count));
     reported.map(|(reason, (count, last))| {
@@ -105,7 +113,9 @@ fn left_out(one: &One<'_>) -> Option<Finding> {
 /// What the engine has counted of it in this window.
 fn since(one: &One<'_>) -> Option<Counts> {
     let record = one.around.engine.agents().record(&one.agent)?;
-    Some(Counts::of(record).since(&one.survey.before))
+    // A window is judged some seconds after its end, when its pairs are compared: the engine counts on meanwhile.
+    let after = one.survey.after.clone().unwrap_or_else(|| Counts::of(record));
+    Some(after.since(&one.survey.before))
 }
 
 /// The most frequent ones first.
@@ -123,6 +133,22 @@ fn odd(one: &One<'_>, code: Code, count: u64, (says, change): (String, String)) 
     if is_grave { one.fault(code, says, change) } else { one.note(code, says, change) }
 }
 
+/// So many of all detections. Of an agent that was away for a while more is counted than this window has seen.
+fn some_of(count: u64, all: u64) -> String {
+    if count <= all { format!("{count} of {all} detections") } else { format!("{count} detections") }
+}
+
+/// What to do about impossible values, by field and cause. Whoever writes other units or axes has places that are too far away.
+fn advice(dropped: &[((Label, Label), u64)]) -> &'static str {
+    let is_far = |(field, cause): &(Label, Label)| matches!(&**field, "x" | "y") && *cause == OUT_OF_RANGE;
+    match dropped.iter().any(|(cause, _)| is_far(cause)) {
+        true => {
+            "Longitudes, pixels or projected coordinates instead of metres in the map frame give such values"
+        }
+        false => "Correct the fields that are named",
+    }
+}
+
 fn dropped(one: &One<'_>) -> Option<Finding> {
     let record = one.around.engine.agents().record(&one.agent)?;
     let dropped = sorted(since(one)?.dropped.into_iter());
@@ -133,13 +159,16 @@ fn dropped(one: &One<'_>) -> Option<Finding> {
         let last = record.statistics.dropped.last.as_ref();
         let last = last.map(|last| format!("; the newest: {last}")).unwrap_or_default();
         let says = format!(
-            "{count} of {} detections have impossible values and are dropped ({}){last}",
-            one.survey.writing.detections,
+            "{} have impossible values and are dropped ({}){last}",
+            some_of(count, one.survey.writing.detections),
             causes.join(", ")
         );
-        let change = "The rest of their frames is used. Longitudes, pixels or projected coordinates instead of metres in the \
-                      map frame give such values";
-        odd(one, Code::ImpossibleDetections, count, (says, change.to_owned()))
+        odd(
+            one,
+            Code::ImpossibleDetections,
+            count,
+            (says, format!("The rest of their frames is used. {}", advice(&dropped))),
+        )
     })
 }
 
@@ -148,8 +177,8 @@ fn unknown_classes(one: &One<'_>) -> Option<Finding> {
     let count = unmapped.total();
     (count > 0).then(|| {
         let says = format!(
-            "{count} of {} detections are of classes that are not known ({})",
-            one.survey.writing.detections,
+            "{} are of classes that are not known ({})",
+            some_of(count, one.survey.writing.detections),
             unmapped.in_words()
         );
         let (setting, which) = unmapped.setting();
@@ -169,6 +198,19 @@ fn description(one: &One<'_>) -> Option<Finding> {
                       `common/schemas/sensor-description.schema.json`";
         one.fault(Code::DescriptionRefused, says, change)
     })
+}
+
+/// With two decimals, and with two significant digits where these would be zeros.
+fn number(value: f64) -> String {
+    const DECIMALS: [usize; 7] = [2, 3, 4, 5, 6, 7, 8];
+    let says_enough = |text: &String| text.trim_start_matches(['-', '0', '.']).len() >= 2;
+    let shown = DECIMALS.into_iter().map(|decimals| format!("{value:.decimals$}")).find(says_enough);
+    shown.unwrap_or_else(|| format!("{value:.2}"))
+}
+
+/// The nearest value that the setting of a standard deviation takes, m.
+fn settable(sigma_m: f64) -> f64 {
+    sigma_m.clamp(SIGMA_SETTABLE_M.0, SIGMA_SETTABLE_M.1)
 }
 
 fn stated_errors(one: &One<'_>) -> Option<Finding> {
@@ -198,19 +240,63 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     let mean_m = one.survey.writing.mean_sigma_m();
     let change = match (is_default, mean_m) {
         (true, Some(mean_m)) => {
-            format!("Write {}", one.setting(&format!("sigma_position_m = {:.2}", factor * mean_m)))
+            format!(
+                "Write {}",
+                one.setting(&format!("sigma_position_m = {}", number(settable(factor * mean_m))))
+            )
         }
         (true, None) => format!("Write {}, as large as its errors are", one.setting("sigma_position_m = …")),
         (false, mean_m) => {
-            let mean = mean_m
-                .map(|mean_m| format!(": {:.2} m instead of {mean_m:.2} m in the mean", factor * mean_m));
+            let mean = mean_m.map(|mean_m| {
+                format!(": {} m instead of {} m in the mean", number(factor * mean_m), number(mean_m))
+            });
             format!(
-                "{} {factor:.2} times as large ones{}; {} corrects them as far as it has learnt them",
+                "{} {} times as large ones{}; {} corrects them as far as it has learnt them",
                 one.words("Send", "Write in the columns sx and sy"),
+                number(factor),
                 mean.unwrap_or_default(),
                 one.words("the hub", "the method")
             )
         }
     };
     Some(one.fault(code, says, change))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_have_two_digits_that_say_something() {
+        for (value, shown) in [
+            (3.0, "3.00"),
+            (12.345, "12.35"),
+            (0.35, "0.35"),
+            (0.0504, "0.050"),
+            (0.0036, "0.0036"),
+            (0.000_18, "0.00018"),
+            (0.0, "0.00"),
+        ] {
+            assert_eq!(number(value), shown);
+        }
+        assert_eq!(number(f64::NAN), "NaN");
+        assert_eq!([1e-5, 0.2, 1e3].map(settable), [1e-3, 0.2, 70.0]);
+    }
+
+    #[test]
+    fn only_places_that_are_too_far_away_are_asked_about_degrees_and_pixels() {
+        let of = |field: &'static str, cause: &'static str| advice(&[((field.into(), cause.into()), 3)]);
+        for field in ["x", "y"] {
+            assert!(of(field, "out of range").contains("pixels"), "{field}");
+            assert!(!of(field, "not finite").contains("pixels"), "{field}");
+        }
+        for field in ["score", "w", "d", "variance of x", "velocity x"] {
+            assert!(!of(field, "out of range").contains("pixels"), "{field}");
+        }
+    }
+
+    #[test]
+    fn a_part_is_never_larger_than_the_whole() {
+        assert_eq!([some_of(3, 9), some_of(12, 9)], ["3 of 9 detections", "12 detections"]);
+    }
 }

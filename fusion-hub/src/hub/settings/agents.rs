@@ -5,6 +5,7 @@ use crate::fusion::SettingsError;
 use crate::values::SensingDefaults;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use v2x_common::class::Class;
 use v2x_common::conventions::{Conventions, CoordinateFrame, YawConvention};
 use v2x_common::geometry::{Pose, wrap_angle};
@@ -13,6 +14,9 @@ use v2x_common::tile::{Geodetic, LocalPlane, MAX_LATITUDE_DEG};
 use v2x_common::time::Span;
 use v2x_common::wire::Writing;
 use v2x_common::wire::json::ReportDefaults;
+
+/// The largest angle in degrees that is not more than a turn.
+const MOST_DEGREES: f64 = 360.0;
 
 /// As it is typed; what is not there is as for all agents.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -168,6 +172,7 @@ impl AgentTable {
                 if ![pose.x, pose.y, pose.yaw].iter().all(|value| value.is_finite() && value.abs() <= 1e8) {
                     return Err(format!("pose is {pose:?}, expected finite numbers up to 1e8 m"));
                 }
+                check_turn(pose.yaw)?;
                 CoordinateFrame::Sensor(Pose { yaw: wrap_angle(pose.yaw), ..pose })
             }
             FrameName::Wgs84 => CoordinateFrame::Geodetic(plane()?),
@@ -184,6 +189,18 @@ impl AgentTable {
         };
         self.classes.iter().map(class).collect()
     }
+}
+
+/// A pose that is turned by more than once is of degrees: read as radians it would put every object in a second place.
+fn check_turn(yaw: f64) -> Result<(), String> {
+    if yaw.abs() <= TAU {
+        return Ok(());
+    }
+    let meant = match yaw.abs() <= MOST_DEGREES {
+        true => format!("; {yaw} looks like degrees: write {:.4}", yaw.to_radians()),
+        false => String::new(),
+    };
+    Err(format!("pose.yaw is {yaw}, expected radians, -2π to 2π{meant}"))
 }
 
 fn known_classes() -> String {
@@ -241,6 +258,13 @@ mod tests {
     }
 
     #[test]
+    fn a_pose_may_be_turned_by_as_much_as_a_whole_turn() {
+        let cam = cam("[agents.cam]\nframe = \"sensor\"\npose = { x = 1, y = 2, yaw = 4.712 }").unwrap();
+        let CoordinateFrame::Sensor(pose) = cam.conventions.frame else { panic!("{cam:?}") };
+        assert!((pose.yaw - (4.712 - TAU)).abs() < 1e-9, "{pose:?}");
+    }
+
+    #[test]
     fn what_an_agent_has_not_is_as_for_all_agents() {
         let cam =
             cam("report_defaults = { sigma_position_m = 2.0 }\n[agents.cam]\nsigma_yaw_rad = 0.3").unwrap();
@@ -263,6 +287,15 @@ mod tests {
             ("frame = \"wgs84\"", "needs origin"),
             ("frame = \"utm\"", "expected one of `map`, `sensor`, `ego`, `wgs84`, `wgs84-lat-lon`"),
             ("pose = { x = 1, y = 2 }", "pose is for frame = \"sensor\""),
+            (
+                "frame = \"sensor\"\npose = { x = 1, y = 2, yaw = 145 }",
+                "pose.yaw is 145, expected radians, -2π to 2π; 145 looks like degrees: write 2.5307",
+            ),
+            ("frame = \"sensor\"\npose = { x = 1, y = 2, yaw = -90 }", "write -1.5708"),
+            (
+                "frame = \"sensor\"\npose = { x = 1, y = 2, yaw = 1e5 }",
+                "pose.yaw is 100000, expected radians",
+            ),
             ("origin = { latitude_deg = 91, longitude_deg = 0 }\nframe = \"wgs84\"", "origin is 91"),
             ("classes = { Auto = \"spaceship\" }", "\"spaceship\", which is no class; there are"),
             ("yaw = { unit = \"gon\" }", "expected `rad` or `deg`"),
