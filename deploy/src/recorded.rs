@@ -15,10 +15,10 @@ pub(crate) fn stem(path: &Path) -> Option<String> {
 /// Which part of a file, and what else is needed to read it.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct TrafficArgs {
-    /// Begin so many seconds after the file's first row
+    /// Begin so many seconds after the file's earliest time
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// End so many seconds after the file's first row
+    /// End so many seconds after the file's earliest time
     #[arg(long, value_name = "S")]
     to: Option<f64>,
     /// The scene, of a file with several [default: the first]

@@ -21,6 +21,17 @@ pub(crate) enum NoSumo {
         /// Where the program should be.
         program: PathBuf,
     },
+    /// Another file of SUMO than its configuration.
+    #[error(
+        "{} is no configuration of SUMO: name the .sumocfg that has it as an input (sumo:FILE.sumocfg); there are {others}",
+        path.display()
+    )]
+    Input {
+        /// The path.
+        path: PathBuf,
+        /// Names of the configurations that there are.
+        others: String,
+    },
     /// No configuration.
     #[error("no SUMO configuration {}; found there are {others}", path.display())]
     Configuration {
@@ -49,6 +60,9 @@ pub(crate) fn command(config: &Path) -> Result<Command, NoSumo> {
     if !config.is_file() {
         return Err(NoSumo::Configuration { path: config.to_owned(), others: others(config) });
     }
+    if is_input(config) {
+        return Err(NoSumo::Input { path: config.to_owned(), others: others(config) });
+    }
     let home = std::env::var_os("SUMO_HOME").filter(|home| !home.is_empty());
     let program = find(home.as_deref(), std::env::var_os("PATH").as_deref())?;
     let mut command = match home_of_wheel(&program).filter(|_| home.is_none()) {
@@ -61,6 +75,12 @@ pub(crate) fn command(config: &Path) -> Result<Command, NoSumo> {
     };
     command.arg("--configuration-file").arg(config).args(["--no-step-log", "true"]);
     Ok(command)
+}
+
+/// Whether a file is a network or a demand by its name, which SUMO reads by a configuration.
+fn is_input(path: &Path) -> bool {
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+    [".net.xml", ".rou.xml", ".net.xml.gz", ".rou.xml.gz"].iter().any(|suffix| name.ends_with(suffix))
 }
 
 /// The program: of `SUMO_HOME`, else on the `PATH`.
@@ -109,5 +129,12 @@ mod tests {
         assert!(message.contains("pip install eclipse-sumo"), "{message}");
         let message = find(Some(OsStr::new("/no-such-home")), None).unwrap_err().to_string();
         assert!(message.starts_with("SUMO_HOME is /no-such-home, but /no-such-home/bin/sumo"), "{message}");
+    }
+
+    #[test]
+    fn a_network_is_no_configuration_and_is_answered_with_those_that_there_are() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/sumo");
+        let message = command(&folder.join("crossing.net.xml")).unwrap_err().to_string();
+        assert!(message.contains("name the .sumocfg") && message.ends_with("crossing.sumocfg"), "{message}");
     }
 }

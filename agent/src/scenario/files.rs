@@ -82,7 +82,18 @@ impl Files {
 /// Longest script that is looked into.
 const MAX_SCRIPT_BYTES: u64 = 1 << 16;
 
-/// The script beside a missing file that writes it: one that names it.
+/// What a line of a script has that writes the file which it names.
+const WRITES: [&str; 11] =
+    ["write", "Write", "to_csv", "savetxt", "-output", "--out", "-o ", "\"w\"", "'w'", "\"wb\"", "tee "];
+
+/// Whether a line of a script names this file as one that is written.
+fn is_written_by(line: &str, name: &str) -> bool {
+    let Some((before, after)) = line.split_once(name) else { return false };
+    let is_redirected = before.trim_end_matches(['"', '\'', '/', '.']).trim_end().ends_with('>');
+    is_redirected || WRITES.iter().any(|word| before.contains(word) || after.contains(word))
+}
+
+/// The script beside a missing file that writes it: one that plainly says so.
 fn maker_of(missing: &Path) -> Option<PathBuf> {
     let name = missing.file_name()?.to_str()?;
     let folder = missing.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
@@ -90,7 +101,9 @@ fn maker_of(missing: &Path) -> Option<PathBuf> {
     let is_script = |path: &PathBuf| path.extension().is_some_and(|suffix| suffix == "py" || suffix == "sh");
     let names_it = |path: &PathBuf| {
         let is_short = path.metadata().is_ok_and(|metadata| metadata.len() <= MAX_SCRIPT_BYTES);
-        is_short && std::fs::read_to_string(path).is_ok_and(|text| text.contains(name))
+        is_short
+            && std::fs::read_to_string(path)
+                .is_ok_and(|text| text.lines().any(|line| is_written_by(line, name)))
     };
     let scripts = entries.map(|entry| entry.path()).filter(|path| is_script(path) && names_it(path));
     scripts.min()
@@ -105,13 +118,22 @@ pub fn maker_in_words(missing: &Path) -> String {
     maker.unwrap_or_default()
 }
 
-/// Reads recorded traffic: a file, or the folder of nuScenes' tables.
+/// Reads recorded traffic: a file, or the folder of nuScenes' tables. It is read twice where a part of it is wanted and its first
+/// row is not the earliest.
 pub fn open_traffic(path: &Path, options: &ReadOptions) -> Result<Traffic, TrafficError> {
-    if !path.is_dir() {
-        return read(open(path)?, options);
+    let read_by = |options: &ReadOptions| -> Result<Traffic, TrafficError> {
+        if !path.is_dir() {
+            return read(open(path)?, options);
+        }
+        let folder = folder_of_tables(path)?;
+        read_tables(&|table| table_in(&folder, table), options)
+    };
+    match read_by(options) {
+        Err(TrafficError::EarlierRow { earliest_s }) => {
+            read_by(&ReadOptions { earliest_s: Some(earliest_s), ..options.clone() })
+        }
+        traffic => traffic,
     }
-    let folder = folder_of_tables(path)?;
-    read_tables(&|table| table_in(&folder, table), options)
 }
 
 /// Reads SUMO's vehicle types.
@@ -177,6 +199,40 @@ pub fn with_paths(text: &str, path_of: impl Fn(&str, &str) -> Option<PathBuf>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_of_a_file_counts_from_its_earliest_time_whatever_the_order_of_its_rows() {
+        let path = std::env::temp_dir().join(format!("v2x-unsorted-{}.csv", std::process::id()));
+        let rows = |id: &str, from: u32| -> String {
+            (from..from + 10).map(|t| format!("{t},{id},car,{t},0\n")).collect()
+        };
+        // Ordered by object: the first one comes five seconds after the second one.
+        std::fs::write(&path, format!("t,id,class,x,y\n{}{}", rows("a", 105), rows("b", 100))).unwrap();
+        let part = |from_s, to_s| {
+            let options = ReadOptions { from_s, to_s, ..ReadOptions::default() };
+            open_traffic(&path, &options).map(|traffic| (traffic.first_s, traffic.length.as_secs_f64()))
+        };
+        let (all, late, early) = (part(None, None), part(Some(5.0), None), part(None, Some(5.0)));
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!([all, late, early].map(Result::unwrap), [(100.0, 14.0), (105.0, 9.0), (100.0, 5.0)]);
+    }
+
+    #[test]
+    fn a_script_that_only_reads_a_file_is_not_taken_for_the_one_that_writes_it() {
+        for (line, is_written) in [
+            ("Usage: python3 make.py > t.csv", true),
+            ("table.to_csv(\"t.csv\")", true),
+            ("with open('t.csv', 'w') as out:", true),
+            ("\"--fcd-output\", \"t.csv\", \"--no-step-log\"], cwd=HERE)", true),
+            ("rows = list(csv.reader(open(\"t.csv\")))", false),
+            ("# t.csv is missing today", false),
+            ("def rows(path=\"t.csv\") -> list:", false),
+            ("sort t.txt >\"./t.csv\"", true),
+            ("print(\"written\") # nothing of it", false),
+        ] {
+            assert_eq!(is_written_by(line, "t.csv"), is_written, "{line}");
+        }
+    }
 
     #[test]
     fn a_path_is_replaced_and_all_else_stays_as_it_was() {

@@ -87,6 +87,10 @@ pub(super) struct Builder<'a> {
     last: Span,
     /// The file's first time: times are kept since it.
     base_s: Option<f64>,
+    /// Whether that was given, and is not of the first row.
+    is_base_given: bool,
+    /// An earlier time than the first row's, where a part of the file is read: the part counts from the earliest.
+    earlier_s: Option<f64>,
     unknown: BTreeMap<String, Class>,
     /// Such names that were met before they were in the list: more than it has, where it is full.
     n_unknown: usize,
@@ -106,7 +110,9 @@ impl<'a> Builder<'a> {
             n_outside: 0,
             is_sorted: true,
             last: Span::ZERO,
-            base_s: None,
+            base_s: options.earliest_s,
+            is_base_given: options.earliest_s.is_some(),
+            earlier_s: None,
             unknown: BTreeMap::new(),
             n_unknown: 0,
             remarks: Remarks::default(),
@@ -117,7 +123,7 @@ impl<'a> Builder<'a> {
 
     /// Times to keep count from this time of the file, not from its first row.
     pub(super) fn since(base_s: f64, options: &'a ReadOptions) -> Self {
-        Self { base_s: Some(base_s), ..Self::new(options) }
+        Self { base_s: Some(base_s), is_base_given: true, ..Self::new(options) }
     }
 
     /// Takes a row, if it is within the window.
@@ -125,6 +131,14 @@ impl<'a> Builder<'a> {
         let base_s = *self.base_s.get_or_insert(row.t_s);
         let since_s = row.t_s - base_s;
         let ReadOptions { from_s, to_s, .. } = self.options;
+        let is_part = !self.is_base_given && (from_s.is_some() || to_s.is_some());
+        if is_part && row.t_s < self.earlier_s.unwrap_or(base_s) {
+            self.earlier_s = Some(row.t_s);
+        }
+        // What is kept and what not was decided by a wrong time: only the earliest one is still looked for.
+        if self.earlier_s.is_some() {
+            return Ok(());
+        }
         if from_s.is_some_and(|from_s| since_s < from_s) || to_s.is_some_and(|to_s| since_s > to_s) {
             self.n_outside += 1;
             return Ok(());
@@ -204,14 +218,11 @@ impl<'a> Builder<'a> {
 
     /// All objects.
     pub(super) fn finish(mut self, format: Format) -> Result<Traffic, TrafficError> {
+        if let Some(earliest_s) = self.earlier_s {
+            return Err(TrafficError::EarlierRow { earliest_s });
+        }
         if self.n_rows == 0 {
-            let outside = match self.n_outside {
-                0 => String::new(),
-                n => format!(
-                    " between from_s and to_s ({n} are outside; times count from the file's first row)"
-                ),
-            };
-            return Err(TrafficError::Empty(outside));
+            return Err(TrafficError::Empty(self.outside()));
         }
         let base_s = self.base_s.unwrap_or(0.0);
         self.drafts.iter_mut().try_for_each(|draft| draft.sort(base_s))?;
@@ -252,6 +263,18 @@ impl<'a> Builder<'a> {
             remarks: self.remarks,
             objects,
         })
+    }
+
+    /// How many rows the part of the file leaves out, in words.
+    fn outside(&self) -> String {
+        match self.n_outside {
+            0 => String::new(),
+            n => {
+                format!(
+                    " between from_s and to_s ({n} are outside; times count from the file's earliest one)"
+                )
+            }
+        }
     }
 
     /// The first and the last time.

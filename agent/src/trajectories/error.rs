@@ -38,6 +38,15 @@ pub enum TrafficError {
     /// It has no rows.
     #[error("has no rows{0}")]
     Empty(String),
+    /// A part of it was to be read, which counts from its earliest time, and that is not in its first row: read it again with
+    /// this one in the options.
+    #[error(
+        "the earliest time is {earliest_s} s, and not in the first row: sort the rows by time, or read all of it, without from_s and to_s"
+    )]
+    EarlierRow {
+        /// The earliest time, s.
+        earliest_s: f64,
+    },
     /// All rows are of one time.
     #[error(
         "has one time only: a trajectory needs a place at two times or more (for what stands, repeat its row)"

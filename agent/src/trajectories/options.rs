@@ -6,10 +6,12 @@ use v2x_common::class::Class;
 /// What to read, and how.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// The first time to keep, s since the file's first row.
+    /// The first time to keep, s since the file's earliest.
     pub from_s: Option<f64>,
-    /// The last time to keep, s since the file's first row.
+    /// The last time to keep, s since the file's earliest.
     pub to_s: Option<f64>,
+    /// The file's earliest time, s, where it is known not to be that of its first row.
+    pub earliest_s: Option<f64>,
     /// The place that becomes (0, 0), m; without one, coordinates beyond 100 km are moved.
     pub origin: Option<(f64, f64)>,
     /// Which scene of a file with several; the first one without.

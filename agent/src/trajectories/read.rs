@@ -42,6 +42,13 @@ fn xml(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<Traffic, Tra
     match root.name.as_str() {
         fcd::ROOT => fcd::read(xml, options),
         commonroad::ROOT => commonroad::read(xml, &root, options),
+        config @ ("configuration" | "sumoConfiguration") => {
+            let cause = format!(
+                "the root is <{config}>, of a configuration of SUMO: name it with the prefix sumo:, as in  v2x scenario init \
+                 --world sumo:FILE  (in a scenario kind = \"sumo\")"
+            );
+            Err(TrafficError::Xml { line: root.line, cause })
+        }
         other => {
             let cause = format!(
                 "the root is <{other}>, expected <{}> (of sumo --fcd-output FILE) or <{}>",

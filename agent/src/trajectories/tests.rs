@@ -100,6 +100,10 @@ fn every_mistake_names_its_line_and_column() {
             "<fcd-export>\n<timestep time=\"0\">\n<vehicle id=\"v\" x=\"1\" y=\"?\" angle=\"0\"/>",
             "line 3, attribute y of <vehicle>: \"?\"",
         ),
+        (
+            "<configuration>\n</configuration>",
+            "of a configuration of SUMO: name it with the prefix sumo:, as in  v2x scenario init --world sumo:FILE",
+        ),
         ("<fcd-export>\n<timestep time=\"00:00:01\">", "line 2, attribute time of <timestep>: \"00:00:01\""),
         ("<fcd-export><vehicle id=\"v\"/></fcd-export>", "<vehicle> outside of a <timestep>"),
         ("<fcd-export>\n</wrong>", "line 2: "),
@@ -255,6 +259,15 @@ fn a_window_keeps_its_rows_and_begins_at_zero() {
     assert_eq!((traffic.n_rows, traffic.first_s, traffic.length), (11, 60.0, Span::from_millis(10_000)));
     let message = read(text.as_bytes(), &options(1000.0, 2000.0)).unwrap_err().to_string();
     assert!(message.contains("100 are outside"), "{message}");
+    // Whatever the order of the rows: the earliest time, with which it is to be read again, is known at the end.
+    let reversed: String =
+        text.lines().skip(1).collect::<Vec<_>>().iter().rev().map(|row| format!("{row}\n")).collect();
+    let reversed = format!("t,id,class,x,y\n{reversed}");
+    let error = read(reversed.as_bytes(), &options(10.0, 20.0)).unwrap_err();
+    let TrafficError::EarlierRow { earliest_s } = error else { panic!("{error}") };
+    let again = ReadOptions { earliest_s: Some(earliest_s), ..options(10.0, 20.0) };
+    let again = read(reversed.as_bytes(), &again).unwrap();
+    assert_eq!((again.first_s, again.length, &again.objects), (60.0, traffic.length, &traffic.objects));
 }
 
 #[test]

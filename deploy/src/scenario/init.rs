@@ -16,6 +16,8 @@ use v2x_agent::trajectories::{ReadOptions, read_begin};
 const SEEN_S: f64 = 180.0;
 /// Time for SUMO to show it; what came until then is used.
 const PATIENCE: Duration = Duration::from_secs(300);
+/// Lines of SUMO that are shown where it fails.
+const SAID_LINES: usize = 5;
 const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 
 pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
@@ -91,7 +93,7 @@ fn of_sumo(config: &Path, out: &Path) -> anyhow::Result<String> {
     let _ = std::fs::remove_file(&fcd);
     match run.context("running SUMO")? {
         (Some(status), said) if !status.success() => {
-            bail!("SUMO ended ({status}); it said:\n{}", String::from_utf8_lossy(&said).trim_end())
+            bail!("SUMO ended ({status}); it said:\n{}", beginning(&String::from_utf8_lossy(&said)))
         }
         (Some(_), _) => {}
         (None, _) => tracing::warn!("SUMO was stopped after {PATIENCE:?}; what it showed until then is used"),
@@ -101,6 +103,16 @@ fn of_sumo(config: &Path, out: &Path) -> anyhow::Result<String> {
         tracing::warn!("{words}");
     }
     Ok(text::live(&traffic, &from_folder_of(out, config)?))
+}
+
+/// The first lines of what a program said: the others follow from them.
+fn beginning(said: &str) -> String {
+    let lines: Vec<_> = said.lines().filter(|line| !line.trim().is_empty()).collect();
+    let shown = lines[..lines.len().min(SAID_LINES)].join("\n");
+    match lines.len().saturating_sub(SAID_LINES) {
+        0 => shown,
+        more => format!("{shown}\n… and {more} lines more"),
+    }
 }
 
 /// Runs a program up to the time limit: its status, if it has ended by itself, and what it said.
@@ -158,6 +170,12 @@ fn relative(folder: &Path, file: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_what_a_program_says_the_first_lines_are_shown() {
+        assert_eq!(beginning("Error: a\n\nQuitting.\n"), "Error: a\nQuitting.");
+        assert_eq!(beginning(&"e\n".repeat(300)), "e\ne\ne\ne\ne\n… and 295 lines more");
+    }
 
     #[test]
     fn a_file_elsewhere_is_named_from_the_scenarios_folder() {

@@ -98,7 +98,7 @@ pub(super) fn live(traffic: &Traffic, config: &str) -> String {
     text + "\n# Settings of the hub; keys that are left out have their defaults.\n[hub]\n"
 }
 
-/// The part of a recording that becomes the world, s since the file's first row.
+/// The part of a recording that becomes the world, s since the file's earliest time.
 struct Part {
     from_s: Option<f64>,
     to_s: Option<f64>,
@@ -147,9 +147,9 @@ fn keys(traffic: &Traffic, part: &Part) -> String {
     };
     text += match part.is_of_vehicle {
         true => {
-            "# The part in which the first agent's vehicle is there, s since the file's first row; without these keys all of\n# it is the world:\n"
+            "# The part in which the first agent's vehicle is there, s since the file's earliest time; without these keys all of\n# it is the world:\n"
         }
-        false => "# A part of it, s since the file's first row:\n",
+        false => "# A part of it, s since the file's earliest time:\n",
     };
     text += &key("from_s", part.from_s, "0");
     text += &key("to_s", part.to_s, &format!("{}", part.end_s));

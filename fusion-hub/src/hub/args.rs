@@ -132,20 +132,21 @@ impl HubArgs {
 /// The settings of a hub by the `[hub]` table of a file, or of a shipped scenario by its name; of a file without one, the
 /// defaults, and that is said.
 pub fn settings_of_file(path: &Path) -> anyhow::Result<HubSettings> {
+    HubSettings::from_table(hub_table(path)?).with_context(|| format!("in {}", path.display()))
+}
+
+/// The `[hub]` table of a settings or scenario file, or of a shipped scenario by its name, unchecked; an empty one where it has none,
+/// and that is said.
+pub fn hub_table(path: &Path) -> anyhow::Result<toml::Table> {
     let table = hub_table_if_any(path)?;
     if table.is_none() {
         tracing::warn!("{} has no [hub] table: the hub's defaults are used", path.display());
     }
-    HubSettings::from_table(table.unwrap_or_default()).with_context(|| format!("in {}", path.display()))
+    Ok(table.unwrap_or_default())
 }
 
-/// The `[hub]` table of a settings or scenario file, or of a shipped scenario by its name, unchecked; an empty one where it has none.
-pub fn hub_table(path: &Path) -> anyhow::Result<toml::Table> {
-    Ok(hub_table_if_any(path)?.unwrap_or_default())
-}
-
-/// The same; `None` where the file has none.
-fn hub_table_if_any(path: &Path) -> anyhow::Result<Option<toml::Table>> {
+/// The same, without a word; `None` where the file has none.
+pub fn hub_table_if_any(path: &Path) -> anyhow::Result<Option<toml::Table>> {
     let text = v2x_common::shipped::read(path).with_context(|| format!("reading {}", path.display()))?;
     let mut file: toml::Table = text.parse().with_context(|| format!("in {}", path.display()))?;
     check_tables(&file).with_context(|| format!("in {}", path.display()))?;

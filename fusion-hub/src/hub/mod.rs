@@ -83,7 +83,7 @@ mod unnamed;
 
 pub use crate::fusion::SettingsError;
 #[cfg(feature = "cli")]
-pub use args::{HubArgs, hub_table, settings_of_file};
+pub use args::{HubArgs, hub_table, hub_table_if_any, settings_of_file};
 #[cfg(feature = "cli")]
 pub use command::{run, run_with};
 #[cfg(feature = "net")]

@@ -64,7 +64,9 @@ fn options(
 ) -> Result<ReadOptions, ScenarioError> {
     let second = |name, value: Option<f64>| {
         value
-            .map(|value| field.number(name, value, value.abs() <= 1e9, "seconds since the file's first row"))
+            .map(|value| {
+                field.number(name, value, value.abs() <= 1e9, "seconds since the file's earliest time")
+            })
             .transpose()
     };
     let (from_s, to_s) = (second("from_s", file.from_s)?, second("to_s", file.to_s)?);
@@ -82,6 +84,7 @@ fn options(
     Ok(ReadOptions {
         from_s,
         to_s,
+        earliest_s: None,
         origin: origin.transpose()?,
         scene: file.scene.clone(),
         max_gap_s: file.max_gap_s.map(gap).transpose()?,

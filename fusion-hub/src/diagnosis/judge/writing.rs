@@ -263,7 +263,8 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
 /// Positions that are no longitudes and latitudes near the origin that the settings state: all that is said of their values follows.
 pub(super) fn off_origin(one: &One<'_>) -> Option<Finding> {
     let OffPlaces { n, exchanged, newest } = one.survey.writing.off_origin;
-    let (detections, newest) = (one.survey.writing.detections, newest?);
+    // Of a log they are left out of the frames when it is read.
+    let (detections, newest) = (one.survey.writing.detections.max(n), newest?);
     if n < MIN_OFF || !is_share(n, detections, OFF_SHARE) {
         return None;
     }

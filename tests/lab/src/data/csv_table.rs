@@ -29,7 +29,7 @@ pub enum CsvError {
         source: csv::Error,
     },
     /// Required columns are missing.
-    #[error("{} has no column {missing}; needed are {needed}", .path.display())]
+    #[error("{} has no column {missing}; needed are {needed}{hint}", .path.display())]
     MissingColumns {
         /// Which file.
         path: PathBuf,
@@ -37,6 +37,8 @@ pub enum CsvError {
         missing: String,
         /// All required columns.
         needed: String,
+        /// What may be wrong, and what to write.
+        hint: String,
     },
     /// A row has more cells than the header: often a comma was used as decimal point.
     #[error("{}, line {line}: {cells} cells under {columns} columns", .path.display())]
@@ -65,6 +67,9 @@ pub enum CsvError {
         expected: String,
     },
 }
+
+/// Columns of a log of detections whose cells may be empty.
+const MAY_BE_EMPTY: [&str; 8] = ["w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
 
 /// A table. It holds one row at a time.
 #[derive(Debug)]
@@ -108,6 +113,7 @@ impl<R: Read> CsvTable<R> {
                 path,
                 missing: missing.join(", "),
                 needed: needed.join(","),
+                hint: hint(&header, &missing),
             });
         }
         let places = needed.iter().chain(optional).filter_map(place).collect();
@@ -245,6 +251,33 @@ impl<'a> Row<'a> {
     }
 }
 
+/// What may be wrong with a header that lacks columns.
+fn hint(header: &csv::StringRecord, missing: &[&str]) -> String {
+    let first = header.get(0).unwrap_or_default();
+    for (separator, name) in [(';', "`;`"), ('\t', "tabs")] {
+        if header.len() == 1 && first.contains(separator) {
+            return format!(". Its columns are separated by {name}: write commas");
+        }
+    }
+    let is_other_case = |one: &&&str| header.iter().any(|name| name.eq_ignore_ascii_case(one));
+    let other: Vec<&str> = missing.iter().filter(is_other_case).copied().collect();
+    let names = |names: &[&str]| names.join(", ");
+    if !other.is_empty() {
+        return format!(". Names of columns are in small letters: write {}", names(&other));
+    }
+    let mut hints = Vec::new();
+    if missing.contains(&"t_arr") {
+        hints.push("where the time of arrival is not known, write t as t_arr, too".to_owned());
+    }
+    let optional: Vec<&str> = missing.iter().filter(|one| MAY_BE_EMPTY.contains(one)).copied().collect();
+    if missing.contains(&"t_arr") || missing.iter().any(|one| one.starts_with('s') && optional.contains(one))
+    {
+        let cells = (!optional.is_empty()).then(|| format!("the cells of {} may be empty", names(&optional)));
+        hints.extend(cells);
+    }
+    hints.iter().map(|one| format!("; {one}")).collect()
+}
+
 /// What is expected instead of a text that is no time in seconds, with the unit that it seems to be in.
 fn expected_time(text: &str) -> String {
     /// The largest time, 292 years.
@@ -270,6 +303,22 @@ mod tests {
     fn all_missing_columns_are_named_at_once() {
         let message = table("z,w\n").unwrap_err().to_string();
         assert_eq!(message, "a.csv has no column x, y; needed are x,y");
+    }
+
+    #[test]
+    fn separators_capitals_and_columns_that_may_be_empty_are_hinted_at() {
+        let hint = |needed: &[&'static str], text: &str| {
+            let error = CsvTable::new(text.as_bytes(), Path::new("a.csv"), (needed, &[])).unwrap_err();
+            error.to_string().split_once(needed.join(",").as_str()).unwrap().1.to_owned()
+        };
+        assert_eq!(hint(&["x", "y"], "x;y\n"), ". Its columns are separated by `;`: write commas");
+        assert_eq!(hint(&["x", "y"], "x\ty\n"), ". Its columns are separated by tabs: write commas");
+        assert_eq!(hint(&["x", "y"], "X,Y\n"), ". Names of columns are in small letters: write x, y");
+        let words = hint(&["t_arr", "t", "sx"], "t\n");
+        assert_eq!(
+            words,
+            "; where the time of arrival is not known, write t as t_arr, too; the cells of sx may be empty"
+        );
     }
 
     #[test]

@@ -10,7 +10,7 @@ use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, S
 use v2x_fusion_hub::engine::EngineConfig;
 use v2x_fusion_hub::fusion::PRESETS;
 use v2x_fusion_hub::hub::HubSettings;
-use v2x_fusion_hub::hub::hub_table;
+use v2x_fusion_hub::hub::{hub_table, hub_table_if_any};
 use v2x_fusion_hub::values::SensingDefaults;
 
 /// Fuse a log of detections offline with the engine of the hub; with ground truth, score the result
@@ -251,7 +251,8 @@ impl RuleArgs {
     pub fn method_key(&self) -> anyhow::Result<String> {
         let of_file = match (&self.method, &self.hub_config) {
             (None, Some(path)) => {
-                hub_table(path)?.get("method").and_then(|key| key.as_str().map(str::to_owned))
+                let table = hub_table_if_any(path)?.unwrap_or_default();
+                table.get("method").and_then(|key| key.as_str().map(str::to_owned))
             }
             (method, _) => method.clone(),
         };

@@ -237,3 +237,46 @@ fn empty_frames_of_a_sensor_without_a_place_are_warned_of_once_with_the_columns_
     let report = run(&FuseArgs { rules, ..folder.args(&log(""), None) }).unwrap();
     assert!(!report.warnings.iter().any(|one| one.contains("sensor_x")), "{:?}", report.warnings);
 }
+
+#[test]
+fn a_truth_of_other_times_than_the_log_is_an_error_with_both_and_no_file_is_written() {
+    let folder = Folder::new("other-times");
+    let (log, truth) = drive();
+    let args = folder.args(&log, Some(&truth.replace("\n17000000", "\n")));
+    let message = run(&args).unwrap_err().to_string();
+    for part in [
+        "truth.csv is of 0 to 2.5 s",
+        "log.csv of 1700000000 to 1700000002.93 s",
+        "in seconds from the same time on",
+    ] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    assert!(!args.out.exists());
+}
+
+#[test]
+fn accepted_frames_of_which_nothing_is_published_are_warned_of() {
+    let folder = Folder::new("unpublished");
+    let log = van(HEADER, |x| format!("car,{},0,2,4,0,0.3,0.3,0.2,0.3,0.05", 1000.0 * (x - 30.0)), 0.0);
+    let (report, _) = fused_by(&folder, &log, "[hub]\n").unwrap();
+    assert_eq!((report.fused_rows, report.refused_frames), (0, 0));
+    assert!(
+        report.warnings.iter().any(|one| one.starts_with("nothing was published")),
+        "{:?}",
+        report.warnings
+    );
+}
+
+#[test]
+fn exchanged_longitudes_and_latitudes_are_said_with_the_frame_that_reads_them() {
+    let folder = Folder::new("exchanged");
+    let hub =
+        "[hub.agents.cam]\nframe = \"wgs84\"\norigin = { latitude_deg = 48.137, longitude_deg = 11.575 }\n";
+    let log = van(HEADER, |_| "car,48.138,11.575,1.8,4.5,0,0.3,0.3,0.1,0.1,0.05".to_owned(), 0.0);
+    let message = fused_by(&folder, &log, hub).unwrap_err().to_string();
+    assert!(
+        message.contains("is the other way round") && message.contains("frame = \"wgs84-lat-lon\""),
+        "{message}"
+    );
+    assert!(!message.contains("NaN"), "{message}");
+}

@@ -3,6 +3,7 @@
 pub(crate) mod args;
 mod lists;
 mod page;
+mod unpublished;
 mod unusable;
 mod words;
 
@@ -21,6 +22,7 @@ use page::{Collected, Seen};
 use std::cell::RefCell;
 use std::fs::File;
 use std::path::Path;
+use unpublished::Unpublished;
 use v2x_common::time::Span;
 use v2x_fusion_hub::diagnosis::{Finding, Observation, Source, Surroundings, Survey as Diagnosis, Tokens};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
@@ -53,12 +55,13 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let diagnosis = RefCell::default();
     let (mut sink, mut progress) =
         (sink(args, (truth.as_ref(), second_lag), &diagnosis)?, Progress::begin("KiB"));
-    let mut survey = Survey::default();
+    let (mut survey, mut unpublished) = (Survey::default(), Unpublished::default());
     let mut collected = args.report.is_some().then(|| Collected::new(declared.clone()));
     let replay = Replay { engine: Engine::new(config), declared, second_lag, stopwatch: thread_cpu_time };
     let kib = |bytes: u64| usize::try_from(bytes / 1024).unwrap_or(usize::MAX);
     let outcome = replay.run(&mut log, &mut sink, |arrival, n_bytes| {
         survey.add(arrival);
+        unpublished.note(arrival);
         collected.iter_mut().for_each(|collected| collected.note(arrival));
         let Arrival { received_at, frame, reported } = arrival;
         if listened.listens_to(&frame.id.agent) {
@@ -72,9 +75,13 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
     let mut diagnosis = diagnosis.into_inner();
     diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default(), source: Source::Log });
-    let findings = words::findings(&log, &survey, (diagnosis.findings(), has_memory));
+    let mut findings = words::findings(&log, &survey, (diagnosis.findings(), has_memory));
     if live.is_empty() {
         unusable::check((&args.detections, &log), &counts, (&survey, &findings))?;
+        findings.extend(unpublished.finding());
+    }
+    if let Some(truth) = &truth {
+        unusable::check_truth(args, truth, &survey)?;
     }
     let (fused_rows, truth) = live.finish()?;
     let lagged = second.map(lagged).transpose()?;

@@ -1,6 +1,10 @@
 //! A log of which nothing can be fused: why, and what to do.
 
+use super::args::FuseArgs;
+use super::lists::Known;
 use crate::data::detection_log::{DetectionLog, Survey};
+use crate::data::seconds;
+use crate::data::truth_table::TOLERANCE;
 use crate::drive::replay::Counts;
 use anyhow::bail;
 use std::io::Read;
@@ -46,6 +50,30 @@ pub(super) fn check<R: Read>(
     }
     let lines: String = lines.iter().map(|line| format!("\n  {line}")).collect();
     bail!("nothing of {} can be fused: {what}; no file is written{lines}", path.display())
+}
+
+/// An error where a truth has rows, and none of them within the times of the log: nothing could be scored.
+pub(super) fn check_truth(args: &FuseArgs, (truth, _): &Known, survey: &Survey) -> anyhow::Result<()> {
+    let sensors = || survey.sensors().values();
+    let first = sensors().map(|of| of.captured.0).min();
+    // Lists are of times up to the last arrival.
+    let last = sensors().map(|of| of.captured.1 + of.delay.1.max(Span::ZERO)).max();
+    let ((begin, end), Some(first), Some(last)) = (truth.span(), first, last) else { return Ok(()) };
+    let is_empty = begin > end;
+    if is_empty || begin <= last && end >= first {
+        return Ok(());
+    }
+    bail!(
+        "the times of the truth are not those of the log, so that nothing can be scored: {} is of {} to {} s, and {} of {} to {} s; \
+         no file is written\n  Write `t` of both in seconds from the same time on: milliseconds divided by 1000, and the same \
+         epoch; or leave out --truth",
+        args.truth.as_deref().unwrap_or(Path::new("the truth")).display(),
+        seconds::text(begin + TOLERANCE),
+        seconds::text(end - TOLERANCE),
+        args.detections.display(),
+        seconds::text(first),
+        seconds::text(last)
+    )
 }
 
 /// What to do about frames that are refused for a reason.

@@ -17,6 +17,7 @@ use row::{Content, OPTIONAL_COLUMNS, Optional, Report};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
 use std::path::Path;
+use v2x_common::conventions::OffOrigin;
 use v2x_common::detection::{DetectionFrame, MAX_DETECTIONS};
 use v2x_common::id::{AgentId, FrameId};
 use v2x_common::reported::{OffPlaces, RawHeadings, Reported};
@@ -151,7 +152,10 @@ impl<R: Read> DetectionLog<R> {
         of_frame.off_origin.merge(&reported.off_origin);
         match content {
             Content::Detection(detection) => self.ready[place].frame.detections.push(detection),
-            Content::Impossible(invalid) => self.remarks.note_dropped(sensor, line, &invalid),
+            Content::Impossible(invalid) => {
+                let off = reported.off_origin.newest.as_ref().map(in_words);
+                self.remarks.note_dropped(sensor, line, (&invalid, off));
+            }
             Content::Nothing => {}
         }
     }
@@ -177,6 +181,15 @@ impl<R: Read> DetectionLog<R> {
             }
         }
         Ok(Some(report))
+    }
+}
+
+/// A position that is no place near the origin, and what to do.
+fn in_words(off: &OffOrigin) -> String {
+    match (off.is_exchanged, off.latitude_first) {
+        (true, false) => format!("{off}. Write `frame = \"wgs84-lat-lon\"`, or the longitude as x"),
+        (true, true) => format!("{off}. Write `frame = \"wgs84\"`, or the latitude as x"),
+        (false, _) => off.to_string(),
     }
 }
 

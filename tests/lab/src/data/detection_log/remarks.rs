@@ -34,10 +34,18 @@ pub(crate) struct Remarks {
 }
 
 impl Remarks {
-    pub(super) fn note_dropped(&mut self, sensor: AgentId, line: u64, invalid: &InvalidValue) {
+    /// Counts one; a place that is none near the origin is said in words of its own.
+    pub(super) fn note_dropped(
+        &mut self,
+        sensor: AgentId,
+        line: u64,
+        (invalid, off): (&InvalidValue, Option<String>),
+    ) {
         let (field, cause) = (invalid.field, invalid.cause());
-        let first =
-            || Dropped { sensor, field, cause, count: 0, first_line: line, first: invalid.to_string() };
+        let first = || {
+            let first = off.unwrap_or_else(|| invalid.to_string());
+            Dropped { sensor, field, cause, count: 0, first_line: line, first }
+        };
         self.dropped.entry((sensor, field, cause)).or_insert_with(first).count += 1;
     }
 

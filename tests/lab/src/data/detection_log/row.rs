@@ -85,6 +85,7 @@ impl Optional {
                 path: table.path().to_owned(),
                 missing: missing.join(", "),
                 needed,
+                hint: String::new(),
             })
         };
         Ok(Self { poses: has(&SENSOR_COLUMNS)?, velocities: has(&VELOCITY_COLUMNS)? })
