@@ -95,8 +95,8 @@ class Browser:
             raise RuntimeError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
-    def wait(self, expression, what, patience_s=PATIENCE_S):
-        """The first true value of an expression, which is tried at every drawn frame."""
+    def becomes(self, expression, patience_s=PATIENCE_S):
+        """The first true value of an expression, which is tried at every drawn frame; its last one where none is true in time."""
         poll = f"""new Promise((done) => {{
             const end = performance.now() + {patience_s * 1000};
             const attempt = () => {{
@@ -106,7 +106,11 @@ class Browser:
             }};
             attempt();
         }})"""
-        value = self.run(poll)
+        return self.run(poll)
+
+    def wait(self, expression, what, patience_s=PATIENCE_S):
+        """The first true value of an expression; an error where none is true in time."""
+        value = self.becomes(expression, patience_s)
         assert value, f"{what}: not within {patience_s} s; the page says {self.run('document.body.innerText')[:400]!r}; {self.complaints}"
         return value
 

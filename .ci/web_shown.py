@@ -85,13 +85,15 @@ def check_selection(browser):
     browser.key(" ", " ")
     browser.wait("window.v2x.state.paused", "pause by the space bar")
     n_objects = browser.run("window.v2x.shown[0].objects")
-    for k in range(n_objects):
+    # What was on its way when it was paused may still be drawn: a click that misses is made again.
+    for k in [k for k in range(n_objects) for _ in range(3)]:
         place = browser.run(f"(() => {{ const p = window.v2x.placeOf({k}), box = document.getElementById('canvas').getBoundingClientRect();"
                             " return {x: p.x + box.left, y: p.y + box.top, in: p.x > 20 && p.y > 20 && p.x < box.width - 60 && p.y < box.height - 20}; })()")
         if not place["in"]:
             continue
         browser.click(place["x"], place["y"])
-        browser.wait("window.v2x.state.selection", "a selection after a click")
+        if not browser.becomes("window.v2x.state.selection", patience_s=3):
+            continue
         state = browser.run("window.v2x.state")
         if len(state["contributors"]) >= 2 and all(each["isDrawn"] for each in state["contributors"]):
             break
