@@ -46,7 +46,7 @@ pub(super) struct Report {
 }
 
 /// A heading held against the course.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Difference {
     /// Of the later report's heading, rad.
     pub(super) heading: f64,

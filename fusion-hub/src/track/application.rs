@@ -74,6 +74,7 @@ pub(super) fn open<F: Filter>(
     let stored = context.frames.get(item.frame);
     let frame = frame_evidence(item, stored);
     let mut z = context.frames.expanded(item, held);
+    known.let_errors_wander(&frame);
     known.reconcile_poses(&frame, stored.pose_variance(z.position), &mut z);
     known.read(&frame, &z)
 }

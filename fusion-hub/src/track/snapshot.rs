@@ -5,8 +5,8 @@ use crate::filter::Filter;
 use crate::values::AgentSlot;
 use crate::values::{ClassShares, Coverage};
 use crate::values::{
-    DetectionModel, ExpectedPlace, HeadingLaw, Measurement, PoseDetection, PositionInnovation, ScoreEvidence,
-    ScoreModel, SharedError, Support, Widened,
+    DetectionModel, ExpectedPlace, HeadingLaw, LastingError, Measurement, PoseDetection, PositionInnovation,
+    ScoreEvidence, ScoreModel, SharedError, Support, Widened,
 };
 use crate::values::{Existence, Persistence};
 use serde::{Deserialize, Serialize};
@@ -47,6 +47,8 @@ pub struct Snapshot<F> {
     pub support: Support,
     /// What of its error of position comes from the pose of an agent.
     pub shared_error: SharedError,
+    /// What lasts of the errors that it holds.
+    pub lasting: LastingError,
     class: Class,
     /// Whether the class selects the motion parameters.
     class_motion: bool,
@@ -116,6 +118,7 @@ impl<F: Filter> Snapshot<F> {
             orientation: Orientation::initial(at, z, front_odds_ln),
             support,
             shared_error: SharedError::initial(&frame.of_pose(0.0)),
+            lasting: LastingError::initial(&frame.model.errors, at, frame.model.interval_s),
             class: z.class,
             class_motion,
             counts,
@@ -152,6 +155,16 @@ impl<F: Filter> Snapshot<F> {
         !self.existence.is_unlikely() && self.support.is_for_a_real_object()
     }
 
+    /// Before the update by a detection at the state's own time, or taken as simultaneous: what lasts of the errors of those who
+    /// know best where the object is has wandered since.
+    #[inline(always)]
+    pub(super) fn let_errors_wander(&mut self, frame: &FrameEvidence<'_>) {
+        let wandered = self.lasting.take_in(&frame.model.errors, frame.at, frame.model.interval_s);
+        if wandered > 0.0 {
+            self.state.widen_position(wandered);
+        }
+    }
+
     /// Before the update by a detection at the state's own time, or taken as simultaneous: how the detection is read.
     #[inline(always)]
     pub(super) fn read(&mut self, frame: &FrameEvidence<'_>, z: &Measurement) -> Read {
@@ -161,11 +174,6 @@ impl<F: Filter> Snapshot<F> {
         let HeadingLaw::Mixture { front_odds_ln, .. } = frame.model.headings else {
             return Read::as_reported(z);
         };
-        let dt_s = (frame.at - self.orientation.at()).as_secs_f64();
-        let wandered = frame.model.errors.wandered(dt_s);
-        if wandered > 0.0 {
-            self.state.widen_position(wandered);
-        }
         let held = Held { state: &self.state, class: self.motion_class() };
         let mut read = self.orientation.read(frame.at, z, &held, front_odds_ln);
         read.z.yaw_variance += frame.model.headings.by_lasting(frame.model.interval_s);

@@ -44,7 +44,7 @@ pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
 pub use particle_set::{MAX_PARTICLES, ParticleSet};
 pub use pose_errors::{MOST_ACCURACY, PoseDetection, PoseErrors, SharedError, Widened};
-pub use position_errors::PositionErrors;
+pub use position_errors::{LastingError, PositionErrors};
 pub use predicted::{ExpectedPlace, PredictedMeasurement};
 pub use real::{LANES, Real};
 pub(crate) use saved::saved;

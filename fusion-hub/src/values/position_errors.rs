@@ -2,9 +2,14 @@
 
 use super::Measurement;
 use serde::{Deserialize, Serialize};
+use v2x_common::time::Timestamp;
 
 /// Lasting errors change by so many times their own variance in a second: 2/τ of a process that forgets within τ = 2 s.
 const WANDER_PER_S: f64 = 1.0;
+/// An agent whose errors last less decides by how much the estimate wanders for so long after its last detection, s, and for so
+/// many intervals of its frames.
+const DECIDES_FOR_S: f64 = 1.0;
+const DECIDES_INTERVALS: f64 = 3.0;
 
 /// Differences from the declared covariances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,17 +37,6 @@ impl PositionErrors {
         }
     }
 
-    /// Variance along an axis, m², by which what an agent sees of an object has wandered from what the object does, in a time
-    /// (s) between two reports: the errors that last as a first-order Gauss-Markov process (Gelb 1974, section 2.2). The state
-    /// follows them; the variance that is published holds them in full.
-    #[inline]
-    pub fn wandered(&self, dt_s: f64) -> f64 {
-        if self.lasting == 0.0 {
-            return 0.0;
-        }
-        WANDER_PER_S * self.lasting * dt_s.abs().min(1.0 / WANDER_PER_S)
-    }
-
     /// Adds the lasting part to the covariances of measurements, for association.
     pub fn add_lasting(&self, measurements: &mut [Measurement]) {
         if self.lasting > 0.0 {
@@ -54,23 +48,78 @@ impl PositionErrors {
     }
 }
 
+/// What lasts of the errors that an estimate holds: that of the agent which errs least of those that have seen the object of late.
+///
+/// It changes as a first-order Gauss-Markov process does (Gelb 1974, section 2.2), and the state follows it; the variance that is
+/// published holds it in full. By another agent's larger errors the estimate does not wander.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LastingError {
+    /// Variance along an axis, m².
+    variance: f64,
+    /// When the agent that errs least detected it, and the mean time between its frames, s.
+    at: Timestamp,
+    interval_s: f64,
+    /// Its last detection by any agent.
+    detected_at: Timestamp,
+}
+
+impl LastingError {
+    /// After a first detection.
+    pub const fn initial(errors: &PositionErrors, at: Timestamp, interval_s: f64) -> Self {
+        Self { variance: errors.lasting, at, interval_s, detected_at: at }
+    }
+
+    /// Takes in a detection by an agent with this time between its frames (s); the variance along an axis (m²) by which the
+    /// estimate has wandered since the last one.
+    #[inline(always)]
+    pub fn take_in(&mut self, errors: &PositionErrors, at: Timestamp, interval_s: f64) -> f64 {
+        let decides_for_s = DECIDES_FOR_S.max(DECIDES_INTERVALS * self.interval_s);
+        if errors.lasting <= self.variance || (at - self.at).abs().as_secs_f64() > decides_for_s {
+            (self.variance, self.at, self.interval_s) = (errors.lasting, at, interval_s);
+        }
+        let passed = at - std::mem::replace(&mut self.detected_at, at);
+        if self.variance == 0.0 {
+            return 0.0;
+        }
+        self.variance * (WANDER_PER_S * passed.abs().as_secs_f64()).min(1.0)
+    }
+}
+
 /// Every number, for [`crate::parameters`].
 #[cfg(test)]
 pub(crate) fn listed() -> (&'static str, String) {
-    ("errors.wander_per_s", WANDER_PER_S.to_string())
+    (
+        "errors.wander_per_s",
+        format!("{WANDER_PER_S}, decided for {DECIDES_FOR_S} s and {DECIDES_INTERVALS} frames"),
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use v2x_common::time::Span;
+
+    fn at(ms: i64) -> Timestamp {
+        Timestamp::EPOCH + Span::from_millis(ms)
+    }
+
+    const LASTS: PositionErrors = PositionErrors { scale: 1.0, lasting: 0.16 };
 
     #[test]
     fn only_errors_that_last_wander_and_by_no_more_than_they_are() {
-        assert_eq!(PositionErrors::AS_DECLARED.wandered(10.0), 0.0);
-        let errors = PositionErrors { scale: 1.0, lasting: 0.16 };
-        assert!(
-            (errors.wandered(0.1) - 0.016).abs() < 1e-12 && errors.wandered(-0.1) == errors.wandered(0.1)
-        );
-        assert_eq!(errors.wandered(60.0), 0.16);
+        let mut white = LastingError::initial(&PositionErrors::AS_DECLARED, at(0), 0.1);
+        assert_eq!(white.take_in(&PositionErrors::AS_DECLARED, at(10_000), 0.1), 0.0);
+        let mut lasts = LastingError::initial(&LASTS, at(0), 0.1);
+        assert!((lasts.take_in(&LASTS, at(100), 0.1) - 0.016).abs() < 1e-12);
+        assert!((lasts.take_in(&LASTS, at(0), 0.1) - 0.016).abs() < 1e-12, "late");
+        assert_eq!(lasts.take_in(&LASTS, at(60_000), 0.1), 0.16);
+    }
+
+    #[test]
+    fn what_an_agent_without_errors_that_last_sees_does_not_wander_by_those_of_another() {
+        let mut held = LastingError::initial(&LASTS, at(0), 0.1);
+        assert_eq!(held.take_in(&PositionErrors::AS_DECLARED, at(50), 0.1), 0.0);
+        assert_eq!(held.take_in(&LASTS, at(100), 0.1), 0.0);
+        assert!(held.take_in(&LASTS, at(2_000), 0.1) > 0.0, "once that one has not seen it for a while");
     }
 }

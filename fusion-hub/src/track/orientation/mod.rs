@@ -159,11 +159,6 @@ impl Orientation {
         }
     }
 
-    /// When the object was last detected.
-    pub(super) const fn at(&self) -> Timestamp {
-        self.at
-    }
-
     /// Reads a report of an object by an agent whose fronts are right with these odds.
     pub(super) fn read<F: Filter>(
         &mut self,
