@@ -97,6 +97,46 @@ fn an_agent_whose_pose_wanders_by_a_metre_and_who_does_not_say_so_spoils_nothing
     assert_eq!(learnt(&engine, "good").pose_sigma_m, 0.0);
 }
 
+/// Mean error of parked cars in the last 10 s of 30, m: a lidar sees them with white errors of 0.3 m, and a camera, if it is there,
+/// with errors of 0.6 m that last, which are others for each car.
+fn beside_a_lidar(has_camera: bool) -> f64 {
+    let mut engine = engine();
+    let lasts: Vec<_> = (0..12).map(|what| lasting(300, 200 + what, 0.98)).collect();
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (k, step) in (0_i64..300).enumerate() {
+        let ms = 100 * step;
+        for is_camera in [false, true].into_iter().filter(|is_camera| has_camera || !is_camera) {
+            let seen = PARKED.iter().enumerate().map(|(one, [x, y])| {
+                let salt = 10 * i64::try_from(one).expect("small");
+                let [ex, ey] = if is_camera {
+                    [0.6 * lasts[2 * one][k], 0.6 * lasts[2 * one + 1][k]]
+                } else {
+                    [0.3 * white(step, salt + 3), 0.3 * white(step, salt + 4)]
+                };
+                car([x + ex, y + ey], 0.05 * white(step, salt + 5))
+            });
+            let (name, late_ms) = if is_camera { ("camera", 50) } else { ("lidar", 0) };
+            let sent = frame(agent(name), step.unsigned_abs(), ms + late_ms, seen.collect());
+            engine.handle_frame(&sent, at(ms + late_ms + 10));
+        }
+        if k >= 200 {
+            for object in &engine.fused(at(ms + 70)).objects {
+                let away = PARKED.iter().map(|[x, y]| libm::hypot(object.bev.x - x, object.bev.y - y));
+                sum += away.fold(f64::INFINITY, f64::min);
+                n += 1.0;
+            }
+        }
+    }
+    assert!(n > 0.98 * 100.0 * PARKED.len() as f64, "objects are missing: {n}");
+    sum / n
+}
+
+#[test]
+fn what_a_lidar_sees_does_not_wander_with_a_cameras_errors() {
+    let (alone, both) = (beside_a_lidar(false), beside_a_lidar(true));
+    assert!(both < alone + 0.02, "{both} m with the camera, {alone} m without");
+}
+
 /// What is learnt of an agent that reports eight cars at a rate (Hz) for 60 s, whose headings err by a function of report and
 /// car, rad: each drives on a circle of its own, by turns faster and slower.
 fn driving(rate_hz: i64, heading_error: impl Fn(i64, usize) -> f64) -> LearntSensorReport {

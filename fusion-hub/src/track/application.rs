@@ -76,7 +76,13 @@ pub(super) fn open<F: Filter>(
     let mut z = context.frames.expanded(item, held);
     known.let_errors_wander(&frame);
     known.reconcile_poses(&frame, stored.pose_variance(z.position), &mut z);
-    known.read(&frame, &z)
+    let discount = known.discount(&frame, &z);
+    if discount == 0.0 {
+        return known.read(&frame, &z);
+    }
+    z.r.xx += discount;
+    z.r.yy += discount;
+    Read { discount, ..known.read(&frame, &z) }
 }
 
 /// After the update.

@@ -165,6 +165,12 @@ impl<F: Filter> Snapshot<F> {
         }
     }
 
+    /// After that: by how much (variance along an axis, m²) a report counts for less, as its agent's errors last more.
+    #[inline(always)]
+    pub(super) fn discount(&self, frame: &FrameEvidence<'_>, z: &Measurement) -> f64 {
+        self.lasting.discount(&frame.model.errors, frame.model.interval_s, (z.r.xx + z.r.yy) / 2.0)
+    }
+
     /// Before the update by a detection at the state's own time, or taken as simultaneous: how the detection is read.
     #[inline(always)]
     pub(super) fn read(&mut self, frame: &FrameEvidence<'_>, z: &Measurement) -> Read {
@@ -217,6 +223,11 @@ impl<F: Filter> Snapshot<F> {
             self.support.note_detection(agent, at, score);
         } else {
             self.support.note_known_detection(agent, at);
+        }
+        let lasting_too;
+        if read.discount > 0.0 {
+            lasting_too = innovation.with_less_noise(read.discount - model.errors.lasting);
+            innovation = &lasting_too;
         }
         self.existence = self.existence.reported(innovation, over_clutter).within(&model.persistence);
         if is_unlikely {

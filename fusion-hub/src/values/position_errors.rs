@@ -4,8 +4,12 @@ use super::Measurement;
 use serde::{Deserialize, Serialize};
 use v2x_common::time::Timestamp;
 
-/// Lasting errors change by so many times their own variance in a second: 2/τ of a process that forgets within τ = 2 s.
-const WANDER_PER_S: f64 = 1.0;
+/// Lasting errors are forgotten within τ, s.
+const LASTS_S: f64 = 1.0;
+/// So they change by so many times their own variance in a second: 2/τ.
+const WANDER_PER_S: f64 = 2.0 / LASTS_S;
+/// Agents do not send more often, s.
+const LEAST_INTERVAL_S: f64 = 1e-3;
 /// An agent whose errors last less decides by how much the estimate wanders for so long after its last detection, s, and for so
 /// many intervals of its frames.
 const DECIDES_FOR_S: f64 = 1.0;
@@ -83,6 +87,19 @@ impl LastingError {
         }
         self.variance * (WANDER_PER_S * passed.abs().as_secs_f64()).min(1.0)
     }
+
+    /// After [`Self::take_in`]: the variance along an axis (m²) that is added to that of a report (`reported`), so that
+    /// it counts for less than one of the agent which errs least. Errors that last do not average out: of n reports within 2τ that
+    /// are worth one, each is worth 1/n of it. The agent that errs least is not discounted, for the state follows what lasts of its
+    /// errors; the others are, relative to it.
+    #[inline(always)]
+    pub fn discount(&self, errors: &PositionErrors, interval_s: f64, reported: f64) -> f64 {
+        if errors.lasting <= self.variance {
+            return 0.0;
+        }
+        let reports = (2.0 * LASTS_S / interval_s.max(LEAST_INTERVAL_S)).max(1.0);
+        reports * (errors.lasting - self.variance) * reported / (reported + reports * self.variance)
+    }
 }
 
 /// Every number, for [`crate::parameters`].
@@ -90,7 +107,9 @@ impl LastingError {
 pub(crate) fn listed() -> (&'static str, String) {
     (
         "errors.wander_per_s",
-        format!("{WANDER_PER_S}, decided for {DECIDES_FOR_S} s and {DECIDES_INTERVALS} frames"),
+        format!(
+            "{WANDER_PER_S} (for {LASTS_S} s), decided for {DECIDES_FOR_S} s and {DECIDES_INTERVALS} frames"
+        ),
     )
 }
 
@@ -110,9 +129,25 @@ mod tests {
         let mut white = LastingError::initial(&PositionErrors::AS_DECLARED, at(0), 0.1);
         assert_eq!(white.take_in(&PositionErrors::AS_DECLARED, at(10_000), 0.1), 0.0);
         let mut lasts = LastingError::initial(&LASTS, at(0), 0.1);
-        assert!((lasts.take_in(&LASTS, at(100), 0.1) - 0.016).abs() < 1e-12);
-        assert!((lasts.take_in(&LASTS, at(0), 0.1) - 0.016).abs() < 1e-12, "late");
+        assert!((lasts.take_in(&LASTS, at(100), 0.1) - 0.032).abs() < 1e-12);
+        assert!((lasts.take_in(&LASTS, at(0), 0.1) - 0.032).abs() < 1e-12, "late");
         assert_eq!(lasts.take_in(&LASTS, at(60_000), 0.1), 0.16);
+    }
+
+    #[test]
+    fn reports_with_larger_errors_that_last_count_for_less_and_those_of_the_best_agent_in_full() {
+        let mut held = LastingError::initial(&LASTS, at(0), 0.1);
+        held.take_in(&LASTS, at(100), 0.1);
+        assert_eq!(held.discount(&LASTS, 0.1, 0.09), 0.0);
+        assert_eq!(held.discount(&PositionErrors::AS_DECLARED, 0.1, 0.09), 0.0);
+        let twice = PositionErrors { lasting: 0.32, ..LASTS };
+        let discounted = 0.09 + held.discount(&twice, 0.1, 0.09);
+        let expected = 0.09 * (0.09 + 20.0 * 0.32) / (0.09 + 20.0 * 0.16);
+        assert!((discounted - expected).abs() < 1e-12, "{discounted} {expected}");
+        let mut white = LastingError::initial(&PositionErrors::AS_DECLARED, at(0), 0.1);
+        white.take_in(&LASTS, at(50), 0.1);
+        assert!((white.discount(&LASTS, 0.1, 0.09) - 20.0 * 0.16).abs() < 1e-12);
+        assert!(white.discount(&LASTS, 0.0, 0.09).is_finite());
     }
 
     #[test]

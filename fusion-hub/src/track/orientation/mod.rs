@@ -113,13 +113,15 @@ pub(crate) struct Read {
     pub(super) first: Action,
     /// What positions alone made of the report.
     pub(super) by_positions: PositionInnovation,
+    /// Of the variance of its position, what says that it counts for less, and not how far off it may be, m².
+    pub(super) discount: f64,
 }
 
 impl Read {
     /// As it was reported, with nothing else known of it.
     pub(super) const fn as_reported(z: &Measurement) -> Self {
         let by_positions = PositionInnovation { mahalanobis2: 0.0, determinant: 1.0 };
-        Self { z: *z, first: Action::Nothing, by_positions }
+        Self { z: *z, first: Action::Nothing, by_positions, discount: 0.0 }
     }
 }
 
@@ -176,7 +178,7 @@ impl Orientation {
         }
         let z = &Measurement { since_last_s: z.since_last_s.max(dt_s.abs()), ..*z };
         if held.class.is_immobile() {
-            return Read { z: *z, first: Action::Nothing, by_positions };
+            return Read { z: *z, first: Action::Nothing, by_positions, discount: 0.0 };
         }
         let since = at - self.weighed_at;
         let is_due = since.abs() >= WEIGHED_EVERY;
@@ -190,7 +192,7 @@ impl Orientation {
                 self.weigh_motion(held, course, since_s);
             }
             let z = self.without_heading(z, course.as_ref());
-            return Read { z, first: Action::Nothing, by_positions };
+            return Read { z, first: Action::Nothing, by_positions, discount: 0.0 };
         }
         let odds_ln = if z.heading == HeadingKind::Axis { 0.0 } else { front_odds_ln };
         let chosen = choose(z, held, odds_ln);
@@ -205,7 +207,7 @@ impl Orientation {
                 Some(course) if !was_unreliable => Action::Redirect(course),
                 _ => Action::Nothing,
             };
-            return Read { z: self.without_heading(z, course.as_ref()), first, by_positions };
+            return Read { z: self.without_heading(z, course.as_ref()), first, by_positions, discount: 0.0 };
         }
         self.weigh_front(&chosen, odds_ln);
         if let Some(course) = course.as_ref().filter(|_| is_due) {
@@ -216,7 +218,7 @@ impl Orientation {
             // Of several agents one may err for good: the others' headings stay.
             z.yaw_variance = NO_REPORT_VARIANCE;
         }
-        let mut read = Read { z, first: Action::Nothing, by_positions };
+        let mut read = Read { z, first: Action::Nothing, by_positions, discount: 0.0 };
         if f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
             self.by_reports = -self.by_reports;
             self.by_motion = -self.by_motion;
