@@ -81,6 +81,7 @@ fn only(cars: &'static dyn Fn(&Frame) -> Vec<(f64, f64)>) -> impl Fn(&mut Frame)
             d: 4.5,
             yaw: 0.0,
             sigma_m: Some(0.3),
+            velocity: None,
         };
         frame.detections = cars(frame).into_iter().map(car).collect();
     }

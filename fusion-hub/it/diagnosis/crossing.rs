@@ -39,6 +39,8 @@ pub(crate) struct Detection {
     pub(crate) d: f64,
     pub(crate) yaw: f64,
     pub(crate) sigma_m: Option<f64>,
+    /// As reported, m/s.
+    pub(crate) velocity: Option<[f64; 2]>,
 }
 
 /// Two cameras over a crossing. `edit` makes the second one's frames wrong.
@@ -69,6 +71,7 @@ pub(crate) fn world(k: i64, agent: &'static str) -> Frame {
             d: 4.5 + error(3, 0.2),
             yaw: wrap_angle(yaw + error(4, 0.05)),
             sigma_m: Some(0.3),
+            velocity: None,
         }
     });
     Frame {
@@ -104,6 +107,9 @@ impl Frame {
                 json!({ "class": one.class, "x": one.x, "y": one.y, "w": one.w, "d": one.d, "yaw": one.yaw });
             if let Some(sigma) = one.sigma_m {
                 json["sigma"] = json!({ "x": sigma, "y": sigma, "w": 0.1, "d": 0.2, "yaw": 0.05 });
+            }
+            if let Some([x, y]) = one.velocity {
+                json["velocity"] = json!({ "x": x, "y": y, "sigma_x": 0.5, "sigma_y": 0.5 });
             }
             json
         });

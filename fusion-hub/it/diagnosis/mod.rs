@@ -6,6 +6,7 @@ mod contents;
 pub(crate) mod crossing;
 mod headings;
 mod positions;
+mod velocities;
 
 #[test]
 fn sound_agents_have_no_finding() {

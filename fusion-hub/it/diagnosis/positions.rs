@@ -140,6 +140,82 @@ fn a_shift_and_a_turn_between_agents_are_reported_in_metres_and_degrees() {
     );
 }
 
+/// The places in a frame that was mapped by another pose than that of the sensor.
+fn mapped_by(frame: &mut Frame, wrong: Pose) {
+    let right = frame.pose;
+    each(frame, |one| {
+        let (bearing, range) = (right.bearing_to(one.x, one.y), right.distance_to(one.x, one.y));
+        (one.x, one.y) = wrong.offset(range * libm::cos(bearing), range * libm::sin(bearing));
+        one.yaw = wrap_angle(one.yaw + wrong.yaw - right.yaw);
+    });
+    frame.pose = wrong;
+}
+
+#[test]
+fn a_pose_of_the_wrong_sign_order_or_direction_is_named() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    type Wrong = fn(Pose) -> Pose;
+    let cases: [(&str, Wrong); 7] = [
+        ("x and y are the wrong way round", |Pose { x, y, yaw }| Pose { x: y, y: x, yaw }),
+        ("x and y have the wrong sign", |Pose { x, y, yaw }| Pose { x: -x, y: -y, yaw }),
+        ("x has the wrong sign", |Pose { x, y, yaw }| Pose { x: -x, y, yaw }),
+        ("y has the wrong sign", |Pose { x, y, yaw }| Pose { x, y: -y, yaw }),
+        ("yaw has the wrong sign", |Pose { x, y, yaw }| Pose { x, y, yaw: -yaw }),
+        ("yaw counts from north", |Pose { x, y, yaw }| Pose { x, y, yaw: yaw - FRAC_PI_2 }),
+        ("yaw points backwards", |Pose { x, y, yaw }| Pose { x, y, yaw: yaw + PI }),
+    ];
+    for (words, wrong) in cases {
+        let findings = found(|frame| mapped_by(frame, wrong(frame.pose)));
+        assert_only(&findings, Code::SensorPose, words);
+    }
+    let compass = found(|frame| {
+        let Pose { x, y, yaw } = frame.pose;
+        mapped_by(frame, Pose { x, y, yaw: FRAC_PI_2 - yaw });
+    });
+    assert_only(&compass, Code::SensorPose, "as a compass");
+}
+
+#[test]
+fn positions_in_another_unit_of_length_are_named() {
+    for (unit, per_m) in [("centimetres", 1e2), ("millimetres", 1e3), ("feet", 1.0 / 0.3048)] {
+        let of_map = found(|frame| {
+            each(frame, |one| (one.x, one.y) = (per_m * one.x, per_m * one.y));
+        });
+        assert_only(&of_map, Code::LengthUnit, unit);
+        let about_sensor = found(|frame| {
+            let pose = frame.pose;
+            each(frame, |one| {
+                (one.x, one.y) = (pose.x + per_m * (one.x - pose.x), pose.y + per_m * (one.y - pose.y));
+            });
+        });
+        assert_only(&about_sensor, Code::LengthUnit, unit);
+    }
+    let all = found(|frame| {
+        each(frame, |one| {
+            [one.x, one.y, one.w, one.d] = [one.x, one.y, one.w, one.d].map(|value| 100.0 * value);
+        });
+    });
+    assert_only(&all, Code::LengthUnit, "centimetres");
+}
+
+#[test]
+fn agents_of_one_area_that_see_nothing_together_are_a_note_and_those_of_two_areas_are_none() {
+    // A turn about the crossing that no known mistake explains.
+    let turned = found(|frame| {
+        let Pose { x, y, yaw } = frame.pose;
+        let (sin, cos) = libm::sincos(0.8);
+        mapped_by(frame, Pose { x: x * cos - y * sin, y: x * sin + y * cos, yaw: yaw + 0.8 });
+    });
+    let notes: Vec<_> = turned.iter().filter(|one| one.code == Code::NothingShared).collect();
+    let [note] = notes[..] else { panic!("{turned:#?}") };
+    assert!(!note.is_fault() && note.says.contains("north") && note.says.contains("south"), "{note}");
+    let next = found(|frame| {
+        let pose = frame.pose;
+        mapped_by(frame, Pose { x: pose.x + 120.0, ..pose });
+    });
+    assert_eq!(next, []);
+}
+
 #[test]
 fn positions_far_from_all_others_are_reported() {
     let utm = found(|frame| {

@@ -30,12 +30,20 @@ pub enum Code {
     HeadingsReversed,
     /// Width and depth the wrong way round.
     SizesSwapped,
+    /// Velocities in another unit, or along other axes.
+    Velocities,
     /// Longitudes and latitudes instead of metres.
     Geodetic,
     /// Positions relative to the sensor instead of in the map frame.
     SensorFrame,
     /// Axes that are swapped or point the other way.
     Axes,
+    /// Positions in another unit of length.
+    LengthUnit,
+    /// A sensor's pose by which positions are mapped, and which is wrong.
+    SensorPose,
+    /// Two agents of one area that see nothing together.
+    NothingShared,
     /// Frames of two agents that are displaced or turned against each other.
     Offset,
     /// Positions tens of kilometres from those of everybody else.

@@ -4,7 +4,7 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `writing`, `headings`, `alignment`: statistics, each of one kind.
+//! - `arrivals`, `streams`, `writing`, `headings`, `velocities`, `alignment`: statistics, each of one kind.
 //! - `judge`: what they mean, in words.
 
 mod alignment;
@@ -15,6 +15,7 @@ mod judge;
 mod observation;
 mod streams;
 mod survey;
+mod velocities;
 mod window;
 mod writing;
 

@@ -68,6 +68,7 @@ impl Survey {
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
         if is_of_now && self.samples.takes(seen.frame.captured_at, seen.frame.id.agent) {
             agent.headings.note(seen, &self.moving);
+            agent.velocities.note(seen);
             if !seen.reported.as_degrees.is_empty() {
                 agent.headings_as_degrees.note_as_degrees(seen, &self.moving);
             }

@@ -5,6 +5,7 @@ use super::alignment::fit::{Fit, fit};
 use super::arrivals::Arrivals;
 use super::headings::Headings;
 use super::streams::Streams;
+use super::velocities::Velocities;
 use super::writing::Writing;
 use crate::engine::{AgentRecord, Engine, Label, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
@@ -71,6 +72,7 @@ pub(super) struct AgentSurvey {
     pub(super) headings: Headings,
     /// The same, if they were degrees.
     pub(super) headings_as_degrees: Headings,
+    pub(super) velocities: Velocities,
     /// Refused frames by reason, each with the newest.
     pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
     /// What the engine had counted when the window began.

@@ -1,6 +1,7 @@
 //! Changes of one agent's positions that are tried: other axes, the sensor's own frame, another time, a shift, a turn.
 
 use super::{Sighting, Spot};
+use std::f64::consts::{FRAC_PI_2, PI};
 use v2x_common::geometry::Pose;
 
 /// A change of positions.
@@ -16,6 +17,69 @@ pub(in crate::diagnosis) enum Change {
     AboutSensor(Axes),
     /// They were given with other axes of the map.
     OfMap(Axes),
+    /// They were mapped by a pose of the sensor that is wrong.
+    PoseIs(WrongPose),
+    /// They were given in another unit of length, from the map's origin.
+    InUnit(Unit),
+    /// They were given from the sensor's pose in another unit of length, and mapped as if in ours.
+    InUnitAboutSensor(Unit),
+}
+
+/// How a sensor's pose is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::diagnosis) enum WrongPose {
+    /// Its x and y are the wrong way round.
+    Exchanged,
+    /// Its x and y have the other sign.
+    Opposite,
+    /// Its x has the other sign.
+    XOpposite,
+    /// Its y has the other sign.
+    YOpposite,
+    /// Its heading has the other sign.
+    YawOpposite,
+    /// Its heading points backwards.
+    YawBack,
+    /// Its heading counts from north.
+    YawFromNorth,
+    /// Its heading counts from north and clockwise, as that of a compass.
+    YawOfCompass,
+}
+
+impl WrongPose {
+    /// The pose that is right.
+    fn right(self, pose: Pose) -> Pose {
+        let Pose { x, y, yaw } = pose;
+        match self {
+            Self::Exchanged => Pose { x: y, y: x, yaw },
+            Self::Opposite => Pose { x: -x, y: -y, yaw },
+            Self::XOpposite => Pose { x: -x, y, yaw },
+            Self::YOpposite => Pose { x, y: -y, yaw },
+            Self::YawOpposite => Pose { x, y, yaw: -yaw },
+            Self::YawBack => Pose { x, y, yaw: yaw + PI },
+            Self::YawFromNorth => Pose { x, y, yaw: yaw + FRAC_PI_2 },
+            Self::YawOfCompass => Pose { x, y, yaw: FRAC_PI_2 - yaw },
+        }
+    }
+}
+
+/// A unit of length that is not the metre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::diagnosis) enum Unit {
+    Centimetre,
+    Millimetre,
+    Foot,
+}
+
+impl Unit {
+    /// m.
+    pub(in crate::diagnosis) const fn metres(self) -> f64 {
+        match self {
+            Self::Centimetre => 1e-2,
+            Self::Millimetre => 1e-3,
+            Self::Foot => 0.3048,
+        }
+    }
 }
 
 /// A shift (m), a turn about the sensor or the middle of the detections (rad), and a shift along each object's velocity (s).
@@ -58,8 +122,22 @@ impl Axes {
     }
 }
 
-/// All changes that are no small ones.
-pub(in crate::diagnosis) const LARGE: [Change; 12] = [
+/// All changes that are no small ones; of those that explain as much, the last one is taken.
+pub(in crate::diagnosis) const LARGE: [Change; 26] = [
+    Change::InUnitAboutSensor(Unit::Foot),
+    Change::InUnitAboutSensor(Unit::Millimetre),
+    Change::InUnitAboutSensor(Unit::Centimetre),
+    Change::InUnit(Unit::Foot),
+    Change::InUnit(Unit::Millimetre),
+    Change::InUnit(Unit::Centimetre),
+    Change::PoseIs(WrongPose::YawOfCompass),
+    Change::PoseIs(WrongPose::YawFromNorth),
+    Change::PoseIs(WrongPose::YawBack),
+    Change::PoseIs(WrongPose::YawOpposite),
+    Change::PoseIs(WrongPose::YOpposite),
+    Change::PoseIs(WrongPose::XOpposite),
+    Change::PoseIs(WrongPose::Opposite),
+    Change::PoseIs(WrongPose::Exchanged),
     Change::FromSensor(Axes::Ours),
     Change::FromSensor(Axes::SecondReversed),
     Change::FromSensor(Axes::RightAhead),
@@ -75,6 +153,11 @@ pub(in crate::diagnosis) const LARGE: [Change; 12] = [
 ];
 
 impl Change {
+    /// Whether it draws places together, or apart.
+    pub(super) const fn is_of_unit(&self) -> bool {
+        matches!(self, Self::InUnit(_) | Self::InUnitAboutSensor(_))
+    }
+
     /// The spots with the change; `None` where it needs a pose that is not there.
     pub(super) fn apply(&self, sighting: &Sighting) -> Option<Vec<Spot>> {
         let moved = |place: &dyn Fn(&Spot) -> [f64; 2]| {
@@ -94,6 +177,15 @@ impl Change {
             Self::AboutSensor(axes) => {
                 let pose = sighting.pose?;
                 moved(&|spot| offset(pose, axes.ours(from(pose, spot.at))))
+            }
+            Self::PoseIs(wrong) => {
+                let pose = sighting.pose?;
+                moved(&|spot| offset(wrong.right(pose), from(pose, spot.at)))
+            }
+            Self::InUnit(unit) => moved(&|spot| spot.at.map(|one| one * unit.metres())),
+            Self::InUnitAboutSensor(unit) => {
+                let pose = sighting.pose?;
+                moved(&|spot| offset(pose, from(pose, spot.at).map(|one| one * unit.metres())))
             }
             Self::Rigid(rigid) => {
                 let centre = sighting.centre();

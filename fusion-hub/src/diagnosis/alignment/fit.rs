@@ -30,6 +30,10 @@ const CHANCE_RATIO: u64 = 2;
 const MIN_APART: u64 = 16;
 const MOST_SHARE_APART: f64 = 0.2;
 const ONE_AREA_M: f64 = 150.0;
+/// The same where all have poses: two vehicles that see a crowd from both ends share little.
+const MOST_SHARE_APART_IN_VIEW: f64 = 0.05;
+/// Such a share of what each reports is between what the other one does: their views overlap.
+const WITHIN_SHARE: f64 = 0.3;
 /// Clocks are known to agree from this standard deviation on, s.
 const CLOCKS_SIGMA_S: f64 = 0.03;
 /// The time between two agents is known from this standard deviation on, as far as a shift of place is not one of time, s.
@@ -66,7 +70,7 @@ pub(in crate::diagnosis) enum Fit {
         is_time_known: bool,
     },
     /// Nothing brings them together, though both report objects not far from each other all the time, and somebody's frames
-    /// have no pose of a sensor: by the places in the pair.
+    /// have no pose of a sensor, by the places in the pair; or all have one, and what one reports is all about what the other does.
     Apart {
         /// Whose frames have none.
         without_pose: [bool; 2],
@@ -141,10 +145,31 @@ fn apart(snapshots: &[Snapshot], as_is: &Explained, possible: u64) -> Fit {
     };
     let apart_m = libm::hypot(middle(0, 0) - middle(1, 0), middle(0, 1) - middle(1, 1));
     let is_apart = possible >= MIN_APART
-        && share(as_is.pairs, possible) < MOST_SHARE_APART
         && apart_m <= ONE_AREA_M
-        && without_pose.contains(&true);
+        && match without_pose.contains(&true) {
+            true => share(as_is.pairs, possible) < MOST_SHARE_APART,
+            false => {
+                share(as_is.pairs, possible) < MOST_SHARE_APART_IN_VIEW && lie_within_each_other(snapshots)
+            }
+        };
     if is_apart { Fit::Apart { without_pose } } else { Fit::Unknown }
+}
+
+/// Whether much of what each of both reports is between what the other one does.
+fn lie_within_each_other(snapshots: &[Snapshot]) -> bool {
+    let spots = |whose: usize| snapshots.iter().flat_map(move |pair| &pair[whose].spots);
+    [0, 1].into_iter().all(|whose| {
+        let extent = [0, 1].map(|axis| {
+            let along = spots(1 - whose).map(|spot| spot.at[axis]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), one| {
+                (one.min(least), one.max(most))
+            })
+        });
+        let is_within =
+            |spot: &&Spot| (0..2).all(|axis| (extent[axis].0..=extent[axis].1).contains(&spot.at[axis]));
+        let (within, all) = (spots(whose).filter(is_within).count(), spots(whose).count());
+        share(within as u64, all as u64) >= WITHIN_SHARE
+    })
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
@@ -173,16 +198,25 @@ fn beats_chance(explained_now: &Explained, snapshots: &[Snapshot], whose: usize,
     explained_now.pairs >= CHANCE_RATIO * explained(&shuffled, whose, change).pairs
 }
 
-/// The pairs of detections that are of one object after a change of those of `whose`.
+/// The pairs of detections that are of one object after a change of those of `whose`. Each of the other one's counts once: what is
+/// brought together into one place explains nothing.
 fn explained(snapshots: &[Snapshot], whose: usize, change: &Change) -> Explained {
     let mut explained = Explained::default();
     for snapshot in snapshots {
         let Some(changed) = change.apply(&snapshot[whose]) else { return Explained::default() };
+        let others = &snapshot[1 - whose].spots;
+        let mut met: Vec<&Spot> = Vec::with_capacity(changed.len());
         for spot in changed {
-            if let Some((_, other)) = nearest(&spot, &snapshot[1 - whose].spots, None) {
-                explained.pairs += 1;
-                explained.places.insert(other.at.map(place));
+            if let Some((_, other)) = nearest(&spot, others, None)
+                && !met.iter().any(|one| std::ptr::eq(*one, other))
+            {
+                met.push(other);
             }
+        }
+        // What another unit draws together is near the one thing that is there.
+        if met.len() > 1 || !change.is_of_unit() {
+            explained.pairs += met.len() as u64;
+            explained.places.extend(met.iter().map(|other| other.at.map(place)));
         }
     }
     explained

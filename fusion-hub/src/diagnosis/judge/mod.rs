@@ -58,7 +58,8 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
 const IDLENESS: [Code; 3] = [Code::Silent, Code::Gaps, Code::RateLow];
 const HEADINGS: [Code; 3] = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
 /// What boxes show beside their places.
-const BOXES: [Code; 5] = [
+const BOXES: [Code; 6] = [
+    Code::Velocities,
     Code::Degrees,
     Code::HeadingsMirrored,
     Code::HeadingsRotated,
@@ -68,7 +69,7 @@ const BOXES: [Code; 5] = [
 const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
 const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
 /// Where positions are wrong altogether, nothing that is compared with them means anything.
-const PLACES: [Code; 3] = [Code::Geodetic, Code::SensorFrame, Code::Axes];
+const PLACES: [Code; 5] = [Code::Geodetic, Code::SensorFrame, Code::Axes, Code::LengthUnit, Code::SensorPose];
 
 /// Leaves out what only follows from something else that is found: whoever reads a list of faults begins anywhere.
 fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
@@ -90,14 +91,18 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
     // Shifted by a lane, what moves is compared with what comes the other way.
     let shifted = findings.iter().filter(|one| one.code == Code::Offset && one.is_fault());
     let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
+    // Objects move as it says, and not as they do.
+    let spoils_motion = has.iter().any(|(_, code)| *code == Code::Velocities);
     findings.retain(|one| {
         let Some(agent) = one.agent else { return true };
         let places_are_wrong = has_one(agent, &PLACES);
         let is_consequence = (places_are_wrong
             && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
-            || (shifted.contains(&agent) && HEADINGS.contains(&one.code))
+            || ((shifted.contains(&agent) || spoils_motion) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
+            || (has_one(agent, &[Code::LengthUnit])
+                && [Code::FarAway, Code::Velocities, Code::ImpossibleDetections].contains(&one.code))
             || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
             || (has_one(agent, &[Code::TimeUnit])
                 && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))

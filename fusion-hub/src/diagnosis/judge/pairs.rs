@@ -1,6 +1,6 @@
 //! What differs between agents.
 
-use super::super::alignment::change::{Axes, Change, Rigid};
+use super::super::alignment::change::{Axes, Change, Rigid, Unit, WrongPose};
 use super::super::alignment::fit::Fit;
 use super::super::finding::{Code, Finding, Severity};
 use super::super::window::{Source, Window};
@@ -41,6 +41,7 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
     let votes_of = |agent: &AgentId| 10 * differs(agent) + 1 - agrees(agent);
     let mut reported = Vec::new();
     findings.extend(apart(window, known.source));
+    findings.extend(nothing_shared(window));
     for (pair, fit) in &window.fits {
         let Fit::Changed { whose, change, share, is_time_known } = fit else { continue };
         let votes = pair.map(|agent| match change {
@@ -114,6 +115,33 @@ fn apart(window: &Window, source: Source) -> Option<Finding> {
     Some(Finding { code: Code::SensorFrame, severity: Severity::Note, agent, says, change })
 }
 
+/// Agents that give poses, whose objects are never where anybody else sees some, though all are in one area: one note of the first.
+fn nothing_shared(window: &Window) -> Option<Finding> {
+    let is_alone = |agent: &AgentId| {
+        let mut of = window.fits.iter().filter(|(pair, _)| pair.contains(agent));
+        of.all(|(_, fit)| matches!(fit, Fit::Apart { .. } | Fit::Unknown))
+    };
+    let mut apart = window.fits.iter().filter(|(pair, fit)| {
+        matches!(fit, Fit::Apart { without_pose: [false, false] }) && pair.iter().any(is_alone)
+    });
+    let ([a, b], _) = apart.next()?;
+    let more = match apart.count() {
+        0 => String::new(),
+        n => format!(", and those of {n} more pairs of agents"),
+    };
+    Some(Finding {
+        code: Code::NothingShared,
+        severity: Severity::Note,
+        agent: None,
+        says: format!(
+            "the objects of {a} are never where {b} reports some, and the other way round, though both report them in the same area{more}"
+        ),
+        change: "Where each sees a place of its own, nothing is wrong. Otherwise one of the poses is, or what positions are relative to: \
+                 x is east, y is north, in metres, and yaw counts counter-clockwise from east"
+            .to_owned(),
+    })
+}
+
 struct Pair {
     agent: AgentId,
     other: AgentId,
@@ -172,6 +200,23 @@ impl Pair {
                     true => format!("the axes of {agent} or of {other} are {} {as_seen}", of_map(axes)),
                 },
                 "x is east and y is north in the map frame".to_owned(),
+            ),
+            Change::PoseIs(wrong) => (
+                Code::SensorPose,
+                format!("its sensor's pose is wrong: {} {as_seen}", how_pose_is(wrong)),
+                source
+                    .words(
+                        "Correct `pose` in its settings, or `sensor_pose` in its frames: x east and y north in metres, yaw \
+                         counter-clockwise from east",
+                        "Correct the columns sensor_x, sensor_y and sensor_yaw: x east and y north in metres, yaw counter-clockwise \
+                         from east in radians",
+                    )
+                    .to_owned(),
+            ),
+            Change::InUnit(unit) | Change::InUnitAboutSensor(unit) => (
+                Code::LengthUnit,
+                format!("its positions are in {}, and are read as metres {as_seen}", in_units(unit)),
+                format!("{send} metres, also for sizes and standard deviations"),
             ),
             Change::Rigid(_) => (Code::Offset, String::new(), String::new()),
         };
@@ -236,6 +281,27 @@ const fn words(axes: Axes) -> &'static str {
         Axes::BothReversed => "x backwards and y to the right",
         Axes::Swapped => "x to the left and y ahead",
         Axes::RightAhead => "x to the right and y ahead",
+    }
+}
+
+const fn how_pose_is(wrong: WrongPose) -> &'static str {
+    match wrong {
+        WrongPose::Exchanged => "its x and y are the wrong way round",
+        WrongPose::Opposite => "its x and y have the wrong sign",
+        WrongPose::XOpposite => "its x has the wrong sign",
+        WrongPose::YOpposite => "its y has the wrong sign",
+        WrongPose::YawOpposite => "its yaw has the wrong sign",
+        WrongPose::YawBack => "its yaw points backwards",
+        WrongPose::YawFromNorth => "its yaw counts from north instead of east",
+        WrongPose::YawOfCompass => "its yaw counts clockwise from north, as a compass does",
+    }
+}
+
+const fn in_units(unit: Unit) -> &'static str {
+    match unit {
+        Unit::Centimetre => "centimetres",
+        Unit::Millimetre => "millimetres",
+        Unit::Foot => "feet",
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::super::finding::{Code, Finding};
 use super::super::headings::{Headings, Verdict};
+use super::super::velocities::{Found, Reading};
 use super::super::writing::{DEGREES_APART, Writing};
 use super::one::{MIN_VALUES, One};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -36,7 +37,15 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     let degrees = degrees(one);
     let headings = if degrees.is_some() { None } else { headings(one) };
     // Boxes whose heading is a quarter turn off may be boxes with swapped sizes, and the other way round: both are reported.
-    let all = [degrees, headings, swapped_sizes(one), geodetic(one), off_origin(one), sigma_missing(one)];
+    let all = [
+        degrees,
+        headings,
+        swapped_sizes(one),
+        velocities(one),
+        geodetic(one),
+        off_origin(one),
+        sigma_missing(one),
+    ];
     all.into_iter().flatten().collect()
 }
 
@@ -225,6 +234,25 @@ fn swapped_sizes(one: &One<'_>) -> Option<Finding> {
         };
         one.fault(Code::SizesSwapped, says, change)
     })
+}
+
+fn velocities(one: &One<'_>) -> Option<Finding> {
+    let Found { reading, n, explained } = one.survey.velocities.found()?;
+    let (what, also) = match reading {
+        Reading::KilometresPerHour => ("in km/h", ""),
+        Reading::MilesPerHour => ("in miles per hour", ""),
+        Reading::SensorAxes => ("along the axes of its sensor", ": turn them by the sensor's heading"),
+        Reading::BoxAxes => ("along and across its boxes", ": turn them by each box's heading"),
+        Reading::Relative => {
+            ("relative to its sensor, which moves itself", ": add the sensor's own velocity")
+        }
+        Reading::Opposite => ("the other way round", ": what moves away from the origin has that sign"),
+        Reading::Exchanged => ("the wrong way round in x and y", ""),
+        Reading::Mirrored => ("mirrored: y points south", ""),
+    };
+    let says = format!("its velocities are {what}: so {explained} of {n} are where its next frames see them");
+    let send = one.words("Send `velocity` in m/s", "Write the columns vx and vy in m/s");
+    Some(one.fault(Code::Velocities, says, format!("{send}, x east and y north in the map frame{also}")))
 }
 
 fn geodetic(one: &One<'_>) -> Option<Finding> {

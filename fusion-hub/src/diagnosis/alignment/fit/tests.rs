@@ -1,5 +1,5 @@
 use super::super::Sighting;
-use super::super::change::Axes;
+use super::super::change::{Axes, Unit};
 use super::*;
 use v2x_common::geometry::Pose;
 
@@ -147,9 +147,11 @@ fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
 }
 
 #[test]
-fn agents_that_see_different_objects_say_nothing() {
+fn agents_of_one_area_that_see_different_objects_are_apart() {
     let elsewhere = fit_of(|[x, y], _| [1.7 * x + 3.0 * libm::sin(y), 0.4 * y + 11.0 * libm::cos(x)]);
-    assert_eq!(elsewhere, Fit::Unknown);
+    assert_eq!(elsewhere, Fit::Apart { without_pose: [false, false] });
+    let next = fit_of(|[x, y], _| [1.7 * x + 3.0 * libm::sin(y) + 130.0, 0.4 * y + 11.0 * libm::cos(x)]);
+    assert_eq!(next, Fit::Unknown);
 }
 
 #[test]
@@ -174,5 +176,35 @@ fn a_shift_of_what_moves_at_an_unknown_speed_may_be_one_of_time_and_of_what_stan
             matches!(found, Fit::Changed { change: Change::Rigid(_), is_time_known, .. } if is_time_known == is_known),
             "{moves_by_m}: {found:?}"
         );
+    }
+}
+
+#[test]
+fn what_a_change_of_unit_draws_together_onto_a_vehicle_that_the_other_one_sees_is_no_finding() {
+    // The second agent drives, the first one sees it, and nothing else in common.
+    let snapshots: Vec<Snapshot> = (0..12)
+        .map(|step| {
+            let pose = Pose { x: 4.0 * f64::from(step), y: 0.0, yaw: 0.0 };
+            let spot = |at: [f64; 2]| Spot { at, velocity: [0.0; 2], variance: 0.1 };
+            let around =
+                (0..8).map(|k| spot([pose.x + 5.0 + 7.0 * f64::from(k), 11.0 + 3.0 * f64::from(k % 3)]));
+            let first = Sighting::new(Some(FIRST), vec![spot([pose.x, pose.y]), spot([-60.0, -40.0])]);
+            [first, Sighting::new(Some(pose), around.collect())]
+        })
+        .collect();
+    let found = large(fit(&snapshots));
+    assert!(found.is_none_or(|(_, change)| !change.is_of_unit()), "{found:?}");
+}
+
+#[test]
+fn units_of_length_are_told_apart() {
+    for unit in [Unit::Centimetre, Unit::Millimetre, Unit::Foot] {
+        let of_map = fit_of(|at, _| at.map(|one| one / unit.metres()));
+        assert_eq!(large(of_map), Some((1, Change::InUnit(unit))));
+        let about_sensor = fit_of(|at, _| {
+            let [ahead, left] = relative(at).map(|one| one / unit.metres());
+            POSE.offset(ahead, left).into()
+        });
+        assert_eq!(large(about_sensor), Some((1, Change::InUnitAboutSensor(unit))));
     }
 }
