@@ -80,3 +80,30 @@ fn compass_headings_in_degrees_and_swapped_sizes_are_both_named_and_nothing_else
         assert!(faults[1].change.contains("sizes = \"w-along\""), "{name}: {}", faults[1]);
     }
 }
+
+#[test]
+fn on_a_roundabout_the_lag_of_what_turns_is_no_turn_of_the_headings_and_a_compass_is_still_found() {
+    let on_a_roundabout = |write: fn(f64) -> f64| {
+        findings_of(
+            "",
+            move |frame| {
+                let t = 1e-3 * frame.captured_ms as f64;
+                for (n, one) in frame.detections.iter_mut().enumerate() {
+                    let radius_m = 13.0 + 4.0 * (n % 3) as f64;
+                    let angle = std::f64::consts::TAU * n as f64 / 12.0 + 7.0 / radius_m * t;
+                    (one.x, one.y) = (radius_m * libm::cos(angle), radius_m * libm::sin(angle));
+                    one.yaw = wrap_angle(write(angle + FRAC_PI_2));
+                }
+            },
+            |_| None,
+        )
+    };
+    let of_headings = |findings: Vec<v2x_fusion_hub::diagnosis::Finding>| {
+        let codes = findings.into_iter().map(|one| one.code);
+        let headings = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
+        codes.filter(|code| headings.contains(code)).collect::<Vec<_>>()
+    };
+    assert_eq!(of_headings(on_a_roundabout(|yaw| yaw)), []);
+    assert_eq!(of_headings(on_a_roundabout(|yaw| FRAC_PI_2 - yaw)), [Code::HeadingsMirrored]);
+    assert_eq!(of_headings(on_a_roundabout(|yaw| yaw - FRAC_PI_2)), [Code::HeadingsRotated]);
+}

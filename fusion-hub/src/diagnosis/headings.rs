@@ -1,9 +1,11 @@
 //! An agent's headings against the directions in which the objects move.
 
 use super::observation::Observation;
+use std::collections::BTreeMap;
 use v2x_common::detection::{Detection, HeadingKind};
 use v2x_common::fused::FusedFrame;
 use v2x_common::geometry::wrap_angle;
+use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// An object's direction of motion is known from this speed on, m/s.
@@ -18,21 +20,45 @@ const AT_ONE_TIME: Span = Span::from_millis(1_200);
 /// Most objects of a list that are kept.
 const MAX_OBJECTS: usize = 256;
 
+/// An object of a list.
+#[derive(Clone, Copy, Debug)]
+struct Object {
+    /// m.
+    at: [f64; 2],
+    /// m/s.
+    velocity: [f64; 2],
+    /// How fast its direction of motion turns, rad/s.
+    turn_rate: f64,
+}
+
 /// The objects of the newest list, with their velocities.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moving {
     at: Option<Timestamp>,
-    objects: Vec<([f64; 2], [f64; 2])>,
+    objects: Vec<Object>,
+    /// The directions of motion of those that move, rad.
+    directions: BTreeMap<TrackId, f64>,
 }
 
 impl Moving {
     pub(super) fn note(&mut self, list: &FusedFrame) {
+        let passed_s =
+            self.at.map(|at| (list.fused_at - at).as_secs_f64()).filter(|passed_s| *passed_s > 0.0);
         self.at = Some(list.fused_at);
         self.objects.clear();
-        let objects = list.objects.iter().take(MAX_OBJECTS);
-        self.objects.extend(
-            objects.map(|object| ([object.bev.x, object.bev.y], [object.velocity.0, object.velocity.1])),
-        );
+        let before = std::mem::take(&mut self.directions);
+        for object in list.objects.iter().take(MAX_OBJECTS) {
+            let (vx, vy) = object.velocity;
+            let mut turn_rate = 0.0;
+            if libm::hypot(vx, vy) >= MOVING_MPS {
+                let direction = libm::atan2(vy, vx);
+                if let (Some(was), Some(passed_s)) = (before.get(&object.track), passed_s) {
+                    turn_rate = wrap_angle(direction - was) / passed_s;
+                }
+                self.directions.insert(object.track, direction);
+            }
+            self.objects.push(Object { at: [object.bev.x, object.bev.y], velocity: [vx, vy], turn_rate });
+        }
     }
 
     /// The time of the list that it has taken in last.
@@ -43,10 +69,14 @@ impl Moving {
     /// The velocity (m/s) of what is within some metres of a place at a time; `None` where there is nothing, or what is there moves differently.
     pub(super) fn velocity_at(
         &self,
-        [x, y]: [f64; 2],
+        place: [f64; 2],
         captured_at: Timestamp,
         within_m: f64,
     ) -> Option<[f64; 2]> {
+        self.object_at(place, captured_at, within_m).map(|object| object.velocity)
+    }
+
+    fn object_at(&self, [x, y]: [f64; 2], captured_at: Timestamp, within_m: f64) -> Option<&Object> {
         let since = captured_at - self.at?;
         if since.abs() > AT_ONE_TIME {
             return None;
@@ -54,19 +84,21 @@ impl Moving {
         let since_s = since.as_secs_f64();
         let most_m = within_m + CLEAR_M;
         let by_distance = || {
-            self.objects.iter().filter_map(|([px, py], velocity)| {
-                let (dx, dy) = (px + velocity[0] * since_s - x, py + velocity[1] * since_s - y);
-                (dx.abs() <= most_m && dy.abs() <= most_m).then(|| (libm::sqrt(dx * dx + dy * dy), *velocity))
+            self.objects.iter().filter_map(|object| {
+                let Object { at, velocity, .. } = object;
+                let (dx, dy) = (at[0] + velocity[0] * since_s - x, at[1] + velocity[1] * since_s - y);
+                (dx.abs() <= most_m && dy.abs() <= most_m).then(|| (libm::sqrt(dx * dx + dy * dy), object))
             })
         };
-        let (by_m, velocity) = by_distance().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (by_m, object) = by_distance().min_by(|a, b| a.0.total_cmp(&b.0))?;
         // Where two agents disagree, one car is two objects, which move alike.
+        let velocity = object.velocity;
         let moves_alike =
             |other: [f64; 2]| libm::hypot(other[0] - velocity[0], other[1] - velocity[1]) <= ALIKE_MPS;
         let is_clear = by_distance()
             .filter(|(other_m, _)| *other_m <= by_m + CLEAR_M)
-            .all(|(_, other)| moves_alike(other));
-        (by_m <= within_m && is_clear).then_some(velocity)
+            .all(|(_, other)| moves_alike(other.velocity));
+        (by_m <= within_m && is_clear).then_some(object)
     }
 }
 
@@ -80,6 +112,8 @@ pub(super) struct Headings {
     sum: [f64; 2],
     /// Twice the direction of motion: long where all traffic is along one axis.
     axis: [f64; 2],
+    /// Rates of turn, rad/s.
+    turn_rates: f64,
 }
 
 /// What the sums say.
@@ -93,6 +127,8 @@ pub(super) enum Verdict {
 
 /// Fewest detections that say anything.
 const MIN_DETECTIONS: u64 = 15;
+/// Directions of motion are of a list before the frame, and of a filter that follows a turn, s.
+const LAG_S: f64 = 0.7;
 /// Least mean of unit vectors that agree.
 const AGREE: f64 = 0.85;
 
@@ -120,10 +156,11 @@ impl Headings {
             if yaw.is_nan() {
                 continue;
             }
-            let velocity = moving.velocity_at([one.bev.x, one.bev.y], seen.frame.captured_at, NEAR_M);
-            let Some([vx, vy]) = velocity else { continue };
-            if libm::hypot(vx, vy) >= MOVING_MPS {
-                self.add(yaw, libm::atan2(vy, vx));
+            let object = moving.object_at([one.bev.x, one.bev.y], seen.frame.captured_at, NEAR_M);
+            let Some(Object { velocity: [vx, vy], turn_rate, .. }) = object else { continue };
+            if libm::hypot(*vx, *vy) >= MOVING_MPS {
+                self.add(yaw, libm::atan2(*vy, *vx));
+                self.turn_rates += turn_rate;
             }
         }
     }
@@ -137,6 +174,12 @@ impl Headings {
         add(&mut self.less, yaw - direction);
         add(&mut self.sum, yaw + direction);
         add(&mut self.axis, 2.0 * direction);
+    }
+
+    /// By how much directions of motion may lag behind where all turn the same way, as on a roundabout, rad.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn lag_rad(&self) -> f64 {
+        LAG_S * (self.turn_rates / (self.n as f64).max(1.0)).abs()
     }
 
     /// What a constant turn may be as well where all traffic is along one road: headings that grow clockwise.

@@ -178,7 +178,7 @@ fn headings(one: &One<'_>) -> Option<Finding> {
             let change = format!("{send} counter-clockwise from east (x){or_setting}");
             one.fault(Code::HeadingsMirrored, says, change)
         }
-        Verdict::Turned(by) if by.abs() < TURNED_RAD => return None,
+        Verdict::Turned(by) if by.abs() < TURNED_RAD + one.survey.headings.lag_rad() => return None,
         Verdict::Turned(by) if PI - by.abs() < QUARTER_WITHIN_RAD => one.fault(
             Code::HeadingsReversed,
             "its headings point backwards: opposite to the motion of what it sees".to_owned(),
