@@ -1,6 +1,6 @@
 //! Sizes, standard deviations, classes, impossible values, and frames that are refused.
 
-use super::crossing::{assert_only, each, findings_of, found};
+use super::crossing::{Frame, assert_only, each, findings_of, findings_where, found, noise};
 use serde_json::json;
 use v2x_fusion_hub::diagnosis::Code;
 
@@ -21,6 +21,50 @@ fn missing_and_false_standard_deviations_are_reported() {
     assert_only(&small, Code::SigmaTooSmall, "too small, by a factor of");
     let large = found(|frame| each(frame, |one| one.sigma_m = Some(3.0)));
     assert_only(&large, Code::SigmaTooLarge, "too large, by a factor of");
+}
+
+#[test]
+fn an_agent_whose_frames_are_all_empty_is_a_note_and_one_that_sees_something_at_times_is_none() {
+    let empty = found(|frame| frame.detections.clear());
+    let notes: Vec<_> = empty.iter().filter(|one| one.code == Code::SeesNothing).collect();
+    let [note] = notes[..] else { panic!("{empty:#?}") };
+    assert!(!note.is_fault() && note.to_string().starts_with("north: none of its "), "{note}");
+    let at_times = found(|frame| {
+        if frame.sequence % 40 != 0 {
+            frame.detections.clear();
+        }
+    });
+    assert!(at_times.iter().all(|one| one.code != Code::SeesNothing), "{at_times:#?}");
+}
+
+#[test]
+fn a_pose_that_wanders_is_named_with_its_size() {
+    let parked = |frame: &mut Frame| {
+        let seed = frame.sequence * 2 + u64::from(frame.agent == "north");
+        for (n, one) in frame.detections.iter_mut().enumerate() {
+            let row = n as f64;
+            (one.x, one.y, one.yaw) = (
+                7.0 * row - 35.0 + 0.2 * noise(seed, n as u64, 0),
+                9.0 - 18.0 * (row % 2.0) + 0.2 * noise(seed, n as u64, 1),
+                0.0,
+            );
+        }
+    };
+    let wanders = |by_m: f64| {
+        let edit = move |frame: &mut Frame| {
+            let t = 1e-3 * frame.captured_ms as f64;
+            // Slowly, as a bad localization does.
+            let off = [by_m * libm::sin(0.6 * t), by_m * libm::cos(0.5 * t)];
+            each(frame, |one| (one.x, one.y) = (one.x + off[0], one.y + off[1]));
+        };
+        findings_where("", |_| {}, parked, edit, |_| None)
+    };
+    let findings = wanders(1.4);
+    let one = findings.iter().find(|one| one.code == Code::PoseWanders);
+    let one = one.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert!(one.is_fault() && one.agent.is_some_and(|agent| agent.as_str() == "north"), "{one}");
+    let sound = wanders(0.0);
+    assert!(sound.iter().all(|one| one.code != Code::PoseWanders), "{sound:#?}");
 }
 
 #[test]

@@ -142,13 +142,29 @@ pub(super) fn findings_with(
     edit: impl Fn(&mut Frame),
     extra: impl Fn(i64) -> Option<Frame>,
 ) -> Vec<Finding> {
+    findings_where(settings, describe, |_| {}, edit, extra)
+}
+
+/// The same where the world that both see is another one.
+pub(super) fn findings_where(
+    settings: &str,
+    describe: impl Fn(&mut Core),
+    world_of: impl Fn(&mut Frame),
+    edit: impl Fn(&mut Frame),
+    extra: impl Fn(i64) -> Option<Frame>,
+) -> Vec<Finding> {
     let table = settings.parse().expect("a table");
     let mut core = Core::new(HubSettings::from_table(table).expect("settings"), Engine::new);
+    let seen = |k: i64, agent| {
+        let mut frame = world(k, agent);
+        world_of(&mut frame);
+        frame
+    };
     let mut frames: Vec<_> = (0..DURATION_MS / 100)
         .flat_map(|k| {
-            let mut north = world(k, "north");
+            let mut north = seen(k, "north");
             edit(&mut north);
-            [Some(world(k, "south")), Some(north), extra(k)]
+            [Some(seen(k, "south")), Some(north), extra(k)]
         })
         .flatten()
         .filter(|frame| !frame.is_lost)

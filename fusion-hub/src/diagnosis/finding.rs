@@ -46,6 +46,10 @@ pub enum Code {
     NothingShared,
     /// Frames of two agents that are displaced or turned against each other.
     Offset,
+    /// A pose of the sensor that wanders by more than it says.
+    PoseWanders,
+    /// No detection in any frame.
+    SeesNothing,
     /// Positions tens of kilometres from those of everybody else.
     FarAway,
     /// No standard deviations of positions: defaults are in use.

@@ -1,10 +1,12 @@
 //! Whether an agent's pose wanders: then what stands moves in its reports, all of it at once.
 //!
 //! An agent alone shows it, by two of its own frames about half a second apart: what other agents report, or what the tracks make of
-//! all of them, does not enter. Noise of single objects cancels in the products of the displacements of different ones.
+//! all of them, does not enter. Noise of single objects cancels in the products of the displacements of different ones. What goes on
+//! at a constant speed, as people do who walk one way, has the same displacements a while before: these products are taken away.
 
 use crate::values::PoseErrors;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use v2x_common::time::{Span, Timestamp};
 
 /// The first frames of half seconds are compared, each with the one before: the same ones for all objects.
@@ -20,6 +22,12 @@ const LEAST_FRAMES: f64 = 10.0;
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// Below this nothing is corrected, m.
 const LEAST_SIGMA_M: f64 = 0.2;
+/// What was displaced in frames before, from these times between two reports on, in which no report is of both, and up to this age.
+const BEFORE_FROM: f64 = 1.5;
+const BEFORE: Span = Span::from_millis(5000);
+/// Fewest such frames, and the most that are kept.
+const LEAST_BEFORE: f64 = 2.0;
+const MOST_BEFORE: usize = 12;
 /// The most of one frame, m².
 const MOST: f64 = 100.0;
 /// Unit of sums: whole numbers add up to the same in any order.
@@ -68,16 +76,43 @@ struct FrameSums {
 }
 
 impl FrameSums {
-    /// Variance along an axis that the displacements have in common, m², as that of the pose; below 0 by chance.
-    fn variance(&self) -> Option<f64> {
-        let Self { n, by: [x, y], squares, after_s, .. } = *self;
+    /// The mean displacement.
+    fn common(&self) -> Common {
+        Common { at: self.at, by: self.by.map(|axis| axis / (UNITS * self.n)) }
+    }
+
+    /// Variance along an axis that the displacements have in common, m², as that of the pose, beyond what goes on as before; below 0
+    /// by chance.
+    fn variance(&self, before: &VecDeque<Common>) -> Option<f64> {
+        let Self { n, by: [x, y], squares, after_s, at } = *self;
         if n < LEAST_OBJECTS {
             return None;
         }
-        let products = (x * x + y * y) / UNITS - squares;
-        let common = products / (2.0 * UNITS * n * (n - 1.0));
-        Some(PoseErrors::by_displacement(common, after_s / (UNITS * n)))
+        let after_s = after_s / (UNITS * n);
+        let products = ((x * x + y * y) / UNITS - squares) / (UNITS * n * (n - 1.0));
+        let (mut going_on, mut n_before) = ([0.0; 2], 0.0);
+        for one in before {
+            let age = at - one.at;
+            if age <= BEFORE && age.as_secs_f64() >= BEFORE_FROM * after_s {
+                going_on = [going_on[0] + one.by[0], going_on[1] + one.by[1]];
+                n_before += 1.0;
+            }
+        }
+        if n_before < LEAST_BEFORE {
+            return None;
+        }
+        let [now_x, now_y] = self.common().by;
+        let as_before = (now_x * going_on[0] + now_y * going_on[1]) / n_before;
+        Some(PoseErrors::by_displacement((products - as_before) / 2.0, after_s))
     }
+}
+
+/// What the displacements of a frame have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Common {
+    at: Timestamp,
+    /// m.
+    by: [f64; 2],
 }
 
 /// What the frames of one agent show of its pose.
@@ -85,6 +120,8 @@ impl FrameSums {
 pub(super) struct PoseCounts {
     /// Of this epoch.
     of_epoch: Vec<FrameSums>,
+    /// Frames before, in order.
+    before: VecDeque<Common>,
     frames: f64,
     variances: f64,
     squares: f64,
@@ -108,8 +145,16 @@ impl PoseCounts {
 
     /// At the end of an epoch, counts its frames.
     pub(super) fn settle(&mut self) {
+        self.of_epoch.sort_by_key(|frame| frame.at);
         for frame in self.of_epoch.drain(..) {
-            if let Some(variance) = frame.variance() {
+            let variance = frame.variance(&self.before);
+            if frame.n >= LEAST_OBJECTS {
+                if self.before.len() >= MOST_BEFORE {
+                    self.before.pop_front();
+                }
+                self.before.push_back(frame.common());
+            }
+            if let Some(variance) = variance {
                 let variance = variance.clamp(-MOST, MOST);
                 self.frames += 1.0;
                 self.variances += libm::round(variance * UNITS);
@@ -143,9 +188,10 @@ pub(super) fn listed() -> (&'static str, String) {
     (
         "learning.pose",
         format!(
-            "{} to {} s apart, {LEAST_OBJECTS} objects, {LEAST_FRAMES} frames, {SIGNIFICANT_SIGMAS} sigma, from {LEAST_SIGMA_M} m on, displaced by {MOST_DISPLACED_M} m at most",
+            "{} to {} s apart, {LEAST_OBJECTS} objects, {LEAST_FRAMES} frames, {SIGNIFICANT_SIGMAS} sigma, from {LEAST_SIGMA_M} m on, displaced by {MOST_DISPLACED_M} m at most, beyond {LEAST_BEFORE} to {MOST_BEFORE} frames of {} s before, from {BEFORE_FROM} of them on",
             APART[0].as_secs_f64(),
-            APART[1].as_secs_f64()
+            APART[1].as_secs_f64(),
+            BEFORE.as_secs_f64()
         ),
     )
 }
@@ -176,9 +222,17 @@ mod tests {
         let swings = |second: i32| if second % 2 == 0 { 0.3 } else { -0.3 };
         let seen = variance(6, |second, _| swings(second));
         let expected = PoseErrors::by_displacement(0.36, 1.0);
-        assert!((seen - expected).abs() < 0.01 * expected, "{seen} {expected}");
+        // What swings has, in the mean of a few frames before, not quite nothing in common with them.
+        assert!((seen - expected).abs() < 0.05 * expected, "{seen} {expected}");
         let few = variance(3, |second, _| swings(second));
         assert_eq!(few, 0.0, "of three objects nothing is said");
+    }
+
+    #[test]
+    fn what_walks_or_creeps_all_one_way_is_none_of_the_poses() {
+        assert_eq!(variance(12, |second, _| 0.9 * f64::from(second)), 0.0);
+        let each_its_own = |second: i32, object: i32| (0.5 + 0.1 * f64::from(object % 5)) * f64::from(second);
+        assert_eq!(variance(12, each_its_own), 0.0);
     }
 
     #[test]

@@ -30,6 +30,10 @@ const FACTOR: (f64, f64) = (0.5, 2.0);
 const NIS: (f64, f64) = (0.25, 4.0);
 /// The range of `sigma_position_m` in the settings.
 const SIGMA_SETTABLE_M: (f64, f64) = (1e-3, 70.0);
+/// A pose that wanders by so much makes what is fused worse, m.
+const GRAVE_POSE_M: f64 = 0.5;
+/// Empty frames that are worth a note.
+const MIN_EMPTY: u64 = 30;
 /// Innovations that say anything.
 const MIN_INNOVATIONS: u64 = 100;
 
@@ -43,6 +47,8 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     findings.extend(unknown_classes(one));
     findings.extend(description(one));
     findings.extend(stated_errors(one));
+    findings.extend(wandering_pose(one));
+    findings.extend(nothing_seen(one));
     findings
 }
 
@@ -197,6 +203,39 @@ fn description(one: &One<'_>) -> Option<Finding> {
         let change = "Without it nothing is known of its field of view. The format is in \
                       `common/schemas/sensor-description.schema.json`";
         one.fault(Code::DescriptionRefused, says, change)
+    })
+}
+
+/// An agent that says nothing of its pose, and with whose pose all that stands moves.
+fn wandering_pose(one: &One<'_>) -> Option<Finding> {
+    let by_m = one.around.engine.learnt(&one.agent)?.pose_sigma_m;
+    (by_m > 0.0).then(|| {
+        let says = format!(
+            "its pose wanders by {} m (standard deviation): what stands moves in its reports, all at once",
+            number(by_m)
+        );
+        let change = one.words(
+            "The hub has learnt it, and lets others decide where objects are. Is its localization right? Poses belong to the time of \
+             capture, not to that of sending; what is known of their accuracy goes into its sensor description",
+            "The method has learnt it, and lets others decide where objects are. Are poses those of the time of capture? What is known of their \
+             accuracy is given by --accuracy",
+        );
+        if by_m >= GRAVE_POSE_M {
+            one.fault(Code::PoseWanders, says, change)
+        } else {
+            one.note(Code::PoseWanders, says, change)
+        }
+    })
+}
+
+/// An agent whose frames are all empty.
+fn nothing_seen(one: &One<'_>) -> Option<Finding> {
+    let frames = one.survey.arrivals.frames;
+    (frames >= MIN_EMPTY && one.survey.writing.detections == 0).then(|| {
+        let says = format!("none of its {frames} frames holds a detection");
+        let change = "Where nothing is there, this is right. Otherwise look at its detector: its threshold of scores, and whether the list \
+                      `detections` is filled";
+        one.note(Code::SeesNothing, says, change)
     })
 }
 
