@@ -94,25 +94,47 @@ pub struct SizePriors {
     is_flat: bool,
 }
 
-/// What one track has added to the priors of its class.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What one track has added to the priors of its class, and how its evidence was read for it.
+#[derive(Clone, Copy, Debug)]
 pub struct Contribution {
     class: Class,
     of_dimension: [Information; 2],
+    evidence: [SizeEvidence; 2],
+    readings: [SizeReading; 2],
+}
+
+impl Contribution {
+    fn of(class: Class, evidence: &[SizeEvidence; 2]) -> Self {
+        let readings = [SizeReading::of(&evidence[0]), SizeReading::of(&evidence[1])];
+        Self { class, of_dimension: added(class, &readings), evidence: *evidence, readings }
+    }
 }
 
 /// The priors for one track: with what it has added itself, where that is known already.
 #[derive(Clone, Copy, Debug)]
 pub struct TrackSizePriors<'a> {
     all: &'a SizePriors,
-    own: Option<Contribution>,
+    own: Option<&'a Contribution>,
 }
 
 impl TrackSizePriors<'_> {
     /// Width and depth of the track, if it is of this class, from its own reports and those of the others.
     pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
-        let own = self.own.filter(|own| own.class == class).map(|own| own.of_dimension);
-        self.all.sizes_given(class, evidence, own)
+        if self.all.is_flat {
+            return [evidence[0].estimate(None), evidence[1].estimate(None)];
+        }
+        let own = self.own.filter(|own| own.class == class);
+        match own {
+            Some(own) if own.evidence == *evidence => self.all.sizes_of(own),
+            Some(own) => {
+                // Another version of the track, of which one counts.
+                self.all.sizes_of(&Contribution {
+                    of_dimension: own.of_dimension,
+                    ..Contribution::of(class, evidence)
+                })
+            }
+            None => self.all.sizes_of(&Contribution::of(class, evidence)),
+        }
     }
 }
 
@@ -131,12 +153,12 @@ fn typical(class: Class) -> [f64; 2] {
 }
 
 /// A track's evidence about its class: a pseudo-observation and its weight, by dimension.
-fn contribution(class: Class, evidence: &[SizeEvidence; 2]) -> [Information; 2] {
+fn added(class: Class, readings: &[SizeReading; 2]) -> [Information; 2] {
     let typical = typical(class);
     let spread = Spread::of(class);
     std::array::from_fn(|dimension| {
         let reading = LogNormal { mean_ln: typical[dimension], variance_ln: READING_SPREAD * READING_SPREAD };
-        let LogNormal { mean_ln, variance_ln } = evidence[dimension].estimate(Some(&reading));
+        let LogNormal { mean_ln, variance_ln } = readings[dimension].estimate(Some(&reading));
         let gained = reading.variance_ln - variance_ln;
         // Reports that do not reduce the prior's variance add no information.
         if gained <= 0.0 {
@@ -154,20 +176,27 @@ impl SizePriors {
     pub const FLAT: Self =
         Self { classes: [[Information { weight: 0, sum: 0 }; 2]; Class::ALL.len()], is_flat: true };
 
-    /// Adds one track's evidence about its class: what it has added, where anything.
-    pub fn note(&mut self, class: Class, evidence: &[SizeEvidence; 2]) -> Option<Contribution> {
+    /// Adds one track's evidence about its class: what it has added, where anything. `before` is what the track has added to a
+    /// list before: where it has not been reported since, that is not computed again.
+    pub fn note(
+        &mut self,
+        class: Class,
+        evidence: &[SizeEvidence; 2],
+        before: Option<&Contribution>,
+    ) -> Option<Contribution> {
         if self.is_flat {
             return None;
         }
-        let of_dimension = contribution(class, evidence);
-        for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(of_dimension) {
+        let before = before.filter(|before| before.class == class && before.evidence == *evidence);
+        let own = before.copied().unwrap_or_else(|| Contribution::of(class, evidence));
+        for (sum, own) in self.classes[usize::from(class.byte())].iter_mut().zip(own.of_dimension) {
             sum.add(own);
         }
-        Some(Contribution { class, of_dimension })
+        Some(own)
     }
 
     /// For a track that has added this.
-    pub const fn of_track(&self, own: Option<Contribution>) -> TrackSizePriors<'_> {
+    pub const fn of_track<'a>(&'a self, own: Option<&'a Contribution>) -> TrackSizePriors<'a> {
         TrackSizePriors { all: self, own }
     }
 
@@ -186,26 +215,14 @@ impl SizePriors {
         self.without(class, &[Information::default(); 2])
     }
 
-    /// Width and depth of a track that was added, from its own reports and those of the others.
+    /// Width and depth of a track that has added this, from its own reports and those of the others.
     ///
     /// Each dimension's prior is conditioned on the estimate of the other one.
-    pub fn sizes(&self, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
-        self.sizes_given(class, evidence, None)
-    }
-
-    fn sizes_given(
-        &self,
-        class: Class,
-        evidence: &[SizeEvidence; 2],
-        own: Option<[Information; 2]>,
-    ) -> [LogNormal; 2] {
-        if self.is_flat {
-            return [evidence[0].estimate(None), evidence[1].estimate(None)];
-        }
-        let priors = self.without(class, &own.unwrap_or_else(|| contribution(class, evidence)));
-        let readings = [SizeReading::of(&evidence[0]), SizeReading::of(&evidence[1])];
+    fn sizes_of(&self, own: &Contribution) -> [LogNormal; 2] {
+        let Contribution { class, of_dimension, readings, .. } = own;
+        let priors = self.without(*class, of_dimension);
         let first = [under(&readings[0], &priors[0]), under(&readings[1], &priors[1])];
-        let rho = Spread::of(class).rho;
+        let rho = Spread::of(*class).rho;
         if rho == 0.0 {
             return first;
         }
@@ -302,6 +319,26 @@ mod tests {
         })
     }
 
+    /// Width and depth of a track that was added.
+    fn sizes_in(priors: &SizePriors, class: Class, evidence: &[SizeEvidence; 2]) -> [LogNormal; 2] {
+        priors.of_track(None).sizes(class, evidence)
+    }
+
+    #[test]
+    fn what_was_added_before_is_taken_again_only_for_the_same_evidence_and_class() {
+        let (early, later) = (reported([1.8, 4.4], 0.2, 3), reported([1.9, 4.7], 0.2, 5));
+        let noted = |class, evidence: &_, before: Option<&Contribution>| {
+            let mut priors = SizePriors::default();
+            let own = priors.note(class, evidence, before);
+            let sizes = priors.of_track(own.as_ref()).sizes(class, evidence);
+            (format!("{own:?}"), priors, sizes)
+        };
+        let before = SizePriors::default().note(Class::Car, &early, None);
+        for (class, evidence) in [(Class::Car, early), (Class::Car, later), (Class::Truck, early)] {
+            assert_eq!(noted(class, &evidence, before.as_ref()), noted(class, &evidence, None), "{class:?}");
+        }
+    }
+
     #[test]
     fn without_tracks_a_class_is_typical() {
         let [width, depth] = SizePriors::default().of(Class::Car);
@@ -314,7 +351,7 @@ mod tests {
     fn a_class_prior_uses_only_tracks_of_its_class() {
         let mut priors = SizePriors::default();
         for _ in 0..100 {
-            priors.note(Class::Car, &reported([2.1, 5.2], 0.05, 50));
+            priors.note(Class::Car, &reported([2.1, 5.2], 0.05, 50), None);
         }
         let [width, depth] = priors.of(Class::Car);
         assert!((width.size().mean - 2.1).abs() < 0.02 && (depth.size().mean - 5.2).abs() < 0.05);
@@ -323,8 +360,8 @@ mod tests {
         assert_eq!(priors.of(Class::Truck), SizePriors::default().of(Class::Truck));
         // A single inaccurate report of a car has little weight against a hundred cars.
         let poor = reported([4.0, 2.0], 1.0, 1);
-        priors.note(Class::Car, &poor);
-        let [width, depth] = priors.sizes(Class::Car, &poor);
+        priors.note(Class::Car, &poor, None);
+        let [width, depth] = sizes_in(&priors, Class::Car, &poor);
         assert!((width.size().mean - 2.1).abs() < 0.1 && (depth.size().mean - 5.2).abs() < 0.3);
     }
 
@@ -332,8 +369,8 @@ mod tests {
     fn the_prior_of_a_track_excludes_its_own_evidence() {
         let alone = reported([2.4, 0.7], 0.2, 3);
         let mut priors = SizePriors::default();
-        priors.note(Class::Barrier, &alone);
-        let sizes = priors.sizes(Class::Barrier, &alone);
+        priors.note(Class::Barrier, &alone, None);
+        let sizes = sizes_in(&priors, Class::Barrier, &alone);
         for ((size, evidence), typical) in
             sizes.iter().zip(alone).zip(SizePriors::default().of(Class::Barrier))
         {
@@ -348,9 +385,9 @@ mod tests {
         let long = [SizeEvidence::initial(2.5, 1.0, 0.1), reported([0.0, 12.0], 0.05, 50)[1]];
         let short = [SizeEvidence::initial(2.5, 1.0, 0.1), reported([0.0, 5.0], 0.05, 50)[1]];
         let mut priors = SizePriors::default();
-        priors.note(Class::Truck, &long);
-        priors.note(Class::Truck, &short);
-        let width = |evidence| priors.sizes(Class::Truck, evidence)[0].size().mean;
+        priors.note(Class::Truck, &long, None);
+        priors.note(Class::Truck, &short, None);
+        let width = |evidence| sizes_in(&priors, Class::Truck, evidence)[0].size().mean;
         assert!(width(&long) > 1.15 * width(&short), "{} {}", width(&long), width(&short));
     }
 
@@ -358,13 +395,13 @@ mod tests {
     fn many_reports_of_an_unusual_size_override_the_class_prior() {
         let mut priors = SizePriors::default();
         for _ in 0..100 {
-            priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50));
+            priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50), None);
         }
         let depth_after = |count| {
             let lorry = reported([2.4, 9.0], 0.2, count);
             let mut priors = priors.clone();
-            priors.note(Class::Car, &lorry);
-            priors.sizes(Class::Car, &lorry)[1].size().mean
+            priors.note(Class::Car, &lorry, None);
+            sizes_in(&priors, Class::Car, &lorry)[1].size().mean
         };
         // One report twice as long is more likely a bad one of a car; ten such reports are not of a usual car.
         assert!(depth_after(1) < 6.0 && depth_after(10) > 8.0, "{} {}", depth_after(1), depth_after(10));
@@ -374,7 +411,7 @@ mod tests {
     fn usual_sizes_are_estimated_as_without_the_unusual_prior() {
         let mut priors = SizePriors::default();
         for _ in 0..100 {
-            priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50));
+            priors.note(Class::Car, &reported([1.8, 4.5], 0.05, 50), None);
         }
         let car = reported([1.85, 4.6], 0.2, 5);
         let prior = priors.of(Class::Car)[1];
@@ -423,7 +460,7 @@ mod tests {
     fn a_track_adds_what_its_reports_say_without_the_reading_prior() {
         let car = reported([2.0, 5.0], 0.1, 4);
         let mut priors = SizePriors::default();
-        priors.note(Class::Car, &car);
+        priors.note(Class::Car, &car, None);
         let typical = [libm::log(1.8), libm::log(4.5)];
         for ((evidence, typical), class) in car.iter().zip(typical).zip(priors.of(Class::Car)) {
             let reading = LogNormal { mean_ln: typical, variance_ln: 0.25 };

@@ -34,9 +34,7 @@ impl<F: Filter> Publisher<F> {
     ) {
         let PastTracks { tracks, at, context, readings } = *past;
         let leading = || tracks.iter().copied().filter(|track| track.holders.leads());
-        let mut contributions = std::mem::take(&mut self.contributions);
-        let priors = self.size_priors(leading(), &mut contributions);
-        self.contributions = contributions;
+        let priors = self.size_priors(leading());
         for track in leading().filter(|track| !(readings.hidden)(track.id)) {
             let Some(smoothed) = smoother.smooth(track, at, context) else { continue };
             let SmoothedTrack { state, existence, is_supported, interval_s, last_measured_at } = smoothed;

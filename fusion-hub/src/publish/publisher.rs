@@ -9,6 +9,7 @@ use crate::filter::size_priors::{Contribution, SizePriors};
 use crate::filter::{Due, Filter, PoseEstimate};
 use crate::track::Track;
 use crate::values::{AgentNames, Coast, saved};
+use v2x_common::id::TrackId;
 use v2x_common::time::{Span, Timestamp};
 
 /// Detections from which on a deleted track counts for the sizes of its class: the number separates it from clutter.
@@ -49,8 +50,9 @@ pub(crate) struct Publisher<F> {
     pub(super) config: PublishConfig,
     /// Sizes of deleted tracks.
     pub(super) past_sizes: SizePriors,
-    /// What each track adds to the priors; the memory is used again.
-    pub(super) contributions: Vec<Option<Contribution>>,
+    /// What each track has added to the priors, by id, and what it had added to the list before.
+    pub(super) contributions: Vec<Added>,
+    before: Vec<Added>,
     /// The tracks that are being written, their states, and the poses of these.
     listed: Vec<Listed>,
     states: Vec<F>,
@@ -58,10 +60,14 @@ pub(crate) struct Publisher<F> {
     poses: Vec<PoseEstimate>,
 }
 
+/// A track, and what it adds to the priors of sizes.
+pub(super) type Added = (TrackId, Option<Contribution>);
+
 /// What is known of all tracks.
 struct Known<'a, F> {
     list: &'a TrackList<'a, F>,
     priors: &'a SizePriors,
+    contributions: &'a [Added],
     mixtures: &'a HypothesisMixtures<'a, F>,
     now: Timestamp,
 }
@@ -71,13 +77,13 @@ struct Known<'a, F> {
 struct Listed {
     /// Its place among all tracks.
     track: usize,
-    /// What it adds to the priors of sizes.
-    contribution: Option<Contribution>,
+    /// And among what tracks add to the priors of sizes.
+    contribution: usize,
     existence: f64,
 }
 
 saved!([F: Filter] Publisher<F>, saved { past_sizes }, made_anew {
-    config, contributions, listed, states, due, poses
+    config, contributions, before, listed, states, due, poses
 });
 
 impl<F: Filter> Publisher<F> {
@@ -87,6 +93,7 @@ impl<F: Filter> Publisher<F> {
             config,
             past_sizes,
             contributions: Vec::new(),
+            before: Vec::new(),
             listed: Vec::new(),
             states: Vec::new(),
             due: Vec::new(),
@@ -96,13 +103,13 @@ impl<F: Filter> Publisher<F> {
 
     /// Writes the objects as of `now`.
     pub(crate) fn write(&mut self, objects: &mut ObjectList<'_>, list: &TrackList<'_, F>, now: Timestamp) {
-        let mut contributions = std::mem::take(&mut self.contributions);
         let leading = || list.tracks.iter().enumerate().filter(|(_, track)| track.holders.leads());
-        let priors = self.size_priors(leading().map(|(_, track)| track), &mut contributions);
+        let priors = self.size_priors(leading().map(|(_, track)| track));
+        let contributions = std::mem::take(&mut self.contributions);
         let mixtures = HypothesisMixtures::of(list.tracks, list.n_hypotheses);
-        let known = Known { list, priors: &priors, mixtures: &mixtures, now };
-        for ((place, track), contribution) in leading().zip(&contributions) {
-            self.list(&known, (place, track), *contribution);
+        let known = Known { list, priors: &priors, contributions: &contributions, mixtures: &mixtures, now };
+        for (contribution, (place, track)) in leading().enumerate() {
+            self.list(&known, (place, track), contribution);
             if self.listed.len() == TOGETHER {
                 self.write_listed(objects, &known);
             }
@@ -112,12 +119,7 @@ impl<F: Filter> Publisher<F> {
     }
 
     /// Lists a track if it is published, with its state, which is still to be predicted.
-    fn list(
-        &mut self,
-        known: &Known<'_, F>,
-        (place, track): (usize, &Track<F>),
-        contribution: Option<Contribution>,
-    ) {
+    fn list(&mut self, known: &Known<'_, F>, (place, track): (usize, &Track<F>), contribution: usize) {
         let Known { list, mixtures, now, .. } = *known;
         if (list.readings.hidden)(track.id) {
             return;
@@ -140,7 +142,7 @@ impl<F: Filter> Publisher<F> {
         for ((listed, state), pose) in listed.iter().zip(states.iter()).zip(poses.iter()) {
             let track = &list.tracks[listed.track];
             let classes = PublishedClasses::of(track, list.agents, list.readings);
-            let priors = known.priors.of_track(listed.contribution);
+            let priors = known.priors.of_track(known.contributions[listed.contribution].1.as_ref());
             let mut estimate = match track.holders.is_all() {
                 true => pose.with_sizes(classes.sizes(state, &priors)),
                 false => mixture_moments(known.mixtures.of_track(track).map(|(share, version)| {
@@ -186,23 +188,25 @@ impl<F: Filter> Publisher<F> {
         (existence >= self.config.existence && !has_gone && is_supported).then_some(existence)
     }
 
-    /// The priors of sizes by class: of deleted tracks, and of these. What each of these adds is listed.
-    pub(super) fn size_priors<'a>(
-        &self,
-        tracks: impl Iterator<Item = &'a Track<F>>,
-        contributions: &mut Vec<Option<Contribution>>,
-    ) -> SizePriors
+    /// The priors of sizes by class: of deleted tracks, and of these, which are in the order of their ids. What each of these adds
+    /// is kept.
+    pub(super) fn size_priors<'a>(&mut self, tracks: impl Iterator<Item = &'a Track<F>>) -> SizePriors
     where
         F: 'a,
     {
-        let mut priors = self.past_sizes.clone();
+        let Self { config, past_sizes, contributions, before, .. } = self;
+        std::mem::swap(contributions, before);
         contributions.clear();
+        let mut priors = past_sizes.clone();
+        let mut before = before.iter().peekable();
         contributions.extend(tracks.map(|track| {
+            while before.next_if(|(id, _)| *id < track.id).is_some() {}
+            let known = before.next_if(|(id, _)| *id == track.id).and_then(|(_, known)| known.as_ref());
             let latest = track.latest();
             // All that is published counts; clutter does not.
-            let counts = latest.existence.probability() >= self.config.existence;
-            let evidence = latest.state.size_evidence().filter(|_| counts)?;
-            priors.note(latest.class(), evidence)
+            let counts = latest.existence.probability() >= config.existence;
+            let evidence = latest.state.size_evidence().filter(|_| counts);
+            (track.id, evidence.and_then(|evidence| priors.note(latest.class(), evidence, known)))
         }));
         priors
     }
@@ -214,7 +218,7 @@ impl<F: Filter> Publisher<F> {
             && let Some(evidence) = latest.state.size_evidence()
             && latest.n_reports >= MIN_DETECTIONS_OF_DELETED
         {
-            self.past_sizes.note(latest.class(), evidence);
+            self.past_sizes.note(latest.class(), evidence, None);
             self.past_sizes.fade(latest.class());
         }
     }
