@@ -1,6 +1,6 @@
 //! Clocks that are off, slow links, and stamps in another unit.
 
-use super::crossing::{Frame, START_MS, assert_only, findings_of, found};
+use super::crossing::{Frame, START_MS, assert_only, findings_of, found, noise, world};
 use serde_json::json;
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
@@ -114,4 +114,29 @@ fn stamps_of_another_unit_are_named() {
     // What only follows from it is not said beside it.
     assert_eq!(millis.len(), 1, "{millis:#?}");
     assert!(!millis[0].to_string().contains("nanoseconds"), "{}", millis[0]);
+}
+
+#[test]
+fn stamps_that_scatter_are_no_clock_that_is_ahead_by_the_earliest() {
+    let findings = found(|frame| {
+        let off_ms = (80.0 * noise(frame.sequence, 0, 11)) as i64;
+        (frame.captured_ms, frame.delay_ms) = (frame.captured_ms + off_ms, frame.delay_ms - off_ms);
+    });
+    let one = findings.iter().find(|one| one.code == Code::ClockAhead);
+    let one = one.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert!(one.is_fault() && one.says.contains("its stamps scatter"), "{one}");
+    assert!(!one.change.contains("time_offset_ms ="), "{one}");
+}
+
+#[test]
+fn predictions_stamped_with_the_time_that_they_are_of_are_no_clock_that_is_ahead() {
+    let findings = found(|frame| {
+        let k = frame.sequence.cast_signed() - 1;
+        let later = world(k + 2, "north");
+        (frame.captured_ms, frame.delay_ms) = (later.captured_ms, frame.delay_ms - 200);
+        frame.detections = later.detections;
+    });
+    let one = findings.iter().find(|one| one.code == Code::ClockAhead);
+    let one = one.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert!(!one.is_fault() && one.says.contains("it sends predictions"), "{one}");
 }

@@ -101,7 +101,7 @@ pub(crate) fn noise(seed: u64, n: u64, which: u64) -> f64 {
 }
 
 impl Frame {
-    fn json(&self) -> Vec<u8> {
+    pub(super) fn json(&self) -> Vec<u8> {
         let detections = self.detections.iter().map(|one| {
             let mut json =
                 json!({ "class": one.class, "x": one.x, "y": one.y, "w": one.w, "d": one.d, "yaw": one.yaw });

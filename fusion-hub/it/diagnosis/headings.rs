@@ -107,3 +107,19 @@ fn on_a_roundabout_the_lag_of_what_turns_is_no_turn_of_the_headings_and_a_compas
     assert_eq!(of_headings(on_a_roundabout(|yaw| FRAC_PI_2 - yaw)), [Code::HeadingsMirrored]);
     assert_eq!(of_headings(on_a_roundabout(|yaw| yaw - FRAC_PI_2)), [Code::HeadingsRotated]);
 }
+
+#[test]
+fn headings_in_tenths_and_hundredths_of_a_degree_are_no_angles() {
+    for (parts, words) in [(10.0, "tenths of a degree"), (100.0, "hundredths of a degree")] {
+        let findings =
+            found(|frame| each(frame, |one| one.yaw = parts * one.yaw.to_degrees().rem_euclid(360.0)));
+        assert_only(&findings, Code::Degrees, words);
+        let settings = "[agents.north]\nyaw = { unit = \"deg\" }";
+        let findings = findings_of(
+            settings,
+            |frame| each(frame, |one| one.yaw = parts * one.yaw.to_degrees().rem_euclid(360.0)),
+            |_| None,
+        );
+        assert_only(&findings, Code::Degrees, words);
+    }
+}

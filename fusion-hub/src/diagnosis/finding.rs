@@ -48,8 +48,16 @@ pub enum Code {
     Offset,
     /// A pose of the sensor that wanders by more than it says.
     PoseWanders,
+    /// Frames with other detections under the number of another frame.
+    PartialFrames,
+    /// Frames that hold, to the last digit, what the one before held.
+    Repetition,
+    /// Detections that are the hub's own objects.
+    Feedback,
     /// No detection in any frame.
     SeesNothing,
+    /// Positions further from the sensor than any sees.
+    FarFromSensor,
     /// Positions tens of kilometres from those of everybody else.
     FarAway,
     /// No standard deviations of positions: defaults are in use.

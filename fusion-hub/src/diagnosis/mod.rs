@@ -4,11 +4,13 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `writing`, `headings`, `velocities`, `alignment`: statistics, each of one kind.
+//! - `arrivals`, `streams`, `contents`, `feedback`, `writing`, `headings`, `velocities`, `alignment`: statistics, each of one kind.
 //! - `judge`: what they mean, in words.
 
 mod alignment;
 mod arrivals;
+mod contents;
+mod feedback;
 mod finding;
 mod headings;
 mod judge;

@@ -1,6 +1,7 @@
 //! Statistics over ten seconds, and what is found in them.
 
 use super::arrivals::Transport;
+use super::feedback::Published;
 use super::finding::Finding;
 use super::headings::Moving;
 use super::judge;
@@ -46,6 +47,7 @@ pub struct Survey {
     judged_since: Option<Timestamp>,
     diagnosed_at: Option<Timestamp>,
     moving: Moving,
+    published: Published,
     samples: Samples,
     findings: Vec<Finding>,
     /// The pairs of agents that were compared last.
@@ -63,6 +65,8 @@ impl Survey {
         if !seen.reported.has_sequence || seen.frame.id.epoch == 0 {
             agent.streams.note(seen);
         }
+        agent.contents.note(seen);
+        agent.fed_back += u64::from(self.published.has_made(seen));
         agent.writing.note(seen);
         // By stamps from anywhere nothing is compared.
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
@@ -93,6 +97,7 @@ impl Survey {
     pub fn note_list(&mut self, list: &FusedFrame) {
         if self.moving.at().is_none_or(|at| (list.fused_at - at).abs() >= LISTS_APART) {
             self.moving.note(list);
+            self.published.note(list);
         }
     }
 

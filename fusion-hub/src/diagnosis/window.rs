@@ -3,6 +3,7 @@
 use super::alignment::Snapshots;
 use super::alignment::fit::{Fit, fit};
 use super::arrivals::Arrivals;
+use super::contents::Contents;
 use super::headings::Headings;
 use super::streams::Streams;
 use super::velocities::Velocities;
@@ -68,6 +69,9 @@ pub struct Tokens {
 pub(super) struct AgentSurvey {
     pub(super) arrivals: Arrivals,
     pub(super) streams: Streams,
+    pub(super) contents: Contents,
+    /// Frames that hold objects of the hub's own lists.
+    pub(super) fed_back: u64,
     pub(super) writing: Writing,
     pub(super) headings: Headings,
     /// The same, if they were degrees.

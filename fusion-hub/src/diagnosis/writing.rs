@@ -36,6 +36,8 @@ pub(super) struct Writing {
     pub(super) extent: Option<[(f64, f64); 2]>,
     sum: [f64; 2],
     n: u64,
+    /// Distances from the sensor, where its pose is known, m: their sum and number.
+    ranges: (f64, u64),
     /// The middles of frames of one or two detections, with their number.
     middles: Vec<([f64; 2], usize)>,
     /// Stated standard deviations of positions, m: their sum and number.
@@ -67,6 +69,12 @@ impl Writing {
             self.wide_vehicles += u64::from(vehicle.bev.w > vehicle.bev.d);
         }
         let places = detections.iter().map(|one| [one.bev.x, one.bev.y]);
+        if let Some(pose) = seen.frame.sensor_pose {
+            let ranges = detections.iter().map(|one| pose.distance_to(one.bev.x, one.bev.y));
+            for range_m in ranges.filter(|range_m| range_m.is_finite()) {
+                self.ranges = (self.ranges.0 + range_m, self.ranges.1 + 1);
+            }
+        }
         // What is beyond is dropped by the hub.
         let places = places.filter(|place| place.iter().all(|one| one.abs() <= MAX_COORDINATE_M / 10.0));
         let mut here: Option<[(f64, f64); 2]> = None;
@@ -92,6 +100,13 @@ impl Writing {
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub(super) fn middle(&self) -> Option<[f64; 2]> {
         (self.n > 0).then(|| self.sum.map(|sum| sum / self.n as f64))
+    }
+
+    /// How far its detections are from its sensor in the mean, m, and their number; `None` without a pose.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn mean_range(&self) -> Option<(f64, u64)> {
+        let (sum, n) = self.ranges;
+        (n > 0).then(|| (sum / n as f64, n))
     }
 
     /// The mean standard deviation of its positions, m.

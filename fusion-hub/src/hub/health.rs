@@ -211,7 +211,39 @@ fn missing(core: &Core, seen: &Seen<'_>, now: Timestamp) -> Vec<Finding> {
         };
         Finding { agent: Some(*agent), ..Finding::of_network(Code::Missing, says, change) }
     };
-    missing.map(finding).collect()
+    missing.map(finding).chain(unheard_tables(core, seen)).collect()
+}
+
+/// Agents of which the settings have a table, and of which nothing was ever heard: those who may come later, and names misspelt.
+fn unheard_tables(core: &Core, seen: &Seen<'_>) -> Vec<Finding> {
+    let (engine, settings) = (core.engine(), core.settings());
+    let is_heard = |agent: &AgentId| {
+        engine.agents().record(agent).is_some_and(|record| record.last_heard_at().is_some())
+            || seen.roster.is_alive(agent, engine)
+    };
+    let senders = engine.agents().iter().map(|(agent, _)| agent).chain(&seen.roster.tokens().alive);
+    let without: Vec<_> = senders.filter(|agent| !settings.agents.contains_key(agent)).collect();
+    let unheard =
+        settings.agents.keys().filter(|agent| !settings.only_agents.contains(agent) && !is_heard(agent));
+    let finding = |agent: &AgentId| {
+        let says = format!(
+            "`[hub.agents.{agent}]` is there, and nothing of such an agent has arrived since this hub was started"
+        );
+        let alike = without.iter().find(|other| other.as_str().eq_ignore_ascii_case(agent.as_str()));
+        let nearest = || nearest(agent.as_str(), without.iter().map(|other| other.as_str()));
+        let (is_sure, change) = match alike.map(|other| other.as_str()).or_else(nearest) {
+            Some(other) => (
+                alike.is_some(),
+                format!(
+                    "{other} is there, and has no table: if it is that one, write `[hub.agents.{other}]`"
+                ),
+            ),
+            None => (false, "Where it comes later, nothing is wrong; names are case-sensitive".to_owned()),
+        };
+        let found = Finding { agent: Some(*agent), ..Finding::of_network(Code::Missing, says, change) };
+        if is_sure { found } else { found.as_note() }
+    };
+    unheard.map(finding).collect()
 }
 
 #[cfg(test)]
@@ -243,6 +275,25 @@ mod tests {
             refused_by_zenoh: ZenohRefusals::default(),
             recording: None,
         }
+    }
+
+    #[test]
+    fn a_table_of_settings_whose_agent_has_another_name_is_told() {
+        let settings =
+            "[agents.Cam2]\ntime_offset_ms = 5\n[agents.later]\ntime_offset_ms = 5".parse().unwrap();
+        let mut core = Core::new(HubSettings::from_table(settings).unwrap(), Engine::new);
+        let (mut health, roster) = (Health::default(), Roster::default());
+        let json = r#"{"captured_at":1000000,"detections":[]}"#;
+        core.handle_frame(agent("cam2"), at(1), &Body::Json(json.as_bytes()));
+        core.fused(at(6));
+        health.check(&mut core, &seen(&roster), at(6));
+        let found: Vec<_> = health.findings().iter().filter(|one| one.code == Code::Missing).collect();
+        let of = |name: &str| *found.iter().find(|one| one.agent == Some(agent(name))).unwrap();
+        assert!(
+            of("Cam2").is_fault() && of("Cam2").change.contains("write `[hub.agents.cam2]`"),
+            "{found:?}"
+        );
+        assert!(!of("later").is_fault(), "it may come later");
     }
 
     #[test]

@@ -17,6 +17,7 @@ use v2x_common::lists::{DeltaFrame, DeltaSource, Tolerance};
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
 use v2x_fusion_hub::engine::{Engine, EngineConfig, PublishMode};
+use v2x_fusion_hub::hub::HubSettings;
 use v2x_fusion_hub::values::ContributorLimit;
 use v2x_lab::VirtualRun;
 use v2x_lab::workload::{Load, Workload};
@@ -136,7 +137,8 @@ fn changes() -> anyhow::Result<String> {
 fn stream(name: &str, scenario: &str) -> anyhow::Result<String> {
     let scenario = Scenario::from_toml(scenario)?;
     let duration = Span::from_millis(30_000);
-    let run = VirtualRun { scenario: &scenario, seed: 1, start: START, duration, publish: ON_UPDATE };
+    let settings = HubSettings { publish: ON_UPDATE, ..HubSettings::default() };
+    let run = VirtualRun { scenario: &scenario, seed: 1, start: START, duration, settings: &settings };
     let log = run.run(Engine::new(EngineConfig::new(HubId::new("hub")?, 1)))?;
     let mut source = DeltaSource::new(Tolerance::HUB);
     let (mut whole, mut lists, mut updates, mut sent, mut objects) = (0, 0, 0, 0, 0);

@@ -68,6 +68,7 @@ impl WrongPose {
 pub(in crate::diagnosis) enum Unit {
     Centimetre,
     Millimetre,
+    Decimetre,
     Foot,
 }
 
@@ -77,6 +78,7 @@ impl Unit {
         match self {
             Self::Centimetre => 1e-2,
             Self::Millimetre => 1e-3,
+            Self::Decimetre => 1e-1,
             Self::Foot => 0.3048,
         }
     }
@@ -123,11 +125,13 @@ impl Axes {
 }
 
 /// All changes that are no small ones; of those that explain as much, the last one is taken.
-pub(in crate::diagnosis) const LARGE: [Change; 26] = [
+pub(in crate::diagnosis) const LARGE: [Change; 28] = [
     Change::InUnitAboutSensor(Unit::Foot),
+    Change::InUnitAboutSensor(Unit::Decimetre),
     Change::InUnitAboutSensor(Unit::Millimetre),
     Change::InUnitAboutSensor(Unit::Centimetre),
     Change::InUnit(Unit::Foot),
+    Change::InUnit(Unit::Decimetre),
     Change::InUnit(Unit::Millimetre),
     Change::InUnit(Unit::Centimetre),
     Change::PoseIs(WrongPose::YawOfCompass),

@@ -1,6 +1,7 @@
 //! Clock, link, gaps, and processes of one name.
 
 use super::super::finding::{Code, Finding};
+use super::contents;
 use super::one::{MIN_VALUES, One};
 use v2x_common::time::Span;
 
@@ -28,21 +29,31 @@ const HIGH_RATE: f64 = 1.7;
 /// Shares of frames from which they are those of two processes: that show what the last but one showed, and that go back in time.
 const RETURNS_SHARE: f64 = 0.3;
 const BACKWARDS_SHARE: f64 = 0.2;
+/// Stamps that differ so much from arrivals scatter, s.
+const SCATTERED_S: f64 = 0.03;
 /// Times of transport that vary by more, s.
 const JITTER_S: f64 = 0.1;
 /// Standard deviations within which a clock error is one that its agent declares.
 const DECLARED_SIGMAS: f64 = 3.0;
 
-/// `behind_s`: how far its clock is behind by the objects that it shares.
-pub(super) fn findings(one: &One<'_>, behind_s: Option<f64>) -> Vec<Finding> {
+/// What the objects that an agent shares with others show of its clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ClockByObjects {
+    /// How far it is behind, s; `None` where nothing that moves is shared.
+    pub(super) behind_s: Option<f64>,
+    /// Whether they are where others see them at the times of its stamps.
+    pub(super) agrees: bool,
+}
+
+pub(super) fn findings(one: &One<'_>, by_objects: ClockByObjects) -> Vec<Finding> {
     if let Some(found) = one_stamp(one) {
         // Delays, numbers and repetitions only follow from it.
         return vec![found];
     }
-    [clock(one, behind_s), two_processes(one).or_else(|| two_streams(one)), gaps(one), rate(one), jitter(one)]
-        .into_iter()
-        .flatten()
-        .collect()
+    // What numbers do not count is said where they are.
+    let streams = || two_processes(one).or_else(|| two_streams(one));
+    let streams = if contents::numbers(one).is_none() { streams() } else { None };
+    [clock(one, by_objects), streams, gaps(one), rate(one), jitter(one)].into_iter().flatten().collect()
 }
 
 /// Stamps that never advance: neither a clock nor a link does that.
@@ -58,14 +69,18 @@ fn one_stamp(one: &One<'_>) -> Option<Finding> {
     })
 }
 
-fn clock(one: &One<'_>, behind_s: Option<f64>) -> Option<Finding> {
+fn clock(one: &One<'_>, ClockByObjects { behind_s, agrees }: ClockByObjects) -> Option<Finding> {
     let arrivals = &one.survey.arrivals;
     let (least, most) = arrivals.delay()?;
     if arrivals.frames < MIN_FRAMES {
         return None;
     }
     if least < AHEAD {
-        return Some(ahead(one, -least));
+        let is_ahead_always = arrivals.mean_delay_s() < AHEAD.as_secs_f64();
+        return Some(match agrees && is_ahead_always {
+            true => predicts(one, -least),
+            false => ahead(one, (-least, most)),
+        });
     }
     // By the hub's clock it cannot be further behind: nothing arrives before it is captured.
     let behind = Span::from_secs_f64(behind_s.unwrap_or(0.0)).min(least);
@@ -127,7 +142,19 @@ fn ms(span: Span) -> String {
     format!("{:.0} ms", span.as_millis_f64())
 }
 
-fn ahead(one: &One<'_>, by: Span) -> Finding {
+/// Stamps that are ahead, of objects that are there then.
+fn predicts(one: &One<'_>, by: Span) -> Finding {
+    let says = format!(
+        "its frames arrive up to {} before their capture time, and its objects are where others see them at that time: it sends \
+         predictions",
+        ms(by)
+    );
+    let change = "Its clock is right. Measurements say more than predictions of them, whose errors are not independent: send those, \
+                  with the time of measurement";
+    one.note(Code::ClockAhead, says, change)
+}
+
+fn ahead(one: &One<'_>, (by, most): (Span, Span)) -> Finding {
     let record = one.around.engine.agents().record(&one.agent);
     let declared_s =
         record.and_then(|record| record.description).map_or(0.0, |sensor| sensor.accuracy.clock_s);
@@ -141,6 +168,20 @@ fn ahead(one: &One<'_>, by: Span) -> Finding {
             says,
             "It declares such an error; the hub estimates and corrects it",
         );
+    }
+    // The frames that show it are the odd ones where stamps scatter.
+    let jitter_s = one.survey.arrivals.jitter_s();
+    if jitter_s >= SCATTERED_S && one.survey.arrivals.mean_delay_s() >= AHEAD.as_secs_f64() {
+        let says = format!(
+            "its frames arrive from {by_ms} before their capture time to {} after it, {:.0} ms (standard deviation) about {:.0} ms: \
+             its stamps scatter, or its clock is ahead and its link irregular",
+            ms(most),
+            1e3 * jitter_s,
+            1e3 * one.survey.arrivals.mean_delay_s()
+        );
+        let change = "Stamp each frame with the time of its measurement, by one clock that is set (chrony, PTP); no `time_offset_ms` \
+                      mends stamps that scatter";
+        return one.fault(Code::ClockAhead, says, change);
     }
     one.fault(Code::ClockAhead, says, set_clock(one, -by))
 }
@@ -184,7 +225,7 @@ fn two_streams(one: &One<'_>) -> Option<Finding> {
         let says = format!(
             "its frames show two sets of objects in turn ({returns} of {compared} times what the last frame but one or two showed \
              was back, and what the last one showed was not there): two processes use its name, or one sends by turns what \
-             several sensors see"
+             several sensors see, or what it sees at one time in two messages"
         );
         let change = "Give each process and each sensor a name of its own, or end one of them";
         return Some(one.fault(Code::TwoProcesses, says, change));

@@ -1,6 +1,7 @@
 //! What the statistics mean, in words.
 
 mod arrivals;
+mod contents;
 mod one;
 mod pairs;
 mod remedy;
@@ -12,6 +13,7 @@ use super::alignment::fit::Fit;
 use super::finding::{Code, Finding};
 use super::window::{MAX_AGENTS, Surroundings, Window};
 use crate::registration::MAX_REGISTERED;
+use arrivals::ClockByObjects;
 use one::One;
 use v2x_common::id::AgentId;
 
@@ -23,6 +25,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         let heard = survey.arrivals.frames > 0;
         findings.extend(reports::findings(&one));
         if heard {
+            findings.extend(contents::findings(&one));
             findings.extend(writing::findings(&one));
             findings.extend(arrivals::findings(&one, clock_by_objects(window, agent)));
         }
@@ -48,6 +51,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     findings.extend(pairs::findings(window, &known));
     drop_consequences(window, &mut findings);
     let findings = findings.into_iter().map(|one| no_accuracy_of_repetition(window, one));
+    let findings = findings.map(|one| no_accuracy_unconfirmed(window, one));
     let mut findings: Vec<_> = findings.collect();
     merge_overload(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
@@ -93,6 +97,8 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
     let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
     // Objects move as it says, and not as they do.
     let spoils_motion = has.iter().any(|(_, code)| *code == Code::Velocities);
+    // It makes everybody's errors look otherwise.
+    let fed_back = has.iter().any(|(_, code)| *code == Code::Feedback);
     findings.retain(|one| {
         let Some(agent) = one.agent else { return true };
         let places_are_wrong = has_one(agent, &PLACES);
@@ -101,6 +107,8 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || ((shifted.contains(&agent) || spoils_motion) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
+            || (one.code == Code::FarFromSensor && (places_are_wrong || has_one(agent, &[Code::FarAway])))
+            || (has_one(agent, &[Code::FarFromSensor]) && SIGMAS.contains(&one.code))
             || (has_one(agent, &[Code::LengthUnit])
                 && [Code::FarAway, Code::Velocities, Code::ImpossibleDetections].contains(&one.code))
             || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
@@ -108,6 +116,9 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
                 && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))
             || (has_one(agent, &[Code::OneStamp])
                 && (SIGMAS.contains(&one.code) || one.code == Code::Offset))
+            || (has_one(agent, &[Code::PartialFrames, Code::Feedback, Code::Repetition])
+                && (SIGMAS.contains(&one.code) || one.code == Code::Gaps))
+            || (fed_back && SIGMAS.contains(&one.code))
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });
@@ -127,6 +138,32 @@ fn no_accuracy_of_repetition(window: &Window, finding: Finding) -> Finding {
         finding.change
     );
     Finding { change, ..finding.as_note() }
+}
+
+/// By its own tracks alone an agent whose positions are in another unit, of pixels or of another place has a standard deviation,
+/// too: where others see the same area, and none of them agrees, the advice is no line to copy.
+fn no_accuracy_unconfirmed(window: &Window, finding: Finding) -> Finding {
+    let Some(agent) = finding.agent.filter(|_| SIGMAS.contains(&finding.code)) else { return finding };
+    let extent = |agent: &AgentId| window.agents.get(agent)?.writing.extent;
+    let Some(own) = extent(&agent) else { return finding };
+    let overlap = |[x, y]: [(f64, f64); 2]| {
+        let meets = |(a, b): (f64, f64), (c, d): (f64, f64)| a <= d && c <= b;
+        meets(x, own[0]) && meets(y, own[1])
+    };
+    let mut of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent)).peekable();
+    let others = window.agents.keys().filter(|other| **other != agent);
+    let is_among = others.filter_map(extent).any(overlap);
+    let is_confirmed = of_agent.peek().is_none()
+        || of_agent.any(|(_, fit)| matches!(fit, Fit::Agree { .. } | Fit::Changed { .. }));
+    if is_confirmed || !is_among {
+        return finding;
+    }
+    let change = format!(
+        "No other agent confirms where its objects are, though they see the same area: first, are x and y metres in the map frame, \
+         and not pixels, another unit, other axes, or from another origin? Only where they are known to be right: {}",
+        finding.change
+    );
+    Finding { change, ..finding }
 }
 
 /// What is said of agents whose errors are not estimated.
@@ -174,15 +211,20 @@ const LANE_M: f64 = 2.0;
 /// How far an agent's capture times are behind (s) by the objects that it shares with others; zero where they agree with as many
 /// as they differ from, `None` where nothing that moves is shared. Where a pair differs, the one whose frames have taken longer is
 /// behind.
-fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
+fn clock_by_objects(window: &Window, agent: &AgentId) -> ClockByObjects {
     let delay = |agent: &AgentId| {
         let (least, _) = window.agents.get(agent)?.arrivals.delay()?;
         Some(least.as_secs_f64())
     };
     let (mut agree, mut differ, mut largest) = (0, 0, None::<f64>);
+    let is_ahead = |one: &AgentId| delay(one).is_some_and(|delay_s| delay_s < arrivals::AHEAD.as_secs_f64());
+    let mut agrees = false;
     for (pair, fit) in window.fits.iter().filter(|(pair, _)| pair.contains(agent)) {
+        // Who is right has frames that arrive after they were captured.
+        let other = pair[usize::from(pair[0] == *agent)];
+        agrees |= matches!(fit, Fit::Agree { clocks: true }) && !is_ahead(&other);
         // Where one of both is ahead, as its frames show by themselves, the other one need not be behind.
-        if pair.iter().any(|one| delay(one).is_some_and(|delay_s| delay_s < arrivals::AHEAD.as_secs_f64())) {
+        if pair.iter().any(is_ahead) {
             continue;
         }
         match fit {
@@ -203,7 +245,7 @@ fn clock_by_objects(window: &Window, agent: &AgentId) -> Option<f64> {
             _ => {}
         }
     }
-    if agree > 0 && agree >= differ { Some(0.0) } else { largest }
+    ClockByObjects { behind_s: if agree > 0 && agree >= differ { Some(0.0) } else { largest }, agrees }
 }
 
 /// Agents that say themselves why they send nothing.

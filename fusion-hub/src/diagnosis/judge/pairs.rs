@@ -301,6 +301,7 @@ const fn in_units(unit: Unit) -> &'static str {
     match unit {
         Unit::Centimetre => "centimetres",
         Unit::Millimetre => "millimetres",
+        Unit::Decimetre => "decimetres",
         Unit::Foot => "feet",
     }
 }

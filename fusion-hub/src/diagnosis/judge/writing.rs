@@ -6,6 +6,7 @@ use super::super::velocities::{Found, Reading};
 use super::super::writing::{DEGREES_APART, Writing};
 use super::one::{MIN_VALUES, One};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::RangeInclusive;
 use v2x_common::conventions::{AngleUnit, TurnDirection, YawConvention, YawOrigin};
 use v2x_common::geometry::wrap_angle;
 use v2x_common::reported::OffPlaces;
@@ -29,12 +30,14 @@ const OFF_SHARE: f64 = 0.02;
 /// One or two objects in degrees move by less and by more: 500 m, and 2 m.
 const FEW_OBJECTS_APART: f64 = 0.005;
 const FEW_OBJECTS_MOVE: f64 = 2e-5;
+/// No sensor's detections are further from it in the mean, m.
+const FURTHEST_MEAN_M: f64 = 500.0;
 /// Headings are turned by a constant angle from this on, rad; and it is a quarter or a half turn within this.
 const TURNED_RAD: f64 = 0.15;
 const QUARTER_WITHIN_RAD: f64 = 0.35;
 
 pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
-    let degrees = degrees(one);
+    let degrees = degrees(one).or_else(|| no_angles(one));
     let headings = if degrees.is_some() { None } else { headings(one) };
     // Boxes whose heading is a quarter turn off may be boxes with swapped sizes, and the other way round: both are reported.
     let all = [
@@ -45,6 +48,7 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
         geodetic(one),
         off_origin(one),
         sigma_missing(one),
+        far_from_sensor(one),
     ];
     all.into_iter().flatten().collect()
 }
@@ -58,7 +62,8 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
     let Writing { headings, yaw, .. } = &one.survey.writing;
     // All that is to be changed at once: what moves shows where they count from, and in which direction.
     let verdict = one.survey.headings_as_degrees.verdict();
-    let is_degrees = is_share(headings.beyond_a_turn, headings.n, DEGREES_SHARE)
+    let is_degrees = yaw.unit == AngleUnit::Rad
+        && is_share(headings.beyond_a_turn, headings.n, DEGREES_SHARE)
         && headings.largest >= MOST_RADIANS
         && (verdict.is_some() || !is_share(headings.beyond_360, headings.n, BEYOND_360_SHARE));
     is_degrees.then(|| {
@@ -99,6 +104,49 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
             _ => String::new(),
         };
         one.fault(Code::Degrees, says, format!("{send}, or write {setting}{rest}"))
+    })
+}
+
+/// Positions that no sensor at its pose can have seen.
+fn far_from_sensor(one: &One<'_>) -> Option<Finding> {
+    let (range_m, n) = one.survey.writing.mean_range()?;
+    (range_m > FURTHEST_MEAN_M && n >= MIN_VALUES).then(|| {
+        let says = format!("its detections are {range_m:.0} m from its sensor in the mean, further than sensors see");
+        let change = format!(
+            "Are x and y metres in the map frame, and not pixels or another unit? Is {} in metres in the map frame, too?",
+            one.words("`sensor_pose`", "the place in sensor_x and sensor_y")
+        );
+        one.fault(Code::FarFromSensor, says, change)
+    })
+}
+
+/// Headings of which many are beyond a turn by whatever unit they are read.
+fn no_angles(one: &One<'_>) -> Option<Finding> {
+    // Wrapped to a turn, or to half a turn either way.
+    const TENTHS: RangeInclusive<f64> = 1_790.0..=3_600.5;
+    const HUNDREDTHS: RangeInclusive<f64> = 17_900.0..=36_000.5;
+    let Writing { headings, yaw, .. } = &one.survey.writing;
+    let (beyond, written, unit) = match yaw.unit {
+        AngleUnit::Rad => (headings.beyond_360, headings.largest, "radians"),
+        AngleUnit::Deg => (headings.beyond_a_turn, headings.largest.to_degrees(), "degrees"),
+    };
+    if !is_share(beyond, headings.n, BEYOND_360_SHARE) {
+        return None;
+    }
+    let guess = match written {
+        written if TENTHS.contains(&written) => "tenths of a degree, as in messages of ETSI",
+        written if HUNDREDTHS.contains(&written) => "hundredths of a degree",
+        // Turns that nobody takes away.
+        _ => return None,
+    };
+    Some({
+        let says = format!("its headings (yaw, up to {written:.0}) are {guess}, and are read as {unit}");
+        let setting = yaw_setting(one, YawConvention { unit: AngleUnit::Deg, ..*yaw });
+        let change = match yaw.unit {
+            AngleUnit::Rad => format!("Send radians, or degrees and write {setting}"),
+            AngleUnit::Deg => "Send degrees, as its settings say".to_owned(),
+        };
+        one.fault(Code::Degrees, says, change)
     })
 }
 

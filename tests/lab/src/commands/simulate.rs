@@ -53,7 +53,7 @@ pub fn simulate(args: &SimulateArgs) -> anyhow::Result<()> {
     let settings = HubSettings::from_table(table)?;
     let seed = args.seed.unwrap_or(scenario.seed);
     let duration = Span::from_secs_f64(args.duration_s);
-    let run = VirtualRun { scenario: &scenario, seed, start: START, duration, publish: settings.publish };
+    let run = VirtualRun { scenario: &scenario, seed, start: START, duration, settings: &settings };
     let log = run.run(Engine::new(settings.engine)).context("simulating")?;
     let simulation = Simulation::new(&scenario, seed, START);
     let sent = |agent: &_| {

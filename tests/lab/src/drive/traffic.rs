@@ -19,7 +19,7 @@ use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::engine::PublishMode;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// A frame as it arrives.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,17 +61,27 @@ pub(crate) struct Traffic {
     pub arrivals: Vec<Arrival>,
 }
 
-/// Which agents an engine listens to, and when it publishes.
+/// How a hub listens.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Listening<F> {
-    /// When the hub publishes.
-    pub publish: PublishMode,
+pub(crate) struct Listening<'a> {
+    /// Whom it listens to, how it reads their frames, and when it publishes.
+    pub settings: &'a HubSettings,
     /// When it starts.
     pub start: Timestamp,
     /// It publishes at least until this time. Frames that arrive later are accepted too.
     pub until: Option<Timestamp>,
-    /// Which agents it listens to.
-    pub listens_to: F,
+}
+
+impl Listening<'_> {
+    /// A frame as the hub reads it; `None` where it does not listen to its agent, or cannot read it.
+    fn read(&self, frame: &DetectionFrame) -> Option<DetectionFrame> {
+        if !self.settings.listens_to(&frame.id.agent) {
+            return None;
+        }
+        let mut frame = frame.clone();
+        self.settings.of_agent(&frame.id.agent).conventions.convert(&mut frame).ok()?;
+        Some(frame)
+    }
 }
 
 impl Traffic {
@@ -101,18 +111,18 @@ impl Traffic {
     pub(crate) fn feed(
         &self,
         engine: Engine,
-        listening: Listening<impl Fn(&AgentId) -> bool>,
+        listening: Listening<'_>,
         on_fused: impl FnMut(ReceivedFused),
     ) -> Result<Engine, WireError> {
-        let Listening { publish, start, until, listens_to } = listening;
-        let mut driver = Driver::new(engine, AsHub::new(publish, start));
+        let Listening { settings, start, until } = listening;
+        let mut driver = Driver::new(engine, AsHub::new(settings.publish, start));
         let mut consumer = OverTheWire(on_fused);
-        for (agent, description) in self.descriptions.iter().filter(|(agent, _)| listens_to(agent)) {
+        for (agent, description) in self.descriptions.iter().filter(|(agent, _)| settings.listens_to(agent)) {
             driver.describe(*agent, *description);
         }
         for Arrival { received_at, frame, .. } in &self.arrivals {
-            if listens_to(&frame.id.agent) {
-                driver.arrive(frame, *received_at, &mut consumer)?;
+            if let Some(frame) = listening.read(frame) {
+                driver.arrive(&frame, *received_at, &mut consumer)?;
             }
         }
         if let Some(until) = until {

@@ -7,7 +7,7 @@ use v2x_agent::scenario::Scenario;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::WireError;
 use v2x_fusion_hub::engine::Engine;
-use v2x_fusion_hub::engine::PublishMode;
+use v2x_fusion_hub::hub::HubSettings;
 
 /// The settings of a virtual run.
 #[derive(Clone, Copy, Debug)]
@@ -20,17 +20,17 @@ pub struct VirtualRun<'a> {
     pub start: Timestamp,
     /// How long the agents capture.
     pub duration: Span,
-    /// When the hub publishes.
-    pub publish: PublishMode,
+    /// The hub's: whom it listens to, how it reads frames, and when it publishes.
+    pub settings: &'a HubSettings,
 }
 
 impl VirtualRun<'_> {
     /// Runs the scenario through an engine. The log is what a consumer next to the hub would have received.
     pub fn run(&self, engine: Engine) -> Result<RunLog, WireError> {
-        let Self { scenario, seed, start, duration, publish } = *self;
+        let Self { scenario, seed, start, duration, settings } = *self;
         let traffic = Traffic::new(scenario, seed, (start, duration), scenario.agents.len())?;
         let mut log = RunLog { descriptions: traffic.descriptions.clone(), ..RunLog::default() };
-        let listening = Listening { publish, start, until: None, listens_to: |_: &_| true };
+        let listening = Listening { settings, start, until: None };
         traffic.feed(engine, listening, |received| log.fused.push(received))?;
         let received = |Arrival { received_at, frame, identities, .. }| ReceivedDetections {
             received_at,
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
     use v2x_common::id::HubId;
     use v2x_common::wire;
-    use v2x_fusion_hub::engine::EngineConfig;
+    use v2x_fusion_hub::engine::{EngineConfig, PublishMode};
 
     const GOLDEN_FINGERPRINT: u64 = 13_130_132_253_042_421_595;
 
@@ -71,10 +71,15 @@ mod tests {
     }
 
     fn run_of(text: &str, (seed, publish): (u64, PublishMode), duration: Span) -> RunLog {
+        let settings = HubSettings { publish, ..HubSettings::default() };
+        run_with(text, (seed, &settings), duration)
+    }
+
+    fn run_with(text: &str, (seed, settings): (u64, &HubSettings), duration: Span) -> RunLog {
         let scenario = Scenario::from_toml(text).unwrap();
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
         let engine = Engine::new(EngineConfig::new(HubId::new("hub").unwrap(), 1));
-        let run = VirtualRun { scenario: &scenario, seed, start, duration, publish };
+        let run = VirtualRun { scenario: &scenario, seed, start, duration, settings };
         run.run(engine).unwrap()
     }
 
@@ -142,6 +147,21 @@ mod tests {
         let stamps: Vec<_> = log.fused.iter().map(|received| received.frame.fused_at).collect();
         assert!(stamps.len() > 30);
         assert!(stamps.windows(2).all(|pair| pair[1] - pair[0] == interval));
+    }
+
+    #[test]
+    fn the_hubs_settings_of_agents_hold_as_live() {
+        let settings = |text: &str| HubSettings::from_table(text.parse().unwrap()).unwrap();
+        let objects_and_agents = |text: &str| {
+            let log = run_with(CROSSING, (1, &settings(text)), Span::from_millis(2000));
+            let last = log.fused.last().unwrap().frame.clone();
+            (log.fused.iter().map(|list| list.frame.objects.clone()).collect::<Vec<_>>(), last.agents.len())
+        };
+        let all = objects_and_agents("");
+        let alone = objects_and_agents("only_agents = [\"rsu\"]");
+        assert!(alone.1 == 1 && all.1 > 1, "{} of {} agents", alone.1, all.1);
+        let shifted = objects_and_agents("[agents.rsu]\ntime_offset_ms = 40");
+        assert!(shifted.0 != all.0, "a time offset changes nothing");
     }
 
     #[test]

@@ -198,7 +198,7 @@ fn what_a_change_of_unit_draws_together_onto_a_vehicle_that_the_other_one_sees_i
 
 #[test]
 fn units_of_length_are_told_apart() {
-    for unit in [Unit::Centimetre, Unit::Millimetre, Unit::Foot] {
+    for unit in [Unit::Centimetre, Unit::Millimetre, Unit::Decimetre, Unit::Foot] {
         let of_map = fit_of(|at, _| at.map(|one| one / unit.metres()));
         assert_eq!(large(of_map), Some((1, Change::InUnit(unit))));
         let about_sensor = fit_of(|at, _| {

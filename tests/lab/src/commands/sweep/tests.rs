@@ -85,7 +85,7 @@ fn nees_is_that_of_a_simulated_run_of_the_same_file() {
     let settings = HubSettings::from_table(scenario.hub.clone()).unwrap();
     let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
     let duration = Span::from_millis(20_000);
-    let run = VirtualRun { scenario: &scenario, seed: 1, start, duration, publish: settings.publish };
+    let run = VirtualRun { scenario: &scenario, seed: 1, start, duration, settings: &settings };
     let log = run.run(Engine::new(settings.engine)).unwrap();
     let simulation = Simulation::new(&scenario, 1, start);
     let facts = RunFacts {

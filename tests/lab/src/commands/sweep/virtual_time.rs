@@ -56,12 +56,7 @@ pub(crate) fn run(point: &Point, methods: &[SweepMethod], length: Length) -> any
             let reference = Reference { agent: point.first_agent(), is_alone: method.is_alone() };
             let scope = Scope { reference, start: START + length.settle, end };
             let mut scorer = Scorer::new(&mut snapshots, &provenance, scope);
-            let listening = Listening {
-                publish: settings.publish,
-                start: START,
-                until: Some(end),
-                listens_to: |agent: &AgentId| settings.listens_to(agent),
-            };
+            let listening = Listening { settings: &settings, start: START, until: Some(end) };
             let engine =
                 traffic.feed(Engine::new(settings.engine), listening, |received| scorer.add(&received))?;
             let mut record = scorer.finish();

@@ -31,8 +31,8 @@ mod tests {
         let scenario = Scenario::from_toml(&text).unwrap();
         let settings = HubSettings::from_table(scenario.hub.clone()).unwrap();
         let start = Timestamp::EPOCH + Span::from_millis(1_000_000_000);
-        let (duration, publish) = (Span::from_millis(10_000), settings.publish);
-        let run = VirtualRun { scenario: &scenario, seed: 1, start, duration, publish };
+        let duration = Span::from_millis(10_000);
+        let run = VirtualRun { scenario: &scenario, seed: 1, start, duration, settings: &settings };
         let log = run.run(Engine::new(settings.engine)).unwrap();
         let simulation = Simulation::new(&scenario, 1, start);
         let agents = simulation.agent_facts(|_| None);

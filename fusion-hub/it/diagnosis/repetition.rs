@@ -1,0 +1,126 @@
+//! Frames that say again what was said before, and those of the hub itself.
+
+use super::crossing::{Detection, Frame, START_MS, assert_only, each, findings_where, found, run, world};
+use v2x_common::id::AgentId;
+use v2x_common::time::{Span, Timestamp};
+use v2x_common::wire::journal::Body;
+use v2x_fusion_hub::Engine;
+use v2x_fusion_hub::diagnosis::{Code, Tokens};
+use v2x_fusion_hub::hub::{Core, HubSettings};
+
+#[test]
+fn a_result_that_is_sent_several_times_under_new_stamps_is_told() {
+    for times in [2, 3, 5] {
+        let findings = found(|frame| {
+            let k = frame.sequence.cast_signed() - 1;
+            frame.detections = world(k - k % times, "north").detections;
+        });
+        assert_only(&findings, Code::Repetition, "each result comes several times");
+    }
+}
+
+#[test]
+fn a_detector_that_hangs_is_a_note() {
+    let findings = found(|frame| frame.detections = world(0, "north").detections);
+    let one = findings.iter().find(|one| one.code == Code::Repetition);
+    let one = one.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert!(!one.is_fault() && one.says.contains("does its detector hang?"), "{one}");
+    assert!(findings.iter().all(|one| one.code != Code::SigmaTooLarge), "{findings:#?}");
+}
+
+#[test]
+fn exact_reports_of_what_stands_and_of_something_that_passes_at_times_are_no_fault() {
+    let exact = |frame: &mut Frame| {
+        let k = frame.sequence.cast_signed() - 1;
+        let car = |x: f64, y: f64| Detection {
+            class: "car",
+            x,
+            y,
+            w: 1.8,
+            d: 4.5,
+            yaw: 0.0,
+            sigma_m: Some(0.01),
+            velocity: None,
+        };
+        frame.detections = (0..6).map(|n| car(8.0 * f64::from(n) - 20.0, 9.0)).collect();
+        // Two seconds of every eight.
+        if k % 80 < 20 {
+            frame.detections.push(car((k % 80) as f64 - 10.0, -2.0));
+        }
+    };
+    let findings = findings_where("", |_| {}, exact, |_| {}, |_| None);
+    assert!(findings.iter().all(|one| one.code != Code::Repetition || !one.is_fault()), "{findings:#?}");
+}
+
+#[test]
+fn one_message_for_each_object_of_a_time_is_told_as_such() {
+    // All but the first object of north's frames come in messages of their own.
+    let mut core = Core::new(HubSettings::default(), Engine::new);
+    let mut frames = Vec::new();
+    for k in 0..240 {
+        frames.push(world(k, "south"));
+        let whole = world(k, "north");
+        for (n, one) in whole.detections.iter().enumerate() {
+            let delay_ms = whole.delay_ms + i64::try_from(n).unwrap() / 4;
+            frames.push(Frame { detections: vec![one.clone()], delay_ms, ..whole.clone() });
+        }
+    }
+    frames.sort_by_key(|frame| frame.captured_ms + frame.delay_ms);
+    let alive = ["north", "south"].map(|name| AgentId::new(name).unwrap()).into();
+    let findings = run(&mut core, frames, &Tokens { alive, ..Tokens::default() }, |_| {});
+    assert_only(&findings, Code::PartialFrames, "a part of what was seen at one time");
+}
+
+#[test]
+fn a_number_that_does_not_count_is_told_as_such() {
+    let findings = found(|frame| frame.sequence = 0);
+    assert_only(&findings, Code::PartialFrames, "`sequence` does not count");
+}
+
+/// The findings where a third agent sends what `of_list` makes of the list of every tenth of a second.
+fn with_an_echo(edit: impl Fn(&mut Detection)) -> Vec<v2x_fusion_hub::diagnosis::Finding> {
+    let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
+    let agent = |name: &str| AgentId::new(name).unwrap();
+    let mut core = Core::new(HubSettings::default(), Engine::new);
+    let tokens = Tokens { alive: ["north", "south"].map(agent).into(), ..Tokens::default() };
+    for k in 0..240 {
+        for name in ["south", "north"] {
+            let frame = world(k, name);
+            let arrival = at(frame.captured_ms + frame.delay_ms);
+            core.handle_frame(agent(name), arrival, &Body::Json(&frame.json()));
+        }
+        let ms = 100 * k + 60;
+        let objects = core.fused(at(ms)).objects.clone();
+        let detections = objects.iter().map(|object| Detection {
+            class: "car",
+            x: object.bev.x,
+            y: object.bev.y,
+            w: object.bev.w,
+            d: object.bev.d,
+            yaw: object.bev.yaw,
+            sigma_m: Some(0.3),
+            velocity: None,
+        });
+        let mut echo =
+            Frame { agent: "north", captured_ms: ms, detections: detections.collect(), ..world(k, "north") };
+        each(&mut echo, &edit);
+        if !echo.detections.is_empty() {
+            core.handle_frame(agent("echo"), at(ms + 15), &Body::Json(&echo.json()));
+        }
+        if k % 10 == 9 {
+            core.diagnose(&tokens, at(ms + 20));
+        }
+    }
+    core.findings().to_vec()
+}
+
+#[test]
+fn an_agent_that_publishes_the_hubs_own_objects_is_told_and_nobody_else_is_blamed() {
+    let findings = with_an_echo(|_| {});
+    let faults: Vec<_> = findings.iter().filter(|one| one.is_fault()).collect();
+    let [one] = faults[..] else { panic!("{findings:#?}") };
+    assert!(one.code == Code::Feedback && one.agent == Some(AgentId::new("echo").unwrap()), "{one}");
+    // What is measured anew differs from any list.
+    let measured = with_an_echo(|one| (one.x, one.y) = (one.x + 0.01, one.y - 0.01));
+    assert!(measured.iter().all(|one| one.code != Code::Feedback), "{measured:#?}");
+}

@@ -1,0 +1,80 @@
+//! Frames that say again what was said before.
+
+use super::super::finding::{Code, Finding};
+use super::super::window::Source;
+use super::one::{MIN_VALUES, One};
+
+/// Results that came several times each, frames in which nothing changed, and frames of the hub's own objects.
+const MIN_RESULTS: u64 = 5;
+const MIN_FROZEN: u64 = 40;
+const MIN_FED_BACK: u64 = 3;
+/// So many messages of one time, beyond the first, are parts of what was seen: two may be of two processes.
+const PARTS: u64 = 3;
+/// Share of frames under the number of another one from which numbers are wrong.
+const NUMBERS_SHARE: f64 = 0.1;
+
+pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
+    if one.survey.arrivals.is_one_stamp() {
+        return Vec::new();
+    }
+    [numbers(one), repetition(one), feedback(one)].into_iter().flatten().collect()
+}
+
+/// Frames with other detections under the number of the one before, of which only the first is taken.
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+pub(super) fn numbers(one: &One<'_>) -> Option<Finding> {
+    let (contents, frames) = (&one.survey.contents, one.survey.arrivals.frames);
+    let is_often = |count: u64| count >= MIN_VALUES / 2 && count as f64 >= NUMBERS_SHARE * frames as f64;
+    if is_often(contents.parts) && 2 * contents.parts >= PARTS * contents.times {
+        let says = format!(
+            "{} of {frames} frames have the time and number of the one before, and other detections: each holds a part of what was \
+             seen at one time, and only the first one is taken",
+            contents.parts
+        );
+        let change = "Send all detections of one time in one message";
+        return Some(one.fault(Code::PartialFrames, says, change));
+    }
+    is_often(contents.uncounted).then(|| {
+        let says = format!(
+            "`sequence` does not count its frames: {} of {frames} have the number of the one before, and are taken for repetitions",
+            contents.uncounted
+        );
+        one.fault(Code::PartialFrames, says, "Count up `sequence` with every message, or leave it out of JSON")
+    })
+}
+
+fn repetition(one: &One<'_>) -> Option<Finding> {
+    let contents = &one.survey.contents;
+    let (repeated, compared) = (contents.repeated, contents.compared);
+    if contents.comes_several_times(MIN_RESULTS) {
+        let says = format!(
+            "{repeated} of {compared} frames hold, to the last digit, what the one before held, under a new stamp: each result \
+             comes several times, and is taken for as many measurements"
+        );
+        let change = one.words(
+            "Send each result once, with the time of its measurement",
+            "Keep the first row of each result, with the time of its measurement",
+        );
+        return Some(one.fault(Code::Repetition, says, change));
+    }
+    contents.never_changes(MIN_FROZEN).then(|| {
+        let says = format!(
+            "its {compared} frames hold the same detections to the last digit, under new stamps: does its detector hang?"
+        );
+        let change = "Where reports are exact and nothing moves in its view, this is right; a sensor's reports vary";
+        one.note(Code::Repetition, says, change)
+    })
+}
+
+fn feedback(one: &One<'_>) -> Option<Finding> {
+    // In a log lists are of the times of frames: exact reports are where they are.
+    let fed_back = if one.around.source == Source::Network { one.survey.fed_back } else { 0 };
+    (fed_back >= MIN_FED_BACK).then(|| {
+        let says = format!(
+            "it publishes this hub's own objects: frames of it ({fed_back}) have them, to the last digit, where a list had them"
+        );
+        let change = "An agent publishes what its own sensor sees. What was fused comes back as a second witness of itself, and errors \
+                      grow: read lists, and publish none of them as detections";
+        one.fault(Code::Feedback, says, change)
+    })
+}
