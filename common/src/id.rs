@@ -16,6 +16,9 @@ pub enum NameError {
     /// More than [`MAX_NAME_LEN`] bytes.
     #[error("name {0:?} is longer than {MAX_NAME_LEN} bytes")]
     TooLong(String),
+    /// `.` or `..`, which as the name of a folder would be another one: that of a certificate, say.
+    #[error("{0:?} is no name: as the name of a folder it means another one")]
+    Dots(String),
     /// A character that is not allowed in a key expression.
     #[error("name {name:?} holds {character:?}; allowed are letters, digits, '-', '_', '.' and ':'")]
     Character {
@@ -45,6 +48,9 @@ impl Name {
         let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | ':');
         if let Some(character) = text.chars().find(|c| !allowed(*c)) {
             return Err(NameError::Character { name: text.to_owned(), character });
+        }
+        if matches!(text, "." | "..") {
+            return Err(NameError::Dots(text.to_owned()));
         }
         let mut bytes = [0; MAX_NAME_LEN];
         bytes[..text.len()].copy_from_slice(text.as_bytes());
@@ -193,6 +199,8 @@ mod tests {
             assert!(matches!(AgentId::new(bad), Err(NameError::Character { .. })), "{bad}");
         }
         assert_eq!(AgentId::new(""), Err(NameError::Empty));
+        assert!(["...", ".a", "a.."].iter().all(|name| AgentId::new(name).is_ok()));
+        assert!([".", ".."].iter().all(|name| matches!(AgentId::new(name), Err(NameError::Dots(_)))));
         assert!(matches!(AgentId::new(&"x".repeat(33)), Err(NameError::TooLong(_))));
     }
 

@@ -39,6 +39,25 @@ async fn a_consumer_that_stops_is_a_fault_that_costs_no_other_consumer_a_list() 
     Ok(())
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn a_log_that_nobody_reads_is_a_fault_that_stops_no_hub() -> anyhow::Result<()> {
+    let folder = folder("fault-log")?;
+    let network = ["--network", "fault-log"];
+    // Some megabytes meanwhile; the pipe of its standard error, which nobody reads for now, holds 64 KiB.
+    let hub = ["hub", "--log", "trace", "--events", "--listen", "tcp/127.0.0.1:0"];
+    let mut hub = V2x::start(&folder, &[&hub[..], &network].concat())?;
+    let ready: Value = serde_json::from_str(&hub.line().await?)?;
+    let locator = ready["locators"][0].as_str().context("a locator")?;
+    let count = MEANWHILE.to_string();
+    let watch = ["watch", "--json", "--count", &count, "--connect", locator];
+    let watched = run(&folder, &[&watch[..], &network].concat()).await?;
+    ensure!(watched.code == Some(0) && watched.stdout.lines().count() == MEANWHILE, "{watched:?}");
+    hub.stderr_line("messages were left out").await?;
+    send("INT", hub.process_id()?).await?;
+    ensure!(hub.end().await?.code == Some(0));
+    Ok(())
+}
+
 /// A number, or a number as text, which has room for 64 bits.
 fn number(value: &Value) -> Option<i64> {
     value.as_i64().or_else(|| value.as_str()?.parse().ok())

@@ -1,5 +1,6 @@
 //! The program `v2x` as a user runs it.
 
+mod by_hand;
 mod certs;
 mod check;
 mod closed_output;

@@ -1,5 +1,6 @@
 //! Logs: to standard error, because standard output is for data.
 
+use super::log_queue::LogQueue;
 use super::{tls, zenoh_logs, zenoh_refusals};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
@@ -7,6 +8,7 @@ use std::fmt;
 use std::io::{IsTerminal, Stderr, Write};
 use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
 use tracing_subscriber::filter::FilterExt;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -64,6 +66,12 @@ impl fmt::Display for Format {
     }
 }
 
+/// How long what was logged has at the end of a process to be written.
+const FLUSHED_WITHIN: Duration = Duration::from_secs(1);
+
+/// What writes the logs, once they have begun.
+static QUEUE: OnceLock<LogQueue> = OnceLock::new();
+
 static FORMAT: OnceLock<Format> = OnceLock::new();
 
 /// The format of this process, which its children are given.
@@ -76,7 +84,13 @@ pub fn format() -> Format {
 pub fn init(filter: &str, format: Format) -> Result<(), InvalidFilter> {
     let filter = parse(filter)?;
     let in_colour = std::io::stderr().is_terminal() && wants_colour();
-    let printed = tracing_subscriber::fmt::layer().with_writer(|| HoldableStderr(std::io::stderr()));
+    // Without a thread whoever logs writes.
+    if QUEUE.get().is_none()
+        && let Ok(queue) = LogQueue::begin(HoldableStderr(std::io::stderr()))
+    {
+        let _ = QUEUE.set(queue);
+    }
+    let printed = tracing_subscriber::fmt::layer().with_writer(|| Out);
     let printed = match format {
         Format::Text => printed.with_ansi(in_colour).boxed(),
         Format::Json => printed.json().boxed(),
@@ -127,6 +141,32 @@ impl Drop for Held {
             // A closed standard error is no fault of whoever logs.
             let _ = stderr.write_all(&message);
         }
+    }
+}
+
+/// Waits until what was logged is written, for a second at most: before a process ends, and before it prints why.
+pub fn flush() {
+    if let Some(queue) = QUEUE.get() {
+        queue.flush(FLUSHED_WITHIN);
+    }
+}
+
+/// Where messages go, each of them whole.
+struct Out;
+
+impl Write for Out {
+    fn write(&mut self, message: &[u8]) -> std::io::Result<usize> {
+        match QUEUE.get() {
+            Some(queue) => {
+                queue.put(message);
+                Ok(message.len())
+            }
+            None => HoldableStderr(std::io::stderr()).write(message),
+        }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 

@@ -3,12 +3,14 @@
 pub mod address;
 pub mod endpoint;
 pub mod events;
+mod log_queue;
 pub mod logging;
 pub mod queue;
 pub mod session;
 pub mod shutdown;
 pub mod tls;
 pub mod zenoh_logs;
+pub mod zenoh_panics;
 pub mod zenoh_refusals;
 
 use std::io::Write;
@@ -16,6 +18,7 @@ use std::process::{ExitCode, Termination};
 
 /// The exit code of a program's outcome; an error is printed with its causes.
 pub fn exit_code(program: &str, outcome: anyhow::Result<impl Termination>) -> ExitCode {
+    logging::flush();
     match outcome {
         Ok(done) => done.report(),
         Err(error) => {

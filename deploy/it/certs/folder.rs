@@ -27,6 +27,48 @@ async fn the_files_of_certs_are_private_to_their_owner() -> anyhow::Result<()> {
     Ok(())
 }
 
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_are_not_made_where_other_users_could_replace_them_nor_by_a_name_that_means_another_folder()
+-> anyhow::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = support::folder("certs-open")?;
+    let make_open = |path: &str| {
+        std::fs::create_dir_all(folder.join(path))?;
+        std::fs::set_permissions(folder.join(path), std::fs::Permissions::from_mode(0o777))
+    };
+    make_open("certs")?;
+    let refused = async |args: &[&str], said: &str| {
+        let ending = support::run(&folder, &[&["certs"], args].concat()).await?;
+        anyhow::ensure!(ending.code != Some(0) && ending.stderr.contains(said), "{args:?}: {ending:?}");
+        Ok(())
+    };
+    refused(&["init"], "chmod go-w certs").await?;
+    assert_eq!(std::fs::read_dir(folder.join("certs"))?.count(), 0, "nothing was written");
+    std::fs::remove_dir(folder.join("certs"))?;
+    certs(&folder, &["init"]).await?;
+    make_open("certs/agent/ego")?;
+    refused(&["agent", "ego"], "chmod go-w certs/agent/ego").await?;
+    for name in [".", ".."] {
+        for what in ["agent", "viewer", "hub"] {
+            refused(&[what, name], "is no name").await?;
+        }
+    }
+    assert!(!folder.join("certs/key.pem").exists(), "the folder of the authority is nobody's");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_init_that_was_interrupted_says_what_to_do() -> anyhow::Result<()> {
+    let folder = support::folder("certs-interrupted")?;
+    certs(&folder, &["init"]).await?;
+    std::fs::remove_file(folder.join("certs/register.json"))?;
+    let ending = support::run(&folder, &["certs", "init"]).await?;
+    assert_eq!(ending.code, Some(1), "{ending:?}");
+    assert!(ending.stderr.contains("interrupted") && ending.stderr.contains("backup"), "{ending:?}");
+    Ok(())
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn certs_overwrites_nothing_in_silence() -> anyhow::Result<()> {
     let folder = support::folder("certs-overwrite")?;

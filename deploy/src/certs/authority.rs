@@ -13,7 +13,7 @@ use v2x_common::clock;
 /// Its certificate, which everybody has a copy of.
 pub(super) const CERTIFICATE: &str = "authority.pem";
 /// Its private key: whoever has it can make certificates for anybody.
-const KEY: &str = "authority-key.pem";
+pub(super) const KEY: &str = "authority-key.pem";
 
 /// Certificates are valid from this long before they were made, s: clocks differ.
 const BACKDATED_S: i64 = 3_600;

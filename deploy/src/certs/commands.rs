@@ -38,6 +38,14 @@ fn init(dir: &Path, args: &InitArgs) -> anyhow::Result<()> {
             dir.display()
         );
     }
+    if dir.join(authority::KEY).exists() {
+        bail!(
+            "{0} has the key of an authority, and no {1}, which says who has a certificate of it: bring that back from a backup; where \
+             `v2x certs init` was interrupted, remove the folder, and try again",
+            dir.display(),
+            register::FILE
+        );
+    }
     files::private_folder(dir)?;
     let name = format!("v2x authority {}", authority::now());
     let expires_at = authority::make(dir, &name, args.authority_days)?;

@@ -5,13 +5,33 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
-/// Makes a folder that only its owner can enter. Its parents are made, too.
+/// Makes a folder that only its owner can enter. Its parents are made, too. One that is there already is left as it is, where nobody else can write
+/// to it: whoever can, replaces any file in it by his own, whatever the modes of the files.
 pub(super) fn private_folder(path: &Path) -> anyhow::Result<()> {
     let mut builder = std::fs::DirBuilder::new();
     builder.recursive(true);
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(path).with_context(|| format!("making the folder {}", path.display()))
+    builder.create(path).with_context(|| format!("making the folder {}", path.display()))?;
+    #[cfg(unix)]
+    refuse_writable_by_others(path)?;
+    Ok(())
+}
+
+#[cfg(unix)]
+fn refuse_writable_by_others(path: &Path) -> anyhow::Result<()> {
+    let metadata =
+        std::fs::metadata(path).with_context(|| format!("reading the mode of {}", path.display()))?;
+    let mode = std::os::unix::fs::PermissionsExt::mode(&metadata.permissions());
+    if mode & 0o022 != 0 {
+        bail!(
+            "other users of this machine can write to the folder {0} (mode {1:o}), and replace keys and certificates in it: \
+             chmod go-w {0}",
+            path.display(),
+            mode & 0o777
+        );
+    }
+    Ok(())
 }
 
 /// What is made by these options only its owner can read.

@@ -1,11 +1,13 @@
 //! The hub as a command: runs a hub from its arguments, and reports life-cycle events to its launcher.
 
 use super::HubArgs;
+use super::again::Again;
 use super::monitor::Monitor;
 use super::monitoring::{ReadyFile, Server};
 use super::run::{HubSetup, serve};
 use crate::engine::Engine;
 use crate::engine::EngineConfig;
+use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 use v2x_common::net::events;
 
@@ -34,6 +36,8 @@ pub async fn run_with(
         record: args.recording(),
         monitor: server.is_some().then(|| monitor.clone()),
     };
+    let again = Arc::new(Again::new(args.listen.clone()));
+    Again::when_zenoh_is_broken(again.clone());
     let network = args.network;
     let metrics = server.as_ref().map(Server::address);
     let watched = CancellationToken::new();
@@ -45,6 +49,7 @@ pub async fn run_with(
     let shutdown = shutdown.child_token();
     let (ends, mut unwritten) = (shutdown.clone(), None);
     let served = Box::pin(serve(setup, shutdown, engine, |hub, locators| {
+        again.note_locators(locators);
         // Whoever waits for it would wait for ever.
         if let Some(Err(error)) = ready_file.as_mut().map(|file| file.write(network, hub, locators)) {
             unwritten = Some(error);

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "net")]
 mod access;
+#[cfg(feature = "cli")]
+mod again;
 #[cfg(feature = "net")]
 mod agent_statuses;
 #[cfg(feature = "cli")]

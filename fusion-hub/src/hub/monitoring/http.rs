@@ -9,22 +9,30 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
+use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::task::{Context as Waker, Poll};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::task::JoinSet;
+use tokio::task::{AbortHandle, JoinSet};
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 
-/// Connections at once.
+/// Connections at once. A further one ends the oldest: whoever has a question asks it at once and is answered within milliseconds, and only
+/// those who hold connections open for nothing become old.
 const MAX_CONNECTIONS: usize = 128;
-/// A request must be complete after this long.
-const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
-/// An answer must be read after this long; a scrape takes milliseconds, and those who do not read are to keep nobody out.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+const PATIENCE: Patience = Patience { request: Duration::from_secs(1), answer: Duration::from_secs(5) };
+
+/// How long a connection may last.
+#[derive(Clone, Copy)]
+struct Patience {
+    /// A request must be complete after this long.
+    request: Duration,
+    /// An answer must be read after this long; a scrape takes milliseconds, and those who do not read are to keep nobody out.
+    answer: Duration,
+}
 
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 const JSON: &str = "application/json";
@@ -35,6 +43,7 @@ pub(in super::super) struct Server {
     listener: TcpListener,
     /// With its port.
     address: SocketAddr,
+    patience: Patience,
 }
 
 impl Server {
@@ -46,7 +55,7 @@ impl Server {
             )
         })?;
         let address = listener.local_addr().context("asking for the port of --metrics")?;
-        Ok(Self { listener, address })
+        Ok(Self { listener, address, patience: PATIENCE })
     }
 
     /// Where it is.
@@ -57,12 +66,16 @@ impl Server {
     /// Answers until shutdown.
     pub(in super::super) async fn serve(self, monitor: Monitor, shutdown: CancellationToken) {
         let mut connections = JoinSet::new();
+        let mut by_age = VecDeque::new();
         loop {
-            let has_room = connections.len() < MAX_CONNECTIONS;
             tokio::select! {
                 () = shutdown.cancelled() => return,
-                accepted = self.listener.accept(), if has_room => match accepted {
-                    Ok((stream, _)) => { connections.spawn(connection(stream, monitor.clone())); }
+                accepted = self.listener.accept() => match accepted {
+                    Ok((stream, _)) => {
+                        make_room(&mut by_age);
+                        let connection = connection(stream, monitor.clone(), self.patience);
+                        by_age.push_back(connections.spawn(connection));
+                    }
                     Err(error) => {
                         tracing::debug!(%error, "nobody could connect to the metrics");
                         // Out of file descriptors, for example: trying again at once would only take time.
@@ -75,17 +88,27 @@ impl Server {
     }
 }
 
-async fn connection(stream: TcpStream, monitor: Monitor) {
+/// Ends the oldest connections, so that there is room for a further one.
+fn make_room(by_age: &mut VecDeque<AbortHandle>) {
+    by_age.retain(|connection| !connection.is_finished());
+    while by_age.len() >= MAX_CONNECTIONS
+        && let Some(oldest) = by_age.pop_front()
+    {
+        oldest.abort();
+    }
+}
+
+async fn connection(stream: TcpStream, monitor: Monitor, patience: Patience) {
     let service = service_fn(move |request: Request<Incoming>| {
         let response = answer(request.method(), request.uri().path(), &monitor);
         async { Ok::<_, Infallible>(response) }
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(REQUEST_TIMEOUT)
+        .header_read_timeout(patience.request)
         .keep_alive(false)
         .serve_connection(TokioIo::new(stream), service);
-    if let Ok(Err(error)) = tokio::time::timeout(ANSWER_TIMEOUT, connection).await {
+    if let Ok(Err(error)) = tokio::time::timeout(patience.answer, connection).await {
         tracing::debug!(%error, "a connection to the metrics ended");
     }
 }
@@ -166,6 +189,32 @@ impl Body for Whole {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+    const FOR_EVER: Duration = Duration::from_secs(3_600);
+
+    #[tokio::test]
+    async fn a_flood_of_slow_requests_for_the_metrics_ends_the_oldest_of_them_and_others_are_answered() {
+        let mut server = Server::listen(SocketAddr::from(([127, 0, 0, 1], 0))).await.unwrap();
+        server.patience = Patience { request: FOR_EVER, answer: FOR_EVER };
+        let address = server.address();
+        let serving = tokio::spawn(server.serve(Monitor::default(), CancellationToken::new()));
+        let begin = async |text: &str| {
+            let mut stream = TcpStream::connect(address).await.unwrap();
+            stream.write_all(text.as_bytes()).await.unwrap();
+            stream
+        };
+        let mut slow = Vec::new();
+        for _ in 0..2 * MAX_CONNECTIONS {
+            slow.push(begin("GET /livez HTTP/1.1\r\nX: ").await);
+        }
+        let mut stream = begin("GET /livez HTTP/1.1\r\nHost: hub\r\n\r\n").await;
+        let mut answer = String::new();
+        let answered = tokio::time::timeout(Duration::from_secs(60), stream.read_to_string(&mut answer));
+        answered.await.expect("an answer in time").unwrap();
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+        serving.abort();
+    }
 
     #[test]
     fn after_a_restart_a_hub_is_alive_and_neither_ready_nor_healthy_until_it_shows_itself() {

@@ -1,0 +1,105 @@
+//! A hub that begins again by itself, in the same process, where Zenoh's code is broken for good.
+//!
+//! A session of Zenoh that is broken cannot even be closed: its connections would stay, and agents with them. So the program
+//! replaces itself: the system closes all connections and frees the port, agents and consumers connect again, and no
+//! supervisor waits longer each time.
+
+use std::ffi::OsString;
+use std::sync::OnceLock;
+use std::time::Duration;
+use v2x_common::net::{logging, zenoh_panics};
+
+/// One who breaks it again and again is not to take all of the machine's time.
+const AGAIN_AFTER: Duration = Duration::from_millis(200);
+
+/// What the program is started with again.
+#[derive(Debug)]
+pub(super) struct Again {
+    /// Endpoints as they were given.
+    listen: Vec<String>,
+    /// Where the hub listens, with its ports, once it does.
+    locators: OnceLock<Vec<String>>,
+}
+
+impl Again {
+    pub(super) const fn new(listen: Vec<String>) -> Self {
+        Self { listen, locators: OnceLock::new() }
+    }
+
+    /// Notes where the hub listens: it will listen there again where a free port was asked for.
+    pub(super) fn note_locators(&self, locators: &[String]) {
+        // It is ready once.
+        let _ = self.locators.set(locators.to_vec());
+    }
+
+    /// Begins again as soon as a lock in Zenoh's code is poisoned.
+    pub(super) fn when_zenoh_is_broken(this: std::sync::Arc<Self>) {
+        zenoh_panics::when_broken(move |why| {
+            tracing::error!(
+                "Zenoh's own code has broken, and would let nobody in any more: this hub begins again, with an empty list: {why}"
+            );
+            this.begin();
+        });
+    }
+
+    fn begin(&self) -> ! {
+        logging::flush();
+        #[expect(clippy::disallowed_methods, reason = "the thread has panicked and runs nothing else")]
+        std::thread::sleep(AGAIN_AFTER);
+        let mut args = std::env::args_os();
+        let program = args.next();
+        let args: Vec<_> = args.map(|arg| self.on_the_same_port(arg)).collect();
+        tracing::error!("the program cannot begin again, and ends: {}", replaced_by_itself(program, args));
+        logging::flush();
+        std::process::exit(1)
+    }
+
+    /// An argument that asks for a free port asks for the one that the hub has.
+    fn on_the_same_port(&self, arg: OsString) -> OsString {
+        let ([listen], Some([locator])) = (&self.listen[..], self.locators.get().map(Vec::as_slice)) else {
+            return arg;
+        };
+        match arg.to_str() {
+            Some(text) if listen.ends_with(":0") && text.ends_with(listen) => {
+                text.replace(listen, locator).into()
+            }
+            _ => arg,
+        }
+    }
+}
+
+/// Replaces the program by itself with these arguments; returns why it could not.
+#[cfg(unix)]
+fn replaced_by_itself(name: Option<OsString>, args: Vec<OsString>) -> std::io::Error {
+    use std::os::unix::process::CommandExt;
+    let program = match std::env::current_exe() {
+        Ok(program) => program,
+        Err(error) => return error,
+    };
+    let mut command = std::process::Command::new(&program);
+    command.arg0(name.unwrap_or_else(|| program.into())).args(args).exec()
+}
+
+#[cfg(not(unix))]
+fn replaced_by_itself(_: Option<OsString>, _: Vec<OsString>) -> std::io::Error {
+    std::io::ErrorKind::Unsupported.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn after_a_restart_by_itself_a_hub_that_was_given_a_free_port_listens_where_it_did() {
+        let again = Again::new(vec!["tcp/127.0.0.1:0".to_owned()]);
+        let of = |arg: &str| again.on_the_same_port(arg.into()).into_string().unwrap();
+        assert_eq!(of("tcp/127.0.0.1:0"), "tcp/127.0.0.1:0", "it does not listen yet");
+        again.note_locators(&["tcp/127.0.0.1:4711".to_owned()]);
+        assert_eq!(of("tcp/127.0.0.1:0"), "tcp/127.0.0.1:4711");
+        assert_eq!(of("--listen=tcp/127.0.0.1:0"), "--listen=tcp/127.0.0.1:4711");
+        assert_eq!(of("--metrics"), "--metrics");
+        let fixed = Again::new(vec!["tcp/127.0.0.1:7447".to_owned()]);
+        fixed.note_locators(&["tcp/127.0.0.1:7447".to_owned()]);
+        assert_eq!(fixed.on_the_same_port("tcp/127.0.0.1:7447".into()), "tcp/127.0.0.1:7447");
+    }
+}
