@@ -236,3 +236,15 @@ fn of_pixels_no_standard_deviation_is_advised_without_asking_for_the_unit_first(
     }
     assert!(findings.iter().any(Finding::is_fault), "{findings:#?}");
 }
+
+#[test]
+fn kilometres_and_a_height_as_y_are_named() {
+    let kilometres = found(|frame| each(frame, |one| (one.x, one.y) = (1e-3 * one.x, 1e-3 * one.y)));
+    assert_only(&kilometres, Code::LengthUnit, "several vehicles within a metre");
+    let height = found(|frame| each(frame, |one| one.y = 0.8 + 0.01 * one.yaw));
+    let note = height.iter().find(|one| one.code == Code::Axes);
+    assert!(
+        note.is_some_and(|one| !one.is_fault() && one.says.starts_with("all its positions have y")),
+        "{height:#?}"
+    );
+}

@@ -9,6 +9,8 @@ use v2x_common::time::Span;
 
 /// Detections in degrees of longitude and latitude lie this close together, in what is read as metres: 5 km.
 pub(super) const DEGREES_APART: f64 = 0.05;
+/// Several bodies have no room within this, m.
+const ONE_SPOT_M: f64 = 1.0;
 
 /// Boxes of an unknown class are taken for vehicles, whichever side is the longer one, by their sides, m.
 const LONG_M: (f64, f64) = (3.0, 20.0);
@@ -32,6 +34,8 @@ pub(super) struct Writing {
     /// Frames of three detections or more, and those of them whose detections all lie within [`DEGREES_APART`].
     pub(super) several: u64,
     pub(super) several_at_one_place: u64,
+    /// And those whose detections have no room where they all lie.
+    pub(super) several_in_one_spot: u64,
     /// The least and the largest x and y, m.
     pub(super) extent: Option<[(f64, f64); 2]>,
     sum: [f64; 2],
@@ -91,8 +95,9 @@ impl Writing {
         }
         if detections.len() >= SEVERAL {
             self.several += 1;
-            self.several_at_one_place +=
-                u64::from(here.iter().all(|(least, most)| most - least < DEGREES_APART));
+            let lie_within = |apart: f64| u64::from(here.iter().all(|(least, most)| most - least < apart));
+            self.several_at_one_place += lie_within(DEGREES_APART);
+            self.several_in_one_spot += lie_within(ONE_SPOT_M);
         }
     }
 

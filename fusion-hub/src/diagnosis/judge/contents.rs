@@ -59,7 +59,7 @@ fn repetition(one: &One<'_>) -> Option<Finding> {
     }
     contents.never_changes(MIN_FROZEN).then(|| {
         let says = format!(
-            "its {compared} frames hold the same detections to the last digit, under new stamps: does its detector hang?"
+            "its {compared} frames hold the same detections to the last digit, under new stamps: its detector may hang"
         );
         let change = "Where reports are exact and nothing moves in its view, this is right; a sensor's reports vary";
         one.note(Code::Repetition, says, change)

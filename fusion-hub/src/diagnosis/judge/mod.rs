@@ -145,7 +145,7 @@ fn no_accuracy_of_repetition(window: &Window, finding: Finding) -> Finding {
 fn no_accuracy_unconfirmed(window: &Window, finding: Finding) -> Finding {
     let Some(agent) = finding.agent.filter(|_| SIGMAS.contains(&finding.code)) else { return finding };
     let extent = |agent: &AgentId| window.agents.get(agent)?.writing.extent;
-    let Some(own) = extent(&agent) else { return finding };
+    let Some(own) = extent(&agent).filter(|_| finding.is_fault()) else { return finding };
     let overlap = |[x, y]: [(f64, f64); 2]| {
         let meets = |(a, b): (f64, f64), (c, d): (f64, f64)| a <= d && c <= b;
         meets(x, own[0]) && meets(y, own[1])

@@ -30,6 +30,9 @@ const OFF_SHARE: f64 = 0.02;
 /// One or two objects in degrees move by less and by more: 500 m, and 2 m.
 const FEW_OBJECTS_APART: f64 = 0.005;
 const FEW_OBJECTS_MOVE: f64 = 2e-5;
+/// Objects that move along a line lie within less of it, and along it over more, m.
+const THIN_M: f64 = 0.5;
+const LONG_M: f64 = 10.0;
 /// No sensor's detections are further from it in the mean, m.
 const FURTHEST_MEAN_M: f64 = 500.0;
 /// Headings are turned by a constant angle from this on, rad; and it is a quarter or a half turn within this.
@@ -45,7 +48,7 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
         headings,
         swapped_sizes(one),
         velocities(one),
-        geodetic(one),
+        geodetic(one).or_else(|| one_spot(one)).or_else(|| flat(one)),
         off_origin(one),
         sigma_missing(one),
         far_from_sensor(one),
@@ -333,6 +336,35 @@ fn geodetic(one: &One<'_>) -> Option<Finding> {
              the longitude; where it is the latitude, `frame = \"wgs84-lat-lon\"`)"
         );
         one.fault(Code::Geodetic, says, change)
+    })
+}
+
+/// Vehicles of which several lie where there is room for one.
+fn one_spot(one: &One<'_>) -> Option<Finding> {
+    let writing = &one.survey.writing;
+    let is_of_vehicles = 2 * writing.vehicles > writing.detections;
+    let is_one_spot = is_of_vehicles && is_share(writing.several_in_one_spot, writing.several, AT_ONE_PLACE);
+    is_one_spot.then(|| {
+        let says = "its frames have several vehicles within a metre, where there is room for one: its positions are no metres, \
+                    but kilometres, degrees, or shares of an image";
+        one.fault(Code::LengthUnit, says.to_owned(), one.words("Send metres", "Write metres in the columns x and y"))
+    })
+}
+
+/// Places of several objects that are all on one line along an axis.
+fn flat(one: &One<'_>) -> Option<Finding> {
+    let writing = &one.survey.writing;
+    let [x, y] = writing.extent?;
+    let spread = [x, y].map(|(least, most)| most - least);
+    let thin = usize::from(spread[1] < spread[0]);
+    let is_flat = writing.several >= MIN_VALUES && spread[thin] < THIN_M && spread[1 - thin] > LONG_M;
+    is_flat.then(|| {
+        let (name, (least, most)) = (["x", "y"][thin], [x, y][thin]);
+        let says = format!("all its positions have {name} from {least:.2} to {most:.2} m");
+        let change = format!(
+            "Where it sees one lane along an axis, this is right. Otherwise: is {name} a height or a distance? x is east, y is north"
+        );
+        one.note(Code::Axes, says, change)
     })
 }
 
