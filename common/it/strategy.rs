@@ -241,7 +241,8 @@ fn map_frame() -> impl Strategy<Value = MapFrame> {
 
 fn name() -> impl Strategy<Value = String> {
     let letters = prop::sample::select("abcxyzABCXYZ0189-_.:".chars().collect::<Vec<_>>());
-    vec(letters, 1..=32).prop_map(String::from_iter)
+    let name = vec(letters, 1..=32).prop_map(String::from_iter);
+    name.prop_filter("as the name of a folder it means another one", |name| !matches!(&**name, "." | ".."))
 }
 
 /// Any nanosecond from 1970 to 2116: differences of two fit 64 bits.
