@@ -226,15 +226,12 @@ fn positions_far_from_all_others_are_reported() {
 }
 
 #[test]
-fn of_pixels_no_standard_deviation_is_advised_without_asking_for_the_unit_first() {
-    let findings =
-        found(|frame| each(frame, |one| (one.x, one.y) = (960.0 + 24.0 * one.x, 540.0 - 24.0 * one.y)));
-    let of_sigma =
-        findings.iter().filter(|one| matches!(one.code, Code::SigmaTooSmall | Code::SigmaTooLarge));
-    for one in of_sigma {
-        assert!(one.change.contains("are x and y metres in the map frame, and not pixels"), "{one}");
-    }
-    assert!(findings.iter().any(Finding::is_fault), "{findings:#?}");
+fn pixels_are_further_from_the_sensor_than_any_sees() {
+    let pixels = |one: &mut _| {
+        let super::crossing::Detection { x, y, .. } = one;
+        (*x, *y) = (960.0 + 24.0 * *x, 540.0 - 24.0 * *y);
+    };
+    assert_only(&found(|frame| each(frame, pixels)), Code::FarFromSensor, "not pixels or another unit");
 }
 
 #[test]

@@ -289,6 +289,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn where_others_see_the_same_area_and_none_agrees_the_advice_on_sigma_asks_for_the_unit_first() {
+        let [one, other] = ["a", "b"].map(|name| AgentId::new(name).unwrap());
+        let small = || Finding::fault(Code::SigmaTooSmall, one, "too small".to_owned(), "Write more");
+        let with = |fit: Fit, other_from_m: f64| {
+            let mut window = Window::default();
+            for (agent, from_m) in [(one, 0.0), (other, other_from_m)] {
+                let extent = [(from_m, from_m + 50.0); 2];
+                window.agent(agent).unwrap().writing.extent = Some(extent);
+            }
+            window.fits.insert([one, other], fit);
+            no_accuracy_unconfirmed(&window, small())
+        };
+        let asked = with(Fit::Unknown, 20.0);
+        assert!(
+            asked.is_fault() && asked.change.contains("not pixels") && asked.change.ends_with("Write more")
+        );
+        assert_eq!(with(Fit::Agree { clocks: false }, 20.0), small());
+        assert_eq!(with(Fit::Unknown, 200.0), small(), "of another area");
+    }
+
+    #[test]
     fn what_stands_and_nobody_else_sees_is_no_proof_of_accuracy() {
         let [one, other] = ["a", "b"].map(|name| AgentId::new(name).unwrap());
         let large = || Finding::fault(Code::SigmaTooLarge, one, "too large".to_owned(), "Write less");

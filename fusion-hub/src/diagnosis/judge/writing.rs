@@ -142,15 +142,13 @@ fn no_angles(one: &One<'_>) -> Option<Finding> {
         // Turns that nobody takes away.
         _ => return None,
     };
-    Some({
-        let says = format!("its headings (yaw, up to {written:.0}) are {guess}, and are read as {unit}");
-        let setting = yaw_setting(one, YawConvention { unit: AngleUnit::Deg, ..*yaw });
-        let change = match yaw.unit {
-            AngleUnit::Rad => format!("Send radians, or degrees and write {setting}"),
-            AngleUnit::Deg => "Send degrees, as its settings say".to_owned(),
-        };
-        one.fault(Code::Degrees, says, change)
-    })
+    let says = format!("its headings (yaw, up to {written:.0}) are {guess}, and are read as {unit}");
+    let setting = yaw_setting(one, YawConvention { unit: AngleUnit::Deg, ..*yaw });
+    let change = match yaw.unit {
+        AngleUnit::Rad => format!("Send radians, or degrees and write {setting}"),
+        AngleUnit::Deg => "Send degrees, as its settings say".to_owned(),
+    };
+    Some(one.fault(Code::Degrees, says, change))
 }
 
 /// By which conventions headings agree with the motion of what is seen.
