@@ -73,14 +73,14 @@ pub(crate) struct Listening<'a> {
 }
 
 impl Listening<'_> {
-    /// A frame as the hub reads it; `None` where it does not listen to its agent, or cannot read it.
-    fn read(&self, frame: &DetectionFrame) -> Option<DetectionFrame> {
+    /// A frame as the hub reads it; `None` where it does not listen to its agent.
+    fn read(&self, frame: &DetectionFrame) -> Result<Option<DetectionFrame>, WireError> {
         if !self.settings.listens_to(&frame.id.agent) {
-            return None;
+            return Ok(None);
         }
         let mut frame = frame.clone();
-        self.settings.of_agent(&frame.id.agent).conventions.convert(&mut frame).ok()?;
-        Some(frame)
+        self.settings.of_agent(&frame.id.agent).conventions.convert(&mut frame)?;
+        Ok(Some(frame))
     }
 }
 
@@ -121,7 +121,7 @@ impl Traffic {
             driver.describe(*agent, *description);
         }
         for Arrival { received_at, frame, .. } in &self.arrivals {
-            if let Some(frame) = listening.read(frame) {
+            if let Some(frame) = listening.read(frame)? {
                 driver.arrive(&frame, *received_at, &mut consumer)?;
             }
         }
