@@ -48,6 +48,8 @@ pub enum Code {
     Offset,
     /// A pose of the sensor that wanders by more than it says.
     PoseWanders,
+    /// The hub has begun again by itself.
+    BeganAgain,
     /// Frames with other detections under the number of another frame.
     PartialFrames,
     /// Frames that hold, to the last digit, what the one before held.

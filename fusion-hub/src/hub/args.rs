@@ -100,6 +100,12 @@ impl HubArgs {
         Ok(settings)
     }
 
+    /// A recording that another start of the program would overwrite, or end at.
+    pub(super) fn recording_that_is_in_the_way(&self) -> Option<PathBuf> {
+        let takes_next_number = (self.rotate_mb.is_some() || self.rotate_min.is_some()) && !self.force;
+        self.record.clone().filter(|_| !takes_next_number)
+    }
+
     /// The recording, if any: its file and how it is written.
     pub fn recording(&self) -> Option<(PathBuf, RecordingOptions)> {
         let path = self.record.clone()?;

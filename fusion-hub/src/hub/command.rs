@@ -1,7 +1,7 @@
 //! The hub as a command: runs a hub from its arguments, and reports life-cycle events to its launcher.
 
 use super::HubArgs;
-use super::again::Again;
+use super::again::{self, Again};
 use super::monitor::Monitor;
 use super::monitoring::{ReadyFile, Server};
 use super::run::{HubSetup, serve};
@@ -35,8 +35,9 @@ pub async fn run_with(
         session: args.session_options(),
         record: args.recording(),
         monitor: server.is_some().then(|| monitor.clone()),
+        began_again: again::times(),
     };
-    let again = Arc::new(Again::new(args.listen.clone()));
+    let again = Arc::new(Again::new(args.listen.clone(), args.recording_that_is_in_the_way()));
     Again::when_zenoh_is_broken(again.clone());
     let network = args.network;
     let metrics = server.as_ref().map(Server::address);

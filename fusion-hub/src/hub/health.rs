@@ -16,6 +16,8 @@ use v2x_common::time::{Span, Timestamp};
 
 /// After a start nobody is missed for so long.
 const PATIENCE: Span = Span::from_millis(5_000);
+/// A hub that has begun again says so for this long.
+const BEGAN_AGAIN_FOR: Span = Span::from_millis(600_000);
 /// Dropped frames, and samples that are not recorded, are reported for so long.
 const LATELY: Span = Span::from_millis(10_000);
 
@@ -40,6 +42,8 @@ impl Verdict {
 /// What was found at the last check.
 #[derive(Debug, Default)]
 pub(super) struct Health {
+    /// How often this process has begun again because Zenoh's code was broken.
+    began_again: u32,
     findings: Vec<Finding>,
     dropped: u64,
     dropped_at: Option<Timestamp>,
@@ -76,6 +80,11 @@ fn of_whom(finding: &Finding) -> String {
 }
 
 impl Health {
+    /// Of a hub whose process has begun again so often because Zenoh's code was broken.
+    pub(super) fn of(began_again: u32) -> Self {
+        Self { began_again, ..Self::default() }
+    }
+
     /// Checks the agents and the hub; warns of each fault when it begins, and says when it has ended.
     pub(super) fn check(&mut self, core: &mut Core, seen: &Seen<'_>, now: Timestamp) {
         core.diagnose(seen.roster.tokens(), now);
@@ -112,6 +121,7 @@ impl Health {
             findings.push(Finding::of_network(Code::Overload, says, change));
         }
         self.dropped = seen.dropped;
+        findings.extend(began_again(self.began_again, seen, now));
         findings.extend(seen.recording.as_ref().and_then(|recording| self.of_recording(recording, now)));
         findings.extend(self.denials.findings(seen.refused_by_zenoh.clone(), now));
         if seen.is_access_behind {
@@ -177,6 +187,20 @@ impl Health {
     pub(super) fn findings(&self) -> &[Finding] {
         &self.findings
     }
+}
+
+/// A hub that has begun again lately, by itself.
+fn began_again(times: u32, seen: &Seen<'_>, now: Timestamp) -> Option<Finding> {
+    let is_lately = now - seen.started_at < BEGAN_AGAIN_FOR;
+    (times > 0 && is_lately).then(|| {
+        let says = format!(
+            "this hub has begun again by itself, {} times since it was started: Zenoh's code was broken by what somebody sends",
+            times
+        );
+        let change = "No client of Zenoh sends such messages: keep out by a firewall who does, and revoke its certificate; SECURITY.md \
+                      says how the log shows who connects";
+        Finding::of_network(Code::BeganAgain, says, change)
+    })
 }
 
 /// Agents that the settings name, and that are not there.
@@ -275,6 +299,19 @@ mod tests {
             refused_by_zenoh: ZenohRefusals::default(),
             recording: None,
         }
+    }
+
+    #[test]
+    fn a_restart_by_itself_is_told_for_a_while() {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let roster = Roster::default();
+        let mut is_told = |began_again: u32, seconds: i64| {
+            let mut health = Health::of(began_again);
+            core.fused(at(seconds));
+            health.check(&mut core, &seen(&roster), at(seconds));
+            health.findings().iter().any(|one| one.code == Code::BeganAgain)
+        };
+        assert!(!is_told(0, 5) && is_told(2, 6) && !is_told(2, 700));
     }
 
     #[test]

@@ -64,6 +64,8 @@ pub struct HubSetup {
     pub record: Option<(PathBuf, RecordingOptions)>,
     /// Where it shows itself once a second, if anywhere.
     pub monitor: Option<Monitor>,
+    /// How often this process has begun again because Zenoh's code was broken.
+    pub began_again: u32,
 }
 
 /// Runs a hub in this process until shutdown; returns its last status.
@@ -158,11 +160,12 @@ struct Hub {
 
 impl Hub {
     async fn declare(
-        (HubSetup { network: network_id, mut settings, monitor, .. }, access): (HubSetup, Access),
+        (setup, access): (HubSetup, Access),
         engine: impl FnOnce(EngineConfig) -> Engine,
         session: &Session,
         recording: Option<RecordingFile>,
     ) -> Result<Self, HubError> {
+        let HubSetup { network: network_id, mut settings, monitor, began_again, .. } = setup;
         let started_at = clock::now();
         settings.engine.lineage = lineage_at(started_at);
         let keys = Keys::new(network_id);
@@ -193,7 +196,7 @@ impl Hub {
             settings,
             timing: Timing::new(),
             roster: Roster::default(),
-            health: Health::default(),
+            health: Health::of(began_again),
             turns: Turns::default(),
             network,
             locators: session::locators(session).await,

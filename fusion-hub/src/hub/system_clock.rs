@@ -106,6 +106,7 @@ mod tests {
             },
             record: None,
             monitor: Some(monitor.clone()),
+            began_again: 0,
         };
         let shutdown = CancellationToken::new();
         let read = || Span::from_micros(STEP_US.load(Ordering::Relaxed));

@@ -8,6 +8,7 @@ use std::path::Path;
 use v2x_agent::truth::{ObjectId, TrueObject};
 use v2x_common::class::Class;
 use v2x_common::geometry::{BevBox, angle_difference, wrap_angle};
+use v2x_common::reported::RawHeadings;
 use v2x_common::time::{Span, Timestamp};
 
 /// Required columns.
@@ -49,6 +50,7 @@ pub(crate) struct Truth {
     begin: Timestamp,
     end: Timestamp,
     unknown_classes: u64,
+    headings: RawHeadings,
 }
 
 /// The true objects at one time.
@@ -68,13 +70,14 @@ impl Truth {
     pub(crate) fn read(table: impl Read, path: &Path) -> Result<Self, CsvError> {
         let mut table = CsvTable::new(table, path, (&COLUMNS, &[]))?;
         let mut lives: BTreeMap<String, Life> = BTreeMap::new();
-        let mut unknown_classes = 0;
+        let (mut unknown_classes, mut headings) = (0, RawHeadings::default());
         while let Some(row) = table.next_row()? {
             let name = row.text("object_id");
             if name.is_empty() {
                 return Err(row.wrong("object_id", "an object's name or number"));
             }
             let (sample, class) = (sample(&row)?, row.class("class")?);
+            headings.note(sample.bev.yaw);
             unknown_classes += u64::from(class.is_none());
             if let Some(life) = lives.get_mut(name) {
                 life.samples.push(sample);
@@ -88,7 +91,7 @@ impl Truth {
         }
         let mut lives: Vec<Life> = lives.into_values().collect();
         lives.iter_mut().try_for_each(|life| life.sort(path))?;
-        Ok(Self::of(lives, unknown_classes))
+        Ok(Self { headings, ..Self::of(lives, unknown_classes) })
     }
 
     fn of(mut lives: Vec<Life>, unknown_classes: u64) -> Self {
@@ -101,7 +104,17 @@ impl Truth {
             begin: begin.unwrap_or(Timestamp::MAX),
             end: end.unwrap_or(Timestamp::MIN),
             unknown_classes,
+            headings: RawHeadings::default(),
         }
+    }
+
+    /// The largest heading where they are degrees and no radians: those are rarely beyond a turn, and by little.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(crate) fn degrees(&self) -> Option<f64> {
+        const DEGREES_SHARE: f64 = 0.3;
+        const MOST_RADIANS: f64 = 15.0;
+        let RawHeadings { n, beyond_a_turn, largest, .. } = self.headings;
+        (beyond_a_turn as f64 >= DEGREES_SHARE * n as f64 && largest >= MOST_RADIANS).then_some(largest)
     }
 
     /// The time from the first to the last row. Outside of it the truth is unknown. Without any row it ends before it begins.

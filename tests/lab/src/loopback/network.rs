@@ -60,7 +60,7 @@ impl Network {
         let id = unique_id();
         let listen = vec!["tcp/127.0.0.1:0".to_owned()];
         let session = SessionOptions { listen, ..SessionOptions::default() };
-        let setup = HubSetup { network: id, settings, session, record: None, monitor: None };
+        let setup = HubSetup { network: id, settings, session, record: None, monitor: None, began_again: 0 };
         let shutdown = CancellationToken::new();
         // From here on, dropping `self` ends the hub, also after an error.
         let guard = shutdown.clone().drop_guard();

@@ -1,5 +1,6 @@
 //! The lists of objects: the live one, and the second one that is a lag behind. Each has a file and a score.
 
+use super::truth_check::Diagnoses;
 use crate::data::truth_table::Truth;
 use crate::drive::driver::Consumer;
 use crate::drive::ticks::Ticks;
@@ -14,7 +15,6 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
-use v2x_fusion_hub::diagnosis::Survey as Diagnosis;
 
 /// The ground truth, and where it is complete.
 pub(super) type Known = (Truth, Option<Region>);
@@ -113,7 +113,7 @@ impl LaggedList {
 pub(super) struct Sink<'a> {
     pub(super) live: List,
     pub(super) lagged: Option<LaggedList>,
-    pub(super) diagnosis: &'a RefCell<Diagnosis>,
+    pub(super) diagnosis: &'a RefCell<Diagnoses>,
 }
 
 impl Consumer for Sink<'_> {

@@ -3,6 +3,7 @@
 pub(crate) mod args;
 mod lists;
 mod page;
+mod truth_check;
 mod unpublished;
 mod unusable;
 mod words;
@@ -22,9 +23,10 @@ use page::{Collected, Seen};
 use std::cell::RefCell;
 use std::fs::File;
 use std::path::Path;
+use truth_check::Diagnoses;
 use unpublished::Unpublished;
 use v2x_common::time::Span;
-use v2x_fusion_hub::diagnosis::{Finding, Observation, Source, Surroundings, Survey as Diagnosis, Tokens};
+use v2x_fusion_hub::diagnosis::{Finding, Observation, Source, Surroundings, Tokens};
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
 use v2x_fusion_hub::fusion::Fusion;
 
@@ -52,7 +54,7 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     for (option, _) in positions.iter().filter(|(_, is_given)| *is_given && !log.has_poses()) {
         tracing::warn!("without the columns sensor_x and sensor_y {option} has no effect");
     }
-    let diagnosis = RefCell::default();
+    let diagnosis = RefCell::new(Diagnoses::new(truth.as_ref()));
     let (mut sink, mut progress) =
         (sink(args, (truth.as_ref(), second_lag), &diagnosis)?, Progress::begin("KiB"));
     let (mut survey, mut unpublished) = (Survey::default(), Unpublished::default());
@@ -73,9 +75,13 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let (counts, engine) = outcome?;
     let Sink { live, lagged: second, .. } = sink;
     ensure!(counts.frames > 0, "{} holds no detections", args.detections.display());
-    let mut diagnosis = diagnosis.into_inner();
-    diagnosis.conclude(&Surroundings { engine: &engine, tokens: &Tokens::default(), source: Source::Log });
-    let mut findings = words::findings(&log, &survey, (diagnosis.findings(), has_memory));
+    let around = Surroundings { engine: &engine, tokens: &Tokens::default(), source: Source::Log };
+    let (of_log, of_truth) = diagnosis.into_inner().conclude(&around);
+    let mut findings = words::findings(&log, &survey, (&of_log, has_memory));
+    // What is wrong with the log is the likelier cause.
+    if !findings.iter().any(Finding::is_fault) {
+        findings.extend(of_truth);
+    }
     if live.is_empty() {
         unusable::check((&args.detections, &log), &counts, (&survey, &findings))?;
         findings.extend(unpublished.finding());
@@ -113,7 +119,7 @@ fn warnings(findings: &[Finding], has_settings: bool) -> Vec<String> {
 fn sink<'a>(
     args: &FuseArgs,
     (truth, second_lag): (Option<&Known>, Option<Span>),
-    diagnosis: &'a RefCell<Diagnosis>,
+    diagnosis: &'a RefCell<Diagnoses>,
 ) -> anyhow::Result<Sink<'a>> {
     let path = second_lag.and_then(|_| args.lagged_path());
     let outputs =
@@ -194,3 +200,5 @@ fn is_same(a: &Path, b: &Path) -> bool {
 mod column_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod truth_tests;
