@@ -82,3 +82,18 @@ fn unknown_classes_impossible_values_and_refusals_are_reported_with_their_names(
         "{late:#?}"
     );
 }
+
+#[test]
+fn each_vehicle_reported_twice_is_a_note() {
+    let twice = found(|frame| {
+        let again = frame.detections.iter().map(|one| {
+            let mut one = one.clone();
+            (one.x, one.y) = (one.x + 0.4, one.y + 0.3);
+            one
+        });
+        let again: Vec<_> = again.collect();
+        frame.detections.extend(again);
+    });
+    let note = twice.iter().find(|one| one.code == Code::Twins);
+    assert!(note.is_some_and(|one| !one.is_fault() && one.says.contains("within another one")), "{twice:#?}");
+}

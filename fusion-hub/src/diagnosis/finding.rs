@@ -50,6 +50,8 @@ pub enum Code {
     PoseWanders,
     /// The hub has begun again by itself.
     BeganAgain,
+    /// Vehicles within each other in one frame.
+    Twins,
     /// Frames with other detections under the number of another frame.
     PartialFrames,
     /// Frames that hold, to the last digit, what the one before held.

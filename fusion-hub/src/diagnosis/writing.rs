@@ -9,6 +9,8 @@ use v2x_common::time::Span;
 
 /// Detections in degrees of longitude and latitude lie this close together, in what is read as metres: 5 km.
 pub(super) const DEGREES_APART: f64 = 0.05;
+/// Frames of more detections are not searched for twins.
+const MAX_LOOKED_AT: usize = 64;
 /// Several bodies have no room within this, m.
 const ONE_SPOT_M: f64 = 1.0;
 
@@ -31,6 +33,10 @@ pub(super) struct Writing {
     pub(super) sigma_is_set: bool,
     pub(super) vehicles: u64,
     pub(super) wide_vehicles: u64,
+    /// Those whose middle lies within another one of the same frame; of frames with not too many.
+    pub(super) twin_vehicles: u64,
+    /// Vehicles of such frames.
+    pub(super) looked_at: u64,
     /// Frames of three detections or more, and those of them whose detections all lie within [`DEGREES_APART`].
     pub(super) several: u64,
     pub(super) several_at_one_place: u64,
@@ -72,6 +78,9 @@ impl Writing {
             self.vehicles += 1;
             self.wide_vehicles += u64::from(vehicle.bev.w > vehicle.bev.d);
         }
+        if detections.len() <= MAX_LOOKED_AT {
+            self.note_twins(detections);
+        }
         let places = detections.iter().map(|one| [one.bev.x, one.bev.y]);
         if let Some(pose) = seen.frame.sensor_pose {
             let ranges = detections.iter().map(|one| pose.distance_to(one.bev.x, one.bev.y));
@@ -98,6 +107,20 @@ impl Writing {
             let lie_within = |apart: f64| u64::from(here.iter().all(|(least, most)| most - least < apart));
             self.several_at_one_place += lie_within(DEGREES_APART);
             self.several_in_one_spot += lie_within(ONE_SPOT_M);
+        }
+    }
+
+    fn note_twins(&mut self, detections: &[Detection]) {
+        for (n, one) in detections.iter().enumerate().filter(|(_, one)| is_vehicle(one)) {
+            self.looked_at += 1;
+            // Bodies touch where their middles are as far apart as they are wide; these overlap by half at least.
+            let is_twin = |other: &&Detection| {
+                let apart = libm::hypot(one.bev.x - other.bev.x, one.bev.y - other.bev.y);
+                let widths = [one, other].map(|one| one.bev.w.min(one.bev.d));
+                apart < (widths[0] + widths[1]) / 4.0
+            };
+            let mut before = detections[..n].iter().filter(|other| is_vehicle(other));
+            self.twin_vehicles += u64::from(before.any(|other| is_twin(&other)));
         }
     }
 

@@ -108,6 +108,7 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
             || (one.code == Code::FarFromSensor && (places_are_wrong || has_one(agent, &[Code::FarAway])))
+            || (one.code == Code::Twins && (places_are_wrong || has_one(agent, &[Code::Feedback])))
             || (has_one(agent, &[Code::FarFromSensor]) && SIGMAS.contains(&one.code))
             || (has_one(agent, &[Code::LengthUnit])
                 && [Code::FarAway, Code::Velocities, Code::ImpossibleDetections].contains(&one.code))

@@ -33,6 +33,8 @@ const FEW_OBJECTS_MOVE: f64 = 2e-5;
 /// Objects that move along a line lie within less of it, and along it over more, m.
 const THIN_M: f64 = 0.5;
 const LONG_M: f64 = 10.0;
+/// Vehicles that lie within others are reported from this share on.
+const TWINS_SHARE: f64 = 0.1;
 /// No sensor's detections are further from it in the mean, m.
 const FURTHEST_MEAN_M: f64 = 500.0;
 /// Headings are turned by a constant angle from this on, rad; and it is a quarter or a half turn within this.
@@ -52,6 +54,7 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
         off_origin(one),
         sigma_missing(one),
         far_from_sensor(one),
+        twins(one),
     ];
     all.into_iter().flatten().collect()
 }
@@ -107,6 +110,17 @@ fn degrees(one: &One<'_>) -> Option<Finding> {
             _ => String::new(),
         };
         one.fault(Code::Degrees, says, format!("{send}, or write {setting}{rest}"))
+    })
+}
+
+/// Vehicles that lie within each other: a detector's boxes of one object, or objects that have gone and are sent on.
+fn twins(one: &One<'_>) -> Option<Finding> {
+    let writing = &one.survey.writing;
+    let (n, all) = (writing.twin_vehicles, writing.looked_at);
+    is_share(n, all, TWINS_SHARE).then(|| {
+        let says = format!("{n} of {all} vehicles lie within another one of the same frame, where there is room for one");
+        let change = "Does its detector suppress what overlaps (NMS)? The hub takes them for one object as far as it can";
+        one.note(Code::Twins, says, change)
     })
 }
 
