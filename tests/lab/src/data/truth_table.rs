@@ -77,7 +77,8 @@ impl Truth {
                 return Err(row.wrong("object_id", "an object's name or number"));
             }
             let (sample, class) = (sample(&row)?, row.class("class")?);
-            headings.note(sample.bev.yaw);
+            // As it is written: read, it is wrapped.
+            headings.note(row.number("yaw", f64::is_finite, "an angle in rad")?);
             unknown_classes += u64::from(class.is_none());
             if let Some(life) = lives.get_mut(name) {
                 life.samples.push(sample);
