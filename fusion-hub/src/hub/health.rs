@@ -194,8 +194,7 @@ fn began_again(times: u32, seen: &Seen<'_>, now: Timestamp) -> Option<Finding> {
     let is_lately = now - seen.started_at < BEGAN_AGAIN_FOR;
     (times > 0 && is_lately).then(|| {
         let says = format!(
-            "this hub has begun again by itself, {} times since it was started: Zenoh's code was broken by what somebody sends",
-            times
+            "this hub has begun again by itself, {times} times since it was started: Zenoh's code was broken by what somebody sends"
         );
         let change = "No client of Zenoh sends such messages: keep out by a firewall who does, and revoke its certificate; SECURITY.md \
                       says how the log shows who connects";

@@ -137,10 +137,16 @@ impl Sighting {
         let detections = frame.detections.iter().take(MAX_SPOTS);
         let spots = detections.map(|one| {
             let (at, position) = ([one.bev.x, one.bev.y], one.covariance.position);
-            let velocity = moving.velocity_at(at, frame.captured_at, MOVED_M).unwrap_or_default();
+            // Where no object is near, as its clock is off by far, it moves as the detection says.
+            let reported = || one.velocity.map(|velocity| [velocity.x, velocity.y]);
+            let fused = moving.velocity_at(at, frame.captured_at, MOVED_M);
+            let velocity = fused.or_else(reported).unwrap_or_default();
             Spot { at, velocity, variance: f64::midpoint(position.xx, position.yy) }
         });
-        let is_place = |spot: &Spot| spot.at.iter().all(|one| one.is_finite()) && spot.variance.is_finite();
+        let is_place = |spot: &Spot| {
+            let of_place = spot.at.iter().chain(&spot.velocity);
+            of_place.chain([&spot.variance]).all(|one| one.is_finite())
+        };
         Self {
             captured_at: frame.captured_at,
             pose: frame.sensor_pose,

@@ -68,12 +68,13 @@ fn truth(edit: impl Fn(&mut Car)) -> String {
 fn a_truth_in_other_units_of_another_place_or_time_is_told_and_a_right_one_is_not() {
     let folder = Folder::new("truth-check");
     let log = log();
-    let warnings = |edit: &dyn Fn(&mut Car)| {
+    type Edit<'a> = &'a dyn Fn(&mut Car);
+    let warnings = |edit: Edit<'_>| {
         let report = run(&folder.args(&log, Some(&truth(edit)))).unwrap();
         report.warnings.into_iter().filter(|one| one.contains("truth")).collect::<Vec<_>>()
     };
     assert_eq!(warnings(&|_| {}), Vec::<String>::new());
-    let wrong: [(&str, &dyn Fn(&mut Car)); 7] = [
+    let wrong: [(&str, Edit<'_>); 7] = [
         ("degrees", &|car| car.yaw = car.yaw.to_degrees().rem_euclid(360.0)),
         ("clockwise", &|car| car.yaw = FRAC_PI_2 - car.yaw),
         ("wider than long", &|car| std::mem::swap(&mut car.w, &mut car.d)),
