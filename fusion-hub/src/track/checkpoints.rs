@@ -12,7 +12,7 @@ use v2x_common::time::{Span, Timestamp};
 const LEAST_SPACING: usize = 4;
 const LEAST_APART: Span = Span::from_millis(5);
 /// Most items of evidence between two checkpoints to which late evidence can still come.
-const MOST_SPACING: usize = 16;
+const MOST_SPACING: usize = 64;
 /// A replay becomes longer by one part in so many, at most, because checkpoints are sparse; by half of it on average.
 const SPACING_SHARE: usize = 16;
 /// Where no late evidence can come any more two checkpoints are at most so far apart: evidence is folded at one of them, and

@@ -8,10 +8,12 @@ mod contributors;
 mod evidence;
 mod frame_store;
 mod orientation;
+mod past;
 mod pre_merge;
 mod replay;
 mod smoother;
 mod snapshot;
+mod together;
 #[expect(clippy::module_inception, reason = "the track of the layer of tracks")]
 mod track;
 
@@ -21,6 +23,7 @@ pub use contributors::{Contributor, Contributors};
 pub use evidence::{Evidence, FrameSlot};
 pub use frame_store::{FrameStore, SensedFrame, StoredFrame};
 pub(crate) use orientation::Read;
+pub(crate) use past::PastReader;
 pub use pre_merge::PreMergeTracks;
 pub(crate) use replay::Replayer;
 pub use smoother::{FixedLagSmoother, SmoothedTrack};

@@ -1,95 +1,41 @@
-//! Replay of late evidence: of one track, one item after the other; of several tracks together, each applies its next
-//! detection, then each the one after it, because several of them fit into one instruction. The bits are the same.
+//! Replay of late evidence: of one track, one item after the other; of several tracks together.
 
 use super::TrackContext;
-use super::application::{HeldDetection, apply, close, initial, open};
-use super::orientation::Read;
+use super::application::{apply, initial};
+use super::evidence::Evidence;
+use super::snapshot::Snapshot;
+use super::together::{Run, Source, TOGETHER, Together};
 use super::track::Track;
-use crate::filter::{Due, Filter};
-use crate::values::{CompactMeasurement, Measurement, PositionInnovation};
-use v2x_common::class::Class;
+use crate::filter::Filter;
+use crate::values::CompactMeasurement;
 use v2x_common::time::Timestamp;
 
-/// Tracks that are replayed together: so many stay in the nearest memory.
-const TOGETHER: usize = 16;
 /// From so many tracks on it is faster together.
 const FEWEST: usize = 2;
 
 /// Measurements that are fetched together before a replay: each lies in another frame, and fetching them one by one
 /// waits for the memory each time.
 const GATHERED: usize = 16;
-/// How far a replay is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Progress {
-    /// Items that are applied.
-    count: usize,
-}
 
 impl<F: Filter> Track<F> {
-    /// Sets it back to before its late items; how far it is then. `None` where it has none.
-    pub(super) fn begin_replay(&mut self, context: &TrackContext<'_>) -> Option<Progress> {
+    /// Sets it back to before its late items; how many are applied then. `None` where it has none.
+    fn begin_replay(&mut self, context: &TrackContext<'_>) -> Option<usize> {
         let place = self.stale_from.take()?;
         self.checkpoints.truncate(place);
-        let count = self.rewind(context)?;
-        Some(Progress { count })
+        self.rewind(context)
     }
 
-    /// Applies missed detections up to the next detection; whether there is one.
-    pub(super) fn reaches_detection(&mut self, progress: &mut Progress, context: &TrackContext<'_>) -> bool {
-        while let Some(item) = self.evidence.get(progress.count) {
-            if item.is_detection() {
-                return true;
-            }
-            let item = *item;
-            apply(&mut self.head, (&item, None), None, context);
-            self.note_applied(progress, item.captured_at);
-        }
-        false
-    }
-
-    /// The time of the next detection, and the class of its motion, where it must be predicted to then.
-    pub(super) fn due_at(
-        &self,
-        progress: &Progress,
-        context: &TrackContext<'_>,
-    ) -> Option<(Timestamp, Class)> {
-        let at = self.evidence.get(progress.count)?.captured_at;
-        let is_due = (at - self.head.state.at()).abs() > context.synchronous;
-        is_due.then(|| (at, self.head.motion_class()))
-    }
-
-    /// Reads the next detection, before the update of the predicted state.
-    pub(super) fn open_at(&mut self, progress: &Progress, context: &TrackContext<'_>) -> Option<Read> {
-        let item = self.evidence.get(progress.count)?;
-        let detection = HeldDetection { item, held: context.frames.held(item)? };
-        Some(open(&mut self.head, detection, context))
-    }
-
-    /// After the update of the state by the next detection.
-    pub(super) fn close_at(
-        &mut self,
-        progress: &mut Progress,
-        (read, innovation): (&Read, &PositionInnovation),
-        context: &TrackContext<'_>,
-    ) {
-        let Some(item) = self.evidence.get(progress.count).copied() else { return };
-        if let Some(held) = context.frames.held(&item) {
-            close(&mut self.head, HeldDetection { item: &item, held }, (read, innovation), context);
-        }
-        self.note_applied(progress, item.captured_at);
-    }
-
-    fn note_applied(&mut self, progress: &mut Progress, at: Timestamp) {
-        progress.count += 1;
-        let (count, total) = (progress.count, self.evidence.len());
+    /// Keeps a checkpoint after so many items, the last one of them of this time, where that is due.
+    fn keep(&mut self, (count, at): (usize, Timestamp), known: &Snapshot<F>) {
+        let total = self.evidence.len();
         if self.checkpoints.is_due((count, at), total) {
-            self.checkpoints.push((count, at), &self.head, total);
+            self.checkpoints.push((count, at), known, total);
         }
     }
 
     /// Applies late items at their own times, and every later one again after them.
     pub fn replay(&mut self, context: &TrackContext<'_>) {
-        let Some(Progress { mut count }) = self.begin_replay(context) else { return };
+        let Some(mut count) = self.begin_replay(context) else { return };
         let total = self.evidence.len();
         let mut gathered = [CompactMeasurement::BLANK; GATHERED];
         while count < total {
@@ -124,65 +70,54 @@ impl<F: Filter> Track<F> {
     }
 }
 
-/// Replays tracks. The memory is used again.
-#[derive(Debug, Default)]
-pub(crate) struct Replayer {
-    /// Tracks that are not at their end, by place, and how far each is.
-    running: Vec<(usize, Progress)>,
-    due: Vec<Due>,
-    measurements: Vec<(usize, Measurement)>,
-    reads: Vec<Read>,
-    innovations: Vec<Option<PositionInnovation>>,
+/// Tracks that are being replayed.
+struct Replayed<'a, F>(&'a mut [Track<F>]);
+
+impl<F: Filter> Source<F> for Replayed<'_, F> {
+    #[inline(always)]
+    fn item(&self, track: usize, number: usize) -> Option<&Evidence> {
+        self.0[track].item(number)
+    }
+
+    #[inline(always)]
+    fn note_applied(&mut self, run: &Run<F>, at: Timestamp) {
+        self.0[run.track].keep((run.count, at), &run.known);
+    }
 }
 
-impl Replayer {
+/// Replays tracks. The memory is used again.
+#[derive(Debug)]
+pub(crate) struct Replayer<F> {
+    runs: Vec<Run<F>>,
+    together: Together,
+}
+
+impl<F> Default for Replayer<F> {
+    fn default() -> Self {
+        Self { runs: Vec::new(), together: Together::default() }
+    }
+}
+
+impl<F: Filter> Replayer<F> {
     /// Replays the tracks at these places.
-    pub(crate) fn replay<F: Filter>(
-        &mut self,
-        tracks: &mut [Track<F>],
-        places: &[usize],
-        context: &TrackContext<'_>,
-    ) {
+    pub(crate) fn replay(&mut self, tracks: &mut [Track<F>], places: &[usize], context: &TrackContext<'_>) {
         if !F::TOGETHER || places.len() < FEWEST {
             places.iter().for_each(|place| tracks[*place].replay(context));
             return;
         }
+        let Self { runs, together } = self;
         for places in places.chunks(TOGETHER) {
-            self.running.clear();
-            for place in places {
-                self.running.extend(tracks[*place].begin_replay(context).map(|progress| (*place, progress)));
-            }
-            while self.step(tracks, context) {}
-        }
-    }
-
-    /// Applies the next detection of each track; whether there was one.
-    fn step<F: Filter>(&mut self, tracks: &mut [Track<F>], context: &TrackContext<'_>) -> bool {
-        let Self { running, due, measurements, reads, innovations } = self;
-        running.retain_mut(|(place, progress)| tracks[*place].reaches_detection(progress, context));
-        due.clear();
-        due.extend(running.iter().filter_map(|(place, progress)| {
-            let (to, class) = tracks[*place].due_at(progress, context)?;
-            Some(Due { place: *place, class, to })
-        }));
-        F::predict_some(tracks, due);
-        measurements.clear();
-        reads.clear();
-        for (place, progress) in running.iter() {
-            // There is a detection, else the track would not run any more.
-            let Some(read) = tracks[*place].open_at(progress, context) else { continue };
-            measurements.push((*place, read.z));
-            reads.push(read);
-        }
-        innovations.clear();
-        innovations.resize(reads.len(), None);
-        F::update_some(tracks, measurements, |number, innovation| innovations[number] = Some(innovation));
-        for (((place, progress), read), innovation) in running.iter_mut().zip(reads).zip(innovations) {
-            if let Some(innovation) = innovation {
-                tracks[*place].close_at(progress, (read, innovation), context);
+            runs.clear();
+            runs.extend(places.iter().filter_map(|place| {
+                let track = &mut tracks[*place];
+                let count = track.begin_replay(context)?;
+                Some(Run { track: *place, count, end: track.evidence.len(), known: track.head })
+            }));
+            together.run(runs, &mut Replayed(tracks), context);
+            for run in runs.iter() {
+                tracks[run.track].head = run.known;
             }
         }
-        !running.is_empty()
     }
 }
 
@@ -190,7 +125,7 @@ impl Replayer {
 mod tests {
     use super::*;
     use crate::filter::{ImmState, State};
-    use crate::track::{Evidence, FrameStore, Rollback, SensedFrame};
+    use crate::track::{FrameStore, PastReader, Rollback, SensedFrame};
     use crate::values::{AgentNames, DetectionModel, HeadingLaw, SensingDefaults, SensorModel};
     use proptest::prelude::*;
     use v2x_common::class::Class;
@@ -198,7 +133,7 @@ mod tests {
     use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
     use v2x_common::geometry::BevBox;
     use v2x_common::id::{AgentId, FrameId, TrackId};
-    use v2x_common::time::{Span, Timestamp};
+    use v2x_common::time::Span;
 
     /// What an object is reported as in a frame; `None` where it is missed.
     type Report = Option<(f64, f64, bool)>;
@@ -274,6 +209,14 @@ mod tests {
             let mut track = Track::new(TrackId(number), items[0], None, &context);
             items[1..].iter().for_each(|item| track.insert(*item, None, &context));
             together.push(track);
+        }
+        let places: Vec<_> = (0..together.len()).collect();
+        let mut reader = PastReader::default();
+        for ms in [100, 450, 700, 2000] {
+            let at = Timestamp::EPOCH + Span::from_millis(1000 + ms);
+            let read = reader.read(&together, (&places, at), &context).copied().collect::<Vec<_>>();
+            let expected: Vec<_> = together.iter().map(|track| track.filtered_at(at, &context)).collect();
+            assert_eq!(format!("{read:?}"), format!("{expected:?}"), "estimates at {ms} ms");
         }
         let mut alone = together.clone();
         let stale: Vec<_> = (0..together.len()).filter(|place| together[*place].is_stale()).collect();

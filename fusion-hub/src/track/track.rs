@@ -5,6 +5,7 @@ use super::checkpoints::Checkpoints;
 use super::context::{Horizon, Rollback, TrackContext};
 use super::evidence::{Evidence, FrameSlot};
 use super::orientation::Read;
+use super::together::Run;
 use super::{ClassReports, Contributors, Snapshot};
 use crate::filter::{Filter, Holds};
 use crate::values::{ParticleSet, PositionInnovation};
@@ -241,6 +242,26 @@ impl<F: Filter> Track<F> {
     pub fn filtered_at(&self, at: Timestamp, context: &TrackContext<'_>) -> Snapshot<F> {
         let count = self.evidence.partition_point(|item| item.captured_at <= at);
         if count == self.evidence.len() { self.head } else { self.after(count, context) }
+    }
+
+    /// The way to that estimate from the last one that is held; `place` is the track's own.
+    pub(super) fn run_to(&self, at: Timestamp, place: usize, context: &TrackContext<'_>) -> Run<F> {
+        let end = self.evidence.partition_point(|item| item.captured_at <= at);
+        let held = if end == self.evidence.len() {
+            Some((end, &self.head))
+        } else {
+            self.checkpoints.last_within(end).filter(|_| F::TOGETHER)
+        };
+        match held {
+            Some((count, known)) => Run { track: place, count, end, known: *known },
+            None => Run { track: place, count: end, end, known: self.after(end, context) },
+        }
+    }
+
+    /// An item of the evidence that is not folded, by its number.
+    #[inline(always)]
+    pub(super) fn item(&self, number: usize) -> Option<&Evidence> {
+        self.evidence.get(number)
     }
 
     /// The evidence up to and including a time, and that after it; folded evidence is not held any more.

@@ -4,7 +4,7 @@ use super::config::{Lifetimes, TrackerConfig};
 use super::store::TrackStore;
 use super::whereabouts::Whereabouts;
 use crate::filter::{Due, Filter};
-use crate::track::{FrameSlot, StoredFrame, Track, TrackContext};
+use crate::track::{FrameSlot, PastReader, Snapshot, StoredFrame, Track, TrackContext};
 use crate::values::{Coast, Coverage, ExpectedPlace, Measurement, PredictedMeasurement, SharedError};
 use v2x_common::class::Class;
 use v2x_common::time::{Span, Timestamp};
@@ -34,6 +34,17 @@ pub(crate) struct Predictions<F> {
     due: Vec<Due>,
     /// What else is known of the tracks, until they are predicted.
     estimates: Vec<Known>,
+    concerned: Concerned<F>,
+}
+
+/// The tracks that a frame can concern. The memory is used again.
+#[derive(Debug)]
+struct Concerned<F> {
+    /// Indices in the track store.
+    all: Vec<usize>,
+    /// Of these, tracks that know of later times than the frame's.
+    later: Vec<usize>,
+    past: PastReader<F>,
 }
 
 /// What is known of a track beside its state.
@@ -54,7 +65,14 @@ impl<F> Default for Predictions<F> {
             measurements: Vec::new(),
             due: Vec::new(),
             estimates: Vec::new(),
+            concerned: Concerned::default(),
         }
+    }
+}
+
+impl<F> Default for Concerned<F> {
+    fn default() -> Self {
+        Self { all: Vec::new(), later: Vec::new(), past: PastReader::default() }
     }
 }
 
@@ -90,6 +108,34 @@ impl PredictionLimits {
     }
 }
 
+impl<F: Filter> Concerned<F> {
+    fn begin(&mut self) {
+        self.all.clear();
+        self.later.clear();
+    }
+
+    fn add(&mut self, index: usize, knows_later: bool) {
+        self.all.push(index);
+        self.later.extend(knows_later.then_some(index));
+    }
+
+    /// Calls `take` with the index of each and its estimate by the evidence up to a time.
+    fn estimates(
+        &mut self,
+        tracks: &[Track<F>],
+        at: Timestamp,
+        context: &TrackContext<'_>,
+        mut take: impl FnMut(usize, &Snapshot<F>),
+    ) {
+        let Self { all, later, past } = self;
+        let mut later = later.iter().zip(past.read(tracks, (later, at), context)).peekable();
+        for index in all {
+            let past = later.next_if(|(known, _)| *known == index).map(|(_, estimate)| estimate);
+            take(*index, past.unwrap_or_else(|| tracks[*index].latest()));
+        }
+    }
+}
+
 impl<F: Filter> Predictions<F> {
     /// Predicts the tracks that a frame can concern to its capture time.
     pub(crate) fn predict(
@@ -103,15 +149,21 @@ impl<F: Filter> Predictions<F> {
         let at = frame.stored.captured_at;
         let Some(region) = Region::of(frame) else { return };
         let (tracks, whereabouts) = tracks.with_whereabouts();
+        let mut concerned = std::mem::take(&mut self.concerned);
+        concerned.begin();
         for (index, whereabouts) in whereabouts.iter().enumerate() {
             if !whereabouts.concerns_all && !region.may_hold(whereabouts, at) {
                 continue;
             }
             let track = &tracks[index];
             if !limits.leave_out(track) {
-                self.take_in((index, track), frame, limits, context);
+                concerned.add(index, !track.is_newest(at));
             }
         }
+        concerned.estimates(tracks, at, context, |index, estimate| {
+            self.take_in((index, &tracks[index], estimate), at, limits, context);
+        });
+        self.concerned = concerned;
         // All at once: several of them fit into one instruction.
         F::predict_some(&mut self.states, &self.due);
         let Self { states, measurements, estimates, .. } = self;
@@ -125,22 +177,14 @@ impl<F: Filter> Predictions<F> {
         }
     }
 
-    /// Takes in a track, to be predicted.
+    /// Takes in a track with its estimate by the evidence up to a time, to be predicted to that.
     fn take_in(
         &mut self,
-        (index, track): (usize, &Track<F>),
-        frame: &FrameView<'_>,
+        (index, track, estimate): (usize, &Track<F>, &Snapshot<F>),
+        at: Timestamp,
         limits: &PredictionLimits,
         context: &TrackContext<'_>,
     ) {
-        let at = frame.stored.captured_at;
-        let past;
-        let estimate = if track.is_newest(at) {
-            track.latest()
-        } else {
-            past = track.filtered_at(at, context);
-            &past
-        };
         // A track of low existence may only be waiting for late data: it is predicted too, and costs more.
         let away = (at - estimate.state.at()).abs();
         if away > limits.memory && track.holders.is_all() {

@@ -43,7 +43,7 @@ pub(crate) struct TrackStore<F> {
     /// Places of tracks with late evidence. The memory is used again.
     stale: Vec<usize>,
     #[serde(skip)]
-    replayer: Replayer,
+    replayer: Replayer<F>,
     /// Of the tracks that are being updated, by number. The memory is used again.
     #[serde(skip)]
     innovations: Vec<(usize, PositionInnovation)>,

@@ -1,7 +1,7 @@
 //! Many objects, four at a time ([`super::lanes`]). What is left over at the end is repeated in the lanes that it does not need.
 
 use super::gaussian::PoseReport;
-use super::lanes::array_of;
+use super::lanes::apart;
 use super::likelihood::Symmetric;
 use super::output::{Moments, MomentsOf, Place, PlaceOf, moments_of, place};
 use super::params::Params;
@@ -83,8 +83,9 @@ fn predict<S: Simd, F: AsRef<Imm> + AsMut<Imm>, T: Holds<F>>(
     let objects = [&all[a.0], &all[b.0], &all[c.0], &all[d.0]].map(|object| object.state().as_ref());
     let mut lanes = Imm::in_lanes(simd, objects);
     lanes.pass(&passage);
+    let moved = lanes.apart();
     for (lane, (place, _)) in alike.iter().enumerate() {
-        lanes.put_into(all[*place].state_mut().as_mut(), lane);
+        *all[*place].state_mut().as_mut() = moved[lane];
     }
 }
 
@@ -139,8 +140,9 @@ fn update<S: Simd, F: AsRef<Imm> + AsMut<Imm>, T: Holds<F>>(
     let PlaceOf { position, covariance, .. } = place(&lanes.places());
     let likelihoods = lanes.update_pose(&pose_reports(simd, reports.map(|(_, z)| z)));
     lanes.settle(&likelihoods);
+    let updated = lanes.apart();
     for (lane, (place, _)) in reports.iter().enumerate() {
-        lanes.put_into(objects[*place].state_mut().as_mut(), lane);
+        *objects[*place].state_mut().as_mut() = updated[lane];
     }
     std::array::from_fn(|lane| {
         let (z, [x, y]) = (&reports[lane].1, position.map(|coordinate| coordinate[lane]));
@@ -204,8 +206,9 @@ pub(in crate::filter) fn moments_of_all<T: AsRef<Imm>>(all: &[T], mut take: impl
 fn moments<S: Simd>(simd: S, objects: [&Imm; LANES]) -> [Moments; LANES] {
     let lanes = Imm::in_lanes(simd, objects);
     let MomentsOf { mean, covariance, yaw, yaw_variance } = moments_of(&lanes.kinematics(), &lanes.places());
+    let (means, covariances) = (apart(&mean), apart(&covariance));
     std::array::from_fn(|lane| {
-        let (mean, covariance) = (array_of(&mean, lane), array_of(&covariance, lane));
+        let (mean, covariance) = (means[lane], covariances[lane]);
         let of_lane = MomentsOf { mean, covariance, yaw: yaw[lane], yaw_variance: yaw_variance[lane] };
         Moments::of(&of_lane, objects[lane].weights)
     })
