@@ -137,9 +137,20 @@ fn what_a_lidar_sees_does_not_wander_with_a_cameras_errors() {
     assert!(both < alone + 0.02, "{both} m with the camera, {alone} m without");
 }
 
+/// How cars drive on their circles.
+struct Drive {
+    /// By turns this much faster and slower than 8 m/s.
+    swing_mps: f64,
+    turn_radps: f64,
+}
+
+const WIDE: Drive = Drive { swing_mps: 4.0, turn_radps: 0.1 };
+/// A roundabout of 12 m.
+const TIGHT: Drive = Drive { swing_mps: 0.0, turn_radps: 0.67 };
+
 /// What is learnt of an agent that reports eight cars at a rate (Hz) for 60 s, whose headings err by a function of report and
-/// car, rad: each drives on a circle of its own, by turns faster and slower.
-fn driving(rate_hz: i64, heading_error: impl Fn(i64, usize) -> f64) -> LearntSensorReport {
+/// car, rad: each drives on a circle of its own.
+fn driving(rate_hz: i64, drive: &Drive, heading_error: impl Fn(i64, usize) -> f64) -> LearntSensorReport {
     let mut engine = engine();
     let mut cars: Vec<[f64; 3]> = (0..8).map(|one| [40.0 * f64::from(one), 0.0, f64::from(one)]).collect();
     for k in 0..60 * rate_hz {
@@ -152,8 +163,8 @@ fn driving(rate_hz: i64, heading_error: impl Fn(i64, usize) -> f64) -> LearntSen
         engine.fused(at(ms + 40));
         for (one, [x, y, yaw]) in (0..).zip(&mut cars) {
             let (dt_s, t_s) = (1.0 / rate_hz as f64, ms as f64 / 1000.0);
-            let speed = 8.0 + 4.0 * libm::sin(0.5 * t_s + f64::from(one));
-            let half_turn = dt_s * if one % 2 == 0 { 0.05 } else { -0.05 };
+            let speed = 8.0 + drive.swing_mps * libm::sin(0.5 * t_s + f64::from(one));
+            let half_turn = dt_s * drive.turn_radps / if one % 2 == 0 { 2.0 } else { -2.0 };
             *x += speed * dt_s * libm::cos(*yaw + half_turn);
             *y += speed * dt_s * libm::sin(*yaw + half_turn);
             *yaw += 2.0 * half_turn;
@@ -164,17 +175,19 @@ fn driving(rate_hz: i64, heading_error: impl Fn(i64, usize) -> f64) -> LearntSen
 
 #[test]
 fn white_errors_about_cars_that_manoeuvre_are_not_taken_to_last_at_any_rate() {
-    for rate_hz in [1, 2, 5, 10] {
-        let learnt = driving(rate_hz, |k, one| 0.05 * white(k, 10 * i64::try_from(one).expect("small") + 3));
+    let rates = [1, 2, 5, 10].map(|rate_hz| (rate_hz, WIDE));
+    for (rate_hz, drive) in rates.into_iter().chain([2, 5, 10].map(|rate_hz| (rate_hz, TIGHT))) {
+        let error = |k: i64, one: usize| 0.05 * white(k, 10 * i64::try_from(one).expect("small") + 3);
+        let learnt = driving(rate_hz, &drive, error);
         let lasts = [learnt.lasting_sigma_m, learnt.lasting_heading_sigma_deg, learnt.pose_sigma_m];
-        assert_eq!(lasts, [0.0; 3], "{rate_hz} Hz");
+        assert_eq!(lasts, [0.0; 3], "{rate_hz} Hz, {} rad/s", drive.turn_radps);
     }
 }
 
 #[test]
 fn headings_that_err_for_long_are_learnt_and_count_for_less() {
     let of_each = |_: i64, one: usize| if one % 4 < 2 { 0.1 } else { -0.1 };
-    let learnt = driving(10, of_each);
+    let learnt = driving(10, &WIDE, of_each);
     assert!((4.0..7.0).contains(&learnt.lasting_heading_sigma_deg), "{learnt:?}");
     assert_eq!(learnt.heading_offset_deg, 0.0, "they have no error in common");
 }

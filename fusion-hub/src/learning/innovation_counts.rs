@@ -20,6 +20,9 @@ const COLOURED: f64 = 0.2;
 const CHANCE_SIGMAS: f64 = 1.5;
 /// And where the variance of the prediction by positions is no more than so many times the declared one.
 const MOST_BY_POSITIONS: f64 = 2.0;
+/// And of objects whose path bends with less than this, m/s²: in a bend of constant radius whoever expects a straight path errs to the
+/// same side each time.
+const MOST_BENT: f64 = 1.5;
 /// The lasting part of an error shows by half in the innovations of a filter that follows it.
 const LASTING_SHARE: f64 = 2.0;
 /// A declared variance is corrected where it is wrong by more than this factor, e^0.7, and within these limits.
@@ -56,6 +59,8 @@ pub(super) struct Innovation {
     pub(super) by_positions: [f64; 2],
     /// Mean variance of that prediction along an axis, m².
     pub(super) predicted_by_positions: f64,
+    /// Acceleration across the object's path, m/s².
+    pub(super) bent: f64,
 }
 
 impl Innovation {
@@ -108,7 +113,7 @@ impl InnovationCounts {
         self.predicted += units(own.predicted);
         self.declared += units(own.declared);
         // What is expected of the prediction is alike in successive innovations.
-        if own.predicted_by_positions > MOST_BY_POSITIONS * own.declared {
+        if own.predicted_by_positions > MOST_BY_POSITIONS * own.declared || own.bent > MOST_BENT {
             *last = None;
             return;
         }
@@ -179,7 +184,7 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         (
             "learning.coloured",
             format!(
-                "correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs, predicted within {MOST_BY_POSITIONS}, times {LASTING_SHARE}"
+                "correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs, predicted within {MOST_BY_POSITIONS}, bent up to {MOST_BENT} m/s2, times {LASTING_SHARE}"
             ),
         ),
         (
@@ -208,6 +213,7 @@ mod tests {
                 declared: 0.25,
                 by_positions: [x, x],
                 predicted_by_positions: 0.05,
+                bent: 0.0,
             };
             counts.add(&own, &mut last);
         }
@@ -254,6 +260,7 @@ mod tests {
                     declared: 0.05,
                     by_positions: [size, size],
                     predicted_by_positions: 1.0,
+                    bent: 0.0,
                 };
                 counts.add(&own, &mut None);
             }

@@ -10,7 +10,7 @@ use super::reading::{FrameReading, Prior};
 use super::report::LearntSensorReport;
 use super::score_counts::{Scored, Witness};
 use super::track_memory::{Compared, TrackMemory, WaitingMiss};
-use crate::filter::Filter;
+use crate::filter::{Filter, Motion};
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
 use crate::values::{AgentNames, AgentSlot, ClassLaw, ExpectedPlace, HeadingLaw, ScoreModel, range_bin};
 use serde::{Deserialize, Serialize};
@@ -304,6 +304,7 @@ impl Learner {
             declared,
             by_positions: from(path.position),
             predicted_by_positions: mean(&path.covariance) + of_pose,
+            bent: bent(&state.motion()),
         };
         let place = memory.place_of(frame.agent);
         if let Some(known) = self.agents.get_mut(frame.agent.index()) {
@@ -385,6 +386,12 @@ impl Learner {
             memory.wait(WaitingMiss { agent: frame.agent, range_bin, before });
         }
     }
+}
+
+/// Acceleration of an object across its path, m/s².
+fn bent(motion: &Motion) -> f64 {
+    let [x, y] = motion.velocity;
+    (motion.turn_rate * libm::hypot(x, y)).abs()
 }
 
 /// Every number, for [`crate::parameters`].
