@@ -260,9 +260,13 @@ impl Conversion<'_> {
         self.conventions.yaw.unit.radians(yaw)
     }
 
-    /// The heading in the map frame, rad, if it were given in degrees.
-    pub fn heading_of_degrees(&self, yaw: f64) -> f64 {
-        let convention = YawConvention { unit: AngleUnit::Deg, ..self.conventions.yaw };
+    /// The heading in the map frame, rad, if it were given in degrees in place of radians, or in radians in place of degrees.
+    pub fn heading_in_other_unit(&self, yaw: f64) -> f64 {
+        let unit = match self.conventions.yaw.unit {
+            AngleUnit::Rad => AngleUnit::Deg,
+            AngleUnit::Deg => AngleUnit::Rad,
+        };
+        let convention = YawConvention { unit, ..self.conventions.yaw };
         wrap_angle(convention.radians(yaw) + self.carrier.map_or(0.0, |carrier| carrier.yaw))
     }
 

@@ -5,6 +5,8 @@ use crate::time::Span;
 
 /// The largest heading of degrees that are wrapped, with a margin for rounding.
 const MOST_DEGREES: f64 = 360.5;
+/// A whole turn of radians that is read as degrees, rad, with such a margin.
+const A_TURN_AS_DEGREES: f64 = 6.3 * (std::f64::consts::PI / 180.0);
 
 /// Headings as they are written, in radians by the agent's conventions, before whole turns are taken away.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,6 +19,8 @@ pub struct RawHeadings {
     pub beyond_360: u64,
     /// The largest magnitude, rad.
     pub largest: f64,
+    /// The least and the most, rad.
+    pub range: Option<(f64, f64)>,
 }
 
 impl RawHeadings {
@@ -27,6 +31,7 @@ impl RawHeadings {
             self.beyond_a_turn += u64::from(yaw.abs() > std::f64::consts::TAU);
             self.beyond_360 += u64::from(yaw.abs() > MOST_DEGREES);
             self.largest = self.largest.max(yaw.abs());
+            self.widen((yaw, yaw));
         }
     }
 
@@ -36,6 +41,22 @@ impl RawHeadings {
         self.beyond_a_turn += other.beyond_a_turn;
         self.beyond_360 += other.beyond_360;
         self.largest = self.largest.max(other.largest);
+        other.range.into_iter().for_each(|range| self.widen(range));
+    }
+
+    fn widen(&mut self, (least, most): (f64, f64)) {
+        let (from, to) = self.range.unwrap_or((least, most));
+        self.range = Some((from.min(least), to.max(most)));
+    }
+
+    /// Whether headings that are read as degrees may be radians: none is beyond a turn of these.
+    pub fn may_be_radians(&self) -> bool {
+        self.n > 0 && self.largest <= A_TURN_AS_DEGREES
+    }
+
+    /// Whether all of several are one number.
+    pub fn are_one(&self) -> bool {
+        self.n > 1 && self.range.is_some_and(|(least, most)| least.to_bits() == most.to_bits())
     }
 }
 
@@ -69,9 +90,9 @@ impl OffPlaces {
 pub struct Reported {
     /// Its headings.
     pub headings: RawHeadings,
-    /// What the headings of its detections would be if they were degrees, rad, in the order of the detections; empty where
-    /// they are read as degrees, or none is beyond a turn of radians.
-    pub as_degrees: Vec<f64>,
+    /// What the headings of its detections would be in the other unit, degrees in place of radians or the other way round, rad,
+    /// in the order of the detections; empty where they cannot be of that unit.
+    pub in_other_unit: Vec<f64>,
     /// Detections that gave no standard deviation of their position, so that the receiver's default was taken.
     pub without_sigma: u64,
     /// The receiver's settings say what this agent's are where it gives none.
@@ -91,9 +112,12 @@ pub struct Reported {
 }
 
 impl Reported {
-    /// Whether headings that are read so may be degrees.
-    pub fn may_be_degrees(&self) -> bool {
-        self.yaw.unit == AngleUnit::Rad && self.headings.beyond_a_turn > 0
+    /// Whether headings that are read as radians may be degrees, or the other way round.
+    pub fn may_be_of_other_unit(&self) -> bool {
+        match self.yaw.unit {
+            AngleUnit::Rad => self.headings.beyond_a_turn > 0,
+            AngleUnit::Deg => self.headings.may_be_radians(),
+        }
     }
 
     /// Of a frame that is read by these conventions; nothing is counted yet.

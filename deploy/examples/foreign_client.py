@@ -34,7 +34,7 @@ with connected() as session:
     fused = session.declare_subscriber("v2x/demo/hub/*/fused/json", show)
     camera = session.declare_publisher("v2x/demo/agent/camera/detections")
     epoch = time.time_ns()  # another one at each start: two that run under one name are noticed
-    for tenth in range(50):
+    for tenth in range(300):  # for half a minute: `v2x check` listens for ten seconds
         car = {"class": "car", "x": 10 + tenth / 10, "y": 5.0}  # driving east at 1 m/s
         camera.put(json.dumps({"epoch": epoch, "captured_at": time.time_ns() // 1000, "detections": [car]}))
         time.sleep(0.1)

@@ -11,6 +11,7 @@ use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::duration::parse_seconds;
 use v2x_common::id::{HubId, NetworkId};
+use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_refusals::Denied;
 use v2x_fusion_hub::hub::{AgentStatus, HubStatus, InvalidName, RegistrationStatus, Verdict};
@@ -28,7 +29,7 @@ pub(crate) struct StatusArgs {
     #[arg(long, default_value = "demo")]
     network: NetworkId,
     /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     connect: Vec<String>,
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]

@@ -12,6 +12,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_agent::scenario::{Scenario, WorldSource};
 use v2x_common::clock;
 use v2x_common::id::NetworkId;
+use v2x_common::net::endpoint_given::to_listen;
 use v2x_common::net::session::{DEFAULT_ENDPOINT, SessionOptions};
 use v2x_fusion_hub::hub::metrics;
 use v2x_lab::commands::RunFolder;
@@ -40,7 +41,7 @@ pub(crate) struct UpArgs {
     #[arg(long, default_value = "demo")]
     network: NetworkId,
     /// Where the hub listens
-    #[arg(long, value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT)]
+    #[arg(long, value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT, value_parser = to_listen)]
     listen: String,
     /// Seed of the world and of all noise [default: the scenario's]
     #[arg(long, value_parser = v2x_common::seed::parse_seed)]

@@ -22,6 +22,16 @@ fn a_recorded_world_is_simulated_and_scored_against_itself() {
 }
 
 #[test]
+fn a_simulation_whose_hub_reads_frames_wrongly_fails_and_says_why() {
+    let folder = folder("recorded-misread");
+    // The scenario ends with the table of the hub.
+    let wrong = "only_agents = [\"rsu\"]\n[hub.agents.rsu]\nframe = \"ego\"\n";
+    folder.write("mine/wrong.toml", &format!("{SCENARIO}\n{wrong}"));
+    let complaint = folder.complaint("simulate mine/wrong.toml --duration 20s");
+    assert!(complaint.contains("[hub.agents.NAME]"), "{complaint}");
+}
+
+#[test]
 fn a_sweep_varies_agents_in_recorded_traffic() {
     let folder = folder("recorded-sweep");
     let sweep = "sweep latency=0,400 --scenario mine/junction.toml --seeds 1 --duration 20s --methods drop-late,ours --json";

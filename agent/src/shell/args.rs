@@ -3,6 +3,7 @@
 use crate::scenario::WorldSource;
 use std::path::PathBuf;
 use v2x_common::id::{AgentId, NetworkId};
+use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::SessionOptions;
 
 /// How frames become bytes.
@@ -45,7 +46,7 @@ pub struct AgentArgs {
     #[arg(long, default_value = "demo")]
     pub network: NetworkId,
     /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     pub connect: Vec<String>,
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]

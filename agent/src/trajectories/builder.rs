@@ -11,7 +11,8 @@ use v2x_common::unmapped_names::USUAL_CLASSES;
 use super::error::TrafficError;
 use super::headings;
 use super::options::ReadOptions;
-use super::remarks::{self, Survey};
+use super::remarks::{self, Place, Survey};
+use super::sizes::Sizes;
 use super::traffic::{Format, RecordedObject, Remarks, Traffic};
 use super::trajectory::{Sample, Trajectory};
 use super::units::Units;
@@ -94,6 +95,7 @@ pub(super) struct Builder<'a> {
     unknown: BTreeMap<String, Class>,
     /// Such names that were met before they were in the list: more than it has, where it is full.
     n_unknown: usize,
+    sizes: Sizes,
     pub(super) remarks: Remarks,
     pub(super) scene: Option<String>,
     /// Borders of areas in the file's coordinates, m.
@@ -115,6 +117,7 @@ impl<'a> Builder<'a> {
             earlier_s: None,
             unknown: BTreeMap::new(),
             n_unknown: 0,
+            sizes: Sizes::default(),
             remarks: Remarks::default(),
             scene: None,
             areas: Vec::new(),
@@ -161,6 +164,8 @@ impl<'a> Builder<'a> {
             (pose.x, pose.y) = pose.offset(-draft.size()[1] / 2.0, 0.0);
         }
         draft.rows.push(Kept { t, line: row.line, pose });
+        let class = draft.class;
+        self.sizes.note((row.line, row.id), class, row.size);
         Ok(())
     }
 
@@ -240,7 +245,8 @@ impl<'a> Builder<'a> {
         let origin = self.options.origin.unwrap_or_else(|| self.far_origin());
         let mut survey = Survey::default();
         for draft in &self.drafts {
-            survey.add(draft.class, draft.rows.iter().map(|row| (row.t, &row.pose)), max_gap);
+            let places = draft.rows.iter().map(|row| Place { t: row.t, pose: &row.pose, line: row.line });
+            survey.add((draft.class, &draft.name), places, max_gap);
         }
         let places = self.drafts.iter().map(|draft| draft.rows.iter().map(|row| (row.t, &row.pose)));
         let units = Units::of(places, step).warnings();
@@ -249,6 +255,7 @@ impl<'a> Builder<'a> {
         let objects = std::mem::take(&mut self.drafts).into_iter();
         let objects: Vec<_> = objects.map(|draft| draft.object(first, origin, max_gap)).collect();
         self.remarks.warnings.extend(units);
+        self.remarks.warnings.extend(self.sizes.warnings(objects.len()));
         self.remarks.warnings.extend(remarks::warnings(&survey, format));
         Ok(Traffic {
             format,

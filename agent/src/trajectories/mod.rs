@@ -27,6 +27,7 @@ mod obstacle;
 mod options;
 mod read;
 mod remarks;
+mod sizes;
 mod sumo_net;
 mod table;
 mod traffic;

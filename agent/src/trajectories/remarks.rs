@@ -12,6 +12,10 @@ use super::traffic::Format;
 const MOVING_MPS: f64 = 1.0;
 /// Nothing on a road is faster, m/s.
 const FASTEST_MPS: f64 = 85.0;
+/// Objects that go away and come back as often are two.
+const MIN_RETURNS: u32 = 3;
+/// Two objects are further apart than positions scatter, m.
+const APART_M: f64 = 5.0;
 /// Fewer moving steps decide nothing.
 const ENOUGH: u32 = 20;
 /// Mean cosine between heading and motion from which they agree.
@@ -36,6 +40,23 @@ const READINGS: [(Reading, &str); 6] = [
     (|yaw| yaw + PI, "that of the back: write yaw + pi"),
 ];
 
+/// Where an object is by one row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<'a> {
+    pub(super) t: Span,
+    pub(super) pose: &'a Pose,
+    pub(super) line: u64,
+}
+
+/// The first of something, with its object and its lines.
+#[derive(Clone, Debug)]
+struct First {
+    id: String,
+    lines: [u64; 2],
+    way_m: f64,
+    step_s: f64,
+}
+
 /// Sums over a recording.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Survey {
@@ -43,6 +64,10 @@ pub(super) struct Survey {
     /// Sums of the cosine between motion and heading by each reading.
     agreement: [f64; READINGS.len()],
     n_jumps: u32,
+    first_jump: Option<First>,
+    /// Jumps away from the way and back to it.
+    n_returns: u32,
+    first_return: Option<First>,
     /// The largest speed between two rows, m/s.
     fastest_mps: f64,
     n_single: u32,
@@ -54,52 +79,103 @@ impl Survey {
     /// Adds an object by its places in order of time.
     pub(super) fn add<'a>(
         &mut self,
-        class: Class,
-        places: impl Iterator<Item = (Span, &'a Pose)>,
+        (class, id): (Class, &str),
+        places: impl Iterator<Item = Place<'a>>,
         max_gap: Span,
     ) {
         self.n_objects += 1;
-        let (mut before, mut n): (Option<(Span, &Pose)>, u32) = (None, 0);
-        for (t, pose) in places {
+        let (mut before, mut n): ([Option<Place<'a>>; 2], u32) = ([None; 2], 0);
+        for place in places {
             n = n.saturating_add(1);
-            if let Some((since, from)) = before {
-                self.add_step(class, (t - since, max_gap), (from, pose));
+            if let Some(last) = before[1] {
+                let is_jump = self.add_step((class, id), (&last, &place), max_gap);
+                if let Some(first) =
+                    before[0].filter(|first| is_jump && returns([first, &last, &place], max_gap))
+                {
+                    self.n_returns = self.n_returns.saturating_add(1);
+                    self.first_return.get_or_insert_with(|| First::of(id, &first, &last));
+                }
             }
-            before = Some((t, pose));
+            before = [before[1], Some(place)];
         }
         self.n_single += u32::from(n == 1);
     }
 
-    fn add_step(&mut self, class: Class, (step, max_gap): (Span, Span), (from, to): (&Pose, &Pose)) {
+    /// Whether it is a jump.
+    fn add_step(
+        &mut self,
+        (class, id): (Class, &str),
+        (from, to): (&Place<'_>, &Place<'_>),
+        max_gap: Span,
+    ) -> bool {
+        let step = to.t - from.t;
         if step > max_gap {
             self.n_gaps += 1;
-            return;
+            return false;
         }
-        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        let (at, from_at) = (to.pose, from.pose);
+        let (dx, dy) = (at.x - from_at.x, at.y - from_at.y);
         let speed_mps = libm::hypot(dx, dy) / step.as_secs_f64();
         self.fastest_mps = self.fastest_mps.max(speed_mps);
         if speed_mps > FASTEST_MPS {
             self.n_jumps += 1;
-        } else if speed_mps > MOVING_MPS && class.has_front() && !from.yaw.is_nan() {
+            self.first_jump.get_or_insert_with(|| First::of(id, from, to));
+            return true;
+        }
+        if speed_mps > MOVING_MPS && class.has_front() && !from_at.yaw.is_nan() {
             self.n_moving = self.n_moving.saturating_add(1);
             let motion = libm::atan2(dy, dx);
             for (sum, (reading, _)) in self.agreement.iter_mut().zip(READINGS) {
-                *sum += libm::cos(reading(from.yaw) - motion);
+                *sum += libm::cos(reading(from_at.yaw) - motion);
             }
         }
+        false
+    }
+}
+
+/// Whether the third place is where the first one leads to, and the second one is far from both.
+fn returns([first, second, third]: [&Place<'_>; 3], max_gap: Span) -> bool {
+    let passed = third.t - first.t;
+    let way_m = |from: &Place<'_>, to: &Place<'_>| from.pose.distance_to(to.pose.x, to.pose.y);
+    passed <= max_gap
+        && way_m(first, third) <= FASTEST_MPS * passed.as_secs_f64()
+        && way_m(first, second) > (FASTEST_MPS * (second.t - first.t).as_secs_f64()).max(APART_M)
+}
+
+impl First {
+    fn of(id: &str, from: &Place<'_>, to: &Place<'_>) -> Self {
+        Self {
+            id: id.to_owned(),
+            lines: [from.line, to.line],
+            way_m: from.pose.distance_to(to.pose.x, to.pose.y),
+            step_s: (to.t - from.t).as_secs_f64(),
+        }
+    }
+
+    fn words(&self) -> String {
+        let Self { id, lines: [from, to], way_m, step_s } = self;
+        format!("{id:?} goes {way_m:.1} m in {step_s:.3} s between lines {from} and {to}")
     }
 }
 
 /// The warnings of a recording.
 pub(super) fn warnings(survey: &Survey, format: Format) -> Vec<String> {
     let mut warnings = Vec::new();
-    let Survey { n_jumps, fastest_mps, n_single, n_gaps, n_objects, .. } = survey;
+    let Survey { n_jumps, fastest_mps, n_returns, n_single, n_gaps, n_objects, .. } = survey;
     warnings.extend(heading(survey));
     if *n_jumps > 0 {
         let cause =
             if format == Format::SumoFcd { "" } else { " (is t in seconds, and are x and y in metres?)" };
         warnings.push(format!(
-            "{n_jumps} jumps: up to {fastest_mps:.0} m/s between two rows of an object{cause}"
+            "{n_jumps} jumps: up to {fastest_mps:.0} m/s between two rows of an object{}{cause}",
+            survey.first_jump.as_ref().map(|first| format!("; {}", first.words())).unwrap_or_default()
+        ));
+    }
+    if let Some(first) = survey.first_return.as_ref().filter(|_| *n_returns >= MIN_RETURNS) {
+        warnings.push(format!(
+            "one id seems to be of two objects at once: {}, and is back in the next row ({n_returns} times); each object has an id of \
+             its own",
+            first.words()
         ));
     }
     if *n_single > 0 {

@@ -332,9 +332,51 @@ fn headings_that_disagree_with_the_motion_are_named_with_what_they_look_like() {
 fn jumps_gaps_and_single_rows_are_counted() {
     let text = "t,id,class,x,y\n0,a,car,0,0\n1,a,car,1000,0\n20,a,car,1000,0\n21,a,car,1001,0\n5,b,car,0,0\n";
     let warnings = traffic(text).remarks.warnings.join("\n");
-    for expected in ["1 jumps: up to 1000 m/s", "1 of 2 objects have one row only", "1 gaps in which"] {
+    for expected in [
+        "1 jumps: up to 1000 m/s",
+        "\"a\" goes 1000.0 m in 1.000 s between lines 2 and 3",
+        "1 of 2 objects have one row only",
+        "1 gaps in which",
+    ] {
         assert!(warnings.contains(expected), "{expected:?} is not in {warnings}");
     }
+}
+
+#[test]
+fn an_id_of_two_objects_at_once_and_places_that_are_no_metres_are_named_with_their_lines() {
+    let rows = |write: &dyn Fn(u32) -> String| {
+        let rows: String = (0..40).map(write).collect();
+        traffic(&format!("t,id,class,x,y\n{rows}")).remarks.warnings.join("\n")
+    };
+    // Their rows are one after the other, at times of their own.
+    let shared = rows(&|k| {
+        let t = 0.1 * f64::from(k);
+        let x = if k % 2 == 0 { 8.0 * t } else { 60.0 - 8.0 * t };
+        format!("{t},car1,car,{x},0\n")
+    });
+    assert!(shared.contains("one id seems to be of two objects at once: \"car1\" goes 59"), "{shared}");
+    assert!(shared.contains("between lines 2 and 3"), "{shared}");
+    // One that is moved once, and one whose places scatter.
+    let moved = rows(&|k| {
+        format!("{},a,car,{},0\n", 0.1 * f64::from(k), f64::from(k) + if k > 20 { 300.0 } else { 0.0 })
+    });
+    assert!(moved.contains("1 jumps") && !moved.contains("one id seems"), "{moved}");
+    let scatters = rows(&|k| format!("{},a,car,{},0\n", 0.01 * f64::from(k), 1.5 * f64::from(k * 7 % 3)));
+    assert!(!scatters.contains("one id seems"), "{scatters}");
+    let of = |scale: f64| {
+        rows(&|k| {
+            let (n, t) = (k % 4, 0.1 * f64::from(k / 4));
+            format!(
+                "{t},{n},car,{},{}\n",
+                scale * (300.0 + 10.0 * t + 20.0 * f64::from(n)),
+                scale * f64::from(4 * n)
+            )
+        })
+    };
+    let (close, far) = (of(2e-3), of(1e5));
+    assert!(close.contains("are these kilometres"), "{close}");
+    assert!(far.contains("are these millimetres"), "{far}");
+    assert_eq!(of(1.0), "");
 }
 
 #[test]

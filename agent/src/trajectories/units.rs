@@ -17,8 +17,13 @@ const TOGETHER: f64 = 0.1;
 const DEGREES_PER_S: (f64, f64) = (1e-6, 2e-3);
 const DEGREES_APART: f64 = 2.0;
 const MOST_STEP_S: f64 = 5.0;
+/// Several objects have room within this, and no recording is larger, m.
+const ROOM_M: f64 = 1.0;
+const LARGEST_M: f64 = 100_000.0;
 /// Fewer steps show nothing.
 const MIN_STEPS: usize = 10;
+/// Fewer objects may stand beside each other.
+const MIN_OBJECTS: usize = 2;
 /// Steps that are looked at.
 const MAX_STEPS: usize = 100_000;
 
@@ -77,7 +82,7 @@ impl Units {
             };
             format!("a row each {} s, and {moves}: t looks like {unit}; {change}", self.step_s)
         });
-        times.into_iter().chain(self.degrees()).collect()
+        times.into_iter().chain(self.degrees().or_else(|| self.scale())).collect()
     }
 
     /// The unit that the times seem to have, and what to change.
@@ -87,6 +92,24 @@ impl Units {
         let is_other =
             (self.step_s >= LONG_STEP_S && speed_mps < SLOW_MPS) || (self.step_s >= STEP_S && creeps);
         is_other.then(|| unit_of_step(self.step_s))
+    }
+
+    /// Places that are too near to each other, or too far apart, for metres.
+    fn scale(&self) -> Option<String> {
+        let [west, east, south, north] = self.extent;
+        let spread = (east - west).max(north - south);
+        let is_close = self.n_objects > MIN_OBJECTS && spread < ROOM_M;
+        let guess = if is_close {
+            "kilometres, or shares of a picture"
+        } else {
+            "millimetres, centimetres or degrees"
+        };
+        (is_close || spread > LARGEST_M).then(|| {
+            format!(
+                "everything is at x {west:.2} to {east:.2}, y {south:.2} to {north:.2}, within {spread:.2} m: are these {guess}? x and y are \
+                 in metres"
+            )
+        })
     }
 
     fn degrees(&self) -> Option<String> {

@@ -2,6 +2,7 @@
 
 pub mod address;
 pub mod endpoint;
+pub mod endpoint_given;
 pub mod events;
 mod log_queue;
 pub mod logging;

@@ -6,6 +6,7 @@ use crate::id::NameError;
 use crate::sensor::InvalidDescription;
 use crate::spelling;
 use crate::time::StampUnit;
+use crate::wire::foreign::Foreign;
 use std::fmt::Display;
 
 /// The version that this code writes. A hub reads this one and the one before, where there is one.
@@ -23,6 +24,9 @@ pub enum WireError {
     /// A version that this code does not read.
     #[error("wire version {0}, this end reads version {VERSION}")]
     UnknownVersion(u8),
+    /// A payload of another format.
+    #[error("the payload looks like {0}")]
+    OtherFormat(Foreign),
     /// Another kind of payload than expected.
     #[error("payload kind {0:#04x} where {1:?} was expected")]
     WrongKind(u8, char),
@@ -154,6 +158,7 @@ impl WireError {
             Self::Truncated => "truncated",
             Self::Trailing(_) => "trailing_bytes",
             Self::UnknownVersion(_) => "unknown_version",
+            Self::OtherFormat(_) => "other_format",
             Self::WrongKind(..) => "wrong_kind",
             Self::UnknownFlags(_) => "unknown_flags",
             Self::UnknownClass(_) => "unknown_class",

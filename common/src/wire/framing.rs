@@ -1,6 +1,7 @@
 //! What all binary payloads have in common: preamble, postcard values, counts.
 
 use super::error::{VERSION, WireError};
+use super::foreign::Foreign;
 
 /// The kind of a payload: its second byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +40,8 @@ pub(super) fn take<'a, T: serde::Deserialize<'a>>(bytes: &mut &'a [u8]) -> Resul
 pub(super) fn take_preamble(bytes: &mut &[u8], kind: Kind) -> Result<(), WireError> {
     let [version, found, rest @ ..] = bytes else { return Err(WireError::Truncated) };
     if *version != VERSION {
-        return Err(WireError::UnknownVersion(*version));
+        let other = Foreign::of(bytes).map(WireError::OtherFormat);
+        return Err(other.unwrap_or(WireError::UnknownVersion(*version)));
     }
     if *found != kind as u8 {
         return Err(WireError::WrongKind(*found, char::from(kind as u8)));

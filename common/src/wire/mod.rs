@@ -7,6 +7,7 @@
 pub mod delta;
 pub mod detections;
 mod error;
+mod foreign;
 mod framing;
 pub mod fused;
 pub mod journal;
@@ -21,6 +22,7 @@ mod writing;
 
 use crate::lists::ListUpdate;
 pub use error::{VERSION, WireError};
+pub use foreign::Foreign;
 pub use writing::{Writing, Writings};
 
 /// The Zenoh encoding of a postcard payload.

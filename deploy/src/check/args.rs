@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use v2x_common::duration::parse_seconds;
 use v2x_common::id::{AgentId, HubId, NetworkId};
+use v2x_common::net::endpoint_given::{to_connect, to_listen};
 use v2x_common::net::session::SessionOptions;
 use v2x_fusion_hub::hub::{HubSettings, settings_of_file};
 
@@ -30,10 +31,10 @@ pub(crate) struct CheckArgs {
     pub(super) network: NetworkId,
     /// The hub or router to connect to; may be given more than once
     /// [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     connect: Vec<String>,
     /// Listen here in place of a hub; agents connect to this
-    #[arg(long, value_name = "ENDPOINT", conflicts_with = "connect")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_listen, conflicts_with = "connect")]
     pub(super) listen: Vec<String>,
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]

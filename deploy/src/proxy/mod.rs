@@ -10,6 +10,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_agent::link::{LinkConfig, profiles};
 use v2x_common::clock;
 use v2x_common::id::AgentId;
+use v2x_common::net::endpoint_given::{to_connect, to_listen};
 use v2x_common::net::session::DEFAULT_ENDPOINT;
 
 use pipe::Pipe;
@@ -26,10 +27,10 @@ Examples:
   v2x agent --scenario crossing.toml --id ego --connect tcp/127.0.0.1:7448")]
 pub(crate) struct ProxyArgs {
     /// Where agents connect; port 0 is a free one
-    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7448")]
+    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7448", value_parser = to_listen)]
     listen: String,
     /// The hub or router behind it
-    #[arg(long, value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT)]
+    #[arg(long, value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT, value_parser = to_connect)]
     to: String,
     /// The link from agents to the hub, by name (see v2x links), without loss
     #[arg(long, value_name = "LINK")]

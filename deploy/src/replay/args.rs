@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use v2x_common::duration::parse_seconds;
 use v2x_common::id::NetworkId;
+use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::SessionOptions;
 
 #[derive(Clone, Debug, clap::Args)]
@@ -23,7 +24,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long)]
     pub(crate) network: Option<NetworkId>,
     /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     pub(crate) connect: Vec<String>,
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use v2x_common::id::NetworkId;
+use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::SessionOptions;
 
 /// Run SUMO as the world of a network, in real time; v2x up does it for a scenario with such a world
@@ -34,7 +35,7 @@ pub(crate) struct SumoArgs {
     #[arg(long, default_value = "demo")]
     pub(super) network: NetworkId,
     /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     pub(super) connect: Vec<String>,
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]

@@ -7,6 +7,7 @@ use crate::web::WebArgs;
 use std::path::PathBuf;
 use v2x_common::duration::parse_seconds;
 use v2x_common::id::{HubId, NetworkId};
+use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::SessionOptions;
 use v2x_common::tile::Tile;
 use v2x_lab::loopback::consumer::Traffic;
@@ -46,7 +47,7 @@ pub(crate) struct WatchArgs {
     #[arg(long, default_value = "demo")]
     pub(crate) network: NetworkId,
     /// The hub or router to connect to; may be given more than once [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     pub(crate) connect: Vec<String>,
     /// A Zenoh configuration file that replaces our defaults
     #[arg(long, value_name = "FILE")]

@@ -97,3 +97,34 @@ fn each_vehicle_reported_twice_is_a_note() {
     let note = twice.iter().find(|one| one.code == Code::Twins);
     assert!(note.is_some_and(|one| !one.is_fault() && one.says.contains("within another one")), "{twice:#?}");
 }
+
+#[test]
+fn sizes_that_no_vehicles_have_are_named_and_those_of_small_and_large_ones_are_not() {
+    let times =
+        |w: f64, d: f64| found(move |frame| each(frame, |one| (one.w, one.d) = (w * one.w, d * one.d)));
+    for ((w, d), words) in [
+        ((0.5, 0.5), "halves of boxes"),
+        ((2.0, 2.0), "twice as large"),
+        ((10.0, 10.0), "decimetres"),
+        ((1.0 / 0.3048, 1.0 / 0.3048), "feet"),
+        ((0.55, 0.22), "too small"),
+    ] {
+        assert_only(&times(w, d), Code::Sizes, words);
+    }
+    // Microcars, visible parts of cars, lorries that are called cars, and margins.
+    for (w, d) in [(0.8, 0.6), (0.6, 1.0), (1.0, 0.5), (1.35, 1.8), (1.2, 1.2), (0.85, 0.85)] {
+        let found = times(w, d);
+        assert!(found.iter().all(|one| one.code != Code::Sizes), "{w} × {d}: {found:#?}");
+    }
+    // One quadricycle that is parked there all day, among others or alone.
+    let one = |only: usize| {
+        found(move |frame| {
+            frame.detections.truncate(only);
+            (frame.detections[0].w, frame.detections[0].d) = (0.9, 2.2);
+        })
+    };
+    for only in [1, usize::MAX] {
+        let found = one(only);
+        assert!(found.iter().all(|one| one.code != Code::Sizes), "{only}: {found:#?}");
+    }
+}

@@ -26,6 +26,8 @@ pub(crate) struct Frame {
     pub(crate) pose: Pose,
     pub(crate) detections: Vec<Detection>,
     pub(crate) is_lost: bool,
+    /// What is said of all headings.
+    pub(crate) heading: Option<&'static str>,
     /// Added to the written frame last.
     pub(crate) more: Value,
 }
@@ -83,6 +85,7 @@ pub(crate) fn world(k: i64, agent: &'static str) -> Frame {
         pose,
         detections: detections.collect(),
         is_lost: false,
+        heading: None,
         more: json!({}),
     }
 }
@@ -107,6 +110,9 @@ impl Frame {
                 json!({ "class": one.class, "x": one.x, "y": one.y, "w": one.w, "d": one.d, "yaw": one.yaw });
             if let Some(sigma) = one.sigma_m {
                 json["sigma"] = json!({ "x": sigma, "y": sigma, "w": 0.1, "d": 0.2, "yaw": 0.05 });
+            }
+            if let Some(heading) = self.heading {
+                json["heading"] = json!(heading);
             }
             if let Some([x, y]) = one.velocity {
                 json["velocity"] = json!({ "x": x, "y": y, "sigma_x": 0.5, "sigma_y": 0.5 });

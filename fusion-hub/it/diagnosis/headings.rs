@@ -123,3 +123,81 @@ fn headings_in_tenths_and_hundredths_of_a_degree_are_no_angles() {
         assert_only(&findings, Code::Degrees, words);
     }
 }
+
+#[test]
+fn headings_that_are_always_the_same_and_those_of_axes_are_named_and_right_ones_of_a_road_are_not() {
+    let always = |yaw: f64| found(move |frame| each(frame, |one| one.yaw = yaw));
+    for yaw in [0.0, -1.0, FRAC_PI_2] {
+        assert_only(&always(yaw), Code::HeadingsUnfit, "always about");
+    }
+    let folded = |from: f64| {
+        found(move |frame| each(frame, |one| one.yaw = from + (one.yaw - from).rem_euclid(2.0 * FRAC_PI_2)))
+    };
+    // Noise about a boundary throws headings from one end to the other, as it does with real boxes.
+    for from in [0.0, -FRAC_PI_2, 0.4] {
+        assert_only(&folded(from), Code::HeadingsUnfit, "\"heading\": \"axis\"");
+    }
+    let declared = found(|frame| {
+        frame.heading = Some("axis");
+        each(frame, |one| one.yaw = one.yaw.rem_euclid(2.0 * FRAC_PI_2));
+    });
+    assert_eq!(declared, [], "axes that are called axes");
+    // Headings are right where all that is seen goes one way, also always the same ones; and where one in ten is turned round.
+    let one_way = found(|frame| {
+        frame.detections.retain(|one| one.yaw.abs() < 0.5);
+        each(frame, |one| one.yaw = 0.0);
+    });
+    assert_eq!(one_way, []);
+    let some_back = found(|frame| {
+        let n = frame.sequence;
+        for (k, one) in (0..).zip(&mut frame.detections) {
+            one.yaw += if (n + 3 * k) % 10 == 0 { 2.0 * FRAC_PI_2 } else { 0.0 };
+        }
+    });
+    assert!(some_back.iter().all(|one| one.code != Code::HeadingsUnfit), "{some_back:#?}");
+    // Of one car that passes it is too little.
+    let sparse = found(|frame| {
+        frame.detections.truncate(1);
+        each(frame, |one| one.yaw = 0.0);
+    });
+    assert!(sparse.iter().all(|one| one.code != Code::HeadingsUnfit), "{sparse:#?}");
+}
+
+#[test]
+fn headings_that_go_with_nothing_are_a_note() {
+    let bearing = found(|frame| {
+        let pose = frame.pose;
+        each(frame, |one| one.yaw = libm::atan2(one.y - pose.y, one.x - pose.x));
+    });
+    let turns = found(|frame| each(frame, |one| one.yaw = (one.yaw / (4.0 * FRAC_PI_2)).rem_euclid(1.0)));
+    for found in [bearing, turns] {
+        let note =
+            found.iter().find(|one| one.code == Code::HeadingsUnfit || one.code == Code::HeadingsRotated);
+        assert!(
+            note.is_some_and(|one| one.agent.is_some_and(|agent| agent.as_str() == "north")),
+            "{found:#?}"
+        );
+    }
+}
+
+#[test]
+fn radians_that_the_settings_call_degrees_are_named() {
+    let settings = |yaw: &str| format!("[agents.north]\nyaw = {{ {yaw} }}");
+    let radians = |yaw: &str, write: fn(f64) -> f64| {
+        findings_of(&settings(yaw), |frame| each(frame, |one| one.yaw = wrap_angle(write(one.yaw))), |_| None)
+    };
+    let plain = radians("unit = \"deg\"", |yaw| yaw);
+    assert_only(&plain, Code::Degrees, "Remove `yaw` under `[hub.agents.north]`");
+    let compass = radians("unit = \"deg\", from = \"north\", turn = \"cw\"", |yaw| FRAC_PI_2 - yaw);
+    assert_only(&compass, Code::Degrees, "yaw = { from = \"north\", turn = \"cw\" }");
+    // Degrees of what all goes nearly east.
+    let east = findings_of(
+        &settings("unit = \"deg\""),
+        |frame| {
+            frame.detections.retain(|one| one.yaw.abs() < 0.1);
+            each(frame, |one| one.yaw = one.yaw.to_degrees());
+        },
+        |_| None,
+    );
+    assert_eq!(east, []);
+}

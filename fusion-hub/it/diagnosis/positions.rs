@@ -245,3 +245,76 @@ fn kilometres_and_a_height_as_y_are_named() {
         "{height:#?}"
     );
 }
+
+/// North's positions, so many times as far from its sensor or from the map's origin.
+fn scaled(times: f64, is_about_sensor: bool) -> Vec<Finding> {
+    found(move |frame| {
+        let centre = if is_about_sensor { frame.pose } else { Pose { x: 0.0, y: 0.0, yaw: 0.0 } };
+        each(frame, |one| {
+            (one.x, one.y) = (centre.x + times * (one.x - centre.x), centre.y + times * (one.y - centre.y));
+        });
+    })
+}
+
+#[test]
+fn positions_that_are_a_little_too_far_apart_are_named_with_the_factor_and_yards_by_name() {
+    for is_about_sensor in [true, false] {
+        let yards = scaled(1.0 / 0.9144, is_about_sensor);
+        assert_only(&yards, Code::LengthUnit, "in yards");
+        for (times, words) in [(1.07, "1.07 times as far apart"), (0.93, "times as far apart")] {
+            let found = scaled(times, is_about_sensor);
+            let [one] = &found[..] else { panic!("{times}: {found:#?}") };
+            // Of two nobody knows which one is wrong.
+            assert_eq!((one.code, one.agent), (Code::LengthUnit, None), "{one}");
+            assert!(
+                one.is_fault() && (one.says.contains(words) || one.says.contains("south are 0.93")),
+                "{times}: {one}"
+            );
+        }
+        for times in [1.01, 0.99, 1.02] {
+            let found = scaled(times, is_about_sensor);
+            assert!(found.iter().all(|one| one.code != Code::LengthUnit), "{times}: {found:#?}");
+        }
+    }
+}
+
+#[test]
+fn objects_that_are_reported_where_the_sensor_sees_them_first_and_shifts_are_no_unit() {
+    let found_of = |edit: &dyn Fn(&mut Frame)| {
+        let found = found(edit);
+        assert!(found.iter().all(|one| one.code != Code::LengthUnit), "{found:#?}");
+    };
+    // 0.8 m nearer than the middle.
+    found_of(&|frame| {
+        let pose = frame.pose;
+        each(frame, |one| {
+            let range_m = pose.distance_to(one.x, one.y);
+            let part = (range_m - 0.8) / range_m;
+            (one.x, one.y) = (pose.x + part * (one.x - pose.x), pose.y + part * (one.y - pose.y));
+        });
+    });
+    found_of(&|frame| each(frame, |one| (one.x, one.y) = (one.x + 1.5, one.y - 1.0)));
+    found_of(&|frame| frame.captured_ms -= 200);
+    // The middles of their fronts, and of their backs.
+    for part in [0.5, -0.5] {
+        found_of(&move |frame| {
+            each(frame, |one| {
+                (one.x, one.y) =
+                    (one.x + part * one.d * libm::cos(one.yaw), one.y + part * one.d * libm::sin(one.yaw));
+            });
+        });
+    }
+    // Few objects, near each other.
+    found_of(&|frame| {
+        frame.detections.retain(|one| libm::hypot(one.x - 10.0, one.y) < 9.0);
+        each(frame, |one| one.x = 10.0 + 1.06 * (one.x - 10.0));
+    });
+}
+
+#[test]
+fn a_pose_that_is_kilometres_from_what_the_agent_sees_is_named() {
+    for (x, y) in [(2_000.0, 0.0), (0.0, -700.0), (4.4e6, 5.3e6)] {
+        let found = found(|frame| (frame.pose.x, frame.pose.y) = (frame.pose.x + x, frame.pose.y + y));
+        assert_only(&found, Code::FarFromSensor, "`sensor_pose`");
+    }
+}

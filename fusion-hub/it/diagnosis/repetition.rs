@@ -124,3 +124,63 @@ fn an_agent_that_publishes_the_hubs_own_objects_is_told_and_nobody_else_is_blame
     let measured = with_an_echo(|one| (one.x, one.y) = (one.x + 0.01, one.y - 0.01));
     assert!(measured.iter().all(|one| one.code != Code::Feedback), "{measured:#?}");
 }
+
+/// What `south` sees, published by `north` as well.
+fn of_south(frame: &mut Frame) {
+    let k = frame.captured_ms / 100;
+    let south = world(k, "south");
+    (frame.pose, frame.detections, frame.captured_ms) = (south.pose, south.detections, south.captured_ms);
+    frame.delay_ms = south.delay_ms + 30;
+}
+
+#[test]
+fn an_agent_that_publishes_what_another_one_does_is_named_whatever_its_stamp_and_pose() {
+    assert_only(&found(of_south), Code::Copy, "what south has published");
+    let own_pose = found(|frame| {
+        let pose = frame.pose;
+        of_south(frame);
+        frame.pose = pose;
+        frame.detections.reverse();
+    });
+    assert_only(&own_pose, Code::Copy, "leave it out");
+    let rounded = found(|frame| {
+        of_south(frame);
+        each(frame, |one| [one.x, one.y] = [one.x, one.y].map(|at| (1e3 * at).round() / 1e3));
+    });
+    assert_only(&rounded, Code::Copy, "to the millimetre");
+}
+
+#[test]
+fn two_agents_whose_reports_have_no_errors_are_no_copies() {
+    let exact = |frame: &mut Frame| {
+        let t = 1e-3 * frame.captured_ms as f64;
+        let mut cars = Vec::new();
+        for n in 0..3 {
+            let along = |speed: f64| (26.0 * f64::from(n) + speed * t).rem_euclid(78.0) - 39.0;
+            cars.push((along(9.0), -2.0, 0.0));
+            cars.push((2.0, along(10.0), std::f64::consts::FRAC_PI_2));
+        }
+        let template = frame.detections[0].clone();
+        let exact = cars.into_iter().map(|(x, y, yaw)| {
+            let mut car = template.clone();
+            (car.x, car.y, car.yaw, car.w, car.d) = (x, y, yaw, 1.8, 4.5);
+            car
+        });
+        frame.detections = exact.collect();
+    };
+    // At the same ticks, with errors stated or not.
+    for sigma_m in [Some(0.3), Some(0.005), None] {
+        let found = findings_where(
+            "",
+            |_| {},
+            |frame| {
+                frame.captured_ms -= frame.captured_ms % 100;
+                exact(frame);
+                each(frame, |one| one.sigma_m = sigma_m);
+            },
+            |_| {},
+            |_| None,
+        );
+        assert!(found.iter().all(|one| one.code != Code::Copy), "{sigma_m:?}: {found:#?}");
+    }
+}

@@ -1,6 +1,6 @@
 //! Velocities in other units, or along other axes.
 
-use super::crossing::{Frame, assert_only, found};
+use super::crossing::{Frame, assert_only, found, noise};
 use v2x_common::geometry::Pose;
 use v2x_fusion_hub::diagnosis::Code;
 
@@ -52,4 +52,45 @@ fn velocities_relative_to_a_vehicle_that_moves_are_named() {
         report(frame, |[x, y], _, _| [x - drives[0], y - drives[1]]);
     });
     assert_only(&found, Code::Velocities, "relative to its sensor");
+}
+
+#[test]
+fn velocities_that_are_zero_or_wrong_by_a_factor_are_named_and_those_of_what_stands_are_not() {
+    let times =
+        |factor: f64| found(move |frame| report(frame, |velocity, _, _| velocity.map(|one| factor * one)));
+    for (factor, words) in [
+        (0.0, "are zero, also of what moves"),
+        (0.1, "metres in each frame"),
+        (0.3, "times as large as what it sees moves, by"),
+        (1.0 / 0.3048, "feet per second"),
+    ] {
+        assert_only(&times(factor), Code::Velocities, words);
+    }
+    // A filter that lags, and a sensor that is a fifth off.
+    for factor in [0.6, 0.8, 1.2] {
+        let found = times(factor);
+        assert!(found.iter().all(|one| one.code != Code::Velocities), "{factor}: {found:#?}");
+    }
+}
+
+/// Cars in rows that are closely parked, each of them missed in two frames of five.
+fn parked(frame: &mut Frame) {
+    let n = frame.sequence;
+    let all = frame.detections.clone();
+    let cars = all.iter().cycle().zip(0..30_u32).filter(|(_, k)| (7 * n + 3 * u64::from(*k)) % 5 > 1);
+    let cars = cars.map(|(car, k)| {
+        let mut car = car.clone();
+        (car.x, car.y, car.yaw) = (2.6 * f64::from(k % 15) - 20.0, 9.0 + 6.0 * f64::from(k / 15), 1.57);
+        car.x += 0.2 * noise(n, u64::from(k), 0);
+        car.y += 0.2 * noise(n, u64::from(k), 1);
+        car.velocity = Some([0.0, 0.0]);
+        car
+    });
+    frame.detections = cars.collect();
+}
+
+#[test]
+fn zero_velocities_of_what_is_parked_and_of_a_few_that_move_are_right() {
+    let found = super::crossing::findings_where("", |_| {}, parked, |_| {}, |_| None);
+    assert!(found.iter().all(|one| one.code != Code::Velocities), "{found:#?}");
 }

@@ -28,8 +28,12 @@ pub enum Code {
     HeadingsRotated,
     /// Headings that point backwards.
     HeadingsReversed,
+    /// Headings that go with no motion: always the same, of axes without a front, or of something else.
+    HeadingsUnfit,
     /// Width and depth the wrong way round.
     SizesSwapped,
+    /// Sizes that no such objects have: halves, or in another unit.
+    Sizes,
     /// Velocities in another unit, or along other axes.
     Velocities,
     /// Longitudes and latitudes instead of metres.
@@ -58,6 +62,8 @@ pub enum Code {
     Repetition,
     /// Detections that are the hub's own objects.
     Feedback,
+    /// Detections that are those of another agent.
+    Copy,
     /// No detection in any frame.
     SeesNothing,
     /// Positions further from the sensor than any sees.

@@ -112,8 +112,25 @@ pub(super) struct Headings {
     sum: [f64; 2],
     /// Twice the direction of motion: long where all traffic is along one axis.
     axis: [f64; 2],
+    /// Heading alone.
+    heading: [f64; 2],
+    /// Twice what `less` counts: long where headings are those of axes.
+    axis_less: [f64; 2],
+    /// Headings that point against the motion.
+    against: u64,
     /// Rates of turn, rad/s.
     turn_rates: f64,
+}
+
+/// What headings are that go with the motion of what is seen in no way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Unfit {
+    /// They are about the same, rad, whatever moves in which direction.
+    Constant(f64),
+    /// They are along the motion, and such a share of them against it.
+    Axes(f64),
+    /// Nothing is known of them but that they do not fit.
+    Unrelated,
 }
 
 /// What the sums say.
@@ -131,16 +148,29 @@ const MIN_DETECTIONS: u64 = 15;
 const LAG_S: f64 = 0.7;
 /// Least mean of unit vectors that agree.
 const AGREE: f64 = 0.85;
+/// Fewest detections that show that headings are unfit, and most of a mean of unit vectors then: what is right but for a few
+/// objects that reverse, or are taken for others, has a larger one.
+const MIN_UNFIT: u64 = 40;
+const UNFIT: f64 = 0.7;
+/// The same of headings of which nothing else is known.
+const MIN_UNRELATED: u64 = 80;
+const UNRELATED: f64 = 0.4;
+/// Least mean of unit vectors of headings that are all one.
+const ONE: f64 = 0.98;
+/// Headings of axes point against the motion from this share on: few detectors take so many fronts for backs.
+const MIN_AGAINST: f64 = 0.2;
+/// And are along it within this, rad.
+const ALONG_RAD: f64 = 0.15;
 
 impl Headings {
     pub(super) fn note(&mut self, seen: &Observation<'_>, moving: &Moving) {
         self.note_as(seen, moving, |_, one| one.bev.yaw);
     }
 
-    /// As if they were given in degrees.
-    pub(super) fn note_as_degrees(&mut self, seen: &Observation<'_>, moving: &Moving) {
-        let as_degrees = &seen.reported.as_degrees;
-        self.note_as(seen, moving, |n, _| as_degrees.get(n).copied().unwrap_or(f64::NAN));
+    /// As if they were given in degrees in place of radians, or the other way round.
+    pub(super) fn note_in_other_unit(&mut self, seen: &Observation<'_>, moving: &Moving) {
+        let in_other = &seen.reported.in_other_unit;
+        self.note_as(seen, moving, |n, _| in_other.get(n).copied().unwrap_or(f64::NAN));
     }
 
     fn note_as(
@@ -174,12 +204,35 @@ impl Headings {
         add(&mut self.less, yaw - direction);
         add(&mut self.sum, yaw + direction);
         add(&mut self.axis, 2.0 * direction);
+        add(&mut self.heading, yaw);
+        add(&mut self.axis_less, 2.0 * (yaw - direction));
+        self.against += u64::from(libm::cos(yaw - direction) < 0.0);
     }
 
     /// By how much directions of motion may lag behind where all turn the same way, as on a roundabout, rad.
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub(super) fn lag_rad(&self) -> f64 {
         LAG_S * (self.turn_rates / (self.n as f64).max(1.0)).abs()
+    }
+
+    /// What they are where they agree with nothing, and enough was seen to say so.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub(super) fn unfit(&self) -> Option<Unfit> {
+        let share = |[x, y]: [f64; 2]| libm::hypot(x, y) / self.n as f64;
+        let angle = |[x, y]: [f64; 2]| libm::atan2(y, x);
+        if self.n < MIN_UNFIT || self.verdict().is_some() || share(self.less) > UNFIT {
+            return None;
+        }
+        let against = self.against as f64 / self.n as f64;
+        let are_along = share(self.axis_less) >= AGREE && (0.5 * angle(self.axis_less)).abs() <= ALONG_RAD;
+        if share(self.heading) >= ONE {
+            Some(Unfit::Constant(angle(self.heading)))
+        } else if are_along && (MIN_AGAINST..=1.0 - MIN_AGAINST).contains(&against) {
+            Some(Unfit::Axes(against))
+        } else {
+            let agrees = [self.less, self.sum, self.axis_less].into_iter().any(|sum| share(sum) > UNRELATED);
+            (self.n >= MIN_UNRELATED && !agrees).then_some(Unfit::Unrelated)
+        }
     }
 
     /// What a constant turn may be as well where all traffic is along one road: headings that grow clockwise.
@@ -259,6 +312,40 @@ mod tests {
         let mut crossing = Headings::default();
         (0..20).for_each(|_| CROSSING.iter().for_each(|one| crossing.add(*one + 0.5, *one)));
         assert_eq!(crossing.other_verdict(crossing.verdict().unwrap()), None);
+    }
+
+    /// What headings are of no use for, of traffic in these directions.
+    fn unfit(directions: &[f64], written: impl Fn(u32, f64) -> f64) -> Option<Unfit> {
+        let mut headings = Headings::default();
+        for k in 0..30 {
+            let error = 0.2 * libm::sin(f64::from(k));
+            directions.iter().for_each(|one| headings.add(written(k, *one) + error * f64::from(k % 2), *one));
+        }
+        headings.unfit()
+    }
+
+    #[test]
+    fn headings_that_are_always_one_or_those_of_axes_or_of_chance_are_unfit_and_others_are_not() {
+        assert!(matches!(unfit(&CROSSING, |_, _| 0.0), Some(Unfit::Constant(at)) if at.abs() < 0.1));
+        assert!(
+            matches!(unfit(&[0.0, PI], |_, _| -1.0), Some(Unfit::Constant(at)) if (at + 1.0).abs() < 0.1)
+        );
+        let folded = unfit(&CROSSING, |_, one| one.rem_euclid(PI));
+        assert!(matches!(folded, Some(Unfit::Axes(against)) if (0.3..0.7).contains(&against)), "{folded:?}");
+        let chance = unfit(&CROSSING, |k, _| 2.4 * f64::from(k));
+        assert_eq!(chance, Some(Unfit::Unrelated));
+        // Right, turned, of a compass; one of ten the other way; one of ten turned anyhow.
+        assert_eq!(unfit(&CROSSING, |_, one| one), None);
+        assert_eq!(unfit(&CROSSING, |_, one| one + 0.5), None);
+        assert_eq!(unfit(&CROSSING, |_, one| FRAC_PI_2 - one), None);
+        assert_eq!(unfit(&CROSSING, |k, one| if k % 10 == 0 { one + PI } else { one }), None);
+        assert_eq!(unfit(&CROSSING, |k, one| if k % 10 == 0 { f64::from(k) } else { one }), None);
+        // Of all that moves one way a constant heading can be right, or is turned.
+        assert_eq!(unfit(&[0.0], |_, _| 0.0), None);
+        assert_eq!(unfit(&[1.0], |_, _| 0.0), None);
+        // One road, nine of ten of what drives there one way.
+        let mostly = [[0.3; 9].as_slice(), &[0.3 + PI]].concat();
+        assert_eq!(unfit(&mostly, |_, one| one), None);
     }
 
     #[test]

@@ -4,17 +4,20 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `contents`, `feedback`, `writing`, `headings`, `velocities`, `alignment`: statistics, each of one kind.
+//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `writing`, `sizes`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind.
 //! - `judge`: what they mean, in words.
 
 mod alignment;
 mod arrivals;
 mod contents;
+mod copies;
 mod feedback;
 mod finding;
 mod headings;
 mod judge;
 mod observation;
+mod sizes;
+mod speeds;
 mod streams;
 mod survey;
 mod velocities;

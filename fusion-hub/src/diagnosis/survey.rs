@@ -1,6 +1,7 @@
 //! Statistics over ten seconds, and what is found in them.
 
 use super::arrivals::Transport;
+use super::copies::Places;
 use super::feedback::Published;
 use super::finding::Finding;
 use super::headings::Moving;
@@ -48,6 +49,7 @@ pub struct Survey {
     diagnosed_at: Option<Timestamp>,
     moving: Moving,
     published: Published,
+    places: Places,
     samples: Samples,
     findings: Vec<Finding>,
     /// The pairs of agents that were compared last.
@@ -68,13 +70,20 @@ impl Survey {
         agent.contents.note(seen);
         agent.fed_back += u64::from(self.published.has_made(seen));
         agent.writing.note(seen);
+        agent.sizes.note(seen);
+        if let Some(of_whom) = self.places.note(seen) {
+            *agent.copied.entry(of_whom).or_default() += 1;
+        }
         // By stamps from anywhere nothing is compared.
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
+        if is_of_now {
+            agent.speeds.note(seen);
+        }
         if is_of_now && self.samples.takes(seen.frame.captured_at, seen.frame.id.agent) {
             agent.headings.note(seen, &self.moving);
             agent.velocities.note(seen);
-            if !seen.reported.as_degrees.is_empty() {
-                agent.headings_as_degrees.note_as_degrees(seen, &self.moving);
+            if !seen.reported.in_other_unit.is_empty() {
+                agent.headings_in_other_unit.note_in_other_unit(seen, &self.moving);
             }
             self.current.snapshots.note(seen, &self.moving);
         }

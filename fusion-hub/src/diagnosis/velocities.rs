@@ -11,8 +11,9 @@ use v2x_common::time::Span;
 const APART: (Span, Span) = (Span::from_millis(250), Span::from_millis(900));
 /// Reported speeds below this say nothing, m/s.
 const MOVING_MPS: f64 = 3.0;
-/// A detection is there where one is this near to its predicted place: m, and a share of the way.
-const NEAR_M: f64 = 0.8;
+/// A detection is there where one is this near to its predicted place: standard deviations, within these, m, and a share of the way.
+const NEAR_SIGMAS: f64 = 2.5;
+const NEAR_M: (f64, f64) = (0.8, 1.5);
 const NEAR_SHARE: f64 = 0.1;
 /// Two readings are told apart where their places are so far from each other, m.
 const DIFFER_M: f64 = 3.0;
@@ -151,7 +152,8 @@ impl Velocities {
         };
         let all: Vec<_> = READINGS.into_iter().zip(self.tallies).collect();
         let right = all.iter().filter(is_right);
-        let (reading, tally) = right.max_by_key(|(_, tally)| tally.explained)?;
+        let explains = |tally: &Tally| share(tally.explained, tally.n);
+        let (reading, tally) = right.max_by(|(_, a), (_, b)| explains(a).total_cmp(&explains(b)))?;
         Some(Found { reading: *reading, n: tally.n, explained: tally.explained })
     }
 }
@@ -168,15 +170,19 @@ fn compare(
         yaw: before.sensor_pose.map(|pose| pose.yaw),
         velocity: moved.map(|(was, is)| [0, 1].map(|axis| (is[axis] - was[axis]) / passed_s)),
     };
-    let is_there = |place: [f64; 2], way_m: f64| {
-        let near_m = NEAR_M + NEAR_SHARE * way_m;
-        now.detections.iter().any(|one| libm::hypot(one.bev.x - place[0], one.bev.y - place[1]) <= near_m)
+    let is_there = |place: [f64; 2], way_m: f64, variance: f64| {
+        now.detections.iter().any(|one| {
+            let sigma_m = libm::sqrt(variance + one.covariance.position.xx.max(one.covariance.position.yy));
+            let near_m = (NEAR_SIGMAS * sigma_m).clamp(NEAR_M.0, NEAR_M.1) + NEAR_SHARE * way_m;
+            libm::hypot(one.bev.x - place[0], one.bev.y - place[1]) <= near_m
+        })
     };
     let after = |at: [f64; 2], velocity: [f64; 2]| [0, 1].map(|axis| at[axis] + velocity[axis] * passed_s);
     for one in before.detections.iter().take(MAX_DETECTIONS) {
         let seen = Seen { at: [one.bev.x, one.bev.y], yaw: one.bev.yaw };
         let said = one.velocity.as_ref().map(|velocity| [velocity.x, velocity.y]);
         let Some(said) = said.filter(|[x, y]| libm::hypot(*x, *y) >= MOVING_MPS) else { continue };
+        let variance = one.covariance.position.xx.max(one.covariance.position.yy);
         let way_m = |velocity: [f64; 2]| libm::hypot(velocity[0], velocity[1]) * passed_s;
         let place_as_said = after(seen.at, said);
         let mut as_said = None;
@@ -186,9 +192,9 @@ fn compare(
             if libm::hypot(place[0] - place_as_said[0], place[1] - place_as_said[1]) < DIFFER_M {
                 continue;
             }
-            let is_as_said = *as_said.get_or_insert_with(|| is_there(place_as_said, way_m(said)));
+            let is_as_said = *as_said.get_or_insert_with(|| is_there(place_as_said, way_m(said), variance));
             tally.n += 1;
-            tally.explained += u64::from(is_there(place, way_m(velocity)));
+            tally.explained += u64::from(is_there(place, way_m(velocity), variance));
             tally.explained_as_said += u64::from(is_as_said);
         }
     }

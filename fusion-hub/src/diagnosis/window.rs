@@ -5,6 +5,8 @@ use super::alignment::fit::{Fit, fit};
 use super::arrivals::Arrivals;
 use super::contents::Contents;
 use super::headings::Headings;
+use super::sizes::Sizes;
+use super::speeds::Speeds;
 use super::streams::Streams;
 use super::velocities::Velocities;
 use super::writing::Writing;
@@ -74,9 +76,13 @@ pub(super) struct AgentSurvey {
     pub(super) fed_back: u64,
     pub(super) writing: Writing,
     pub(super) headings: Headings,
-    /// The same, if they were degrees.
-    pub(super) headings_as_degrees: Headings,
+    /// The same, if they were degrees in place of radians, or the other way round.
+    pub(super) headings_in_other_unit: Headings,
     pub(super) velocities: Velocities,
+    pub(super) speeds: Speeds,
+    pub(super) sizes: Sizes,
+    /// Frames that are those of another agent, by whose.
+    pub(super) copied: BTreeMap<AgentId, u64>,
     /// Refused frames by reason, each with the newest.
     pub(super) refused: BTreeMap<&'static str, (u64, Refusal)>,
     /// What the engine had counted when the window began.

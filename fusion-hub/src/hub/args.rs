@@ -6,6 +6,7 @@ use anyhow::Context;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use v2x_common::id::{HubId, NetworkId};
+use v2x_common::net::endpoint_given::{to_connect, to_listen};
 use v2x_common::net::session::SessionOptions;
 use v2x_common::recording::RecordingOptions;
 use v2x_common::time::Span;
@@ -47,10 +48,10 @@ pub struct HubArgs {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Endpoint to listen on; may be given more than once [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_listen)]
     pub listen: Vec<String>,
     /// A further Zenoh router to join; may be given more than once
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     pub connect: Vec<String>,
     /// Publish only while no other hub of this name does, under the ids that it gave; both are to have this option
     #[arg(long)]

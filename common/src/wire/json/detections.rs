@@ -12,6 +12,7 @@ use crate::id::{AgentId, FrameId, MapFrame};
 use crate::reported::Reported;
 use crate::unmapped_names::UnmappedNames;
 use crate::wire::error::WireError;
+use crate::wire::foreign::Foreign;
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
@@ -217,9 +218,15 @@ pub fn decode_detections_by(
         }),
         Err(error) => match with_quoted_words(bytes) {
             Some(quoted) => to_frame(&parse(&quoted)?),
-            None => Err(error),
+            None => Err(other_format(bytes).unwrap_or(error)),
         },
     }
+}
+
+/// What is said to be JSON and is something else. What is text is answered by the reader of JSON, which says where.
+fn other_format(bytes: &[u8]) -> Option<WireError> {
+    let format = Foreign::of(bytes).filter(|format| !format.is_text());
+    format.map(WireError::OtherFormat)
 }
 
 fn to_frame(
@@ -243,9 +250,9 @@ fn to_frame(
         detection.partial(class).completed(defaults, &conversion)
     });
     let detections = detections.collect();
-    if reported.may_be_degrees() {
+    if reported.may_be_of_other_unit() {
         let headings = json.detections.iter().map(|one| one.yaw.unwrap_or(f64::NAN));
-        reported.as_degrees = headings.map(|yaw| conversion.heading_of_degrees(yaw)).collect();
+        reported.in_other_unit = headings.map(|yaw| conversion.heading_in_other_unit(yaw)).collect();
     }
     let captured_at = json.captured_at.micros()?;
     let by_time = u64::try_from(captured_at.as_micros()).unwrap_or(0);

@@ -23,6 +23,8 @@ pub(in crate::diagnosis) enum Change {
     InUnit(Unit),
     /// They were given from the sensor's pose in another unit of length, and mapped as if in ours.
     InUnitAboutSensor(Unit),
+    /// They are so many times as far apart as they are given; they may be shifted as well.
+    Scaled(f64),
 }
 
 /// How a sensor's pose is wrong.
@@ -190,6 +192,10 @@ impl Change {
             Self::InUnitAboutSensor(unit) => {
                 let pose = sighting.pose?;
                 moved(&|spot| offset(pose, from(pose, spot.at).map(|one| one * unit.metres())))
+            }
+            Self::Scaled(factor) => {
+                let centre = sighting.centre();
+                moved(&|spot| [0, 1].map(|axis| centre[axis] + factor * (spot.at[axis] - centre[axis])))
             }
             Self::Rigid(rigid) => {
                 let centre = sighting.centre();

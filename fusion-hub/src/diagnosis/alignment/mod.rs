@@ -6,6 +6,8 @@
 pub(super) mod change;
 pub(super) mod fit;
 mod pairs;
+mod scale;
+mod squares;
 
 use super::headings::Moving;
 use super::observation::Observation;

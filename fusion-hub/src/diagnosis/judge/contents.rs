@@ -1,13 +1,19 @@
 //! Frames that say again what was said before.
 
 use super::super::finding::{Code, Finding};
-use super::super::window::Source;
+use super::super::window::{AgentSurvey, Source, Surroundings, Window};
 use super::one::{MIN_VALUES, One};
+use v2x_common::id::AgentId;
 
 /// Results that came several times each, frames in which nothing changed, and frames of the hub's own objects.
 const MIN_RESULTS: u64 = 5;
 const MIN_FROZEN: u64 = 40;
 const MIN_FED_BACK: u64 = 3;
+/// Frames of another agent.
+const MIN_COPIED: u64 = 5;
+/// Reports with smaller errors than this are exact, m; and so are those of which innovations are such a part of what they may be, squared.
+const EXACT_M: f64 = 0.02;
+const EXACT_NIS: f64 = 0.25;
 /// So many messages of one time, beyond the first, are parts of what was seen: two may be of two processes.
 const PARTS: u64 = 3;
 /// Share of frames under the number of another one from which numbers are wrong.
@@ -77,4 +83,43 @@ fn feedback(one: &One<'_>) -> Option<Finding> {
                       grow: read lists, and publish none of them as detections";
         one.fault(Code::Feedback, says, change)
     })
+}
+
+/// Agents that publish what another one has published.
+pub(super) fn copies(window: &Window, around: &Surroundings<'_>) -> Vec<Finding> {
+    let of = |survey: &AgentSurvey| {
+        let most = survey.copied.iter().max_by_key(|(_, count)| **count);
+        most.map(|(whose, count)| (*whose, *count)).filter(|(_, count)| *count >= MIN_COPIED)
+    };
+    let copies = window.agents.iter().filter_map(|(agent, survey)| Some((*agent, of(survey)?)));
+    // In a log both come at one time, and each may be the first one.
+    let is_first = |agent: AgentId, (whose, count): (AgentId, u64)| {
+        let back = window.agents.get(&whose).and_then(|other| other.copied.get(&agent)).copied().unwrap_or(0);
+        (count, agent) >= (back, whose)
+    };
+    let copies = copies.filter(|(agent, of)| is_first(*agent, *of));
+    let copies = copies
+        .filter(|(agent, (whose, _))| ![agent, whose].into_iter().any(|one| is_exact(one, window, around)));
+    copies
+        .map(|(agent, (whose, count))| {
+            let says = format!(
+                "it publishes what {whose} has published: {count} frames of it have their detections, to the millimetre, where \
+                 {whose} had them"
+            );
+            let change = format!(
+                "Two sensors never agree so: what comes twice counts as two witnesses, and what is fused is taken for better than it is. Let \
+                 {agent} publish what its own sensor sees, or leave it out"
+            );
+            Finding::fault(Code::Copy, agent, says, change)
+        })
+        .collect()
+}
+
+/// Whether what an agent reports may have no errors, as in a simulation: then two can agree to the millimetre. So it is as long as nobody knows.
+fn is_exact(agent: &AgentId, window: &Window, around: &Surroundings<'_>) -> bool {
+    let sigma_m = window.agents.get(agent).and_then(|survey| survey.writing.mean_sigma_m());
+    let Some(record) = around.engine.agents().record(agent) else { return true };
+    let nis = record.statistics.recent_nis_per_dof(around.engine.now());
+    let learnt = around.engine.learnt(agent).map_or(1.0, |learnt| learnt.sigma_factor);
+    sigma_m.is_none_or(|sigma_m| sigma_m < EXACT_M) || nis.is_none_or(|nis| nis * learnt * learnt < EXACT_NIS)
 }

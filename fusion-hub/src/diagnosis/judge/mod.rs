@@ -1,7 +1,9 @@
 //! What the statistics mean, in words.
 
 mod arrivals;
+mod boxes;
 mod contents;
+mod headings;
 mod one;
 mod pairs;
 mod remedy;
@@ -26,6 +28,8 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         findings.extend(reports::findings(&one));
         if heard {
             findings.extend(contents::findings(&one));
+            findings.extend(headings::findings(&one));
+            findings.extend(boxes::findings(&one));
             findings.extend(writing::findings(&one));
             findings.extend(arrivals::findings(&one, clock_by_objects(window, agent)));
         }
@@ -49,6 +53,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         source: around.source,
     };
     findings.extend(pairs::findings(window, &known));
+    findings.extend(contents::copies(window, around));
     drop_consequences(window, &mut findings);
     let findings = findings.into_iter().map(|one| no_accuracy_of_repetition(window, one));
     let findings = findings.map(|one| no_accuracy_unconfirmed(window, one));
@@ -60,15 +65,18 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
 
 /// What an agent that is idle shows, too.
 const IDLENESS: [Code; 3] = [Code::Silent, Code::Gaps, Code::RateLow];
-const HEADINGS: [Code; 3] = [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed];
+const HEADINGS: [Code; 4] =
+    [Code::HeadingsMirrored, Code::HeadingsRotated, Code::HeadingsReversed, Code::HeadingsUnfit];
 /// What boxes show beside their places.
-const BOXES: [Code; 6] = [
+const BOXES: [Code; 8] = [
     Code::Velocities,
     Code::Degrees,
     Code::HeadingsMirrored,
     Code::HeadingsRotated,
     Code::HeadingsReversed,
+    Code::HeadingsUnfit,
     Code::SizesSwapped,
+    Code::Sizes,
 ];
 const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
 const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
@@ -111,7 +119,12 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || (one.code == Code::Twins && (places_are_wrong || has_one(agent, &[Code::Feedback])))
             || (has_one(agent, &[Code::FarFromSensor]) && SIGMAS.contains(&one.code))
             || (has_one(agent, &[Code::LengthUnit])
-                && [Code::FarAway, Code::Velocities, Code::ImpossibleDetections].contains(&one.code))
+                && [Code::FarAway, Code::Velocities, Code::ImpossibleDetections, Code::Sizes].contains(&one.code))
+            // Of sizes in another unit the largest are impossible.
+            || (has_one(agent, &[Code::Sizes])
+                && [Code::ImpossibleDetections, Code::Twins].contains(&one.code))
+            || (one.code == Code::Copy && (fed_back || has_one(agent, &[Code::TwoProcesses])))
+            || (has_one(agent, &[Code::FarFromSensor]) && one.code == Code::ImpossibleDetections)
             || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
             || (has_one(agent, &[Code::TimeUnit])
                 && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))

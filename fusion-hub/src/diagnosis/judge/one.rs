@@ -7,6 +7,12 @@ use v2x_common::id::AgentId;
 /// Fewest values that show anything.
 pub(super) const MIN_VALUES: u64 = 10;
 
+/// Whether a part is such a share of enough values.
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+pub(super) fn is_share(part: u64, of: u64, least: f64) -> bool {
+    of >= MIN_VALUES && part as f64 >= least * of as f64
+}
+
 /// One agent with what is known of it.
 pub(super) struct One<'a> {
     pub(super) agent: AgentId,

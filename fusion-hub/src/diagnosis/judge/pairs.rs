@@ -11,6 +11,10 @@ const FAR_AWAY_M: f64 = 20_000.0;
 /// Clocks that differ by less are worth a note, s: sensors that turn stamp what they see by as much.
 const GRAVE_S: f64 = 0.15;
 
+/// A yard in metres, and how near to it a factor is.
+const YARD_M: f64 = 0.9144;
+const YARD_WITHIN: f64 = 0.015;
+
 /// Tables of settings that are named in one finding.
 const MOST_TABLES: usize = 2;
 
@@ -45,12 +49,12 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
     for (pair, fit) in &window.fits {
         let Fit::Changed { whose, change, share, is_time_known } = fit else { continue };
         let votes = pair.map(|agent| match change {
-            Change::Rigid(_) => votes_of(&agent),
+            Change::Rigid(_) | Change::Scaled(_) => votes_of(&agent),
             // Mirrored twice is as before: whose headings do not go with the motion has the wrong axes.
             Change::OfMap(_) => 1000 * usize::from(known.headings.contains(&agent)) + votes_of(&agent),
             _ => 0,
         });
-        let is_open = matches!(change, Change::Rigid(_) | Change::OfMap(_));
+        let is_open = matches!(change, Change::Rigid(_) | Change::OfMap(_) | Change::Scaled(_));
         let is_undecided = is_open && votes[0] == votes[1];
         let whose = if is_open { usize::from(votes[0] <= votes[1]) } else { *whose };
         let (agent, other) = (pair[whose], pair[1 - whose]);
@@ -67,6 +71,10 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
                 let rigid =
                     Rigid { earlier_s: if clock_is_reported { 0.0 } else { rigid.earlier_s }, ..*rigid };
                 one.offset(&if whose == 1 { rigid } else { rigid.reversed() }, is_undecided)
+            }
+            // The factor is that by which those of the second one are to be multiplied.
+            Change::Scaled(factor) => {
+                Some(one.scale(if whose == 1 { 1.0 / factor } else { *factor }, is_undecided))
             }
             large => Some(one.large(*large, is_undecided)),
         });
@@ -218,10 +226,51 @@ impl Pair {
                 format!("its positions are in {}, and are read as metres {as_seen}", in_units(unit)),
                 format!("{send} metres, also for sizes and standard deviations"),
             ),
-            Change::Rigid(_) => (Code::Offset, String::new(), String::new()),
+            Change::Rigid(_) | Change::Scaled(_) => (Code::Offset, String::new(), String::new()),
         };
         let agent = (!is_undecided).then_some(*agent);
         Finding { code, severity: Severity::Fault, agent, says, change }
+    }
+
+    /// The agent's positions are so many times as far apart as the other one's.
+    fn scale(&self, times: f64, is_undecided: bool) -> Finding {
+        let Self { agent, other, share, source, .. } = self;
+        let as_seen = format!("({:.0} % of the objects in common with {other})", 100.0 * share);
+        let is_in_yards = |times: f64| (times * YARD_M - 1.0).abs() < YARD_WITHIN;
+        // More yards than metres go into a way: whose numbers are the larger ones has them.
+        let (agent, says) = if is_in_yards(times) && !is_undecided {
+            (Some(agent), format!("its positions are in yards, and are read as metres {as_seen}"))
+        } else if is_undecided && (is_in_yards(times) || is_in_yards(1.0 / times)) {
+            let [whose, than] = if times > 1.0 { [agent, other] } else { [other, agent] };
+            let share = 100.0 * share;
+            (
+                Some(whose),
+                format!(
+                    "its positions are in yards, and are read as metres ({share:.0} % of the objects in common with {than})"
+                ),
+            )
+        } else if is_undecided {
+            (
+                None,
+                format!(
+                    "the positions of {agent} are {times:.2} times as far apart as those of {other} {as_seen}"
+                ),
+            )
+        } else {
+            (
+                Some(agent),
+                format!("its positions are {times:.2} times as far apart as those of {other} {as_seen}"),
+            )
+        };
+        let send = source.words("Send", "Write");
+        let change = match is_in_yards(times) || is_in_yards(1.0 / times) {
+            true => format!("{send} metres, also for sizes and standard deviations: a yard is {YARD_M} m"),
+            false => format!(
+                "{send} metres: is it another unit, the calibration of a camera, or the scale of a map projection? Positions are the middles of \
+                 objects, and not the points that are nearest to the sensor"
+            ),
+        };
+        Finding { code: Code::LengthUnit, severity: Severity::Fault, agent: agent.copied(), says, change }
     }
 
     /// The agent's positions go onto the other one's by `rigid`, so they are off by the opposite.

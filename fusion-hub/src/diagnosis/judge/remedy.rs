@@ -1,7 +1,7 @@
 //! What to do about frames that are refused.
 
 use crate::engine::Refusal;
-use v2x_common::wire::WireError;
+use v2x_common::wire::{Foreign, WireError};
 
 /// Where each field is described.
 const SCHEMA: &str = "Each field is described in `common/schemas/detection-frame.schema.json`";
@@ -15,6 +15,7 @@ const DEGREES: [&str; 5] = ["lat", "latitude", "lon", "lng", "longitude"];
 pub(super) fn remedy(reason: &str, newest: &Refusal) -> String {
     match newest {
         Refusal::Malformed(WireError::Json(words)) => of_json(words),
+        Refusal::Malformed(WireError::OtherFormat(format)) => of_format(*format),
         Refusal::AgentMismatch { payload, key } => format!(
             "Write {key} as `agent` in the payload, or {payload} in the key; JSON may leave `agent` out"
         ),
@@ -22,9 +23,34 @@ pub(super) fn remedy(reason: &str, newest: &Refusal) -> String {
     }
 }
 
+/// By the format that a payload is in.
+fn of_format(format: Foreign) -> String {
+    let how = match format {
+        Foreign::Compressed(_) => "Send it as it was before it was compressed",
+        Foreign::JsonAsCompact => {
+            return "Publish it with the encoding `application/json`, or with none: `application/vnd.v2x.postcard` is the compact format"
+                .to_owned();
+        }
+        Foreign::JsonList => "A frame is one JSON object, which has the list as `detections`",
+        Foreign::JsonTwice => "Encode it once: what is given to `json.dumps` is an object, and no text",
+        Foreign::ByteOrderMark | Foreign::Utf16 => "Write UTF-8 without a byte order mark",
+        Foreign::Base64 => "Send what was encoded: a payload may hold any bytes",
+        Foreign::Binary(_) | Foreign::Xml | Foreign::Text => {
+            "Send JSON, or the compact format of deploy/docs/wire.md"
+        }
+    };
+    format!("{how}. Each sample is one whole JSON object, in UTF-8: `{SMALLEST}`")
+}
+
 /// By what the reader of JSON says.
 fn of_json(words: &str) -> String {
     let named = |begin: &str| words.strip_prefix(begin)?.split('`').next();
+    if let Some(field @ ("sigma_x" | "sigma_y")) = named("missing field `") {
+        return format!(
+            "Add `{field}` to `velocity`: it has standard deviations of its own (m/s), as in `{{\"x\": 8.0, \"y\": 0.0, \"sigma_x\": 0.5, \
+             \"sigma_y\": 0.5}}`; where it is not measured, leave it out"
+        );
+    }
     if let Some(field) = named("missing field `") {
         return format!(
             "Add `{field}`. A frame needs `captured_at` and `detections`, each detection `class`, `x` and `y`: `{SMALLEST}`"
@@ -113,6 +139,10 @@ mod tests {
             ("{\"detections\": []}", "Add `captured_at`"),
             ("{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": 1}]}", "Add `y`"),
             ("{\"capturd_at\": 1}", "Rename it"),
+            (
+                "{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": 1, \"y\": 1, \"velocity\": {\"x\": 1, \"y\": 0}}]}",
+                "to `velocity`",
+            ),
             ("{\"captured_at\": 1, \"detections\": [{\"lat\": 48.1}]}", "frame = \"wgs84\""),
             ("{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": \"1\"}]}", "not texts"),
             ("{\"captured_at\": 1", "one whole JSON object"),
@@ -130,6 +160,27 @@ mod tests {
             assert!(words.contains(expected) && !words.contains("encoding"), "{text}: {words}");
         }
         assert!(remedy("truncated", &Refusal::Malformed(WireError::Truncated)).contains("application/json"));
+    }
+
+    #[test]
+    fn payloads_of_other_formats_are_answered_with_what_they_look_like_and_what_to_send() {
+        use v2x_common::wire::detections;
+        for (payload, looks_like, advice) in [
+            (&b"\x1f\x8b\x08\x00\x00\x00\x00"[..], "looks like gzip", "before it was compressed"),
+            (b"\x82\xabcaptured_at\xcf\x00", "looks like MessagePack", "Send JSON, or the compact format"),
+            (b"[{\"class\": \"car\"}]", "looks like a JSON list", "as `detections`"),
+            (b"eyJjYXB0dXJlZF9hdCI6IDE3OTB9", "looks like base64", "what was encoded"),
+            (b"{\"captured_at\": 1}", "its encoding says", "application/json"),
+        ] {
+            let error = detections::decode(payload).unwrap_err();
+            let words = remedy(error.reason(), &Refusal::Malformed(error.clone()));
+            assert_eq!(error.reason(), "other_format");
+            assert!(error.to_string().contains(looks_like) && words.contains(advice), "{error}: {words}");
+        }
+        // The encoding says JSON.
+        let agent = AgentId::new("cam").unwrap();
+        let packed = decode_detections(b"\x1f\x8b\x08\x00", agent, &ReportDefaults::default()).unwrap_err();
+        assert_eq!(packed.to_string(), "the payload looks like gzip");
     }
 
     #[test]

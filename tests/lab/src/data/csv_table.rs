@@ -7,6 +7,7 @@ use v2x_agent::trajectories::{Newlines, line_of};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, wrap_angle};
+use v2x_common::spelling;
 use v2x_common::time::{StampUnit, Timestamp};
 
 /// Why a table cannot be read.
@@ -21,7 +22,7 @@ pub enum CsvError {
         source: std::io::Error,
     },
     /// It cannot be parsed as CSV.
-    #[error("{} is no table", .path.display())]
+    #[error("{} is no table{}", .path.display(), if_no_text(.source))]
     NoTable {
         /// Which file.
         path: PathBuf,
@@ -41,7 +42,7 @@ pub enum CsvError {
         hint: String,
     },
     /// A row has more cells than the header: often a comma was used as decimal point.
-    #[error("{}, line {line}: {cells} cells under {columns} columns", .path.display())]
+    #[error("{}, line {line}: {cells} cells under {columns} columns; is a comma used as decimal point?", .path.display())]
     TooManyCells {
         /// Which file.
         path: PathBuf,
@@ -68,6 +69,27 @@ pub enum CsvError {
     },
 }
 
+/// Columns as others call them, each with what it is here.
+const OTHER_NAMES: [(&str, &str); 18] = [
+    ("sensor", "sensor_id"),
+    ("agent", "sensor_id"),
+    ("agent_id", "sensor_id"),
+    ("camera", "sensor_id"),
+    ("source", "sensor_id"),
+    ("time", "t"),
+    ("timestamp", "t"),
+    ("captured_at", "t"),
+    ("received_at", "t_arr"),
+    ("label", "class"),
+    ("type", "class"),
+    ("category", "class"),
+    ("width", "w"),
+    ("length", "d"),
+    ("depth", "d"),
+    ("heading", "yaw"),
+    ("theta", "yaw"),
+    ("rotation", "yaw"),
+];
 /// Columns of a log of detections whose cells may be empty.
 const MAY_BE_EMPTY: [&str; 8] = ["w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
 
@@ -186,8 +208,9 @@ impl<'a> Row<'a> {
         ok: impl Fn(f64) -> bool,
         expected: &str,
     ) -> Result<f64, CsvError> {
-        let number = self.text(column).parse().ok().filter(|value| ok(*value));
-        number.ok_or_else(|| self.wrong(column, expected))
+        let text = self.text(column);
+        let number = text.parse().ok().filter(|value| ok(*value));
+        number.ok_or_else(|| self.wrong(column, format!("{expected}{}", if_comma(text))))
     }
 
     /// Any number, `nan` and `inf` included: the reader decides what can be.
@@ -224,7 +247,7 @@ impl<'a> Row<'a> {
     /// A time in seconds.
     pub(crate) fn seconds(&self, column: &'static str) -> Result<Timestamp, CsvError> {
         let text = self.text(column);
-        seconds::parse(text).ok_or_else(|| self.wrong(column, expected_time(text)))
+        seconds::parse(text).ok_or_else(|| self.wrong(column, expected_time(text) + if_comma(text)))
     }
 
     /// A class by its name in any of the known vocabularies; `None` for another name.
@@ -251,14 +274,41 @@ impl<'a> Row<'a> {
     }
 }
 
+/// What is said of a number with a decimal comma.
+fn if_comma(text: &str) -> &'static str {
+    let is_number = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
+    if is_number { ", with a point in place of the comma" } else { "" }
+}
+
+/// What is said of a file that is no text in UTF-8.
+fn if_no_text(error: &csv::Error) -> &'static str {
+    match error.kind() {
+        csv::ErrorKind::Utf8 { .. } => {
+            ": it is no text in UTF-8, but perhaps in UTF-16, as a spreadsheet writes \"Unicode text\": save it as CSV in UTF-8"
+        }
+        _ => "",
+    }
+}
+
 /// What may be wrong with a header that lacks columns.
 fn hint(header: &csv::StringRecord, missing: &[&str]) -> String {
     let first = header.get(0).unwrap_or_default();
-    for (separator, name) in [(';', "`;`"), ('\t', "tabs")] {
+    for (separator, name) in [(';', "`;`"), ('\t', "tabs"), ('|', "`|`")] {
         if header.len() == 1 && first.contains(separator) {
-            return format!(". Its columns are separated by {name}: write commas");
+            let names: Vec<&str> = first.split(separator).map(str::trim).collect();
+            let missing: Vec<&str> = missing.iter().filter(|one| !names.contains(one)).copied().collect();
+            let points = "commas, and points in numbers (1.5, and not 1,5)";
+            return format!(
+                ". Its columns are separated by {name}: write {points}{}",
+                hint_of_names(&names, &missing)
+            );
         }
     }
+    hint_of_names(&header.iter().collect::<Vec<_>>(), missing)
+}
+
+/// The same of the names alone.
+fn hint_of_names(header: &[&str], missing: &[&str]) -> String {
     let is_other_case = |one: &&&str| header.iter().any(|name| name.eq_ignore_ascii_case(one));
     let other: Vec<&str> = missing.iter().filter(is_other_case).copied().collect();
     let names = |names: &[&str]| names.join(", ");
@@ -266,6 +316,18 @@ fn hint(header: &csv::StringRecord, missing: &[&str]) -> String {
         return format!(". Names of columns are in small letters: write {}", names(&other));
     }
     let mut hints = Vec::new();
+    let meant = |one: &&str| {
+        let other = OTHER_NAMES.iter().filter(|(_, ours)| ours == one).map(|(other, _)| *other);
+        let other =
+            other.into_iter().find_map(|other| header.iter().find(|name| name.eq_ignore_ascii_case(other)));
+        let written = other.copied().or_else(|| {
+            // Names of one or two letters are near to each other, whatever they mean.
+            let long = |name: &&str| name.len() > 3 && one.len() > 3;
+            spelling::nearest(one, header.iter().copied().filter(long))
+        })?;
+        Some(format!("call the column {written} {one}"))
+    };
+    hints.extend(missing.iter().filter_map(meant));
     if missing.contains(&"t_arr") {
         hints.push("where the time of arrival is not known, write t as t_arr, too".to_owned());
     }
@@ -311,14 +373,41 @@ mod tests {
             let error = CsvTable::new(text.as_bytes(), Path::new("a.csv"), (needed, &[])).unwrap_err();
             error.to_string().split_once(needed.join(",").as_str()).unwrap().1.to_owned()
         };
-        assert_eq!(hint(&["x", "y"], "x;y\n"), ". Its columns are separated by `;`: write commas");
-        assert_eq!(hint(&["x", "y"], "x\ty\n"), ". Its columns are separated by tabs: write commas");
+        let points = "commas, and points in numbers (1.5, and not 1,5)";
+        assert_eq!(hint(&["x", "y"], "x;y\n"), format!(". Its columns are separated by `;`: write {points}"));
+        assert_eq!(
+            hint(&["x", "y"], "x\ty\n"),
+            format!(". Its columns are separated by tabs: write {points}")
+        );
+        let capitals = hint(&["x", "y"], "X;Y\n");
+        assert!(
+            capitals.contains("separated by `;`") && capitals.ends_with("in small letters: write x, y"),
+            "{capitals}"
+        );
+        assert_eq!(hint(&["x", "sensor_id"], "x,sensor\n"), "; call the column sensor sensor_id");
+        assert_eq!(hint(&["x", "class"], "x,clas\n"), "; call the column clas class");
         assert_eq!(hint(&["x", "y"], "X,Y\n"), ". Names of columns are in small letters: write x, y");
         let words = hint(&["t_arr", "t", "sx"], "t\n");
         assert_eq!(
             words,
             "; where the time of arrival is not known, write t as t_arr, too; the cells of sx may be empty"
         );
+    }
+
+    #[test]
+    fn decimal_commas_and_other_encodings_are_called_by_their_names() {
+        let mut quoted = table("x,y\n\"1,5\",2\n").unwrap();
+        let row = quoted.next_row().unwrap().unwrap();
+        let error = row.number("x", |_| true, "a number").unwrap_err().to_string();
+        assert!(error.ends_with("\"1,5\", expected a number, with a point in place of the comma"), "{error}");
+        let error = table("x,y\n1,5,2,5\n").unwrap().next_row().unwrap_err().to_string();
+        assert!(
+            error.contains("4 cells under 2 columns") && error.ends_with("is a comma used as decimal point?"),
+            "{error}"
+        );
+        let utf16: Vec<u8> = "\u{feff}x,y\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let error = CsvTable::new(&utf16[..], Path::new("a.csv"), (&["x"], &[])).unwrap_err().to_string();
+        assert!(error.contains("UTF-16") && error.contains("save it as CSV in UTF-8"), "{error}");
     }
 
     #[test]
@@ -338,7 +427,7 @@ mod tests {
         let message = row.number("y", f64::is_finite, "a number").unwrap_err().to_string();
         assert_eq!(message, "a.csv, line 3, column y: \"\", expected a number");
         let message = table("x,y\n1,2,5\n").unwrap().next_row().unwrap_err().to_string();
-        assert_eq!(message, "a.csv, line 2: 3 cells under 2 columns");
+        assert_eq!(message, "a.csv, line 2: 3 cells under 2 columns; is a comma used as decimal point?");
     }
 
     #[test]

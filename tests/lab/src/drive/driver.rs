@@ -10,7 +10,7 @@ use v2x_common::id::AgentId;
 use v2x_common::sensor::{Accuracy, SensorDescription};
 use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::engine::Disposition;
-use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::{Engine, Refusal};
 
 /// The time for which published objects hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +82,11 @@ impl<P: Publishing> Driver<P> {
     pub const fn new(engine: Engine, publishing: P) -> Self {
         let (stopwatch, engine_time) = (|| Span::ZERO, Span::ZERO);
         Self { engine, publishing, stopwatch, engine_time, has_second_list: false }
+    }
+
+    /// Counts a frame of an agent that is refused before the engine.
+    pub fn refuse(&mut self, agent: AgentId, refusal: Refusal) {
+        self.engine.note_refusal(agent, refusal);
     }
 
     /// Measures the computing time of the engine by this stopwatch, which returns the computing time used so far.

@@ -18,7 +18,7 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::sensor::SensorDescription;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::{self, WireError};
-use v2x_fusion_hub::engine::Engine;
+use v2x_fusion_hub::engine::{Engine, Refusal};
 use v2x_fusion_hub::hub::HubSettings;
 
 /// A frame as it arrives.
@@ -121,8 +121,12 @@ impl Traffic {
             driver.describe(*agent, *description);
         }
         for Arrival { received_at, frame, .. } in &self.arrivals {
-            if let Some(frame) = listening.read(frame)? {
-                driver.arrive(&frame, *received_at, &mut consumer)?;
+            match listening.read(frame)? {
+                Some(frame) => {
+                    driver.arrive(&frame, *received_at, &mut consumer)?;
+                }
+                // As a hub counts it.
+                None => driver.refuse(frame.id.agent, Refusal::NotListenedTo),
             }
         }
         if let Some(until) = until {

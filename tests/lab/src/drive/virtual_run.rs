@@ -155,11 +155,15 @@ mod tests {
         let objects_and_agents = |text: &str| {
             let log = run_with(CROSSING, (1, &settings(text)), Span::from_millis(2000));
             let last = log.fused.last().unwrap().frame.clone();
-            (log.fused.iter().map(|list| list.frame.objects.clone()).collect::<Vec<_>>(), last.agents.len())
+            let objects: Vec<_> = log.fused.iter().map(|list| list.frame.objects.clone()).collect();
+            (objects, last.agents.iter().map(|one| (one.accepted, one.refused)).collect::<Vec<_>>())
         };
         let all = objects_and_agents("");
         let alone = objects_and_agents("only_agents = [\"rsu\"]");
-        assert!(alone.1 == 1 && all.1 > 1, "{} of {} agents", alone.1, all.1);
+        assert!(all.1.iter().all(|(accepted, refused)| *accepted > 0 && *refused == 0), "{:?}", all.1);
+        // Frames of who is left out are counted as a hub counts them.
+        let left_out = alone.1.iter().filter(|(accepted, refused)| *accepted == 0 && *refused > 0).count();
+        assert!(left_out == 1 && alone.1.len() == 2, "{:?}", alone.1);
         let shifted = objects_and_agents("[agents.rsu]\ntime_offset_ms = 40");
         assert!(shifted.0 != all.0, "a time offset changes nothing");
     }

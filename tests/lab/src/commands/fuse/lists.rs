@@ -1,11 +1,10 @@
 //! The lists of objects: the live one, and the second one that is a lag behind. Each has a file and a score.
 
-use super::truth_check::Diagnoses;
-use crate::data::truth_table::Truth;
+use super::truth_check::{Diagnoses, Known};
 use crate::drive::driver::Consumer;
 use crate::drive::ticks::Ticks;
 use crate::report::fused_table::{FusedTable, NewFile};
-use crate::score::offline::{Region, TruthScore, TruthScorer};
+use crate::score::offline::{TruthScore, TruthScorer};
 use anyhow::Context;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -15,9 +14,6 @@ use v2x_common::fused::FusedFrame;
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
-
-/// The ground truth, and where it is complete.
-pub(super) type Known = (Truth, Option<Region>);
 
 /// One list: its file, and its score where the truth is known.
 #[derive(Debug)]

@@ -1,8 +1,8 @@
 //! Whether the truth is of the same world as the detections, in the same units: it is held against them as the frames of one more
 //! sensor would be. A score by a truth that is mirrored, late or in degrees says nothing of what was fused.
 
-use super::lists::Known;
 use crate::data::truth_table::{Moment, Truth};
+use crate::score::offline::Region;
 use v2x_common::covariance::{BoxCovariance, Covariance2, Velocity};
 use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
 use v2x_common::fused::FusedFrame;
@@ -10,6 +10,9 @@ use v2x_common::id::{AgentId, FrameId};
 use v2x_common::reported::Reported;
 use v2x_common::time::Timestamp;
 use v2x_fusion_hub::diagnosis::{Code, Finding, Observation, Surroundings, Survey};
+
+/// The ground truth, and where it is complete.
+pub(super) type Known = (Truth, Option<Region>);
 
 /// The truth's name among the sensors.
 const NAME: &str = "truth";

@@ -1,7 +1,7 @@
 //! A log of which nothing can be fused: why, and what to do.
 
 use super::args::FuseArgs;
-use super::lists::Known;
+use super::truth_check::Known;
 use crate::data::detection_log::{DetectionLog, Survey};
 use crate::data::seconds;
 use crate::data::truth_table::TOLERANCE;

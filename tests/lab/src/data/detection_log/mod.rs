@@ -137,7 +137,7 @@ impl<R: Read> DetectionLog<R> {
             let frame = DetectionFrame { sensor_pose: pose, ..DetectionFrame::empty(id, captured_at) };
             let of_frame = Reported {
                 headings: RawHeadings::default(),
-                as_degrees: Vec::new(),
+                in_other_unit: Vec::new(),
                 without_sigma: 0,
                 off_origin: OffPlaces::default(),
                 ..reported.clone()
@@ -147,7 +147,7 @@ impl<R: Read> DetectionLog<R> {
         });
         let of_frame = &mut self.ready[place].reported;
         of_frame.headings.merge(&reported.headings);
-        of_frame.as_degrees.extend(reported.as_degrees);
+        of_frame.in_other_unit.extend(reported.in_other_unit);
         of_frame.without_sigma += reported.without_sigma;
         of_frame.off_origin.merge(&reported.off_origin);
         match content {

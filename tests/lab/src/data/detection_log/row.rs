@@ -129,7 +129,7 @@ impl Report {
         report.content = match detection.validate(report.pose.as_ref()) {
             Ok(()) => {
                 let yaw = partial.yaw.unwrap_or(f64::NAN);
-                report.reported.as_degrees = vec![conversion.heading_of_degrees(yaw)];
+                report.reported.in_other_unit = vec![conversion.heading_in_other_unit(yaw)];
                 Content::Detection(detection)
             }
             Err(invalid) => Content::Impossible(invalid),

@@ -86,6 +86,8 @@ pub struct Verdict {
 /// A recall or precision below this is bad, unless the best agent's is no better: a small mean error over few objects, or
 /// beside many false ones, is no success.
 const LEAST_SHARE: f64 = 0.8;
+/// The same of a method that somebody chose.
+const LEAST_OF_CHOSEN: f64 = 0.2;
 
 impl Verdict {
     /// It passes if the fused error on common objects is below every agent's, and neither recall nor precision is bad on
@@ -105,23 +107,37 @@ impl Verdict {
                 )),
             }
         }
-        verdict.judge_share("recall", agents, fused, |metrics| metrics.recall);
-        verdict.judge_share("precision", agents, fused, |metrics| metrics.precision);
+        verdict.judge_share(("recall", LEAST_SHARE), agents, fused, |metrics| metrics.recall);
+        verdict.judge_share(("precision", LEAST_SHARE), agents, fused, |metrics| metrics.precision);
+        verdict
+    }
+
+    /// It passes if the published objects are the true ones, however accurate they are: of objects that agents cover some are found, and
+    /// neither recall nor precision is bad: by less for a method that was chosen, such as a rule for single frames, whose figures are a result.
+    pub fn of_objects(fused: &FusedSummary, agents: &[AgentSummary], is_method_chosen: bool) -> Self {
+        let mut verdict = Self { passed: true, reasons: Vec::new() };
+        if fused.metrics.ate_m.is_none() && fused.metrics.recall.is_some() {
+            verdict.fail("no published object is where a true one is".to_owned());
+            return verdict;
+        }
+        let least = if is_method_chosen { LEAST_OF_CHOSEN } else { LEAST_SHARE };
+        verdict.judge_share(("recall", least), agents, fused, |metrics| metrics.recall);
+        verdict.judge_share(("precision", least), agents, fused, |metrics| metrics.precision);
         verdict
     }
 
     fn judge_share(
         &mut self,
-        name: &str,
+        (name, limit): (&str, f64),
         agents: &[AgentSummary],
         fused: &FusedSummary,
         share: fn(&Metrics) -> Option<f64>,
     ) {
         let best = agents.iter().filter_map(|agent| share(&agent.common)).max_by(f64::total_cmp);
-        let least = best.map_or(LEAST_SHARE, |best| best.min(LEAST_SHARE));
+        let least = best.map_or(limit, |best| best.min(limit));
         if let Some(fused) = share(&fused.common).filter(|fused| *fused < least) {
             self.fail(format!(
-                "the fused {name} on common objects, {fused:.3}, is below {LEAST_SHARE} and the best agent's"
+                "the fused {name} on common objects, {fused:.3}, is below {limit} and the best agent's"
             ));
         }
     }
@@ -185,6 +201,31 @@ mod tests {
         assert!(made_up.len() == 1 && made_up[0].contains("precision"), "{made_up:?}");
         // Where no agent sees more, the list cannot either.
         assert!(verdict_with(0.6, 0.6, 0.6).passed);
+    }
+
+    #[test]
+    fn objects_that_are_not_the_true_ones_are_told_and_inaccurate_ones_are_a_result() {
+        let of_objects = |ate_m, recall| {
+            let mut summary = summary();
+            summary.fused.metrics = Metrics { ate_m, recall, ..summary.fused.metrics };
+            summary.fused.common.ate_m = Some(9.0);
+            Verdict::of_objects(&summary.fused, &summary.agents, false)
+        };
+        assert!(of_objects(Some(9.0), Some(1.0)).passed, "less accurate than an agent");
+        assert!(of_objects(None, None).passed, "nothing to see");
+        let nothing = of_objects(None, Some(0.0)).reasons;
+        assert_eq!(nothing, ["no published object is where a true one is"]);
+        let chosen = |precision, is_method_chosen| {
+            let mut summary = summary();
+            summary.fused.common =
+                Metrics { precision: Some(precision), recall: Some(1.0), ..summary.fused.common };
+            summary.agents.iter_mut().for_each(|agent| agent.common.precision = Some(0.95));
+            Verdict::of_objects(&summary.fused, &summary.agents, is_method_chosen).passed
+        };
+        assert!(
+            chosen(0.6, true) && !chosen(0.6, false) && !chosen(0.1, true),
+            "a rule that leaves doubles is a result"
+        );
     }
 
     #[test]
