@@ -288,6 +288,7 @@ impl Pair {
             true => Severity::Note,
             false => Severity::Fault,
         };
+        let is_of_time_alone = parts.is_empty();
         if earlier_s != 0.0 {
             parts.push(format!("{:.0} ms of their motion away from", 1e3 * earlier_s.abs()));
         }
@@ -304,11 +305,19 @@ impl Pair {
             parts.join(", "),
             100.0 * share
         );
-        let change = source.words(
-            "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is \
-             corrected by the hub",
-            "Are both clocks set, and both poses surveyed in one map frame? A sensor whose accuracy is given by --accuracy is corrected",
-        );
+        let change = match is_of_time_alone {
+            true => source.words(
+                "Are both clocks set, and is `captured_at` when the sensor saw them, and not when the frame was sent? Are x and y the middle \
+                 of a vehicle, and not its front or rear? Positions that are smoothed lag behind, too",
+                "Are their times of one clock, and of when the sensors saw them? Are x and y the middle of a vehicle, and not its front or \
+                 rear? Positions that are smoothed lag behind, too",
+            ),
+            false => source.words(
+                "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is \
+                 corrected by the hub",
+                "Are both clocks set, and both poses surveyed in one map frame? A sensor whose accuracy is given by --accuracy is corrected",
+            ),
+        };
         let agent = (!is_undecided).then_some(*agent);
         Some(Finding { code: Code::Offset, severity, agent, says, change: change.to_owned() })
     }
